@@ -1,0 +1,78 @@
+# SPDX-FileCopyrightText: the cullet authors
+# SPDX-License-Identifier: Zlib
+
+# How a test program comes to be: a name, its sources, and what ctest shall know of it.
+
+include_guard(GLOBAL)
+include(GoogleTest)
+find_package(GTest REQUIRED)
+
+function(cullet_discover_tests target suffix labels timeout)
+    # PRE_TEST: the programs are asked for their tests when ctest runs, so a build needs no GPU and no sanitizer runtime
+    # settings, and a program that crashes at start does not fail the build.
+    # A list does not survive gtest_discover_tests; the escaped semicolon makes two labels of "gpu;slow".
+    string(REPLACE ";" "\\;" labels "${labels}")
+    set(properties TIMEOUT ${timeout})
+    if(labels)
+        list(APPEND properties LABELS "${labels}")
+    endif()
+    gtest_discover_tests(${target} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
+        TEST_SUFFIX "${suffix}" PROPERTIES ${properties})
+endfunction()
+
+# cullet_add_broad_test(<name> <source>... [LINK <target>...] [LABELS <label>...] [TIMEOUT <seconds>])
+#
+# A test program without Bullet. Labels in use: gpu (needs a CUDA device), slow (left out under sanitizers), golden
+# (compares with stored results), threads (worth a ThreadSanitizer run).
+function(cullet_add_broad_test name)
+    cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT" "LINK;LABELS")
+    if(NOT arg_TIMEOUT)
+        set(arg_TIMEOUT 300)
+    endif()
+    add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
+    target_link_libraries(${name} PRIVATE cullet_flags cullet::broad ${arg_LINK} GTest::gtest GTest::gtest_main)
+    add_dependencies(cullet_tests ${name})
+    if("threads" IN_LIST arg_LABELS)
+        add_dependencies(cullet_thread_tests ${name})
+    endif()
+    cullet_discover_tests(${name} "" "${arg_LABELS}" ${arg_TIMEOUT})
+endfunction()
+
+# cullet_add_narrow_test(...): the same arguments; links the narrow phase instead of the broad one.
+function(cullet_add_narrow_test name)
+    cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT" "LINK;LABELS")
+    if(NOT arg_TIMEOUT)
+        set(arg_TIMEOUT 300)
+    endif()
+    add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
+    target_link_libraries(${name} PRIVATE cullet_flags cullet::narrow ${arg_LINK} GTest::gtest GTest::gtest_main)
+    add_dependencies(cullet_tests ${name})
+    cullet_discover_tests(${name} "" "${arg_LABELS}" ${arg_TIMEOUT})
+endfunction()
+
+# cullet_add_plugin_test(<name> <source>... [LINK <target>...] [LINK_PAIRED <target>...] [LABELS <label>...]
+#                        [TIMEOUT <seconds>])
+#
+# Two test programs, <name> and <name>-float64, with Bullet and the plugin in either precision; the tests of the second
+# end in -float64.
+function(cullet_add_plugin_test name)
+    cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT" "LINK;LINK_PAIRED;LABELS")
+    if(NOT arg_TIMEOUT)
+        set(arg_TIMEOUT 300)
+    endif()
+    cullet_add_per_precision(EXECUTABLE ${name}
+        SOURCES ${arg_UNPARSED_ARGUMENTS}
+        LINK ${arg_LINK} GTest::gtest GTest::gtest_main
+        LINK_PAIRED cullet_plugin ${arg_LINK_PAIRED})
+    foreach(suffix "" "-float64")
+        add_dependencies(cullet_tests ${name}${suffix})
+        if("threads" IN_LIST arg_LABELS)
+            add_dependencies(cullet_thread_tests ${name}${suffix})
+        endif()
+        cullet_discover_tests(${name}${suffix} "${suffix}" "${arg_LABELS}" ${arg_TIMEOUT})
+    endforeach()
+endfunction()
+
+# Every test program, and those with tests labelled threads: what a sanitizer build needs, without the demos.
+add_custom_target(cullet_tests)
+add_custom_target(cullet_thread_tests)
