@@ -1,0 +1,141 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "broad/aabb.h"
+#include "broad/pair.h"
+
+namespace cullet
+{
+/// Outcome of an update. Anything but Ok means: `delta` is empty, the backend's own state is void, and the caller
+/// goes on with another backend (or the same one) after restart().
+enum class Status
+{
+    Ok,
+    OutOfMemory,
+    DeviceLost
+};
+
+/// Collision filter words in Bullet's sense: two proxies may pair when (a.group & b.mask) and (b.group & a.mask).
+struct Filter
+{
+    std::int32_t group;
+    std::int32_t mask;
+};
+
+inline bool passesFilter(Filter a, Filter b) noexcept
+{
+    return (a.group & b.mask) != 0 && (b.group & a.mask) != 0;
+}
+
+/// Bits of ProxyView::changes: what happened to a row since the last update.
+enum RowChange : std::uint8_t
+{
+    kRowUnchanged = 0,
+    kRowMoved = 1,        ///< the box differs from the one of the last update (or was set and came back to it)
+    kRowCreated = 2,      ///< the row holds another proxy than in the last update; it has no pairs yet
+    kRowDestroyed = 4,    ///< the proxy is gone; its row keeps its id and an empty box until this update is over
+    kRowRefiltered = 8    ///< group or mask changed: pairs that the old words kept out may enter, none has to leave
+};
+
+/// Boxes and identities of all proxies, as rows of parallel arrays; valid until the owner changes.
+///
+/// Free rows and destroyed ones have an empty box, so that they overlap nothing. Rows are never moved.
+struct ProxyView
+{
+    std::uint32_t size = 0;                    ///< rows, free ones included
+    const Aabb* boxes = nullptr;               ///< [size] world-space boxes; empty ones overlap nothing
+    const std::uint32_t* uniqueIds = nullptr;  ///< [size] unique id, 0 for free rows
+    const Filter* filters = nullptr;           ///< [size] or null: null means every overlapping pair counts
+    const std::uint8_t* changes = nullptr;     ///< [size] RowChange bits since the last update
+    const std::uint32_t* dirty = nullptr;      ///< [dirtyCount] ascending rows with changes != 0
+    std::uint32_t dirtyCount = 0;
+    float margin = 0.0f;  ///< >= 0; a pair leaves when the boxes grown by it on every side no longer overlap
+};
+
+/// What a backend did, for people and for benchmarks; all numbers are of the last update unless they say total.
+struct BackendStats
+{
+    const char* path = "";            ///< which way the last update took, e.g. "idle", "incremental", "rebuild"
+    std::uint64_t pairs = 0;          ///< pairs now held
+    std::uint64_t candidates = 0;     ///< box tests that were made
+    std::uint64_t entries = 0;        ///< rows times cells after duplication over cells
+    std::uint64_t levels = 0;         ///< grid levels in use
+    std::uint64_t unbounded = 0;      ///< boxes on the side list of unbounded boxes
+    std::uint64_t bytes = 0;          ///< memory held, bytes
+    std::uint64_t rebuildsTotal = 0;  ///< updates that took the clear-and-rebuild path
+};
+
+/// Finds the overlapping pairs of a set of boxes and reports how the set changed.
+///
+/// The pair set is defined by the history of boxes alone, so that all backends agree bit for bit:
+/// a pair enters in the update in which both boxes are valid, overlap (closed intervals, overlaps()) and pass the
+/// filter; it leaves in the update in which the boxes no longer overlap with the margin (overlapsWithMargin()) or one
+/// of them is empty. The filter is asked only when a pair is about to enter. Lower id first in each pair.
+///
+/// Threads: one update at a time; a backend may use threads of its own inside it. Different backends are independent.
+class Backend
+{
+public:
+    virtual ~Backend() = default;
+
+    /// Brings the pair set up to date with the boxes and reports the changes since the last update or restart().
+    ///
+    /// @param proxies rows; `dirty` must name every row that differs from the last update of *this* backend
+    /// @param delta   [out] overwritten; sorted by (first, second), unique, disjoint
+    /// @return Ok, or why the update failed; no exception leaves it
+    virtual Status update(const ProxyView& proxies, PairDelta& delta) = 0;
+
+    /// Forgets everything; the next update reads every row and reports its delta relative to `known`.
+    ///
+    /// @param known sorted, unique pairs of ids that live in the next view or were destroyed since
+    virtual void restart(const std::vector<Pair>& known) = 0;
+
+    /// Short name for logs and tables: "grid", "brute", ...
+    virtual const char* name() const noexcept = 0;
+
+    virtual BackendStats stats() const = 0;
+};
+
+/// How the hierarchical grid stores its cells.
+enum class GridLayout
+{
+    Rows,  ///< two axes tiled, the third kept sorted inside each cell (a row); the default
+    Cells  ///< the lecture's three-dimensional cells in a hash of buckets, ids stored per cell
+};
+
+struct GridOptions
+{
+    /// Threads used inside an update; 0: as many as the machine has. The result never depends on it.
+    int threads = 0;
+    GridLayout layout = GridLayout::Rows;
+    /// Buckets of the cell hash; 0: as many as needed. Any value gives the same pairs (1 forces every collision).
+    std::uint32_t bucketCount = 0;
+    /// Row width in units of the largest box of its level; 0: tuned from counted work. Any value gives the same pairs.
+    float cellScale = 0.0f;
+    /// Fraction of moved rows above which the grid is cleared and rebuilt instead of updated; negative: automatic,
+    /// 0: always rebuild, 1: rebuild only when forced to. Any value gives the same pairs.
+    float rebuildFraction = -1.0f;
+    /// Slow-path switch for tests and comparisons: use no instructions beyond the x86-64 baseline.
+    bool baselineSimd = false;
+};
+
+/// Options of the subdivision + parallel sweep-and-prune backends.
+struct PsapOptions
+{
+    int device = 0;  ///< CUDA device ordinal
+};
+
+std::unique_ptr<Backend> makeGridBackend(const GridOptions& options = {});
+
+/// Tests every pair of boxes in every update: O(n^2), the oracle of the tests, and fine below about 100 boxes.
+std::unique_ptr<Backend> makeBruteForceBackend();
+
+/// The CUDA backend, or null with the reason in words in `*why`: no device, driver too old, built without CUDA.
+std::unique_ptr<Backend> makeCudaPsapBackend(const PsapOptions& options = {}, std::string* why = nullptr);
+}  // namespace cullet

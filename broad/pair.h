@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace cullet
+{
+/// Two proxies by their unique ids, first < second.
+struct Pair
+{
+    std::uint32_t first;
+    std::uint32_t second;
+};
+
+inline bool operator==(Pair a, Pair b) noexcept
+{
+    return a.first == b.first && a.second == b.second;
+}
+
+inline bool operator!=(Pair a, Pair b) noexcept
+{
+    return !(a == b);
+}
+
+inline bool operator<(Pair a, Pair b) noexcept
+{
+    return a.first != b.first ? a.first < b.first : a.second < b.second;
+}
+
+/// The pair of two different ids in the order that Pair demands.
+inline Pair makePair(std::uint32_t a, std::uint32_t b) noexcept
+{
+    return a < b ? Pair{a, b} : Pair{b, a};
+}
+
+/// One integer per pair, ordered as operator<.
+inline std::uint64_t pairKey(Pair pair) noexcept
+{
+    return static_cast<std::uint64_t>(pair.first) << 32 | pair.second;
+}
+
+inline Pair pairOfKey(std::uint64_t key) noexcept
+{
+    return {static_cast<std::uint32_t>(key >> 32), static_cast<std::uint32_t>(key)};
+}
+
+/// What changed between two updates of a backend: both lists sorted by (first, second), unique, disjoint.
+struct PairDelta
+{
+    std::vector<Pair> added;
+    std::vector<Pair> removed;
+};
+}  // namespace cullet

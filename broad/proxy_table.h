@@ -1,0 +1,89 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "broad/aabb.h"
+#include "broad/backend.h"
+
+namespace cullet
+{
+using ProxyId = std::uint32_t;
+
+/// The truth about all boxes: float boxes, unique ids, filter words and what changed since the last update.
+///
+/// A row (ProxyId) never moves while its proxy lives. A destroyed row keeps its unique id and an empty box until
+/// endUpdate(), because backends still hold its pairs; only then may the row serve another proxy.
+///
+/// Two independent readers follow the changes: the pair backend (beginUpdate / endUpdate) and the query index
+/// (collectQueryChanges). Marking a row costs two byte stores.
+///
+/// Threads: setBox() of *different* rows may run concurrently; everything else is for one thread at a time.
+class ProxyTable
+{
+public:
+    /// Adds a row. Amortised O(1).
+    ProxyId create(const Aabb& box, std::uint32_t uniqueId, Filter filter);
+
+    /// Empties the row; it stays quarantined until endUpdate(). O(1).
+    void destroy(ProxyId row);
+
+    /// Stores a box and marks the row as moved. Any box is legal; an inverted one or one with a NaN counts as empty.
+    /// O(1), no allocation.
+    void setBox(ProxyId row, const Aabb& box) noexcept;
+
+    /// Stores filter words and marks the row as refiltered if they differ. O(1).
+    void setFilter(ProxyId row, Filter filter) noexcept;
+
+    std::uint32_t size() const noexcept { return static_cast<std::uint32_t>(m_boxes.size()); }
+    std::uint32_t liveCount() const noexcept { return m_liveCount; }
+    const Aabb* boxes() const noexcept { return m_boxes.data(); }
+    const Aabb& box(ProxyId row) const noexcept { return m_boxes[row]; }
+    std::uint32_t uniqueId(ProxyId row) const noexcept { return m_uniqueIds[row]; }
+    Filter filter(ProxyId row) const noexcept { return m_filters[row]; }
+    std::uint8_t changes(ProxyId row) const noexcept { return m_changes[row]; }
+
+    /// Collects the rows changed since endUpdate(), ascending. O(size / 4096 + changed blocks).
+    ///
+    /// @param margin    copied into the view
+    /// @param useFilter whether the backend may drop pairs by group and mask (false while a filter callback decides)
+    ProxyView beginUpdate(float margin, bool useFilter);
+
+    /// Forgets the changes and frees the quarantined rows. Call it once every backend has seen the view.
+    void endUpdate();
+
+    /// True when a row changed since the last collectQueryChanges(); safe to read while setBox() runs elsewhere.
+    bool hasQueryChanges() const noexcept { return m_queryDirty.load(std::memory_order_relaxed); }
+
+    /// Moves the rows changed since the last call into `rows` (ascending, each once).
+    void collectQueryChanges(std::vector<ProxyId>& rows);
+
+    /// Empties the table and forgets every change, as if new.
+    void clear();
+
+    std::uint64_t bytes() const noexcept;
+
+private:
+    static constexpr std::uint32_t kBlockShift = 12;  // 4,096 rows share one "something changed here" byte
+
+    void mark(ProxyId row, std::uint8_t bits) noexcept;
+    void growBlocks();
+
+    std::vector<Aabb> m_boxes;
+    std::vector<std::uint32_t> m_uniqueIds;
+    std::vector<Filter> m_filters;
+    std::vector<std::uint8_t> m_changes;
+    std::vector<std::uint8_t> m_queryChanges;
+    std::vector<std::atomic<std::uint8_t>> m_dirtyBlocks;
+    std::vector<std::atomic<std::uint8_t>> m_queryBlocks;
+    std::atomic<bool> m_queryDirty{false};
+    std::vector<ProxyId> m_dirty;
+    std::vector<ProxyId> m_free;
+    std::vector<ProxyId> m_quarantine;
+    std::uint32_t m_liveCount = 0;
+};
+}  // namespace cullet
