@@ -12,9 +12,13 @@ namespace cullet
 namespace
 {
 
-// The oldest device this build has code for: the oldest of CMAKE_CUDA_ARCHITECTURES' default.
-constexpr int kOldestMajor = 7;
-constexpr int kOldestMinor = 5;
+// Compute capability times ten of the oldest device this build has code for; the build system says.
+constexpr int kOldestArchitecture = CULLET_CUDA_OLDEST_ARCHITECTURE;
+
+std::string capabilityText(int architecture)
+{
+    return std::to_string(architecture / 10) + "." + std::to_string(architecture % 10);
+}
 
 std::string versionText(int version)
 {
@@ -67,12 +71,13 @@ bool isUsable(std::string* reason)
             *reason = "CUDA device " + std::to_string(device) + " does not answer";
             continue;
         }
-        const std::string capability = std::to_string(major) + "." + std::to_string(minor);
+        const int architecture = 10 * major + minor;
         if (mode == cudaComputeModeProhibited)
             *reason = "CUDA device " + std::to_string(device) + " is in compute mode Prohibited";
-        else if (major < kOldestMajor || (major == kOldestMajor && minor < kOldestMinor))
-            *reason = "CUDA device " + std::to_string(device) + " has compute capability " + capability +
-                      ", older than the 7.5 that is needed";
+        else if (architecture < kOldestArchitecture)
+            *reason = "CUDA device " + std::to_string(device) + " has compute capability " +
+                      capabilityText(architecture) + "; this build has code for " +
+                      capabilityText(kOldestArchitecture) + " and newer";
         else
             return true;
     }
