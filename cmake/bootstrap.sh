@@ -1,0 +1,157 @@
+# SPDX-FileCopyrightText: the cullet authors
+# SPDX-License-Identifier: Zlib
+# shellcheck shell=bash
+
+# Sourced by demos/run, tests/run and .ci/run: from a bare Debian 12 to a build, and next to nothing when all is there.
+#
+# Environment, all optional:
+#   CULLET_PRESET      the configure preset; default: with CUDA where nvcc is, else without
+#   CULLET_CMAKE_ARGS  further arguments for the configure step
+#   CULLET_JOBS        parallel compiler processes; default: processors, and at most one per 1.5 GiB of memory
+
+set -euo pipefail
+
+CULLET_ROOT=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+
+CULLET_PACKAGES=(
+    g++ cmake ninja-build ccache git ca-certificates
+    libbullet-dev libeigen3-dev libtbb-dev libassimp-dev libcli11-dev nlohmann-json3-dev libgtest-dev
+    glmark2-data)
+
+say()
+{
+    printf '%s\n' "cullet: $*" >&2
+}
+
+die()
+{
+    say "$@"
+    exit 1
+}
+
+# run_quietly <command>...: the output only if it fails.
+run_quietly()
+{
+    local log status=0
+    log=$(mktemp)
+    "$@" >"$log" 2>&1 </dev/null || status=$?
+    if [ "$status" -ne 0 ]; then
+        cat "$log" >&2
+    fi
+    rm -f "$log"
+    return "$status"
+}
+
+# need_packages <package>...: installs with apt what is not installed.
+need_packages()
+{
+    local missing=() package
+    if ! command -v dpkg-query >/dev/null; then
+        say "not a Debian system; taking for granted: $*"
+        return
+    fi
+    local installed
+    installed=$(dpkg-query -W -f '${db:Status-Status} ${Package}\n' "$@" 2>/dev/null || true)
+    for package in "$@"; do
+        case $'\n'"$installed"$'\n' in
+            *$'\n'"installed $package"$'\n'*) ;;
+            *) missing+=("$package") ;;
+        esac
+    done
+    if [ "${#missing[@]}" -eq 0 ]; then
+        return
+    fi
+
+    local as_root=()
+    if [ "$(id -u)" -ne 0 ]; then
+        if ! command -v sudo >/dev/null; then
+            die "needs root once, and there is no sudo; as root: apt-get install ${missing[*]}"
+        fi
+        as_root=(sudo)
+    fi
+    say "installing ${missing[*]}"
+    local apt=("${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -qq -o DPkg::Lock::Timeout=300)
+    # A failed update is not yet the end: the lists that are there may do.
+    run_quietly "${apt[@]}" update || say "apt-get update failed; trying with the package lists that are there"
+    run_quietly "${apt[@]}" install -y --no-install-recommends "${missing[@]}" || die "could not install ${missing[*]}"
+}
+
+nvcc_path()
+{
+    if [ -n "${CUDACXX:-}" ]; then
+        command -v "$CUDACXX"
+    else
+        PATH=$PATH:/usr/local/cuda/bin command -v nvcc
+    fi
+}
+
+has_nvidia_gpu()
+{
+    [ -e /proc/driver/nvidia/version ] || [ -e /dev/nvidiactl ] || [ -e /dev/dxg ]
+}
+
+job_count()
+{
+    if [ -n "${CULLET_JOBS:-}" ]; then
+        printf '%s\n' "$CULLET_JOBS"
+        return
+    fi
+    local processors by_memory
+    processors=$(nproc)
+    # Optimised Eigen and Bullet code takes up to 1 GiB per compiler process.
+    by_memory=$(awk '/^MemAvailable:/ { print int($2 / 1572864) }' /proc/meminfo)
+    if [ "$by_memory" -lt 1 ]; then
+        by_memory=1
+    fi
+    printf '%s\n' "$((processors < by_memory ? processors : by_memory))"
+}
+
+# configure <preset>: only if this has not been done with these arguments; ninja itself sees changed CMake files.
+configure()
+{
+    local build=$CULLET_ROOT/build/$1 arguments="${CULLET_CMAKE_ARGS:-}"
+    if [ -f "$build/build.ninja" ] && [ "$build/configured" -nt "$CULLET_ROOT/CMakePresets.json" ] &&
+        [ "$(cat "$build/configured")" = "$arguments" ]; then
+        return
+    fi
+    say "configuring $1"
+    # Unquoted on purpose: a list of arguments.
+    # shellcheck disable=SC2086
+    (cd "$CULLET_ROOT" && run_quietly cmake --preset "$1" $arguments) || return
+    printf '%s\n' "$arguments" >"$build/configured"
+}
+
+# prepare <preset without CUDA>: installs and configures; sets $preset to the one to build.
+prepare()
+{
+    need_packages "${CULLET_PACKAGES[@]}"
+    preset=${CULLET_PRESET:-$1}
+    if [ -z "${CULLET_PRESET:-}" ]; then
+        if nvcc_path >/dev/null; then
+            if configure cuda; then
+                preset=cuda
+                return
+            fi
+            # An nvcc that does not accept the installed C++ compiler, most often.
+            say "the CUDA build cannot be configured (see above); going on without CUDA"
+        elif has_nvidia_gpu; then
+            say "there is an NVIDIA GPU and no nvcc: building without CUDA. To use the GPU, enable Debian's non-free" \
+                "section and run: apt-get install nvidia-cuda-toolkit"
+        fi
+    fi
+    configure "$preset" || die "the configure step failed"
+}
+
+# build <preset> [<target>...]: quiet when there is nothing to do.
+build()
+{
+    local preset=$1
+    shift
+    local targets=()
+    if [ "$#" -gt 0 ]; then
+        targets=(--target "$@")
+    fi
+    # To stderr: a demo's own output may be piped into something.
+    (cd "$CULLET_ROOT" && cmake --build --preset "$preset" -j "$(job_count)" "${targets[@]}" |
+        { grep -v '^ninja: no work to do\.$' || true; }) >&2
+}
