@@ -10,14 +10,18 @@ find_package(GTest REQUIRED)
 function(cullet_discover_tests target suffix labels timeout)
     # PRE_TEST: the programs are asked for their tests when ctest runs, so a build needs no GPU and no sanitizer runtime
     # settings, and a program that crashes at start does not fail the build.
-    # A list does not survive gtest_discover_tests; the escaped semicolon makes two labels of "gpu;slow".
-    string(REPLACE ";" "\\;" labels "${labels}")
-    set(properties TIMEOUT ${timeout})
-    if(labels)
-        list(APPEND properties LABELS "${labels}")
-    endif()
     gtest_discover_tests(${target} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
-        TEST_SUFFIX "${suffix}" PROPERTIES ${properties})
+        TEST_SUFFIX "${suffix}" TEST_LIST ${target}_discovered PROPERTIES TIMEOUT ${timeout})
+    if(labels)
+        # Not under PROPERTIES above: a value that is itself a list arrives there as its first element only.
+        set(script "${CMAKE_CURRENT_BINARY_DIR}/${target}_labels.cmake")
+        file(CONFIGURE OUTPUT "${script}" @ONLY CONTENT
+"if(@target@_discovered)
+    set_tests_properties(\${@target@_discovered} PROPERTIES LABELS \"@labels@\")
+endif()
+")
+        set_property(DIRECTORY APPEND PROPERTY TEST_INCLUDE_FILES "${script}")
+    endif()
 endfunction()
 
 # cullet_add_broad_test(<name> <source>... [LINK <target>...] [LABELS <label>...] [TIMEOUT <seconds>])
