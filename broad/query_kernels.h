@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/aabb.h"
+
+#include <cstdint>
+
+namespace cullet
+{
+/// Boxes of eight children, one lane each: a node of the tree of boxes, three cache lines.
+///
+/// An unused lane is empty in the sense of kEmptyAabb, so that no query enters it.
+struct alignas(64) BoxNode
+{
+    float min[3][8];
+    float max[3][8];
+};
+
+/// A ray prepared for conservative float slab tests; made by prepareRay().
+///
+/// A box is a candidate when, with the near and far plane of every axis as the sign of `inverse` says,
+/// max((near - nearOrigin) * inverse) <= lambdaMax, min((far - farOrigin) * inverse) >= 0 and
+/// max(near) <= min(far) * (1 + slack). The origins carry the growth of the boxes and the rounding errors.
+struct RayQuery
+{
+    float nearOrigin[3];
+    float farOrigin[3];
+    float inverse[3];
+    float lambdaMax;
+};
+
+/// Levels of a tree over all rows that 32 bits can count: 8^11 > 2^32. The bound of the traversal stack.
+inline constexpr int kMaxTreeLevels = 11;
+
+/// Where a traversal stands: per level from the root down one node and the children that are still to be visited.
+struct TreeCursor
+{
+    std::uint32_t nodes[kMaxTreeLevels];
+    std::uint32_t pending[kMaxTreeLevels];
+    int depth = 0;  ///< open levels; 0: nothing is left
+};
+
+/// A complete tree of eight-lane nodes as the kernels see it: child i of node n is node 8 n + i of the level below.
+struct BoxTreeView
+{
+    const BoxNode* levels[kMaxTreeLevels];  ///< [0] holds the leaves, whose lanes are rows
+    int levelCount;
+    const std::uint32_t* rows;  ///< [8 * leaves] the row in each lane of a leaf
+};
+
+/// Rows that one call of a kernel may write.
+inline constexpr std::uint32_t kQueryBatch = 64;
+
+/// Table boxes to be tested one after the other.
+struct ScanView
+{
+    const Aabb* boxes;          ///< by row
+    const std::uint32_t* rows;  ///< [size] the rows to test, or null: the rows 0 .. size - 1
+    std::uint32_t size;
+};
+
+/// The inner loops of the queries for one instruction set. All sets give the same rows in the same order.
+///
+/// Each call goes on where the cursor or `position` says, writes at most kQueryBatch rows and returns their number; zero means that
+/// the query is over. Nothing is allocated and nothing shared is written, so calls may run concurrently and nested.
+struct QueryKernels
+{
+    std::uint32_t (*treeOverlap)(const BoxTreeView&, const Aabb&, TreeCursor&, std::uint32_t* rows);
+    std::uint32_t (*treeRay)(const BoxTreeView&, const RayQuery&, TreeCursor&, std::uint32_t* rows);
+    std::uint32_t (*scanOverlap)(const ScanView&, const Aabb&, std::uint32_t& position, std::uint32_t* rows);
+    std::uint32_t (*scanRay)(const ScanView&, const RayQuery&, std::uint32_t& position, std::uint32_t* rows);
+};
+
+extern const QueryKernels kQueryKernelsBaseline;
+/// Equal to the baseline where the compiler has no AVX2.
+extern const QueryKernels kQueryKernelsAvx2;
+
+/// The fastest kernels that this machine runs, or the baseline ones.
+const QueryKernels& queryKernels(bool baselineSimd) noexcept;
+}  // namespace cullet
