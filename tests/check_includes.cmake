@@ -22,7 +22,8 @@ function(check_folder folder)
     string(REPLACE ";" "|" may "${arg_MAY}")
     string(REPLACE ";" "|" never "${arg_NEVER}")
     file(GLOB_RECURSE files RELATIVE "${ROOT}"
-        "${ROOT}/${folder}/*.h" "${ROOT}/${folder}/*.cpp" "${ROOT}/${folder}/*.cu" "${ROOT}/${folder}/*.cuh")
+        "${ROOT}/${folder}/*.h" "${ROOT}/${folder}/*.cpp" "${ROOT}/${folder}/*.inl"
+        "${ROOT}/${folder}/*.cu" "${ROOT}/${folder}/*.cuh")
     foreach(file IN LISTS files)
         if(file MATCHES "^tests/consumer/")
             continue()
