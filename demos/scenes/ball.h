@@ -1,0 +1,29 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/aabb.h"
+#include "demos/scenes/box_scene.h"
+#include "demos/scenes/splitmix64.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace cullet
+{
+/// A body of a box scene: a cube around a centre, with a velocity per frame.
+struct Ball
+{
+    float centre[3];
+    float half;  ///< half the edge of its box
+    float velocity[3];
+};
+
+Aabb boxOf(const Ball& ball) noexcept;
+
+/// Random direction times `speed`, by rejection: no trigonometry, hence the same bits everywhere.
+void setRandomVelocity(Ball& ball, float speed, SplitMix64& random) noexcept;
+
+/// Puts balls in the order of their ids: along a Morton curve of 2^10 cells a side, or shuffled.
+void orderBalls(std::vector<Ball>& balls, const BoxSceneOptions& options);
+}  // namespace cullet

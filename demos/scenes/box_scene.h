@@ -1,0 +1,58 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/aabb.h"
+
+#include <cstdint>
+#include <memory>
+#include <string_view>
+#include <vector>
+
+namespace cullet
+{
+struct BoxSceneOptions
+{
+    std::uint32_t bodies = 65536;
+    /// Rows along a Morton curve at the start instead of in random order. Trees profit from it, so that a fair
+    /// comparison shows both.
+    bool sortedIds = false;
+    std::uint64_t seed = 12345;
+};
+
+/// A sequence of frames of float boxes without physics: what a broad phase is fed with.
+///
+/// Deterministic: the same options give the same boxes on every machine. Row = position in boxes(), for the whole
+/// life of the scene.
+class BoxScene
+{
+public:
+    virtual ~BoxScene() = default;
+
+    /// The boxes of the current frame. Before the first step(): the start.
+    const std::vector<Aabb>& boxes() const noexcept { return m_boxes; }
+
+    /// Rows that the last step() moved, ascending; empty before the first.
+    const std::vector<std::uint32_t>& moved() const noexcept { return m_moved; }
+
+    /// Goes on to the next frame. O(moved bodies).
+    virtual void step() = 0;
+
+protected:
+    std::vector<Aabb> m_boxes;
+    std::vector<std::uint32_t> m_moved;
+};
+
+struct BoxSceneInfo
+{
+    const char* name;
+    const char* summary;
+    std::unique_ptr<BoxScene> (*make)(const BoxSceneOptions&);
+};
+
+/// Every scene, in the order in which people should read them.
+const std::vector<BoxSceneInfo>& boxScenes();
+
+/// The scene of that name (case matters), or null.
+const BoxSceneInfo* findBoxScene(std::string_view name);
+}  // namespace cullet

@@ -1,0 +1,33 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/scenes/box_scene.h"
+#include "demos/scenes/heap_scenes.h"
+#include "demos/scenes/uniform_scenes.h"
+
+namespace cullet
+{
+const std::vector<BoxSceneInfo>& boxScenes()
+{
+    static const std::vector<BoxSceneInfo> scenes = {
+        {"W1", "uniform spheres of radius 1, about one pair per body, all move", makeUniformScene},
+        {"W2", "edges log-uniform from 0.1 to 100, under 10 pairs per body, all move", makeTwoSizesScene},
+        {"W3", "W1 of which the same 5 % move in every frame", makeMostlyStaticScene},
+        {"W3b", "W1 of which a fresh 5 % move in each frame", makeFreshMoversScene},
+        {"W4", "settled heap of unit boxes, all jitter by 0.01", makeSettledHeapScene},
+        {"W5", "W1 in which every body teleports in each frame", makeTeleportScene},
+        {"pile", "dense heap of turned boxes, 7.6 pairs per body, all drift", makeDriftingHeapScene},
+        {"static", "W1 at rest, but for 100 movers", makeHundredMoversScene},
+    };
+    return scenes;
+}
+
+const BoxSceneInfo* findBoxScene(std::string_view name)
+{
+    for (const BoxSceneInfo& scene : boxScenes())
+    {
+        if (name == scene.name)
+            return &scene;
+    }
+    return nullptr;
+}
+}  // namespace cullet

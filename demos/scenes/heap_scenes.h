@@ -1,0 +1,20 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "demos/scenes/box_scene.h"
+
+#include <memory>
+
+namespace cullet
+{
+// Conical heaps (slope 0.6) stacked layer on layer, each layer shifted at random, without physics.
+
+/// A settled heap of unit boxes that rest on one another: about 3.1 pairs per body. In each frame every box is within
+/// 0.01 of its place on each axis, so that nothing leaves a margin of 0.05.
+std::unique_ptr<BoxScene> makeSettledHeapScene(const BoxSceneOptions& options);
+
+/// A dense heap of turned unit boxes, whose bounds have edges from 1 to 1.52: about 7.6 pairs per body. Every body
+/// drifts a few hundredths around its place.
+std::unique_ptr<BoxScene> makeDriftingHeapScene(const BoxSceneOptions& options);
+}  // namespace cullet

@@ -1,0 +1,32 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "demos/scenes/box_scene.h"
+
+#include <memory>
+
+namespace cullet
+{
+// Bodies spread uniformly in a cube whose volume grows with their number, so that pairs per body stay the same.
+// Bodies that move fly straight and bounce off the cube's walls.
+
+/// Spheres of radius 1, 32 units of volume each: about one overlapping pair per body. All move 0.05 to 0.1 a frame.
+std::unique_ptr<BoxScene> makeUniformScene(const BoxSceneOptions& options);
+
+/// Edges log-uniform from 0.1 to 100, 20,000 units of volume each: about 3.7 pairs per body. All move 0.05 to 0.1
+/// of their half edge a frame.
+std::unique_ptr<BoxScene> makeTwoSizesScene(const BoxSceneOptions& options);
+
+/// The uniform scene of which the same 5 % move in every frame.
+std::unique_ptr<BoxScene> makeMostlyStaticScene(const BoxSceneOptions& options);
+
+/// The uniform scene of which a fresh 5 % move in each frame.
+std::unique_ptr<BoxScene> makeFreshMoversScene(const BoxSceneOptions& options);
+
+/// The uniform scene in which every body jumps to a new random place in each frame.
+std::unique_ptr<BoxScene> makeTeleportScene(const BoxSceneOptions& options);
+
+/// The uniform scene at rest, but for at most 100 movers.
+std::unique_ptr<BoxScene> makeHundredMoversScene(const BoxSceneOptions& options);
+}  // namespace cullet

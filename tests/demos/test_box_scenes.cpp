@@ -1,0 +1,160 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/scenes/box_scene.h"
+#include "demos/scenes/exact_pairs.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <ostream>
+
+namespace cullet
+{
+namespace
+{
+constexpr std::uint32_t kBodies = 16384;
+
+std::vector<Pair> pairsOf(const BoxScene& scene)
+{
+    std::vector<ExactBox> boxes;
+    for (const Aabb& box : scene.boxes())
+        boxes.push_back(toExactBox(box));
+    return findExactPairs(boxes);
+}
+
+std::uint64_t hashOf(const std::vector<Aabb>& boxes)
+{
+    std::uint64_t hash = 0;
+    for (const Aabb& box : boxes)
+    {
+        std::uint32_t words[6];
+        std::memcpy(words, &box, sizeof(words));
+        for (const std::uint32_t word : words)
+            hash = splitMix(hash ^ word);
+    }
+    return hash;
+}
+
+/// What the documentation of a scene promises at kBodies.
+struct Promise
+{
+    const char* scene;
+    double fewestPairs;  ///< per body
+    double mostPairs;
+    std::size_t moved;   ///< per frame
+    std::uint64_t hash;  ///< of the boxes after three frames
+};
+
+std::ostream& operator<<(std::ostream& out, const Promise& promise)
+{
+    return out << promise.scene;
+}
+
+class EveryScene : public testing::TestWithParam<Promise>
+{
+protected:
+    std::unique_ptr<BoxScene> make(bool sortedIds = false) const
+    {
+        const BoxSceneInfo* info = findBoxScene(GetParam().scene);
+        return info == nullptr ? nullptr : info->make({kBodies, sortedIds, 12345});
+    }
+};
+
+TEST_P(EveryScene, HasThePromisedPairsPerBodyInEveryFrame)
+{
+    const auto scene = make();
+    ASSERT_NE(scene, nullptr);
+    for (int frame = 0; frame < 3; ++frame)
+    {
+        const double perBody = static_cast<double>(pairsOf(*scene).size()) / kBodies;
+        EXPECT_GE(perBody, GetParam().fewestPairs) << "frame " << frame;
+        EXPECT_LE(perBody, GetParam().mostPairs) << "frame " << frame;
+        scene->step();
+    }
+}
+
+TEST_P(EveryScene, MovesExactlyTheRowsThatItNames)
+{
+    const auto scene = make();
+    ASSERT_NE(scene, nullptr);
+    EXPECT_TRUE(scene->moved().empty());
+    scene->step();
+    const std::vector<Aabb> before = scene->boxes();
+    scene->step();
+    EXPECT_EQ(scene->moved().size(), GetParam().moved);
+    std::vector<std::uint32_t> changed;
+    for (std::uint32_t row = 0; row < before.size(); ++row)
+    {
+        if (before[row] != scene->boxes()[row])
+            changed.push_back(row);
+    }
+    EXPECT_EQ(scene->moved(), changed);
+}
+
+TEST_P(EveryScene, IsTheSameOnEveryMachine)
+{
+    const auto scene = make();
+    ASSERT_NE(scene, nullptr);
+    for (int frame = 0; frame < 3; ++frame)
+        scene->step();
+    EXPECT_EQ(hashOf(scene->boxes()), GetParam().hash) << std::hex << "0x" << hashOf(scene->boxes());
+}
+
+TEST_P(EveryScene, SortedIdsRenameTheSameBodies)
+{
+    const auto random = make(false);
+    const auto sorted = make(true);
+    ASSERT_NE(random, nullptr);
+    EXPECT_NE(hashOf(random->boxes()), hashOf(sorted->boxes()));
+    EXPECT_EQ(pairsOf(*random).size(), pairsOf(*sorted).size());
+    // Neighbours on the curve are near each other: the mean step from row to row shrinks several times.
+    const auto meanStep = [](const std::vector<Aabb>& boxes)
+    {
+        double sum = 0.0;
+        for (std::size_t row = 1; row < boxes.size(); ++row)
+        {
+            for (int axis = 0; axis < 3; ++axis)
+                sum += std::abs(boxes[row].min[axis] - boxes[row - 1].min[axis]);
+        }
+        return sum / static_cast<double>(boxes.size());
+    };
+    EXPECT_LT(meanStep(sorted->boxes()) * 3.0, meanStep(random->boxes()));
+}
+
+INSTANTIATE_TEST_SUITE_P(AllScenes, EveryScene,
+                         testing::Values(Promise{"W1", 0.9, 1.05, kBodies, 0x26c7f3192ca62f02ull},
+                                         Promise{"W2", 3.2, 4.0, kBodies, 0xf67b5f39577b74a5ull},
+                                         Promise{"W3", 0.9, 1.05, kBodies / 20, 0x3a9a24ffa3c6fe09ull},
+                                         Promise{"W3b", 0.9, 1.05, kBodies / 20, 0x60345383cb3117efull},
+                                         Promise{"W4", 2.7, 3.4, kBodies, 0x2046dd33c58a7f03ull},
+                                         Promise{"W5", 0.9, 1.05, kBodies, 0x36306b54bd75fbf7ull},
+                                         Promise{"pile", 6.5, 8.5, kBodies, 0xac6dc12b76058055ull},
+                                         Promise{"static", 0.9, 1.05, 100, 0x5fe11d8980377734ull}),
+                         [](const auto& test) { return std::string(test.param.scene); });
+
+TEST(BoxScenes, AreAllUnderTest)
+{
+    EXPECT_EQ(boxScenes().size(), 8u) << "add the new scene to the list of promises";
+}
+
+TEST(BoxScenes, UnknownNamesGiveNull)
+{
+    EXPECT_EQ(findBoxScene("W6"), nullptr);
+    EXPECT_EQ(findBoxScene("w1"), nullptr);
+}
+
+TEST(BoxScenes, SmallNumbersOfBodiesAreLegal)
+{
+    for (const BoxSceneInfo& info : boxScenes())
+    {
+        for (const std::uint32_t bodies : {1u, 2u, 10u, 100u})
+        {
+            SCOPED_TRACE(std::string(info.name) + " with " + std::to_string(bodies));
+            const auto scene = info.make({bodies, false, 1});
+            scene->step();
+            EXPECT_EQ(scene->boxes().size(), bodies);
+        }
+    }
+}
+}  // namespace
+}  // namespace cullet
