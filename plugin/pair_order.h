@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/pair.h"
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+/// The pairs of an array in descending order of (first, second); keeps its memory from one sort to the next.
+class PairOrder
+{
+public:
+    struct Entry
+    {
+        Pair ids;
+        std::uint32_t index;  ///< of the pair in the array
+    };
+
+    /// True when the order was made for this version of the array.
+    bool isOf(std::uint64_t version) const noexcept { return m_version == version; }
+
+    /// Entries to fill in, in any order, before sort(). May throw std::bad_alloc.
+    Entry* prepare(std::size_t count);
+
+    /// Stable radix sort, least significant digit first, over the digits in which the ids differ. O(count).
+    ///
+    /// @param version what isOf() will confirm; not 0
+    void sort(std::uint64_t version);
+
+    const std::vector<Entry>& entries() const noexcept { return m_entries; }
+
+    std::uint64_t bytes() const noexcept
+    {
+        return (m_entries.capacity() + m_scratch.capacity()) * sizeof(Entry);
+    }
+
+private:
+    void scatter(std::uint32_t Pair::*id, int shift);
+
+    std::vector<Entry> m_entries;
+    std::vector<Entry> m_scratch;
+    std::uint64_t m_version = 0;
+};
+}  // namespace CULLET_PRECISION
+}  // namespace cullet
