@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/aabb.h"
+#include "broad/backend.h"
+
+#include <limits>
+
+namespace cullet::test
+{
+inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
+inline constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+/// Filter words that pair with everything.
+inline constexpr Filter kEverything = {1, -1};
+
+/// Box of the given half size around (x, y, z).
+inline Aabb boxAt(float x, float y, float z, float half = 0.5f)
+{
+    return {{x - half, y - half, z - half}, {x + half, y + half, z + half}};
+}
+
+/// The same on every axis.
+inline Aabb cube(float min, float max)
+{
+    return {{min, min, min}, {max, max, max}};
+}
+
+inline Aabb translated(Aabb box, float x, float y, float z)
+{
+    const float shift[3] = {x, y, z};
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        box.min[axis] += shift[axis];
+        box.max[axis] += shift[axis];
+    }
+    return box;
+}
+}  // namespace cullet::test

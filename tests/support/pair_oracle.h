@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/backend.h"
+
+#include <cstdint>
+#include <map>
+#include <set>
+#include <utility>
+#include <vector>
+
+namespace cullet::test
+{
+/// The definition of the pair set in Backend's docstring as a model: a set of id pairs and a map of boxes.
+///
+/// Shares no code and no arithmetic with the library (gaps in double precision instead of float comparisons), so that
+/// a fault in overlaps(), overlapsWithMargin(), isValid() or the pair lists is not in both. It ignores `dirty` and
+/// `changes`: what a backend may conclude from them has to follow from the boxes. O(n^2) per update.
+class PairOracle
+{
+public:
+    using IdPair = std::pair<std::uint32_t, std::uint32_t>;
+
+    /// Moves to the view's boxes and returns what changed.
+    PairDelta update(const ProxyView& proxies);
+
+    void restart(const std::vector<Pair>& known);
+
+    std::vector<Pair> pairs() const;
+    std::size_t pairCount() const { return m_pairs.size(); }
+
+private:
+    struct Body
+    {
+        Aabb box;
+        Filter filter;
+    };
+
+    void readBodies(const ProxyView& proxies);
+    bool stays(IdPair pair, float margin) const;
+
+    std::map<std::uint32_t, Body> m_bodies;  ///< bodies with a box that can overlap, by id
+    std::set<IdPair> m_pairs;
+};
+}  // namespace cullet::test
