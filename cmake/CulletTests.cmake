@@ -10,7 +10,8 @@ find_package(GTest REQUIRED)
 function(cullet_discover_tests target suffix labels timeout)
     # PRE_TEST: the programs are asked for their tests when ctest runs, so a build needs no GPU and no sanitizer runtime
     # settings, and a program that crashes at start does not fail the build.
-    gtest_discover_tests(${target} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
+    # NO_PRETTY_VALUES: without it CMake appends "# GetParam() = ..." to names that the test itself has chosen.
+    gtest_discover_tests(${target} DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60 NO_PRETTY_VALUES
         TEST_SUFFIX "${suffix}" TEST_LIST ${target}_discovered PROPERTIES TIMEOUT ${timeout})
     if(labels)
         # Not under PROPERTIES above: a value that is itself a list arrives there as its first element only.
