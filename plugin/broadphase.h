@@ -51,8 +51,9 @@ struct BroadphaseStats
     std::uint64_t updatesTotal = 0;    ///< calls of calculateOverlappingPairs
     std::uint64_t restartsTotal = 0;   ///< times the backend was given the known pairs and began anew
     std::uint64_t fallbacksTotal = 0;  ///< backends that failed and were replaced by the grid
-    std::uint64_t linearQueriesTotal = 0;  ///< rays, sweeps and box queries answered by scanning all boxes
-    std::uint64_t treeQueriesTotal = 0;    ///< those answered by the tree of boxes
+    std::uint64_t queryTreeBuildsTotal =
+        0;                                  ///< times the tree of boxes behind rays and box queries was built
+    std::uint64_t queryTreeSyncsTotal = 0;  ///< times it took in changes; other queries scanned or reused it
     std::uint64_t bytes = 0;  ///< memory of proxies, tables and lists, without backend and pair cache
     const char* backendName = "";
     BackendStats backend;

@@ -1,0 +1,64 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/aabb.h"
+
+#include <BulletCollision/BroadphaseCollision/btBroadphaseProxy.h>
+
+#include <cstdint>
+#include <cstring>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+/// Whether two boxes are the same bits in x, y and z, so that a NaN is equal to itself. -0 and 0 differ, which costs an
+/// update and nothing else.
+inline bool isSameBox(const btVector3& min0, const btVector3& max0, const btVector3& min1,
+                      const btVector3& max1)
+{
+    constexpr std::size_t kSize = 3 * sizeof(btScalar);
+    return std::memcmp(&min0, &min1, kSize) == 0 && std::memcmp(&max0, &max1, kSize) == 0;
+}
+
+/// False for a box with min > max or with a NaN.
+inline bool isValidBox(const btVector3& min, const btVector3& max)
+{
+    return min.x() <= max.x() && min.y() <= max.y() && min.z() <= max.z();
+}
+
+/// Closed-interval overlap; false when a NaN is compared.
+///
+/// Bullet's TestAabbAgainstAabb2 counts a NaN as overlapping; its tree (btDbvt) does not.
+inline bool overlapsExactly(const btVector3& min0, const btVector3& max0, const btVector3& min1,
+                            const btVector3& max1)
+{
+    return min0.x() <= max1.x() && min1.x() <= max0.x() && min0.y() <= max1.y() && min1.y() <= max0.y() &&
+           min0.z() <= max1.z() && min1.z() <= max0.z();
+}
+
+inline bool overlapsExactly(const btBroadphaseProxy& a, const btBroadphaseProxy& b)
+{
+    return overlapsExactly(a.m_aabbMin, a.m_aabbMax, b.m_aabbMin, b.m_aabbMax);
+}
+
+/// The smallest float box around a box; a copy in float builds. An empty box may come out as a valid one.
+inline Aabb toFloatBox(const btVector3& min, const btVector3& max)
+{
+    Aabb box;
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        box.min[axis] = roundDownToFloat(min[axis]);
+        box.max[axis] = roundUpToFloat(max[axis]);
+    }
+    return box;
+}
+
+/// As toFloatBox(), and kEmptyAabb for a box that is not valid: rounding could turn it into a valid one.
+inline Aabb toTableBox(const btVector3& min, const btVector3& max)
+{
+    return isValidBox(min, max) ? toFloatBox(min, max) : kEmptyAabb;
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

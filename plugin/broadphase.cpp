@@ -1,0 +1,223 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "plugin/broadphase.h"
+
+#include "broad/log.h"
+#include "broad/query_index.h"
+#include "plugin/backend_choice.h"
+#include "plugin/ghost_watch.h"
+#include "plugin/pair_keeper.h"
+#include "plugin/proxy_store.h"
+#include "plugin/queries.h"
+
+#include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
+
+#include <algorithm>
+#include <cstdio>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+struct Broadphase::Parts
+{
+    Parts(std::unique_ptr<Backend> backend, btOverlappingPairCache* cache, const BroadphaseOptions& options)
+        : margin(options.margin),
+          index(std::make_unique<QueryIndex>(store.table())),
+          keeper(store, cache, std::move(backend), options),
+          ghosts(store, keeper)
+    {
+    }
+
+    btScalar margin;
+    ProxyStore store;
+    std::unique_ptr<QueryIndex> index;
+    PairKeeper keeper;
+    GhostWatch ghosts;
+};
+
+namespace
+{
+/// Destroyed proxies may wait for the next update up to this number, or up to the number of the living.
+constexpr std::uint32_t kSmallQuarantine = 1024;
+
+Proxy* toProxy(btBroadphaseProxy* proxy)
+{
+    return static_cast<Proxy*>(proxy);
+}
+
+/// Written so that a NaN becomes 0.
+float toMargin(btScalar margin)
+{
+    return margin > 0 ? static_cast<float>(margin) : 0.0f;
+}
+}  // namespace
+
+Broadphase::Broadphase(btOverlappingPairCache* cache, const BroadphaseOptions& options)
+    : Broadphase(makeBackend(options), cache, options)
+{
+}
+
+Broadphase::Broadphase(const BroadphaseOptions& options) : Broadphase(makeBackend(options), nullptr, options)
+{
+}
+
+Broadphase::Broadphase(std::unique_ptr<Backend> backend, btOverlappingPairCache* cache,
+                       const BroadphaseOptions& options)
+    : m(std::make_unique<Parts>(std::move(backend), cache, options))
+{
+}
+
+Broadphase::~Broadphase() = default;
+
+btBroadphaseProxy* Broadphase::createProxy(const btVector3& aabbMin, const btVector3& aabbMax,
+                                           int /*shapeType*/, void* userPtr, int collisionFilterGroup,
+                                           int collisionFilterMask, btDispatcher* /*dispatcher*/)
+{
+    m->ghosts.look();
+    Proxy* proxy = m->store.create(aabbMin, aabbMax, userPtr, {collisionFilterGroup, collisionFilterMask});
+    m->ghosts.add(*proxy);
+    m->ghosts.addPairs(*proxy, *m->index);
+    return proxy;
+}
+
+void Broadphase::destroyProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher)
+{
+    Proxy* own = toProxy(proxy);
+    CULLET_ASSERT(m->store.find(static_cast<std::uint32_t>(own->m_uniqueId)) == own,
+                  "destroy a proxy once, in the broad phase that made it");
+    m->keeper.removePairsOf(*own, dispatcher);
+    m->ghosts.remove(*own);
+    m->store.destroy(own);
+    // A world that is only asked for rays never updates.
+    if (m->store.quarantinedCount() > std::max(kSmallQuarantine, m->store.table().liveCount()))
+        m->keeper.skipChanges();
+}
+
+void Broadphase::setAabb(btBroadphaseProxy* proxy, const btVector3& aabbMin, const btVector3& aabbMax,
+                         btDispatcher* /*dispatcher*/)
+{
+    Proxy* own = toProxy(proxy);
+    m->store.refreshFilter(own);
+    if (isSameBox(own->m_aabbMin, own->m_aabbMax, aabbMin, aabbMax))
+        return;
+    m->store.setBox(own, aabbMin, aabbMax);
+    m->ghosts.look();
+    m->ghosts.addPairs(*own, *m->index);
+}
+
+void Broadphase::getAabb(btBroadphaseProxy* proxy, btVector3& aabbMin, btVector3& aabbMax) const
+{
+    aabbMin = proxy->m_aabbMin;
+    aabbMax = proxy->m_aabbMax;
+}
+
+void Broadphase::rayTest(const btVector3& rayFrom, const btVector3& /*rayTo*/,
+                         btBroadphaseRayCallback& rayCallback, const btVector3& aabbMin,
+                         const btVector3& aabbMax)
+{
+    testRay(m->store, *m->index, rayFrom, aabbMin, aabbMax, rayCallback);
+}
+
+void Broadphase::aabbTest(const btVector3& aabbMin, const btVector3& aabbMax,
+                          btBroadphaseAabbCallback& callback)
+{
+    testBox(m->store, *m->index, aabbMin, aabbMax, callback);
+}
+
+void Broadphase::calculateOverlappingPairs(btDispatcher* dispatcher)
+{
+    m->ghosts.look();
+    m->keeper.update(toMargin(m->margin < 0 ? gDbvtMargin : m->margin), dispatcher);
+    m->ghosts.tighten();
+}
+
+btOverlappingPairCache* Broadphase::getOverlappingPairCache()
+{
+    return m->keeper.port().cache();
+}
+
+const btOverlappingPairCache* Broadphase::getOverlappingPairCache() const
+{
+    return m->keeper.port().cache();
+}
+
+void Broadphase::getBroadphaseAabb(btVector3& aabbMin, btVector3& aabbMax) const
+{
+    bool isFirst = true;
+    m->store.forEach(
+        [&](const Proxy* proxy, std::uint32_t row)
+        {
+            if (!isValid(m->store.table().box(row)))
+                return;
+            if (isFirst)
+            {
+                aabbMin = proxy->m_aabbMin;
+                aabbMax = proxy->m_aabbMax;
+            }
+            aabbMin.setMin(proxy->m_aabbMin);
+            aabbMax.setMax(proxy->m_aabbMax);
+            isFirst = false;
+        });
+    if (isFirst)
+        aabbMin = aabbMax = btVector3(0, 0, 0);
+}
+
+void Broadphase::resetPool(btDispatcher* /*dispatcher*/)
+{
+    if (m->store.table().liveCount() != 0)
+        return;
+    m->store.reset();
+    m->index = std::make_unique<QueryIndex>(m->store.table());
+    m->keeper.skipChanges();
+}
+
+void Broadphase::printStats()
+{
+    const BroadphaseStats now = stats();
+    char text[256];
+    std::snprintf(
+        text, sizeof(text),
+        "%u bodies, %llu pairs, %llu pending, %llu provisional, %llu updates, %llu bytes; backend %s (%s)",
+        now.bodies, static_cast<unsigned long long>(now.pairs),
+        static_cast<unsigned long long>(now.pendingPairs),
+        static_cast<unsigned long long>(now.provisionalPairs),
+        static_cast<unsigned long long>(now.updatesTotal), static_cast<unsigned long long>(now.bytes),
+        now.backendName, now.backend.path);
+    log(LogLevel::Info, text);
+}
+
+BroadphaseStats Broadphase::stats() const
+{
+    BroadphaseStats stats;
+    stats.bodies = m->store.table().liveCount();
+    stats.ghosts = m->ghosts.count();
+    stats.invalidBoxesTotal = m->store.invalidBoxesTotal();
+    stats.queryTreeBuildsTotal = m->index->buildsTotal();
+    stats.queryTreeSyncsTotal = m->index->syncsTotal();
+    stats.bytes = m->store.bytes() + m->ghosts.bytes() + m->index->bytes();
+    m->keeper.addTo(stats);
+    return stats;
+}
+
+void Broadphase::setBackend(std::unique_ptr<Backend> backend)
+{
+    m->keeper.setBackend(std::move(backend));
+}
+
+void Broadphase::setGhostPairsImmediate(bool immediate)
+{
+    m->keeper.port().setGhosts(immediate);
+}
+
+const Backend& Broadphase::backend() const
+{
+    return m->keeper.backend();
+}
+
+const ProxyTable& Broadphase::table() const
+{
+    return m->store.table();
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/aabb.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace cullet
+{
+/// The boxes of the ghosts, packed for one question: which of them does this box touch?
+///
+/// Eight boxes to a block with the block's bounds, and the bounds of all in front, so that a body far from every ghost
+/// pays one box test. Bounds only grow until tighten(). 28 bytes per ghost and 4 per row.
+class GhostShelf
+{
+public:
+    std::uint32_t size() const noexcept { return m_size; }
+    bool isEmpty() const noexcept { return m_size == 0; }
+    bool contains(std::uint32_t row) const noexcept { return row < m_slots.size() && m_slots[row] != kNone; }
+
+    /// @pre the row is not on the shelf
+    void insert(std::uint32_t row, const Aabb& box);
+    /// @pre the row is on the shelf
+    void set(std::uint32_t row, const Aabb& box) noexcept;
+    /// @pre the row is on the shelf
+    void erase(std::uint32_t row) noexcept;
+    void clear();
+
+    /// Makes all bounds exact. O(ghosts).
+    void tighten() noexcept;
+
+    /// Whether the box may touch a ghost: a quick no for almost every body.
+    bool mayTouch(const Aabb& box) const noexcept { return overlaps(m_bounds, box); }
+
+    /// Calls visit(row) for every ghost whose box overlaps the (valid) box. The shelf must not change meanwhile.
+    template <class Visit>
+    void forEachOverlap(const Aabb& box, Visit visit) const
+    {
+        if (!mayTouch(box))
+            return;
+        for (const Block& block : m_blocks)
+        {
+            if (!overlaps(block.bounds, box))
+                continue;
+            for (std::uint32_t mask = overlapMask(block, box), lane = 0; mask != 0; mask >>= 1, ++lane)
+            {
+                if ((mask & 1) != 0)
+                    visit(block.rows[lane]);
+            }
+        }
+    }
+
+    std::uint64_t bytes() const noexcept
+    {
+        return m_blocks.capacity() * sizeof(Block) + m_slots.capacity() * sizeof(std::uint32_t);
+    }
+
+private:
+    static constexpr std::uint32_t kNone = ~std::uint32_t{0};
+    static constexpr std::uint32_t kLanes = 8;
+
+    struct Block
+    {
+        float min[3][kLanes];
+        float max[3][kLanes];
+        std::uint32_t rows[kLanes];
+        Aabb bounds;
+    };
+
+    static std::uint32_t overlapMask(const Block& block, const Aabb& box) noexcept;
+    static Aabb boxAt(const Block& block, std::uint32_t lane) noexcept;
+    void put(std::uint32_t slot, std::uint32_t row, const Aabb& box) noexcept;
+
+    std::vector<Block> m_blocks;
+    std::vector<std::uint32_t> m_slots;  // by row: place on the shelf, or kNone
+    std::uint32_t m_size = 0;
+    Aabb m_bounds = kEmptyAabb;
+};
+}  // namespace cullet

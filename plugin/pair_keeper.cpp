@@ -1,0 +1,286 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "plugin/pair_keeper.h"
+
+#include "broad/log.h"
+#include "plugin/backend_choice.h"
+
+#include <algorithm>
+#include <string>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+void sortUnique(std::vector<Pair>& pairs)
+{
+    std::sort(pairs.begin(), pairs.end());
+    pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+}
+
+/// Raises the flag for a scope; an exception lowers it too.
+class Scope
+{
+public:
+    explicit Scope(bool& flag) : m_flag(flag) { m_flag = true; }
+    ~Scope() { m_flag = false; }
+    Scope(const Scope&) = delete;
+    Scope& operator=(const Scope&) = delete;
+
+private:
+    bool& m_flag;
+};
+}  // namespace
+
+PairKeeper::PairKeeper(ProxyStore& store, btOverlappingPairCache* cache, std::unique_ptr<Backend> backend,
+                       const BroadphaseOptions& options)
+    : m_options(options), m_store(store), m_port(cache), m_backend(std::move(backend))
+{
+}
+
+void PairKeeper::setBackend(std::unique_ptr<Backend> backend)
+{
+    m_backend = std::move(backend);
+    m_isRestartDue = true;
+}
+
+void PairKeeper::update(float margin, btDispatcher* dispatcher)
+{
+    if (m_isUpdating)
+        return;
+    const Scope updating(m_isUpdating);
+    ++m_updatesTotal;
+    if (!m_port.storesPairs())
+        return skipChanges();
+    noticeForeignChanges();
+    if (m_filter == nullptr)
+        m_store.refreshSomeFilters();
+    const ProxyView view = m_store.table().beginUpdate(margin, m_filter == nullptr);
+    if (!runBackend(view))
+        return;
+    // Lowered at the end: after an exception the next update begins anew from the pairs of the cache.
+    m_isRestartDue = true;
+    if (m_isCacheChanged)
+        holdBackTakenOut(view);
+    collectDue(view);
+    m_store.endUpdate();
+    applyRemoved(margin, dispatcher);
+    applyAdded(margin);
+    m_expectedCount = m_port.count();
+    m_isAllDue = false;
+    m_isRestartDue = false;
+}
+
+void PairKeeper::noticeForeignChanges()
+{
+    const btOverlapFilterCallback* filter = m_port.filterCallback();
+    if (filter != m_filter)
+    {
+        // Without a callback the backend drops pairs by group and mask, which a callback may let pass.
+        if (m_filter == nullptr)
+            m_isRestartDue = true;
+        m_isAllDue = true;
+        m_filter = filter;
+    }
+    // In a restart for another reason, pairs that the application took out cannot be told from those that are new.
+    m_isCacheChanged = !m_isRestartDue && m_port.count() != m_expectedCount;
+    if (m_isCacheChanged)
+        m_isRestartDue = true;
+}
+
+bool PairKeeper::runBackend(const ProxyView& view)
+{
+    if (m_isRestartDue)
+        restartBackend();
+    const Status status = m_backend->update(view, m_delta);
+    if (status == Status::Ok)
+        return true;
+    replaceBackend(status);
+    restartBackend();
+    if (m_backend->update(view, m_delta) == Status::Ok)
+        return true;
+    log(LogLevel::Error, "the fallback backend failed too; pairs stay as they are until the next update");
+    m_isRestartDue = true;
+    return false;
+}
+
+void PairKeeper::replaceBackend(Status status)
+{
+    const std::string reason = status == Status::OutOfMemory ? "out of memory" : "device lost";
+    const std::string message = std::string("backend '") + m_backend->name() + "' failed (" + reason +
+                                "); the grid on the CPU takes over";
+    log(LogLevel::Warning, message.c_str());
+    m_backend = makeFallbackBackend(m_options);
+    ++m_fallbacksTotal;
+}
+
+void PairKeeper::restartBackend()
+{
+    m_scratch.assign(m_pending.pairs().begin(), m_pending.pairs().end());
+    const btBroadphasePairArray& cached = m_port.cache()->getOverlappingPairArray();
+    for (int i = 0; i < cached.size(); ++i)
+    {
+        const Pair pair = {static_cast<std::uint32_t>(cached[i].m_pProxy0->m_uniqueId),
+                           static_cast<std::uint32_t>(cached[i].m_pProxy1->m_uniqueId)};
+        // A cache that serves another broad phase too holds proxies that are not ours.
+        if (m_store.find(pair.first) == cached[i].m_pProxy0 &&
+            m_store.find(pair.second) == cached[i].m_pProxy1)
+            m_scratch.push_back(pair);
+    }
+    sortUnique(m_scratch);
+    m_backend->restart(m_scratch);
+    m_provisional.clear();
+    m_isRestartDue = false;
+    ++m_restartsTotal;
+}
+
+bool PairKeeper::isOld(Pair pair, const ProxyView& view) const
+{
+    const Proxy* first = m_store.find(pair.first);
+    const Proxy* second = m_store.find(pair.second);
+    return first != nullptr && second != nullptr && view.changes[ProxyStore::rowOf(first)] == kRowUnchanged &&
+           view.changes[ProxyStore::rowOf(second)] == kRowUnchanged;
+}
+
+void PairKeeper::holdBackTakenOut(const ProxyView& view)
+{
+    const auto isTakenOut = [&](Pair pair) { return isOld(pair, view); };
+    for (const Pair pair : m_delta.added)
+    {
+        if (!isTakenOut(pair))
+            continue;
+        m_pending.insert(pair, ProxyStore::rowOf(m_store.find(pair.first)),
+                         ProxyStore::rowOf(m_store.find(pair.second)), PendingPairs::kRefused, view.boxes,
+                         view.margin);
+    }
+    m_delta.added.erase(std::remove_if(m_delta.added.begin(), m_delta.added.end(), isTakenOut),
+                        m_delta.added.end());
+}
+
+void PairKeeper::collectDue(const ProxyView& view)
+{
+    m_due.clear();
+    m_pending.collectDue(view, m_due);
+    if (m_isAllDue)
+        m_due = m_pending.pairs();
+    sortUnique(m_due);
+}
+
+bool PairKeeper::areApart(Pair pair, float margin) const
+{
+    const Proxy* first = m_store.find(pair.first);
+    const Proxy* second = m_store.find(pair.second);
+    const ProxyTable& table = m_store.table();
+    return first == nullptr || second == nullptr ||
+           !overlapsWithMargin(table.box(ProxyStore::rowOf(first)), table.box(ProxyStore::rowOf(second)),
+                               margin);
+}
+
+void PairKeeper::applyRemoved(float margin, btDispatcher* dispatcher)
+{
+    m_scratch.clear();
+    for (const Pair pair : m_delta.removed)
+    {
+        m_provisional.erase(pair);
+        if (!m_pending.erase(pair))
+            m_scratch.push_back(pair);
+    }
+    for (const Pair pair : m_provisional.pairs())
+    {
+        if (areApart(pair, margin))
+            m_scratch.push_back(pair);
+    }
+    for (const Pair pair : m_scratch)
+        m_provisional.erase(pair);
+    sortUnique(m_scratch);
+    m_port.remove(m_scratch, m_store, dispatcher);
+}
+
+void PairKeeper::applyAdded(float margin)
+{
+    m_port.reserveMore(m_delta.added.size());
+    m_due.insert(m_due.end(), m_delta.added.begin(), m_delta.added.end());
+    sortUnique(m_due);
+    for (const Pair pair : m_due)
+        tryAdd(pair, margin);
+}
+
+void PairKeeper::tryAdd(Pair pair, float margin)
+{
+    if (m_provisional.erase(pair))
+        return;
+    Proxy* first = m_store.find(pair.first);
+    Proxy* second = m_store.find(pair.second);
+    if (first == nullptr || second == nullptr)
+        return;
+    const bool isExact = overlapsExactly(*first, *second);
+    if (isExact && m_port.add(*first, *second))
+    {
+        m_pending.erase(pair);
+        return;
+    }
+    // The filter is the application's code, which may have destroyed one of the two.
+    if (m_store.find(pair.first) != first || m_store.find(pair.second) != second)
+        return;
+    m_pending.insert(pair, ProxyStore::rowOf(first), ProxyStore::rowOf(second),
+                     isExact ? PendingPairs::kRefused : PendingPairs::kNotExact, m_store.table().boxes(),
+                     margin);
+}
+
+void PairKeeper::addAtOnce(Proxy& a, Proxy& b)
+{
+    if (!overlapsExactly(a, b) || m_port.contains(a, b))
+        return;
+    Proxy& first = a.m_uniqueId < b.m_uniqueId ? a : b;
+    Proxy& second = a.m_uniqueId < b.m_uniqueId ? b : a;
+    const Pair pair = {static_cast<std::uint32_t>(first.m_uniqueId),
+                       static_cast<std::uint32_t>(second.m_uniqueId)};
+    const std::uint32_t rowFirst = ProxyStore::rowOf(&first);
+    const std::uint32_t rowSecond = ProxyStore::rowOf(&second);
+    const ProxyTable& table = m_store.table();
+    const bool isRefiltered = ((table.changes(rowFirst) | table.changes(rowSecond)) & kRowRefiltered) != 0;
+    if (!isRefiltered && m_pending.isFreshlyRefused(pair, rowFirst, rowSecond, table.boxes()))
+        return;
+    if (!m_port.add(first, second))
+        return;
+    ++m_expectedCount;
+    if (!m_pending.erase(pair))
+        m_provisional.insert(pair);
+}
+
+void PairKeeper::removePairsOf(Proxy& proxy, btDispatcher* dispatcher)
+{
+    const int before = m_port.count();
+    m_port.removePairsOf(proxy, dispatcher);
+    m_expectedCount += m_port.count() - before;
+    m_pending.eraseAllOf(static_cast<std::uint32_t>(proxy.m_uniqueId));
+    m_provisional.eraseAllOf(static_cast<std::uint32_t>(proxy.m_uniqueId));
+}
+
+void PairKeeper::skipChanges()
+{
+    m_store.table().beginUpdate(0.0f, false);
+    m_store.endUpdate();
+    m_isRestartDue = true;
+    m_isAllDue = true;
+}
+
+void PairKeeper::addTo(BroadphaseStats& stats) const
+{
+    stats.pairs = static_cast<std::uint64_t>(m_port.count());
+    stats.pendingPairs = m_pending.size();
+    stats.provisionalPairs = m_provisional.size();
+    stats.updatesTotal = m_updatesTotal;
+    stats.restartsTotal = m_restartsTotal;
+    stats.fallbacksTotal = m_fallbacksTotal;
+    stats.bytes +=
+        m_pending.bytes() + m_provisional.bytes() +
+        (m_delta.added.capacity() + m_delta.removed.capacity() + m_due.capacity() + m_scratch.capacity()) *
+            sizeof(Pair);
+    stats.backendName = m_backend->name();
+    stats.backend = m_backend->stats();
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,88 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/backend.h"
+#include "plugin/broadphase.h"
+#include "plugin/linked_pairs.h"
+#include "plugin/pair_port.h"
+#include "plugin/pending_pairs.h"
+#include "plugin/proxy_store.h"
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+/// Keeps the pair cache in step with the boxes: runs the backend and applies what changed, in the order of unique ids.
+///
+/// The pairs of the backend are those of the cache, without the provisional ones (pairs of ghosts, added at once), and
+/// the pending ones (see PendingPairs). Callbacks of the application run while changes are applied and may do anything
+/// to proxies: the table's changes are taken in before, and every proxy is looked up by its id when its turn comes.
+///
+/// Pairs that the application adds to the cache or takes out of it are noticed by their number. The backend then begins
+/// anew from the pairs of the cache: added pairs are removed when their boxes are apart, removed ones become pending.
+class PairKeeper
+{
+public:
+    PairKeeper(ProxyStore& store, btOverlappingPairCache* cache, std::unique_ptr<Backend> backend,
+               const BroadphaseOptions& options);
+
+    PairPort& port() noexcept { return m_port; }
+    const PairPort& port() const noexcept { return m_port; }
+    const Backend& backend() const noexcept { return *m_backend; }
+    void setBackend(std::unique_ptr<Backend> backend);
+
+    /// Finds and applies all changes. Nothing happens in a nested call, from a callback.
+    void update(float margin, btDispatcher* dispatcher);
+
+    /// Adds the pair of a ghost now, if the exact boxes overlap and the filter agrees.
+    void addAtOnce(Proxy& a, Proxy& b);
+
+    /// Removes all pairs of a proxy, which is still intact.
+    void removePairsOf(Proxy& proxy, btDispatcher* dispatcher);
+
+    /// Frees the rows of destroyed proxies without an update; the next update sees every row as changed.
+    void skipChanges();
+
+    void addTo(BroadphaseStats& stats) const;
+
+private:
+    void noticeForeignChanges();
+    bool runBackend(const ProxyView& view);
+    void replaceBackend(Status status);
+    void restartBackend();
+    void holdBackTakenOut(const ProxyView& view);
+    void collectDue(const ProxyView& view);
+    void applyRemoved(float margin, btDispatcher* dispatcher);
+    void applyAdded(float margin);
+    void tryAdd(Pair pair, float margin);
+    bool isOld(Pair pair, const ProxyView& view) const;
+    bool areApart(Pair pair, float margin) const;
+
+    const BroadphaseOptions m_options;
+    ProxyStore& m_store;
+    PairPort m_port;
+    std::unique_ptr<Backend> m_backend;
+    PendingPairs m_pending;
+    LinkedPairs m_provisional;
+
+    PairDelta m_delta;
+    std::vector<Pair> m_due;  // pending pairs to look at again
+    std::vector<Pair> m_scratch;
+
+    const btOverlapFilterCallback* m_filter = nullptr;  // as of the last update
+    int m_expectedCount = 0;  // pairs in the cache unless the application changed it
+    bool m_isRestartDue = false;
+    bool m_isAllDue = false;
+    bool m_isCacheChanged = false;
+    bool m_isUpdating = false;
+    std::uint64_t m_updatesTotal = 0;
+    std::uint64_t m_restartsTotal = 0;
+    std::uint64_t m_fallbacksTotal = 0;
+};
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

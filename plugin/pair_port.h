@@ -1,0 +1,75 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/pair.h"
+#include "plugin/pair_cache.h"
+#include "plugin/proxy_store.h"
+
+#include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
+
+#include <memory>
+#include <vector>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+/// The pair cache as the broad phase uses it: one interface over cullet's own, Bullet's three, and any other.
+///
+/// What Bullet's caches need: the hashed one looks the filter up in each addOverlappingPair(); the sorted one neither
+/// removes single pairs nor tells ghosts of removals, and asks the filter when it only searches, so that its pairs are
+/// searched and removed here; the null cache holds nothing, so that there is nothing to do for it.
+class PairPort
+{
+public:
+    /// @param external cache of the caller, or null for an own PairCache
+    explicit PairPort(btOverlappingPairCache* external);
+    PairPort(const PairPort&) = delete;
+    PairPort& operator=(const PairPort&) = delete;
+
+    btOverlappingPairCache* cache() const noexcept { return m_cache; }
+
+    /// False for btNullPairCache.
+    bool storesPairs() const noexcept { return m_storesPairs; }
+    int count() const { return m_cache->getNumOverlappingPairs(); }
+    btOverlapFilterCallback* filterCallback() const { return m_cache->getOverlapFilterCallback(); }
+
+    /// Whether a ghost pair callback is installed. Other caches than cullet's and Bullet's cannot be asked: setGhosts().
+    bool hasGhostCallback() const noexcept
+    {
+        if (m_fast != nullptr)
+            return m_fast->ghostPairCallback() != nullptr;
+        return m_ghostSlot != nullptr ? *m_ghostSlot != nullptr : m_hasGhosts;
+    }
+    void setGhosts(bool areInstalled) noexcept { m_hasGhosts = areInstalled; }
+
+    bool contains(btBroadphaseProxy& a, btBroadphaseProxy& b) const;
+
+    /// Adds a pair that is not in the cache, if the filter agrees; tells whether the pair is in the cache now.
+    bool add(btBroadphaseProxy& a, btBroadphaseProxy& b);
+
+    /// Makes room for so many more pairs, where the cache can.
+    void reserveMore(std::size_t pairCount);
+
+    /// Removes the pairs that are there, in order; ids that no longer live are skipped. @pre sorted
+    void remove(const std::vector<Pair>& pairs, const ProxyStore& store, btDispatcher* dispatcher);
+
+    /// Removes every pair of a proxy, which is still intact.
+    void removePairsOf(btBroadphaseProxy& proxy, btDispatcher* dispatcher);
+
+private:
+    template <class IsRemoved>
+    void removeLinearly(IsRemoved isRemoved, btDispatcher* dispatcher);
+
+    std::unique_ptr<PairCache> m_own;
+    btOverlappingPairCache* m_cache;
+    PairCache* m_fast;  // the cache, if it is cullet's
+    btOverlappingPairCallback* const* m_ghostSlot =
+        nullptr;  // where the cache keeps the callback, if it is Bullet's
+    bool m_storesPairs = true;
+    bool m_isSorted = false;
+    bool m_hasGhosts = false;
+};
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,75 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/backend.h"
+
+#include <BulletCollision/BroadphaseCollision/btBroadphaseProxy.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+/// A proxy and the filter words that the table knows of it: applications write those in the base without telling.
+///
+/// Where Bullet's vectors have no alignment (GCC, Clang) it is one cache line in float builds, so that a setAabb() that
+/// changes nothing touches nothing else.
+struct alignas(sizeof(btScalar) == sizeof(float) ? 64 : 32) Proxy : btBroadphaseProxy
+{
+    Filter knownFilter{};
+};
+static_assert(sizeof(btBroadphaseProxy) != 56 || sizeof(Proxy) == 64, "one cache line");
+
+/// Memory of proxies by row; a proxy never moves, and its row follows from its address.
+///
+/// Chunks of 64 KiB are aligned to their size and begin with the row of their first proxy, so that a row costs a mask
+/// and one load that is nearly always cached.
+/// Chunks are kept until clear(); rows are the owner's to hand out.
+class ProxyPool
+{
+public:
+    static constexpr std::size_t kChunkBytes = 65536;
+    static constexpr std::uint32_t kPerChunk = kChunkBytes / sizeof(Proxy) - 1;
+
+    /// The proxy of a row, its memory made if the row is new; the content is the last owner's.
+    Proxy* make(std::uint32_t row);
+
+    /// @pre make() was called for the row since clear()
+    Proxy* at(std::uint32_t row) const noexcept
+    {
+        return m_chunks[row / kPerChunk]->proxies + row % kPerChunk;
+    }
+
+    /// The row of a proxy of this pool.
+    static std::uint32_t rowOf(const Proxy* proxy) noexcept
+    {
+        const auto address = reinterpret_cast<std::uintptr_t>(proxy);
+        const auto* chunk = reinterpret_cast<const Chunk*>(address & ~(kChunkBytes - 1));
+        return chunk->firstRow + static_cast<std::uint32_t>(proxy - chunk->proxies);
+    }
+
+    void clear() noexcept { m_chunks.clear(); }
+
+    std::uint64_t bytes() const noexcept
+    {
+        return m_chunks.capacity() * sizeof(m_chunks[0]) + m_chunks.size() * kChunkBytes;
+    }
+
+private:
+    struct alignas(kChunkBytes) Chunk
+    {
+        // The header takes the room of one proxy, so that each proxy begins on a cache line.
+        alignas(Proxy) std::uint32_t firstRow;
+        Proxy proxies[kPerChunk];
+    };
+    static_assert(sizeof(Chunk) == kChunkBytes, "the row follows from the address by a mask");
+
+    std::vector<std::unique_ptr<Chunk>> m_chunks;
+};
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

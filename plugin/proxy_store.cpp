@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "plugin/proxy_store.h"
+
+#include <algorithm>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+Aabb ProxyStore::countedBox(const btVector3& aabbMin, const btVector3& aabbMax) noexcept
+{
+    const Aabb box = toTableBox(aabbMin, aabbMax);
+    if (!isValid(box))
+        m_invalidBoxes.fetch_add(1, std::memory_order_relaxed);
+    return box;
+}
+
+Proxy* ProxyStore::create(const btVector3& aabbMin, const btVector3& aabbMax, void* client, Filter filter)
+{
+    const std::uint32_t row = m_table.create(countedBox(aabbMin, aabbMax), m_nextUniqueId, filter);
+    Proxy* proxy = m_pool.make(row);
+    static_cast<btBroadphaseProxy&>(*proxy) =
+        btBroadphaseProxy(aabbMin, aabbMax, client, filter.group, filter.mask);
+    proxy->knownFilter = filter;
+    proxy->m_uniqueId = static_cast<int>(m_nextUniqueId);
+    m_directory.insert(m_nextUniqueId, row);
+    ++m_nextUniqueId;
+    return proxy;
+}
+
+void ProxyStore::destroy(Proxy* proxy)
+{
+    const std::uint32_t row = rowOf(proxy);
+    m_directory.erase(static_cast<std::uint32_t>(proxy->m_uniqueId));
+    m_table.destroy(row);
+    proxy->m_clientObject = nullptr;
+    ++m_quarantinedCount;
+}
+
+void ProxyStore::setBox(Proxy* proxy, const btVector3& aabbMin, const btVector3& aabbMax)
+{
+    proxy->m_aabbMin = aabbMin;
+    proxy->m_aabbMax = aabbMax;
+    m_table.setBox(rowOf(proxy), countedBox(aabbMin, aabbMax));
+}
+
+void ProxyStore::refreshSomeFilters() noexcept
+{
+    const std::uint32_t size = m_table.size();
+    const std::uint32_t count = std::min(size, std::max(kFilterRows, size / kFilterCalls));
+    for (std::uint32_t i = 0; i < count; ++i)
+    {
+        if (m_nextFilterRow >= size)
+            m_nextFilterRow = 0;
+        if (isValid(m_table.box(m_nextFilterRow)))
+            refreshFilter(m_pool.at(m_nextFilterRow));
+        ++m_nextFilterRow;
+    }
+}
+
+Proxy* ProxyStore::find(std::uint32_t uniqueId) const noexcept
+{
+    const std::uint32_t row = m_directory.find(uniqueId);
+    return row == UidDirectory::kNoRow ? nullptr : m_pool.at(row);
+}
+
+void ProxyStore::endUpdate()
+{
+    m_table.endUpdate();
+    m_quarantinedCount = 0;
+}
+
+void ProxyStore::reset()
+{
+    m_table.clear();
+    m_pool.clear();
+    m_directory.clear();
+    m_nextUniqueId = 1;
+    m_quarantinedCount = 0;
+    m_nextFilterRow = 0;
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace cullet
+{
+/// Maps unique ids, which only grow, to table rows.
+///
+/// Ids live on pages of 1,024; a page without live ids is given back, so that memory follows the living: 4 bytes per
+/// id of a page in use, 8 bytes per 1,024 ids ever given out. Finding costs two loads.
+class UidDirectory
+{
+public:
+    static constexpr std::uint32_t kNoRow = ~std::uint32_t{0};
+
+    std::uint32_t find(std::uint32_t uniqueId) const noexcept
+    {
+        const std::uint32_t page = uniqueId >> kPageShift;
+        if (page >= m_pages.size() || m_pages[page] == nullptr)
+            return kNoRow;
+        return m_pages[page]->rows[uniqueId & kPageMask];
+    }
+
+    /// @pre the id is not in the directory
+    void insert(std::uint32_t uniqueId, std::uint32_t row)
+    {
+        const std::uint32_t page = uniqueId >> kPageShift;
+        if (page >= m_pages.size())
+            m_pages.resize(page + 1);
+        if (m_pages[page] == nullptr)
+            m_pages[page] = std::make_unique<Page>();
+        m_pages[page]->rows[uniqueId & kPageMask] = row;
+        ++m_pages[page]->liveCount;
+    }
+
+    /// @pre the id is in the directory
+    void erase(std::uint32_t uniqueId) noexcept
+    {
+        std::unique_ptr<Page>& page = m_pages[uniqueId >> kPageShift];
+        page->rows[uniqueId & kPageMask] = kNoRow;
+        if (--page->liveCount == 0)
+            page.reset();
+    }
+
+    void clear() { std::vector<std::unique_ptr<Page>>().swap(m_pages); }
+
+    std::uint64_t bytes() const noexcept
+    {
+        std::uint64_t pageCount = 0;
+        for (const std::unique_ptr<Page>& page : m_pages)
+            pageCount += page != nullptr;
+        return m_pages.capacity() * sizeof(m_pages[0]) + pageCount * sizeof(Page);
+    }
+
+private:
+    static constexpr std::uint32_t kPageShift = 10;
+    static constexpr std::uint32_t kPageMask = (1u << kPageShift) - 1;
+
+    struct Page
+    {
+        Page() noexcept { rows.fill(kNoRow); }
+        std::uint32_t liveCount = 0;
+        std::array<std::uint32_t, 1u << kPageShift> rows;
+    };
+
+    std::vector<std::unique_ptr<Page>> m_pages;
+};
+}  // namespace cullet
