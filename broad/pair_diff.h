@@ -4,6 +4,8 @@
 
 #include "broad/pair.h"
 
+#include <algorithm>
+#include <cstdint>
 #include <vector>
 
 namespace cullet
@@ -22,38 +24,71 @@ void diffSortedPairs(const std::vector<Pair>& before, const std::vector<Pair>& a
 /// Cost: O(pairs + delta)
 void applyDelta(std::vector<Pair>& pairs, const PairDelta& delta);
 
-/// One update of a backend that finds all overlapping pairs afresh: applies the rules of Backend to the held pairs.
+/// A pair and where its boxes are; for backends that would else look the rows up.
+struct RowPair
+{
+    Pair ids;
+    std::uint32_t firstRow;   ///< row of ids.first
+    std::uint32_t secondRow;  ///< row of ids.second
+};
+
+inline Pair idsOf(Pair pair) noexcept
+{
+    return pair;
+}
+
+inline Pair idsOf(const RowPair& pair) noexcept
+{
+    return pair.ids;
+}
+
+/// One update of a backend that looks for overlaps afresh: applies the rules of Backend to the held pairs.
 ///
-/// @param held        [in, out] pairs held since the last update; sorted, unique
-/// @param overlapping every pair of valid boxes that overlap now; sorted, unique
-/// @param mayEnter    bool(Pair), asked once for each pair of `overlapping` that is not held: the filter
-/// @param mayStay     bool(Pair), asked once for each held pair that is not in `overlapping`: the margin
+/// @param held        [in, out] pairs held since the last update (Pair or RowPair); sorted by ids, unique
+/// @param overlapping pairs of valid boxes that overlap now; sorted by ids, unique. Pairs of boxes neither of which
+///                    changed may be left out.
+/// @param mayEnter    bool(pair), asked once for each pair of `overlapping` that is not held: the filter
+/// @param mayStay     bool(pair), asked once for each held pair that is not in `overlapping`: the margin
 /// @param delta       [out] overwritten; sorted, unique, disjoint
 /// Cost: O(held + overlapping)
-template <class MayEnter, class MayStay>
-void updateHeldPairs(std::vector<Pair>& held, const std::vector<Pair>& overlapping, MayEnter mayEnter,
+template <class AnyPair, class MayEnter, class MayStay>
+void updateHeldPairs(std::vector<AnyPair>& held, const std::vector<AnyPair>& overlapping, MayEnter mayEnter,
                      MayStay mayStay, PairDelta& delta)
 {
     delta.added.clear();
     delta.removed.clear();
-    auto old = held.begin();
-    const auto checkOld = [&]
+    std::vector<AnyPair> entering;
+    auto read = held.begin();
+    auto write = held.begin();
+    const auto keepOrRemove = [&](bool isKept)
     {
-        if (!mayStay(*old))
-            delta.removed.push_back(*old);
-        ++old;
+        if (isKept)
+            *write++ = *read;
+        else
+            delta.removed.push_back(idsOf(*read));
+        ++read;
     };
-    for (const Pair pair : overlapping)
+    for (const AnyPair& pair : overlapping)
     {
-        while (old != held.end() && *old < pair)
-            checkOld();
-        if (old != held.end() && *old == pair)
-            ++old;
+        while (read != held.end() && idsOf(*read) < idsOf(pair))
+            keepOrRemove(mayStay(*read));
+        if (read != held.end() && idsOf(*read) == idsOf(pair))
+        {
+            keepOrRemove(true);
+        }
         else if (mayEnter(pair))
-            delta.added.push_back(pair);
+        {
+            entering.push_back(pair);
+            delta.added.push_back(idsOf(pair));
+        }
     }
-    while (old != held.end())
-        checkOld();
-    applyDelta(held, delta);
+    while (read != held.end())
+        keepOrRemove(mayStay(*read));
+
+    const auto keptCount = write - held.begin();
+    held.erase(write, held.end());
+    held.insert(held.end(), entering.begin(), entering.end());
+    std::inplace_merge(held.begin(), held.begin() + keptCount, held.end(),
+                       [](const AnyPair& a, const AnyPair& b) { return idsOf(a) < idsOf(b); });
 }
 }  // namespace cullet

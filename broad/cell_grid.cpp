@@ -1,0 +1,218 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "broad/cell_grid.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cullet
+{
+namespace
+{
+constexpr int kCellBits = 30;  // kLastCell is 2^30
+
+/// Largest extent of a box. In double: the rounded float difference of two powers of two could be a third.
+double sizeOf(const Aabb& box) noexcept
+{
+    double size = 0;
+    for (int axis = 0; axis < 3; ++axis)
+        size = std::max(size, static_cast<double>(box.max[axis]) - static_cast<double>(box.min[axis]));
+    return size;
+}
+
+/// Largest distance of a face from the planes through the origin.
+float reachOf(const Aabb& box) noexcept
+{
+    float reach = 0;
+    for (int axis = 0; axis < 3; ++axis)
+        reach = std::max({reach, std::fabs(box.min[axis]), std::fabs(box.max[axis])});
+    return reach;
+}
+
+/// Finest level whose cell numbers do not saturate within `reach` of the origin.
+int finestLevelWithin(float reach) noexcept
+{
+    int exponent = CellGrid::kFinestLevel;
+    if (reach > 0)
+        std::frexp(reach, &exponent);  // reach < 2^exponent
+    return exponent - kCellBits;
+}
+}  // namespace
+
+CellGrid::CellGrid(const CellGridOptions& options) : m_options(options) {}
+
+int CellGrid::levelOf(const Aabb& box) const noexcept
+{
+    const double size = sizeOf(box);
+    const float reach = reachOf(box);
+    if (std::isinf(reach) || size > std::ldexp(m_options.b, kCoarsestLevel))
+        return kUnbounded;
+    int level = kFinestLevel;
+    if (size > 0)
+    {
+        // ilogb() of the rounded quotient is off by one at most; the products are exact.
+        level = std::max(level, std::ilogb(size / m_options.b) - 1);
+        while (size > std::ldexp(m_options.b, level))
+            ++level;
+    }
+    return std::max(level, finestLevelWithin(reach));
+}
+
+bool CellGrid::isAtHome(const Aabb& box, int level) const noexcept
+{
+    const int finest = levelOf(box);
+    if (level == finest)
+        return true;
+    return finest < level && level <= kCoarsestLevel && sizeOf(box) > std::ldexp(m_options.a, level);
+}
+
+CellGrid::Level& CellGrid::levelWithGrid(int level)
+{
+    const auto isFiner = [](const std::unique_ptr<Level>& existing, int exponent)
+    { return existing->grid.sizeExponent() < exponent; };
+    auto place = std::lower_bound(m_levels.begin(), m_levels.end(), level, isFiner);
+    if (place != m_levels.end() && (*place)->grid.sizeExponent() == level)
+        return **place;
+
+    place =
+        m_levels.insert(place, std::make_unique<Level>(Level{UniformGrid(level, m_options.bucketCount), 0}));
+    UniformGrid& grid = (*place)->grid;
+    for (std::uint32_t row = 0; row < m_boxes.size(); ++row)
+    {
+        if (m_boxes[row].level < level)
+            grid.addBox(row, m_boxes[row].box, UniformGrid::Mark::Regular);
+    }
+    return **place;
+}
+
+void CellGrid::addToSideList(std::uint32_t row)
+{
+    m_boxes[row].sidePlace = static_cast<std::uint32_t>(m_unbounded.size());
+    m_unbounded.push_back(row);
+}
+
+void CellGrid::removeFromSideList(std::uint32_t row)
+{
+    const std::uint32_t place = m_boxes[row].sidePlace;
+    m_unbounded[place] = m_unbounded.back();
+    m_boxes[m_unbounded[place]].sidePlace = place;
+    m_unbounded.pop_back();
+}
+
+void CellGrid::addAtLevel(std::uint32_t row, const Aabb& box, int level)
+{
+    // Before the row has its level: a grid that appears now takes in all finer rows, and this one comes below.
+    if (level != kUnbounded)
+        ++levelWithGrid(level).boldCount;
+    m_boxes[row] = {box, level, 0};
+    if (level == kUnbounded)
+        return addToSideList(row);
+    for (const auto& existing : m_levels)
+    {
+        UniformGrid& grid = existing->grid;
+        if (grid.sizeExponent() < level)
+            continue;
+        const bool isBold = grid.sizeExponent() == level;
+        grid.addBox(row, box, isBold ? UniformGrid::Mark::Bold : UniformGrid::Mark::Regular);
+    }
+}
+
+void CellGrid::addBox(std::uint32_t row, const Aabb& box)
+{
+    if (row >= m_boxes.size())
+        m_boxes.resize(std::max<std::size_t>(row + 1, 2 * m_boxes.size()));
+    addAtLevel(row, box, levelOf(box));
+}
+
+void CellGrid::removeBox(std::uint32_t row)
+{
+    const int own = m_boxes[row].level;
+    if (own == kUnbounded)
+        removeFromSideList(row);
+    for (const auto& level : m_levels)
+    {
+        if (level->grid.sizeExponent() < own)
+            continue;
+        level->grid.removeBox(row);
+        if (level->grid.sizeExponent() == own)
+            --level->boldCount;
+    }
+    m_boxes[row] = {};
+}
+
+void CellGrid::updateBox(std::uint32_t row, const Aabb& box)
+{
+    const int before = m_boxes[row].level;
+    const int after = isAtHome(box, before) ? before : levelOf(box);
+    if (before != after || m_options.updatesByRemoveAndAdd)
+    {
+        removeBox(row);
+        addAtLevel(row, box, after);
+        return;
+    }
+    m_boxes[row].box = box;
+    for (const auto& level : m_levels)
+    {
+        if (level->grid.sizeExponent() >= before)
+            level->grid.updateBox(row, box);
+    }
+}
+
+void CellGrid::dropUnusedLevels()
+{
+    const auto isUnused = [this](const std::unique_ptr<Level>& level)
+    {
+        if (level->boldCount > 0)
+            return false;
+        m_touchedInDropped += level->grid.counters().touchedTotal;
+        return true;
+    };
+    m_levels.erase(std::remove_if(m_levels.begin(), m_levels.end(), isUnused), m_levels.end());
+}
+
+void CellGrid::clear()
+{
+    m_boxes.clear();
+    m_unbounded.clear();
+    for (const auto& level : m_levels)
+    {
+        level->grid.clear();
+        level->boldCount = 0;
+    }
+}
+
+const UniformGrid* CellGrid::grid(int level) const
+{
+    for (const auto& existing : m_levels)
+    {
+        if (existing->grid.sizeExponent() == level)
+            return &existing->grid;
+    }
+    return nullptr;
+}
+
+CellGrid::Counters CellGrid::counters() const
+{
+    Counters sum;
+    sum.levels = m_levels.size();
+    sum.unbounded = m_unbounded.size();
+    sum.touchedTotal = m_touchedInDropped;
+    for (const auto& level : m_levels)
+    {
+        const UniformGrid::Counters counters = level->grid.counters();
+        sum.cells += counters.cells;
+        sum.ids += counters.ids;
+        sum.touchedTotal += counters.touchedTotal;
+    }
+    return sum;
+}
+
+std::uint64_t CellGrid::bytes() const
+{
+    std::uint64_t sum =
+        m_boxes.capacity() * sizeof(StoredBox) + m_unbounded.capacity() * sizeof(std::uint32_t);
+    for (const auto& level : m_levels)
+        sum += sizeof(Level) + level->grid.bytes();
+    return sum;
+}
+}  // namespace cullet

@@ -1,0 +1,138 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/aabb.h"
+#include "broad/uniform_grid.h"
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace cullet
+{
+struct CellGridOptions
+{
+    /// a and b of the lecture: a box belongs to the grid of cell size s with a < size / s <= b. For b = 2 a there is
+    /// exactly one; for b > 2 a a box takes the finest and stays there while the rule holds.
+    /// Needs 0 < 2 a <= b <= 8 (at b = 8 a box touches up to 9^3 cells).
+    double a = 0.5;
+    double b = 1.0;
+    std::uint32_t bucketCount = 0;       ///< n of each grid's hash, see UniformGrid
+    bool updatesByRemoveAndAdd = false;  ///< the lecture's simple update instead of the one of changed cells
+};
+
+/// Hierarchical uniform grid: one UniformGrid for each resolution in use, cell sizes 2^level.
+///
+/// "Hierarchical Uniform Grid" of Lecture 4, Broad Phase. Res(A) there is -level here, size is the largest extent. A box
+/// is stored bold in the grid of its own level and regular in all coarser grids; two boxes are reported in the coarser
+/// of their levels, bold x bold or bold x regular, exactly once. Grids appear with their first bold id and go in
+/// dropUnusedLevels().
+///
+/// The level has bounds: kFinestLevel, and cells so large that cell numbers do not saturate (a point 10^9 away from the
+/// origin has a level as if it were about 1 large). Boxes that reach infinity or need more than kCoarsestLevel are
+/// *unbounded*: they are kept on a side list and reported with everybody.
+///
+/// Cost: a box touches at most 8 cells in each grid (a = 0.5, b = 1). A new level costs O(boxes of finer levels).
+class CellGrid
+{
+public:
+    static constexpr int kFinestLevel = -149;
+    static constexpr int kCoarsestLevel = 127;
+    static constexpr int kUnbounded = kCoarsestLevel + 1;  ///< level of boxes on the side list
+    static constexpr int kAbsent = kCoarsestLevel + 2;     ///< level of rows without a box
+
+    struct Counters
+    {
+        std::uint64_t levels = 0;
+        std::uint64_t unbounded = 0;     ///< boxes on the side list
+        std::uint64_t cells = 0;         ///< over all levels
+        std::uint64_t ids = 0;           ///< over all cells of all levels, bold and regular
+        std::uint64_t touchedTotal = 0;  ///< as in UniformGrid; of levels that were dropped too
+    };
+
+    explicit CellGrid(const CellGridOptions& options = {});
+
+    /// Level of a valid box that is not in the grid yet.
+    int levelOf(const Aabb& box) const noexcept;
+
+    /// Level of a row's box, kUnbounded or kAbsent.
+    int level(std::uint32_t row) const noexcept
+    {
+        return row < m_boxes.size() ? m_boxes[row].level : kAbsent;
+    }
+
+    /// @pre the row has no box in the grid; the box is valid
+    void addBox(std::uint32_t row, const Aabb& box);
+    /// @pre the row has a box in the grid
+    void removeBox(std::uint32_t row);
+    /// @pre the row has a box in the grid; the box is valid
+    void updateBox(std::uint32_t row, const Aabb& box);
+
+    /// Frees the grids that have no bold id left.
+    void dropUnusedLevels();
+
+    /// Removes every box; grids keep their memory until dropUnusedLevels().
+    void clear();
+
+    /// Calls visit(other) exactly once for every other row that may overlap the row's box.
+    template <class Visit>
+    void forEachNeighbour(std::uint32_t row, Visit visit) const;
+
+    /// The grid of a level, or null.
+    const UniformGrid* grid(int level) const;
+
+    Counters counters() const;
+    std::uint64_t bytes() const;
+
+private:
+    struct StoredBox
+    {
+        Aabb box = kEmptyAabb;
+        int level = kAbsent;
+        std::uint32_t sidePlace = 0;  ///< index in the side list, if unbounded
+    };
+
+    struct Level
+    {
+        UniformGrid grid;
+        std::uint64_t boldCount;
+    };
+
+    bool isAtHome(const Aabb& box, int level) const noexcept;
+    Level& levelWithGrid(int level);
+    void addAtLevel(std::uint32_t row, const Aabb& box, int level);
+    void addToSideList(std::uint32_t row);
+    void removeFromSideList(std::uint32_t row);
+
+    CellGridOptions m_options;
+    std::vector<StoredBox> m_boxes;                ///< by row
+    std::vector<std::unique_ptr<Level>> m_levels;  ///< in use, fine to coarse
+    std::vector<std::uint32_t> m_unbounded;        ///< rows
+    std::uint64_t m_touchedInDropped = 0;
+};
+
+template <class Visit>
+void CellGrid::forEachNeighbour(std::uint32_t row, Visit visit) const
+{
+    const int own = m_boxes[row].level;
+    if (own == kUnbounded)
+    {
+        for (std::uint32_t other = 0; other < m_boxes.size(); ++other)
+        {
+            if (other != row && m_boxes[other].level != kAbsent)
+                visit(other);
+        }
+        return;
+    }
+    for (const std::uint32_t other : m_unbounded)
+        visit(other);
+    for (const auto& level : m_levels)
+    {
+        // In its own grid the box is bold and meets all ids; in coarser ones it is regular and meets the bold ones.
+        const int exponent = level->grid.sizeExponent();
+        if (exponent >= own)
+            level->grid.forEachSharing(row, exponent > own, visit);
+    }
+}
+}  // namespace cullet

@@ -1,0 +1,199 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "broad/cell_grid_backend.h"
+
+#include <algorithm>
+#include <limits>
+#include <new>
+#include <unordered_map>
+
+namespace cullet
+{
+namespace
+{
+constexpr std::uint32_t kNoRow = std::numeric_limits<std::uint32_t>::max();
+constexpr double kAutomaticRebuildFraction = 0.4;
+constexpr float kSmallestCellScale = 0.125f;  // cells of an eighth of the box: up to 9^3 of them for a box
+
+CellGridOptions cellGridOptions(const GridOptions& options)
+{
+    CellGridOptions result;
+    result.bucketCount = options.bucketCount;
+    const float scale = options.cellScale > 0 ? std::max(options.cellScale, kSmallestCellScale) : 1.0f;
+    result.b = 1.0 / static_cast<double>(scale);
+    result.a = result.b / 2;
+    return result;
+}
+}  // namespace
+
+CellGridBackend::CellGridBackend(const GridOptions& options)
+    : m_grid(cellGridOptions(options)),
+      m_rebuildFraction(options.rebuildFraction < 0 ? kAutomaticRebuildFraction : options.rebuildFraction)
+{
+}
+
+void CellGridBackend::restart(const std::vector<Pair>& known)
+{
+    m_known = known;
+    m_pairs.clear();
+    m_isFresh = true;
+}
+
+void CellGridBackend::findRowsOfKnown(const ProxyView& proxies)
+{
+    if (m_known.empty())
+        return;
+    std::unordered_map<std::uint32_t, std::uint32_t> rowOf;
+    for (std::uint32_t row = 0; row < proxies.size; ++row)
+    {
+        if (isValid(proxies.boxes[row]))
+            rowOf[proxies.uniqueIds[row]] = row;
+    }
+    const auto find = [&](std::uint32_t id)
+    {
+        const auto found = rowOf.find(id);
+        return found != rowOf.end() ? found->second : kNoRow;
+    };
+    for (const Pair pair : m_known)
+        m_pairs.push_back({pair, find(pair.first), find(pair.second)});
+    m_known.clear();
+}
+
+bool CellGridBackend::wantsRebuild(const ProxyView& proxies) const
+{
+    return m_isFresh || m_rebuildFraction == 0.0 || proxies.dirtyCount > m_rebuildFraction * proxies.size;
+}
+
+void CellGridBackend::testPair(const ProxyView& proxies, std::uint32_t a, std::uint32_t b)
+{
+    ++m_stats.candidates;
+    if (!overlaps(proxies.boxes[a], proxies.boxes[b]))
+        return;
+    const std::uint32_t* ids = proxies.uniqueIds;
+    if (ids[a] > ids[b])
+        std::swap(a, b);
+    m_overlapping.push_back({{ids[a], ids[b]}, a, b});
+}
+
+void CellGridBackend::rebuild(const ProxyView& proxies)
+{
+    m_grid.clear();
+    for (std::uint32_t row = 0; row < proxies.size; ++row)
+    {
+        if (!isValid(proxies.boxes[row]))
+            continue;
+        // Each box meets those that were added before it.
+        m_grid.addBox(row, proxies.boxes[row]);
+        m_grid.forEachNeighbour(row, [&](std::uint32_t other) { testPair(proxies, row, other); });
+    }
+    m_isFresh = false;
+    ++m_stats.rebuildsTotal;
+}
+
+void CellGridBackend::updateChangedRows(const ProxyView& proxies)
+{
+    for (std::uint32_t i = 0; i < proxies.dirtyCount; ++i)
+    {
+        const std::uint32_t row = proxies.dirty[i];
+        const bool isStored = m_grid.level(row) != CellGrid::kAbsent;
+        if (!isValid(proxies.boxes[row]))
+        {
+            if (isStored)
+                m_grid.removeBox(row);
+        }
+        else if (isStored)
+        {
+            m_grid.updateBox(row, proxies.boxes[row]);
+        }
+        else
+        {
+            m_grid.addBox(row, proxies.boxes[row]);
+        }
+    }
+    for (std::uint32_t i = 0; i < proxies.dirtyCount; ++i)
+    {
+        const std::uint32_t row = proxies.dirty[i];
+        if (m_grid.level(row) == CellGrid::kAbsent)
+            continue;
+        // Two changed rows find each other twice: the one with the lower number counts.
+        m_grid.forEachNeighbour(row,
+                                [&](std::uint32_t other)
+                                {
+                                    if (row < other || proxies.changes[other] == kRowUnchanged)
+                                        testPair(proxies, row, other);
+                                });
+    }
+}
+
+void CellGridBackend::updatePairs(const ProxyView& proxies, PairDelta& delta)
+{
+    std::sort(m_overlapping.begin(), m_overlapping.end(),
+              [](const RowPair& a, const RowPair& b) { return a.ids < b.ids; });
+    const auto mayEnter = [&](const RowPair& pair)
+    {
+        return proxies.filters == nullptr ||
+               passesFilter(proxies.filters[pair.firstRow], proxies.filters[pair.secondRow]);
+    };
+    const auto mayStay = [&](const RowPair& pair)
+    {
+        if (pair.firstRow == kNoRow || pair.secondRow == kNoRow)
+            return false;
+        const Aabb& first = proxies.boxes[pair.firstRow];
+        const Aabb& second = proxies.boxes[pair.secondRow];
+        return isValid(first) && isValid(second) && overlapsWithMargin(first, second, proxies.margin);
+    };
+    updateHeldPairs(m_pairs, m_overlapping, mayEnter, mayStay, delta);
+}
+
+void CellGridBackend::fillStats()
+{
+    const CellGrid::Counters counters = m_grid.counters();
+    m_stats.pairs = m_pairs.size();
+    m_stats.entries = counters.ids;
+    m_stats.levels = counters.levels;
+    m_stats.unbounded = counters.unbounded;
+    m_stats.bytes = m_grid.bytes() + (m_pairs.capacity() + m_overlapping.capacity()) * sizeof(RowPair);
+}
+
+Status CellGridBackend::update(const ProxyView& proxies, PairDelta& delta)
+try
+{
+    m_stats.candidates = 0;
+    m_overlapping.clear();
+    delta.added.clear();
+    delta.removed.clear();
+    const bool isMarginNew = proxies.margin != m_margin;
+    m_margin = proxies.margin;
+    if (wantsRebuild(proxies))
+    {
+        m_stats.path = "rebuild";
+        findRowsOfKnown(proxies);
+        rebuild(proxies);
+    }
+    else if (proxies.dirtyCount == 0 && !isMarginNew)
+    {
+        m_stats.path = "idle";
+        return Status::Ok;
+    }
+    else
+    {
+        m_stats.path = "incremental";
+        updateChangedRows(proxies);
+    }
+    m_grid.dropUnusedLevels();
+    updatePairs(proxies, delta);
+    fillStats();
+    return Status::Ok;
+}
+catch (const std::bad_alloc&)
+{
+    delta.added.clear();
+    delta.removed.clear();
+    return Status::OutOfMemory;
+}
+
+std::unique_ptr<Backend> makeCellGridBackend(const GridOptions& options)
+{
+    return std::make_unique<CellGridBackend>(options);
+}
+}  // namespace cullet

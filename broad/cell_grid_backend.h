@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/backend.h"
+#include "broad/cell_grid.h"
+#include "broad/pair_diff.h"
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace cullet
+{
+/// The lecture's grid as a backend: clear first, fast second. What makeGridBackend() returns for GridLayout::Cells.
+///
+/// Uses bucketCount, cellScale (cells of cellScale times the largest box of the level, at least 1/8; 0: 1) and
+/// rebuildFraction of the options; runs on one thread.
+///
+/// Cost: O(rows that changed and their neighbours, plus pairs held) or, when more than rebuildFraction of the rows
+/// changed, O(rows and their neighbours).
+std::unique_ptr<Backend> makeCellGridBackend(const GridOptions& options = {});
+
+class CellGridBackend final : public Backend
+{
+public:
+    explicit CellGridBackend(const GridOptions& options);
+
+    Status update(const ProxyView& proxies, PairDelta& delta) override;
+    void restart(const std::vector<Pair>& known) override;
+    const char* name() const noexcept override { return "cells"; }
+    BackendStats stats() const override { return m_stats; }
+
+private:
+    void findRowsOfKnown(const ProxyView& proxies);
+    bool wantsRebuild(const ProxyView& proxies) const;
+    void rebuild(const ProxyView& proxies);
+    void updateChangedRows(const ProxyView& proxies);
+    void testPair(const ProxyView& proxies, std::uint32_t a, std::uint32_t b);
+    void updatePairs(const ProxyView& proxies, PairDelta& delta);
+    void fillStats();
+
+    CellGrid m_grid;
+    double m_rebuildFraction;
+    bool m_isFresh = true;               ///< the grid is void until the next rebuild
+    float m_margin = 0.0f;               ///< of the last update
+    std::vector<Pair> m_known;           ///< of restart(), until the next update
+    std::vector<RowPair> m_pairs;        ///< held, sorted
+    std::vector<RowPair> m_overlapping;  ///< of this update, sorted
+    BackendStats m_stats;
+};
+}  // namespace cullet
