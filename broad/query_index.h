@@ -54,11 +54,21 @@ struct QueryCursor
     };
     Stage stage = Stage::Done;
     bool isRay = false;
-    bool isAnything = false;  ///< every valid row is a candidate
     std::uint32_t position = 0;
     TreeCursor tree;
     Aabb box;
+    Aabb finiteBox;  ///< what of `box` a bounded box can meet
     RayQuery ray;
+
+    /// Begins a stage; above the root stands a node whose only child is the root.
+    void enter(Stage next) noexcept
+    {
+        stage = next;
+        position = 0;
+        tree.depth = 1;
+        tree.nodes[0] = 0;
+        tree.pending[0] = 1;
+    }
 };
 
 /// Finds the rows of a ProxyTable that a box or a ray may touch, always by the boxes that the table holds right now.

@@ -13,8 +13,7 @@ namespace cullet
 /// An unused lane is empty in the sense of kEmptyAabb, so that no query enters it.
 struct alignas(64) BoxNode
 {
-    float min[3][8];
-    float max[3][8];
+    float planes[6][8];  ///< [0..2] minima, [3..5] maxima
 };
 
 /// A ray prepared for conservative float slab tests; made by prepareRay().
@@ -33,12 +32,12 @@ struct RayQuery
 /// Levels of a tree over all rows that 32 bits can count: 8^11 > 2^32. The bound of the traversal stack.
 inline constexpr int kMaxTreeLevels = 11;
 
-/// Where a traversal stands: per level from the root down one node and the children that are still to be visited.
+/// Where a traversal stands: per level from above the root down one node and its children still to be visited.
 struct TreeCursor
 {
-    std::uint32_t nodes[kMaxTreeLevels];
-    std::uint32_t pending[kMaxTreeLevels];
-    int depth = 0;  ///< open levels; 0: nothing is left
+    std::uint32_t nodes[kMaxTreeLevels + 1];
+    std::uint32_t pending[kMaxTreeLevels + 1];
+    int depth;  ///< open levels; 0: nothing is left
 };
 
 /// A complete tree of eight-lane nodes as the kernels see it: child i of node n is node 8 n + i of the level below.

@@ -1,0 +1,275 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "broad/query_index.h"
+
+#include "broad/query_trees.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cfloat>
+#include <cmath>
+#include <mutex>
+#include <new>
+
+namespace cullet
+{
+namespace
+{
+/// One box in a scan, ns; the unit of QueryTrees::expectedSyncCost().
+constexpr double kScanCost = 1.0;
+
+constexpr Aabb kEverywhere = {{-INFINITY, -INFINITY, -INFINITY}, {INFINITY, INFINITY, INFINITY}};
+
+/// Beyond these magnitudes the float slabs would overflow, or underflow to 0 * inf.
+constexpr double kLargest = 1e30;
+constexpr double kSmallestInverse = 1e-30;
+constexpr double kLongest = 1e20;
+
+/// Prepares one axis of a ray; false when float slabs cannot bound it.
+///
+/// Bullet computes ((plane - grow) - origin) * inverse with a rounding error of up to 2^-24 of the origin and of the
+/// growth before the product (and relative errors, which the kernels allow for). The planes are moved apart by
+/// eight times that, and the origins are rounded away from the box.
+bool prepareAxis(const RaySegment& segment, int axis, RayQuery& ray) noexcept
+{
+    const double origin = segment.origin[axis];
+    const double growMin = segment.growMin[axis];
+    const double growMax = segment.growMax[axis];
+    double inverse = segment.inverseDirection[axis];
+    const double reach = std::abs(origin) + std::abs(growMin) + std::abs(growMax);
+    // Written so that a NaN fails.
+    if (!(reach <= kLargest && std::abs(inverse) >= kSmallestInverse))
+        return false;
+    double slack = reach * (8.0 / 16777216.0) + FLT_MIN;
+    if (std::abs(inverse) > kLargest)
+    {
+        // Parallel: inside means any lambda, outside none. A distance of 1e-8 stands for both at this inverse.
+        inverse = std::copysign(kLargest, inverse);
+        slack += 1e-8;
+    }
+    const float low = roundUpToFloat(origin + growMax + slack);     // subtracted from minima
+    const float high = roundDownToFloat(origin + growMin - slack);  // subtracted from maxima
+    ray.nearOrigin[axis] = inverse < 0.0 ? high : low;
+    ray.farOrigin[axis] = inverse < 0.0 ? low : high;
+    ray.inverse[axis] = static_cast<float>(inverse);
+    return true;
+}
+
+bool prepareRay(const RaySegment& segment, RayQuery& ray) noexcept
+{
+    const double lambdaMax = segment.lambdaMax;
+    if (!(std::abs(lambdaMax) <= kLongest))
+        return false;
+    ray.lambdaMax = roundUpToFloat(lambdaMax + std::abs(lambdaMax) * 4e-6);
+    return prepareAxis(segment, 0, ray) && prepareAxis(segment, 1, ray) && prepareAxis(segment, 2, ray);
+}
+
+/// True when Bullet's test is false for every box: a NaN in x reaches all its comparisons, one in y or z does not.
+bool hitsNothing(const RaySegment& segment) noexcept
+{
+    return std::isnan(segment.inverseDirection[0]) || std::isnan(segment.origin[0]) ||
+           std::isnan(segment.lambdaMax);
+}
+
+/// The part of a box that bounded boxes can meet; finite, so that the empty lanes of a tree stay out.
+Aabb finitePart(const Aabb& box) noexcept
+{
+    Aabb part;
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        part.min[axis] = std::max(box.min[axis], -FLT_MAX);
+        part.max[axis] = std::min(box.max[axis], FLT_MAX);
+    }
+    return part;
+}
+}  // namespace
+
+struct QueryIndex::State
+{
+    State(ProxyTable& table_, const QueryOptions& options)
+        : table(table_), mode(options.mode), kernels(queryKernels(options.baselineSimd))
+    {
+    }
+
+    bool isFresh() const noexcept;
+    bool refresh();
+    bool paysToSync() noexcept;
+    void start(QueryCursor& cursor);
+    QueryCursor::Stage stageAfter(QueryCursor::Stage stage) const noexcept;
+    std::uint32_t advance(QueryCursor& cursor, ProxyId* rows) const noexcept;
+
+    ProxyTable& table;
+    const QueryMode mode;
+    const QueryKernels& kernels;
+    QueryTrees trees;
+    std::mutex mutex;  // held by the one thread that changes the trees
+    // False before the first sync and while one runs; otherwise the trees are as the table was when it was last clean.
+    std::atomic<bool> isReady{false};
+    std::atomic<std::uint64_t> scannedRows{0};  // since the last sync
+    std::atomic<double> syncCostPerRow{QueryTrees().expectedSyncCost(1)};
+};
+
+namespace
+{
+/// A fence that ThreadSanitizer may ignore: it orders two atomics, and plain data is published by isReady alone.
+void orderAtomics() noexcept
+{
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wtsan"
+#endif
+    std::atomic_thread_fence(std::memory_order_acq_rel);
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic pop
+#endif
+}
+}  // namespace
+
+/// True when the trees may be read. The table cannot become dirty while queries run, so the answer stays true.
+///
+/// refresh() lowers isReady before it cleans the table. Who sees the clean table therefore sees isReady low, or high
+/// again with the finished trees behind it.
+bool QueryIndex::State::isFresh() const noexcept
+{
+    if (table.hasQueryChanges())
+        return false;
+    orderAtomics();
+    return isReady.load(std::memory_order_acquire);
+}
+
+/// Brings the trees up to date; false when another thread is at it (and this one had better scan) or memory is short.
+bool QueryIndex::State::refresh()
+{
+    const std::unique_lock<std::mutex> lock(mutex, std::try_to_lock);
+    if (!lock.owns_lock())
+        return false;
+    if (isFresh())
+        return true;
+    isReady.store(false, std::memory_order_relaxed);
+    orderAtomics();
+    scannedRows.store(0, std::memory_order_relaxed);
+    try
+    {
+        trees.sync(table);
+    }
+    catch (const std::bad_alloc&)
+    {
+        return false;
+    }
+    const std::uint32_t rows = table.size();
+    syncCostPerRow.store(trees.expectedSyncCost(rows) / rows, std::memory_order_relaxed);
+    isReady.store(true, std::memory_order_release);
+    return true;
+}
+
+/// Ski rental: scans are rented until they have cost as much as the sync, which then is bought.
+bool QueryIndex::State::paysToSync() noexcept
+{
+    if (mode != QueryMode::Automatic)
+        return mode == QueryMode::Tree;
+    const double rows = table.size();
+    const std::uint64_t before = scannedRows.fetch_add(table.size(), std::memory_order_relaxed);
+    const double cost = syncCostPerRow.load(std::memory_order_relaxed) * rows;
+    return kScanCost * (static_cast<double>(before) + rows) > cost;
+}
+
+void QueryIndex::State::start(QueryCursor& cursor)
+{
+    if (table.size() == 0)
+        return;
+    const bool useTrees = mode != QueryMode::Scan && (isFresh() || (paysToSync() && refresh()));
+    cursor.enter(useTrees ? QueryCursor::Stage::Main : QueryCursor::Stage::Scan);
+}
+
+QueryCursor::Stage QueryIndex::State::stageAfter(QueryCursor::Stage stage) const noexcept
+{
+    using Stage = QueryCursor::Stage;
+    if (stage == Stage::Main && trees.recentTree().rowCount() != 0)
+        return Stage::Recent;
+    if ((stage == Stage::Main || stage == Stage::Recent) && !trees.unboundedRows().empty())
+        return Stage::Unbounded;
+    return Stage::Done;
+}
+
+std::uint32_t QueryIndex::State::advance(QueryCursor& cursor, ProxyId* rows) const noexcept
+{
+    using Stage = QueryCursor::Stage;
+    if (cursor.stage == Stage::Main || cursor.stage == Stage::Recent)
+    {
+        const BoxTreeView& tree =
+            (cursor.stage == Stage::Main ? trees.mainTree() : trees.recentTree()).view();
+        return cursor.isRay ? kernels.treeRay(tree, cursor.ray, cursor.tree, rows)
+                            : kernels.treeOverlap(tree, cursor.finiteBox, cursor.tree, rows);
+    }
+    ScanView view = {table.boxes(), nullptr, table.size()};
+    if (cursor.stage == Stage::Unbounded)
+    {
+        view.rows = trees.unboundedRows().data();
+        view.size = static_cast<std::uint32_t>(trees.unboundedRows().size());
+    }
+    return cursor.isRay ? kernels.scanRay(view, cursor.ray, cursor.position, rows)
+                        : kernels.scanOverlap(view, cursor.box, cursor.position, rows);
+}
+
+QueryIndex::QueryIndex(ProxyTable& table, const QueryOptions& options)
+    : m_state(std::make_unique<State>(table, options))
+{
+}
+
+QueryIndex::~QueryIndex() = default;
+
+std::uint64_t QueryIndex::bytes() const
+{
+    const std::lock_guard<std::mutex> lock(m_state->mutex);
+    return m_state->trees.bytes();
+}
+
+std::uint64_t QueryIndex::buildsTotal() const
+{
+    const std::lock_guard<std::mutex> lock(m_state->mutex);
+    return m_state->trees.buildsTotal();
+}
+
+std::uint64_t QueryIndex::syncsTotal() const
+{
+    const std::lock_guard<std::mutex> lock(m_state->mutex);
+    return m_state->trees.syncsTotal();
+}
+
+void QueryIndex::startOverlap(const Aabb& box, QueryCursor& cursor) const
+{
+    if (!isValid(box))
+        return;
+    cursor.isRay = false;
+    cursor.box = box;
+    cursor.finiteBox = finitePart(box);
+    m_state->start(cursor);
+}
+
+void QueryIndex::startRay(const RaySegment& ray, QueryCursor& cursor) const
+{
+    if (hitsNothing(ray))
+        return;
+    cursor.isRay = true;
+    if (prepareRay(ray, cursor.ray))
+    {
+        m_state->start(cursor);
+        return;
+    }
+    cursor.isRay = false;
+    cursor.box = kEverywhere;
+    cursor.enter(QueryCursor::Stage::Scan);
+}
+
+std::uint32_t QueryIndex::next(QueryCursor& cursor, ProxyId* rows) const
+{
+    while (cursor.stage != QueryCursor::Stage::Done)
+    {
+        const std::uint32_t count = m_state->advance(cursor, rows);
+        if (count != 0)
+            return count;
+        cursor.enter(m_state->stageAfter(cursor.stage));
+    }
+    return 0;
+}
+}  // namespace cullet

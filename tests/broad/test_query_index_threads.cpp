@@ -1,0 +1,117 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "broad/proxy_table.h"
+#include "broad/query_index.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdint>
+#include <random>
+#include <thread>
+#include <vector>
+
+namespace cullet
+{
+namespace
+{
+constexpr int kThreads = 8;
+constexpr std::uint32_t kRows = 3000;
+
+Aabb cubeOnLine(float x)
+{
+    return {{x - 1.0f, -1.0f, -1.0f}, {x + 1.0f, 1.0f, 1.0f}};
+}
+
+/// Boxes two apart on a line, so that each overlaps itself and both neighbours by touching them.
+void fill(ProxyTable& table)
+{
+    for (std::uint32_t i = 0; i < kRows; ++i)
+        table.create(cubeOnLine(2.0f * i), i + 1, {1, -1});
+}
+
+/// Asks for the neighbours of the neighbours of `row`, the inner queries from inside the outer visit; returns how many answers were wrong.
+int askNested(const ProxyTable& table, const QueryIndex& index, ProxyId row, bool byRay)
+{
+    int outer = 0;
+    int inner = 0;
+    const auto visit = [&](ProxyId found)
+    {
+        ++outer;
+        index.forEachOverlap(table.box(found), [&](ProxyId) { ++inner; });
+    };
+    if (byRay)
+    {
+        const RaySegment ray = {{2.0 * row, -5, 0}, {1e18, 1, 1e18}, 10, {-1.5, 0, 0}, {1.5, 0, 0}};
+        index.forEachOnRay(ray, visit);
+    }
+    else
+    {
+        index.forEachOverlap(table.box(row), visit);
+    }
+    return (outer == 3 ? 0 : 1) + (inner == 9 ? 0 : 1);
+}
+
+TEST(QueryIndexThreads, EightThreadsAskNestedQuestionsWhileChangesArePending)
+{
+    for (const QueryMode mode : {QueryMode::Automatic, QueryMode::Tree, QueryMode::Scan})
+    {
+        ProxyTable table;
+        const QueryIndex index(table, {mode, false});
+        fill(table);
+        std::atomic<int> wrong{0};
+        for (int round = 0; round < 30; ++round)
+        {
+            SCOPED_TRACE(round);
+            // All rows, a few, and none: every way of taking changes in, and none at all.
+            const std::uint32_t stride = round % 3 == 0 ? 1 : round % 3 == 1 ? 400 : kRows;
+            for (ProxyId row = 0; row < kRows; row += stride)
+                table.setBox(row, cubeOnLine(2.0f * row));
+            std::vector<std::thread> threads;
+            for (int t = 0; t < kThreads; ++t)
+            {
+                threads.emplace_back(
+                    [&, t]
+                    {
+                        std::mt19937 engine(static_cast<unsigned>(100 * round + t));
+                        for (int i = 0; i < 20; ++i)
+                            wrong += askNested(table, index, 2 + engine() % (kRows - 4), i % 2 == 0);
+                    });
+            }
+            for (std::thread& thread : threads)
+                thread.join();
+            ASSERT_EQ(wrong, 0);
+        }
+        EXPECT_EQ(index.syncsTotal() > 5, mode != QueryMode::Scan);
+    }
+}
+
+TEST(QueryIndexThreads, BoxesSetByManyThreadsAreSeenByTheNextQuery)
+{
+    ProxyTable table;
+    const QueryIndex index(table, {QueryMode::Tree, false});
+    fill(table);
+    for (int round = 0; round < 10; ++round)
+    {
+        std::vector<std::thread> threads;
+        for (int t = 0; t < kThreads; ++t)
+        {
+            threads.emplace_back(
+                [&, t]
+                {
+                    for (ProxyId row = static_cast<ProxyId>(t); row < kRows; row += kThreads)
+                        table.setBox(row, cubeOnLine(2.0f * row + 0.25f * round));
+                });
+        }
+        for (std::thread& thread : threads)
+            thread.join();
+        int found = 0;
+        index.forEachOverlap({{0, 0, 0}, {1e6f, 0, 0}}, [&](ProxyId) { ++found; });
+        EXPECT_EQ(found, static_cast<int>(kRows));
+        found = 0;
+        index.forEachOverlap({{-10, 0, 0}, {-0.99f + 0.25f * round, 0, 0}}, [&](ProxyId) { ++found; });
+        EXPECT_EQ(found, 1);
+    }
+}
+}  // namespace
+}  // namespace cullet
