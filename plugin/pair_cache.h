@@ -3,7 +3,7 @@
 #pragma once
 
 #include "broad/pair.h"
-#include "plugin/hash_slots.h"
+#include "plugin/pair_hash.h"
 #include "plugin/pair_links.h"
 #include "plugin/pair_order.h"
 
@@ -139,6 +139,7 @@ public:
 
     /// Not owned; null for none. It is told of later changes only.
     void setInternalGhostPairCallback(btOverlappingPairCallback* callback) override { m_ghosts = callback; }
+    btOverlappingPairCallback* ghostPairCallback() const noexcept { return m_ghosts; }
 
     /// Sorts the array in descending order of (lower id, higher id). Algorithms stay, no callback is called.
     ///
@@ -180,25 +181,28 @@ private:
     /// Follows one pair of the array while callbacks may move or remove it.
     class Cursor;
 
-    static constexpr std::uint32_t kNone = HashSlots::kNone;
+    static constexpr std::uint32_t kNone = PairHash::kNone;
 
     std::uint32_t size() const { return static_cast<std::uint32_t>(m_pairs.size()); }
-    std::uint32_t indexOf(ProxyPair sorted) const;
+    btBroadphasePair* pairAt(std::uint32_t index);
+    std::uint32_t indexOf(const ProxyPair& sorted) const;
     std::uint32_t indexOf(Pair ids) const;
-    bool makeRoom();
-    btBroadphasePair* append(ProxyPair sorted);
+    void makeRoom();
+    void growHash(std::size_t pairCount);
+    bool hasMemory(const ProxyPair& sorted);
+    btBroadphasePair* append(const ProxyPair& sorted);
     void* removeAt(std::uint32_t index, btDispatcher* dispatcher);
+    void* removeWithCallbacks(std::uint32_t index, btDispatcher* dispatcher);
+    void* removeFollowed(const Cursor& cursor, btDispatcher* dispatcher);
     void detach(std::uint32_t index);
     void fillHole(std::uint32_t hole);
+    void fillDetached(std::uint32_t hole);
+    void movePair(std::uint32_t from, std::uint32_t to);
     bool order();
     void processOrdered(btOverlapCallback* callback, btDispatcher* dispatcher);
-    void reindex();
-    void prefetchAdd(const ProxyPair& pair, int stage) const;
-    void prefetchRemoval(Pair ids, int stage) const;
-    void prefetchMover(std::uint32_t distance, int stage) const;
 
     btBroadphasePairArray m_pairs;
-    HashSlots m_slots;  ///< hash of the two ids -> index into m_pairs
+    PairHash m_hash;    ///< ids -> index into m_pairs
     PairLinks m_links;  ///< lists of the pairs of each proxy
     PairOrder m_order;
     btOverlapFilterCallback* m_filter = nullptr;

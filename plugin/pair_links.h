@@ -3,10 +3,13 @@
 #pragma once
 
 #include "broad/pair.h"
-#include "plugin/hash_slots.h"
+#include "plugin/uid_directory.h"
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
+#include <utility>
 #include <vector>
 
 namespace cullet
@@ -15,43 +18,63 @@ inline namespace CULLET_PRECISION
 {
 /// For every proxy the list of the pairs it is in, as links between the entries of a pair array.
 ///
-/// Pair i owns the nodes 2i (in the list of its first proxy) and 2i + 1 (of its second). Lists are doubly linked, the
-/// newest pair first. Their heads are found by unique id through a hash of the proxies that have pairs, so that ids may
-/// be any 32-bit numbers. 16 bytes per pair and 16 to 24 per proxy with pairs.
+/// Pair i owns the nodes 2i (in the list of its first proxy) and 2i + 1 (of its second). Lists are rings through an
+/// anchor node per proxy with pairs, newest pair first, so that taking out and moving pairs needs neither a case
+/// distinction nor a search; only adding looks the anchors up by unique id. 16 bytes per pair, 12 per proxy with pairs
+/// and the directory's pages.
 class PairLinks
 {
 public:
-    static constexpr std::uint32_t kNone = HashSlots::kNone;
+    static constexpr std::uint32_t kNone = 0xffffffffu;
+    static constexpr std::uint32_t kMaxPairs = 1u
+                                               << 30;  // a bit of a node reference tells anchors from pairs
+
+    struct Anchors
+    {
+        std::uint32_t first;
+        std::uint32_t second;
+    };
 
     static std::uint32_t pairOf(std::uint32_t node) noexcept { return node / 2; }
 
     /// First node of the proxy's list, or kNone.
     std::uint32_t first(std::uint32_t id) const noexcept
     {
-        const std::uint32_t hash = hashOfId(id);
-        const std::size_t position = m_heads.lowerBound(hash);
-        return m_heads.holds(position, hash) ? m_heads.value(position) : kNone;
+        const std::uint32_t anchor = m_directory.find(id);
+        return anchor != UidDirectory::kNoRow ? next(kAnchorBit | anchor) : kNone;
     }
 
-    std::uint32_t next(std::uint32_t node) const noexcept { return m_nodes[node].next; }
-    std::uint32_t previous(std::uint32_t node) const noexcept { return m_nodes[node].previous; }
+    /// Next node of the list, or kNone behind the last one.
+    std::uint32_t next(std::uint32_t node) const noexcept
+    {
+        const std::uint32_t after = at(node).next;
+        return isAnchor(after) ? kNone : after;
+    }
 
-    bool hasRoom() const noexcept { return m_nodes.size() < m_nodes.capacity() && m_heads.hasRoom(2); }
+    std::size_t capacity() const noexcept { return m_capacity / 2; }
 
-    /// Room for `pairCount` pairs in all and for the heads of one more. May throw std::bad_alloc; no list changes.
+    /// Room for so many pairs. May throw std::bad_alloc and then changes nothing.
     void reserve(std::size_t pairCount)
     {
-        m_nodes.reserve(2 * pairCount);
-        m_heads.makeRoom(2);
+        if (2 * pairCount <= m_capacity)
+            return;
+        std::unique_ptr<Node[]> nodes(new Node[2 * pairCount]);
+        std::copy_n(m_nodes.get(), m_count, nodes.get());
+        m_nodes.swap(nodes);
+        m_capacity = 2 * pairCount;
     }
 
-    /// Links a new last pair in front of the lists of both proxies. @pre hasRoom(); two different ids
-    void append(Pair ids) noexcept
+    /// The anchors of both lists, made if need be. May throw std::bad_alloc and then changes no list. Valid until a
+    /// pair is detached.
+    Anchors anchorsOf(Pair ids) { return {anchorOf(ids.first), anchorOf(ids.second)}; }
+
+    /// Links a new last pair in front of both lists. @pre capacity() is above the number of pairs
+    void append(Anchors anchors) noexcept
     {
-        m_nodes.resize(m_nodes.size() + 2);  // within the capacity
-        const auto node = static_cast<std::uint32_t>(m_nodes.size() - 2);
-        pushFront(node, ids.first);
-        pushFront(node + 1, ids.second);
+        const std::uint32_t node = m_count;
+        m_count += 2;
+        pushFront(anchors.first, node);
+        pushFront(anchors.second, node + 1);
     }
 
     /// Takes the pair out of both lists; its entry stays, marked as detached.
@@ -59,105 +82,153 @@ public:
     {
         unlink(m_nodes[2 * pair], ids.first);
         unlink(m_nodes[2 * pair + 1], ids.second);
-        m_nodes[2 * pair].next = kDetached;
+        markDetached(pair);
     }
 
-    bool isDetached(std::uint32_t pair) const noexcept { return m_nodes[2 * pair].next == kDetached; }
+    void markDetached(std::uint32_t pair) noexcept { m_nodes[2 * pair].next = kNone; }
+    bool isDetached(std::uint32_t pair) const noexcept { return m_nodes[2 * pair].next == kNone; }
 
     /// Moves the nodes of the linked pair `from` to the detached entry `to`.
-    void move(std::uint32_t from, std::uint32_t to, Pair ids) noexcept
+    void move(std::uint32_t from, std::uint32_t to) noexcept
     {
-        relink(2 * from, 2 * to, ids.first);
-        relink(2 * from + 1, 2 * to + 1, ids.second);
+        relink(2 * from, 2 * to);
+        relink(2 * from + 1, 2 * to + 1);
     }
 
-    void moveDetached(std::uint32_t to) noexcept { m_nodes[2 * to].next = kDetached; }
+    void popBack() noexcept { m_count -= 2; }
 
-    void popBack() noexcept { m_nodes.resize(m_nodes.size() - 2); }
-
-    /// Forgets every pair.
+    /// Forgets every pair and keeps the anchors. @pre no pair is detached
     void clear() noexcept
     {
-        m_nodes.clear();
-        m_heads.clear();
+        for (std::uint32_t node = 0; node < m_count; ++node)
+        {
+            const std::uint32_t previous = m_nodes[node].previous;
+            if (isAnchor(previous))
+                at(previous) = {previous, previous};
+        }
+        m_count = 0;
     }
 
-    void prefetch(std::uint32_t pair) const noexcept { __builtin_prefetch(&m_nodes[2 * pair], 1); }
-    void prefetchHead(std::uint32_t id) const noexcept { m_heads.prefetch(hashOfId(id)); }
-
-    void prefetchNode(std::uint32_t node) const noexcept
+    /// Whether every one of `pairCount` pairs is in exactly the lists of its ids, `idsOf(pair)`. O(pairs).
+    template <class IdsOf>
+    bool isConsistent(std::uint32_t pairCount, IdsOf idsOf) const
     {
-        if (node < m_nodes.size())
-            __builtin_prefetch(&m_nodes[node], 1);
+        if (m_count != 2 * std::size_t{pairCount})
+            return false;
+        std::size_t listed = 0;
+        for (std::uint32_t start = 0; start < m_count; ++start)
+        {
+            if (!isAnchor(m_nodes[start].previous))
+                continue;
+            const auto idOf = [&](std::uint32_t node)
+            {
+                const Pair ids = idsOf(pairOf(node));
+                return node % 2 == 0 ? ids.first : ids.second;
+            };
+            if (first(idOf(start)) != start)
+                return false;
+            std::uint32_t previous = m_nodes[start].previous;
+            for (std::uint32_t node = start; node != kNone; previous = node, node = next(node))
+            {
+                if (at(node).previous != previous || idOf(node) != idOf(start))
+                    return false;
+                if (++listed > m_count)
+                    return false;
+            }
+        }
+        return listed == m_count;
     }
 
-    std::uint64_t listCount() const noexcept { return m_heads.size(); }
-    std::uint64_t bytes() const noexcept { return m_nodes.capacity() * sizeof(Node) + m_heads.bytes(); }
+    std::uint64_t listCount() const noexcept { return m_anchors.size() - m_freeCount; }
+
+    std::uint64_t bytes() const noexcept
+    {
+        return m_capacity * sizeof(Node) + m_anchors.capacity() * sizeof(Node) + m_directory.bytes();
+    }
 
 private:
     struct Node
     {
-        std::uint32_t next;      // kNone: last
-        std::uint32_t previous;  // kNone: first
+        std::uint32_t next;
+        std::uint32_t previous;
     };
 
-    static constexpr std::uint32_t kDetached =
-        kNone - 1;  // above any node: a pair array holds less than 2^31 pairs
+    static constexpr std::uint32_t kAnchorBit = 1u << 31;
 
-    void pushFront(std::uint32_t node, std::uint32_t id) noexcept
+    Node& at(std::uint32_t node) noexcept { return const_cast<Node&>(std::as_const(*this).at(node)); }
+    const Node& at(std::uint32_t node) const noexcept
     {
-        const std::uint32_t hash = hashOfId(id);
-        const std::size_t position = m_heads.lowerBound(hash);
-        if (!m_heads.holds(position, hash))
+        // Both addresses are computed, so that no branch waits for the link.
+        const Node* nodes[] = {m_nodes.get(), m_anchors.data()};
+        return nodes[node / kAnchorBit][node % kAnchorBit];
+    }
+
+    static bool isAnchor(std::uint32_t node) noexcept { return (node & kAnchorBit) != 0; }
+
+    std::uint32_t anchorOf(std::uint32_t id)
+    {
+        std::uint32_t anchor = m_directory.find(id);
+        if (anchor == UidDirectory::kNoRow)
+            anchor = makeAnchor(id);
+        return anchor | kAnchorBit;
+    }
+
+    std::uint32_t makeAnchor(std::uint32_t id)
+    {
+        if (m_freeCount == 0)
         {
-            m_nodes[node] = {kNone, kNone};
-            m_heads.insert(position, hash, node);
-            return;
+            m_anchors.push_back({kNone, kNone});
+            freeAnchor(static_cast<std::uint32_t>(m_anchors.size() - 1));
         }
-        const std::uint32_t old = m_heads.value(position);
-        m_nodes[node] = {old, kNone};
-        m_nodes[old].previous = node;
-        m_heads.setValue(position, node);
+        const std::uint32_t anchor = m_firstFree;
+        m_directory.insert(id, anchor);
+        m_firstFree = m_anchors[anchor].next;
+        --m_freeCount;
+        m_anchors[anchor] = {anchor | kAnchorBit, anchor | kAnchorBit};
+        return anchor;
+    }
+
+    void freeAnchor(std::uint32_t anchor) noexcept
+    {
+        m_anchors[anchor].next = m_firstFree;
+        m_firstFree = anchor;
+        ++m_freeCount;
+    }
+
+    void pushFront(std::uint32_t anchor, std::uint32_t node) noexcept
+    {
+        const std::uint32_t old = at(anchor).next;
+        m_nodes[node] = {old, anchor};
+        at(old).previous = node;
+        at(anchor).next = node;
     }
 
     void unlink(Node node, std::uint32_t id) noexcept
     {
-        if (node.next != kNone)
-            m_nodes[node.next].previous = node.previous;
-        if (node.previous != kNone)
+        at(node.next).previous = node.previous;
+        at(node.previous).next = node.next;
+        if (node.next == node.previous)  // the anchor is alone
         {
-            m_nodes[node.previous].next = node.next;
-            return;
-        }
-        const std::size_t position = m_heads.lowerBound(hashOfId(id));
-        if (node.next != kNone)
-        {
-            m_heads.setValue(position, node.next);
-        }
-        else
-        {
-            m_heads.erase(position);
+            m_directory.erase(id);
+            freeAnchor(node.next & ~kAnchorBit);
         }
     }
 
-    void relink(std::uint32_t from, std::uint32_t to, std::uint32_t id) noexcept
+    void relink(std::uint32_t from, std::uint32_t to) noexcept
     {
         const Node node = m_nodes[from];
         m_nodes[to] = node;
-        if (node.next != kNone)
-            m_nodes[node.next].previous = to;
-        if (node.previous != kNone)
-        {
-            m_nodes[node.previous].next = to;
-        }
-        else
-        {
-            m_heads.setValue(m_heads.lowerBound(hashOfId(id)), to);
-        }
+        at(node.next).previous = to;
+        at(node.previous).next = to;
     }
 
-    std::vector<Node> m_nodes;
-    HashSlots m_heads;  // hash of the id -> first node
+    std::unique_ptr<Node[]> m_nodes;
+    std::size_t m_capacity = 0;  // nodes
+    std::uint32_t m_count = 0;   // nodes
+    std::vector<Node> m_anchors;
+    UidDirectory m_directory;           // unique id -> anchor
+    std::uint32_t m_firstFree = kNone;  // the free anchors are chained by `next`
+    std::uint32_t m_freeCount = 0;
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet
