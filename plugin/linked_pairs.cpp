@@ -6,24 +6,18 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-namespace
-{
-std::uint32_t hashOf(Pair pair) noexcept
-{
-    return hashOfPair(pair.first, pair.second);
-}
-}  // namespace
-
 std::uint32_t LinkedPairs::find(Pair pair) const noexcept
 {
-    const std::uint32_t hash = hashOf(pair);
-    for (std::size_t position = m_slots.lowerBound(hash); m_slots.holds(position, hash); ++position)
-    {
-        const std::uint32_t index = m_slots.value(position);
-        if (m_pairs[index] == pair)
-            return index;
-    }
-    return kNone;
+    return m_hash.find(hashOfPair(pair), [&](std::uint32_t index) { return m_pairs[index] == pair; });
+}
+
+void LinkedPairs::makeRoom()
+{
+    const std::size_t more = 2 * m_pairs.size() + 16;
+    if (!m_hash.hasRoom())
+        m_hash.grow(more, [this](std::uint32_t index) { return hashOfPair(m_pairs[index]); });
+    if (m_pairs.size() == m_links.capacity())
+        m_links.reserve(more);
 }
 
 void LinkedPairs::insert(Pair pair, std::uint8_t tag)
@@ -34,28 +28,22 @@ void LinkedPairs::insert(Pair pair, std::uint8_t tag)
         m_tags[found] = tag;
         return;
     }
-    const auto index = static_cast<std::uint32_t>(m_pairs.size());
-    m_slots.makeRoom(1);
-    if (!m_links.hasRoom())
-        m_links.reserve(m_pairs.size() + 1, 2 * (m_pairs.size() + 1));
+    makeRoom();
+    m_links.append(m_links.anchorsOf(pair));
+    m_hash.insert(hashOfPair(pair), static_cast<std::uint32_t>(m_pairs.size()));
     m_pairs.push_back(pair);
     m_tags.push_back(tag);
-    m_links.append(pair);
-    const std::uint32_t hash = hashOf(pair);
-    m_slots.insert(m_slots.lowerBound(hash), hash, index);
 }
 
 void LinkedPairs::eraseAt(std::uint32_t index) noexcept
 {
     const auto last = static_cast<std::uint32_t>(m_pairs.size() - 1);
-    m_slots.erase(m_slots.positionOf(hashOf(m_pairs[index]), index));
+    m_hash.erase(hashOfPair(m_pairs[index]), index);
     m_links.detach(index, m_pairs[index]);
     if (index != last)
     {
-        m_slots.erase(m_slots.positionOf(hashOf(m_pairs[last]), last));
-        const std::uint32_t hash = hashOf(m_pairs[last]);
-        m_slots.insert(m_slots.lowerBound(hash), hash, index);
-        m_links.move(last, index, m_pairs[last]);
+        m_hash.replace(hashOfPair(m_pairs[last]), last, index);
+        m_links.move(last, index);
         m_pairs[index] = m_pairs[last];
         m_tags[index] = m_tags[last];
     }
@@ -83,13 +71,13 @@ void LinkedPairs::clear() noexcept
 {
     m_pairs.clear();
     m_tags.clear();
-    m_slots.clear();
-    m_links.clear();
+    m_hash.clear();
+    m_links = PairLinks();
 }
 
 std::uint64_t LinkedPairs::bytes() const noexcept
 {
-    return m_pairs.capacity() * sizeof(Pair) + m_tags.capacity() + m_slots.bytes() + m_links.bytes();
+    return m_pairs.capacity() * sizeof(Pair) + m_tags.capacity() + m_hash.bytes() + m_links.bytes();
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "broad/pair.h"
-#include "plugin/hash_slots.h"
+#include "plugin/pair_hash.h"
 #include "plugin/pair_links.h"
 
 #include <cstddef>
@@ -21,7 +21,7 @@ inline namespace CULLET_PRECISION
 class LinkedPairs
 {
 public:
-    static constexpr std::uint32_t kNone = HashSlots::kNone;
+    static constexpr std::uint32_t kNone = PairHash::kNone;
 
     std::size_t size() const noexcept { return m_pairs.size(); }
     const std::vector<Pair>& pairs() const noexcept { return m_pairs; }
@@ -52,11 +52,12 @@ public:
     std::uint64_t bytes() const noexcept;
 
 private:
+    void makeRoom();
     void eraseAt(std::uint32_t index) noexcept;
 
     std::vector<Pair> m_pairs;
     std::vector<std::uint8_t> m_tags;
-    HashSlots m_slots;  // hash of the pair -> index
+    PairHash m_hash;  // of the pair -> index
     PairLinks m_links;
 };
 }  // namespace CULLET_PRECISION
