@@ -19,12 +19,11 @@ struct Aabb
 };
 
 /// The box that overlaps nothing; the value of rows that hold no proxy.
-inline constexpr Aabb kEmptyAabb = {{std::numeric_limits<float>::infinity(),
-                                     std::numeric_limits<float>::infinity(),
-                                     std::numeric_limits<float>::infinity()},
-                                    {-std::numeric_limits<float>::infinity(),
-                                     -std::numeric_limits<float>::infinity(),
-                                     -std::numeric_limits<float>::infinity()}};
+inline constexpr Aabb kEmptyAabb = {
+    {std::numeric_limits<float>::infinity(), std::numeric_limits<float>::infinity(),
+     std::numeric_limits<float>::infinity()},
+    {-std::numeric_limits<float>::infinity(), -std::numeric_limits<float>::infinity(),
+     -std::numeric_limits<float>::infinity()}};
 
 /// True unless the box is empty (inverted or with a NaN on any axis).
 ///
@@ -55,7 +54,8 @@ inline bool overlapsWithMargin(const Aabb& a, const Aabb& b, float margin) noexc
     const float limit = 2.0f * margin;
     for (int axis = 0; axis < 3; ++axis)
     {
-        if (b.min[axis] - a.max[axis] > limit || a.min[axis] - b.max[axis] > limit) return false;
+        if (b.min[axis] - a.max[axis] > limit || a.min[axis] - b.max[axis] > limit)
+            return false;
     }
     return true;
 }
@@ -75,15 +75,17 @@ inline bool operator!=(const Aabb& a, const Aabb& b) noexcept
 inline float roundDownToFloat(double value) noexcept
 {
     const float nearest = static_cast<float>(value);
-    return static_cast<double>(nearest) > value ? std::nextafter(nearest, -std::numeric_limits<float>::infinity())
-                                                : nearest;
+    return static_cast<double>(nearest) > value
+               ? std::nextafter(nearest, -std::numeric_limits<float>::infinity())
+               : nearest;
 }
 
 /// Smallest float that is not below `value`.
 inline float roundUpToFloat(double value) noexcept
 {
     const float nearest = static_cast<float>(value);
-    return static_cast<double>(nearest) < value ? std::nextafter(nearest, std::numeric_limits<float>::infinity())
-                                                : nearest;
+    return static_cast<double>(nearest) < value
+               ? std::nextafter(nearest, std::numeric_limits<float>::infinity())
+               : nearest;
 }
 }  // namespace cullet

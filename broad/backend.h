@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "broad/aabb.h"
+#include "broad/pair.h"
+
 #include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
-
-#include "broad/aabb.h"
-#include "broad/pair.h"
 
 namespace cullet
 {
@@ -37,10 +37,12 @@ inline bool passesFilter(Filter a, Filter b) noexcept
 enum RowChange : std::uint8_t
 {
     kRowUnchanged = 0,
-    kRowMoved = 1,        ///< the box differs from the one of the last update (or was set and came back to it)
-    kRowCreated = 2,      ///< the row holds another proxy than in the last update; it has no pairs yet
-    kRowDestroyed = 4,    ///< the proxy is gone; its row keeps its id and an empty box until this update is over
-    kRowRefiltered = 8    ///< group or mask changed: pairs that the old words kept out may enter, none has to leave
+    kRowMoved = 1,    ///< the box differs from the one of the last update (or was set and came back to it)
+    kRowCreated = 2,  ///< the row holds another proxy than in the last update; it has no pairs yet
+    kRowDestroyed =
+        4,  ///< the proxy is gone; its row keeps its id and an empty box until this update is over
+    kRowRefiltered =
+        8  ///< group or mask changed: pairs that the old words kept out may enter, none has to leave
 };
 
 /// Boxes and identities of all proxies, as rows of parallel arrays; valid until the owner changes.
@@ -61,13 +63,13 @@ struct ProxyView
 /// What a backend did, for people and for benchmarks; all numbers are of the last update unless they say total.
 struct BackendStats
 {
-    const char* path = "";            ///< which way the last update took, e.g. "idle", "incremental", "rebuild"
-    std::uint64_t pairs = 0;          ///< pairs now held
-    std::uint64_t candidates = 0;     ///< box tests that were made
-    std::uint64_t entries = 0;        ///< rows times cells after duplication over cells
-    std::uint64_t levels = 0;         ///< grid levels in use
-    std::uint64_t unbounded = 0;      ///< boxes on the side list of unbounded boxes
-    std::uint64_t bytes = 0;          ///< memory held, bytes
+    const char* path = "";         ///< which way the last update took, e.g. "idle", "incremental", "rebuild"
+    std::uint64_t pairs = 0;       ///< pairs now held
+    std::uint64_t candidates = 0;  ///< box tests that were made
+    std::uint64_t entries = 0;     ///< rows times cells after duplication over cells
+    std::uint64_t levels = 0;      ///< grid levels in use
+    std::uint64_t unbounded = 0;   ///< boxes on the side list of unbounded boxes
+    std::uint64_t bytes = 0;       ///< memory held, bytes
     std::uint64_t rebuildsTotal = 0;  ///< updates that took the clear-and-rebuild path
 };
 

@@ -22,7 +22,8 @@ void forEachSetByte(const std::uint8_t* bytes, std::uint32_t begin, std::uint32_
         {
             for (std::uint32_t i = 0; i < width; ++i)
             {
-                if (bytes[row + i] != 0) visit(row + i);
+                if (bytes[row + i] != 0)
+                    visit(row + i);
             }
         }
         row += width;
@@ -40,13 +41,15 @@ void ProxyTable::mark(ProxyId row, std::uint8_t bits) noexcept
         m_dirtyBlocks[block].store(1, std::memory_order_relaxed);
     if (m_queryBlocks[block].load(std::memory_order_relaxed) == 0)
         m_queryBlocks[block].store(1, std::memory_order_relaxed);
-    if (!m_queryDirty.load(std::memory_order_relaxed)) m_queryDirty.store(true, std::memory_order_relaxed);
+    if (!m_queryDirty.load(std::memory_order_relaxed))
+        m_queryDirty.store(true, std::memory_order_relaxed);
 }
 
 void ProxyTable::growBlocks()
 {
     const std::size_t needed = (m_boxes.size() >> kBlockShift) + 1;
-    if (needed <= m_dirtyBlocks.size()) return;
+    if (needed <= m_dirtyBlocks.size())
+        return;
     // std::atomic does not move, so the blocks are copied by hand.
     std::vector<std::atomic<std::uint8_t>> dirty(needed * 2);
     std::vector<std::atomic<std::uint8_t>> query(needed * 2);
@@ -101,7 +104,8 @@ void ProxyTable::setBox(ProxyId row, const Aabb& box) noexcept
 
 void ProxyTable::setFilter(ProxyId row, Filter filter) noexcept
 {
-    if (m_filters[row].group == filter.group && m_filters[row].mask == filter.mask) return;
+    if (m_filters[row].group == filter.group && m_filters[row].mask == filter.mask)
+        return;
     m_filters[row] = filter;
     mark(row, kRowRefiltered);
 }
@@ -111,7 +115,8 @@ ProxyView ProxyTable::beginUpdate(float margin, bool useFilter)
     m_dirty.clear();
     for (std::uint32_t begin = 0; begin < size(); begin += 1u << kBlockShift)
     {
-        if (m_dirtyBlocks[begin >> kBlockShift].load(std::memory_order_relaxed) == 0) continue;
+        if (m_dirtyBlocks[begin >> kBlockShift].load(std::memory_order_relaxed) == 0)
+            continue;
         forEachSetByte(m_changes.data(), begin, std::min(size(), begin + (1u << kBlockShift)),
                        [this](std::uint32_t row) { m_dirty.push_back(row); });
     }
@@ -129,9 +134,12 @@ ProxyView ProxyTable::beginUpdate(float margin, bool useFilter)
 
 void ProxyTable::endUpdate()
 {
-    for (const ProxyId row : m_dirty) m_changes[row] = kRowUnchanged;
-    for (auto& block : m_dirtyBlocks) block.store(0, std::memory_order_relaxed);
-    for (const ProxyId row : m_quarantine) m_uniqueIds[row] = 0;
+    for (const ProxyId row : m_dirty)
+        m_changes[row] = kRowUnchanged;
+    for (auto& block : m_dirtyBlocks)
+        block.store(0, std::memory_order_relaxed);
+    for (const ProxyId row : m_quarantine)
+        m_uniqueIds[row] = 0;
     m_free.insert(m_free.end(), m_quarantine.begin(), m_quarantine.end());
     m_quarantine.clear();
     m_dirty.clear();
@@ -143,7 +151,8 @@ void ProxyTable::collectQueryChanges(std::vector<ProxyId>& rows)
     for (std::uint32_t begin = 0; begin < size(); begin += 1u << kBlockShift)
     {
         const std::uint32_t block = begin >> kBlockShift;
-        if (m_queryBlocks[block].load(std::memory_order_relaxed) == 0) continue;
+        if (m_queryBlocks[block].load(std::memory_order_relaxed) == 0)
+            continue;
         m_queryBlocks[block].store(0, std::memory_order_relaxed);
         forEachSetByte(m_queryChanges.data(), begin, std::min(size(), begin + (1u << kBlockShift)),
                        [&](std::uint32_t row)

@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "broad/aabb.h"
+#include "broad/backend.h"
+
 #include <atomic>
 #include <cstdint>
 #include <memory>
 #include <vector>
-
-#include "broad/aabb.h"
-#include "broad/backend.h"
 
 namespace cullet
 {

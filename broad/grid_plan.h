@@ -1,0 +1,72 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/aabb.h"
+
+#include <array>
+#include <cstdint>
+#include <cstring>
+
+namespace cullet
+{
+/// Resolution of a size as the lecture defines it, Res(A) = i <=> a < Size / s_i <= b with a = 0.5, b = 1 and cell
+/// sizes s that are powers of two: the exponent e with 2^(e-1) < size <= 2^e.
+///
+/// Half-open, so that every size has exactly one. Zero and denormals get the lowest, -126; infinity and NaN more than
+/// 127.
+inline std::int32_t octaveOf(float size) noexcept
+{
+    std::uint32_t bits;
+    std::memcpy(&bits, &size, sizeof bits);
+    return static_cast<std::int32_t>(((bits != 0 ? bits : 1u) - 1u) >> 23) - 126;
+}
+
+/// Octaves that the grid tells apart; what is smaller joins the lowest, what is larger counts as unbounded.
+inline constexpr std::int32_t kLowestOctave = -40;
+inline constexpr std::int32_t kHighestOctave = 50;
+inline constexpr std::int32_t kOctaveCount = kHighestOctave - kLowestOctave + 1;
+inline constexpr std::uint32_t kMaxLevels = 8;
+
+/// What one pass over the boxes learns about their sizes, per octave of the larger tiled extent.
+struct SizeHistogram
+{
+    struct Bin
+    {
+        std::uint32_t count = 0;
+        double tileSum = 0;   ///< sum of the mean tiled extents
+        double sweepSum = 0;  ///< sum of the extents along the sweep axis
+    };
+    std::array<Bin, kOctaveCount> bins{};
+
+    void add(const SizeHistogram& other);
+    std::uint32_t count() const;
+};
+
+/// How the world is cut: the sweep axis, and the width of the rows per level, finest level first.
+///
+/// Any plan gives the same pairs; a bad one only costs time.
+struct GridPlan
+{
+    int sweepAxis = 0;
+    int tileAxisY = 1;
+    int tileAxisZ = 2;
+    std::uint32_t levelCount = 1;
+    std::array<float, kMaxLevels> width{{1.0f}};
+    std::array<float, kMaxLevels> inverseWidth{{1.0f}};
+    std::array<std::uint8_t, kOctaveCount> levelOfOctave{};
+    float span[3] = {1.0f, 1.0f, 1.0f};  ///< robust extent of the box centres, world axes
+    double predictedCandidates = 0;
+};
+
+/// Robust extents of the box centres (5 % to 95 % quantile, scaled up) from a deterministic sample.
+void measureSpans(const Aabb* boxes, const std::uint32_t* ids, std::uint32_t count, float span[3]);
+
+/// Chooses axis, levels and row widths from sizes, spans and `density`, a factor learnt from earlier frames by which
+/// the scene is more crowded than evenly spread boxes would be. `cellScale` > 0 fixes the width per level instead.
+GridPlan makeGridPlan(const SizeHistogram& sizes, const float span[3], int sweepAxis, double density,
+                      float cellScale);
+
+/// The axis of the largest span; `previous` stays unless another one is clearly larger (thesis: highest variance).
+int chooseSweepAxis(const float span[3], int previous);
+}  // namespace cullet

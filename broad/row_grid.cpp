@@ -1,0 +1,502 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "broad/row_grid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace cullet
+{
+namespace
+{
+// A box that would touch more cells than this under a plan that did not expect it joins the unbounded ones.
+constexpr std::int64_t kMostCells = 64;
+// Cell coordinates saturate here: far away, cells become one, which costs time but loses nothing.
+constexpr float kFarthestCell = 268435456.0f;
+constexpr std::size_t kTaskGrain = 8192;
+constexpr std::uint32_t kRowsPerTask = 4;
+
+std::int32_t cellOf(float coordinate, float inverseWidth)
+{
+    const float cell = std::min(std::max(coordinate * inverseWidth, -kFarthestCell), kFarthestCell);
+    // Floor by hand: std::floor is a library call on baseline x86-64.
+    const std::int32_t truncated = static_cast<std::int32_t>(cell);
+    return truncated - static_cast<std::int32_t>(static_cast<float>(truncated) > cell);
+}
+
+struct SinkContext
+{
+    PairSink* sink;
+    unsigned worker;
+};
+
+void handToSink(void* context, const IdPair* pairs, std::uint32_t count)
+{
+    const SinkContext& to = *static_cast<SinkContext*>(context);
+    to.sink->take(to.worker, pairs, count);
+}
+
+FlaggedId flagged(std::uint32_t id, bool startsY, bool startsZ)
+{
+    return id | static_cast<std::uint32_t>(startsY) << kIdBits |
+           static_cast<std::uint32_t>(startsZ) << (kIdBits + 1);
+}
+}  // namespace
+
+RowGrid::RowGrid(const GridOptions& options, WorkerPool& workers)
+    : m_options(options),
+      m_workers(workers),
+      m_kernels(chooseRowKernels(options.baselineSimd)),
+      m_scratch(workers.threads())
+{
+}
+
+Aabb RowGrid::grown(const Aabb& box, float grow)
+{
+    Aabb result;
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        result.min[axis] = box.min[axis] - grow;
+        result.max[axis] = box.max[axis] + grow;
+    }
+    return result;
+}
+
+std::int64_t RowGrid::cellCountOf(const CellRange& cells)
+{
+    return (static_cast<std::int64_t>(cells.j1) - cells.j0 + 1) *
+           (static_cast<std::int64_t>(cells.k1) - cells.k0 + 1);
+}
+
+bool RowGrid::isUnbounded(const Aabb& box) const
+{
+    // Written so that NaN, the extent of a box that lies at infinity, counts as unbounded.
+    const float limit = std::ldexp(1.0f, kHighestOctave);
+    return !(box.max[0] - box.min[0] <= limit && box.max[1] - box.min[1] <= limit &&
+             box.max[2] - box.min[2] <= limit);
+}
+
+std::uint32_t RowGrid::levelOf(const Aabb& box) const
+{
+    const float y = box.max[m_plan.tileAxisY] - box.min[m_plan.tileAxisY];
+    const float z = box.max[m_plan.tileAxisZ] - box.min[m_plan.tileAxisZ];
+    const std::int32_t octave = std::min(std::max(octaveOf(std::max(y, z)), kLowestOctave), kHighestOctave);
+    return m_plan.levelOfOctave[static_cast<std::size_t>(octave - kLowestOctave)];
+}
+
+RowGrid::CellRange RowGrid::cellsOf(const Aabb& box, std::uint32_t level) const
+{
+    const float inverse = m_plan.inverseWidth[level];
+    return {cellOf(box.min[m_plan.tileAxisY], inverse), cellOf(box.max[m_plan.tileAxisY], inverse),
+            cellOf(box.min[m_plan.tileAxisZ], inverse), cellOf(box.max[m_plan.tileAxisZ], inverse)};
+}
+
+void RowGrid::preparePlan(const GridInput& input)
+{
+    if (m_hasPlan)
+        return;
+    SizeHistogram sizes;
+    const std::uint32_t stride = std::max(1u, input.count / 1024);
+    for (std::uint32_t i = 0; i < input.count; i += stride)
+    {
+        const Aabb& box = input.boxes[input.ids != nullptr ? input.ids[i] : i];
+        if (!isValid(box) || isUnbounded(box))
+            continue;
+        const float y = box.max[1] - box.min[1];
+        const float z = box.max[2] - box.min[2];
+        const std::int32_t octave = std::max(octaveOf(std::max(y, z)), kLowestOctave) - kLowestOctave;
+        SizeHistogram::Bin& bin = sizes.bins[static_cast<std::size_t>(octave)];
+        bin.count += stride;
+        bin.tileSum += 0.5 * stride * (static_cast<double>(y) + z);
+        bin.sweepSum += static_cast<double>(stride) * (box.max[0] - box.min[0]);
+    }
+    makePlan(input, sizes);
+}
+
+void RowGrid::makePlan(const GridInput& input, const SizeHistogram& sizes)
+{
+    float span[3];
+    measureSpans(input.boxes, input.ids, input.count, span);
+    const int axis = chooseSweepAxis(span, m_hasPlan ? m_plan.sweepAxis : 0);
+    m_plan = makeGridPlan(sizes, span, axis, m_density, m_options.cellScale);
+    m_planned = sizes;
+    m_hasPlan = true;
+}
+
+bool RowGrid::isPlanStale(const SizeHistogram& sizes) const
+{
+    const std::uint32_t total = sizes.count();
+    std::uint32_t moved = 0;
+    for (std::size_t o = 0; o < sizes.bins.size(); ++o)
+    {
+        const std::uint32_t now = sizes.bins[o].count;
+        const std::uint32_t then = m_planned.bins[o].count;
+        moved += now > then ? now - then : then - now;
+        // A size that the plan has not seen at all may be far larger than its rows.
+        if (now != 0 && then == 0 && static_cast<std::int32_t>(o) > 0 && now > total / 64)
+            return true;
+    }
+    return moved > total / 4 + 8;
+}
+
+void RowGrid::learnDensity()
+{
+    const double entries = static_cast<double>(m_entryCount);
+    const double lanes = static_cast<double>(m_testCount) - 6 * entries;
+    const double measured = std::max(lanes, entries);
+    const double predicted = std::max(m_plan.predictedCandidates, entries);
+    const double ratio = measured / predicted;
+    if (ratio > 0.4 && ratio < 2.5)
+        return;
+    m_density = std::min(std::max(m_density * ratio, 1e-3), 1e6);
+    m_planned = SizeHistogram();
+}
+
+void RowGrid::fillBold(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task)
+{
+    for (std::uint32_t i = begin; i < end; ++i)
+    {
+        const std::uint32_t id = input.ids != nullptr ? input.ids[i] : i;
+        if (!isValid(input.boxes[id]))
+            continue;
+        const Aabb box = grown(input.boxes[id], input.grow);
+        if (isUnbounded(box))
+        {
+            task.unbounded.push_back(id);
+            continue;
+        }
+        const float y = box.max[m_plan.tileAxisY] - box.min[m_plan.tileAxisY];
+        const float z = box.max[m_plan.tileAxisZ] - box.min[m_plan.tileAxisZ];
+        const std::size_t octave =
+            static_cast<std::size_t>(std::max(octaveOf(std::max(y, z)), kLowestOctave) - kLowestOctave);
+        SizeHistogram::Bin& bin = task.sizes.bins[octave];
+        ++bin.count;
+        bin.tileSum += 0.5f * (y + z);
+        bin.sweepSum += box.max[m_plan.sweepAxis] - box.min[m_plan.sweepAxis];
+
+        const std::uint32_t level = m_plan.levelOfOctave[octave];
+        const CellRange cells = cellsOf(box, level);
+        if (cellCountOf(cells) > kMostCells)
+        {
+            task.unbounded.push_back(id);
+            continue;
+        }
+        for (std::int32_t j = cells.j0; j <= cells.j1; ++j)
+        {
+            for (std::int32_t k = cells.k0; k <= cells.k1; ++k)
+            {
+                const std::uint32_t row = m_rows.findOrInsert({static_cast<std::int32_t>(level), j, k});
+                if (row == RowDirectory::kNone)
+                {
+                    task.isFull = true;
+                    return;
+                }
+                ++task.boldCount[row];
+                task.bold.push_back({row, flagged(id, j == cells.j0, k == cells.k0)});
+            }
+        }
+    }
+}
+
+void RowGrid::fillRegular(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task)
+{
+    for (std::uint32_t i = begin; i < end; ++i)
+    {
+        const std::uint32_t id = input.ids != nullptr ? input.ids[i] : i;
+        if (!isValid(input.boxes[id]))
+            continue;
+        const Aabb box = grown(input.boxes[id], input.grow);
+        const std::uint32_t own = levelOf(box);
+        if (isUnbounded(box) || cellCountOf(cellsOf(box, own)) > kMostCells)
+            continue;
+        for (std::uint32_t level = own + 1; level < m_plan.levelCount; ++level)
+        {
+            const CellRange cells = cellsOf(box, level);
+            for (std::int32_t j = cells.j0; j <= cells.j1; ++j)
+            {
+                for (std::int32_t k = cells.k0; k <= cells.k1; ++k)
+                {
+                    const std::uint32_t row = m_rows.find({static_cast<std::int32_t>(level), j, k});
+                    if (row == RowDirectory::kNone)
+                        continue;
+                    ++task.regularCount[row];
+                    task.regular.push_back({row, flagged(id, j == cells.j0, k == cells.k0)});
+                }
+            }
+        }
+    }
+}
+
+bool RowGrid::tryFill(const GridInput& input)
+{
+    m_rows.reset(m_rowRoom, m_options.bucketCount);
+    for (unsigned t = 0; t < m_taskCount; ++t)
+    {
+        Task& task = m_tasks[t];
+        task.bold.clear();
+        task.regular.clear();
+        task.unbounded.clear();
+        task.boldCount.assign(m_rowRoom, 0);
+        task.regularCount.assign(m_plan.levelCount > 1 ? m_rowRoom : 0, 0);
+        task.sizes = SizeHistogram();
+        task.isFull = false;
+    }
+    m_workers.run(m_taskCount,
+                  [&](unsigned t)
+                  {
+                      const TaskRange range(input.count, t, m_taskCount);
+                      fillBold(input, range.begin, range.end, m_tasks[t]);
+                  });
+    for (unsigned t = 0; t < m_taskCount; ++t)
+    {
+        if (m_tasks[t].isFull)
+            return false;
+    }
+    if (m_plan.levelCount > 1)
+    {
+        m_workers.run(m_taskCount,
+                      [&](unsigned t)
+                      {
+                          const TaskRange range(input.count, t, m_taskCount);
+                          fillRegular(input, range.begin, range.end, m_tasks[t]);
+                      });
+    }
+    return true;
+}
+
+void RowGrid::fill(const GridInput& input)
+{
+    m_taskCount = m_workers.tasksFor(input.count, kTaskGrain);
+    if (m_tasks.size() < m_taskCount)
+        m_tasks.resize(m_taskCount);
+    preparePlan(input);
+    for (int attempt = 0;; ++attempt)
+    {
+        while (!tryFill(input))
+            m_rowRoom *= 2;
+        SizeHistogram sizes;
+        for (unsigned t = 0; t < m_taskCount; ++t)
+            sizes.add(m_tasks[t].sizes);
+        if (attempt > 0 || !isPlanStale(sizes))
+            break;
+        makePlan(input, sizes);
+    }
+    // Room for twice the rows in use, so that the next frames need no second attempt.
+    const std::uint32_t used = m_rows.size();
+    if (m_rowRoom > 8 * used + 1024)
+        m_rowRoom /= 2;
+}
+
+/// Turns per-task counts into offsets and moves the ids of every row together.
+void RowGrid::scatterKind(std::vector<Entry> Task::*entries, std::vector<std::uint32_t> Task::*counts,
+                          std::vector<std::uint32_t>& offsets, std::vector<FlaggedId>& ids)
+{
+    const std::uint32_t rows = m_rows.size();
+    offsets.resize(rows + 1);
+    std::uint32_t sum = 0;
+    for (std::uint32_t row = 0; row < rows; ++row)
+    {
+        offsets[row] = sum;
+        for (unsigned t = 0; t < m_taskCount; ++t)
+        {
+            std::uint32_t& slot = (m_tasks[t].*counts)[row];
+            const std::uint32_t size = slot;
+            slot = sum;
+            sum += size;
+        }
+    }
+    offsets[rows] = sum;
+    if (ids.size() < sum)
+        ids.resize(sum + sum / 4);
+    m_entryCount += sum;
+    m_workers.run(m_taskCount,
+                  [&](unsigned t)
+                  {
+                      std::vector<std::uint32_t>& next = m_tasks[t].*counts;
+                      for (const Entry& entry : m_tasks[t].*entries)
+                          ids[next[entry.row]++] = entry.id;
+                  });
+}
+
+void RowGrid::mergeTasks()
+{
+    m_entryCount = 0;
+    scatterKind(&Task::bold, &Task::boldCount, m_boldOffsets, m_boldIds);
+    if (m_plan.levelCount > 1)
+        scatterKind(&Task::regular, &Task::regularCount, m_regularOffsets, m_regularIds);
+    else
+        m_regularOffsets.assign(m_rows.size() + 1, 0);
+    m_unbounded.clear();
+    for (unsigned t = 0; t < m_taskCount; ++t)
+        m_unbounded.insert(m_unbounded.end(), m_tasks[t].unbounded.begin(), m_tasks[t].unbounded.end());
+    std::sort(m_unbounded.begin(), m_unbounded.end());
+}
+
+void RowGrid::scanRow(const GridInput& input, std::uint32_t row, unsigned worker, bool keep, PairBuffer& out)
+{
+    const std::uint32_t boldCount = m_boldOffsets[row + 1] - m_boldOffsets[row];
+    const std::uint32_t regularCount = m_regularOffsets[row + 1] - m_regularOffsets[row];
+    if (boldCount == 0 || (boldCount + regularCount == 1 && !keep))
+        return;
+    Worker& scratch = m_scratch[worker];
+    if (!keep)
+        scratch.bold.resize(boldCount + 1);
+    RowSoa bold = keep ? m_kept.row(m_boldOffsets[row] + row, boldCount) : scratch.bold.row(0, boldCount);
+    const float longest = scratch.builder.build(m_boldIds.data() + m_boldOffsets[row], boldCount, input.boxes,
+                                                m_plan, input.grow, bold);
+    if (keep)
+        m_longest[row] = longest;
+    m_kernels.scanSelf(bold, out);
+    if (regularCount == 0)
+        return;
+    scratch.regular.resize(regularCount + 1);
+    RowSoa regular = scratch.regular.row(0, regularCount);
+    scratch.builder.build(m_regularIds.data() + m_regularOffsets[row], regularCount, input.boxes, m_plan,
+                          input.grow, regular);
+    m_kernels.scanCross(bold, regular, out);
+}
+
+void RowGrid::scanRows(const GridInput& input, PairSink& sink, bool keep)
+{
+    const std::uint32_t rows = m_rows.size();
+    if (keep)
+    {
+        m_kept.resize(m_boldOffsets[rows] + rows);
+        m_longest.assign(rows, 0.0f);
+    }
+    for (Worker& worker : m_scratch)
+        worker.buffer->tests = 0;
+    const unsigned tasks = m_taskCount == 1 ? 1u : std::max(1u, rows / kRowsPerTask);
+    m_workers.run(tasks,
+                  [&](unsigned task)
+                  {
+                      const unsigned worker =
+                          tasks == 1 ? 0u
+                                     : static_cast<unsigned>(tbb::this_task_arena::current_thread_index());
+                      SinkContext context = {&sink, worker};
+                      PairBuffer& out = *m_scratch[worker].buffer;
+                      out.flush = handToSink;
+                      out.context = &context;
+                      const TaskRange range(rows, task, tasks);
+                      for (std::uint32_t row = range.begin; row < range.end; ++row)
+                          scanRow(input, row, worker, keep, out);
+                      out.handOn();
+                  });
+    m_testCount = 0;
+    for (const Worker& worker : m_scratch)
+        m_testCount += worker.buffer->tests;
+}
+
+void RowGrid::scanUnbounded(const GridInput& input, PairSink& sink)
+{
+    SinkContext context = {&sink, 0};
+    PairBuffer& out = *m_scratch[0].buffer;
+    out.flush = handToSink;
+    out.context = &context;
+    for (const std::uint32_t large : m_unbounded)
+    {
+        const Aabb box = grown(input.boxes[large], input.grow);
+        for (std::uint32_t i = 0; i < input.count; ++i)
+        {
+            const std::uint32_t id = input.ids != nullptr ? input.ids[i] : i;
+            if (!isValid(input.boxes[id]) || !overlaps(box, grown(input.boxes[id], input.grow)))
+                continue;
+            // Of two unbounded boxes, the one with the lower id reports the pair.
+            if (id <= large && std::binary_search(m_unbounded.begin(), m_unbounded.end(), id))
+                continue;
+            out.ensureRoom();
+            out.pairs[out.count++] = {large, id};
+        }
+    }
+    out.handOn();
+}
+
+void RowGrid::scan(const GridInput& input, PairSink& sink, bool keep)
+{
+    fill(input);
+    mergeTasks();
+    scanRows(input, sink, keep);
+    scanUnbounded(input, sink);
+    if (m_options.cellScale <= 0)
+        learnDensity();
+}
+
+void RowGrid::queryRow(const RowSoa& query, std::uint32_t row, PairBuffer& out) const
+{
+    const std::uint32_t count = m_boldOffsets[row + 1] - m_boldOffsets[row];
+    const RowSoa kept = m_kept.row(m_boldOffsets[row] + row, count);
+    // No kept interval is longer than m_longest, so none that begins before `from` reaches the query; rounded down.
+    float from = query.x0[0] - m_longest[row];
+    from -= std::abs(from) * 1e-6f;
+    const std::uint32_t begin =
+        static_cast<std::uint32_t>(std::lower_bound(kept.x0, kept.x0 + count, from) - kept.x0);
+    m_kernels.scanOne(query, 0, kept, begin, out);
+}
+
+void RowGrid::queryLevel(const RowSoa& query, const Aabb& box, std::uint32_t level, PairBuffer& out) const
+{
+    const CellRange cells = cellsOf(box, level);
+    const auto visit = [&](std::uint32_t row, std::int32_t j, std::int32_t k)
+    {
+        query.flags[0] = static_cast<std::uint8_t>((j == cells.j0 ? kStartsHereY : 0) |
+                                                   (k == cells.k0 ? kStartsHereZ : 0));
+        queryRow(query, row, out);
+    };
+    if (cellCountOf(cells) > m_rows.size())
+    {
+        for (std::uint32_t row = 0; row < m_rows.size(); ++row)
+        {
+            const CellKey& key = m_rows.key(row);
+            if (key.level == static_cast<std::int32_t>(level) && key.j >= cells.j0 && key.j <= cells.j1 &&
+                key.k >= cells.k0 && key.k <= cells.k1)
+                visit(row, key.j, key.k);
+        }
+        return;
+    }
+    for (std::int32_t j = cells.j0; j <= cells.j1; ++j)
+    {
+        for (std::int32_t k = cells.k0; k <= cells.k1; ++k)
+        {
+            const std::uint32_t row = m_rows.find({static_cast<std::int32_t>(level), j, k});
+            if (row != RowDirectory::kNone)
+                visit(row, j, k);
+        }
+    }
+}
+
+void RowGrid::query(const Aabb& box, std::uint32_t id, unsigned worker, PairSink& sink) const
+{
+    // Finite, or the sentinel at the end of a row would count as inside.
+    float x0 = box.min[m_plan.sweepAxis];
+    float x1 = std::min(box.max[m_plan.sweepAxis], std::numeric_limits<float>::max());
+    float y0 = box.min[m_plan.tileAxisY], y1 = box.max[m_plan.tileAxisY];
+    float z0 = box.min[m_plan.tileAxisZ], z1 = box.max[m_plan.tileAxisZ];
+    std::uint8_t flags = 0;
+    const RowSoa soa = {&x0, &x1, &y0, &y1, &z0, &z1, &id, &flags, 1};
+    SinkContext context = {&sink, worker};
+    PairBuffer& out = *m_scratch[worker].buffer;
+    out.flush = handToSink;
+    out.context = &context;
+    for (std::uint32_t level = 0; level < m_plan.levelCount; ++level)
+        queryLevel(soa, box, level, out);
+    out.handOn();
+}
+
+std::uint64_t RowGrid::bytes() const
+{
+    std::uint64_t sum = m_rows.bytes() + m_kept.bytes() +
+                        (m_boldOffsets.capacity() + m_regularOffsets.capacity() + m_boldIds.capacity() +
+                         m_regularIds.capacity() + m_unbounded.capacity() + m_longest.capacity()) *
+                            sizeof(std::uint32_t);
+    for (const Task& task : m_tasks)
+    {
+        sum += (task.bold.capacity() + task.regular.capacity()) * sizeof(Entry) +
+               (task.boldCount.capacity() + task.regularCount.capacity() + task.unbounded.capacity()) *
+                   sizeof(std::uint32_t);
+    }
+    for (const Worker& worker : m_scratch)
+        sum += worker.bold.bytes() + worker.regular.bytes() + sizeof(PairBuffer);
+    return sum;
+}
+}  // namespace cullet

@@ -1,0 +1,170 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "broad/row_grid_backend.h"
+
+#include <algorithm>
+#include <cmath>
+#include <new>
+
+namespace cullet
+{
+namespace
+{
+void writePairs(std::vector<std::uint64_t>& keys, std::vector<Pair>& pairs)
+{
+    std::sort(keys.begin(), keys.end());
+    pairs.resize(keys.size());
+    std::transform(keys.begin(), keys.end(), pairs.begin(), pairOfKey);
+}
+}  // namespace
+
+RowGridBackend::RowGridBackend(const GridOptions& options)
+    : m_options(options),
+      m_workers(options.threads),
+      m_grid(options, m_workers),
+      m_activeGrid(options, m_workers)
+{
+}
+
+RowGridBackend::~RowGridBackend() = default;
+
+void RowGridBackend::restart(const std::vector<Pair>& known)
+{
+    m_known = known;
+    m_restarted = true;
+}
+
+Status RowGridBackend::update(const ProxyView& proxies, PairDelta& delta)
+{
+    delta.added.clear();
+    delta.removed.clear();
+    m_addedKeys.clear();
+    m_removedKeys.clear();
+    try
+    {
+        updateOrThrow(proxies);
+        writePairs(m_addedKeys, delta.added);
+        writePairs(m_removedKeys, delta.removed);
+    }
+    catch (const std::bad_alloc&)
+    {
+        delta.added.clear();
+        delta.removed.clear();
+        m_restarted = true;
+        return Status::OutOfMemory;
+    }
+    m_stats.pairs += delta.added.size();
+    m_stats.pairs -= delta.removed.size();
+    return Status::Ok;
+}
+
+void RowGridBackend::updateOrThrow(const ProxyView& view)
+{
+    const bool filterChanged = m_hadFilter != (view.filters != nullptr);
+    m_hadFilter = view.filters != nullptr;
+    prepareRows(view);
+    bool hasRefiltered = filterChanged;
+    for (std::uint32_t i = 0; i < view.dirtyCount && !hasRefiltered; ++i)
+        hasRefiltered = (view.changes[view.dirty[i]] & kRowRefiltered) != 0;
+
+    if (m_restarted || hasRefiltered)
+    {
+        rebuild(view, m_mode == Mode::Settled && !m_restarted);
+    }
+    else if (m_mode == Mode::Settled)
+    {
+        const SettledOutcome outcome = updateSettled(view);
+        if (outcome != SettledOutcome::Done)
+            rebuild(view, outcome == SettledOutcome::Refresh || staysSettled(view));
+    }
+    else if (view.dirtyCount != 0 && shouldSettle(view))
+    {
+        rebuild(view, true);
+    }
+    else
+    {
+        updateMoving(view);
+    }
+}
+
+void RowGridBackend::prepareRows(const ProxyView& view)
+{
+    if (m_reference.size() < view.size)
+    {
+        m_reference.resize(view.size, kEmptyAabb);
+        m_states.resize(view.size, RowState::Absent);
+    }
+    for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
+    {
+        const std::uint32_t row = view.dirty[i];
+        if ((view.changes[row] & kRowCreated) != 0)
+            m_reference[row] = kEmptyAabb;
+    }
+}
+
+/// Whether refilling with shells around the boxes will pay: few boxes move so fast that they leave them soon.
+bool RowGridBackend::shouldSettle(const ProxyView& view)
+{
+    if (m_options.rebuildFraction == 0.0f)
+        return false;
+    if (m_options.rebuildFraction >= 1.0f)
+        return true;
+    const float slow = 0.125f * view.margin;
+    std::uint32_t fast = 0;
+    for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
+    {
+        const std::uint32_t row = view.dirty[i];
+        const Aabb& now = view.boxes[row];
+        const Aabb& then = m_reference[row];
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            // Negated, so that a box that appears or vanishes (NaN or infinite difference) counts as fast.
+            if (!(std::abs(now.min[axis] - then.min[axis]) <= slow &&
+                  std::abs(now.max[axis] - then.max[axis]) <= slow))
+            {
+                ++fast;
+                break;
+            }
+        }
+    }
+    return fast * 6 < view.size;
+}
+
+/// Whether to settle again once too many boxes are active: yes if few move now, or if it lasted long enough to pay.
+bool RowGridBackend::staysSettled(const ProxyView& view) const
+{
+    return view.dirtyCount < view.size / 6 || m_settledUpdates >= 6;
+}
+
+bool RowGridBackend::mayEnter(const ProxyView& view, IdPair pair) const
+{
+    return view.filters == nullptr || passesFilter(view.filters[pair.a], view.filters[pair.b]);
+}
+
+void RowGridBackend::reportAdded(const ProxyView& view, IdPair pair)
+{
+    m_addedKeys.push_back(pairKey(makePair(view.uniqueIds[pair.a], view.uniqueIds[pair.b])));
+}
+
+void RowGridBackend::reportRemoved(const ProxyView& view, IdPair pair)
+{
+    m_removedKeys.push_back(pairKey(makePair(view.uniqueIds[pair.a], view.uniqueIds[pair.b])));
+    if (!m_exempt.isEmpty())
+        m_exempt.erase(PairSet::keyOf(pair.a, pair.b));
+}
+
+BackendStats RowGridBackend::stats() const
+{
+    BackendStats stats = m_stats;
+    stats.candidates = m_grid.testCount();
+    stats.entries = m_grid.entryCount();
+    stats.levels = m_grid.levelCount();
+    stats.unbounded = m_grid.unbounded().size();
+    stats.bytes = m_grid.bytes() + m_activeGrid.bytes() + m_settled.bytes() + m_separated.bytes() +
+                  m_exempt.bytes() + m_reference.capacity() * sizeof(Aabb) + m_states.capacity() +
+                  m_pairs.capacity() * sizeof(HeldPair) + m_activePairs.capacity() * sizeof(IdPair) +
+                  (m_active.capacity() + m_quiet.capacity() + m_escaped.capacity()) * sizeof(std::uint32_t) +
+                  (m_addedKeys.capacity() + m_removedKeys.capacity()) * sizeof(std::uint64_t);
+    return stats;
+}
+}  // namespace cullet

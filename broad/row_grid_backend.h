@@ -1,0 +1,147 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/backend.h"
+#include "broad/pair_set.h"
+#include "broad/row_grid.h"
+#include "broad/settled_pairs.h"
+#include "broad/worker_pool.h"
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace cullet
+{
+/// The production CPU backend: the row grid plus what makes unmoved and slowly moving boxes nearly free.
+///
+/// It is in one of two modes.
+///
+/// *Moving*: every update clears and refills the grid ("clear and rehash when many move", thesis 5.1.1). Changes are
+/// told geometrically: a found pair is new when its boxes did not overlap in the last update, a held pair leaves when
+/// its boxes no longer do; no hash over all pairs. A pair that overlapped deeper than any box moved is not looked at.
+///
+/// *Settled*: the grid of the last refill stays. Each box has a shell of thickness `m_slack` around its reference
+/// position; while it stays inside, only its watched pairs (SettledPairs) can change. Boxes that leave their shell
+/// become *active*: they are paired among themselves by a small grid that is refilled each time, and with the settled
+/// ones by queries. When too many are active, the whole is refilled.
+///
+/// Both are exact: the pair set is that of Backend's definition, bit for bit.
+class RowGridBackend final : public Backend
+{
+public:
+    explicit RowGridBackend(const GridOptions& options);
+    ~RowGridBackend() override;
+
+    Status update(const ProxyView& proxies, PairDelta& delta) override;
+    void restart(const std::vector<Pair>& known) override;
+    const char* name() const noexcept override { return "grid"; }
+    BackendStats stats() const override;
+
+private:
+    enum class Mode : std::uint8_t
+    {
+        Moving,
+        Settled
+    };
+
+    enum class RowState : std::uint8_t
+    {
+        Absent,   ///< no box, or none that the settled grid knows
+        Settled,  ///< inside its shell
+        Active    ///< left its shell, or new
+    };
+
+    enum class SettledOutcome : std::uint8_t
+    {
+        Done,
+        TooManyActive,  ///< nothing was reported; refill everything
+        Refresh         ///< the same, because many active boxes came to rest
+    };
+
+    /// A pair of the moving mode, with how deep the boxes overlapped when it was found (negative: overlap).
+    struct HeldPair
+    {
+        IdPair ids;
+        float gap;
+    };
+
+    class MovingSink;
+
+    // row_grid_backend.cpp: what every update does, and which way it goes
+    void updateOrThrow(const ProxyView& view);
+    void prepareRows(const ProxyView& view);
+    bool shouldSettle(const ProxyView& view);
+    bool staysSettled(const ProxyView& view) const;
+    bool mayEnter(const ProxyView& view, IdPair pair) const;
+    void reportAdded(const ProxyView& view, IdPair pair);
+    void reportRemoved(const ProxyView& view, IdPair pair);
+
+    // row_grid_moving.cpp
+    void updateMoving(const ProxyView& view);
+    float largestMotion(const ProxyView& view) const;
+    void keepOrRemoveOld(const ProxyView& view, float motion, std::vector<HeldPair>& next);
+
+    // row_grid_rebuild.cpp: from any state, with a hash of what was held
+    void rebuild(const ProxyView& view, bool settle);
+    void collectHeld(std::vector<IdPair>& held) const;
+    void collectKnown(const ProxyView& view, std::vector<IdPair>& held);
+    void rebuildMoving(const ProxyView& view, const std::vector<IdPair>& held);
+    void rebuildSettled(const ProxyView& view, const std::vector<IdPair>& held);
+
+    // row_grid_settled.cpp
+    SettledOutcome updateSettled(const ProxyView& view);
+    void findEscaped(const ProxyView& view);
+    void activate(std::uint32_t row);
+    void updateWatched(const ProxyView& view, bool all);
+    void updateWatchedPair(const ProxyView& view, std::size_t index);
+    void updateActive(const ProxyView& view);
+    void findActivePairs(const ProxyView& view, std::vector<IdPair>& found);
+    void findPairsWithSettled(const ProxyView& view, std::vector<IdPair>& found);
+
+    GridOptions m_options;
+    WorkerPool m_workers;
+    RowGrid m_grid;        ///< everything (moving), or the settled boxes (settled)
+    RowGrid m_activeGrid;  ///< active boxes among themselves
+    Mode m_mode = Mode::Moving;
+    bool m_restarted = true;
+    bool m_hadFilter = false;
+    std::vector<Pair> m_known;  ///< pairs handed over by restart()
+    std::vector<Aabb>
+        m_reference;  ///< [rows] boxes of the last update (moving), or centre of the shell (settled)
+    std::vector<RowState> m_states;  ///< [rows] meaningful when settled
+
+    std::vector<HeldPair> m_pairs;  ///< moving: all pairs
+    PairSet m_separated;            ///< moving: held pairs whose boxes only overlap with the margin
+    PairSet m_exempt;  ///< held pairs that the filter would reject now; it may have changed later
+
+    float m_slack = 0;       ///< shell thickness
+    float m_lastMargin = 0;  ///< margin of the last settled update
+    SettledPairs m_settled;
+    std::vector<std::uint32_t> m_active;
+    std::vector<IdPair> m_activePairs;     ///< held pairs with an active box
+    std::vector<std::uint32_t> m_quiet;    ///< rows that moved inside their shell in this update
+    std::vector<std::uint32_t> m_escaped;  ///< rows that left it
+    double m_wasted = 0;                   ///< work spent on active boxes that do not move any more
+    std::uint32_t m_settledUpdates = 0;    ///< updates since the last refill in settled mode
+
+    std::vector<std::uint64_t> m_addedKeys;
+    std::vector<std::uint64_t> m_removedKeys;
+    BackendStats m_stats;
+};
+
+/// Signed distance of two boxes in the maximum norm over the axes: negative when they overlap.
+inline float gapOf(const Aabb& a, const Aabb& b)
+{
+    float gap = b.min[0] - a.max[0];
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        const float forward = b.min[axis] - a.max[axis];
+        const float backward = a.min[axis] - b.max[axis];
+        gap = forward > gap ? forward : gap;
+        gap = backward > gap ? backward : gap;
+    }
+    return gap;
+}
+}  // namespace cullet

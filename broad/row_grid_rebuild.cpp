@@ -1,0 +1,188 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "broad/row_grid_backend.h"
+#include "broad/row_grid_sinks.h"
+
+#include <algorithm>
+#include <limits>
+#include <unordered_map>
+
+namespace cullet
+{
+namespace
+{
+// Shells are grown and compared with a little more than the slack, which covers the rounding of both.
+constexpr float kGrowFactor = 1.0001f;
+constexpr float kSureFactor = 2.0002f;
+}  // namespace
+
+void RowGridBackend::collectHeld(std::vector<IdPair>& held) const
+{
+    if (m_mode == Mode::Moving)
+    {
+        for (const HeldPair& pair : m_pairs)
+            held.push_back(pair.ids);
+        return;
+    }
+    m_settled.forEachHeld([&](IdPair pair) { held.push_back(pair); });
+    held.insert(held.end(), m_activePairs.begin(), m_activePairs.end());
+}
+
+/// Turns the pairs given to restart() into rows; those whose proxies are gone leave at once.
+void RowGridBackend::collectKnown(const ProxyView& view, std::vector<IdPair>& held)
+{
+    std::unordered_map<std::uint32_t, std::uint32_t> rowOfId;
+    if (!m_known.empty())
+        rowOfId.reserve(view.size);
+    for (std::uint32_t row = 0; row < view.size && !m_known.empty(); ++row)
+    {
+        if (view.uniqueIds[row] != 0)
+            rowOfId.emplace(view.uniqueIds[row], row);
+    }
+    for (const Pair pair : m_known)
+    {
+        const auto a = rowOfId.find(pair.first);
+        const auto b = rowOfId.find(pair.second);
+        if (a == rowOfId.end() || b == rowOfId.end())
+            m_removedKeys.push_back(pairKey(pair));
+        else
+            held.push_back({a->second, b->second});
+    }
+    m_stats.pairs = m_known.size();
+    m_known.clear();
+    m_known.shrink_to_fit();
+}
+
+void RowGridBackend::rebuild(const ProxyView& view, bool settle)
+{
+    std::vector<IdPair> held;
+    if (m_restarted)
+        collectKnown(view, held);
+    else
+        collectHeld(held);
+    m_restarted = false;
+    m_pairs.clear();
+    m_activePairs.clear();
+    m_active.clear();
+    m_settled.clear();
+    m_separated.reset(0);
+    m_exempt.reset(0);
+    std::copy(view.boxes, view.boxes + view.size, m_reference.begin());
+    if (settle)
+        rebuildSettled(view, held);
+    else
+        rebuildMoving(view, held);
+    ++m_stats.rebuildsTotal;
+}
+
+void RowGridBackend::rebuildMoving(const ProxyView& view, const std::vector<IdPair>& held)
+{
+    m_mode = Mode::Moving;
+    m_stats.path = "rebuild";
+    PairSet old;
+    old.reset(held.size());
+    for (const IdPair pair : held)
+        old.insert(PairSet::keyOf(pair.a, pair.b));
+
+    CollectingSink sink(m_workers.threads());
+    m_grid.scan({view.boxes, nullptr, view.size, 0.0f}, sink, false);
+    sink.forEach(
+        [&](IdPair pair)
+        {
+            const std::uint64_t key = PairSet::keyOf(pair.a, pair.b);
+            const bool passes = mayEnter(view, pair);
+            const bool wasHeld = old.contains(key);
+            if (!passes && !wasHeld)
+                return;
+            if (!passes)
+                m_exempt.insert(key);
+            if (!wasHeld)
+                reportAdded(view, pair);
+            m_pairs.push_back({pair, gapOf(view.boxes[pair.a], view.boxes[pair.b])});
+        });
+    for (const IdPair pair : held)
+    {
+        const Aabb& a = view.boxes[pair.a];
+        const Aabb& b = view.boxes[pair.b];
+        const bool valid = isValid(a) && isValid(b);
+        if (valid && overlaps(a, b))
+            continue;
+        if (!valid || !overlapsWithMargin(a, b, view.margin))
+        {
+            reportRemoved(view, pair);
+            continue;
+        }
+        m_separated.insert(PairSet::keyOf(pair.a, pair.b));
+        if (!mayEnter(view, pair))
+            m_exempt.insert(PairSet::keyOf(pair.a, pair.b));
+        m_pairs.push_back({pair, std::numeric_limits<float>::infinity()});
+    }
+}
+
+void RowGridBackend::rebuildSettled(const ProxyView& view, const std::vector<IdPair>& held)
+{
+    m_mode = Mode::Settled;
+    m_stats.path = "settle";
+    m_slack = 0.5f * view.margin;
+    m_lastMargin = view.margin;
+    m_settledUpdates = 0;
+    m_wasted = 0;
+    for (std::uint32_t row = 0; row < view.size; ++row)
+        m_states[row] = isValid(view.boxes[row]) ? RowState::Settled : RowState::Absent;
+    PairSet old;
+    old.reset(held.size());
+    for (const IdPair pair : held)
+        old.insert(PairSet::keyOf(pair.a, pair.b));
+
+    CollectingSink sink(m_workers.threads());
+    const float grow = kGrowFactor * m_slack;
+    m_grid.scan({view.boxes, nullptr, view.size, grow}, sink, true);
+    std::vector<std::pair<IdPair, SettledPairs::State>> watched;
+    sink.forEach(
+        [&](IdPair pair)
+        {
+            const std::uint64_t key = PairSet::keyOf(pair.a, pair.b);
+            const bool wasHeld = old.erase(key);
+            const bool passes = mayEnter(view, pair);
+            if (!passes && !wasHeld)
+                return;
+            if (!passes)
+                m_exempt.insert(key);
+            const Aabb& a = view.boxes[pair.a];
+            const Aabb& b = view.boxes[pair.b];
+            if (gapOf(a, b) <= -kSureFactor * m_slack)
+            {
+                m_settled.add(pair, SettledPairs::State::Sure);
+                if (!wasHeld)
+                    reportAdded(view, pair);
+                return;
+            }
+            const bool isHeld = overlaps(a, b) || (wasHeld && overlapsWithMargin(a, b, view.margin));
+            watched.push_back({pair, isHeld ? SettledPairs::State::Held : SettledPairs::State::Open});
+            if (isHeld && !wasHeld)
+                reportAdded(view, pair);
+            if (!isHeld && wasHeld)
+                reportRemoved(view, pair);
+        });
+    // What is left was held by the margin alone, farther apart than the shells reach.
+    for (const IdPair pair : held)
+    {
+        if (!old.contains(PairSet::keyOf(pair.a, pair.b)))
+            continue;
+        const bool valid = isValid(view.boxes[pair.a]) && isValid(view.boxes[pair.b]);
+        if (valid && overlapsWithMargin(view.boxes[pair.a], view.boxes[pair.b], view.margin))
+        {
+            watched.push_back({pair, SettledPairs::State::Held});
+            if (!mayEnter(view, pair))
+                m_exempt.insert(PairSet::keyOf(pair.a, pair.b));
+        }
+        else
+        {
+            reportRemoved(view, pair);
+        }
+    }
+    for (const auto& [pair, state] : watched)
+        m_settled.add(pair, state);
+    m_settled.finish(view.size);
+}
+}  // namespace cullet

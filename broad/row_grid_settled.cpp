@@ -1,0 +1,203 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "broad/row_grid_backend.h"
+#include "broad/row_grid_sinks.h"
+
+#include <cmath>
+
+namespace cullet
+{
+namespace
+{
+// Share of active boxes from which a refill of everything is cheaper than queries of the active ones.
+constexpr double kActiveShare = 0.22;
+// Nanoseconds, of which only the ratio matters: one active box per update, and one box of a refill.
+constexpr double kCostOfActive = 250;
+constexpr double kCostOfRefill = 120;
+constexpr std::size_t kQueryGrain = 1024;
+
+bool isInsideShell(const Aabb& box, const Aabb& reference, float slack)
+{
+    // Equal infinities differ by NaN, hence the second chance: a face that did not move is inside.
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        if (!(std::abs(box.min[axis] - reference.min[axis]) <= slack) && box.min[axis] != reference.min[axis])
+            return false;
+        if (!(std::abs(box.max[axis] - reference.max[axis]) <= slack) && box.max[axis] != reference.max[axis])
+            return false;
+    }
+    return true;
+}
+}  // namespace
+
+RowGridBackend::SettledOutcome RowGridBackend::updateSettled(const ProxyView& view)
+{
+    // A smaller margin concerns even pairs that did not move.
+    const bool marginChanged = view.margin != m_lastMargin;
+    if (view.dirtyCount == 0 && !marginChanged)
+    {
+        m_stats.path = "idle";
+        return SettledOutcome::Done;
+    }
+    ++m_settledUpdates;
+    findEscaped(view);
+    const double share = m_options.rebuildFraction >= 0 ? m_options.rebuildFraction : kActiveShare;
+    const double active = static_cast<double>(m_active.size() + m_escaped.size());
+    if (active > share * view.size + 8)
+        return SettledOutcome::TooManyActive;
+    if (m_wasted > 2 * kCostOfRefill * view.size && m_options.rebuildFraction < 0)
+        return SettledOutcome::Refresh;
+    for (const std::uint32_t row : m_escaped)
+        activate(row);
+    m_stats.path = m_active.empty() ? "watch" : "incremental";
+    updateWatched(view, marginChanged);
+    if (!m_active.empty())
+        updateActive(view);
+    m_lastMargin = view.margin;
+    return SettledOutcome::Done;
+}
+
+/// Sorts the changed rows into those inside their shell and those that must become active.
+void RowGridBackend::findEscaped(const ProxyView& view)
+{
+    m_quiet.clear();
+    m_escaped.clear();
+    std::uint32_t activeMoves = 0;
+    for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
+    {
+        const std::uint32_t row = view.dirty[i];
+        if (m_states[row] == RowState::Active)
+            ++activeMoves;
+        else if (m_states[row] == RowState::Absent ||
+                 (view.changes[row] & (kRowCreated | kRowDestroyed)) != 0 ||
+                 !isInsideShell(view.boxes[row], m_reference[row], m_slack))
+            m_escaped.push_back(row);
+        else
+            m_quiet.push_back(row);
+    }
+    m_wasted += kCostOfActive * static_cast<double>(m_active.size() - activeMoves);
+}
+
+void RowGridBackend::activate(std::uint32_t row)
+{
+    m_settled.forEachOf(row,
+                        [&](std::size_t index)
+                        {
+                            if (m_settled.state(index) != SettledPairs::State::Open)
+                                m_activePairs.push_back(m_settled.pair(index));
+                            m_settled.setState(index, SettledPairs::State::Gone);
+                        });
+    m_states[row] = RowState::Active;
+    m_active.push_back(row);
+}
+
+void RowGridBackend::updateWatchedPair(const ProxyView& view, std::size_t index)
+{
+    const IdPair pair = m_settled.pair(index);
+    const Aabb& a = view.boxes[pair.a];
+    const Aabb& b = view.boxes[pair.b];
+    const SettledPairs::State state = m_settled.state(index);
+    // An open pair may be one that was held although its filter words had come to reject it: hence the question.
+    if (state == SettledPairs::State::Open && overlaps(a, b) && mayEnter(view, pair))
+    {
+        m_settled.setState(index, SettledPairs::State::Held);
+        reportAdded(view, pair);
+    }
+    else if (state == SettledPairs::State::Held && !overlapsWithMargin(a, b, view.margin))
+    {
+        m_settled.setState(index, SettledPairs::State::Open);
+        reportRemoved(view, pair);
+    }
+}
+
+void RowGridBackend::updateWatched(const ProxyView& view, bool all)
+{
+    // All in a row is faster per pair than box by box.
+    if (all || m_quiet.size() * 4 > view.size)
+    {
+        for (std::size_t i = m_settled.firstWatched(); i < m_settled.size(); ++i)
+            updateWatchedPair(view, i);
+        return;
+    }
+    for (const std::uint32_t row : m_quiet)
+        m_settled.forEachOf(row, [&](std::size_t index) { updateWatchedPair(view, index); });
+}
+
+void RowGridBackend::findPairsWithSettled(const ProxyView& view, std::vector<IdPair>& found)
+{
+    CollectingSink sink(m_workers.threads());
+    const unsigned tasks = m_workers.tasksFor(m_active.size(), kQueryGrain);
+    m_workers.run(tasks,
+                  [&](unsigned task)
+                  {
+                      const unsigned worker =
+                          tasks == 1 ? 0u
+                                     : static_cast<unsigned>(tbb::this_task_arena::current_thread_index());
+                      const TaskRange range(m_active.size(), task, tasks);
+                      for (std::uint32_t i = range.begin; i < range.end; ++i)
+                      {
+                          const std::uint32_t row = m_active[i];
+                          if (isValid(view.boxes[row]))
+                              m_grid.query(view.boxes[row], row, worker, sink);
+                      }
+                  });
+    sink.forEach(
+        [&](IdPair pair)
+        {
+            if (m_states[pair.b] == RowState::Settled && overlaps(view.boxes[pair.a], view.boxes[pair.b]))
+                found.push_back(pair);
+        });
+    for (const std::uint32_t large : m_grid.unbounded())
+    {
+        if (m_states[large] != RowState::Settled)
+            continue;
+        for (const std::uint32_t row : m_active)
+        {
+            if (isValid(view.boxes[row]) && overlaps(view.boxes[row], view.boxes[large]))
+                found.push_back({row, large});
+        }
+    }
+}
+
+void RowGridBackend::findActivePairs(const ProxyView& view, std::vector<IdPair>& found)
+{
+    CollectingSink sink(m_workers.threads());
+    m_activeGrid.scan({view.boxes, m_active.data(), static_cast<std::uint32_t>(m_active.size()), 0.0f}, sink,
+                      false);
+    sink.forEach([&](IdPair pair) { found.push_back(pair); });
+    findPairsWithSettled(view, found);
+}
+
+void RowGridBackend::updateActive(const ProxyView& view)
+{
+    std::vector<IdPair> found;
+    findActivePairs(view, found);
+    PairSet old;
+    old.reset(m_activePairs.size());
+    for (const IdPair pair : m_activePairs)
+        old.insert(PairSet::keyOf(pair.a, pair.b));
+
+    std::vector<IdPair> next;
+    next.reserve(found.size());
+    for (const IdPair pair : found)
+    {
+        const bool wasHeld = old.erase(PairSet::keyOf(pair.a, pair.b));
+        if (!wasHeld && !mayEnter(view, pair))
+            continue;
+        if (!wasHeld)
+            reportAdded(view, pair);
+        next.push_back(pair);
+    }
+    for (const IdPair pair : m_activePairs)
+    {
+        if (!old.contains(PairSet::keyOf(pair.a, pair.b)))
+            continue;
+        const bool valid = isValid(view.boxes[pair.a]) && isValid(view.boxes[pair.b]);
+        if (valid && overlapsWithMargin(view.boxes[pair.a], view.boxes[pair.b], view.margin))
+            next.push_back(pair);
+        else
+            reportRemoved(view, pair);
+    }
+    m_activePairs.swap(next);
+}
+}  // namespace cullet

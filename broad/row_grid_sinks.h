@@ -1,0 +1,41 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/row_grid.h"
+
+#include <vector>
+
+namespace cullet
+{
+/// Collects pairs per worker.
+class CollectingSink final : public PairSink
+{
+public:
+    explicit CollectingSink(unsigned workers) : m_lists(workers) {}
+
+    void take(unsigned worker, const IdPair* pairs, std::uint32_t count) override
+    {
+        m_lists[worker].pairs.insert(m_lists[worker].pairs.end(), pairs, pairs + count);
+    }
+
+    /// Calls visit(pair) for every pair, worker by worker.
+    template <class Visit>
+    void forEach(Visit visit) const
+    {
+        for (const List& list : m_lists)
+        {
+            for (const IdPair pair : list.pairs)
+                visit(pair);
+        }
+    }
+
+private:
+    struct alignas(64) List
+    {
+        std::vector<IdPair> pairs;
+    };
+
+    std::vector<List> m_lists;
+};
+}  // namespace cullet
