@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Changes of the scene that must not change the pairs: they need no oracle, only a second run.
+// Changes of the scene that must not change the pairs. Cell size, number of buckets, threads, layout and instruction set
+// differ between the cases of the suite; scale, place, axes and the order of the rows are varied here.
 
 #include "broad/proxy_table.h"
 #include "tests/broad/backend_cases.h"
@@ -13,6 +14,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <numeric>
 #include <vector>
 
@@ -20,8 +22,8 @@ namespace cullet::test
 {
 namespace
 {
-constexpr std::uint32_t kCount = 400;
-constexpr int kSteps = 12;
+constexpr std::uint32_t kCount = 300;
+constexpr int kSteps = 10;
 constexpr float kMargin = 0.0625f;
 
 /// A scene run in another way that must give the same deltas.
@@ -70,26 +72,37 @@ std::vector<PairDelta> deltasOf(Backend& backend, SceneKind kind, const Variant&
     return deltas;
 }
 
+constexpr SceneKind kScenes[] = {SceneKind::Uniform, SceneKind::ManySizes, SceneKind::MostlyStatic,
+                                 SceneKind::Pile, SceneKind::Teleport};
+
+/// The deltas that every backend and variant must give: those of brute force on the plain scene.
+const std::vector<PairDelta>& expectedDeltas(SceneKind kind)
+{
+    static std::map<SceneKind, std::vector<PairDelta>> cache;
+    std::vector<PairDelta>& deltas = cache[kind];
+    if (deltas.empty())
+        deltas = deltasOf(*makeBruteForceBackend(), kind, {});
+    return deltas;
+}
+
 class BackendMetamorphic : public BackendTest
 {
 protected:
-    /// Every scene gives the same deltas with the variant as without.
     void expectSameDeltas(const Variant& variant)
     {
-        for (const SceneKind kind : {SceneKind::Uniform, SceneKind::ManySizes, SceneKind::MostlyStatic,
-                                     SceneKind::Pile, SceneKind::Teleport})
+        for (const SceneKind kind : kScenes)
         {
             SCOPED_TRACE(sceneName(kind));
-            const auto plain = deltasOf(*GetParam().make(), kind, {});
-            const auto varied = deltasOf(*GetParam().make(), kind, variant);
+            const std::vector<PairDelta>& expected = expectedDeltas(kind);
+            const std::vector<PairDelta> actual = deltasOf(*GetParam().make(), kind, variant);
             std::size_t changes = 0;
             for (int step = 0; step < kSteps; ++step)
             {
-                EXPECT_EQ(plain[step].added, varied[step].added) << "step " << step;
-                EXPECT_EQ(plain[step].removed, varied[step].removed) << "step " << step;
-                changes += step > 0 ? plain[step].added.size() + plain[step].removed.size() : 0;
+                EXPECT_EQ(expected[step].added, actual[step].added) << "step " << step;
+                EXPECT_EQ(expected[step].removed, actual[step].removed) << "step " << step;
+                changes += step > 0 ? expected[step].added.size() + expected[step].removed.size() : 0;
             }
-            EXPECT_GT(plain[0].added.size(), 50u);
+            EXPECT_GT(expected[0].added.size(), 50u);
             EXPECT_GT(changes, 5u);
         }
     }
@@ -97,7 +110,7 @@ protected:
 
 CULLET_ON_EVERY_BACKEND(BackendMetamorphic);
 
-TEST_P(BackendMetamorphic, TheSameSceneTwiceGivesTheSameDeltas)
+TEST_P(BackendMetamorphic, TheDeltasAreThoseOfBruteForce)
 {
     expectSameDeltas({});
 }
@@ -152,23 +165,6 @@ TEST_P(BackendMetamorphic, AMirroredWorldChangesNothing)
         return Aabb{{-box.max[0], -box.max[1], -box.max[2]}, {-box.min[0], -box.min[1], -box.min[2]}};
     };
     expectSameDeltas(variant);
-}
-
-TEST_P(BackendMetamorphic, TheDeltasAreThoseOfBruteForce)
-{
-    // Cell size, number of buckets, threads, layout and instruction set differ between the cases of the suite.
-    for (const SceneKind kind : {SceneKind::Uniform, SceneKind::ManySizes, SceneKind::MostlyStatic,
-                                 SceneKind::Pile, SceneKind::Teleport})
-    {
-        SCOPED_TRACE(sceneName(kind));
-        const auto expected = deltasOf(*makeBruteForceBackend(), kind, {});
-        const auto actual = deltasOf(*GetParam().make(), kind, {});
-        for (int step = 0; step < kSteps; ++step)
-        {
-            EXPECT_EQ(expected[step].added, actual[step].added) << "step " << step;
-            EXPECT_EQ(expected[step].removed, actual[step].removed) << "step " << step;
-        }
-    }
 }
 }  // namespace
 }  // namespace cullet::test
