@@ -412,15 +412,16 @@ bool PairCache::order()
         return true;
     try
     {
-        PairOrder::Entry* entries = m_order.prepare(size());
-        for (std::uint32_t index = 0; index < size(); ++index)
-        {
-            entries[index] = {idsOf(*pairAt(index)), index};
-        }
+        m_order.reserve(static_cast<std::size_t>(m_pairs.capacity()));  // grows as rarely as the array
     }
     catch (const std::bad_alloc&)
     {
         return false;
+    }
+    for (std::uint32_t index = 0; index < size(); ++index)
+    {
+        if (m_detachedCount == 0 || !m_links.isDetached(index))
+            m_order.add({idsOf(*pairAt(index)), index});
     }
     m_order.sort(m_version);
     return true;

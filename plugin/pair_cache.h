@@ -29,8 +29,8 @@ struct PairCacheStats
     std::uint64_t pairs = 0;         ///< pairs now held
     std::uint64_t slots = 0;         ///< slots of the hash
     double load = 0.0;               ///< pairs / slots
-    std::uint64_t longestProbe = 0;  ///< slots that the worst successful search looks at, now
-    double meanProbe = 0.0;          ///< slots that a successful search looks at, mean over the pairs, now
+    std::uint64_t longestProbe = 0;  ///< cache lines of the hash that the worst successful search reads, now
+    double meanProbe = 0.0;          ///< the same, mean over the pairs
     std::uint64_t rehashes = 0;      ///< times the hash grew since construction
     std::uint64_t proxies = 0;       ///< proxies with at least one pair
     std::uint64_t visited =
@@ -41,10 +41,9 @@ struct PairCacheStats
 /// Overlapping pair cache with constant-time add, find and remove, and per-proxy lists of pairs.
 ///
 /// The lecture's pair manager (Broad Phase: "bag" array, hash h = (ID1*p1 + ID2*p2) mod N, the last element moves into
-/// the hole) with three changes: the hash probes linearly instead of chaining and keeps 32 bits of the hash value beside
-/// the index, so that a search reads no proxy; it covers all 64 bits of the two ids (Bullet's own cache hashes
-/// `id1 | id2 << 16`); and every pair is linked into the lists of its two proxies, so that removing or cleaning a proxy
-/// costs its own pairs instead of a scan of all.
+/// the hole) with two changes: the hash is an open one whose searches read one cache line and no proxy (PairHash), over
+/// all 64 bits of the two ids, where Bullet's own cache chains `id1 | id2 << 16`; and every pair is linked into the lists
+/// of its two proxies (PairLinks), so that removing or cleaning a proxy costs its own pairs instead of a scan of all.
 ///
 /// Pairs are identified by the unique ids of their proxies, which must be unique among the proxies in the cache and
 /// must not change while they are in it. The lower id is `m_pProxy0`. Pairs of two equal ids are refused.
@@ -65,9 +64,9 @@ struct PairCacheStats
 /// told); Bullet's array class itself does not survive a failed allocation. No method throws by itself; what a callback
 /// throws passes through and leaves the cache usable.
 ///
-/// Memory: 59 to 64 bytes per pair (32 pair, 16 links, 11 to 16 hash) and 16 to 24 per proxy with pairs, plus the
-/// usual slack of growing arrays (a factor 1.5); 24 more per pair once pairs were ordered (deterministic processing or
-/// sortOverlappingPairs).
+/// Memory: 57 to 62 bytes per pair (32 pair, 16 links, 9 to 14 hash) and 12 per proxy with pairs, plus the usual slack of
+/// growing arrays (a factor 1.5, none after reserve()); 24 more per pair once pairs were ordered (deterministic
+/// processing or sortOverlappingPairs). It never shrinks.
 class PairCache final : public btOverlappingPairCache
 {
 public:

@@ -20,16 +20,17 @@ std::uint32_t digitOf(std::uint32_t id, int shift)
 }
 }  // namespace
 
-PairOrder::Entry* PairOrder::prepare(std::size_t count)
+void PairOrder::reserve(std::size_t count)
 {
     m_version = 0;
-    m_entries.resize(count);
-    m_scratch.resize(count);
-    return m_entries.data();
+    m_entries.clear();
+    m_entries.reserve(count);
+    m_scratch.reserve(count);
 }
 
-void PairOrder::sort(std::uint64_t version)
+void PairOrder::sort(std::uint64_t version) noexcept
 {
+    m_scratch.resize(m_entries.size());  // within the capacity
     for (std::uint32_t Pair::*id : {&Pair::second, &Pair::first})
     {
         std::uint32_t varying = 0;

@@ -25,13 +25,16 @@ public:
     /// True when the order was made for this version of the array.
     bool isOf(std::uint64_t version) const noexcept { return m_version == version; }
 
-    /// Entries to fill in, in any order, before sort(). May throw std::bad_alloc.
-    Entry* prepare(std::size_t count);
+    /// Forgets the entries and makes room for `count` new ones. May throw std::bad_alloc.
+    void reserve(std::size_t count);
 
-    /// Stable radix sort, least significant digit first, over the digits in which the ids differ. O(count).
+    /// @pre room was made
+    void add(const Entry& entry) noexcept { m_entries.push_back(entry); }
+
+    /// Stable radix sort, least significant digit first, over the digits in which the ids differ. O(entries).
     ///
     /// @param version what isOf() will confirm; not 0
-    void sort(std::uint64_t version);
+    void sort(std::uint64_t version) noexcept;
 
     const std::vector<Entry>& entries() const noexcept { return m_entries; }
 
