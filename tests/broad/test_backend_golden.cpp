@@ -32,8 +32,10 @@ constexpr std::uint32_t kCount = 600;
 constexpr int kSteps = 12;
 
 constexpr Golden kGolden[] = {
-    {SceneKind::Uniform, 0.0f, 0x3faf19a40596c7e4u, 537},      {SceneKind::ManySizes, 0.0f, 0xdc3641e5edfa494bu, 2635},
-    {SceneKind::MostlyStatic, 0.0f, 0x4550783e41642fdau, 498}, {SceneKind::Pile, 0.03125f, 0x44762d7329e21b83u, 1938},
+    {SceneKind::Uniform, 0.0f, 0x3faf19a40596c7e4u, 537},
+    {SceneKind::ManySizes, 0.0f, 0xdc3641e5edfa494bu, 2635},
+    {SceneKind::MostlyStatic, 0.0f, 0x4550783e41642fdau, 498},
+    {SceneKind::Pile, 0.03125f, 0x44762d7329e21b83u, 1938},
     {SceneKind::Teleport, 0.05f, 0x260768370bf8872bu, 582},
 };
 

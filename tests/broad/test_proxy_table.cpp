@@ -1,0 +1,289 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "broad/proxy_table.h"
+#include "tests/support/boxes.h"
+#include "tests/support/random.h"
+
+#include <gtest/gtest.h>
+
+#include <map>
+#include <set>
+#include <thread>
+#include <vector>
+
+namespace cullet::test
+{
+namespace
+{
+std::vector<ProxyId> dirtyRows(const ProxyView& view)
+{
+    return {view.dirty, view.dirty + view.dirtyCount};
+}
+
+/// Ends what has changed so far, so that the next view shows later changes only.
+void settle(ProxyTable& table)
+{
+    table.beginUpdate(0, true);
+    table.endUpdate();
+}
+
+TEST(ProxyTable, IsEmptyAtFirst)
+{
+    ProxyTable table;
+    const ProxyView view = table.beginUpdate(0.5f, false);
+    EXPECT_EQ(view.size, 0u);
+    EXPECT_EQ(view.dirtyCount, 0u);
+    EXPECT_EQ(view.margin, 0.5f);
+    EXPECT_FALSE(table.hasQueryChanges());
+}
+
+TEST(ProxyTable, StoresWhatCreateIsGiven)
+{
+    ProxyTable table;
+    const ProxyId row = table.create(cube(1, 2), 77, {4, 8});
+    EXPECT_EQ(table.box(row), cube(1, 2));
+    EXPECT_EQ(table.uniqueId(row), 77u);
+    EXPECT_EQ(table.filter(row).group, 4);
+    EXPECT_EQ(table.filter(row).mask, 8);
+    EXPECT_EQ(table.liveCount(), 1u);
+    const ProxyView view = table.beginUpdate(0, true);
+    EXPECT_EQ(dirtyRows(view), std::vector<ProxyId>{row});
+    EXPECT_EQ(view.changes[row], kRowCreated);
+    EXPECT_EQ(view.filters[row].mask, 8);
+    EXPECT_EQ(view.uniqueIds[row], 77u);
+}
+
+TEST(ProxyTable, HidesFilterWordsOnRequest)
+{
+    ProxyTable table;
+    table.create(cube(1, 2), 1, kEverything);
+    EXPECT_EQ(table.beginUpdate(0, false).filters, nullptr);
+    EXPECT_NE(table.beginUpdate(0, true).filters, nullptr);
+}
+
+TEST(ProxyTable, InvalidBoxesBecomeTheEmptyBox)
+{
+    ProxyTable table;
+    const ProxyId row = table.create(cube(2, 1), 1, kEverything);
+    EXPECT_EQ(table.box(row), kEmptyAabb);
+    table.setBox(row, cube(0, 1));
+    EXPECT_EQ(table.box(row), cube(0, 1));
+    Aabb poisoned = cube(0, 1);
+    poisoned.max[2] = kNan;
+    table.setBox(row, poisoned);
+    EXPECT_EQ(table.box(row), kEmptyAabb);
+}
+
+TEST(ProxyTable, ADestroyedRowIsQuarantinedUntilTheUpdateIsOver)
+{
+    ProxyTable table;
+    const ProxyId row = table.create(cube(0, 1), 1, kEverything);
+    settle(table);
+    table.destroy(row);
+    EXPECT_EQ(table.liveCount(), 0u);
+    EXPECT_EQ(table.uniqueId(row), 1u);
+    const ProxyId second = table.create(cube(0, 1), 2, kEverything);
+    EXPECT_NE(second, row);
+    const ProxyView view = table.beginUpdate(0, true);
+    EXPECT_EQ(view.changes[row], kRowDestroyed);
+    EXPECT_EQ(view.uniqueIds[row], 1u);
+    EXPECT_EQ(view.boxes[row], kEmptyAabb);
+    EXPECT_NE(table.create(cube(0, 1), 3, kEverything), row) << "the update is not over";
+    table.endUpdate();
+    EXPECT_EQ(table.uniqueId(row), 0u);
+    EXPECT_EQ(table.create(cube(0, 1), 4, kEverything), row);
+    EXPECT_EQ(table.changes(row), kRowCreated);
+}
+
+TEST(ProxyTable, ChangesAddUpUntilEndUpdate)
+{
+    ProxyTable table;
+    const ProxyId row = table.create(cube(0, 1), 1, kEverything);
+    table.setBox(row, cube(1, 2));
+    table.setFilter(row, {2, 2});
+    EXPECT_EQ(table.changes(row), kRowCreated | kRowMoved | kRowRefiltered);
+    table.destroy(row);
+    EXPECT_EQ(table.changes(row), kRowCreated | kRowMoved | kRowRefiltered | kRowDestroyed);
+    settle(table);
+    EXPECT_EQ(table.changes(row), kRowUnchanged);
+}
+
+TEST(ProxyTable, TheSameFilterWordsAreNoChange)
+{
+    ProxyTable table;
+    const ProxyId row = table.create(cube(0, 1), 1, {1, 2});
+    settle(table);
+    table.setFilter(row, {1, 2});
+    EXPECT_EQ(table.changes(row), kRowUnchanged);
+    table.setFilter(row, {1, 3});
+    EXPECT_EQ(table.changes(row), kRowRefiltered);
+}
+
+TEST(ProxyTable, DirtyRowsAreAscendingAndEachOnce)
+{
+    // 20,000 rows: five blocks of 4,096, the last one not full.
+    ProxyTable table;
+    for (std::uint32_t i = 0; i < 20000; ++i)
+        table.create(boxAt(0, 0, 0), i + 1, kEverything);
+    settle(table);
+    EXPECT_EQ(table.beginUpdate(0, true).dirtyCount, 0u);
+    Random random(1);
+    for (int round = 0; round < 20; ++round)
+    {
+        std::set<ProxyId> expected;
+        for (std::uint32_t i = 0; i < 300; ++i)
+        {
+            const ProxyId edges[] = {0, 7, 8, 4095, 4096, 12287, 12288, 19999};
+            const ProxyId row = i < 20 ? edges[random.below(8)] : random.below(20000);
+            table.setBox(row, boxAt(1, 0, 0));
+            expected.insert(row);
+        }
+        const ProxyView view = table.beginUpdate(0, true);
+        EXPECT_EQ(dirtyRows(view), std::vector<ProxyId>(expected.begin(), expected.end()));
+        for (const ProxyId row : expected)
+            ASSERT_EQ(view.changes[row], kRowMoved);
+        table.endUpdate();
+    }
+}
+
+TEST(ProxyTable, QueriesFollowTheChangesOnTheirOwn)
+{
+    ProxyTable table;
+    const ProxyId first = table.create(cube(0, 1), 1, kEverything);
+    const ProxyId second = table.create(cube(0, 1), 2, kEverything);
+    settle(table);
+    EXPECT_TRUE(table.hasQueryChanges()) << "ending an update is not reading the changes";
+    std::vector<ProxyId> rows = {9, 9, 9};
+    table.collectQueryChanges(rows);
+    EXPECT_EQ(rows, (std::vector<ProxyId>{first, second}));
+    EXPECT_FALSE(table.hasQueryChanges());
+    table.setBox(second, cube(1, 2));
+    EXPECT_TRUE(table.hasQueryChanges());
+    table.collectQueryChanges(rows);
+    EXPECT_EQ(rows, std::vector<ProxyId>{second});
+    EXPECT_EQ(table.beginUpdate(0, true).dirtyCount, 1u)
+        << "a query does not take the change from the backend";
+    table.collectQueryChanges(rows);
+    EXPECT_TRUE(rows.empty());
+}
+
+TEST(ProxyTable, ClearForgetsEverything)
+{
+    ProxyTable table;
+    for (std::uint32_t i = 0; i < 5000; ++i)
+        table.create(cube(0, 1), i + 1, kEverything);
+    table.destroy(17);
+    table.clear();
+    EXPECT_EQ(table.size(), 0u);
+    EXPECT_EQ(table.liveCount(), 0u);
+    EXPECT_FALSE(table.hasQueryChanges());
+    EXPECT_EQ(table.beginUpdate(0, true).dirtyCount, 0u);
+    table.endUpdate();
+    EXPECT_EQ(table.create(cube(0, 1), 1, kEverything), 0u);
+    EXPECT_EQ(table.beginUpdate(0, true).dirtyCount, 1u);
+}
+
+TEST(ProxyTable, CountsItsMemory)
+{
+    ProxyTable table;
+    for (std::uint32_t i = 0; i < 10000; ++i)
+        table.create(cube(0, 1), i + 1, kEverything);
+    EXPECT_GE(table.bytes(), 10000 * (sizeof(Aabb) + sizeof(Filter) + sizeof(std::uint32_t) + 2));
+    EXPECT_LE(table.bytes(), 10000 * 100);
+}
+
+TEST(ProxyTable, RandomOperationsEqualAMap)
+{
+    SCOPED_TRACE("seed 2");
+    Random random(2);
+    ProxyTable table;
+    std::map<std::uint32_t, std::pair<ProxyId, Aabb>> model;  // by id
+    std::uint32_t nextId = 1;
+    std::uint64_t reuses = 0;
+    for (int step = 0; step < 300; ++step)
+    {
+        for (std::uint32_t i = 0; i < 40; ++i)
+        {
+            const std::uint32_t kind = random.below(model.empty() ? 1 : 4);
+            const auto victim = [&]
+            { return std::next(model.begin(), random.below(static_cast<std::uint32_t>(model.size()))); };
+            if (kind == 0)
+            {
+                const Aabb box = boxAt(random.unit(), 0, 0);
+                const std::uint32_t before = table.size();
+                const ProxyId row = table.create(box, nextId, kEverything);
+                reuses += row < before ? 1 : 0;
+                model[nextId++] = {row, box};
+            }
+            else if (kind == 1)
+            {
+                const auto gone = victim();
+                table.destroy(gone->second.first);
+                model.erase(gone);
+            }
+            else
+            {
+                const auto moved = victim();
+                moved->second.second = boxAt(random.unit(), 1, 0);
+                table.setBox(moved->second.first, moved->second.second);
+            }
+        }
+        ASSERT_EQ(table.liveCount(), model.size());
+        for (const auto& [id, proxy] : model)
+        {
+            ASSERT_EQ(table.uniqueId(proxy.first), id);
+            ASSERT_EQ(table.box(proxy.first), proxy.second);
+        }
+        if (step % 3 == 0)
+            settle(table);
+    }
+    EXPECT_GT(reuses, 500u);
+    EXPECT_LT(table.size(), nextId / 2);
+}
+
+TEST(ProxyTable, TakesBoxesOfDifferentRowsFromSeveralThreads)
+{
+    constexpr std::uint32_t kCount = 40000;
+    constexpr std::uint32_t kThreads = 4;
+    ProxyTable table;
+    for (std::uint32_t i = 0; i < kCount; ++i)
+        table.create(cube(0, 1), i + 1, kEverything);
+    std::vector<ProxyId> rows;
+    settle(table);
+    table.collectQueryChanges(rows);
+    for (int round = 1; round <= 5; ++round)
+    {
+        std::vector<std::thread> threads;
+        for (std::uint32_t thread = 0; thread < kThreads; ++thread)
+        {
+            threads.emplace_back(
+                [&table, thread, round]
+                {
+                    // Neighbouring rows belong to different threads; every third row of a thread stays.
+                    for (std::uint32_t row = thread; row < kCount; row += kThreads)
+                    {
+                        if (row % 3 != 0)
+                            table.setBox(row, boxAt(static_cast<float>(row), static_cast<float>(round), 0));
+                    }
+                });
+        }
+        for (std::thread& thread : threads)
+            thread.join();
+        EXPECT_TRUE(table.hasQueryChanges());
+        const ProxyView view = table.beginUpdate(0, true);
+        std::vector<ProxyId> expected;
+        for (std::uint32_t row = 0; row < kCount; ++row)
+        {
+            if (row % 3 == 0)
+                continue;
+            expected.push_back(row);
+            ASSERT_EQ(view.boxes[row], boxAt(static_cast<float>(row), static_cast<float>(round), 0));
+        }
+        EXPECT_EQ(dirtyRows(view), expected);
+        table.endUpdate();
+        table.collectQueryChanges(rows);
+        EXPECT_EQ(rows, expected);
+    }
+}
+}  // namespace
+}  // namespace cullet::test
