@@ -12,8 +12,6 @@ namespace
 /// Boxes whose sizes share 2 of these octaves share leaves. Factor 4: measured best of 2, 4, 8, 16 on mixed sizes.
 constexpr int kOctavesPerClass = 2;
 
-constexpr Aabb kNoLimits = {{-INFINITY, -INFINITY, -INFINITY}, {INFINITY, INFINITY, INFINITY}};
-
 struct Item
 {
     float centre[3];
@@ -24,16 +22,16 @@ struct Extent
 {
     float min[3] = {INFINITY, INFINITY, INFINITY};
     float max[3] = {-INFINITY, -INFINITY, -INFINITY};
-};
 
-void include(Aabb& bounds, const Aabb& box) noexcept
-{
-    for (int axis = 0; axis < 3; ++axis)
+    void include(const float* point) noexcept
     {
-        bounds.min[axis] = std::min(bounds.min[axis], box.min[axis]);
-        bounds.max[axis] = std::max(bounds.max[axis], box.max[axis]);
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            min[axis] = std::min(min[axis], point[axis]);
+            max[axis] = std::max(max[axis], point[axis]);
+        }
     }
-}
+};
 
 /// @param inner valid or kEmptyAabb, which nothing contains
 bool contains(const Aabb& outer, const Aabb& inner) noexcept
@@ -77,24 +75,25 @@ void setLane(BoxNode& node, std::uint32_t lane, const Aabb& box) noexcept
     }
 }
 
+/// The axis along which the centres spread most; -1 when they are all one point.
 int widestAxis(const Item* begin, const Item* end) noexcept
 {
-    Extent extent;
-    for (const Item* item = begin; item != end; ++item)
+    // Two accumulators per bound: the chain of minima is what this loop waits for.
+    Extent even;
+    Extent odd;
+    const Item* item = begin;
+    for (; end - item >= 2; item += 2)
     {
-        for (int axis = 0; axis < 3; ++axis)
-        {
-            extent.min[axis] = std::min(extent.min[axis], item->centre[axis]);
-            extent.max[axis] = std::max(extent.max[axis], item->centre[axis]);
-        }
+        even.include(item[0].centre);
+        odd.include(item[1].centre);
     }
-    int widest = 0;
-    for (int axis = 1; axis < 3; ++axis)
-    {
-        if (extent.max[axis] - extent.min[axis] > extent.max[widest] - extent.min[widest])
-            widest = axis;
-    }
-    return extent.max[widest] > extent.min[widest] ? widest : -1;
+    if (item != end)
+        even.include(item->centre);
+    float size[3];
+    for (int axis = 0; axis < 3; ++axis)
+        size[axis] = std::max(even.max[axis], odd.max[axis]) - std::min(even.min[axis], odd.min[axis]);
+    const int widest = static_cast<int>(std::max_element(size, size + 3) - size);
+    return size[widest] > 0.0f ? widest : -1;
 }
 
 /// Moves the items whose key is below the pivot to the front and returns the first of the others.
@@ -131,22 +130,18 @@ float pivotOf(const Item* begin, const Item* end, int axis) noexcept
 /// std::nth_element by one coordinate. Quickselect; after too many rounds, the standard one with its bound.
 void selectByAxis(Item* begin, Item* nth, Item* end, int axis) noexcept
 {
-    for (int round = 0; end - begin > 16 && round < 32; ++round)
+    for (int round = 0; end - begin > 8 && round < 40; ++round)
     {
         const float pivot = pivotOf(begin, end, axis);
-        Item* const low = partition(begin, end, [=](const Item& item) { return item.centre[axis] < pivot; });
-        if (nth < low)
+        Item* low = partition(begin, end, [=](const Item& item) { return item.centre[axis] < pivot; });
+        if (low == begin)
         {
-            end = low;
-            continue;
+            // The pivot is the least key: all its equals may go at once, however many there are.
+            low = partition(begin, end, [=](const Item& item) { return item.centre[axis] <= pivot; });
+            if (nth < low)
+                return;
         }
-        begin = low;
-        // Many equal keys: the pivot is the least of what is left, and all its equals may go at once.
-        Item* const equal =
-            partition(begin, end, [=](const Item& item) { return item.centre[axis] <= pivot; });
-        if (nth < equal)
-            return;
-        begin = equal;
+        (nth < low ? end : begin) = low;
     }
     std::nth_element(begin, nth, end,
                      [axis](const Item& a, const Item& b) { return a.centre[axis] < b.centre[axis]; });
@@ -187,63 +182,98 @@ int sizeClass(const Aabb& box) noexcept
 }
 constexpr int kSizeClasses = 256 / kOctavesPerClass;
 
-std::uint32_t roundUpToLeaf(std::uint32_t slots) noexcept
+/// Which slots the boxes of each class get.
+struct ClassRanges
 {
-    return (slots + 7) / 8 * 8;
+    int group[kSizeClasses];                // the range that a class belongs to
+    std::uint32_t begin[kSizeClasses + 1];  // by group; a multiple of 8, so that groups share no leaf
+    std::uint32_t end[kSizeClasses + 1];
+    int groupCount = 0;
+    std::uint32_t slots = 0;
+};
+
+/// Classes with too few boxes for a few leaves join the next larger one.
+ClassRanges rangesOfClasses(const Aabb* boxes, const std::vector<ProxyId>& rows)
+{
+    constexpr std::uint32_t kFewest = 64;
+    std::uint32_t counts[kSizeClasses] = {};
+    for (const ProxyId row : rows)
+        ++counts[sizeClass(boxes[row])];
+    ClassRanges ranges;
+    std::uint32_t held = 0;
+    for (int c = 0; c < kSizeClasses; ++c)
+    {
+        ranges.group[c] = ranges.groupCount;
+        held += counts[c];
+        if (held < kFewest && c + 1 < kSizeClasses)
+            continue;
+        ranges.begin[ranges.groupCount] = ranges.slots;
+        ranges.end[ranges.groupCount] = ranges.slots + held;
+        ranges.slots = (ranges.slots + held + 7) / 8 * 8;
+        ++ranges.groupCount;
+        held = 0;
+    }
+    return ranges;
+}
+
+std::vector<Item> itemsByClass(const Aabb* boxes, const std::vector<ProxyId>& rows, const ClassRanges& ranges)
+{
+    std::vector<Item> items(ranges.slots, Item{{0.0f, 0.0f, 0.0f}, kNoRow});
+    std::uint32_t next[kSizeClasses];
+    std::copy(ranges.begin, ranges.begin + ranges.groupCount, next);
+    for (const ProxyId row : rows)
+    {
+        const Aabb& box = boxes[row];
+        Item& item = items[next[ranges.group[sizeClass(box)]]++];
+        item.row = row;
+        for (int axis = 0; axis < 3; ++axis)
+            item.centre[axis] = 0.5f * box.min[axis] + 0.5f * box.max[axis];
+    }
+    return items;
 }
 }  // namespace
 
 void BoxTree::build(const Aabb* boxes, const std::vector<ProxyId>& rows)
 {
-    std::uint32_t counts[kSizeClasses] = {};
-    for (const ProxyId row : rows)
-        ++counts[sizeClass(boxes[row])];
-    // Classes that would not fill a leaf join the next larger one.
-    int target[kSizeClasses];
-    std::uint32_t starts[kSizeClasses + 1] = {};
-    int open = 0;
-    std::uint32_t held = 0;
-    std::uint32_t slots = 0;
-    for (int c = 0; c < kSizeClasses; ++c)
-    {
-        target[c] = open;
-        held += counts[c];
-        if (held < 64 && c + 1 < kSizeClasses)
-            continue;
-        starts[open] = slots;
-        slots = roundUpToLeaf(slots + held);
-        held = 0;
-        ++open;
-    }
-    std::uint32_t next[kSizeClasses];
-    std::copy(starts, starts + kSizeClasses, next);
-    std::vector<Item> items(slots, Item{{0.0f, 0.0f, 0.0f}, kNoRow});
-    for (const ProxyId row : rows)
-    {
-        const Aabb& box = boxes[row];
-        items[next[target[sizeClass(box)]]++] = {
-            {0.5f * box.min[0] + 0.5f * box.max[0], 0.5f * box.min[1] + 0.5f * box.max[1],
-             0.5f * box.min[2] + 0.5f * box.max[2]},
-            row};
-    }
-    layOut(slots);
+    const ClassRanges ranges = rangesOfClasses(boxes, rows);
+    std::vector<Item> items = itemsByClass(boxes, rows, ranges);
+    layOut(ranges.slots);
+    // Slots under one node of the topmost level that may branch; 8^10 is the last power that 32 bits hold.
     std::uint32_t capacity = 8;
-    while (capacity < slots && capacity < 0x10000000u)
+    while (capacity < ranges.slots && capacity < 0x40000000u)
         capacity *= 8;
-    for (int c = 0; c < open; ++c)
+    for (int group = 0; group < ranges.groupCount; ++group)
     {
-        if (next[c] > starts[c])
-            orderByMedians(items.data() + starts[c], starts[c], next[c], capacity);
+        const std::uint32_t begin = ranges.begin[group];
+        if (ranges.end[group] > begin)
+            orderByMedians(items.data() + begin, begin, ranges.end[group], capacity);
     }
-    for (std::uint32_t slot = 0; slot < slots; ++slot)
+    for (std::uint32_t slot = 0; slot < ranges.slots; ++slot)
         m_rows[slot] = items[slot].row;
     m_rowCount = static_cast<std::uint32_t>(rows.size());
     m_leafArea = 0.0;
-    for (std::uint32_t leaf = 0; leaf < slots / 8; ++leaf)
-        fillLeaf(leaf, boxes, kNoLimits, nullptr);
+    for (std::uint32_t leaf = 0; leaf < ranges.slots / 8; ++leaf)
+    {
+        Aabb around;
+        prefetch(leaf, boxes);
+        fillLanes(leaf, boxes, around);
+        closeLeaf(leaf, around);
+    }
     refitInner();
     m_leafAreaAtBuild = m_leafArea;
-    m_reach = slots == 0 ? 0.0f : static_cast<float>(std::sqrt(m_leafArea / (3.0 * (slots / 8))));
+    m_reach =
+        ranges.slots == 0 ? 0.0f : static_cast<float>(std::sqrt(m_leafArea / (3.0 * (ranges.slots / 8))));
+}
+
+/// Asks the memory for the boxes of a leaf some way ahead: neighbours in space are far apart in the table.
+void BoxTree::prefetch(std::uint32_t leaf, const Aabb* boxes) const noexcept
+{
+    constexpr std::uint32_t kAhead = 32;  // slots
+    for (std::uint32_t slot = 8 * leaf + kAhead; slot < std::min(8 * leaf + kAhead + 8, slotCount()); ++slot)
+    {
+        if (m_rows[slot] != kNoRow)
+            __builtin_prefetch(boxes + m_rows[slot]);
+    }
 }
 
 void BoxTree::layOut(std::uint32_t slots)
@@ -268,31 +298,39 @@ void BoxTree::layOut(std::uint32_t slots)
     m_view.rows = m_rows.data();
 }
 
-/// @param limits rows whose boxes are not inside leave
-/// @param left   [out] rows that left are appended; null when none can
-void BoxTree::fillLeaf(std::uint32_t leaf, const Aabb* boxes, const Aabb& limits, std::vector<ProxyId>* left)
+/// Reads the boxes of a leaf's rows into its lanes; true when every row there has a valid one.
+bool BoxTree::fillLanes(std::uint32_t leaf, const Aabb* boxes, Aabb& around)
 {
-    BoxNode& lanes = node(0, leaf);
-    Aabb bounds = kEmptyAabb;
+    const Aabb* lanes[8];
+    std::uint32_t held = 0;
     for (std::uint32_t lane = 0; lane < 8; ++lane)
     {
-        ProxyId& row = m_rows[8 * leaf + lane];
-        if (row == kNoRow)
+        const ProxyId row = m_rows[8 * leaf + lane];
+        lanes[lane] = row == kNoRow ? &kEmptyAabb : boxes + row;
+        held |= (row == kNoRow ? 0u : 1u) << lane;
+    }
+    return m_kernels.fillNode(lanes, node(0, leaf), around) == held;
+}
+
+void BoxTree::closeLeaf(std::uint32_t leaf, const Aabb& around) noexcept
+{
+    m_leafArea += halfArea(around);
+    setBounds(0, leaf, around);
+}
+
+/// Takes the rows whose boxes do not fit out of a leaf.
+void BoxTree::dropStrays(std::uint32_t leaf, const Aabb* boxes, std::vector<ProxyId>& left)
+{
+    const Aabb limits = limitsOf(leaf);
+    for (std::uint32_t slot = 8 * leaf; slot < 8 * leaf + 8; ++slot)
+    {
+        ProxyId& row = m_rows[slot];
+        if (row == kNoRow || contains(limits, boxes[row]))
             continue;
-        const Aabb& box = boxes[row];
-        if (contains(limits, box))
-        {
-            setLane(lanes, lane, box);
-            include(bounds, box);
-            continue;
-        }
-        left->push_back(row);
+        left.push_back(row);
         row = kNoRow;
         --m_rowCount;
-        setLane(lanes, lane, kEmptyAabb);
     }
-    m_leafArea += halfArea(bounds);
-    setBounds(0, leaf, bounds);
 }
 
 Aabb BoxTree::bounds(int level, std::uint32_t index) const noexcept
@@ -355,7 +393,17 @@ void BoxTree::refit(const Aabb* boxes, std::vector<ProxyId>& left)
 {
     m_leafArea = 0.0;
     for (std::uint32_t leaf = 0; leaf < slotCount() / 8; ++leaf)
-        fillLeaf(leaf, boxes, limitsOf(leaf), &left);
+    {
+        prefetch(leaf, boxes);
+        Aabb around;
+        // Nearly always the leaf fits as a whole, and with it each of its rows.
+        if (!fillLanes(leaf, boxes, around) || !contains(limitsOf(leaf), around))
+        {
+            dropStrays(leaf, boxes, left);
+            fillLanes(leaf, boxes, around);
+        }
+        closeLeaf(leaf, around);
+    }
     refitInner();
 }
 

@@ -67,13 +67,17 @@ public:
 
 private:
     void layOut(std::uint32_t slots);
-    void fillLeaf(std::uint32_t leaf, const Aabb* boxes, const Aabb& limits, std::vector<ProxyId>* left);
+    bool fillLanes(std::uint32_t leaf, const Aabb* boxes, Aabb& around);
+    void prefetch(std::uint32_t leaf, const Aabb* boxes) const noexcept;
+    void closeLeaf(std::uint32_t leaf, const Aabb& around) noexcept;
+    void dropStrays(std::uint32_t leaf, const Aabb* boxes, std::vector<ProxyId>& left);
     Aabb limitsOf(std::uint32_t leaf) const noexcept;
     void refitInner() noexcept;
     Aabb bounds(int level, std::uint32_t node) const noexcept;
     bool setBounds(int level, std::uint32_t node, const Aabb& box) noexcept;
     BoxNode& node(int level, std::uint32_t index) noexcept { return m_nodes[m_levelStart[level] + index]; }
 
+    const QueryKernels& m_kernels = queryKernels(false);
     std::vector<BoxNode> m_nodes;  // leaves first, the root last
     std::vector<ProxyId> m_rows;
     std::uint32_t m_levelStart[kMaxTreeLevels + 1] = {};

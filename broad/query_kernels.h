@@ -61,7 +61,7 @@ struct ScanView
 
 /// The inner loops of the queries for one instruction set. All sets give the same rows in the same order.
 ///
-/// Each call goes on where the cursor or `position` says, writes at most kQueryBatch rows and returns their number; zero means that
+/// Each call of a query goes on where the cursor or `position` says, writes at most kQueryBatch rows and returns their number; zero means that
 /// the query is over. Nothing is allocated and nothing shared is written, so calls may run concurrently and nested.
 struct QueryKernels
 {
@@ -69,6 +69,9 @@ struct QueryKernels
     std::uint32_t (*treeRay)(const BoxTreeView&, const RayQuery&, TreeCursor&, std::uint32_t* rows);
     std::uint32_t (*scanOverlap)(const ScanView&, const Aabb&, std::uint32_t& position, std::uint32_t* rows);
     std::uint32_t (*scanRay)(const ScanView&, const RayQuery&, std::uint32_t& position, std::uint32_t* rows);
+    /// Writes eight boxes into the lanes of a node and the box around them into `bounds`; returns the mask of those
+    /// that are not empty.
+    std::uint32_t (*fillNode)(const Aabb* const* boxes, BoxNode& node, Aabb& bounds);
 };
 
 extern const QueryKernels kQueryKernelsBaseline;

@@ -4,154 +4,15 @@
 // The body of the query kernels, included once per instruction set by a translation unit that is compiled for it and
 // names its table in CULLET_QUERY_KERNELS. Everything here has internal linkage and calls no inline function of
 // another header: the linker could otherwise keep a copy with instructions that the machine lacks.
+#include "broad/float8.inl"
 #include "broad/query_kernels.h"
 
 #include <cstdint>
-
-#if defined(__SSE2__)
-#include <immintrin.h>
-#endif
 
 namespace cullet
 {
 namespace
 {
-#if defined(__AVX__)
-struct Float8
-{
-    __m256 v;
-};
-inline Float8 load(const float* p)
-{
-    return {_mm256_loadu_ps(p)};
-}
-inline Float8 broadcast(float x)
-{
-    return {_mm256_set1_ps(x)};
-}
-inline Float8 operator-(Float8 a, Float8 b)
-{
-    return {_mm256_sub_ps(a.v, b.v)};
-}
-inline Float8 operator*(Float8 a, Float8 b)
-{
-    return {_mm256_mul_ps(a.v, b.v)};
-}
-inline Float8 smaller(Float8 a, Float8 b)
-{
-    return {_mm256_min_ps(a.v, b.v)};
-}
-inline Float8 larger(Float8 a, Float8 b)
-{
-    return {_mm256_max_ps(a.v, b.v)};
-}
-inline Float8 operator&(Float8 a, Float8 b)
-{
-    return {_mm256_and_ps(a.v, b.v)};
-}
-inline Float8 operator<=(Float8 a, Float8 b)
-{
-    return {_mm256_cmp_ps(a.v, b.v, _CMP_LE_OQ)};
-}
-inline std::uint32_t bits(Float8 mask)
-{
-    return static_cast<std::uint32_t>(_mm256_movemask_ps(mask.v));
-}
-#elif defined(__SSE2__)
-struct Float8
-{
-    __m128 v, w;
-};
-inline Float8 load(const float* p)
-{
-    return {_mm_loadu_ps(p), _mm_loadu_ps(p + 4)};
-}
-inline Float8 broadcast(float x)
-{
-    return {_mm_set1_ps(x), _mm_set1_ps(x)};
-}
-inline Float8 operator-(Float8 a, Float8 b)
-{
-    return {_mm_sub_ps(a.v, b.v), _mm_sub_ps(a.w, b.w)};
-}
-inline Float8 operator*(Float8 a, Float8 b)
-{
-    return {_mm_mul_ps(a.v, b.v), _mm_mul_ps(a.w, b.w)};
-}
-inline Float8 smaller(Float8 a, Float8 b)
-{
-    return {_mm_min_ps(a.v, b.v), _mm_min_ps(a.w, b.w)};
-}
-inline Float8 larger(Float8 a, Float8 b)
-{
-    return {_mm_max_ps(a.v, b.v), _mm_max_ps(a.w, b.w)};
-}
-inline Float8 operator&(Float8 a, Float8 b)
-{
-    return {_mm_and_ps(a.v, b.v), _mm_and_ps(a.w, b.w)};
-}
-inline Float8 operator<=(Float8 a, Float8 b)
-{
-    return {_mm_cmple_ps(a.v, b.v), _mm_cmple_ps(a.w, b.w)};
-}
-inline std::uint32_t bits(Float8 mask)
-{
-    return static_cast<std::uint32_t>(_mm_movemask_ps(mask.v) | _mm_movemask_ps(mask.w) << 4);
-}
-#else
-struct Float8
-{
-    float v[8];
-};
-template <class Operation>
-inline Float8 perLane(Operation operation)
-{
-    Float8 result;
-    for (int i = 0; i < 8; ++i)
-        result.v[i] = operation(i);
-    return result;
-}
-inline Float8 load(const float* p)
-{
-    return perLane([=](int i) { return p[i]; });
-}
-inline Float8 broadcast(float x)
-{
-    return perLane([=](int) { return x; });
-}
-inline Float8 operator-(const Float8& a, const Float8& b)
-{
-    return perLane([&](int i) { return a.v[i] - b.v[i]; });
-}
-inline Float8 operator*(const Float8& a, const Float8& b)
-{
-    return perLane([&](int i) { return a.v[i] * b.v[i]; });
-}
-inline Float8 smaller(const Float8& a, const Float8& b)
-{
-    return perLane([&](int i) { return a.v[i] < b.v[i] ? a.v[i] : b.v[i]; });
-}
-inline Float8 larger(const Float8& a, const Float8& b)
-{
-    return perLane([&](int i) { return a.v[i] > b.v[i] ? a.v[i] : b.v[i]; });
-}
-inline Float8 operator&(const Float8& a, const Float8& b)
-{
-    return perLane([&](int i) { return a.v[i] != 0.0f && b.v[i] != 0.0f ? 1.0f : 0.0f; });
-}
-inline Float8 operator<=(const Float8& a, const Float8& b)
-{
-    return perLane([&](int i) { return a.v[i] <= b.v[i] ? 1.0f : 0.0f; });
-}
-inline std::uint32_t bits(const Float8& mask)
-{
-    std::uint32_t result = 0;
-    for (int i = 0; i < 8; ++i)
-        result |= (mask.v[i] != 0.0f ? 1u : 0u) << i;
-    return result;
-}
-#endif
-
 /// Eight boxes in registers; planes 0-2 are the minima, 3-5 the maxima.
 struct Lanes
 {
@@ -189,22 +50,90 @@ inline Lanes gather(const Aabb* const* boxes)
              {_mm256_shuffle_ps(yz01, yz23, 0x44)},
              {_mm256_shuffle_ps(yz01, yz23, 0xEE)}}};
 }
+#elif defined(__SSE2__)
+/// The same in two halves of four boxes.
+inline Lanes gather(const Aabb* const* boxes)
+{
+    __m128 planes[2][6];
+    for (int half = 0; half < 2; ++half)
+    {
+        __m128 low[4];   // min.x min.y min.z max.x
+        __m128 high[4];  // min.z max.x max.y max.z
+        for (int i = 0; i < 4; ++i)
+        {
+            low[i] = _mm_loadu_ps(boxes[4 * half + i]->min);
+            high[i] = _mm_loadu_ps(boxes[4 * half + i]->min + 2);
+        }
+        _MM_TRANSPOSE4_PS(low[0], low[1], low[2], low[3]);
+        _MM_TRANSPOSE4_PS(high[0], high[1], high[2], high[3]);
+        for (int i = 0; i < 4; ++i)
+            planes[half][i] = low[i];
+        planes[half][4] = high[2];
+        planes[half][5] = high[3];
+    }
+    Lanes lanes;
+    for (int i = 0; i < 6; ++i)
+        lanes.planes[i] = {planes[0][i], planes[1][i]};
+    return lanes;
+}
 #else
 inline Lanes gather(const Aabb* const* boxes)
 {
-    BoxNode node;
+    Lanes lanes;
     for (int lane = 0; lane < 8; ++lane)
     {
         for (int axis = 0; axis < 3; ++axis)
         {
-            node.planes[axis][lane] = boxes[lane]->min[axis];
-            node.planes[axis + 3][lane] = boxes[lane]->max[axis];
+            lanes.planes[axis].v[lane] = boxes[lane]->min[axis];
+            lanes.planes[axis + 3].v[lane] = boxes[lane]->max[axis];
         }
     }
-    const NodeLanes lanes{node};
-    return {{lanes.plane(0), lanes.plane(1), lanes.plane(2), lanes.plane(3), lanes.plane(4), lanes.plane(5)}};
+    return lanes;
 }
 #endif
+
+inline std::uint32_t validLanes(const Lanes& lanes)
+{
+    return bits((lanes.plane(0) <= lanes.plane(3)) & (lanes.plane(1) <= lanes.plane(4)) &
+                (lanes.plane(2) <= lanes.plane(5)));
+}
+
+/// The smallest box around eight.
+inline Aabb unite(const Aabb* const* boxes)
+{
+    Aabb bounds;
+#if defined(__SSE2__)
+    __m128 least = _mm_loadu_ps(boxes[0]->min);
+    __m128 most = _mm_loadu_ps(boxes[0]->min + 2);
+    for (int i = 1; i < 8; ++i)
+    {
+        least = _mm_min_ps(least, _mm_loadu_ps(boxes[i]->min));
+        most = _mm_max_ps(most, _mm_loadu_ps(boxes[i]->min + 2));
+    }
+    float low[4];
+    float high[4];
+    _mm_storeu_ps(low, least);
+    _mm_storeu_ps(high, most);
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        bounds.min[axis] = low[axis];
+        bounds.max[axis] = high[axis + 1];
+    }
+#else
+    bounds = *boxes[0];
+    for (int i = 1; i < 8; ++i)
+    {
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            if (boxes[i]->min[axis] < bounds.min[axis])
+                bounds.min[axis] = boxes[i]->min[axis];
+            if (boxes[i]->max[axis] > bounds.max[axis])
+                bounds.max[axis] = boxes[i]->max[axis];
+        }
+    }
+#endif
+    return bounds;
+}
 
 /// Lanes that overlap a box.
 class OverlapTest
@@ -332,10 +261,7 @@ std::uint32_t scan(const ScanView& view, const Test& test, std::uint32_t& positi
         std::uint32_t hits = test(planes) & (0xFFu >> (8 - lanes));
         // An empty box passes when the question reaches infinity.
         if (hits != 0)
-        {
-            hits &= bits((planes.plane(0) <= planes.plane(3)) & (planes.plane(1) <= planes.plane(4)) &
-                         (planes.plane(2) <= planes.plane(5)));
-        }
+            hits &= validLanes(planes);
         for (; hits != 0; hits &= hits - 1)
         {
             const std::uint32_t at = position + static_cast<std::uint32_t>(__builtin_ctz(hits));
@@ -365,7 +291,15 @@ std::uint32_t scanRay(const ScanView& view, const RayQuery& ray, std::uint32_t& 
 {
     return scan(view, RayTest(ray), position, rows);
 }
+std::uint32_t fillNode(const Aabb* const* boxes, BoxNode& node, Aabb& bounds)
+{
+    const Lanes lanes = gather(boxes);
+    for (int i = 0; i < 6; ++i)
+        store(node.planes[i], lanes.planes[i]);
+    bounds = unite(boxes);
+    return validLanes(lanes);
+}
 }  // namespace
 
-extern const QueryKernels CULLET_QUERY_KERNELS = {treeOverlap, treeRay, scanOverlap, scanRay};
+extern const QueryKernels CULLET_QUERY_KERNELS = {treeOverlap, treeRay, scanOverlap, scanRay, fillNode};
 }  // namespace cullet
