@@ -1,0 +1,125 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "broad/backend.h"
+#include "broad/proxy_table.h"
+#include "demos/bench/subject.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <thread>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+/// Bullet's default, so that both interfaces do the same work.
+constexpr float kMargin = 0.05f;
+
+std::unique_ptr<Backend> makeBackend(const SubjectRequest& request)
+{
+    GridOptions grid;
+    grid.threads = request.threads;
+    if (request.name == "grid")
+        return makeGridBackend(grid);
+    if (request.name == "brute")
+        return makeBruteForceBackend();
+    if (request.name == "grid-cells")
+    {
+        grid.layout = GridLayout::Cells;
+        return makeGridBackend(grid);
+    }
+    std::string why;
+    std::unique_ptr<Backend> backend = makeCudaPsapBackend({}, &why);
+    if (!backend)
+        throw std::runtime_error("backend cuda: " + why);
+    return backend;
+}
+
+/// Unique ids are rows + 1.
+class BackendSubject : public Subject
+{
+public:
+    explicit BackendSubject(const SubjectRequest& request)
+        : m_backend(makeBackend(request)),
+          m_threads(request.threads > 0 ? request.threads
+                                        : static_cast<int>(std::thread::hardware_concurrency()))
+    {
+    }
+
+    void create(const Aabb* boxes, std::size_t count) override
+    {
+        for (std::size_t i = 0; i < count; ++i)
+            m_table.create(boxes[i], m_table.size() + 1, {1, -1});
+    }
+
+    void setBoxes(const std::vector<Aabb>& boxes, const std::vector<std::uint32_t>& rows) override
+    {
+        for (const std::uint32_t row : rows)
+        {
+            if (m_table.box(row) != boxes[row])
+                m_table.setBox(row, boxes[row]);
+        }
+    }
+
+    void remove(std::uint32_t row) override { m_table.destroy(row); }
+
+    void findPairs() override
+    {
+        const Status status = m_backend->update(m_table.beginUpdate(kMargin, false), m_delta);
+        m_table.endUpdate();
+        if (status != Status::Ok)
+            throw std::runtime_error(std::string("backend ") + m_backend->name() + " failed");
+    }
+
+    void settle() override
+    {
+        m_next.clear();
+        m_next.reserve(m_pairs.size() + m_delta.added.size());
+        std::set_difference(m_pairs.begin(), m_pairs.end(), m_delta.removed.begin(), m_delta.removed.end(),
+                            std::back_inserter(m_next));
+        const auto middle = static_cast<std::ptrdiff_t>(m_next.size());
+        m_next.insert(m_next.end(), m_delta.added.begin(), m_delta.added.end());
+        std::inplace_merge(m_next.begin(), m_next.begin() + middle, m_next.end());
+        m_pairs.swap(m_next);
+    }
+
+    void releaseBookkeeping() override
+    {
+        m_pairs = {};
+        m_next = {};
+    }
+
+    PairDigest digest(const std::vector<Aabb>& boxes) override
+    {
+        PairDigest digest;
+        for (const Pair pair : m_pairs)
+        {
+            const Pair rows = {pair.first - 1, pair.second - 1};
+            if (overlaps(boxes[rows.first], boxes[rows.second]))
+                digest.add(rows);
+        }
+        return digest;
+    }
+
+    std::uint64_t heldPairs() override { return m_pairs.size(); }
+    int threads() const override { return m_threads; }
+    std::string path() const override { return m_backend->stats().path; }
+
+private:
+    std::unique_ptr<Backend> m_backend;
+    int m_threads;
+    ProxyTable m_table;
+    PairDelta m_delta;
+    std::vector<Pair> m_pairs;
+    std::vector<Pair> m_next;
+};
+}  // namespace
+
+std::unique_ptr<Subject> makeBackendSubject(const SubjectRequest& request)
+{
+    return std::make_unique<BackendSubject>(request);
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,88 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/bench/broad_options.h"
+
+#include "demos/program/precision.h"
+#include "demos/program/statistics.h"
+
+#include <algorithm>
+#include <cstdio>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+SubjectRequest requestFor(const BroadCase& benchCase, const std::string& backend, const ExactBox& bounds)
+{
+    SubjectRequest request;
+    request.name = backend;
+    request.through = benchCase.options.through == "bullet" ? Through::Bullet : Through::Backend;
+    request.threads = benchCase.options.threads;
+    request.bodies = benchCase.bodies;
+    request.bounds = bounds;
+    return request;
+}
+
+Json makeRow(const std::string& benchmark, const BroadCase& benchCase, const SubjectRequest& request,
+             int threads)
+{
+    return {{"benchmark", benchmark},
+            {"scene", benchCase.scene},
+            {"backend", request.name},
+            {"precision", ownPrecision()},
+            {"threads", threads},
+            {"bodies", benchCase.bodies},
+            {"pairs", 0},
+            {"median_ms", 0.0},
+            {"p90_ms", 0.0},
+            {"min_ms", 0.0},
+            {"hash", ""},
+            {"mean_ms", 0.0},
+            {"ids", benchCase.sortedIds ? "sorted" : "random"},
+            {"through", isThroughBullet(request) ? "bullet" : "backend"}};
+}
+
+void addMeasurement(Json& row, const PairDigest& digest, const std::vector<double>& milliseconds)
+{
+    const Statistics times = summarise(milliseconds);
+    row["pairs"] = digest.count;
+    row["median_ms"] = times.median;
+    row["p90_ms"] = times.p90;
+    row["min_ms"] = times.min;
+    row["hash"] = toHex(digest.hash);
+    row["mean_ms"] = times.mean;
+}
+
+void printRow(const Json& row)
+{
+    std::printf(
+        "%-26s %-8s %-14s %-7s %-6s %9u bodies %9llu pairs  median %11.4f  p90 %11.4f  min %11.4f ms\n",
+        row["benchmark"].get<std::string>().c_str(), row["scene"].get<std::string>().c_str(),
+        row["backend"].get<std::string>().c_str(), row["through"].get<std::string>().c_str(),
+        row["ids"].get<std::string>().c_str(), row["bodies"].get<unsigned>(),
+        row["pairs"].get<unsigned long long>(), row["median_ms"].get<double>(), row["p90_ms"].get<double>(),
+        row["min_ms"].get<double>());
+    std::fflush(stdout);
+}
+
+ExactBox boundsOf(const std::vector<Aabb>& boxes)
+{
+    ExactBox bounds = toExactBox(kEmptyAabb);
+    for (const Aabb& box : boxes)
+    {
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            bounds.min[axis] = std::min<double>(bounds.min[axis], box.min[axis]);
+            bounds.max[axis] = std::max<double>(bounds.max[axis], box.max[axis]);
+        }
+    }
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        const double slack = 0.1 * (bounds.max[axis] - bounds.min[axis]) + 1.0;
+        bounds.min[axis] -= slack;
+        bounds.max[axis] += slack;
+    }
+    return bounds;
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,237 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/bench/frames_bench.h"
+
+#include "demos/program/exit_code.h"
+#include "demos/program/heap_usage.h"
+#include "demos/program/interrupt.h"
+#include "demos/program/progress.h"
+#include "demos/program/statistics.h"
+#include "demos/program/stopwatch.h"
+#include "demos/scenes/box_scene.h"
+
+#include <algorithm>
+#include <memory>
+#include <numeric>
+#include <optional>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+constexpr std::uint32_t kManyBodies = 200000;
+constexpr std::uint32_t kMostExactlyChecked = 150000;
+constexpr int kFewestTimedFrames = 3;
+
+/// A backend under measurement and what it has shown so far.
+struct Runner
+{
+    SubjectRequest request;
+    std::unique_ptr<Subject> subject;
+    double createMs = 0.0;
+    double spentMs = 0.0;
+    int warmFrames = 0;
+    std::vector<double> wall;
+    std::vector<double> cpu;
+    PairDigest digest;
+    int checks = 0;
+    std::string path;
+};
+
+/// The pairs of one frame that every backend has to show.
+class Referee
+{
+public:
+    explicit Referee(const BroadCase& benchCase) : m_case(benchCase) {}
+
+    void startFrame(int frame)
+    {
+        m_frame = frame;
+        m_expected.reset();
+    }
+
+    void check(Runner& runner, const std::vector<Aabb>& boxes)
+    {
+        runner.digest = runner.subject->digest(boxes);
+        ++runner.checks;
+        if (!m_expected)
+        {
+            m_judge = isExact() ? "exact" : runner.request.name;
+            m_expected = isExact() ? exactDigest(boxes) : runner.digest;
+        }
+        if (*m_expected == runner.digest)
+            return;
+        throw ProgramError(kExitDisagreement,
+                           "pairs disagree in frame " + std::to_string(m_frame) + " of " + m_case.scene +
+                               " with " + std::to_string(m_case.bodies) + " bodies: " + m_judge + " has " +
+                               std::to_string(m_expected->count) + ", " + runner.request.name + " has " +
+                               std::to_string(runner.digest.count));
+    }
+
+    bool isExact() const { return m_case.bodies <= kMostExactlyChecked; }
+
+private:
+    static PairDigest exactDigest(const std::vector<Aabb>& boxes)
+    {
+        std::vector<ExactBox> exact;
+        exact.reserve(boxes.size());
+        for (const Aabb& box : boxes)
+            exact.push_back(toExactBox(box));
+        PairDigest digest;
+        for (const Pair pair : findExactPairs(exact))
+            digest.add(pair);
+        return digest;
+    }
+
+    const BroadCase& m_case;
+    int m_frame = 0;
+    std::string m_judge;
+    std::optional<PairDigest> m_expected;
+};
+
+/// All frames of one case.
+class FramesBench
+{
+public:
+    FramesBench(const BroadCase& benchCase, BoxScene& scene)
+        : m_case(benchCase), m_options(benchCase.options), m_scene(scene), m_referee(benchCase)
+    {
+        const bool many = benchCase.bodies >= kManyBodies;
+        m_timedFrames = m_options.frames > 0 ? m_options.frames : (many ? 10 : 12);
+        m_warmFrames = m_options.warmup >= 0 ? m_options.warmup : (many ? 4 : 12);
+        m_allRows.resize(benchCase.bodies);
+        std::iota(m_allRows.begin(), m_allRows.end(), 0u);
+    }
+
+    void add(const std::string& backend)
+    {
+        Runner runner;
+        runner.request = requestFor(m_case, backend, boundsOf(m_scene.boxes()));
+        runner.subject = makeSubject(runner.request);
+        const Stopwatch watch;
+        runner.subject->create(m_scene.boxes().data(), m_scene.boxes().size());
+        runner.subject->findPairs();
+        runner.createMs = watch.wallMs();
+        runner.subject->settle();
+        runner.spentMs = runner.createMs;
+        m_runners.push_back(std::move(runner));
+    }
+
+    void run()
+    {
+        Progress progress(m_case.scene + " " + std::to_string(m_case.bodies), m_timedFrames + m_warmFrames,
+                          m_options.quiet);
+        for (int frame = 1; !isOver() && !isInterrupted(); ++frame)
+        {
+            m_scene.step();
+            m_referee.startFrame(frame);
+            for (std::size_t i = 0; i < m_runners.size(); ++i)
+            {
+                Runner& runner = m_runners[(i + static_cast<std::size_t>(frame)) % m_runners.size()];
+                if (!isDone(runner) && !isInterrupted())
+                    runFrame(runner);
+            }
+            progress.show(static_cast<std::uint64_t>(frame));
+        }
+    }
+
+    void report(ResultFile& file)
+    {
+        for (Runner& runner : m_runners)
+        {
+            Json row = makeRow("broad.update", m_case, runner.request, runner.subject->threads());
+            addMeasurement(row, runner.digest, runner.wall);
+            row["cpu_median_ms"] = summarise(runner.cpu).median;
+            row["frames"] = runner.wall.size();
+            row["warmup_frames"] = runner.warmFrames;
+            row["path"] = runner.path;
+            row["resend"] = m_options.resend;
+            row["held_pairs"] = runner.subject->heldPairs();
+            row["create_ms"] = runner.createMs;
+            row["checks"] = runner.checks;
+            row["checked_against"] = m_referee.isExact() ? "exact" : "each other";
+            row["bytes_per_body"] = releaseAndMeasure(runner) / m_case.bodies;
+            printRow(row);
+            file.addRow(std::move(row));
+        }
+    }
+
+private:
+    bool isDone(const Runner& runner) const
+    {
+        const int timed = static_cast<int>(runner.wall.size());
+        if (timed >= m_timedFrames)
+            return true;
+        return timed >= kFewestTimedFrames && runner.spentMs > m_options.budget * 1e3;
+    }
+
+    bool isOver() const
+    {
+        return std::all_of(m_runners.begin(), m_runners.end(), [this](const Runner& r) { return isDone(r); });
+    }
+
+    bool isWarm(const Runner& runner) const
+    {
+        if (runner.warmFrames >= m_warmFrames)
+            return true;
+        return runner.warmFrames >= 1 && runner.spentMs > m_options.budget * 1e3 / 3.0;
+    }
+
+    void runFrame(Runner& runner)
+    {
+        const bool timed = isWarm(runner);
+        const Stopwatch watch;
+        runner.subject->setBoxes(m_scene.boxes(), m_options.resend ? m_allRows : m_scene.moved());
+        runner.subject->findPairs();
+        const double wall = watch.wallMs();
+        const double cpu = watch.cpuMs();
+        runner.subject->settle();
+        runner.spentMs += wall;
+        if (!timed)
+        {
+            ++runner.warmFrames;
+            return;
+        }
+        runner.wall.push_back(wall);
+        runner.cpu.push_back(cpu);
+        runner.path = runner.subject->path();
+        const int frame = static_cast<int>(runner.wall.size());
+        if (frame == 1 || frame == (m_timedFrames + 1) / 2 || isDone(runner))
+            m_referee.check(runner, m_scene.boxes());
+    }
+
+    /// Bytes that the subject gives back to malloc when it goes.
+    static std::uint64_t releaseAndMeasure(Runner& runner)
+    {
+        runner.subject->releaseBookkeeping();
+        const std::uint64_t before = heapBytesInUse();
+        runner.subject.reset();
+        const std::uint64_t after = heapBytesInUse();
+        return before > after ? before - after : 0;
+    }
+
+    const BroadCase& m_case;
+    const BroadOptions& m_options;
+    BoxScene& m_scene;
+    Referee m_referee;
+    int m_timedFrames;
+    int m_warmFrames;
+    std::vector<std::uint32_t> m_allRows;
+    std::vector<Runner> m_runners;
+};
+}  // namespace
+
+void runFramesBench(const BroadCase& benchCase, ResultFile& file)
+{
+    const BoxSceneInfo* info = findBoxScene(benchCase.scene);
+    const auto scene = info->make({benchCase.bodies, benchCase.sortedIds, benchCase.options.seed});
+    FramesBench bench(benchCase, *scene);
+    for (const std::string& backend : benchCase.options.backends)
+        bench.add(backend);
+    bench.run();
+    bench.report(file);
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,22 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "demos/bench/broad_options.h"
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+/// Benchmark "broad.update": a scene of boxes frame by frame, all backends on the same boxes.
+///
+/// In each frame every backend gets the boxes and finds the pairs, in an order that rotates from frame to frame. First
+/// warm-up frames, then timed ones; a backend that exceeds the budget has fewer of both (never fewer than one warm-up
+/// and three timed ones, unless the user interrupts), and its column `frames` says so. The pairs that overlap are compared in the first, the
+/// middle and the last timed frame of each backend: with the exact ones up to 150,000 bodies, beyond that with those
+/// of the first backend of that frame.
+///
+/// @throws ProgramError (kExitDisagreement) when a backend's pairs are wrong, naming it and the frame
+void runFramesBench(const BroadCase& benchCase, ResultFile& file);
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

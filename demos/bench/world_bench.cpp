@@ -1,0 +1,151 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/bench/world_bench.h"
+
+#include "demos/program/interrupt.h"
+#include "demos/program/precision.h"
+#include "demos/program/progress.h"
+#include "demos/program/statistics.h"
+#include "demos/scenes/body_world.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+struct WindowSample
+{
+    std::vector<PhaseTimes> steps;
+    std::uint64_t pairs = 0;
+    std::uint64_t contactPairs = 0;
+    std::uint64_t stateHash = 0;
+};
+
+struct Runner
+{
+    std::unique_ptr<BodyWorld> world;
+    std::vector<WindowSample> windows;
+};
+
+BodyShapes makeShapes(const WorldOptions& options)
+{
+    constexpr std::size_t kHullKinds = 8;
+    constexpr std::size_t kHullPoints = 20;
+    BodyShapes shapes;
+    if (options.scene == "boxes")
+        shapes.addBox(btScalar(1));
+    else
+        for (const HullPoints& hull : makeRandomHulls(kHullKinds, kHullPoints, options.seed))
+            shapes.addHull(hull);
+    return shapes;
+}
+
+std::vector<Runner> makeRunners(const WorldOptions& options, const BodyShapes& shapes)
+{
+    BodyWorldOptions world;
+    world.bodies = options.bodies;
+    world.seed = options.seed;
+    world.sleeping = false;
+    std::vector<Runner> runners;
+    for (const std::string& backend : options.backends)
+    {
+        BroadphaseRequest request;
+        request.name = backend;
+        request.threads = options.threads;
+        request.mostProxies = options.bodies + 16;
+        Runner runner;
+        runner.world = std::make_unique<BodyWorld>(makeNamedBroadphase(request), shapes, world);
+        runner.windows.resize(options.windows.size());
+        runners.push_back(std::move(runner));
+    }
+    return runners;
+}
+
+void runStep(const WorldOptions& options, Runner& runner, std::uint32_t step)
+{
+    const PhaseTimes times = runner.world->step();
+    for (std::size_t i = 0; i < options.windows.size(); ++i)
+    {
+        const StepWindow& window = options.windows[i];
+        if (step < window.first || step >= window.end)
+            continue;
+        WindowSample& sample = runner.windows[i];
+        sample.steps.push_back(times);
+        if (step + 1 != window.end)
+            continue;
+        sample.pairs = runner.world->pairCount();
+        sample.contactPairs = runner.world->contactPairCount();
+        sample.stateHash = runner.world->stateHash();
+    }
+}
+
+Json makeRow(const WorldOptions& options, const Runner& runner, std::size_t window, std::size_t phase)
+{
+    const WindowSample& sample = runner.windows[window];
+    std::vector<double> milliseconds;
+    for (const PhaseTimes& times : sample.steps)
+        milliseconds.push_back(phase == kPhaseCount ? totalOf(times) : times[phase]);
+    const Statistics times = summarise(milliseconds);
+    const std::string name = phase == kPhaseCount ? "step" : phaseName(static_cast<Phase>(phase));
+    return {{"benchmark", "world." + name + "." + options.windows[window].name},
+            {"scene", options.scene},
+            {"backend", runner.world->name()},
+            {"precision", ownPrecision()},
+            {"threads", runner.world->broadphase().threads},
+            {"bodies", options.bodies},
+            {"pairs", sample.pairs},
+            {"median_ms", times.median},
+            {"p90_ms", times.p90},
+            {"min_ms", times.min},
+            {"hash", toHex(sample.stateHash)},
+            {"mean_ms", times.mean},
+            {"contact_pairs", sample.contactPairs},
+            {"steps", sample.steps.size()}};
+}
+
+void report(const WorldOptions& options, const std::vector<Runner>& runners, ResultFile& file)
+{
+    for (std::size_t window = 0; window < options.windows.size(); ++window)
+    {
+        for (std::size_t phase = 0; phase <= kPhaseCount; ++phase)
+        {
+            for (const Runner& runner : runners)
+            {
+                Json row = makeRow(options, runner, window, phase);
+                std::printf("%-40s %-10s %8llu pairs %8llu touch  median %10.3f  mean %10.3f ms\n",
+                            row["benchmark"].get<std::string>().c_str(), runner.world->name().c_str(),
+                            row["pairs"].get<unsigned long long>(),
+                            row["contact_pairs"].get<unsigned long long>(), row["median_ms"].get<double>(),
+                            row["mean_ms"].get<double>());
+                file.addRow(std::move(row));
+            }
+        }
+    }
+}
+}  // namespace
+
+void runWorldBench(const WorldOptions& options, ResultFile& file)
+{
+    const BodyShapes shapes = makeShapes(options);
+    std::vector<Runner> runners = makeRunners(options, shapes);
+    std::uint32_t steps = 0;
+    for (const StepWindow& window : options.windows)
+        steps = std::max(steps, window.end);
+    {
+        Progress progress("world " + options.scene, steps, options.quiet);
+        for (std::uint32_t step = 0; step < steps && !isInterrupted(); ++step)
+        {
+            for (std::size_t i = 0; i < runners.size(); ++i)
+                runStep(options, runners[(i + step) % runners.size()], step);
+            progress.show(step + 1);
+        }
+    }
+    report(options, runners, file);
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

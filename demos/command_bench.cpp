@@ -1,0 +1,249 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/bench/event_scenes.h"
+#include "demos/bench/frames_bench.h"
+#include "demos/bench/world_bench.h"
+#include "demos/commands.h"
+#include "demos/program/exit_code.h"
+#include "demos/program/interrupt.h"
+#include "demos/program/machine.h"
+#include "demos/program/precision.h"
+#include "demos/scenes/box_scene.h"
+
+#include <cstdio>
+#include <memory>
+#include <sstream>
+
+namespace cullet
+{
+namespace
+{
+struct FileOptions
+{
+    std::string precision = ownPrecision();
+    std::string json;
+    std::string csv;
+};
+
+void requireReleaseBuild()
+{
+    if (isDebugBuild())
+        throw ProgramError(kExitBuild,
+                           "this is a debug build, its times mean nothing; build Release or RelWithDebInfo");
+}
+
+void printHead()
+{
+    std::printf("%s\ncommit %s, %s precision\n", toLine(describeMachine()).c_str(), builtCommit(),
+                ownPrecision().c_str());
+}
+
+void requireKnownScene(const std::string& name)
+{
+    if (findBoxScene(name) != nullptr || findEventScene(name) != nullptr)
+        return;
+    std::string known;
+    for (const BoxSceneInfo& scene : boxScenes())
+        known += std::string(scene.name) + ", ";
+    for (const EventSceneInfo& scene : eventScenes())
+        known += std::string(scene.name) + ", ";
+    known.resize(known.size() - 2);
+    throw ProgramError(kExitUsage, "unknown scene '" + name + "'; known: " + known);
+}
+
+void requireKnownBackends(const std::vector<std::string>& names)
+{
+    for (const std::string& name : names)
+    {
+        SubjectRequest request;
+        request.name = name;
+        isThroughBullet(request);  // throws for an unknown name
+    }
+}
+
+Json toJson(const BroadOptions& options, bool hasBodies)
+{
+    return {{"command", "bench broad"},
+            {"scene", options.scenes},
+            {"bodies", hasBodies ? Json(options.bodies) : Json("default")},
+            {"backend", options.backends},
+            {"ids", options.ids},
+            {"through", options.through},
+            {"threads", options.threads},
+            {"frames", options.frames},
+            {"warmup", options.warmup},
+            {"budget", options.budget},
+            {"seed", options.seed},
+            {"resend", options.resend},
+            {"queries", options.queries},
+            {"precision", ownPrecision()}};
+}
+
+void runCase(const BroadCase& benchCase, ResultFile& file)
+{
+    const EventSceneInfo* event = findEventScene(benchCase.scene);
+    if (event != nullptr)
+        event->run(benchCase, file);
+    else
+        runFramesBench(benchCase, file);
+}
+
+void runCases(const BroadOptions& options, bool hasBodies, ResultFile& file)
+{
+    for (const std::string& scene : options.scenes)
+    {
+        const EventSceneInfo* event = findEventScene(scene);
+        const std::vector<std::uint32_t> sizes =
+            event != nullptr && !hasBodies ? std::vector<std::uint32_t>{event->bodies} : options.bodies;
+        for (const std::uint32_t bodies : sizes)
+        {
+            for (const std::string& ids : options.ids)
+            {
+                if (isInterrupted())
+                    return;
+                runCase({options, scene, bodies, ids == "sorted"}, file);
+            }
+        }
+    }
+}
+
+int benchBroad(const BroadOptions& options, bool hasBodies, const FileOptions& files)
+{
+    requireReleaseBuild();
+    for (const std::string& scene : options.scenes)
+        requireKnownScene(scene);
+    requireKnownBackends(options.backends);
+    ResultFile file(toJson(options, hasBodies), files.json, files.csv);
+    printHead();
+    try
+    {
+        runCases(options, hasBodies, file);
+    }
+    catch (const ProgramError&)
+    {
+        file.save();
+        throw;
+    }
+    file.save();
+    return isInterrupted() ? kExitInterrupted : kExitOk;
+}
+
+/// "20:30" as a window of steps.
+StepWindow parseWindow(const std::string& name, const std::string& text)
+{
+    StepWindow window = {name, 0, 0};
+    char colon = '\0';
+    std::istringstream stream(text);
+    stream >> window.first >> colon >> window.end;
+    if (!stream || colon != ':' || !stream.eof() || window.first >= window.end)
+        throw ProgramError(kExitUsage, "--" + name + " '" + text + "': FIRST:END with FIRST < END expected");
+    return window;
+}
+
+int benchWorld(const WorldOptions& options, const FileOptions& files)
+{
+    requireReleaseBuild();
+    ResultFile file({{"command", "bench world"},
+                     {"scene", options.scene},
+                     {"bodies", options.bodies},
+                     {"backend", options.backends},
+                     {"threads", options.threads},
+                     {"seed", options.seed},
+                     {"precision", ownPrecision()}},
+                    files.json, files.csv);
+    printHead();
+    runWorldBench(options, file);
+    file.save();
+    return isInterrupted() ? kExitInterrupted : kExitOk;
+}
+
+void addFileOptions(CLI::App& command, FileOptions& files)
+{
+    command.add_option("--precision", files.precision, "of Bullet")
+        ->capture_default_str()
+        ->check(CLI::IsMember({"float", "double"}));
+    command.add_option("--json", files.json, "write results to this file");
+    command.add_option("--csv", files.csv, "write results to this file");
+}
+
+void addBroad(CLI::App& bench, Action& chosen)
+{
+    CLI::App* command =
+        bench.add_subcommand("broad", "Broad phases alone, all on the same boxes ('cullet list')");
+    const auto options = std::make_shared<BroadOptions>();
+    const auto files = std::make_shared<FileOptions>();
+    command->add_option("--scene", options->scenes, "one or several")->delimiter(',')->capture_default_str();
+    CLI::Option* bodies = command->add_option("--bodies", options->bodies, "one or several numbers")
+                              ->delimiter(',')
+                              ->check(CLI::Range(1, 100000000));
+    command->add_option("--backend", options->backends, "one or several")
+        ->delimiter(',')
+        ->capture_default_str();
+    command->add_option("--ids", options->ids, "order of the ids at the start: random, sorted")
+        ->delimiter(',')
+        ->capture_default_str()
+        ->check(CLI::IsMember({"random", "sorted"}));
+    command->add_option("--through", options->through, "interface of cullet's backends: backend or bullet")
+        ->capture_default_str()
+        ->check(CLI::IsMember({"backend", "bullet"}));
+    command->add_option("--threads", options->threads, "0: all cores")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 4096));
+    command->add_option("--frames", options->frames, "timed frames; 0: 10 or 12")
+        ->check(CLI::Range(0, 1000000));
+    command->add_option("--warmup", options->warmup, "frames before; default 4 or 12")
+        ->check(CLI::Range(0, 1000000));
+    command->add_option("--budget", options->budget, "seconds per backend and case")->capture_default_str();
+    command->add_option("--seed", options->seed, "of the scene")->capture_default_str();
+    command->add_option("--resend", options->resend, "1: hand over unmoved boxes too")->capture_default_str();
+    command->add_option("--queries", options->queries,
+                        "per frame, scene 'queries'; default 1, 100 and 100,000");
+    command->add_flag("--quiet", options->quiet, "no progress bar");
+    addFileOptions(*command, *files);
+    command->callback([=, &chosen]
+                      { chosen = [=] { return benchBroad(*options, bodies->count() > 0, *files); }; });
+}
+
+void addWorld(CLI::App& bench, Action& chosen)
+{
+    CLI::App* command = bench.add_subcommand("world", "Whole steps of a Bullet world, phase by phase");
+    const auto options = std::make_shared<WorldOptions>();
+    const auto files = std::make_shared<FileOptions>();
+    const auto falling = std::make_shared<std::string>("20:30");
+    const auto settled = std::make_shared<std::string>("180:200");
+    command->add_option("--scene", options->scene, "what falls: boxes or hulls of 20 points")
+        ->capture_default_str()
+        ->check(CLI::IsMember({"boxes", "hulls"}));
+    command->add_option("--bodies", options->bodies, "in each world")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 10000000));
+    command->add_option("--backend", options->backends, "one or several")
+        ->delimiter(',')
+        ->capture_default_str();
+    command->add_option("--threads", options->threads, "0: all cores")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 4096));
+    command->add_option("--seed", options->seed, "of places, rotations and hulls")->capture_default_str();
+    command->add_option("--falling", *falling, "steps FIRST:END that count as falling")
+        ->capture_default_str();
+    command->add_option("--settled", *settled, "steps FIRST:END that count as settled")
+        ->capture_default_str();
+    command->add_flag("--quiet", options->quiet, "no progress bar");
+    addFileOptions(*command, *files);
+    const auto run = [=]
+    {
+        options->windows = {parseWindow("falling", *falling), parseWindow("settled", *settled)};
+        return benchWorld(*options, *files);
+    };
+    command->callback([=, &chosen] { chosen = run; });
+}
+}  // namespace
+
+void addBenchCommand(CLI::App& program, Action& chosen)
+{
+    CLI::App* command = program.add_subcommand("bench", "Measure against Bullet's own broad phases");
+    command->require_subcommand(1);
+    addBroad(*command, chosen);
+    addWorld(*command, chosen);
+}
+}  // namespace cullet

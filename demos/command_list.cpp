@@ -1,0 +1,38 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/bench/event_scenes.h"
+#include "demos/bench/subject.h"
+#include "demos/commands.h"
+#include "demos/program/exit_code.h"
+#include "demos/scenes/box_scene.h"
+
+#include <cstdio>
+
+namespace cullet
+{
+namespace
+{
+int printLists()
+{
+    std::puts("Scenes of boxes (bench broad --scene):");
+    for (const BoxSceneInfo& scene : boxScenes())
+        std::printf("  %-14s %s\n", scene.name, scene.summary);
+    for (const EventSceneInfo& scene : eventScenes())
+        std::printf("  %-14s %s\n", scene.name, scene.summary);
+    std::puts("Scenes of bodies (bench world --scene):");
+    std::puts("  boxes          cubes of 1 m that fall from a column into a walled square");
+    std::puts("  hulls          random hulls of 20 points in their place");
+    std::puts("Backends (--backend):");
+    for (const SubjectInfo& subject : subjectNames())
+        std::printf("  %-14s %s%s\n", subject.name, subject.summary,
+                    subject.hasBackend ? "" : " [through bullet only]");
+    return kExitOk;
+}
+}  // namespace
+
+void addListCommand(CLI::App& program, Action& chosen)
+{
+    CLI::App* command = program.add_subcommand("list", "Print the scenes and the backends");
+    command->callback([&chosen] { chosen = printLists; });
+}
+}  // namespace cullet

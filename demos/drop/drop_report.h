@@ -1,0 +1,17 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "demos/drop/drop_run.h"
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+/// Prints both worlds side by side on stdout.
+void printReport(const DropOptions& options, const DropResult& result);
+
+/// Adds a row per phase and contender, and one per contender for the whole step, in the form of all benchmarks.
+void addRows(const DropOptions& options, const DropResult& result, ResultFile& file);
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

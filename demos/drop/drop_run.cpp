@@ -1,0 +1,125 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/drop/drop_run.h"
+
+#include "demos/program/interrupt.h"
+#include "demos/program/progress.h"
+#include "plugin/broadphase.h"
+
+#include <algorithm>
+#include <optional>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+/// Steps of one world before it is the other's turn. Long enough to warm the caches up, short enough for both to see
+/// the same load of the machine.
+constexpr std::uint32_t kBlock = 5;
+
+NamedBroadphase makeContender(const DropOptions& options, const std::string& name)
+{
+    BroadphaseRequest request;
+    request.name = name;
+    request.threads = options.threads;
+    request.mostProxies = options.world.bodies + 16;
+    return makeNamedBroadphase(request);
+}
+
+/// Compares the pairs of two worlds with each other and with the exact ones.
+class Auditor
+{
+public:
+    Auditor(const DropOptions& options, BodyWorld& cullet, BodyWorld& dbvt)
+        : m_cullet(cullet),
+          m_dbvt(dbvt),
+          m_shadowCullet(std::in_place, makeContender(options, options.backend),
+                         collectProxies(cullet.world())),
+          m_shadowDbvt(std::in_place, makeContender(options, "dbvt"), collectProxies(cullet.world()))
+    {
+    }
+
+    void audit(AuditCounts& counts)
+    {
+        const std::vector<AuditedProxy> proxies = collectProxies(m_cullet.world());
+        const PairDigest exact = digestExact(proxies);
+        const PairDigest own = digestCache(m_cullet.world());
+        ++counts.audits;
+        counts.culletExact += own == exact ? 1 : 0;
+        counts.dbvtExact +=
+            digestCache(m_dbvt.world()) == digestExact(collectProxies(m_dbvt.world())) ? 1 : 0;
+        counts.lockStep +=
+            m_shadowDbvt->update(proxies) == own && m_shadowCullet->update(proxies) == own ? 1 : 0;
+    }
+
+    void measureMemory(DropResult& result)
+    {
+        result.cullet.bytes = m_shadowCullet->releaseAndMeasure();
+        result.dbvt.bytes = m_shadowDbvt->releaseAndMeasure();
+    }
+
+private:
+    BodyWorld& m_cullet;
+    BodyWorld& m_dbvt;
+    std::optional<ShadowBroadphase> m_shadowCullet;
+    std::optional<ShadowBroadphase> m_shadowDbvt;
+};
+
+void runBlock(BodyWorld& world, std::uint32_t steps, ContenderResult& result)
+{
+    for (std::uint32_t i = 0; i < steps && !isInterrupted(); ++i)
+        result.steps.push_back(world.step());
+}
+
+void describeEnd(BodyWorld& world, ContenderResult& result)
+{
+    const NamedBroadphase& broadphase = world.broadphase();
+    result.name = world.name();
+    result.backend = broadphase.cullet != nullptr ? broadphase.cullet->stats().backendName : world.name();
+    result.threads = broadphase.threads;
+    result.pairs = world.pairCount();
+    result.overlappingPairs = digestCache(world.world()).count;
+    result.contactPairs = world.contactPairCount();
+    result.stateHash = world.stateHash();
+    result.lowestHeight = world.lowestHeight();
+}
+}  // namespace
+
+DropResult runDrop(const DropOptions& options, const BodyShapes& shapes)
+{
+    BodyWorld cullet(makeContender(options, options.backend), shapes, options.world);
+    BodyWorld dbvt(makeContender(options, "dbvt"), shapes, options.world);
+    Auditor auditor(options, cullet, dbvt);
+    DropResult result;
+    Progress progress("stepping", options.steps, options.quiet);
+    std::uint32_t lastAudit = 0;
+    bool culletFirst = true;
+    for (std::uint32_t done = 0; done < options.steps && !isInterrupted(); culletFirst = !culletFirst)
+    {
+        const std::uint32_t block = std::min(kBlock, options.steps - done);
+        if (culletFirst)
+            runBlock(cullet, block, result.cullet);
+        runBlock(dbvt, block, result.dbvt);
+        if (!culletFirst)
+            runBlock(cullet, block, result.cullet);
+        done += block;
+        progress.show(done);
+        const bool due = done - lastAudit >= options.auditEvery || done == options.steps;
+        if (options.auditEvery == 0 || !due)
+            continue;
+        auditor.audit(result.audits);
+        lastAudit = done;
+    }
+    result.interrupted = isInterrupted();
+    // An interrupted run gets its comparison too.
+    if (options.auditEvery != 0 && result.interrupted)
+        auditor.audit(result.audits);
+    describeEnd(cullet, result.cullet);
+    describeEnd(dbvt, result.dbvt);
+    auditor.measureMemory(result);
+    return result;
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

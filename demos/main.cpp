@@ -1,0 +1,53 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/commands.h"
+#include "demos/program/exit_code.h"
+#include "demos/program/interrupt.h"
+#include "demos/program/precision.h"
+
+#include <cstdio>
+#include <exception>
+
+namespace
+{
+int parseAndRun(int argc, char** argv)
+{
+    cullet::switchPrecision(argc, argv);
+    CLI::App program("cullet: broad phase for Bullet, against Bullet's own", "cullet");
+    program.footer(cullet::kExitCodeHelp);
+    program.require_subcommand(1);
+    program.fallthrough();
+    cullet::Action chosen;
+    cullet::addRunCommand(program, chosen);
+    cullet::addBenchCommand(program, chosen);
+    cullet::addListCommand(program, chosen);
+    try
+    {
+        program.parse(argc, argv);
+    }
+    catch (const CLI::ParseError& error)
+    {
+        return program.exit(error) == 0 ? cullet::kExitOk : cullet::kExitUsage;
+    }
+    cullet::catchInterrupts();
+    return chosen();
+}
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    try
+    {
+        return parseAndRun(argc, argv);
+    }
+    catch (const cullet::ProgramError& error)
+    {
+        std::fprintf(stderr, "cullet: %s\n", error.what());
+        return error.code();
+    }
+    catch (const std::exception& error)
+    {
+        std::fprintf(stderr, "cullet: %s\n", error.what());
+        return cullet::kExitUsage;
+    }
+}

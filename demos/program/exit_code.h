@@ -1,0 +1,36 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace cullet
+{
+/// What the program `cullet` tells its caller.
+enum ExitCode : int
+{
+    kExitOk = 0,
+    kExitDisagreement = 1,  ///< two broad phases found different pairs, or a check of the result failed
+    kExitUsage = 2,         ///< unknown option or name, or a value out of range
+    kExitInput = 3,         ///< a mesh file is missing, broken or useless
+    kExitOutput = 4,        ///< a result file cannot be written
+    kExitBuild = 5,         ///< a debug build was asked for timings, or the other precision was not built
+    kExitInterrupted = 130  ///< Ctrl-C; what was measured until then has been printed and written
+};
+
+inline constexpr const char* kExitCodeHelp =
+    "Exit codes: 0 ok, 1 the pairs disagree, 2 usage, 3 mesh file, 4 result file, 5 not in this build, "
+    "130 interrupted (what was measured is printed)";
+
+/// A problem that ends the program: one line for the user, and the code.
+class ProgramError : public std::runtime_error
+{
+public:
+    ProgramError(ExitCode code, const std::string& message) : std::runtime_error(message), m_code(code) {}
+    ExitCode code() const noexcept { return m_code; }
+
+private:
+    ExitCode m_code;
+};
+}  // namespace cullet

@@ -1,0 +1,89 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/program/machine.h"
+
+#include "cullet_commit.h"
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <sched.h>
+#include <sys/utsname.h>
+#include <unistd.h>
+
+namespace cullet
+{
+namespace
+{
+/// The value of the first line "key : value" of a file of /proc; empty when there is none.
+std::string readField(const std::string& path, const std::string& key)
+{
+    std::ifstream file(path);
+    for (std::string line; std::getline(file, line);)
+    {
+        if (line.compare(0, key.size(), key) != 0)
+            continue;
+        const std::size_t start = line.find_first_not_of(" \t", line.find(':') + 1);
+        return start == std::string::npos ? "" : line.substr(start);
+    }
+    return "";
+}
+
+std::string findGpu()
+{
+    std::error_code error;
+    for (const auto& entry : std::filesystem::directory_iterator("/proc/driver/nvidia/gpus", error))
+        return readField(entry.path() / "information", "Model");
+    return "";
+}
+
+int usableCores()
+{
+    cpu_set_t set;
+    CPU_ZERO(&set);
+    return sched_getaffinity(0, sizeof(set), &set) == 0 ? CPU_COUNT(&set) : 1;
+}
+}  // namespace
+
+Machine describeMachine()
+{
+    Machine machine;
+    machine.cpu = readField("/proc/cpuinfo", "model name");
+    machine.cores = usableCores();
+    machine.memoryGib = static_cast<double>(sysconf(_SC_PHYS_PAGES)) *
+                        static_cast<double>(sysconf(_SC_PAGESIZE)) / (1024.0 * 1024.0 * 1024.0);
+    machine.gpu = findGpu();
+    utsname system = {};
+    if (uname(&system) == 0)
+        machine.system = std::string(system.sysname) + " " + system.release;
+#ifdef __clang__
+    machine.compiler = "clang " __clang_version__;
+#else
+    machine.compiler = "gcc " __VERSION__;
+#endif
+    machine.buildType = CULLET_BUILD_TYPE;
+    return machine;
+}
+
+std::string toLine(const Machine& machine)
+{
+    char text[512];
+    std::snprintf(text, sizeof(text), "%s, %d cores, %.1f GiB, %s%s%s, %s", machine.cpu.c_str(),
+                  machine.cores, machine.memoryGib, machine.gpu.c_str(), machine.gpu.empty() ? "" : ", ",
+                  machine.compiler.c_str(), machine.buildType.c_str());
+    return text;
+}
+
+const char* builtCommit() noexcept
+{
+    return CULLET_COMMIT;
+}
+
+bool isDebugBuild() noexcept
+{
+#ifdef NDEBUG
+    return false;
+#else
+    return true;
+#endif
+}
+}  // namespace cullet

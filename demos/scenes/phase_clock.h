@@ -1,0 +1,75 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include <LinearMath/btQuickprof.h>
+
+#include <array>
+#include <chrono>
+#include <utility>
+#include <vector>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+/// The parts of a step of a Bullet world.
+enum class Phase
+{
+    UpdateAabbs,  ///< shape boxes and setAabb; DBVT looks for pairs in here
+    CalculateOverlappingPairs,
+    Dispatch,  ///< narrow phase
+    Islands,
+    Solver,
+    Integrate,  ///< prediction, predictive contacts and integration of transforms
+    Rest
+};
+
+constexpr std::size_t kPhaseCount = 7;
+
+const char* phaseName(Phase phase) noexcept;
+
+/// Milliseconds per phase.
+using PhaseTimes = std::array<double, kPhaseCount>;
+
+double totalOf(const PhaseTimes& times) noexcept;
+
+/// Measures one step at a time through Bullet's profile zones, which call functions of ours also where Bullet's own
+/// profiler is compiled out (btSetCustomEnterProfileZoneFunc).
+///
+/// Each moment counts for the innermost zone that has a phase, so the phases add up to the whole step. Zones of other
+/// threads would be mixed in; Bullet as shipped by Debian steps in one thread. One clock may run at a time.
+class PhaseClock
+{
+public:
+    /// Runs `step` and returns what it spent where.
+    template <class Step>
+    static PhaseTimes measure(Step step)
+    {
+        PhaseClock clock;
+        step();
+        return clock.finish();
+    }
+
+private:
+    using Clock = std::chrono::steady_clock;
+
+    PhaseClock();
+    ~PhaseClock();
+    PhaseTimes finish();
+
+    static void onEnter(const char* zone);
+    static void onLeave();
+    void charge();
+    Phase phaseOfZone(const char* zone);
+
+    btEnterProfileZoneFunc* m_previousEnter;
+    btLeaveProfileZoneFunc* m_previousLeave;
+    std::vector<Phase> m_stack;
+    std::vector<std::pair<const char*, Phase>> m_known;  ///< zones without a phase of their own are not in it
+    std::vector<const char*> m_foreign;
+    PhaseTimes m_times = {};
+    Clock::time_point m_last;
+};
+}  // namespace CULLET_PRECISION
+}  // namespace cullet
