@@ -5,22 +5,40 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
-#include <vector>
 
 namespace cullet
 {
-/// Integer coordinates of a cell of one grid level; the key of a row.
-struct CellKey
-{
-    std::int32_t level;
-    std::int32_t j;  ///< along the first tiled axis
-    std::int32_t k;  ///< along the second tiled axis
-};
-
-/// Spatial hash from cells to dense row numbers: hash(i, j, k) = (i p1 xor j p2 xor k p3) mod n with chained buckets.
+/// A cell of one grid level, packed into one word; the key of a row. Never zero.
 ///
-/// Lecture 4, "Spatial Hashing", with Teschner's primes in unsigned arithmetic. Cells are compared on every lookup, so
-/// that any number of buckets, even one, is exact.
+/// @param level below 32
+/// @param j,k   within +-2^28, along the first and second tiled axis
+inline std::uint64_t packCell(std::int32_t level, std::int32_t j, std::int32_t k) noexcept
+{
+    constexpr std::int32_t kBias = 1 << 29;
+    return static_cast<std::uint64_t>(level + 1) << 60 | static_cast<std::uint64_t>(j + kBias) << 30 |
+           static_cast<std::uint64_t>(k + kBias);
+}
+
+inline std::int32_t levelOfCell(std::uint64_t cell) noexcept
+{
+    return static_cast<std::int32_t>(cell >> 60) - 1;
+}
+
+inline std::int32_t cellCoordinateJ(std::uint64_t cell) noexcept
+{
+    return static_cast<std::int32_t>(cell >> 30 & 0x3fffffff) - (1 << 29);
+}
+
+inline std::int32_t cellCoordinateK(std::uint64_t cell) noexcept
+{
+    return static_cast<std::int32_t>(cell & 0x3fffffff) - (1 << 29);
+}
+
+/// Spatial hash from cells to row numbers: hash(i, j, k) = (i p1 xor j p2 xor k p3) mod n.
+///
+/// Lecture 4, "Spatial Hashing", with Teschner's primes in unsigned arithmetic and the level as third coordinate. A
+/// bucket overflows into the next ones (linear probing). Cells are compared on every lookup, so that any number of
+/// buckets, even one, is exact. The number of a row is its place in the table: below capacity(), with gaps.
 ///
 /// Threads: findOrInsert() may run concurrently with itself; the other members may not run beside it.
 class RowDirectory
@@ -28,37 +46,48 @@ class RowDirectory
 public:
     static constexpr std::uint32_t kNone = 0xffffffffu;
 
-    /// Empties the directory and makes room for `capacity` rows. `bucketCount` 0: twice the rows, a power of two.
+    /// Empties the directory.
+    ///
+    /// @param capacity    a power of two; three quarters of it can be used
+    /// @param bucketCount 0: as many as the capacity
     void reset(std::uint32_t capacity, std::uint32_t bucketCount);
 
     /// Number of the row of a cell, a new one if the cell has none yet; kNone when the room is used up.
-    std::uint32_t findOrInsert(const CellKey& key);
+    std::uint32_t findOrInsert(std::uint64_t cell)
+    {
+        const std::uint32_t home = homeOf(cell);
+        return m_cells[home].load(std::memory_order_relaxed) == cell ? home : findOrInsertFrom(home, cell);
+    }
 
     /// Number of the row of a cell, or kNone.
-    std::uint32_t find(const CellKey& key) const;
+    std::uint32_t find(std::uint64_t cell) const;
 
-    /// Rows handed out; a few of them may be unused when threads met.
-    std::uint32_t size() const;
     std::uint32_t capacity() const { return m_capacity; }
-    const CellKey& key(std::uint32_t row) const { return m_nodes[row].key; }
-    std::uint64_t bytes() const;
+    std::uint32_t count() const { return m_count.load(std::memory_order_relaxed); }
+
+    /// The cell of a row, 0 for a gap.
+    std::uint64_t cell(std::uint32_t row) const { return m_cells[row].load(std::memory_order_relaxed); }
+    std::uint64_t bytes() const { return static_cast<std::uint64_t>(m_room) * sizeof(std::uint64_t); }
 
 private:
-    struct Node
+    std::uint32_t homeOf(std::uint64_t cell) const
     {
-        CellKey key;
-        std::uint32_t next;
-    };
+        const std::uint32_t hash = static_cast<std::uint32_t>(cell >> 30 & 0x3fffffff) * 73856093u ^
+                                   static_cast<std::uint32_t>(cell & 0x3fffffff) * 19349663u ^
+                                   static_cast<std::uint32_t>(cell >> 60) * 83492791u;
+        // Neighbouring cells differ in few bits of the lecture's hash; a multiplication spreads them before the cut.
+        const std::uint32_t mixed = hash * 2654435769u >> m_shift;
+        return m_bucketCount == 0 ? mixed : hash % m_bucketCount & m_mask;
+    }
 
-    std::uint32_t bucket(const CellKey& key) const;
-    std::uint32_t findInChain(std::uint32_t node, std::uint32_t end, const CellKey& key) const;
+    std::uint32_t findOrInsertFrom(std::uint32_t slot, std::uint64_t cell);
 
-    std::unique_ptr<std::atomic<std::uint32_t>[]> m_heads;
-    std::vector<Node> m_nodes;
-    std::atomic<std::uint32_t> m_size{0};
+    std::unique_ptr<std::atomic<std::uint64_t>[]> m_cells;
+    std::atomic<std::uint32_t> m_count{0};
+    std::uint32_t m_room = 0;
     std::uint32_t m_capacity = 0;
+    std::uint32_t m_mask = 0;
+    std::uint32_t m_shift = 0;  ///< 32 - log2(capacity)
     std::uint32_t m_bucketCount = 0;
-    std::uint32_t m_bucketMask = 0;
-    std::uint32_t m_headCapacity = 0;
 };
 }  // namespace cullet

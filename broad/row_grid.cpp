@@ -14,15 +14,25 @@ namespace
 constexpr std::int64_t kMostCells = 64;
 // Cell coordinates saturate here: far away, cells become one, which costs time but loses nothing.
 constexpr float kFarthestCell = 268435456.0f;
+// Sizes are recorded of every so-manieth box only, and of all that do not fit the plan.
+constexpr std::uint32_t kSizeSampling = 8;
 constexpr std::size_t kTaskGrain = 8192;
-constexpr std::uint32_t kRowsPerTask = 4;
+constexpr std::uint32_t kRowsPerTask = 16;
+constexpr std::uint32_t kLeastRowRoom = 256;
 
-std::int32_t cellOf(float coordinate, float inverseWidth)
+// One vector register of the baseline, in the compilers' own notation.
+using Float4 = float __attribute__((vector_size(16)));
+using Int4 = std::int32_t __attribute__((vector_size(16)));
+
+/// Cells of four coordinates: floor, saturating.
+Int4 cellsOfCoordinates(Float4 coordinates, float inverseWidth)
 {
-    const float cell = std::min(std::max(coordinate * inverseWidth, -kFarthestCell), kFarthestCell);
-    // Floor by hand: std::floor is a library call on baseline x86-64.
-    const std::int32_t truncated = static_cast<std::int32_t>(cell);
-    return truncated - static_cast<std::int32_t>(static_cast<float>(truncated) > cell);
+    Float4 cell = coordinates * inverseWidth;
+    cell = cell < -kFarthestCell ? Float4{} - kFarthestCell : cell;
+    cell = cell > kFarthestCell ? Float4{} + kFarthestCell : cell;
+    // Conversion cuts towards zero; a comparison yields -1 where that was upwards. std::floor would be a library call.
+    const Int4 truncated = __builtin_convertvector(cell, Int4);
+    return truncated + (__builtin_convertvector(truncated, Float4) > cell);
 }
 
 struct SinkContext
@@ -72,24 +82,25 @@ std::int64_t RowGrid::cellCountOf(const CellRange& cells)
 bool RowGrid::isUnbounded(const Aabb& box) const
 {
     // Written so that NaN, the extent of a box that lies at infinity, counts as unbounded.
-    const float limit = std::ldexp(1.0f, kHighestOctave);
+    constexpr float limit = static_cast<float>(std::uint64_t{1} << kHighestOctave);
     return !(box.max[0] - box.min[0] <= limit && box.max[1] - box.min[1] <= limit &&
              box.max[2] - box.min[2] <= limit);
 }
 
-std::uint32_t RowGrid::levelOf(const Aabb& box) const
+std::size_t RowGrid::octaveIndex(const Aabb& box) const
 {
     const float y = box.max[m_plan.tileAxisY] - box.min[m_plan.tileAxisY];
     const float z = box.max[m_plan.tileAxisZ] - box.min[m_plan.tileAxisZ];
     const std::int32_t octave = std::min(std::max(octaveOf(std::max(y, z)), kLowestOctave), kHighestOctave);
-    return m_plan.levelOfOctave[static_cast<std::size_t>(octave - kLowestOctave)];
+    return static_cast<std::size_t>(octave - kLowestOctave);
 }
 
 RowGrid::CellRange RowGrid::cellsOf(const Aabb& box, std::uint32_t level) const
 {
-    const float inverse = m_plan.inverseWidth[level];
-    return {cellOf(box.min[m_plan.tileAxisY], inverse), cellOf(box.max[m_plan.tileAxisY], inverse),
-            cellOf(box.min[m_plan.tileAxisZ], inverse), cellOf(box.max[m_plan.tileAxisZ], inverse)};
+    const Float4 corners = {box.min[m_plan.tileAxisY], box.max[m_plan.tileAxisY], box.min[m_plan.tileAxisZ],
+                            box.max[m_plan.tileAxisZ]};
+    const Int4 cells = cellsOfCoordinates(corners, m_plan.inverseWidth[level]);
+    return {cells[0], cells[1], cells[2], cells[3]};
 }
 
 void RowGrid::preparePlan(const GridInput& input)
@@ -153,6 +164,34 @@ void RowGrid::learnDensity()
     m_planned = SizeHistogram();
 }
 
+void RowGrid::recordSize(const Aabb& box, std::size_t octave, Task& task) const
+{
+    const float y = box.max[m_plan.tileAxisY] - box.min[m_plan.tileAxisY];
+    const float z = box.max[m_plan.tileAxisZ] - box.min[m_plan.tileAxisZ];
+    SizeHistogram::Bin& bin = task.sizes.bins[octave];
+    bin.count += kSizeSampling;
+    bin.tileSum += 0.5f * kSizeSampling * (y + z);
+    bin.sweepSum += kSizeSampling * (box.max[m_plan.sweepAxis] - box.min[m_plan.sweepAxis]);
+}
+
+bool RowGrid::insertBold(std::uint32_t id, const CellRange& cells, std::int32_t level, Task& task)
+{
+    task.bold.makeRoom(kMostCells);
+    std::uint32_t* counts = task.boldCount.data();
+    for (std::int32_t j = cells.j0; j <= cells.j1; ++j)
+    {
+        for (std::int32_t k = cells.k0; k <= cells.k1; ++k)
+        {
+            const std::uint32_t row = m_rows.findOrInsert(packCell(level, j, k));
+            if (row == RowDirectory::kNone)
+                return false;
+            ++counts[row];
+            task.bold.push({row, flagged(id, j == cells.j0, k == cells.k0)});
+        }
+    }
+    return true;
+}
+
 void RowGrid::fillBold(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task)
 {
     for (std::uint32_t i = begin; i < end; ++i)
@@ -166,35 +205,20 @@ void RowGrid::fillBold(const GridInput& input, std::uint32_t begin, std::uint32_
             task.unbounded.push_back(id);
             continue;
         }
-        const float y = box.max[m_plan.tileAxisY] - box.min[m_plan.tileAxisY];
-        const float z = box.max[m_plan.tileAxisZ] - box.min[m_plan.tileAxisZ];
-        const std::size_t octave =
-            static_cast<std::size_t>(std::max(octaveOf(std::max(y, z)), kLowestOctave) - kLowestOctave);
-        SizeHistogram::Bin& bin = task.sizes.bins[octave];
-        ++bin.count;
-        bin.tileSum += 0.5f * (y + z);
-        bin.sweepSum += box.max[m_plan.sweepAxis] - box.min[m_plan.sweepAxis];
-
+        const std::size_t octave = octaveIndex(box);
+        if (i % kSizeSampling == 0)
+            recordSize(box, octave, task);
         const std::uint32_t level = m_plan.levelOfOctave[octave];
         const CellRange cells = cellsOf(box, level);
         if (cellCountOf(cells) > kMostCells)
         {
+            recordSize(box, octave, task);
             task.unbounded.push_back(id);
-            continue;
         }
-        for (std::int32_t j = cells.j0; j <= cells.j1; ++j)
+        else if (!insertBold(id, cells, static_cast<std::int32_t>(level), task))
         {
-            for (std::int32_t k = cells.k0; k <= cells.k1; ++k)
-            {
-                const std::uint32_t row = m_rows.findOrInsert({static_cast<std::int32_t>(level), j, k});
-                if (row == RowDirectory::kNone)
-                {
-                    task.isFull = true;
-                    return;
-                }
-                ++task.boldCount[row];
-                task.bold.push_back({row, flagged(id, j == cells.j0, k == cells.k0)});
-            }
+            task.isFull = true;
+            return;
         }
     }
 }
@@ -207,21 +231,22 @@ void RowGrid::fillRegular(const GridInput& input, std::uint32_t begin, std::uint
         if (!isValid(input.boxes[id]))
             continue;
         const Aabb box = grown(input.boxes[id], input.grow);
-        const std::uint32_t own = levelOf(box);
+        const std::uint32_t own = m_plan.levelOfOctave[octaveIndex(box)];
         if (isUnbounded(box) || cellCountOf(cellsOf(box, own)) > kMostCells)
             continue;
         for (std::uint32_t level = own + 1; level < m_plan.levelCount; ++level)
         {
             const CellRange cells = cellsOf(box, level);
+            task.regular.makeRoom(static_cast<std::size_t>(cellCountOf(cells)));
             for (std::int32_t j = cells.j0; j <= cells.j1; ++j)
             {
                 for (std::int32_t k = cells.k0; k <= cells.k1; ++k)
                 {
-                    const std::uint32_t row = m_rows.find({static_cast<std::int32_t>(level), j, k});
+                    const std::uint32_t row = m_rows.find(packCell(static_cast<std::int32_t>(level), j, k));
                     if (row == RowDirectory::kNone)
                         continue;
                     ++task.regularCount[row];
-                    task.regular.push_back({row, flagged(id, j == cells.j0, k == cells.k0)});
+                    task.regular.push({row, flagged(id, j == cells.j0, k == cells.k0)});
                 }
             }
         }
@@ -283,16 +308,16 @@ void RowGrid::fill(const GridInput& input)
         makePlan(input, sizes);
     }
     // Room for twice the rows in use, so that the next frames need no second attempt.
-    const std::uint32_t used = m_rows.size();
+    const std::uint32_t used = m_rows.capacity();
     if (m_rowRoom > 8 * used + 1024)
         m_rowRoom /= 2;
 }
 
 /// Turns per-task counts into offsets and moves the ids of every row together.
-void RowGrid::scatterKind(std::vector<Entry> Task::*entries, std::vector<std::uint32_t> Task::*counts,
+void RowGrid::scatterKind(EntryList Task::*entries, std::vector<std::uint32_t> Task::*counts,
                           std::vector<std::uint32_t>& offsets, std::vector<FlaggedId>& ids)
 {
-    const std::uint32_t rows = m_rows.size();
+    const std::uint32_t rows = m_rows.capacity();
     offsets.resize(rows + 1);
     std::uint32_t sum = 0;
     for (std::uint32_t row = 0; row < rows; ++row)
@@ -326,7 +351,7 @@ void RowGrid::mergeTasks()
     if (m_plan.levelCount > 1)
         scatterKind(&Task::regular, &Task::regularCount, m_regularOffsets, m_regularIds);
     else
-        m_regularOffsets.assign(m_rows.size() + 1, 0);
+        m_regularOffsets.assign(m_rows.capacity() + 1, 0);
     m_unbounded.clear();
     for (unsigned t = 0; t < m_taskCount; ++t)
         m_unbounded.insert(m_unbounded.end(), m_tasks[t].unbounded.begin(), m_tasks[t].unbounded.end());
@@ -359,7 +384,7 @@ void RowGrid::scanRow(const GridInput& input, std::uint32_t row, unsigned worker
 
 void RowGrid::scanRows(const GridInput& input, PairSink& sink, bool keep)
 {
-    const std::uint32_t rows = m_rows.size();
+    const std::uint32_t rows = m_rows.capacity();
     if (keep)
     {
         m_kept.resize(m_boldOffsets[rows] + rows);
@@ -443,14 +468,16 @@ void RowGrid::queryLevel(const RowSoa& query, const Aabb& box, std::uint32_t lev
                                                    (k == cells.k0 ? kStartsHereZ : 0));
         queryRow(query, row, out);
     };
-    if (cellCountOf(cells) > m_rows.size())
+    if (cellCountOf(cells) > m_rows.count())
     {
-        for (std::uint32_t row = 0; row < m_rows.size(); ++row)
+        for (std::uint32_t row = 0; row < m_rows.capacity(); ++row)
         {
-            const CellKey& key = m_rows.key(row);
-            if (key.level == static_cast<std::int32_t>(level) && key.j >= cells.j0 && key.j <= cells.j1 &&
-                key.k >= cells.k0 && key.k <= cells.k1)
-                visit(row, key.j, key.k);
+            const std::uint64_t cell = m_rows.cell(row);
+            const std::int32_t j = cellCoordinateJ(cell);
+            const std::int32_t k = cellCoordinateK(cell);
+            if (levelOfCell(cell) == static_cast<std::int32_t>(level) && j >= cells.j0 && j <= cells.j1 &&
+                k >= cells.k0 && k <= cells.k1)
+                visit(row, j, k);
         }
         return;
     }
@@ -458,7 +485,7 @@ void RowGrid::queryLevel(const RowSoa& query, const Aabb& box, std::uint32_t lev
     {
         for (std::int32_t k = cells.k0; k <= cells.k1; ++k)
         {
-            const std::uint32_t row = m_rows.find({static_cast<std::int32_t>(level), j, k});
+            const std::uint32_t row = m_rows.find(packCell(static_cast<std::int32_t>(level), j, k));
             if (row != RowDirectory::kNone)
                 visit(row, j, k);
         }
@@ -491,7 +518,7 @@ std::uint64_t RowGrid::bytes() const
                             sizeof(std::uint32_t);
     for (const Task& task : m_tasks)
     {
-        sum += (task.bold.capacity() + task.regular.capacity()) * sizeof(Entry) +
+        sum += task.bold.bytes() + task.regular.bytes() +
                (task.boldCount.capacity() + task.regularCount.capacity() + task.unbounded.capacity()) *
                    sizeof(std::uint32_t);
     }

@@ -77,11 +77,31 @@ private:
         FlaggedId id;
     };
 
+    /// A vector whose room is made once per box instead of being checked per entry.
+    class EntryList
+    {
+    public:
+        void clear() { m_count = 0; }
+        void makeRoom(std::size_t entries)
+        {
+            if (m_count + entries > m_entries.size())
+                m_entries.resize(2 * m_entries.size() + entries + 1024);
+        }
+        void push(Entry entry) { m_entries[m_count++] = entry; }
+        const Entry* begin() const { return m_entries.data(); }
+        const Entry* end() const { return m_entries.data() + m_count; }
+        std::uint64_t bytes() const { return m_entries.capacity() * sizeof(Entry); }
+
+    private:
+        std::vector<Entry> m_entries;
+        std::size_t m_count = 0;
+    };
+
     /// What one task of the filling pass writes; merged afterwards.
     struct Task
     {
-        std::vector<Entry> bold;
-        std::vector<Entry> regular;
+        EntryList bold;
+        EntryList regular;
         std::vector<std::uint32_t> boldCount;
         std::vector<std::uint32_t> regularCount;
         std::vector<std::uint32_t> unbounded;
@@ -106,7 +126,9 @@ private:
     static Aabb grown(const Aabb& box, float grow);
     static std::int64_t cellCountOf(const CellRange& cells);
     CellRange cellsOf(const Aabb& box, std::uint32_t level) const;
-    std::uint32_t levelOf(const Aabb& box) const;
+    std::size_t octaveIndex(const Aabb& box) const;
+    void recordSize(const Aabb& box, std::size_t octave, Task& task) const;
+    bool insertBold(std::uint32_t id, const CellRange& cells, std::int32_t level, Task& task);
     bool isUnbounded(const Aabb& box) const;
 
     void preparePlan(const GridInput& input);
@@ -118,7 +140,7 @@ private:
     void fillBold(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task);
     void fillRegular(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task);
     void mergeTasks();
-    void scatterKind(std::vector<Entry> Task::*entries, std::vector<std::uint32_t> Task::*counts,
+    void scatterKind(EntryList Task::*entries, std::vector<std::uint32_t> Task::*counts,
                      std::vector<std::uint32_t>& offsets, std::vector<FlaggedId>& ids);
     void scanRows(const GridInput& input, PairSink& sink, bool keep);
     void scanRow(const GridInput& input, std::uint32_t row, unsigned worker, bool keep, PairBuffer& out);
@@ -134,7 +156,7 @@ private:
     double m_density = 1;
     bool m_hasPlan = false;
     RowDirectory m_rows;
-    std::uint32_t m_rowRoom = 1024;
+    std::uint32_t m_rowRoom = 256;
     unsigned m_taskCount = 1;
     std::vector<Task> m_tasks;
     std::vector<Worker> m_scratch;

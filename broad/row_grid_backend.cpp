@@ -10,6 +10,10 @@ namespace cullet
 {
 namespace
 {
+// Updates that a settled grid has to last to be worth its refill.
+constexpr std::uint32_t kQuietUpdates = 4;
+constexpr std::uint32_t kAnchorSample = 256;
+
 void writePairs(std::vector<std::uint64_t>& keys, std::vector<Pair>& pairs)
 {
     std::sort(keys.begin(), keys.end());
@@ -102,43 +106,37 @@ void RowGridBackend::prepareRows(const ProxyView& view)
     }
 }
 
-/// Whether refilling with shells around the boxes will pay: few boxes move so fast that they leave them soon.
+/// Whether refilling with shells around the boxes will pay: few boxes left a shell around where they were some
+/// updates ago. Told by a sample; speed alone would not do, since a resting pile jitters fast without going anywhere.
 bool RowGridBackend::shouldSettle(const ProxyView& view)
 {
     if (m_options.rebuildFraction == 0.0f)
         return false;
-    if (m_options.rebuildFraction >= 1.0f)
+    if (m_options.rebuildFraction >= 1.0f || view.dirtyCount < view.size / 8)
         return true;
-    const float slow = 0.125f * view.margin;
-    std::uint32_t fast = 0;
-    for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
+    const float slack = 0.5f * view.margin;
+    std::uint32_t away = 0;
+    for (std::size_t i = 0; i < m_anchors.size(); ++i)
     {
-        const std::uint32_t row = view.dirty[i];
-        const Aabb& now = view.boxes[row];
-        const Aabb& then = m_reference[row];
-        for (int axis = 0; axis < 3; ++axis)
-        {
-            // Negated, so that a box that appears or vanishes (NaN or infinite difference) counts as fast.
-            if (!(std::abs(now.min[axis] - then.min[axis]) <= slow &&
-                  std::abs(now.max[axis] - then.max[axis]) <= slow))
-            {
-                ++fast;
-                break;
-            }
-        }
+        const std::uint32_t row = static_cast<std::uint32_t>(i) * m_anchorStride;
+        away += isInsideShell(view.boxes[row], m_anchors[i], slack) ? 0u : 1u;
     }
-    return fast * 6 < view.size;
+    ++m_anchorAge;
+    const bool isQuiet = !m_anchors.empty() && away * 10 <= m_anchors.size();
+    if (isQuiet)
+        return m_anchorAge >= kQuietUpdates;
+    m_anchorAge = 0;
+    m_anchorStride = view.size / kAnchorSample + 1;
+    m_anchors.clear();
+    for (std::uint32_t row = 0; row < view.size; row += m_anchorStride)
+        m_anchors.push_back(view.boxes[row]);
+    return false;
 }
 
 /// Whether to settle again once too many boxes are active: yes if few move now, or if it lasted long enough to pay.
 bool RowGridBackend::staysSettled(const ProxyView& view) const
 {
-    return view.dirtyCount < view.size / 6 || m_settledUpdates >= 6;
-}
-
-bool RowGridBackend::mayEnter(const ProxyView& view, IdPair pair) const
-{
-    return view.filters == nullptr || passesFilter(view.filters[pair.a], view.filters[pair.b]);
+    return view.dirtyCount < view.size / 6 || m_settledUpdates >= kQuietUpdates;
 }
 
 void RowGridBackend::reportAdded(const ProxyView& view, IdPair pair)

@@ -8,6 +8,7 @@
 #include "broad/settled_pairs.h"
 #include "broad/worker_pool.h"
 
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -74,7 +75,10 @@ private:
     void prepareRows(const ProxyView& view);
     bool shouldSettle(const ProxyView& view);
     bool staysSettled(const ProxyView& view) const;
-    bool mayEnter(const ProxyView& view, IdPair pair) const;
+    static bool mayEnter(const ProxyView& view, IdPair pair)
+    {
+        return view.filters == nullptr || passesFilter(view.filters[pair.a], view.filters[pair.b]);
+    }
     void reportAdded(const ProxyView& view, IdPair pair);
     void reportRemoved(const ProxyView& view, IdPair pair);
 
@@ -126,10 +130,29 @@ private:
     double m_wasted = 0;                   ///< work spent on active boxes that do not move any more
     std::uint32_t m_settledUpdates = 0;    ///< updates since the last refill in settled mode
 
+    std::vector<Aabb> m_anchors;  ///< moving: a sample of the boxes some updates ago
+    std::uint32_t m_anchorStride = 1;
+    std::uint32_t m_anchorAge = 0;
+
     std::vector<std::uint64_t> m_addedKeys;
     std::vector<std::uint64_t> m_removedKeys;
     BackendStats m_stats;
 };
+
+/// Whether no face of the box is farther than `slack` from where it is in the reference.
+///
+/// Equal infinities differ by NaN, hence the second chance: a face that did not move is inside.
+inline bool isInsideShell(const Aabb& box, const Aabb& reference, float slack)
+{
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        if (!(std::abs(box.min[axis] - reference.min[axis]) <= slack) && box.min[axis] != reference.min[axis])
+            return false;
+        if (!(std::abs(box.max[axis] - reference.max[axis]) <= slack) && box.max[axis] != reference.max[axis])
+            return false;
+    }
+    return true;
+}
 
 /// Signed distance of two boxes in the maximum norm over the axes: negative when they overlap.
 inline float gapOf(const Aabb& a, const Aabb& b)

@@ -15,19 +15,6 @@ constexpr double kActiveShare = 0.22;
 constexpr double kCostOfActive = 250;
 constexpr double kCostOfRefill = 120;
 constexpr std::size_t kQueryGrain = 1024;
-
-bool isInsideShell(const Aabb& box, const Aabb& reference, float slack)
-{
-    // Equal infinities differ by NaN, hence the second chance: a face that did not move is inside.
-    for (int axis = 0; axis < 3; ++axis)
-    {
-        if (!(std::abs(box.min[axis] - reference.min[axis]) <= slack) && box.min[axis] != reference.min[axis])
-            return false;
-        if (!(std::abs(box.max[axis] - reference.max[axis]) <= slack) && box.max[axis] != reference.max[axis])
-            return false;
-    }
-    return true;
-}
 }  // namespace
 
 RowGridBackend::SettledOutcome RowGridBackend::updateSettled(const ProxyView& view)
