@@ -2,15 +2,33 @@
 // SPDX-License-Identifier: Zlib
 #include "tests/broad/backend_cases.h"
 
-#include "broad/cell_grid_backend.h"
-
 namespace cullet::test
 {
 namespace
 {
-BackendCase cells(const char* name, const GridOptions& options = {})
+BackendCase grid(const char* name, const GridOptions& options = {})
 {
-    return {name, [options] { return makeCellGridBackend(options); }};
+    return {name, [options] { return makeGridBackend(options); }};
+}
+
+BackendCase cells(const char* name, GridOptions options = {})
+{
+    options.layout = GridLayout::Cells;
+    return grid(name, options);
+}
+
+GridOptions withThreads(int count)
+{
+    GridOptions options;
+    options.threads = count;
+    return options;
+}
+
+GridOptions withBaselineSimd()
+{
+    GridOptions options;
+    options.baselineSimd = true;
+    return options;
 }
 
 GridOptions withBuckets(std::uint32_t count)
@@ -39,6 +57,18 @@ const std::vector<BackendCase>& backendCases()
 {
     static const std::vector<BackendCase> cases = {
         {"Brute", [] { return makeBruteForceBackend(); }},
+        grid("Grid"),
+        grid("GridOneThread", withThreads(1)),
+        grid("GridTwoThreads", withThreads(2)),
+        grid("GridFourThreads", withThreads(4)),
+        grid("GridOneBucket", withBuckets(1)),
+        grid("GridSevenBuckets", withBuckets(7)),
+        grid("GridCellScaleOne", withCellScale(1)),
+        grid("GridCellScaleTwenty", withCellScale(20)),
+        grid("GridAlwaysRebuild", withRebuildFraction(0)),
+        grid("GridRebuildAtThirty", withRebuildFraction(0.3f)),
+        grid("GridNeverRebuild", withRebuildFraction(1)),
+        grid("GridBaselineSimd", withBaselineSimd()),
         cells("Cells"),
         cells("CellsOneBucket", withBuckets(1)),
         cells("CellsSevenBuckets", withBuckets(7)),
