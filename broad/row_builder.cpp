@@ -20,15 +20,25 @@ std::uint32_t orderedBits(float value)
     return bits ^ (negative | 0x80000000u);
 }
 
-void insertionSort(std::uint64_t* keys, std::uint32_t count)
+constexpr std::uint32_t kFewEntries = 48;
+constexpr std::uint32_t kMostPlaces = 65536;
+
+/// One pass of a radix sort on eight bits of the elements; `offsets` are the exclusive sums of the digit's histogram.
+void scatterByDigit(const std::uint32_t* from, std::uint32_t* to, std::uint32_t count, std::uint32_t shift,
+                    std::array<std::uint32_t, 256>& offsets)
 {
-    for (std::uint32_t i = 1; i < count; ++i)
+    for (std::uint32_t i = 0; i < count; ++i)
+        to[offsets[from[i] >> shift & 0xff]++] = from[i];
+}
+
+void makeExclusive(std::array<std::uint32_t, 256>& histogram)
+{
+    std::uint32_t sum = 0;
+    for (std::uint32_t& slot : histogram)
     {
-        const std::uint64_t key = keys[i];
-        std::uint32_t j = i;
-        for (; j > 0 && keys[j - 1] > key; --j)
-            keys[j] = keys[j - 1];
-        keys[j] = key;
+        const std::uint32_t size = slot;
+        slot = sum;
+        sum += size;
     }
 }
 }  // namespace
@@ -64,75 +74,90 @@ std::uint64_t RowPool::bytes() const
            m_flags.capacity();
 }
 
-void RowBuilder::sortKeys(std::uint32_t count)
+/// Order of m_starts by comparisons, for rows too short or too uneven for places.
+const std::uint32_t* RowBuilder::sortByKey(std::uint32_t count)
 {
-    if (count <= 24)
-        return insertionSort(m_keys.data(), count);
-    if (count <= 128)
-    {
-        std::sort(m_keys.begin(), m_keys.begin() + count);
-        return;
-    }
-    // Least significant digit first, 8 bits at a time; digits that all keys share are skipped.
-    std::array<std::array<std::uint32_t, 256>, 4> histogram{};
+    for (std::uint32_t i = 0; i < count; ++i)
+        m_keys[i] = static_cast<std::uint64_t>(orderedBits(m_starts[i])) << 32 | i;
+    std::sort(m_keys.begin(), m_keys.begin() + count);
+    for (std::uint32_t i = 0; i < count; ++i)
+        m_order[i] = static_cast<std::uint32_t>(m_keys[i]);
+    return m_order.data();
+}
+
+const std::uint32_t* RowBuilder::sortByPlace(std::uint32_t count, float lowest, float highest)
+{
+    // Rounding is monotone at every step, so places never contradict the floats; they only tell fewer apart.
+    const float scale = 65535.0f / (highest - lowest);
+    if (!(scale > 0 && scale < std::numeric_limits<float>::infinity()))
+        return sortByKey(count);
+    std::array<std::uint32_t, 256> low{};
+    std::array<std::uint32_t, 256> high{};
     for (std::uint32_t i = 0; i < count; ++i)
     {
-        const std::uint64_t key = m_keys[i];
-        for (std::uint32_t digit = 0; digit < 4; ++digit)
-            ++histogram[digit][(key >> (32 + 8 * digit)) & 0xff];
+        const auto place =
+            std::min(static_cast<std::uint32_t>((m_starts[i] - lowest) * scale), kMostPlaces - 1);
+        m_order[i] = place << 16 | i;
+        ++low[place & 0xff];
+        ++high[place >> 8];
     }
-    for (std::uint32_t digit = 0; digit < 4; ++digit)
+    makeExclusive(low);
+    makeExclusive(high);
+    scatterByDigit(m_order.data(), m_swap.data(), count, 16, low);
+    scatterByDigit(m_swap.data(), m_order.data(), count, 24, high);
+    std::uint32_t moves = 0;
+    for (std::uint32_t i = 0; i < count; ++i)
     {
-        const std::uint32_t shift = 32 + 8 * digit;
-        if (histogram[digit][(m_keys[0] >> shift) & 0xff] == count)
-            continue;
-        std::uint32_t sum = 0;
-        for (std::uint32_t& slot : histogram[digit])
-        {
-            const std::uint32_t size = slot;
-            slot = sum;
-            sum += size;
-        }
-        for (std::uint32_t i = 0; i < count; ++i)
-            m_swap[histogram[digit][(m_keys[i] >> shift) & 0xff]++] = m_keys[i];
-        m_keys.swap(m_swap);
+        const std::uint32_t position = m_order[i] & 0xffff;
+        std::uint32_t j = i;
+        for (; j > 0 && m_starts[m_order[j - 1]] > m_starts[position]; --j, ++moves)
+            m_order[j] = m_order[j - 1];
+        m_order[j] = position;
+        if (moves > 8 * count)
+            return sortByKey(count);
     }
+    return m_order.data();
 }
 
 float RowBuilder::build(const FlaggedId* ids, std::uint32_t count, const Aabb* boxes, const GridPlan& plan,
                         float grow, RowSoa& row)
 {
-    if (m_keys.size() < count)
+    if (m_starts.size() < count)
     {
-        m_keys.resize(count + count / 2);
-        m_swap.resize(m_keys.size());
-        m_boxes.resize(m_keys.size());
+        m_starts.resize(count + count / 2);
+        m_order.resize(m_starts.size());
+        m_swap.resize(m_starts.size());
+        m_keys.resize(m_starts.size());
     }
     const int x = plan.sweepAxis;
     const int y = plan.tileAxisY;
     const int z = plan.tileAxisZ;
+    float lowest = std::numeric_limits<float>::infinity();
+    float highest = -std::numeric_limits<float>::infinity();
     for (std::uint32_t i = 0; i < count; ++i)
     {
-        const Aabb& box = boxes[ids[i] & kIdMask];
-        m_boxes[i] = {{box.min[x] - grow, box.min[y] - grow, box.min[z] - grow},
-                      {box.max[x] + grow, box.max[y] + grow, box.max[z] + grow}};
-        m_keys[i] = static_cast<std::uint64_t>(orderedBits(m_boxes[i].min[0])) << 32 | i;
+        const float start = boxes[ids[i] & kIdMask].min[x] - grow;
+        m_starts[i] = start;
+        lowest = start < lowest ? start : lowest;
+        highest = start > highest ? start : highest;
     }
-    sortKeys(count);
+    const bool byKey = count <= kFewEntries || count > kMostPlaces;
+    const std::uint32_t* order = byKey ? sortByKey(count) : sortByPlace(count, lowest, highest);
     float longest = 0;
     for (std::uint32_t i = 0; i < count; ++i)
     {
-        const std::uint32_t from = static_cast<std::uint32_t>(m_keys[i]);
-        const Aabb& box = m_boxes[from];
-        row.x0[i] = box.min[0];
-        row.x1[i] = box.max[0];
-        row.y0[i] = box.min[1];
-        row.y1[i] = box.max[1];
-        row.z0[i] = box.min[2];
-        row.z1[i] = box.max[2];
-        row.id[i] = ids[from] & kIdMask;
-        row.flags[i] = static_cast<std::uint8_t>(ids[from] >> kIdBits);
-        longest = std::max(longest, box.max[0] - box.min[0]);
+        const FlaggedId id = ids[order[i]];
+        const Aabb& box = boxes[id & kIdMask];
+        row.x0[i] = box.min[x] - grow;
+        row.x1[i] = box.max[x] + grow;
+        row.y0[i] = box.min[y] - grow;
+        row.y1[i] = box.max[y] + grow;
+        row.z0[i] = box.min[z] - grow;
+        row.z1[i] = box.max[z] + grow;
+        row.id[i] = id & kIdMask;
+        row.flags[i] = static_cast<std::uint8_t>(id >> kIdBits);
+        const float length = row.x1[i] - row.x0[i];
+        longest = length > longest ? length : longest;
     }
     row.x0[count] = std::numeric_limits<float>::infinity();
     row.count = count;

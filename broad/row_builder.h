@@ -37,8 +37,9 @@ inline constexpr std::uint32_t kIdMask = (1u << kIdBits) - 1;
 
 /// Gathers the boxes of one row, sorts them by their lower bound on the sweep axis and lays them out for the kernels.
 ///
-/// The sort is on the full 32 bits of an order-preserving key, because the kernels end a scan at the first x0 beyond
-/// an interval: a truncated key would lose pairs.
+/// The sort is exact, because the kernels end a scan at the first x0 beyond an interval: a truncated key would lose
+/// pairs. Most of the work is done by 16-bit places, evenly spaced over the row; an insertion sort on the floats does
+/// the rest, and where places tell too little apart, a comparison sort takes over.
 class RowBuilder
 {
 public:
@@ -50,10 +51,12 @@ public:
                 float grow, RowSoa& row);
 
 private:
-    void sortKeys(std::uint32_t count);
+    const std::uint32_t* sortByKey(std::uint32_t count);
+    const std::uint32_t* sortByPlace(std::uint32_t count, float lowest, float highest);
 
+    std::vector<float> m_starts;         // [count] lower bounds on the sweep axis, input order
+    std::vector<std::uint32_t> m_order;  // [count] input positions, sorted; and scratch of the same size
+    std::vector<std::uint32_t> m_swap;
     std::vector<std::uint64_t> m_keys;
-    std::vector<std::uint64_t> m_swap;
-    std::vector<Aabb> m_boxes;
 };
 }  // namespace cullet
