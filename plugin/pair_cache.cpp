@@ -133,15 +133,27 @@ void PairCache::reserve(std::size_t pairCount)
 {
     try
     {
-        const std::size_t count = std::min<std::size_t>(pairCount, kMaxPairs);
-        growHash(count);
-        m_links.reserve(count);
-        m_pairs.reserve(static_cast<int>(count));
+        if (pairCount > size())
+            growTo(std::min<std::size_t>(pairCount, kMaxPairs));
     }
     catch (const std::bad_alloc&)
     {
         // Adding will try again with what it needs.
     }
+}
+
+/// Makes room for so many pairs in everything but the anchors; what has to grow grows by half at least, so that growing
+/// in small steps stays cheap. Throws std::bad_alloc.
+void PairCache::growTo(std::size_t pairCount)
+{
+    const std::size_t half = size() + size() / 2;
+    const std::size_t count = std::min<std::size_t>(std::max({pairCount, half, kSmallestArray}), kMaxPairs);
+    if (m_hash.limit() < pairCount)
+        m_hash.grow(count, [this](std::uint32_t index) { return hashOfPair(idsOf(*pairAt(index))); });
+    if (m_links.capacity() < pairCount)
+        m_links.reserve(count);
+    if (static_cast<std::size_t>(m_pairs.capacity()) < pairCount)
+        m_pairs.reserve(static_cast<int>(count));
 }
 
 /// Makes room for one more pair in everything but the anchors; throws std::bad_alloc.
@@ -151,20 +163,7 @@ void PairCache::makeRoom()
         return;
     if (size() >= kMaxPairs)
         throw std::bad_alloc();
-    const std::size_t more = std::clamp<std::size_t>(size() + size() / 2, kSmallestArray, kMaxPairs);
-    if (!m_hash.hasRoom())
-        growHash(more);
-    if (size() == m_links.capacity())
-        m_links.reserve(more);
-    if (m_pairs.size() == m_pairs.capacity())
-        m_pairs.reserve(static_cast<int>(more));
-}
-
-void PairCache::growHash(std::size_t pairCount)
-{
-    if (pairCount <= m_hash.limit())
-        return;
-    m_hash.grow(pairCount, [this](std::uint32_t index) { return hashOfPair(idsOf(*pairAt(index))); });
+    growTo(size() + 1);
 }
 
 btBroadphasePair* PairCache::addOverlappingPair(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1)
@@ -226,6 +225,7 @@ btBroadphasePair* PairCache::append(const ProxyPair& sorted)
 std::size_t PairCache::addPairsUnfiltered(const ProxyPair* pairs, std::size_t count)
 {
     const std::uint32_t before = size();
+    reserve(before + count);
     for (std::size_t i = 0; i < count; ++i)
         addPairUnfiltered(pairs[i].first, pairs[i].second);
     return size() - before;
@@ -271,10 +271,16 @@ void* PairCache::removePair(Pair ids, btDispatcher* dispatcher)
 
 std::size_t PairCache::removePairs(const Pair* ids, std::size_t count, btDispatcher* dispatcher)
 {
-    const std::uint32_t before = size();
+    std::size_t found = 0;
     for (std::size_t i = 0; i < count; ++i)
-        removePair(ids[i], dispatcher);
-    return before - size();
+    {
+        const std::uint32_t index = indexOf(ids[i]);
+        if (index == kNone)
+            continue;
+        removeAt(index, dispatcher);
+        ++found;
+    }
+    return found;
 }
 
 void PairCache::removeOverlappingPairsContainingProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher)
@@ -508,6 +514,7 @@ bool PairCache::isConsistent() const
 {
     if (m_hash.size() != size())
         return false;
+    std::uint64_t passedBy = 0;
     for (std::uint32_t index = 0; index < size(); ++index)
     {
         const btBroadphasePair& pair = m_pairs[static_cast<int>(index)];
@@ -515,7 +522,10 @@ bool PairCache::isConsistent() const
             return false;
         if (indexOf(idsOf(pair)) != index)
             return false;
+        passedBy += m_hash.probesOf(hashOfPair(idsOf(pair)), index) - 1;
     }
+    if (m_hash.passedByCount() != passedBy)
+        return false;
     return m_links.isConsistent(size(),
                                 [&](std::uint32_t pair) { return idsOf(m_pairs[static_cast<int>(pair)]); });
 }

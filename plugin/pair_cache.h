@@ -147,21 +147,19 @@ public:
 
     // For the broad phase: changes in bulk and by unique id.
 
-    /// Makes room for so many pairs in all, so that adding them moves nothing.
+    /// Makes room for so many pairs in all, so that adding them moves nothing. What grows, grows by half at least.
     void reserve(std::size_t pairCount);
 
     /// addOverlappingPair() without the filter.
     btBroadphasePair* addPairUnfiltered(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1);
 
-    /// addPairUnfiltered() for each, in order, with the memory fetched ahead; returns how many are new.
-    ///
-    /// Fastest on pairs sorted by id.
+    /// addPairUnfiltered() for each, in order, after one reserve(); returns how many are new.
     std::size_t addPairsUnfiltered(const ProxyPair* pairs, std::size_t count);
 
     /// As removeOverlappingPair(), by ids.
     void* removePair(Pair ids, btDispatcher* dispatcher);
 
-    /// removePair() for each, in order, with the memory fetched ahead; returns how many there were.
+    /// removePair() for each, in order; returns how many there were.
     std::size_t removePairs(const Pair* ids, std::size_t count, btDispatcher* dispatcher);
 
     /// As findPair(), by ids.
@@ -187,7 +185,7 @@ private:
     std::uint32_t indexOf(const ProxyPair& sorted) const;
     std::uint32_t indexOf(Pair ids) const;
     void makeRoom();
-    void growHash(std::size_t pairCount);
+    void growTo(std::size_t pairCount);
     bool hasMemory(const ProxyPair& sorted);
     btBroadphasePair* append(const ProxyPair& sorted);
     void* removeAt(std::uint32_t index, btDispatcher* dispatcher);

@@ -111,13 +111,20 @@ public:
         m_count = 0;
     }
 
-    void prefetch(std::uint64_t hash) const noexcept { __builtin_prefetch(&m_blocks[home(hash)], 1); }
-
     /// Blocks that a search for the entry looks at. @pre there is an entry (hash, index)
     std::size_t probesOf(std::uint64_t hash, std::uint32_t index) const noexcept
     {
         const std::size_t block = placeOf(hash, index).block;
         return (block + m_blocks.size() - home(hash)) % m_blocks.size() + 1;
+    }
+
+    /// Blocks that entries went past, over all entries: the sum of their probesOf() less one each. O(blocks).
+    std::uint64_t passedByCount() const noexcept
+    {
+        std::uint64_t count = 0;
+        for (const Block& block : m_blocks)
+            count += block.passedBy;
+        return count;
     }
 
     std::size_t size() const noexcept { return m_count; }
