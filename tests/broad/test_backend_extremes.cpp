@@ -218,7 +218,7 @@ TEST_P(BackendExtremes, BoxesOfAKilometreByAMillimetre)
 TEST_P(BackendExtremes, SizesFromTheSmallestToTheLargestFloat)
 {
     const float largest = std::numeric_limits<float>::max();
-    for (int exponent = -149; exponent < 128; ++exponent)
+    for (int exponent = -149; exponent < 128; exponent += 3)
     {
         const float size = std::ldexp(1.0f, exponent);
         session.add({{0, 0, 0}, {size, size, size}});
@@ -227,14 +227,14 @@ TEST_P(BackendExtremes, SizesFromTheSmallestToTheLargestFloat)
     session.add(cube(-largest, largest));
     session.add(cube(largest, largest));
     ASSERT_TRUE(session.step());
-    EXPECT_GT(session.pairs().size(), 277u * 276 / 2);
-    for (ProxyId row = 0; row < 554; row += 2)
+    EXPECT_GT(session.pairs().size(), 93u * 92 / 2);
+    for (ProxyId row = 0; row < 186; row += 2)
     {
         const float size = session.table.box(row).max[0];
         session.table.setBox(row, {{-size, -size, -size}, {-size / 2, 0, 0}});
     }
     ASSERT_TRUE(session.step());
-    EXPECT_GT(session.delta().removed.size(), 1000u);
+    EXPECT_GT(session.delta().removed.size(), 100u);
 }
 
 TEST_P(BackendExtremes, SmallBoxesVeryFarFromTheOrigin)
