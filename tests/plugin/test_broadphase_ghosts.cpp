@@ -1,0 +1,278 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "tests/plugin/broadphase_support.h"
+#include "tests/plugin/exact_oracle.h"
+#include "tests/support/random.h"
+
+#include <BulletCollision/CollisionDispatch/btGhostObject.h>
+#include <btBulletCollisionCommon.h>
+#include <gtest/gtest.h>
+
+#include <map>
+#include <memory>
+#include <vector>
+
+namespace cullet::test
+{
+namespace
+{
+/// A btGhostPairCallback that also keeps account: each pair enters once and leaves once.
+struct CheckedGhostCallback final : btGhostPairCallback
+{
+    btBroadphasePair* addOverlappingPair(btBroadphaseProxy* a, btBroadphaseProxy* b) override
+    {
+        EXPECT_EQ(++live[pairKey({idOf(a), idOf(b)})], 1) << "added twice";
+        ++addedCount;
+        return btGhostPairCallback::addOverlappingPair(a, b);
+    }
+    void* removeOverlappingPair(btBroadphaseProxy* a, btBroadphaseProxy* b, btDispatcher* dispatcher) override
+    {
+        EXPECT_EQ(live.erase(pairKey({idOf(a), idOf(b)})), 1u) << "removed without having been added";
+        ++removedCount;
+        sawNullDispatcher = sawNullDispatcher || dispatcher == nullptr;
+        return btGhostPairCallback::removeOverlappingPair(a, b, dispatcher);
+    }
+    void removeOverlappingPairsContainingProxy(btBroadphaseProxy*, btDispatcher*) override { ADD_FAILURE(); }
+    std::map<std::uint64_t, int> live;
+    int addedCount = 0;
+    int removedCount = 0;
+    bool sawNullDispatcher = false;
+};
+
+/// A collision world with a sphere shape; objects remove themselves before the world goes.
+class GhostWorld
+{
+public:
+    explicit GhostWorld(btOverlappingPairCache* cache = nullptr) : broadphase(cache, bruteOptions())
+    {
+        world.getPairCache()->setInternalGhostPairCallback(&callback);
+    }
+    ~GhostWorld()
+    {
+        while (world.getNumCollisionObjects() > 0)
+            world.removeCollisionObject(world.getCollisionObjectArray()[0]);
+    }
+    GhostWorld(const GhostWorld&) = delete;
+    GhostWorld& operator=(const GhostWorld&) = delete;
+
+    template <class Object>
+    Object* add(const btVector3& at)
+    {
+        auto object = std::make_unique<Object>();
+        object->setCollisionShape(&shape);
+        object->getWorldTransform().setOrigin(at);
+        world.addCollisionObject(object.get());
+        Object* raw = object.get();
+        objects.push_back(std::move(object));
+        return raw;
+    }
+    void move(btCollisionObject* object, const btVector3& to)
+    {
+        object->getWorldTransform().setOrigin(to);
+        world.updateSingleAabb(object);
+    }
+
+    std::vector<std::unique_ptr<btCollisionObject>> objects;
+    btSphereShape shape{btScalar(0.5)};
+    btDefaultCollisionConfiguration configuration;
+    btCollisionDispatcher dispatcher{&configuration};
+    CheckedGhostCallback callback;
+    Broadphase broadphase;
+    btCollisionWorld world{&dispatcher, &broadphase, &configuration};
+};
+
+TEST(BroadphaseGhosts, OverlapsAreThereRightAfterAddingAndMovingWithoutAnUpdate)
+{
+    GhostWorld scene;
+    scene.add<btCollisionObject>(vec(0, 0, 0));
+    auto* body = scene.add<btCollisionObject>(vec(5, 0, 0));
+    auto* ghost = scene.add<btPairCachingGhostObject>(vec(0.5, 0, 0));
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 1) << "a new ghost";
+    EXPECT_EQ(ghost->getOverlappingPairCache()->getNumOverlappingPairs(), 1);
+    scene.move(ghost, vec(2.5, 0, 0));
+    scene.move(ghost, vec(4.5, 0, 0));
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 2)
+        << "a ghost that moves; what it left stays until the update";
+    auto* born = scene.add<btCollisionObject>(vec(4, 0, 0));
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 3) << "a new body at a ghost";
+    auto* comer = scene.add<btCollisionObject>(vec(50, 0, 0));
+    scene.move(comer, vec(4.2, 0, 0));
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 4) << "a body that moves to a ghost";
+    scene.broadphase.calculateOverlappingPairs(&scene.dispatcher);
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 3);
+    scene.world.removeCollisionObject(born);
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 2) << "removal is seen at once";
+    scene.world.removeCollisionObject(body);
+    scene.world.removeCollisionObject(comer);
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 0);
+}
+
+TEST(BroadphaseGhosts, TwoGhostsSeeEachOther)
+{
+    GhostWorld scene;
+    auto* one = scene.add<btGhostObject>(vec(0, 0, 0));
+    auto* other = scene.add<btGhostObject>(vec(9, 0, 0));
+    scene.move(other, vec(0.5, 0, 0));
+    EXPECT_EQ(one->getNumOverlappingObjects(), 1);
+    EXPECT_EQ(other->getNumOverlappingObjects(), 1);
+}
+
+TEST(BroadphaseGhosts, EveryWayOfLeavingIsReportedOnce)
+{
+    GhostWorld scene;
+    auto* ghost = scene.add<btPairCachingGhostObject>(vec(0, 0, 0));
+    auto* leaves = scene.add<btCollisionObject>(vec(0.5, 0, 0));
+    auto* refreshed = scene.add<btCollisionObject>(vec(-0.5, 0, 0));
+    auto* destroyed = scene.add<btCollisionObject>(vec(0, 0.5, 0));
+    ASSERT_EQ(ghost->getNumOverlappingObjects(), 3);
+    scene.move(leaves, vec(9, 0, 0));
+    scene.broadphase.calculateOverlappingPairs(&scene.dispatcher);
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 2);
+    const int addedBefore = scene.callback.addedCount;
+    scene.world.refreshBroadphaseProxy(refreshed);
+    EXPECT_GT(scene.callback.addedCount, addedBefore) << "out and in again";
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 2);
+    scene.world.removeCollisionObject(destroyed);
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 1);
+    scene.world.removeCollisionObject(ghost);
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 0);
+    scene.world.removeCollisionObject(refreshed);
+    scene.world.removeCollisionObject(leaves);
+    EXPECT_TRUE(scene.callback.live.empty());
+    EXPECT_FALSE(scene.callback.sawNullDispatcher);
+}
+
+TEST(BroadphaseGhosts, ProvisionalPairBecomesAnOrdinaryOneInTheUpdate)
+{
+    GhostWorld scene;
+    auto* body = scene.add<btCollisionObject>(vec(0, 0, 0));
+    auto* ghost = scene.add<btGhostObject>(vec(0.5, 0, 0));
+    EXPECT_EQ(scene.broadphase.stats().ghosts, 1u);
+    EXPECT_EQ(scene.broadphase.stats().provisionalPairs, 1u);
+    scene.broadphase.calculateOverlappingPairs(&scene.dispatcher);
+    EXPECT_EQ(scene.broadphase.stats().provisionalPairs, 0u);
+    EXPECT_EQ(scene.callback.addedCount, 1);
+    // Touched and left between two updates, but not farther than the margin: the pair stays until they separate.
+    scene.move(ghost, vec(9, 0, 0));
+    scene.broadphase.calculateOverlappingPairs(&scene.dispatcher);
+    scene.move(ghost, vec(1.0, 0, 0));
+    scene.move(ghost, vec(1.1, 0, 0));  // a gap of 0.08
+    scene.broadphase.calculateOverlappingPairs(&scene.dispatcher);
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 1);
+    EXPECT_EQ(scene.broadphase.stats().provisionalPairs, 1u);
+    scene.move(body, vec(-0.1, 0, 0));
+    scene.broadphase.calculateOverlappingPairs(&scene.dispatcher);
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 0);
+    EXPECT_EQ(scene.broadphase.stats().provisionalPairs, 0u);
+}
+
+TEST(BroadphaseGhosts, FilterDecidesAtOnceToo)
+{
+    GhostWorld scene;
+    auto* body = scene.add<btCollisionObject>(vec(0, 0, 0));
+    auto* ghost = scene.add<btGhostObject>(vec(5, 0, 0));
+    ghost->getBroadphaseHandle()->m_collisionFilterMask = 0;
+    scene.move(ghost, vec(0.5, 0, 0));
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 0);
+    scene.broadphase.calculateOverlappingPairs(&scene.dispatcher);
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 0);
+    ghost->getBroadphaseHandle()->m_collisionFilterMask = kAllGroups;
+    scene.move(body, vec(0.1, 0, 0));
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 1);
+    scene.broadphase.calculateOverlappingPairs(&scene.dispatcher);
+    EXPECT_EQ(scene.callback.addedCount, 1);
+}
+
+TEST(BroadphaseGhosts, CallbackInstalledLateCountsForGhostsThatAreThere)
+{
+    GhostWorld scene;
+    scene.world.getPairCache()->setInternalGhostPairCallback(nullptr);
+    scene.add<btCollisionObject>(vec(0, 0, 0));
+    auto* ghost = scene.add<btGhostObject>(vec(0.5, 0, 0));
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 0);
+    EXPECT_EQ(scene.broadphase.stats().ghosts, 0u);
+    scene.world.getPairCache()->setInternalGhostPairCallback(&scene.callback);
+    auto* late = scene.add<btCollisionObject>(vec(9, 0, 0));
+    EXPECT_EQ(scene.broadphase.stats().ghosts, 1u);
+    scene.move(late, vec(0.6, 0, 0));
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 1);
+    scene.broadphase.calculateOverlappingPairs(&scene.dispatcher);
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 2);
+    // Without the callback the ghost is a body like others.
+    scene.world.getPairCache()->setInternalGhostPairCallback(nullptr);
+    scene.broadphase.calculateOverlappingPairs(&scene.dispatcher);
+    EXPECT_EQ(scene.broadphase.stats().ghosts, 0u);
+}
+
+TEST(BroadphaseGhosts, WorkInBulletsHashedCacheToo)
+{
+    btHashedOverlappingPairCache cache;
+    GhostWorld scene(&cache);
+    scene.add<btCollisionObject>(vec(0, 0, 0));
+    auto* ghost = scene.add<btGhostObject>(vec(0.5, 0, 0));
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 1);
+    scene.move(ghost, vec(9, 0, 0));
+    scene.broadphase.calculateOverlappingPairs(&scene.dispatcher);
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 0);
+}
+
+TEST(BroadphaseGhosts, WorkInBulletsSortedCacheWhichItselfNeverReportsRemovals)
+{
+    btSortedOverlappingPairCache cache;
+    GhostWorld scene(&cache);
+    auto* body = scene.add<btCollisionObject>(vec(0, 0, 0));
+    auto* other = scene.add<btCollisionObject>(vec(0.2, 0, 0));
+    auto* ghost = scene.add<btGhostObject>(vec(0.5, 0, 0));
+    for (int i = 0; i < 3; ++i)
+    {
+        scene.move(ghost, vec(0.5 + 0.1 * i, 0, 0));
+        scene.broadphase.calculateOverlappingPairs(&scene.dispatcher);
+    }
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 2);
+    EXPECT_EQ(cache.getNumOverlappingPairs(), 3) << "no duplicates";
+    scene.world.removeCollisionObject(body);
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 1) << "no dangling pointer to a removed body";
+    scene.move(ghost, vec(9, 0, 0));
+    scene.broadphase.calculateOverlappingPairs(&scene.dispatcher);
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 0);
+    scene.world.removeCollisionObject(other);
+}
+
+TEST(BroadphaseGhosts, GhostsAlwaysHaveAtLeastTheirExactOverlaps)
+{
+    GhostWorld scene;
+    Random random(23);
+    const auto place = [&] { return vec(random.between(0, 6), random.between(0, 6), random.between(0, 6)); };
+    std::vector<btCollisionObject*> all;
+    std::vector<btGhostObject*> ghosts;
+    for (int i = 0; i < 100; ++i)
+        all.push_back(scene.add<btCollisionObject>(place()));
+    for (int i = 0; i < 20; ++i)
+    {
+        ghosts.push_back(scene.add<btGhostObject>(place()));
+        all.push_back(ghosts.back());
+    }
+    int overlapCount = 0;
+    for (int step = 0; step < 300; ++step)
+    {
+        scene.move(all[random.below(120)], place());
+        if (random.chance(0.2f))
+            scene.broadphase.calculateOverlappingPairs(&scene.dispatcher);
+        for (btGhostObject* ghost : ghosts)
+        {
+            for (btCollisionObject* object : all)
+            {
+                if (object == ghost ||
+                    !overlapNow(*ghost->getBroadphaseHandle(), *object->getBroadphaseHandle()))
+                    continue;
+                ++overlapCount;
+                ASSERT_LT(ghost->getOverlappingPairs().findLinearSearch(object),
+                          ghost->getNumOverlappingObjects());
+            }
+        }
+    }
+    EXPECT_GT(overlapCount, 10000);
+    EXPECT_GT(scene.callback.removedCount, 100);
+}
+}  // namespace
+}  // namespace cullet::test
