@@ -28,7 +28,7 @@ inline constexpr float kTreeReach = 1e15f;
 class BoxTree
 {
 public:
-    BoxTree() = default;
+    explicit BoxTree(const QueryKernels& kernels = queryKernels(false)) : m_kernels(kernels) {}
     BoxTree(const BoxTree&) = delete;
     BoxTree& operator=(const BoxTree&) = delete;
 
@@ -77,7 +77,7 @@ private:
     bool setBounds(int level, std::uint32_t node, const Aabb& box) noexcept;
     BoxNode& node(int level, std::uint32_t index) noexcept { return m_nodes[m_levelStart[level] + index]; }
 
-    const QueryKernels& m_kernels = queryKernels(false);
+    const QueryKernels& m_kernels;
     std::vector<BoxNode> m_nodes;  // leaves first, the root last
     std::vector<ProxyId> m_rows;
     std::uint32_t m_levelStart[kMaxTreeLevels + 1] = {};

@@ -15,9 +15,6 @@ namespace cullet
 {
 namespace
 {
-/// One box in a scan, ns; the unit of QueryTrees::expectedSyncCost().
-constexpr double kScanCost = 1.0;
-
 constexpr Aabb kEverywhere = {{-INFINITY, -INFINITY, -INFINITY}, {INFINITY, INFINITY, INFINITY}};
 
 /// Beyond these magnitudes the float slabs would overflow, or underflow to 0 * inf.
@@ -101,12 +98,12 @@ struct QueryIndex::State
     ProxyTable& table;
     const QueryMode mode;
     const QueryKernels& kernels;
-    QueryTrees trees;
+    QueryTrees trees{kernels};
     std::mutex mutex;  // held by the one thread that changes the trees
     // False before the first sync and while one runs; otherwise the trees are as the table was when it was last clean.
     std::atomic<bool> isReady{false};
     std::atomic<std::uint64_t> scannedRows{0};  // since the last sync
-    std::atomic<double> syncCostPerRow{QueryTrees().expectedSyncCost(1)};
+    std::atomic<double> syncCostPerRow{trees.expectedSyncCost(1)};
 };
 
 namespace
@@ -170,7 +167,7 @@ bool QueryIndex::State::paysToSync() noexcept
     const double rows = table.size();
     const std::uint64_t before = scannedRows.fetch_add(table.size(), std::memory_order_relaxed);
     const double cost = syncCostPerRow.load(std::memory_order_relaxed) * rows;
-    return kScanCost * (static_cast<double>(before) + rows) > cost;
+    return static_cast<double>(before) + rows > cost;
 }
 
 void QueryIndex::State::start(QueryCursor& cursor)

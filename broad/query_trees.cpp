@@ -8,11 +8,11 @@ namespace cullet
 {
 namespace
 {
-// Costs in ns, measured on a 2.x GHz x86-64; only their ratios matter.
+// Costs in the time of scanning one box (about 0.6 ns on a quiet core), measured on 100,000 boxes.
 constexpr double kCollectCost = 0.2;  // per row of the table
 constexpr double kMoveCost = 60.0;    // per changed row, one by one
-constexpr double kRefitCost = 10.0;   // per row of the tree, all at once
-constexpr double kBuildCost = 120.0;  // per row
+constexpr double kRefitCost = 8.0;    // per row of the tree, all at once
+constexpr double kBuildCost = 70.0;   // per row
 
 /// More changed rows than this share of the tree are cheaper to take in all at once.
 constexpr std::uint32_t kRefitShare = 8;

@@ -19,13 +19,15 @@ namespace cullet
 class QueryTrees
 {
 public:
+    explicit QueryTrees(const QueryKernels& kernels) : m_main(kernels), m_recent(kernels) {}
+
     /// Takes in the changes of the table since the last call.
     ///
-    /// Cost: a few ns per changed row, a building (O(n log n)) when enough rows came, went or wandered since the last.
+    /// Cost: about ten scanned boxes per changed row, a building (O(n log n)) when enough rows came, went or wandered since the last.
     /// If it throws (std::bad_alloc), the next call builds everything anew.
     void sync(ProxyTable& table);
 
-    /// Estimate of what the next sync() costs if as much changed as before the last one, ns.
+    /// Estimate of what the next sync() costs if as much changed as before the last one, in scanned boxes.
     double expectedSyncCost(std::uint32_t rowCount) const noexcept;
 
     const BoxTree& mainTree() const noexcept { return m_main; }
