@@ -362,6 +362,29 @@ TEST(PairCache, GoesOnWhenACallbackRemovesItsOwnPair)
     }
 }
 
+TEST(PairCache, RemovesTheVisitedPairThatTheCallbackMoved)
+{
+    for (const bool isOrdered : {false, true})
+    {
+        PairCache cache;
+        Proxies proxies(4);
+        for (std::size_t i = 1; i < 4; ++i)
+            cache.addOverlappingPair(proxies[0], proxies[i]);
+        Visit visit(
+            [&](btBroadphasePair& pair)
+            {
+                if (pair.m_pProxy1 != proxies[3])
+                    return false;
+                // The last pair, (1, 4), takes the place of (1, 2).
+                cache.removeOverlappingPair(proxies[0], proxies[1], nullptr);
+                return true;
+            });
+        cache.processAllOverlappingPairs(&visit, nullptr, isOrdered ? deterministic() : btDispatcherInfo());
+        EXPECT_EQ(idsOf(cache), (std::vector<IdPair>{{1, 3}}));
+        EXPECT_TRUE(cache.isConsistent());
+    }
+}
+
 TEST(PairCache, VisitsNoPairTwiceWhenCallbacksRemoveEarlierPairs)
 {
     PairCache cache;
