@@ -273,6 +273,35 @@ TEST(QueryIndex, RaysNeverMissWhatTheSlabTestOfEitherPrecisionReports)
     EXPECT_LT(count.extras, count.hits / 3);
 }
 
+TEST(QueryIndex, RaysFarFromTheOriginCoverTheRoundingOfTheFloatSlabTest)
+{
+    constexpr float kFar = 300000.0f;  // floats are 1/32 apart here
+    ProxyTable table;
+    const QueryIndex index(table, {QueryMode::Tree, false});
+    Random random(16);
+    const auto position = [&] { return kFar + random.uniform(-10, 10); };
+    for (std::uint32_t i = 0; i < 400; ++i)
+        table.create(cube(position(), position(), position(), 0.5f), i + 1, kFilter);
+    RayCount count;
+    for (int i = 0; i < 10000; ++i)
+    {
+        SCOPED_TRACE(i);
+        const float origin[3] = {position(), position(), position()};
+        const float direction[3] = {0.6f, i % 4 == 0 ? 0.64f : 0.0f, i % 8 == 0 ? -0.48f : 0.0f};
+        RaySegment ray = rayAlong(origin, direction, 10.0);
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            ray.growMin[axis] = random.uniform(-0.3f, 0.0f);
+            ray.growMax[axis] = random.uniform(0.0f, 0.3f);
+        }
+        checkRay(table, index, ray, count);
+        if (HasFatalFailure())
+            return;
+    }
+    EXPECT_GT(count.hits, 5000u);
+    EXPECT_GT(count.extras, 0u) << "no ray came close enough to a face";
+}
+
 TEST(QueryIndex, RaysAmongBoxesInGeneralPositionHaveAlmostNoExtraCandidates)
 {
     ProxyTable table;
