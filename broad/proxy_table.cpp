@@ -161,7 +161,8 @@ void ProxyTable::collectQueryChanges(std::vector<ProxyId>& rows)
                            m_queryChanges[row] = 0;
                        });
     }
-    m_queryDirty.store(false, std::memory_order_relaxed);
+    // Released, so that whoever sees the table clean also sees what was made of the changes.
+    m_queryDirty.store(false, std::memory_order_release);
 }
 
 void ProxyTable::clear()

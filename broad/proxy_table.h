@@ -57,7 +57,7 @@ public:
     void endUpdate();
 
     /// True when a row changed since the last collectQueryChanges(); safe to read while setBox() runs elsewhere.
-    bool hasQueryChanges() const noexcept { return m_queryDirty.load(std::memory_order_relaxed); }
+    bool hasQueryChanges() const noexcept { return m_queryDirty.load(std::memory_order_acquire); }
 
     /// Moves the rows changed since the last call into `rows` (ascending, each once).
     void collectQueryChanges(std::vector<ProxyId>& rows);

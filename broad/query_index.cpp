@@ -106,31 +106,14 @@ struct QueryIndex::State
     std::atomic<double> syncCostPerRow{trees.expectedSyncCost(1)};
 };
 
-namespace
-{
-/// A fence that ThreadSanitizer may ignore: it orders two atomics, and plain data is published by isReady alone.
-void orderAtomics() noexcept
-{
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wtsan"
-#endif
-    std::atomic_thread_fence(std::memory_order_acq_rel);
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC diagnostic pop
-#endif
-}
-}  // namespace
-
 /// True when the trees may be read. The table cannot become dirty while queries run, so the answer stays true.
 ///
-/// refresh() lowers isReady before it cleans the table. Who sees the clean table therefore sees isReady low, or high
-/// again with the finished trees behind it.
+/// refresh() lowers isReady before the table, with release, becomes clean. Who sees the clean table, with acquire,
+/// therefore sees isReady low, or high again with the finished trees behind it.
 bool QueryIndex::State::isFresh() const noexcept
 {
     if (table.hasQueryChanges())
         return false;
-    orderAtomics();
     return isReady.load(std::memory_order_acquire);
 }
 
@@ -143,7 +126,6 @@ bool QueryIndex::State::refresh()
     if (isFresh())
         return true;
     isReady.store(false, std::memory_order_relaxed);
-    orderAtomics();
     scannedRows.store(0, std::memory_order_relaxed);
     try
     {

@@ -4,6 +4,7 @@
 // Compiled with -mavx2; entered only where the processor has it.
 #include "broad/row_soa.h"
 
+#if defined(__x86_64__)
 #include <immintrin.h>
 
 namespace cullet
@@ -28,3 +29,4 @@ constexpr std::uint32_t kLanesFull = 0xff;
 
 const RowKernels kRowKernelsAvx2 = {"avx2", scanSelf, scanCross, scanOne};
 }  // namespace cullet
+#endif  // x86-64
