@@ -28,7 +28,7 @@ struct FileOptions
 void requireReleaseBuild()
 {
     if (isDebugBuild())
-        throw ProgramError(kExitBuild,
+        throw ProgramError(kExitUnavailable,
                            "this is a debug build, its times mean nothing; build Release or RelWithDebInfo");
 }
 
@@ -51,14 +51,12 @@ void requireKnownScene(const std::string& name)
     throw ProgramError(kExitUsage, "unknown scene '" + name + "'; known: " + known);
 }
 
-void requireKnownBackends(const std::vector<std::string>& names)
+/// Throws for an unknown backend and for one that cannot run here, before anything is measured.
+void requireBackends(const BroadOptions& options)
 {
-    for (const std::string& name : names)
-    {
-        SubjectRequest request;
-        request.name = name;
-        isThroughBullet(request);  // throws for an unknown name
-    }
+    const BroadCase smallest = {options, "", 1, false};
+    for (const std::string& name : options.backends)
+        makeSubject(requestFor(smallest, name, {{-1, -1, -1}, {1, 1, 1}}));
 }
 
 Json toJson(const BroadOptions& options, bool hasBodies)
@@ -112,7 +110,7 @@ int benchBroad(const BroadOptions& options, bool hasBodies, const FileOptions& f
     requireReleaseBuild();
     for (const std::string& scene : options.scenes)
         requireKnownScene(scene);
-    requireKnownBackends(options.backends);
+    requireBackends(options);
     ResultFile file(toJson(options, hasBodies), files.json, files.csv);
     printHead();
     try

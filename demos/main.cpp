@@ -7,6 +7,7 @@
 
 #include <cstdio>
 #include <exception>
+#include <stdexcept>
 
 namespace
 {
@@ -45,9 +46,14 @@ int main(int argc, char** argv)
         std::fprintf(stderr, "cullet: %s\n", error.what());
         return error.code();
     }
-    catch (const std::exception& error)
+    catch (const std::invalid_argument& error)
     {
         std::fprintf(stderr, "cullet: %s\n", error.what());
         return cullet::kExitUsage;
+    }
+    catch (const std::exception& error)
+    {
+        std::fprintf(stderr, "cullet: %s\n", error.what());
+        return cullet::kExitUnavailable;
     }
 }

@@ -84,44 +84,44 @@ void runStep(const WorldOptions& options, Runner& runner, std::uint32_t step)
     }
 }
 
-Json makeRow(const WorldOptions& options, const Runner& runner, std::size_t window, std::size_t phase)
+Json makeRow(const WorldOptions& options, const Runner& runner, std::size_t window, const StepSample& sample)
 {
-    const WindowSample& sample = runner.windows[window];
-    std::vector<double> milliseconds;
-    for (const PhaseTimes& times : sample.steps)
-        milliseconds.push_back(phase == kPhaseCount ? totalOf(times) : times[phase]);
-    const Statistics times = summarise(milliseconds);
-    const std::string name = phase == kPhaseCount ? "step" : phaseName(static_cast<Phase>(phase));
-    return {{"benchmark", "world." + name + "." + options.windows[window].name},
+    const Statistics times = summarise(sample.milliseconds);
+    const WindowSample& state = runner.windows[window];
+    return {{"benchmark", "world." + sample.name + "." + options.windows[window].name},
             {"scene", options.scene},
             {"backend", runner.world->name()},
             {"precision", ownPrecision()},
             {"threads", runner.world->broadphase().threads},
             {"bodies", options.bodies},
-            {"pairs", sample.pairs},
+            {"pairs", state.pairs},
             {"median_ms", times.median},
             {"p90_ms", times.p90},
             {"min_ms", times.min},
-            {"hash", toHex(sample.stateHash)},
+            {"hash", toHex(state.stateHash)},
             {"mean_ms", times.mean},
-            {"contact_pairs", sample.contactPairs},
-            {"steps", sample.steps.size()}};
+            {"contact_pairs", state.contactPairs},
+            {"steps", state.steps.size()}};
+}
+
+void printRow(const Json& row)
+{
+    std::printf("%-40s %-10s %8llu pairs %8llu touch  median %10.3f  mean %10.3f ms\n",
+                row["benchmark"].get<std::string>().c_str(), row["backend"].get<std::string>().c_str(),
+                row["pairs"].get<unsigned long long>(), row["contact_pairs"].get<unsigned long long>(),
+                row["median_ms"].get<double>(), row["mean_ms"].get<double>());
 }
 
 void report(const WorldOptions& options, const std::vector<Runner>& runners, ResultFile& file)
 {
     for (std::size_t window = 0; window < options.windows.size(); ++window)
     {
-        for (std::size_t phase = 0; phase <= kPhaseCount; ++phase)
+        for (const Runner& runner : runners)
         {
-            for (const Runner& runner : runners)
+            for (const StepSample& sample : samplesOf(runner.windows[window].steps))
             {
-                Json row = makeRow(options, runner, window, phase);
-                std::printf("%-40s %-10s %8llu pairs %8llu touch  median %10.3f  mean %10.3f ms\n",
-                            row["benchmark"].get<std::string>().c_str(), runner.world->name().c_str(),
-                            row["pairs"].get<unsigned long long>(),
-                            row["contact_pairs"].get<unsigned long long>(), row["median_ms"].get<double>(),
-                            row["mean_ms"].get<double>());
+                Json row = makeRow(options, runner, window, sample);
+                printRow(row);
                 file.addRow(std::move(row));
             }
         }

@@ -33,7 +33,7 @@ struct WorldOptions
 };
 
 /// Benchmark "world.<phase>.<window>": whole steps of a Bullet world, phase by phase, one world per backend, in turns
-/// step by step. Bodies never sleep. A row per window, phase and backend; phase "step" is the whole.
+/// step by step. Bodies never sleep. A row per window, backend and StepSample.
 void runWorldBench(const WorldOptions& options, ResultFile& file);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -13,20 +13,6 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// Times of one phase over all steps; kPhaseCount stands for the whole step.
-std::vector<double> sampleOf(const ContenderResult& contender, std::size_t phase)
-{
-    std::vector<double> sample;
-    for (const PhaseTimes& times : contender.steps)
-        sample.push_back(phase == kPhaseCount ? totalOf(times) : times[phase]);
-    return sample;
-}
-
-const char* sampleName(std::size_t phase)
-{
-    return phase == kPhaseCount ? "step" : phaseName(static_cast<Phase>(phase));
-}
-
 double ratio(double cullet, double dbvt)
 {
     return cullet > 0.0 ? dbvt / cullet : 0.0;
@@ -34,15 +20,17 @@ double ratio(double cullet, double dbvt)
 
 void printTimes(const DropResult& result)
 {
-    std::printf("%-26s %10s %10s   %10s %10s   %8s\n", "ms per step", "cullet", "mean", "dbvt", "mean",
-                "dbvt/");
-    std::printf("%-26s %10s %10s   %10s %10s   %8s\n", "", "median", "", "median", "", "cullet");
-    for (std::size_t phase = 0; phase <= kPhaseCount; ++phase)
+    std::printf("%-26s %21s   %21s   %8s\n", "", "cullet", "dbvt", "dbvt /");
+    std::printf("%-26s %10s %10s   %10s %10s   %8s\n", "ms per step", "median", "mean", "median", "mean",
+                "cullet");
+    const std::vector<StepSample> cullet = samplesOf(result.cullet.steps);
+    const std::vector<StepSample> dbvt = samplesOf(result.dbvt.steps);
+    for (std::size_t i = 0; i < cullet.size(); ++i)
     {
-        const Statistics cullet = summarise(sampleOf(result.cullet, phase));
-        const Statistics dbvt = summarise(sampleOf(result.dbvt, phase));
-        std::printf("%-26s %10.3f %10.3f   %10.3f %10.3f   %7.2fx\n", sampleName(phase), cullet.median,
-                    cullet.mean, dbvt.median, dbvt.mean, ratio(cullet.mean, dbvt.mean));
+        const Statistics ours = summarise(cullet[i].milliseconds);
+        const Statistics theirs = summarise(dbvt[i].milliseconds);
+        std::printf("%-26s %10.3f %10.3f   %10.3f %10.3f   %7.2fx\n", cullet[i].name.c_str(), ours.median,
+                    ours.mean, theirs.median, theirs.mean, ratio(ours.median, theirs.median));
     }
 }
 
@@ -89,10 +77,10 @@ void addRows(const DropOptions& options, const DropResult& result, ResultFile& f
 {
     for (const ContenderResult* contender : {&result.cullet, &result.dbvt})
     {
-        for (std::size_t phase = 0; phase <= kPhaseCount; ++phase)
+        for (const StepSample& sample : samplesOf(contender->steps))
         {
-            const Statistics times = summarise(sampleOf(*contender, phase));
-            file.addRow({{"benchmark", std::string("run.") + sampleName(phase)},
+            const Statistics times = summarise(sample.milliseconds);
+            file.addRow({{"benchmark", "run." + sample.name},
                          {"scene", "drop"},
                          {"backend", contender->backend},
                          {"precision", ownPrecision()},

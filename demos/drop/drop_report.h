@@ -11,7 +11,7 @@ inline namespace CULLET_PRECISION
 /// Prints both worlds side by side on stdout.
 void printReport(const DropOptions& options, const DropResult& result);
 
-/// Adds a row per phase and contender, and one per contender for the whole step, in the form of all benchmarks.
+/// Adds a row per contender and StepSample, in the form of all benchmarks.
 void addRows(const DropOptions& options, const DropResult& result, ResultFile& file);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -15,12 +15,13 @@ enum ExitCode : int
     kExitUsage = 2,         ///< unknown option or name, or a value out of range
     kExitInput = 3,         ///< a mesh file is missing, broken or useless
     kExitOutput = 4,        ///< a result file cannot be written
-    kExitBuild = 5,         ///< a debug build was asked for timings, or the other precision was not built
+    kExitUnavailable =
+        5,  ///< no such device, no timings from a debug build, or no program of the other precision
     kExitInterrupted = 130  ///< Ctrl-C; what was measured until then has been printed and written
 };
 
 inline constexpr const char* kExitCodeHelp =
-    "Exit codes: 0 ok, 1 the pairs disagree, 2 usage, 3 mesh file, 4 result file, 5 not in this build, "
+    "Exit codes: 0 ok, 1 the pairs disagree, 2 usage, 3 mesh file, 4 result file, 5 not available here, "
     "130 interrupted (what was measured is printed)";
 
 /// A problem that ends the program: one line for the user, and the code.

@@ -49,7 +49,7 @@ void switchPrecision(int argc, char** argv)
     const std::filesystem::path sibling =
         std::filesystem::read_symlink("/proc/self/exe", error).parent_path() / name;
     execv(sibling.c_str(), argv);
-    throw ProgramError(kExitBuild, "precision " + wanted + " needs the program '" + sibling.string() +
-                                       "', which cannot be started: " + std::strerror(errno));
+    throw ProgramError(kExitUnavailable, "precision " + wanted + " needs the program '" + sibling.string() +
+                                             "', which cannot be started: " + std::strerror(errno));
 }
 }  // namespace cullet

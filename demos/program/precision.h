@@ -16,6 +16,6 @@ std::string ownPrecision();
 /// Replaces this process by the sibling program when the arguments ask for its precision (`--precision double`,
 /// `--precision=double`); returns when this program is the right one or the value is none of the two.
 ///
-/// @throws ProgramError (kExitBuild) when the sibling is not there
+/// @throws ProgramError (kExitUnavailable) when the sibling is not there
 void switchPrecision(int argc, char** argv);
 }  // namespace cullet

@@ -41,9 +41,26 @@ const char* phaseName(Phase phase) noexcept
     return kNames[static_cast<std::size_t>(phase)];
 }
 
-double totalOf(const PhaseTimes& times) noexcept
+std::vector<StepSample> samplesOf(const std::vector<PhaseTimes>& steps)
 {
-    return std::accumulate(times.begin(), times.end(), 0.0);
+    std::vector<StepSample> samples;
+    for (std::size_t phase = 0; phase < kPhaseCount; ++phase)
+    {
+        samples.push_back({phaseName(static_cast<Phase>(phase)), {}});
+        for (const PhaseTimes& times : steps)
+            samples.back().milliseconds.push_back(times[phase]);
+    }
+    StepSample broadPhase = {"broadPhase", {}};
+    StepSample step = {"step", {}};
+    for (const PhaseTimes& times : steps)
+    {
+        broadPhase.milliseconds.push_back(times[static_cast<std::size_t>(Phase::UpdateAabbs)] +
+                                          times[static_cast<std::size_t>(Phase::CalculateOverlappingPairs)]);
+        step.milliseconds.push_back(std::accumulate(times.begin(), times.end(), 0.0));
+    }
+    samples.push_back(std::move(broadPhase));
+    samples.push_back(std::move(step));
+    return samples;
 }
 
 PhaseClock::PhaseClock()

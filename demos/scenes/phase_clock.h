@@ -6,6 +6,7 @@
 
 #include <array>
 #include <chrono>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -32,7 +33,16 @@ const char* phaseName(Phase phase) noexcept;
 /// Milliseconds per phase.
 using PhaseTimes = std::array<double, kPhaseCount>;
 
-double totalOf(const PhaseTimes& times) noexcept;
+/// One quantity over all steps, in milliseconds.
+struct StepSample
+{
+    std::string name;
+    std::vector<double> milliseconds;
+};
+
+/// Every phase, then "broadPhase" (updateAabbs + calculateOverlappingPairs: what a broad phase costs, wherever it looks
+/// for pairs) and "step" (all phases).
+std::vector<StepSample> samplesOf(const std::vector<PhaseTimes>& steps);
 
 /// Measures one step at a time through Bullet's profile zones, which call functions of ours also where Bullet's own
 /// profiler is compiled out (btSetCustomEnterProfileZoneFunc).

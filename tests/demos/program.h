@@ -1,0 +1,77 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace cullet
+{
+/// What a run of the program left behind.
+struct Outcome
+{
+    int code = -1;
+    std::string output;  ///< stdout
+    std::string errors;  ///< stderr
+};
+
+inline std::string readText(const std::string& path)
+{
+    std::ifstream file(path);
+    std::ostringstream text;
+    text << file.rdbuf();
+    return text.str();
+}
+
+/// A path in the folder for temporary files that no other test process uses.
+inline std::string temporaryPath(const std::string& name)
+{
+    return testing::TempDir() + "cullet_" + std::to_string(getpid()) + "_" + name;
+}
+
+/// Runs a shell command with stdout and stderr in files, so that neither is a terminal.
+inline Outcome runShell(const std::string& command)
+{
+    const std::string outputPath = temporaryPath("stdout");
+    const std::string errorPath = temporaryPath("stderr");
+    const int status = std::system((command + " >" + outputPath + " 2>" + errorPath + " </dev/null").c_str());
+    Outcome outcome;
+    outcome.code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    outcome.output = readText(outputPath);
+    outcome.errors = readText(errorPath);
+    std::remove(outputPath.c_str());
+    std::remove(errorPath.c_str());
+    return outcome;
+}
+
+/// Runs `cullet` with these arguments.
+inline Outcome runProgram(const std::string& arguments)
+{
+    return runShell(std::string(CULLET_PROGRAM) + " " + arguments);
+}
+
+/// Runs `cullet` with `--json` and returns the document; null when it is none.
+inline nlohmann::json runForJson(const std::string& arguments, Outcome* outcome = nullptr)
+{
+    const std::string path = temporaryPath("result.json");
+    const Outcome result = runProgram(arguments + " --json " + path);
+    if (outcome != nullptr)
+        *outcome = result;
+    const std::string text = readText(path);
+    std::remove(path.c_str());
+    return nlohmann::json::parse(text, nullptr, false);
+}
+
+inline bool contains(const std::string& text, const std::string& part)
+{
+    return text.find(part) != std::string::npos;
+}
+}  // namespace cullet

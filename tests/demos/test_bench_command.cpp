@@ -1,0 +1,217 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "tests/demos/program.h"
+
+#include <map>
+#include <set>
+
+namespace cullet
+{
+namespace
+{
+using nlohmann::json;
+
+/// Timings of a debug build are refused, so there is little to test in one.
+class BenchCommand : public testing::Test
+{
+protected:
+    void SetUp() override
+    {
+#ifndef NDEBUG
+        const Outcome outcome = runProgram("bench broad --bodies 10");
+        EXPECT_EQ(outcome.code, 5);
+        EXPECT_TRUE(contains(outcome.errors, "debug build")) << outcome.errors;
+        GTEST_SKIP() << "a debug build refuses to measure, as it should";
+#endif
+    }
+};
+
+void expectColumns(const json& row)
+{
+    for (const char* column : {"benchmark", "scene", "backend", "precision", "threads", "bodies", "pairs",
+                               "median_ms", "p90_ms", "min_ms", "hash"})
+        EXPECT_TRUE(row.contains(column)) << column << " is missing in " << row.dump();
+    EXPECT_GT(row["median_ms"], 0.0);
+    EXPECT_LE(row["min_ms"], row["median_ms"]);
+    EXPECT_LE(row["median_ms"], row["p90_ms"]);
+}
+
+TEST_F(BenchCommand, EveryBackendFindsTheSamePairsInEveryScene)
+{
+    Outcome outcome;
+    const json document = runForJson(
+        "bench broad --scene W1,W2,W3,W3b,W4,W5,pile,static --bodies 300 "
+        "--backend grid,grid-cells,brute,dbvt,dbvt-deferred,dbvt-m0,axissweep --frames 3 "
+        "--warmup 1",
+        &outcome);
+    ASSERT_EQ(outcome.code, 0) << outcome.output << outcome.errors;
+    ASSERT_EQ(document["rows"].size(), 8u * 7u);
+    std::map<std::string, std::set<std::string>> hashes;
+    for (const json& row : document["rows"])
+    {
+        expectColumns(row);
+        EXPECT_GT(row["pairs"], 0);
+        EXPECT_GE(row["held_pairs"], row["pairs"]);
+        EXPECT_EQ(row["checked_against"], "exact");
+        EXPECT_EQ(row["checks"], 3);
+        EXPECT_EQ(row["frames"], 3);
+        hashes[row["scene"]].insert(row["hash"].get<std::string>());
+    }
+    for (const auto& [scene, found] : hashes)
+        EXPECT_EQ(found.size(), 1u) << scene;
+}
+
+TEST_F(BenchCommand, MeasuresThroughBulletInBothPrecisionsWithTheSamePairs)
+{
+    std::set<std::string> hashes;
+    for (const std::string precision : {"float", "double"})
+    {
+        const json document = runForJson(
+            "bench broad --bodies 200 --backend grid,dbvt --frames 3 --warmup 1 "
+            "--through bullet --ids random --precision " +
+            precision);
+        ASSERT_EQ(document["rows"].size(), 2u);
+        for (const json& row : document["rows"])
+        {
+            EXPECT_EQ(row["through"], "bullet");
+            EXPECT_EQ(row["precision"], precision);
+            hashes.insert(row["hash"].get<std::string>());
+        }
+    }
+    EXPECT_EQ(hashes.size(), 1u);
+}
+
+TEST_F(BenchCommand, CrossesSizesAndOrders)
+{
+    const json document = runForJson(
+        "bench broad --bodies 100,200 --ids random,sorted --backend grid --frames 3 --warmup 0 --threads 1");
+    ASSERT_EQ(document["rows"].size(), 4u);
+    std::set<std::string> cases;
+    for (const json& row : document["rows"])
+    {
+        EXPECT_EQ(row["threads"], 1);
+        cases.insert(row["ids"].get<std::string>() + std::to_string(row["bodies"].get<int>()));
+    }
+    EXPECT_EQ(cases.size(), 4u);
+}
+
+TEST_F(BenchCommand, CutsAWarmUpAndAFrameCountThatExceedTheBudget)
+{
+    const json document =
+        runForJson("bench broad --bodies 500 --backend brute,grid --frames 40 --warmup 20 --budget 0.000001");
+    for (const json& row : document["rows"])
+    {
+        EXPECT_EQ(row["frames"], 3);
+        EXPECT_EQ(row["warmup_frames"], 1);
+        EXPECT_GE(row["checks"], 2);
+    }
+}
+
+TEST_F(BenchCommand, ResendingUnmovedBoxesChangesNoPair)
+{
+    std::set<std::string> hashes;
+    for (const char* resend : {"0", "1"})
+    {
+        const json document =
+            runForJson(std::string("bench broad --scene static --bodies 400 --backend grid,dbvt "
+                                   "--through bullet --frames 3 --resend ") +
+                       resend);
+        for (const json& row : document["rows"])
+            hashes.insert(row["hash"].get<std::string>());
+    }
+    EXPECT_EQ(hashes.size(), 1u);
+}
+
+TEST_F(BenchCommand, MeasuresEvents)
+{
+    Outcome outcome;
+    const json document = runForJson(
+        "bench broad --scene create,spot,remove --bodies 200 --backend grid,dbvt --through bullet", &outcome);
+    ASSERT_EQ(outcome.code, 0) << outcome.errors;
+    std::map<std::string, std::set<std::uint64_t>> pairs;
+    for (const json& row : document["rows"])
+    {
+        expectColumns(row);
+        EXPECT_EQ(row["finished"], true);
+        pairs[row["benchmark"]].insert(row["pairs"].get<std::uint64_t>());
+    }
+    EXPECT_EQ(pairs["broad.create"], std::set<std::uint64_t>{199});
+    EXPECT_EQ(pairs["broad.spot"], std::set<std::uint64_t>{0});
+    EXPECT_EQ(pairs["broad.spot.together"], std::set<std::uint64_t>{0});
+    EXPECT_EQ(pairs["broad.remove"].size(), 1u);
+}
+
+TEST_F(BenchCommand, StopsAnEventAtItsDeadline)
+{
+    const json document =
+        runForJson("bench broad --scene create --bodies 20000 --backend dbvt --budget 0.05");
+    ASSERT_EQ(document["rows"].size(), 1u);
+    EXPECT_EQ(document["rows"][0]["finished"], false);
+    EXPECT_LT(document["rows"][0]["bodies_done"], 20000);
+}
+
+TEST_F(BenchCommand, QueriesHitTheSameBodies)
+{
+    Outcome outcome;
+    const json document =
+        runForJson("bench broad --scene queries --bodies 400 --backend grid,dbvt --queries 300", &outcome);
+    ASSERT_EQ(outcome.code, 0) << outcome.errors;
+    ASSERT_EQ(document["rows"].size(), 12u) << "rays, boxes and sweeps, at rest and moving, two backends";
+    std::map<std::string, std::set<std::string>> hashes;
+    for (const json& row : document["rows"])
+    {
+        EXPECT_GT(row["hits"], 0) << row.dump();
+        EXPECT_GE(row["reported"], row["hits"]);
+        hashes[row["benchmark"].get<std::string>() + row["scene"].get<std::string>()].insert(
+            row["hash"].get<std::string>());
+    }
+    EXPECT_EQ(hashes.size(), 6u);
+    for (const auto& [name, found] : hashes)
+        EXPECT_EQ(found.size(), 1u) << name;
+}
+
+TEST_F(BenchCommand, MeasuresWholeSteps)
+{
+    for (const std::string scene : {"boxes", "hulls"})
+    {
+        Outcome outcome;
+        const json document = runForJson(
+            "bench world --bodies 100 --falling 2:5 --settled 40:45 --backend grid,dbvt "
+            "--scene " +
+                scene,
+            &outcome);
+        ASSERT_EQ(outcome.code, 0) << outcome.errors;
+        ASSERT_EQ(document["rows"].size(), 2u * 2u * 9u);
+        for (const json& row : document["rows"])
+        {
+            EXPECT_EQ(row["scene"], scene);
+            EXPECT_EQ(row["hash"].get<std::string>().size(), 16u);
+            if (row["benchmark"] == "world.step.settled")
+                EXPECT_GT(row["contact_pairs"], 50);
+            if (row["benchmark"] == "world.step.settled")
+                EXPECT_GT(row["median_ms"], 0.0);
+        }
+    }
+    EXPECT_EQ(runProgram("bench world --falling 5:2").code, 2);
+    EXPECT_EQ(runProgram("bench world --backend nothing").code, 2);
+}
+
+TEST_F(BenchCommand, UnknownNamesAreAnsweredWithTheKnownOnes)
+{
+    const Outcome scene = runProgram("bench broad --scene W6");
+    EXPECT_EQ(scene.code, 2);
+    EXPECT_TRUE(contains(scene.errors, "unknown scene 'W6'; known: W1, W2")) << scene.errors;
+    const Outcome backend = runProgram("bench broad --backend octree");
+    EXPECT_EQ(backend.code, 2);
+    EXPECT_TRUE(contains(backend.errors, "unknown backend 'octree'; known: grid")) << backend.errors;
+}
+
+TEST(ListCommand, PrintsScenesAndBackends)
+{
+    const Outcome outcome = runProgram("list");
+    EXPECT_EQ(outcome.code, 0);
+    for (const char* name : {"W1", "W3b", "queries", "hulls", "grid", "dbvt-deferred"})
+        EXPECT_TRUE(contains(outcome.output, name)) << name;
+}
+}  // namespace
+}  // namespace cullet

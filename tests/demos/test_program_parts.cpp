@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/program/exit_code.h"
+#include "demos/program/progress.h"
+#include "demos/program/result_file.h"
+#include "demos/program/statistics.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <sstream>
+
+namespace cullet
+{
+namespace
+{
+TEST(Statistics, OfKnownSamples)
+{
+    const Statistics ten = summarise({10, 9, 8, 7, 6, 5, 4, 3, 2, 1});
+    EXPECT_DOUBLE_EQ(ten.median, 5.5);
+    EXPECT_DOUBLE_EQ(ten.p90, 9.0);
+    EXPECT_DOUBLE_EQ(ten.min, 1.0);
+    EXPECT_DOUBLE_EQ(ten.mean, 5.5);
+    const Statistics one = summarise({3});
+    EXPECT_DOUBLE_EQ(one.median, 3.0);
+    EXPECT_DOUBLE_EQ(one.p90, 3.0);
+    EXPECT_DOUBLE_EQ(summarise({}).median, 0.0);
+    EXPECT_DOUBLE_EQ(summarise({2, 1, 3}).median, 2.0);
+}
+
+TEST(Progress, WritesDurationsForPeople)
+{
+    EXPECT_EQ(formatDuration(-1), "--:--");
+    EXPECT_EQ(formatDuration(5), "0:05");
+    EXPECT_EQ(formatDuration(65), "1:05");
+    EXPECT_EQ(formatDuration(7380), "2:03:00");
+}
+
+TEST(ResultFile, QuotesCsvFieldsAndLeavesMissingOnesEmpty)
+{
+    const std::string path = testing::TempDir() + "cullet_result_file.csv";
+    ResultFile file({}, "", path);
+    file.addRow({{"benchmark", "a,\"b\""}, {"pairs", 3}});
+    file.addRow({{"benchmark", "c"}, {"frames", 2}});
+    file.save();
+    std::ifstream stream(path);
+    std::string line;
+    std::getline(stream, line);
+    EXPECT_EQ(line, "benchmark,pairs,frames,cpu,gpu,commit");
+    std::getline(stream, line);
+    EXPECT_EQ(line.rfind("\"a,\"\"b\"\"\",3,,", 0), 0u) << line;
+    std::getline(stream, line);
+    EXPECT_EQ(line.rfind("c,,2,", 0), 0u) << line;
+    std::remove(path.c_str());
+}
+
+TEST(ResultFile, RefusesAPathThatCannotBeOpened)
+{
+    try
+    {
+        ResultFile file({}, "/nowhere/x.json", "");
+        FAIL() << "no exception";
+    }
+    catch (const ProgramError& error)
+    {
+        EXPECT_EQ(error.code(), kExitOutput);
+    }
+}
+}  // namespace
+}  // namespace cullet

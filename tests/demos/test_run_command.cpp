@@ -1,0 +1,175 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "tests/demos/program.h"
+
+#include <cmath>
+#include <map>
+
+namespace cullet
+{
+namespace
+{
+using nlohmann::json;
+
+constexpr const char* kTiny = "run --bodies 120 --steps 45 --check 15 --backend grid --threads 2";
+
+/// Rows of a document by backend and benchmark.
+std::map<std::string, json> rowsByName(const json& document)
+{
+    std::map<std::string, json> rows;
+    for (const json& row : document["rows"])
+        rows[row["backend"].get<std::string>() + " " + row["benchmark"].get<std::string>()] = row;
+    return rows;
+}
+
+TEST(RunCommand, WritesMachineCommitOptionsAndRowsThatAddUp)
+{
+    Outcome outcome;
+    const json document = runForJson(kTiny, &outcome);
+    ASSERT_EQ(outcome.code, 0) << outcome.output << outcome.errors;
+    ASSERT_TRUE(document.is_object());
+    EXPECT_GT(document["machine"]["cores"].get<int>(), 0);
+    EXPECT_FALSE(document["machine"]["cpu"].get<std::string>().empty());
+    EXPECT_FALSE(document["commit"].get<std::string>().empty());
+    EXPECT_EQ(document["options"]["bodies"], 120);
+    std::map<std::string, json> rows = rowsByName(document);
+    for (const std::string backend : {"grid", "dbvt"})
+    {
+        SCOPED_TRACE(backend);
+        double sum = 0.0;
+        for (const char* phase : {"updateAabbs", "calculateOverlappingPairs", "dispatch", "islands", "solver",
+                                  "integrate", "rest"})
+            sum += rows[backend + " run." + phase]["mean_ms"].get<double>();
+        const json& step = rows[backend + " run.step"];
+        EXPECT_NEAR(sum, step["mean_ms"].get<double>(), 1e-6 + 1e-6 * sum);
+        EXPECT_LE(step["min_ms"], step["median_ms"]);
+        EXPECT_LE(step["median_ms"], step["p90_ms"]);
+        EXPECT_EQ(step["steps"], 45);
+        EXPECT_EQ(step["precision"], "float");
+        EXPECT_EQ(step["hash"].get<std::string>().size(), 16u);
+        EXPECT_GT(step["contact_pairs"], 0) << "nothing has landed: the run shows nothing";
+        EXPECT_GE(step["overlapping_pairs"], step["contact_pairs"]);
+        EXPECT_GE(step["pairs"], step["overlapping_pairs"]);
+        EXPECT_GT(step["bytes"], 0);
+        EXPECT_EQ(step["audits"], 3);
+        EXPECT_EQ(step["audits_agree"], true);
+    }
+    EXPECT_TRUE(contains(outcome.output, "same boxes into both 3/3: agree")) << outcome.output;
+}
+
+TEST(RunCommand, RepeatsBitForBitWithAnyNumberOfThreadsAndOtherwiseWithAnotherSeed)
+{
+    const auto hashOf = [](const std::string& extra)
+    {
+        const json document = runForJson("run --bodies 100 --steps 40 --check 0 --backend grid " + extra);
+        return rowsByName(document)["grid run.step"]["hash"].get<std::string>();
+    };
+    const std::string first = hashOf("--threads 1");
+    EXPECT_EQ(hashOf("--threads 1"), first);
+    EXPECT_EQ(hashOf("--threads 3"), first);
+    EXPECT_NE(hashOf("--threads 1 --seed 2"), first);
+}
+
+TEST(RunCommand, RunsInDoublePrecision)
+{
+    Outcome outcome;
+    const json document = runForJson("run --bodies 60 --steps 30 --precision double", &outcome);
+    ASSERT_EQ(outcome.code, 0) << outcome.output << outcome.errors;
+    for (const json& row : document["rows"])
+        EXPECT_EQ(row["precision"], "double");
+    EXPECT_TRUE(contains(outcome.output, "double precision"));
+    EXPECT_EQ(runProgram("run --bodies 5 --steps 1 --precision=half").code, 2);
+}
+
+TEST(RunCommand, WritesCsvWithOneLinePerRow)
+{
+    const std::string path = temporaryPath("result.csv");
+    ASSERT_EQ(runProgram("run --bodies 20 --steps 5 --csv " + path).code, 0);
+    std::istringstream text(readText(path));
+    std::remove(path.c_str());
+    std::string line;
+    std::getline(text, line);
+    EXPECT_EQ(
+        line.rfind("benchmark,scene,backend,precision,threads,bodies,pairs,median_ms,p90_ms,min_ms,hash", 0),
+        0u)
+        << line;
+    EXPECT_TRUE(contains(line, ",commit"));
+    int rows = 0;
+    while (std::getline(text, line))
+        ++rows;
+    EXPECT_EQ(rows, 18) << "seven phases, the broad phase and the step, of two worlds";
+}
+
+TEST(RunCommand, NamesAMissingMesh)
+{
+    const Outcome outcome = runProgram("run --mesh /nowhere/rabbit.obj");
+    EXPECT_EQ(outcome.code, 3);
+    EXPECT_EQ(outcome.errors, "cullet: mesh '/nowhere/rabbit.obj': no such file\n");
+}
+
+TEST(RunCommand, NamesABrokenAndAnEmptyMesh)
+{
+    for (const char* text : {"", "neither vertices nor faces, but long enough"})
+    {
+        const std::string path = temporaryPath("broken.obj");
+        std::ofstream(path) << text;
+        const Outcome outcome = runProgram("run --mesh " + path);
+        std::remove(path.c_str());
+        EXPECT_EQ(outcome.code, 3) << text;
+        EXPECT_TRUE(contains(outcome.errors, path)) << outcome.errors;
+        EXPECT_EQ(outcome.errors.find('\n'), outcome.errors.size() - 1) << "one line: " << outcome.errors;
+    }
+}
+
+TEST(RunCommand, TakesTheMeshesThatAreNamed)
+{
+    const std::string path = temporaryPath("pyramid.obj");
+    std::ofstream(path) << "v 0 0 0\nv 3 0 0\nv 0 3 0\nv 0 0 3\nf 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n";
+    const Outcome outcome = runProgram("run --bodies 20 --steps 5 --mesh " + path);
+    std::remove(path.c_str());
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    EXPECT_TRUE(contains(outcome.output, "hull of 4")) << outcome.output;
+    EXPECT_FALSE(contains(outcome.output, "bunny"));
+}
+
+TEST(RunCommand, RefusesAResultFileThatCannotBeWrittenBeforeItSteps)
+{
+    const Outcome outcome = runProgram("run --bodies 100000 --steps 100000 --json /nowhere/result.json");
+    EXPECT_EQ(outcome.code, 4);
+    EXPECT_TRUE(contains(outcome.errors, "/nowhere/result.json")) << outcome.errors;
+}
+
+TEST(RunCommand, ShowsItsProgressOnATerminalOnly)
+{
+    EXPECT_EQ(runProgram("run --bodies 60 --steps 60").errors, "");
+    const std::string arguments = std::string(CULLET_PROGRAM) + " run --bodies 300 --steps 100";
+    if (std::system("command -v script >/dev/null") != 0)
+        GTEST_SKIP() << "no program 'script' to make a terminal";
+    EXPECT_TRUE(contains(runShell("script -qec '" + arguments + "' /dev/null").output, " left"));
+    EXPECT_FALSE(contains(runShell("script -qec '" + arguments + " --quiet' /dev/null").output, " left"));
+}
+
+TEST(RunCommand, PrintsWhatItHasWhenInterrupted)
+{
+    const Outcome outcome = runShell("timeout --preserve-status -s INT 3 " + std::string(CULLET_PROGRAM) +
+                                     " run --bodies 50 --steps 100000000");
+    EXPECT_EQ(outcome.code, 130);
+    EXPECT_TRUE(contains(outcome.output, "(interrupted)")) << outcome.output;
+    EXPECT_TRUE(contains(outcome.output, "dispatch")) << outcome.output;
+    EXPECT_TRUE(contains(outcome.output, "agree")) << outcome.output;
+}
+
+TEST(RunCommand, ExplainsWrongUsage)
+{
+    EXPECT_EQ(runProgram("").code, 2);
+    EXPECT_EQ(runProgram("run --bodies 0").code, 2);
+    EXPECT_EQ(runProgram("run --bodies many").code, 2);
+    const Outcome outcome = runProgram("run --backend gird");
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_TRUE(contains(outcome.errors, "grid")) << outcome.errors;
+    const Outcome help = runProgram("run --help");
+    EXPECT_EQ(help.code, 0);
+    EXPECT_TRUE(contains(help.output, "--mesh"));
+}
+}  // namespace
+}  // namespace cullet
