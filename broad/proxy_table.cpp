@@ -31,35 +31,22 @@ void forEachSetByte(const std::uint8_t* bytes, std::uint32_t begin, std::uint32_
 }
 }  // namespace
 
-void ProxyTable::mark(ProxyId row, std::uint8_t bits) noexcept
+void ProxyTable::unmarkBlock(std::uint32_t block, std::uint8_t reader) noexcept
 {
-    m_changes[row] = static_cast<std::uint8_t>(m_changes[row] | bits);
-    m_queryChanges[row] = 1;
-    // Blocks are shared between rows, hence atomics; relaxed, because update and query start after all setBox() calls.
-    const std::uint32_t block = row >> kBlockShift;
-    if (m_dirtyBlocks[block].load(std::memory_order_relaxed) == 0)
-        m_dirtyBlocks[block].store(1, std::memory_order_relaxed);
-    if (m_queryBlocks[block].load(std::memory_order_relaxed) == 0)
-        m_queryBlocks[block].store(1, std::memory_order_relaxed);
-    if (!m_queryDirty.load(std::memory_order_relaxed))
-        m_queryDirty.store(true, std::memory_order_relaxed);
+    const std::uint8_t marks = m_blocks[block].load(std::memory_order_relaxed);
+    m_blocks[block].store(static_cast<std::uint8_t>(marks & ~reader), std::memory_order_relaxed);
 }
 
 void ProxyTable::growBlocks()
 {
     const std::size_t needed = (m_boxes.size() >> kBlockShift) + 1;
-    if (needed <= m_dirtyBlocks.size())
+    if (needed <= m_blocks.size())
         return;
     // std::atomic does not move, so the blocks are copied by hand.
-    std::vector<std::atomic<std::uint8_t>> dirty(needed * 2);
-    std::vector<std::atomic<std::uint8_t>> query(needed * 2);
-    for (std::size_t i = 0; i < m_dirtyBlocks.size(); ++i)
-    {
-        dirty[i].store(m_dirtyBlocks[i].load(std::memory_order_relaxed), std::memory_order_relaxed);
-        query[i].store(m_queryBlocks[i].load(std::memory_order_relaxed), std::memory_order_relaxed);
-    }
-    m_dirtyBlocks.swap(dirty);
-    m_queryBlocks.swap(query);
+    std::vector<std::atomic<std::uint8_t>> blocks(needed * 2);
+    for (std::size_t i = 0; i < m_blocks.size(); ++i)
+        blocks[i].store(m_blocks[i].load(std::memory_order_relaxed), std::memory_order_relaxed);
+    m_blocks.swap(blocks);
 }
 
 ProxyId ProxyTable::create(const Aabb& box, std::uint32_t uniqueId, Filter filter)
@@ -96,12 +83,6 @@ void ProxyTable::destroy(ProxyId row)
     mark(row, kRowDestroyed);
 }
 
-void ProxyTable::setBox(ProxyId row, const Aabb& box) noexcept
-{
-    m_boxes[row] = isValid(box) ? box : kEmptyAabb;
-    mark(row, kRowMoved);
-}
-
 void ProxyTable::setFilter(ProxyId row, Filter filter) noexcept
 {
     if (m_filters[row].group == filter.group && m_filters[row].mask == filter.mask)
@@ -115,7 +96,7 @@ ProxyView ProxyTable::beginUpdate(float margin, bool useFilter)
     m_dirty.clear();
     for (std::uint32_t begin = 0; begin < size(); begin += 1u << kBlockShift)
     {
-        if (m_dirtyBlocks[begin >> kBlockShift].load(std::memory_order_relaxed) == 0)
+        if (!isBlockMarked(begin >> kBlockShift, kBlockForUpdate))
             continue;
         forEachSetByte(m_changes.data(), begin, std::min(size(), begin + (1u << kBlockShift)),
                        [this](std::uint32_t row) { m_dirty.push_back(row); });
@@ -136,8 +117,8 @@ void ProxyTable::endUpdate()
 {
     for (const ProxyId row : m_dirty)
         m_changes[row] = kRowUnchanged;
-    for (auto& block : m_dirtyBlocks)
-        block.store(0, std::memory_order_relaxed);
+    for (std::uint32_t block = 0; block < m_blocks.size(); ++block)
+        unmarkBlock(block, kBlockForUpdate);
     for (const ProxyId row : m_quarantine)
         m_uniqueIds[row] = 0;
     m_free.insert(m_free.end(), m_quarantine.begin(), m_quarantine.end());
@@ -151,9 +132,9 @@ void ProxyTable::collectQueryChanges(std::vector<ProxyId>& rows)
     for (std::uint32_t begin = 0; begin < size(); begin += 1u << kBlockShift)
     {
         const std::uint32_t block = begin >> kBlockShift;
-        if (m_queryBlocks[block].load(std::memory_order_relaxed) == 0)
+        if (!isBlockMarked(block, kBlockForQueries))
             continue;
-        m_queryBlocks[block].store(0, std::memory_order_relaxed);
+        unmarkBlock(block, kBlockForQueries);
         forEachSetByte(m_queryChanges.data(), begin, std::min(size(), begin + (1u << kBlockShift)),
                        [&](std::uint32_t row)
                        {
@@ -172,8 +153,7 @@ void ProxyTable::clear()
     m_filters.clear();
     m_changes.clear();
     m_queryChanges.clear();
-    m_dirtyBlocks.clear();
-    m_queryBlocks.clear();
+    m_blocks.clear();
     m_queryDirty.store(false, std::memory_order_relaxed);
     m_dirty.clear();
     m_free.clear();
@@ -185,7 +165,7 @@ std::uint64_t ProxyTable::bytes() const noexcept
 {
     return m_boxes.capacity() * sizeof(Aabb) + m_uniqueIds.capacity() * sizeof(std::uint32_t) +
            m_filters.capacity() * sizeof(Filter) + m_changes.capacity() + m_queryChanges.capacity() +
-           m_dirtyBlocks.size() + m_queryBlocks.size() +
+           m_blocks.size() +
            (m_dirty.capacity() + m_free.capacity() + m_quarantine.capacity()) * sizeof(ProxyId);
 }
 }  // namespace cullet

@@ -34,7 +34,11 @@ public:
 
     /// Stores a box and marks the row as moved. Any box is legal; an inverted one or one with a NaN counts as empty.
     /// O(1), no allocation.
-    void setBox(ProxyId row, const Aabb& box) noexcept;
+    void setBox(ProxyId row, const Aabb& box) noexcept
+    {
+        m_boxes[row] = isValid(box) ? box : kEmptyAabb;
+        mark(row, kRowMoved);
+    }
 
     /// Stores filter words and marks the row as refiltered if they differ. O(1).
     void setFilter(ProxyId row, Filter filter) noexcept;
@@ -70,7 +74,27 @@ public:
 private:
     static constexpr std::uint32_t kBlockShift = 12;  // 4,096 rows share one "something changed here" byte
 
-    void mark(ProxyId row, std::uint8_t bits) noexcept;
+    static constexpr std::uint8_t kBlockForUpdate = 1;
+    static constexpr std::uint8_t kBlockForQueries = 2;
+
+    void mark(ProxyId row, std::uint8_t bits) noexcept
+    {
+        m_changes[row] = static_cast<std::uint8_t>(m_changes[row] | bits);
+        m_queryChanges[row] = 1;
+        // Blocks are shared between rows, hence atomics; relaxed, because readers start after all setBox() calls.
+        std::atomic<std::uint8_t>& block = m_blocks[row >> kBlockShift];
+        constexpr std::uint8_t kBoth = kBlockForUpdate | kBlockForQueries;
+        if (block.load(std::memory_order_relaxed) == kBoth)
+            return;
+        block.store(kBoth, std::memory_order_relaxed);
+        m_queryDirty.store(true, std::memory_order_relaxed);
+    }
+
+    bool isBlockMarked(std::uint32_t block, std::uint8_t reader) const noexcept
+    {
+        return (m_blocks[block].load(std::memory_order_relaxed) & reader) != 0;
+    }
+    void unmarkBlock(std::uint32_t block, std::uint8_t reader) noexcept;
     void growBlocks();
 
     std::vector<Aabb> m_boxes;
@@ -78,8 +102,7 @@ private:
     std::vector<Filter> m_filters;
     std::vector<std::uint8_t> m_changes;
     std::vector<std::uint8_t> m_queryChanges;
-    std::vector<std::atomic<std::uint8_t>> m_dirtyBlocks;
-    std::vector<std::atomic<std::uint8_t>> m_queryBlocks;
+    std::vector<std::atomic<std::uint8_t>> m_blocks;  // which readers have changes to see in each 4,096 rows
     std::atomic<bool> m_queryDirty{false};
     std::vector<ProxyId> m_dirty;
     std::vector<ProxyId> m_free;

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "broad/row_grid.h"
 
+#include "broad/aabb_simd.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -19,10 +21,6 @@ constexpr std::uint32_t kSizeSampling = 8;
 constexpr std::size_t kTaskGrain = 8192;
 constexpr std::uint32_t kRowsPerTask = 16;
 constexpr std::uint32_t kLeastRowRoom = 256;
-
-// One vector register of the baseline, in the compilers' own notation.
-using Float4 = float __attribute__((vector_size(16)));
-using Int4 = std::int32_t __attribute__((vector_size(16)));
 
 /// Cells of four coordinates: floor, saturating.
 Int4 cellsOfCoordinates(Float4 coordinates, float inverseWidth)

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "broad/aabb_simd.h"
 #include "broad/backend.h"
 #include "broad/pair_set.h"
 #include "broad/row_grid.h"
@@ -138,21 +139,6 @@ private:
     std::vector<std::uint64_t> m_removedKeys;
     BackendStats m_stats;
 };
-
-/// Whether no face of the box is farther than `slack` from where it is in the reference.
-///
-/// Equal infinities differ by NaN, hence the second chance: a face that did not move is inside.
-inline bool isInsideShell(const Aabb& box, const Aabb& reference, float slack)
-{
-    for (int axis = 0; axis < 3; ++axis)
-    {
-        if (!(std::abs(box.min[axis] - reference.min[axis]) <= slack) && box.min[axis] != reference.min[axis])
-            return false;
-        if (!(std::abs(box.max[axis] - reference.max[axis]) <= slack) && box.max[axis] != reference.max[axis])
-            return false;
-    }
-    return true;
-}
 
 /// Signed distance of two boxes in the maximum norm over the axes: negative when they overlap.
 inline float gapOf(const Aabb& a, const Aabb& b)

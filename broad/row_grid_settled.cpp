@@ -85,12 +85,13 @@ void RowGridBackend::updateWatchedPair(const ProxyView& view, std::size_t index)
     const Aabb& b = view.boxes[pair.b];
     const SettledPairs::State state = m_settled.state(index);
     // An open pair may be one that was held although its filter words had come to reject it: hence the question.
-    if (state == SettledPairs::State::Open && overlaps(a, b) && mayEnter(view, pair))
+    if (state == SettledPairs::State::Open && overlapsBranchless(a, b) && mayEnter(view, pair))
     {
         m_settled.setState(index, SettledPairs::State::Held);
         reportAdded(view, pair);
     }
-    else if (state == SettledPairs::State::Held && !overlapsWithMargin(a, b, view.margin))
+    else if (state == SettledPairs::State::Held && !overlapsBranchless(a, b) &&
+             !overlapsWithMargin(a, b, view.margin))
     {
         m_settled.setState(index, SettledPairs::State::Open);
         reportRemoved(view, pair);
