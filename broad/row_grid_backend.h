@@ -99,7 +99,7 @@ private:
     SettledOutcome updateSettled(const ProxyView& view);
     void findEscaped(const ProxyView& view);
     void activate(std::uint32_t row);
-    void updateWatched(const ProxyView& view, bool all);
+    void updateWatched(const ProxyView& view);
     void updateWatchedPair(const ProxyView& view, std::size_t index);
     void updateActive(const ProxyView& view);
     void findActivePairs(const ProxyView& view, std::vector<IdPair>& found);
@@ -121,8 +121,9 @@ private:
     PairSet m_separated;            ///< moving: held pairs whose boxes only overlap with the margin
     PairSet m_exempt;  ///< held pairs that the filter would reject now; it may have changed later
 
-    float m_slack = 0;       ///< shell thickness
-    float m_lastMargin = 0;  ///< margin of the last settled update
+    float m_slack = 0;  ///< shell thickness
+    float m_settledMargin = 0;
+    float m_sureGap = 0;  ///< held pairs whose reference boxes are this near stay held inside their shells
     SettledPairs m_settled;
     std::vector<std::uint32_t> m_active;
     std::vector<IdPair> m_activePairs;     ///< held pairs with an active box

@@ -11,9 +11,10 @@ namespace cullet
 {
 namespace
 {
-// Shells are grown and compared with a little more than the slack, which covers the rounding of both.
+// A little more than the slack, and a little less than the margin, cover the rounding of sums and differences.
 constexpr float kGrowFactor = 1.0001f;
 constexpr float kSureFactor = 2.0002f;
+constexpr float kMarginFactor = 1.9999f;
 }  // namespace
 
 void RowGridBackend::collectHeld(std::vector<IdPair>& held) const
@@ -124,7 +125,8 @@ void RowGridBackend::rebuildSettled(const ProxyView& view, const std::vector<IdP
     m_mode = Mode::Settled;
     m_stats.path = "settle";
     m_slack = 0.5f * view.margin;
-    m_lastMargin = view.margin;
+    m_settledMargin = view.margin;
+    m_sureGap = kMarginFactor * view.margin - kSureFactor * m_slack;
     m_settledUpdates = 0;
     m_wasted = 0;
     for (std::uint32_t row = 0; row < view.size; ++row)
@@ -150,15 +152,11 @@ void RowGridBackend::rebuildSettled(const ProxyView& view, const std::vector<IdP
                 m_exempt.insert(key);
             const Aabb& a = view.boxes[pair.a];
             const Aabb& b = view.boxes[pair.b];
-            if (gapOf(a, b) <= -kSureFactor * m_slack)
-            {
-                m_settled.add(pair, SettledPairs::State::Sure);
-                if (!wasHeld)
-                    reportAdded(view, pair);
-                return;
-            }
             const bool isHeld = overlaps(a, b) || (wasHeld && overlapsWithMargin(a, b, view.margin));
-            watched.push_back({pair, isHeld ? SettledPairs::State::Held : SettledPairs::State::Open});
+            if (isHeld && gapOf(a, b) <= m_sureGap)
+                m_settled.add(pair, SettledPairs::State::Sure);
+            else
+                watched.push_back({pair, isHeld ? SettledPairs::State::Held : SettledPairs::State::Open});
             if (isHeld && !wasHeld)
                 reportAdded(view, pair);
             if (!isHeld && wasHeld)

@@ -19,9 +19,10 @@ constexpr std::size_t kQueryGrain = 1024;
 
 RowGridBackend::SettledOutcome RowGridBackend::updateSettled(const ProxyView& view)
 {
-    // A smaller margin concerns even pairs that did not move.
-    const bool marginChanged = view.margin != m_lastMargin;
-    if (view.dirtyCount == 0 && !marginChanged)
+    // What is sure was judged by the margin.
+    if (view.margin != m_settledMargin)
+        return SettledOutcome::Refresh;
+    if (view.dirtyCount == 0)
     {
         m_stats.path = "idle";
         return SettledOutcome::Done;
@@ -37,10 +38,9 @@ RowGridBackend::SettledOutcome RowGridBackend::updateSettled(const ProxyView& vi
     for (const std::uint32_t row : m_escaped)
         activate(row);
     m_stats.path = m_active.empty() ? "watch" : "incremental";
-    updateWatched(view, marginChanged);
+    updateWatched(view);
     if (!m_active.empty())
         updateActive(view);
-    m_lastMargin = view.margin;
     return SettledOutcome::Done;
 }
 
@@ -80,28 +80,31 @@ void RowGridBackend::activate(std::uint32_t row)
 
 void RowGridBackend::updateWatchedPair(const ProxyView& view, std::size_t index)
 {
+    const SettledPairs::State state = m_settled.state(index);
+    if (state != SettledPairs::State::Open && state != SettledPairs::State::Held)
+        return;
     const IdPair pair = m_settled.pair(index);
     const Aabb& a = view.boxes[pair.a];
     const Aabb& b = view.boxes[pair.b];
-    const SettledPairs::State state = m_settled.state(index);
+    const bool overlap = overlapsBranchless(a, b);
     // An open pair may be one that was held although its filter words had come to reject it: hence the question.
-    if (state == SettledPairs::State::Open && overlapsBranchless(a, b) && mayEnter(view, pair))
+    if (state == SettledPairs::State::Open && overlap && mayEnter(view, pair))
     {
-        m_settled.setState(index, SettledPairs::State::Held);
+        const bool isSure = gapOf(m_reference[pair.a], m_reference[pair.b]) <= m_sureGap;
+        m_settled.setState(index, isSure ? SettledPairs::State::Sure : SettledPairs::State::Held);
         reportAdded(view, pair);
     }
-    else if (state == SettledPairs::State::Held && !overlapsBranchless(a, b) &&
-             !overlapsWithMargin(a, b, view.margin))
+    else if (state == SettledPairs::State::Held && !overlap && !overlapsWithMargin(a, b, view.margin))
     {
         m_settled.setState(index, SettledPairs::State::Open);
         reportRemoved(view, pair);
     }
 }
 
-void RowGridBackend::updateWatched(const ProxyView& view, bool all)
+void RowGridBackend::updateWatched(const ProxyView& view)
 {
     // All in a row is faster per pair than box by box.
-    if (all || m_quiet.size() * 4 > view.size)
+    if (m_quiet.size() * 4 > view.size)
     {
         for (std::size_t i = m_settled.firstWatched(); i < m_settled.size(); ++i)
             updateWatchedPair(view, i);

@@ -11,8 +11,9 @@ namespace cullet
 {
 /// The pairs among boxes that stay near a reference position, with the few of them that need watching.
 ///
-/// A *sure* pair overlaps wherever its two boxes are within their shells around the reference boxes. A *watched* pair
-/// may or may not; it is held (in the pair set) or open. Pairs that can not overlap within the shells are not listed.
+/// A *sure* pair is held (in the pair set) and stays so wherever its two boxes are within their shells around the
+/// reference boxes. A *watched* pair may change; it is held or open. Pairs that are not held and can not overlap within
+/// the shells are not listed.
 /// That is a Verlet list with a slack, as in molecular dynamics, made exact.
 class SettledPairs
 {
