@@ -124,7 +124,22 @@ std::vector<Band> occupiedOctaves(const SizeHistogram& sizes)
     return bands;
 }
 
-/// Joins neighbouring bands while that is cheaper, or as long as there are too many.
+/// Joins equal numbers of neighbours until few bands are left: what follows costs their fourth power.
+void mergeEvenly(std::vector<Band>& bands)
+{
+    const std::size_t group = (bands.size() + kMaxLevels - 1) / kMaxLevels;
+    std::vector<Band> merged;
+    for (std::size_t i = 0; i < bands.size(); ++i)
+    {
+        if (i % group == 0)
+            merged.push_back(bands[i]);
+        else
+            merged.back() = merge(merged.back(), bands[i]);
+    }
+    bands = std::move(merged);
+}
+
+/// Joins neighbouring bands while that is cheaper.
 void mergeGreedily(std::vector<Band>& bands, const World& world, float cellScale)
 {
     double cost = totalCost(bands, world, cellScale);
@@ -144,7 +159,7 @@ void mergeGreedily(std::vector<Band>& bands, const World& world, float cellScale
                 best = std::move(trial);
             }
         }
-        if (bestCost >= cost && bands.size() <= kMaxLevels)
+        if (bestCost >= cost)
             return;
         bands = std::move(best);
         cost = bestCost;
@@ -223,6 +238,7 @@ GridPlan makeGridPlan(const SizeHistogram& sizes, const float span[3], int sweep
     const World world = {std::max<double>(span[plan.sweepAxis], bands.back().sweep + 1e-30),
                          std::max<double>(span[plan.tileAxisY], largest),
                          std::max<double>(span[plan.tileAxisZ], largest), density};
+    mergeEvenly(bands);
     mergeGreedily(bands, world, cellScale);
 
     plan.levelCount = static_cast<std::uint32_t>(bands.size());
