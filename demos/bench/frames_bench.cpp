@@ -36,6 +36,7 @@ struct Runner
     std::vector<double> wall;
     std::vector<double> cpu;
     PairDigest digest;
+    int digestFrame = 0;  ///< of the scene, counted from its start
     int checks = 0;
     std::string path;
 };
@@ -55,6 +56,7 @@ public:
     void check(Runner& runner, const std::vector<Aabb>& boxes)
     {
         runner.digest = runner.subject->digest(boxes);
+        runner.digestFrame = m_frame;
         ++runner.checks;
         if (!m_expected)
         {
@@ -146,6 +148,7 @@ public:
             row["cpu_median_ms"] = summarise(runner.cpu).median;
             row["frames"] = runner.wall.size();
             row["warmup_frames"] = runner.warmFrames;
+            row["hash_frame"] = runner.digestFrame;
             row["path"] = runner.path;
             row["resend"] = m_options.resend;
             row["held_pairs"] = runner.subject->heldPairs();

@@ -12,9 +12,10 @@ inline namespace CULLET_PRECISION
 ///
 /// In each frame every backend gets the boxes and finds the pairs, in an order that rotates from frame to frame. First
 /// warm-up frames, then timed ones; a backend that exceeds the budget has fewer of both (never fewer than one warm-up
-/// and three timed ones, unless the user interrupts), and its column `frames` says so. The pairs that overlap are compared in the first, the
-/// middle and the last timed frame of each backend: with the exact ones up to 150,000 bodies, beyond that with those
-/// of the first backend of that frame.
+/// and three timed ones, unless the user interrupts), and its column `frames` says so. The pairs that overlap are
+/// compared in the first, the middle and the last timed frame of each backend: with the exact ones up to 150,000
+/// bodies, beyond that with those of the first backend in that frame. Columns pairs and hash are those of the last
+/// comparison, in frame `hash_frame` of the scene; rows with the same frame have the same hash.
 ///
 /// @throws ProgramError (kExitDisagreement) when a backend's pairs are wrong, naming it and the frame
 void runFramesBench(const BroadCase& benchCase, ResultFile& file);

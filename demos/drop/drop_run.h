@@ -17,7 +17,7 @@ inline namespace CULLET_PRECISION
 struct DropOptions
 {
     BodyWorldOptions world;
-    std::uint32_t steps = 240;
+    std::uint32_t steps = 180;
     std::uint32_t auditEvery = 20;  ///< steps between two comparisons of the pairs; 0: never
     std::string backend = "auto";
     int threads = 0;

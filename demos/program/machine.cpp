@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "demos/program/machine.h"
 
-#include "cullet_commit.h"
+#include "demos/commit.h"
+
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
