@@ -154,5 +154,5 @@ build()
     fi
     # To stderr: a demo's own output may be piped into something.
     (cd "$CULLET_ROOT" && cmake --build --preset "$preset" -j "$(job_count)" "${targets[@]}" |
-        { grep -v '^ninja: no work to do\.$' || true; }) >&2
+        { grep --line-buffered -v '^ninja: no work to do\.$' || true; }) >&2
 }
