@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "broad/host_device.h"
+
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -28,7 +30,7 @@ inline constexpr Aabb kEmptyAabb = {
 /// True unless the box is empty (inverted or with a NaN on any axis).
 ///
 /// Written so that a NaN makes a comparison false and with it the result.
-inline bool isValid(const Aabb& box) noexcept
+CULLET_HOST_DEVICE inline bool isValid(const Aabb& box) noexcept
 {
     return box.min[0] <= box.max[0] && box.min[1] <= box.max[1] && box.min[2] <= box.max[2];
 }
@@ -36,7 +38,7 @@ inline bool isValid(const Aabb& box) noexcept
 /// Closed-interval overlap of two valid boxes; the one predicate that every backend shares.
 ///
 /// @pre both boxes are valid: an inverted box can pass this test. NaN never passes.
-inline bool overlaps(const Aabb& a, const Aabb& b) noexcept
+CULLET_HOST_DEVICE inline bool overlaps(const Aabb& a, const Aabb& b) noexcept
 {
     return a.min[0] <= b.max[0] && b.min[0] <= a.max[0] && a.min[1] <= b.max[1] && b.min[1] <= a.max[1] &&
            a.min[2] <= b.max[2] && b.min[2] <= a.max[2];
@@ -49,7 +51,7 @@ inline bool overlaps(const Aabb& a, const Aabb& b) noexcept
 /// infinities are NaN; `!(gap > limit)` counts them as near, which is right for boxes that reach infinity together.
 ///
 /// @pre both boxes are valid
-inline bool overlapsWithMargin(const Aabb& a, const Aabb& b, float margin) noexcept
+CULLET_HOST_DEVICE inline bool overlapsWithMargin(const Aabb& a, const Aabb& b, float margin) noexcept
 {
     const float limit = 2.0f * margin;
     for (int axis = 0; axis < 3; ++axis)

@@ -28,7 +28,7 @@ struct Filter
     std::int32_t mask;
 };
 
-inline bool passesFilter(Filter a, Filter b) noexcept
+CULLET_HOST_DEVICE inline bool passesFilter(Filter a, Filter b) noexcept
 {
     return (a.group & b.mask) != 0 && (b.group & a.mask) != 0;
 }
@@ -53,7 +53,7 @@ struct ProxyView
     std::uint32_t size = 0;                    ///< rows, free ones included
     const Aabb* boxes = nullptr;               ///< [size] world-space boxes; empty ones overlap nothing
     const std::uint32_t* uniqueIds = nullptr;  ///< [size] unique id, 0 for free rows
-    const Filter* filters = nullptr;           ///< [size] or null: null means every overlapping pair counts
+    const Filter* filters = nullptr;           ///< [size] or null: every overlapping pair counts; restart() at a switch
     const std::uint8_t* changes = nullptr;     ///< [size] RowChange bits since the last update
     const std::uint32_t* dirty = nullptr;      ///< [dirtyCount] ascending rows with changes != 0
     std::uint32_t dirtyCount = 0;
@@ -127,16 +127,68 @@ struct GridOptions
     bool baselineSimd = false;
 };
 
+/// Which of the two searches a sweep-and-prune backend runs. The pairs are the same.
+enum class PsapVariant
+{
+    Rows,    ///< the fast one: counting sort into rows of cells, one entry per box, several levels
+    Literal  ///< as the thesis has it: count, scan, fill, radix sort of (cell, start) keys, sweep
+};
+
+/// How the sweep axis is chosen. The pairs are the same.
+enum class PsapAxis
+{
+    Variance,  ///< the axis along which the centres of the boxes vary most
+    X,
+    Y,
+    Z,
+    Random  ///< by the seed, once per backend
+};
+
+/// How many cells the literal variant cuts the two other axes into. The pairs are the same.
+enum class PsapCells
+{
+    Automatic,   ///< cells about three mean extents wide
+    Thesis,      ///< one per 64,000 boxes
+    FixedCount,  ///< PsapOptions::cellCount
+};
+
+/// In which order the CPU runs the indices of a step. The pairs are the same.
+enum class PsapExecutor
+{
+    InOrder,
+    Shuffled,  ///< by the seed: finds steps that depend on the order
+    Threads
+};
+
 /// Options of the subdivision + parallel sweep-and-prune backends.
 struct PsapOptions
 {
     int device = 0;  ///< CUDA device ordinal
+    PsapVariant variant = PsapVariant::Rows;
+    PsapAxis axis = PsapAxis::Variance;
+    PsapCells cells = PsapCells::Automatic;
+    std::uint32_t cellCount = 1;  ///< for PsapCells::FixedCount
+    std::uint32_t seed = 1;       ///< for PsapAxis::Random and PsapExecutor::Shuffled
+    /// Rows variant: width of a cell and length of a bin in longest sides of their level, and how many doublings of
+    /// size share a level. Any values above 0 give the same pairs.
+    float cellScale = 1.0f;
+    float binScale = 2.0f;
+    std::uint32_t octavesPerLevel = 2;
+    /// Room for pairs, entries and look-ups at the start; every list grows when it has to. Any value gives the same
+    /// pairs (1 forces every growth).
+    std::uint32_t initialCapacity = 1024;
+    PsapExecutor executor = PsapExecutor::InOrder;  ///< of the backend on the CPU
+    /// Threads that pack boxes for the executor, and of PsapExecutor::Threads; 0: as many as the machine has.
+    int threads = 0;
 };
 
 std::unique_ptr<Backend> makeGridBackend(const GridOptions& options = {});
 
 /// Tests every pair of boxes in every update: O(n^2), the oracle of the tests, and fine below about 100 boxes.
 std::unique_ptr<Backend> makeBruteForceBackend();
+
+/// The steps of the CUDA backend run by the CPU: the reference of that backend, and the thesis's algorithm for study.
+std::unique_ptr<Backend> makeHostPsapBackend(const PsapOptions& options = {});
 
 /// The CUDA backend, or null with the reason in words in `*why`: no device, driver too old, built without CUDA.
 std::unique_ptr<Backend> makeCudaPsapBackend(const PsapOptions& options = {}, std::string* why = nullptr);

@@ -1,0 +1,58 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include <cstdint>
+#include <cstring>
+
+/// Marks a function that the CPU and the GPU run from the same source. Nothing outside nvcc.
+#ifdef __CUDACC__
+#define CULLET_HOST_DEVICE __host__ __device__
+#else
+#define CULLET_HOST_DEVICE
+#endif
+
+namespace cullet
+{
+/// Adds to a counter that other indices of the same step add to as well; returns the value before.
+///
+/// Relaxed: steps of a pipeline are separated by barriers, and no index reads what another one wrote.
+CULLET_HOST_DEVICE inline std::uint32_t fetchAdd(std::uint32_t* counter, std::uint32_t value)
+{
+#ifdef __CUDA_ARCH__
+    return atomicAdd(counter, value);
+#else
+    return __atomic_fetch_add(counter, value, __ATOMIC_RELAXED);
+#endif
+}
+
+CULLET_HOST_DEVICE inline std::uint64_t fetchAdd(std::uint64_t* counter, std::uint64_t value)
+{
+#ifdef __CUDA_ARCH__
+    static_assert(sizeof(unsigned long long) == sizeof(std::uint64_t), "CUDA's 64-bit atomic");
+    return atomicAdd(reinterpret_cast<unsigned long long*>(counter), static_cast<unsigned long long>(value));
+#else
+    return __atomic_fetch_add(counter, value, __ATOMIC_RELAXED);
+#endif
+}
+
+/// Puts `value` where `expected` was; returns what was there. The step is done when that is `expected`.
+CULLET_HOST_DEVICE inline std::uint64_t compareExchange(std::uint64_t* slot, std::uint64_t expected,
+                                                        std::uint64_t value)
+{
+#ifdef __CUDA_ARCH__
+    return atomicCAS(reinterpret_cast<unsigned long long*>(slot), static_cast<unsigned long long>(expected),
+                     static_cast<unsigned long long>(value));
+#else
+    __atomic_compare_exchange_n(slot, &expected, value, false, __ATOMIC_RELAXED, __ATOMIC_RELAXED);
+    return expected;
+#endif
+}
+
+CULLET_HOST_DEVICE inline std::uint32_t bitsOf(float value)
+{
+    std::uint32_t bits = 0;
+    memcpy(&bits, &value, sizeof(bits));
+    return bits;
+}
+}  // namespace cullet

@@ -1,0 +1,243 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/backend.h"
+#include "broad/psap_pairs.h"
+#include "broad/worker_pool.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cstdint>
+#include <cstring>
+#include <memory>
+#include <numeric>
+#include <random>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace cullet::psap
+{
+/// Memory of the HostExec.
+template <class T>
+class HostBuffer
+{
+public:
+    T* data() const { return m_data.get(); }
+    std::uint64_t size() const { return m_size; }
+
+    void allocate(std::uint64_t size)
+    {
+        m_size = 0;
+        m_data.reset();
+        m_data.reset(new T[size]);
+        m_size = size;
+    }
+
+private:
+    static_assert(std::is_trivially_copyable_v<T>, "copied as bytes");
+
+    std::unique_ptr<T[]> m_data;
+    std::uint64_t m_size = 0;
+};
+
+/// Runs the steps of a pipeline on the CPU: index by index, in shuffled order, or on threads.
+///
+/// What it does not imitate: the lanes of a warp that advance together, and memory that is apart from the CPU's.
+class HostExec
+{
+public:
+    template <class T>
+    using Buffer = HostBuffer<T>;
+    template <class T>
+    using Staging = HostBuffer<T>;
+
+    /// Held during an update; a GPU's executor makes its device the current one.
+    struct Use
+    {
+        explicit Use(const HostExec&) {}
+    };
+
+    explicit HostExec(const PsapOptions& options)
+        : m_order(options.executor),
+          m_random(options.seed),
+          m_workers(options.executor == PsapExecutor::Threads ? options.threads : 1)
+    {
+    }
+
+    /// Makes room for at least `count` elements. What was there may be lost.
+    template <class T>
+    void reserve(HostBuffer<T>& buffer, std::uint64_t count)
+    {
+        if (count <= buffer.size())
+            return;
+        m_bytes -= buffer.size() * sizeof(T);
+        buffer.allocate(count);
+        m_bytes += buffer.size() * sizeof(T);
+    }
+
+    /// The same, but the first `used` elements stay.
+    template <class T>
+    void reserveKeeping(HostBuffer<T>& buffer, std::uint64_t count, std::uint64_t used)
+    {
+        if (count <= buffer.size())
+            return;
+        HostBuffer<T> larger;
+        reserve(larger, std::max(count, buffer.size() + buffer.size() / 2));
+        copy(larger.data(), buffer.data(), used);
+        m_bytes -= buffer.size() * sizeof(T);
+        buffer = std::move(larger);
+    }
+
+    template <class T>
+    void copy(T* to, const T* from, std::uint64_t count)
+    {
+        if (count != 0)
+            std::memcpy(to, from, count * sizeof(T));
+    }
+    template <class T>
+    void upload(T* to, const T* from, std::uint64_t count)
+    {
+        copy(to, from, count);
+    }
+    template <class T>
+    void uploadNow(T* to, const T* from, std::uint64_t count)
+    {
+        copy(to, from, count);
+    }
+    template <class T>
+    void download(T* to, const T* from, std::uint64_t count)
+    {
+        copy(to, from, count);
+    }
+    template <class T>
+    void clear(T* what, std::uint64_t count)
+    {
+        std::memset(static_cast<void*>(what), 0, count * sizeof(T));
+    }
+    void wait() {}
+
+    /// Calls step(i) for i in [0, count).
+    template <class Step>
+    void forEach(std::uint64_t count, const Step& step)
+    {
+        forEachFrom(0, count, step);
+    }
+
+    /// Calls step(i) for i in [begin, end).
+    template <class Step>
+    void forEachFrom(std::uint64_t begin, std::uint64_t end, const Step& step)
+    {
+        run(begin, end, [&step] { return [&step](std::uint64_t i) { step(i); }; });
+    }
+
+    /// Calls step(i, emit) for i in [0, count); emit.push(pair) appends to the list.
+    template <class Step>
+    void forEachEmitting(std::uint64_t count, const Step& step, const PairList& list)
+    {
+        run(0, count,
+            [&] {
+                return [&step, emit = Emitter{list, &m_tests, 0}](std::uint64_t i) mutable { step(i, emit); };
+            });
+    }
+
+    /// out[i] = sum of in[0 .. i-1].
+    template <class T>
+    void scan(const T* in, T* out, std::uint64_t count)
+    {
+        std::exclusive_scan(in, in + count, out, T{0});
+    }
+
+    /// Sorts by key, stable: a radix sort of one byte per pass.
+    void sortPairs(std::uint64_t* keys, std::uint64_t* sortedKeys, std::uint32_t* values,
+                   std::uint32_t* sortedValues, std::uint64_t count, int bits)
+    {
+        std::vector<std::pair<std::uint64_t, std::uint32_t>> from(count), to(count);
+        for (std::uint64_t i = 0; i < count; ++i)
+            from[i] = {keys[i], values[i]};
+        for (int shift = 0; shift < bits; shift += 8)
+        {
+            std::uint64_t starts[257] = {};
+            for (const auto& entry : from)
+                ++starts[(entry.first >> shift & 255u) + 1];
+            for (int digit = 0; digit < 256; ++digit)
+                starts[digit + 1] += starts[digit];
+            for (const auto& entry : from)
+                to[starts[entry.first >> shift & 255u]++] = entry;
+            from.swap(to);
+        }
+        for (std::uint64_t i = 0; i < count; ++i)
+        {
+            sortedKeys[i] = from[i].first;
+            sortedValues[i] = from[i].second;
+        }
+    }
+
+    void sortKeys(const std::uint64_t* keys, std::uint64_t* sortedKeys, std::uint64_t count)
+    {
+        std::copy(keys, keys + count, sortedKeys);
+        std::sort(sortedKeys, sortedKeys + count);
+    }
+
+    std::uint64_t bytes() const { return m_bytes; }
+
+    /// Box tests since the last call.
+    std::uint64_t takeTestCount() { return m_tests.exchange(0); }
+
+private:
+    /// What a step sees of its list.
+    struct Emitter
+    {
+        PairList list;
+        std::atomic<std::uint64_t>* tests;
+        std::uint64_t ownTests;
+
+        Emitter(const PairList& pairs, std::atomic<std::uint64_t>* total, std::uint64_t count)
+            : list(pairs), tests(total), ownTests(count)
+        {
+        }
+        Emitter(const Emitter& other) : Emitter(other.list, other.tests, 0) {}
+        ~Emitter() { tests->fetch_add(ownTests, std::memory_order_relaxed); }
+
+        void push(IdPair pair) { list.push(pair); }
+        void tested(std::uint64_t count) { ownTests += count; }
+    };
+
+    /// Calls body(i) for each index; makeBody() makes one body per task.
+    template <class MakeBody>
+    void run(std::uint64_t begin, std::uint64_t end, const MakeBody& makeBody)
+    {
+        if (end <= begin)
+            return;
+        if (m_order == PsapExecutor::Shuffled)
+        {
+            std::vector<std::uint64_t> indices(end - begin);
+            std::iota(indices.begin(), indices.end(), begin);
+            std::shuffle(indices.begin(), indices.end(), m_random);
+            auto body = makeBody();
+            for (const std::uint64_t i : indices)
+                body(i);
+            return;
+        }
+        const std::uint64_t count = end - begin;
+        const unsigned tasks = m_workers.tasksFor(count, kGrain);
+        m_workers.run(tasks,
+                      [&](unsigned task)
+                      {
+                          auto body = makeBody();
+                          const std::uint64_t last = begin + count * (task + 1) / tasks;
+                          for (std::uint64_t i = begin + count * task / tasks; i < last; ++i)
+                              body(i);
+                      });
+    }
+
+    static constexpr std::uint64_t kGrain = 64;
+
+    PsapExecutor m_order;
+    std::mt19937 m_random;
+    WorkerPool m_workers;
+    std::atomic<std::uint64_t> m_tests{0};
+    std::uint64_t m_bytes = 0;
+};
+}  // namespace cullet::psap

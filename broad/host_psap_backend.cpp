@@ -1,0 +1,12 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "broad/host_exec.h"
+#include "broad/psap_backend.h"
+
+namespace cullet
+{
+std::unique_ptr<Backend> makeHostPsapBackend(const PsapOptions& options)
+{
+    return std::make_unique<psap::PsapBackend<psap::HostExec>>(options, "psap", options);
+}
+}  // namespace cullet

@@ -1,0 +1,377 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/backend.h"
+#include "broad/psap_failure.h"
+#include "broad/psap_pipeline.h"
+#include "broad/worker_pool.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cstdint>
+#include <new>
+#include <stdexcept>
+#include <unordered_map>
+#include <utility>
+#include <vector>
+
+namespace cullet::psap
+{
+/// Keeps the pair set of a proxy table up to date with one of the searches, on one executor.
+///
+/// In the executor's memory live the boxes of this update and of the last one and the held pairs, as rows. An update
+/// sends the changed rows, settles the held pairs, searches, and brings back the pairs that enter and those that leave.
+/// The order in which pairs are found may differ from run to run; deltas are sorted by unique id.
+template <class Exec>
+class PsapBackend final : public Backend
+{
+public:
+    template <class... ExecArguments>
+    PsapBackend(const PsapOptions& options, const char* name, ExecArguments&&... arguments)
+        : m_options(options),
+          m_name(name),
+          m_workers(options.threads),
+          m_exec(std::forward<ExecArguments>(arguments)...),
+          m_search(options)
+    {
+    }
+
+    Status update(const ProxyView& proxies, PairDelta& delta) override
+    {
+        delta.added.clear();
+        delta.removed.clear();
+        Status status = Status::OutOfMemory;
+        try
+        {
+            const typename Exec::Use use(m_exec);
+            updateOrThrow(proxies, delta);
+            return Status::Ok;
+        }
+        catch (const ExecutorFailure& failure)
+        {
+            status = failure.status;
+        }
+        catch (const std::bad_alloc&)
+        {
+        }
+        catch (const std::length_error&)
+        {
+        }
+        // Half of what the search remembers may never have happened.
+        m_search = Search<Exec>(m_options);
+        restart({});
+        delta.added.clear();
+        delta.removed.clear();
+        return status;
+    }
+
+    void restart(const std::vector<Pair>& known) override
+    {
+        m_known = known;
+        m_isFresh = true;
+        m_heldCount = 0;
+        m_dirtyCount = 0;
+    }
+
+    const char* name() const noexcept override { return m_name; }
+
+    BackendStats stats() const override
+    {
+        BackendStats stats = m_stats;
+        stats.bytes = m_exec.bytes();
+        return stats;
+    }
+
+private:
+    template <class T>
+    using Buffer = typename Exec::template Buffer<T>;
+    template <class T>
+    using Staging = typename Exec::template Staging<T>;
+
+    void updateOrThrow(const ProxyView& view, PairDelta& delta)
+    {
+        m_stats.path = "idle";
+        m_stats.candidates = 0;
+        const bool hasFilters = view.filters != nullptr;
+        if (!m_isFresh && view.dirtyCount == 0 && view.margin == m_margin && hasFilters == m_hadFilters)
+            return;
+        m_stats.path = "rebuild";
+        ++m_stats.rebuildsTotal;
+        m_retestAll = m_hadFilters && !hasFilters;
+        m_vanished.clear();
+        if (m_isFresh)
+            begin(view);
+        sendRows(view);
+        findChanges(view);
+        takeChanges(delta);
+        m_margin = view.margin;
+        m_hadFilters = hasFilters;
+        m_isFresh = false;
+    }
+
+    /// Forgets every row and takes over the pairs given to restart().
+    void begin(const ProxyView& view)
+    {
+        m_rowCount = 0;
+        m_dirtyCount = 0;
+        m_retestAll = false;
+        std::vector<IdPair> held;
+        findRowsOfKnown(view, held);
+        m_heldCount = held.size();
+        m_exec.reserve(m_held, std::max<std::uint64_t>(m_heldCount, m_options.initialCapacity));
+        m_exec.uploadNow(m_held.data(), held.data(), held.size());
+    }
+
+    void findRowsOfKnown(const ProxyView& view, std::vector<IdPair>& held)
+    {
+        std::unordered_map<std::uint32_t, std::uint32_t> rowOfId;
+        for (std::uint32_t row = 0; row < view.size && !m_known.empty(); ++row)
+        {
+            if (view.uniqueIds[row] != 0)
+                rowOfId.emplace(view.uniqueIds[row], row);
+        }
+        for (const Pair pair : m_known)
+        {
+            const auto a = rowOfId.find(pair.first);
+            const auto b = rowOfId.find(pair.second);
+            if (a == rowOfId.end() || b == rowOfId.end())
+                m_vanished.push_back(pairKey(pair));
+            else
+                held.push_back({a->second, b->second});
+        }
+    }
+
+    void reserveRows(std::uint64_t count, std::uint64_t used)
+    {
+        const std::uint64_t room = std::max<std::uint64_t>(count, 1);
+        m_exec.reserveKeeping(m_now, room, used);
+        m_exec.reserveKeeping(m_old, room, used);
+        m_exec.reserveKeeping(m_changes, room, used);
+        m_exec.reserveKeeping(m_filters, room, m_hadFilters ? used : 0);
+        m_exec.reserveKeeping(m_uniqueIds, room, used);
+        m_exec.reserveKeeping(m_dirty, room, m_dirtyIsAll ? 0 : m_dirtyCount);
+    }
+
+    /// Brings the changed rows over; rows that changed in the last update grow old first.
+    void sendRows(const ProxyView& view)
+    {
+        reserveRows(view.size, m_rowCount);
+        m_exec.forEach(m_dirtyCount, AgeRow{m_dirtyIsAll ? nullptr : m_dirty.data(), m_now.data(),
+                                            m_old.data(), m_changes.data()});
+        if (view.size > m_rowCount)
+            m_exec.forEachFrom(m_rowCount, view.size,
+                               ForgetRow{m_now.data(), m_old.data(), m_changes.data()});
+        m_dirtyIsAll = m_isFresh || view.dirtyCount == view.size;
+        m_dirtyCount = m_dirtyIsAll ? view.size : view.dirtyCount;
+        const bool sendsFilters = view.filters != nullptr;
+        const bool hasNewIds = stage(view, sendsFilters);
+        // Words that changed while no filter was asked for never came over.
+        if (sendsFilters && !m_hadFilters)
+            m_exec.uploadNow(m_filters.data(), view.filters, view.size);
+        if (hasNewIds)
+            m_exec.uploadNow(m_uniqueIds.data(), view.uniqueIds, view.size);
+        m_exec.forEach(m_dirtyCount,
+                       ApplyRow{m_dirtyIsAll ? nullptr : m_dirty.data(), m_newBoxes.data(),
+                                m_newChanges.data(), sendsFilters ? m_newFilters.data() : nullptr,
+                                m_now.data(), m_old.data(), m_changes.data(), m_filters.data()});
+        m_rowCount = view.size;
+    }
+
+    /// Packs the changed rows and sends them. Returns whether a row holds another proxy than before.
+    bool stage(const ProxyView& view, bool sendsFilters)
+    {
+        const std::uint64_t count = std::max<std::uint64_t>(m_dirtyCount, 1);
+        m_exec.reserve(m_stagedBoxes, count);
+        m_exec.reserve(m_stagedChanges, count);
+        m_exec.reserve(m_stagedFilters, count);
+        m_exec.reserve(m_stagedRows, count);
+        m_exec.reserve(m_newBoxes, count);
+        m_exec.reserve(m_newChanges, count);
+        m_exec.reserve(m_newFilters, count);
+        // Copying a million boxes on one core would take longer than everything else.
+        const unsigned tasks = m_workers.tasksFor(m_dirtyCount, kStageGrain);
+        std::atomic<std::uint8_t> all{kRowUnchanged};
+        m_workers.run(
+            tasks,
+            [&](unsigned task)
+            {
+                const std::uint64_t begin = m_dirtyCount * task / tasks;
+                all.fetch_or(stageRange(view, sendsFilters, begin, m_dirtyCount * (task + 1) / tasks));
+            });
+        m_exec.upload(m_newBoxes.data(), m_stagedBoxes.data(), m_dirtyCount);
+        m_exec.upload(m_newChanges.data(), m_stagedChanges.data(), m_dirtyCount);
+        if (sendsFilters)
+            m_exec.upload(m_newFilters.data(), m_stagedFilters.data(), m_dirtyCount);
+        if (!m_dirtyIsAll)
+            m_exec.upload(m_dirty.data(), m_stagedRows.data(), m_dirtyCount);
+        return (all.load() & kRowCreated) != 0;
+    }
+
+    /// Packs some of the changed rows. Returns all their RowChange bits.
+    std::uint8_t stageRange(const ProxyView& view, bool sendsFilters, std::uint64_t begin, std::uint64_t end)
+    {
+        const unsigned fresh = m_isFresh ? kRowCreated : kRowUnchanged;
+        unsigned all = fresh;
+        for (std::uint64_t i = begin; i < end; ++i)
+        {
+            const std::uint32_t row = m_dirtyIsAll ? static_cast<std::uint32_t>(i) : view.dirty[i];
+            const unsigned changes = view.changes[row] | fresh;
+            all |= changes;
+            m_stagedRows.data()[i] = row;
+            m_stagedBoxes.data()[i] = view.boxes[row];
+            m_stagedChanges.data()[i] = static_cast<std::uint8_t>(changes);
+            if (sendsFilters)
+                m_stagedFilters.data()[i] = view.filters[row];
+        }
+        return static_cast<std::uint8_t>(all);
+    }
+
+    /// Settles the held pairs and searches, again with more room as long as a list was too short.
+    void findChanges(const ProxyView& view)
+    {
+        m_exec.reserve(m_counters, 1);
+        m_exec.reserve(m_stagedCounts, 1);
+        m_exec.reserve(m_kept, std::max<std::uint64_t>(m_heldCount, m_options.initialCapacity));
+        m_exec.reserve(m_removed, std::max<std::uint64_t>(m_heldCount, m_options.initialCapacity));
+        m_exec.reserve(m_added, m_options.initialCapacity);
+        growLookup(m_options.initialCapacity);
+        m_search.build(m_exec, {m_now.data(), m_rowCount});
+        settle(view);
+        emit(view);
+        while (m_counts.lookups > table().limit())
+        {
+            growLookup(2 * m_counts.lookups);
+            settle(view);
+            emit(view);
+        }
+        while (m_counts.added > m_added.size())
+        {
+            m_exec.reserve(m_added, m_counts.added);
+            m_exec.clear(&m_counters.data()->added, 1);
+            emit(view);
+        }
+    }
+
+    void growLookup(std::uint64_t pairs)
+    {
+        std::uint64_t slots = std::max<std::uint64_t>(m_lookupSlots, 2);
+        while (slots < 2 * pairs)
+            slots *= 2;
+        m_exec.reserve(m_lookup, slots);
+        m_lookupSlots = slots;
+    }
+
+    LookupTable table() { return {m_lookup.data(), m_lookupSlots - 1, &m_counters.data()->lookups}; }
+
+    BoxHistory history(const ProxyView& view)
+    {
+        return {m_now.data(), m_old.data(), view.filters != nullptr ? m_filters.data() : nullptr,
+                m_changes.data(), m_retestAll};
+    }
+
+    void settle(const ProxyView& view)
+    {
+        m_exec.clear(m_counters.data(), 1);
+        m_exec.forEach(m_lookupSlots, FreeSlot{m_lookup.data()});
+        const PairList removed = {m_removed.data(), m_removed.size(), &m_counters.data()->removed};
+        const PairList kept = {m_kept.data(), m_kept.size(), &m_counters.data()->kept};
+        m_exec.forEachEmitting(m_heldCount,
+                               SettleHeld{m_held.data(), history(view), view.margin, removed, table()}, kept);
+    }
+
+    void emit(const ProxyView& view)
+    {
+        const PairList added = {m_added.data(), m_added.size(), &m_counters.data()->added};
+        m_search.emit(m_exec, {history(view), table(), false}, added);
+        m_exec.copy(&m_counters.data()->side, m_search.sideCount(), 1);
+        m_exec.download(m_stagedCounts.data(), m_counters.data(), 1);
+        m_exec.wait();
+        m_counts = *m_stagedCounts.data();
+    }
+
+    /// Puts together the new held pairs and names the changes by their ids.
+    void takeChanges(PairDelta& delta)
+    {
+        m_exec.reserveKeeping(m_kept, m_counts.kept + m_counts.added, m_counts.kept);
+        m_exec.copy(m_kept.data() + m_counts.kept, m_added.data(), m_counts.added);
+        nameChanges(m_added, m_counts.added, delta.added);
+        nameChanges(m_removed, m_counts.removed, delta.removed);
+        if (!m_vanished.empty())
+            mergeVanished(delta.removed);
+        std::swap(m_held, m_kept);
+        m_heldCount = m_counts.kept + m_counts.added;
+        m_known.clear();
+        m_known.shrink_to_fit();
+        m_stats.pairs = m_heldCount;
+        m_stats.unbounded = m_counts.side;
+        m_stats.entries = m_search.entryCount();
+        m_stats.candidates = m_exec.takeTestCount();
+    }
+
+    void nameChanges(const Buffer<IdPair>& pairs, std::uint64_t count, std::vector<Pair>& named)
+    {
+        if (count == 0)
+            return;
+        m_exec.reserve(m_keys[0], count);
+        m_exec.reserve(m_keys[1], count);
+        m_exec.reserve(m_stagedKeys, count);
+        m_exec.forEach(count, MakeKey{pairs.data(), m_uniqueIds.data(), m_keys[0].data()});
+        m_exec.sortKeys(m_keys[0].data(), m_keys[1].data(), count);
+        m_exec.download(m_stagedKeys.data(), m_keys[1].data(), count);
+        named.resize(count);
+        m_exec.wait();
+        std::transform(m_stagedKeys.data(), m_stagedKeys.data() + count, named.begin(), pairOfKey);
+    }
+
+    void mergeVanished(std::vector<Pair>& removed)
+    {
+        for (const std::uint64_t key : m_vanished)
+            removed.push_back(pairOfKey(key));
+        std::sort(removed.begin(), removed.end());
+    }
+
+    static constexpr std::size_t kStageGrain = 16384;
+
+    PsapOptions m_options;
+    const char* m_name;
+    WorkerPool m_workers;
+    Exec m_exec;  ///< before the buffers: they live in its memory
+    Search<Exec> m_search;
+    BackendStats m_stats;
+
+    bool m_isFresh = true;
+    std::vector<Pair> m_known;              ///< pairs handed over by restart()
+    std::vector<std::uint64_t> m_vanished;  ///< those of them whose proxies are gone
+    bool m_hadFilters = false;
+    bool m_retestAll = false;
+    float m_margin = 0;
+
+    std::uint64_t m_rowCount = 0;  ///< rows that have been sent
+    Buffer<Aabb> m_now, m_old;
+    Buffer<std::uint8_t> m_changes;
+    Buffer<Filter> m_filters;
+    Buffer<std::uint32_t> m_uniqueIds;
+
+    bool m_dirtyIsAll = false;
+    std::uint64_t m_dirtyCount = 0;  ///< rows changed in the last update
+    Buffer<std::uint32_t> m_dirty;
+    Buffer<Aabb> m_newBoxes;
+    Buffer<std::uint8_t> m_newChanges;
+    Buffer<Filter> m_newFilters;
+    Staging<std::uint32_t> m_stagedRows;
+    Staging<Aabb> m_stagedBoxes;
+    Staging<std::uint8_t> m_stagedChanges;
+    Staging<Filter> m_stagedFilters;
+    Staging<std::uint64_t> m_stagedKeys;
+
+    std::uint64_t m_heldCount = 0;
+    Buffer<IdPair> m_held, m_kept, m_added, m_removed;
+    std::uint64_t m_lookupSlots = 0;
+    Buffer<std::uint64_t> m_lookup;
+    Buffer<Counters> m_counters;
+    Staging<Counters> m_stagedCounts;
+    Buffer<std::uint64_t> m_keys[2];
+    Counters m_counts{};
+};
+}  // namespace cullet::psap

@@ -1,0 +1,260 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/aabb.h"
+#include "broad/backend.h"
+#include "broad/host_device.h"
+#include "broad/row_soa.h"
+
+#include <cstdint>
+#include <limits>
+
+/// What changes in the pair set from one update to the next, told by geometry: a pair that overlaps now is new when its
+/// boxes did not overlap in the last update, a held pair leaves when its boxes separate. Only the pairs for which the old
+/// boxes do not decide (held by the margin alone, or filter words changed) are looked up, in a table of just those.
+namespace cullet::psap
+{
+inline constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+/// The box that passes no comparison: stands for empty boxes on the device, where isValid() is then never asked.
+CULLET_HOST_DEVICE inline Aabb nowhere()
+{
+    return {{kNan, kNan, kNan}, {kNan, kNan, kNan}};
+}
+
+/// Counts of one update, in one place so that one copy brings them to the CPU.
+struct Counters
+{
+    std::uint64_t added;    ///< pairs that enter; may be more than were written
+    std::uint64_t removed;  ///< pairs that leave
+    std::uint64_t kept;     ///< pairs that stay
+    std::uint64_t lookups;  ///< pairs in the look-up table; may be more than were written
+    std::uint32_t side;     ///< boxes without cells, tested against all others
+    std::uint32_t padding;
+};
+
+/// A list that many indices append to. The counter runs past the capacity, so that it tells how much room was missing.
+struct PairList
+{
+    IdPair* pairs;
+    std::uint64_t capacity;
+    std::uint64_t* count;
+
+    CULLET_HOST_DEVICE void push(IdPair pair) const
+    {
+        const std::uint64_t slot = claimSlot();
+        if (slot < capacity)
+            pairs[slot] = pair;
+    }
+
+private:
+    CULLET_HOST_DEVICE std::uint64_t claimSlot() const
+    {
+#ifdef __CUDA_ARCH__
+        // The lanes that are here together take one atomic together.
+        const unsigned lanes = __activemask();
+        const unsigned lane = threadIdx.x & 31u;
+        const int leader = __ffs(static_cast<int>(lanes)) - 1;
+        unsigned long long base = 0;
+        if (static_cast<int>(lane) == leader)
+            base = fetchAdd(count, static_cast<std::uint64_t>(__popc(lanes)));
+        base = __shfl_sync(lanes, base, leader);
+        return base + static_cast<unsigned>(__popc(lanes & ((1u << lane) - 1u)));
+#else
+        return fetchAdd(count, std::uint64_t{1});
+#endif
+    }
+};
+
+/// Pairs of rows as a set: open addressing, filled in one step and read in later ones.
+struct LookupTable
+{
+    static constexpr std::uint64_t kFree = ~0ull;  // no pair of rows has this key
+
+    std::uint64_t* slots;  ///< [mask + 1] kFree or a key
+    std::uint64_t mask;    ///< power of two minus one
+    std::uint64_t* count;  ///< runs past limit() when the table is too small; what it answers is then void
+
+    CULLET_HOST_DEVICE std::uint64_t limit() const { return (mask + 1) / 2; }
+
+    CULLET_HOST_DEVICE static std::uint64_t keyOf(IdPair pair)
+    {
+        return pair.a < pair.b ? static_cast<std::uint64_t>(pair.a) << 32 | pair.b
+                               : static_cast<std::uint64_t>(pair.b) << 32 | pair.a;
+    }
+
+    CULLET_HOST_DEVICE std::uint64_t home(std::uint64_t key) const
+    {
+        const std::uint64_t hash = key * 0x9E3779B97F4A7C15ull;
+        return (hash ^ hash >> 32) & mask;
+    }
+
+    /// @pre the pair is not in the table
+    CULLET_HOST_DEVICE void insert(IdPair pair) const
+    {
+        if (fetchAdd(count, std::uint64_t{1}) >= limit())
+            return;
+        const std::uint64_t key = keyOf(pair);
+        std::uint64_t slot = home(key);
+        while (compareExchange(&slots[slot], kFree, key) != kFree)
+            slot = (slot + 1) & mask;
+    }
+
+    CULLET_HOST_DEVICE bool contains(IdPair pair) const
+    {
+        if (*count == 0)
+            return false;
+        const std::uint64_t key = keyOf(pair);
+        for (std::uint64_t slot = home(key); slots[slot] != kFree; slot = (slot + 1) & mask)
+        {
+            if (slots[slot] == key)
+                return true;
+        }
+        return false;
+    }
+};
+
+/// The boxes of this update and of the last one, by row; empty ones are nowhere().
+struct BoxHistory
+{
+    const Aabb* now;
+    const Aabb* old;              ///< nowhere() for rows that hold another proxy since
+    const Filter* filters;        ///< null: every overlapping pair counts
+    const std::uint8_t* changes;  ///< RowChange bits of this update
+    bool retestAll;               ///< filter words no longer count, so old boxes decide nothing
+
+    /// Whether the old boxes do not tell if an overlapping pair is held.
+    CULLET_HOST_DEVICE bool isOpen(IdPair pair) const
+    {
+        return retestAll || ((changes[pair.a] | changes[pair.b]) & kRowRefiltered) != 0 ||
+               !overlaps(old[pair.a], old[pair.b]);
+    }
+};
+
+/// Tells of an overlapping pair whether it enters in this update.
+struct EntryTest
+{
+    BoxHistory boxes;
+    LookupTable held;  ///< the held pairs that are open
+    bool takeAll;      ///< every overlapping pair, for people who want the set itself
+
+    CULLET_HOST_DEVICE bool operator()(IdPair pair) const
+    {
+        if (takeAll)
+            return true;
+        if (!boxes.isOpen(pair))
+            return false;
+        if (boxes.filters != nullptr && !passesFilter(boxes.filters[pair.a], boxes.filters[pair.b]))
+            return false;
+        return !held.contains(pair);
+    }
+};
+
+/// Makes the boxes of the last update those of rows that changed in it.
+struct AgeRow
+{
+    const std::uint32_t* rows;  ///< null: 0, 1, 2, ...
+    const Aabb* now;
+    Aabb* old;
+    std::uint8_t* changes;
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    {
+        const std::uint64_t row = rows != nullptr ? rows[i] : i;
+        old[row] = now[row];
+        changes[row] = kRowUnchanged;
+    }
+};
+
+/// Stores a changed row.
+struct ApplyRow
+{
+    const std::uint32_t* rows;  ///< null: 0, 1, 2, ...
+    const Aabb* newBoxes;       ///< [changed rows]
+    const std::uint8_t* newChanges;
+    const Filter* newFilters;  ///< may be null
+    Aabb* now;
+    Aabb* old;
+    std::uint8_t* changes;
+    Filter* filters;
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    {
+        const std::uint64_t row = rows != nullptr ? rows[i] : i;
+        const Aabb box = newBoxes[i];
+        now[row] = isValid(box) ? box : nowhere();
+        changes[row] = newChanges[i];
+        if ((newChanges[i] & kRowCreated) != 0)
+            old[row] = nowhere();
+        if (newFilters != nullptr)
+            filters[row] = newFilters[i];
+    }
+};
+
+/// Empties a row on both sides of history.
+struct ForgetRow
+{
+    Aabb* now;
+    Aabb* old;
+    std::uint8_t* changes;
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t row) const
+    {
+        now[row] = nowhere();
+        old[row] = nowhere();
+        changes[row] = kRowUnchanged;
+    }
+};
+
+/// Frees a slot of the look-up table.
+struct FreeSlot
+{
+    std::uint64_t* slots;
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const { slots[i] = LookupTable::kFree; }
+};
+
+/// Decides about held pair i: it stays, and is open or not, or it leaves.
+struct SettleHeld
+{
+    const IdPair* held;
+    BoxHistory boxes;
+    float margin;
+    PairList removed;
+    LookupTable open;
+
+    /// @param kept receives the pair when it stays
+    template <class Kept>
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i, Kept& kept) const
+    {
+        const IdPair pair = held[i];
+        const Aabb a = boxes.now[pair.a];
+        const Aabb b = boxes.now[pair.b];
+        // Empty boxes first: overlapsWithMargin() counts NaN as near.
+        if (!isValid(a) || !isValid(b) || !overlapsWithMargin(a, b, margin))
+        {
+            removed.push(pair);
+            return;
+        }
+        kept.push(pair);
+        if (boxes.isOpen(pair))
+            open.insert(pair);
+    }
+};
+
+/// Names the rows of a pair by their unique ids: Pair's order as one integer.
+struct MakeKey
+{
+    const IdPair* pairs;
+    const std::uint32_t* uniqueIds;
+    std::uint64_t* keys;
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    {
+        const std::uint32_t a = uniqueIds[pairs[i].a];
+        const std::uint32_t b = uniqueIds[pairs[i].b];
+        keys[i] = a < b ? static_cast<std::uint64_t>(a) << 32 | b : static_cast<std::uint64_t>(b) << 32 | a;
+    }
+};
+}  // namespace cullet::psap

@@ -1,0 +1,274 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/psap_kernels.h"
+#include "broad/psap_rows.h"
+
+#include <algorithm>
+#include <cstdint>
+
+/// The order of the steps, for any executor.
+///
+/// An executor has: Buffer<T> with data() and size(); reserve(buffer, n), which may discard; upload, download, copy,
+/// clear and wait; forEach(n, functor); forEachEmitting(n, functor, list); scan; sortPairs; sortKeys. Steps run one after
+/// the other. HostExec and CudaExec are executors.
+namespace cullet::psap
+{
+/// Boxes to search, by row, in the executor's memory.
+struct SearchInput
+{
+    const Aabb* boxes;
+    std::uint64_t count;
+};
+
+/// Sums the boxes for the choice of axis and cells.
+template <class Exec>
+class Statistics
+{
+public:
+    void collect(Exec& exec, SearchInput input, std::uint64_t stride)
+    {
+        // Enough parts to keep a GPU busy, whatever executor this is: the sums depend on it.
+        const std::uint64_t samples = (input.count + stride - 1) / stride;
+        std::uint64_t parts = std::clamp<std::uint64_t>(samples / 8, 1, 16384);
+        exec.reserve(m_moments[0], parts);
+        exec.reserve(m_moments[1], parts);
+        exec.reserve(m_sizes, 1);
+        exec.clear(m_sizes.data(), 1);
+        exec.forEach(parts,
+                     SumBoxes{input.boxes, input.count, parts, stride, m_moments[0].data(), m_sizes.data()});
+        while (parts > 1)
+        {
+            const std::uint64_t sums = (parts + SumMoments::kFanIn - 1) / SumMoments::kFanIn;
+            exec.forEach(sums, SumMoments{m_moments[0].data(), parts, m_moments[1].data()});
+            std::swap(m_moments[0], m_moments[1]);
+            parts = sums;
+        }
+    }
+
+    const Moments* moments() const { return m_moments[0].data(); }
+    const SizeClasses* sizes() const { return m_sizes.data(); }
+
+private:
+    template <class T>
+    using Buffer = typename Exec::template Buffer<T>;
+
+    Buffer<Moments> m_moments[2];
+    Buffer<SizeClasses> m_sizes;
+};
+
+/// The thesis's search, step by step.
+template <class Exec>
+class CellSearch
+{
+public:
+    CellSearch(const PsapOptions& options, PsapAxis axis) : m_options(options), m_axis(axis) {}
+
+    void build(Exec& exec, SearchInput input)
+    {
+        m_input = input;
+        reserveForBoxes(exec, input.count);
+        m_statistics.collect(exec, input, 1);
+        exec.forEach(1, PlanCells{m_statistics.moments(), m_axis, m_options.cells, m_options.cellCount,
+                                  m_plan.data()});
+
+        exec.clear(m_sideCount.data(), 1);
+        exec.clear(m_counts.data() + input.count, 1);
+        exec.forEach(input.count, CountCells{input.boxes, m_plan.data(), m_counts.data(), m_side.data(),
+                                             m_sideCount.data()});
+        exec.scan(m_counts.data(), m_offsets.data(), input.count + 1);
+        readEntryCount(exec);
+        exec.forEach(input.count, FillEntries{input.boxes, m_plan.data(), m_counts.data(), m_offsets.data(),
+                                              m_keys[0].data(), m_rows[0].data()});
+        exec.sortPairs(m_keys[0].data(), m_keys[1].data(), m_rows[0].data(), m_rows[1].data(), m_entryCount,
+                       64);
+        exec.forEach(m_entryCount, MarkLonely{m_keys[1].data(), m_entryCount, m_isLonely.data()});
+    }
+
+    void emit(Exec& exec, const EntryTest& isNew, const PairList& pairs)
+    {
+        exec.forEachEmitting(m_entryCount,
+                             SweepCell{m_keys[1].data(), m_rows[1].data(), m_isLonely.data(), m_entryCount,
+                                       m_input.boxes, m_plan.data(), isNew},
+                             pairs);
+        exec.forEachEmitting(
+            m_input.count, TestSide{m_input.boxes, m_counts.data(), m_side.data(), m_sideCount.data(), isNew},
+            pairs);
+    }
+
+    const std::uint32_t* sideCount() const { return m_sideCount.data(); }
+    std::uint64_t entryCount() const { return m_entryCount; }
+
+private:
+    template <class T>
+    using Buffer = typename Exec::template Buffer<T>;
+
+    void reserveForBoxes(Exec& exec, std::uint64_t count)
+    {
+        exec.reserve(m_plan, 1);
+        exec.reserve(m_sideCount, 1);
+        exec.reserve(m_counts, count + 1);
+        exec.reserve(m_offsets, count + 1);
+        exec.reserve(m_side, count);
+    }
+
+    void readEntryCount(Exec& exec)
+    {
+        exec.download(&m_entryCount, m_offsets.data() + m_input.count, 1);
+        exec.wait();
+        for (int side = 0; side < 2; ++side)
+        {
+            exec.reserve(m_keys[side], std::max<std::uint64_t>(m_entryCount, m_options.initialCapacity));
+            exec.reserve(m_rows[side], std::max<std::uint64_t>(m_entryCount, m_options.initialCapacity));
+        }
+        exec.reserve(m_isLonely, std::max<std::uint64_t>(m_entryCount, m_options.initialCapacity));
+    }
+
+    PsapOptions m_options;
+    PsapAxis m_axis;
+    SearchInput m_input{};
+    std::uint64_t m_entryCount = 0;
+    Statistics<Exec> m_statistics;
+    Buffer<CellPlan> m_plan;
+    Buffer<std::uint64_t> m_counts, m_offsets;
+    Buffer<std::uint32_t> m_side, m_sideCount;
+    Buffer<std::uint64_t> m_keys[2];  ///< as filled, and sorted
+    Buffer<std::uint32_t> m_rows[2];
+    Buffer<std::uint8_t> m_isLonely;
+};
+
+/// The fast search. The plan is made from a sample and used for some updates.
+template <class Exec>
+class RowSearch
+{
+public:
+    RowSearch(const PsapOptions& options, PsapAxis axis) : m_options(options), m_axis(axis) {}
+
+    void build(Exec& exec, SearchInput input)
+    {
+        m_input = input;
+        reserveForBoxes(exec, input.count);
+        if (isPlanStale())
+            makePlan(exec);
+        ++m_planAge;
+
+        exec.clear(m_sideCount.data(), 1);
+        exec.clear(m_binCounts.data(), m_binCapacity + 1);
+        exec.forEach(input.count, CountRows{input.boxes, m_plan.data(), m_places.data(), m_binCounts.data(),
+                                            m_side.data(), m_sideCount.data()});
+        exec.scan(m_binCounts.data(), m_binStarts.data(), m_binCapacity + 1);
+        exec.forEach(input.count, ScatterRows{input.boxes, m_plan.data(), m_places.data(), m_binStarts.data(),
+                                              m_records.data()});
+    }
+
+    void emit(Exec& exec, const EntryTest& isNew, const PairList& pairs)
+    {
+        exec.forEachEmitting(m_input.count,
+                             SearchRows{m_records.data(), m_binStarts.data(), m_binCapacity, m_plan.data(),
+                                        m_input.boxes, m_side.data(), m_sideCount.data(), isNew},
+                             pairs);
+    }
+
+    /// Whether the next build() of as many boxes makes the same launches as the last one, without allocation or wait.
+    bool isRepeatable() const { return m_input.count != 0 && !isPlanStale(); }
+
+    /// Counts a repetition that happened without build().
+    void countRepeat() { ++m_planAge; }
+
+    const std::uint32_t* sideCount() const { return m_sideCount.data(); }
+    std::uint64_t entryCount() const { return m_input.count; }
+
+private:
+    template <class T>
+    using Buffer = typename Exec::template Buffer<T>;
+
+    static constexpr float kBinsPerBox = 2.0f;
+    static constexpr std::uint32_t kUpdatesPerPlan = 32;
+    static constexpr std::uint64_t kBoxesInSample = 1u << 17;
+
+    void reserveForBoxes(Exec& exec, std::uint64_t count)
+    {
+        exec.reserve(m_plan, 1);
+        exec.reserve(m_sideCount, 1);
+        exec.reserve(m_side, count);
+        exec.reserve(m_places, count);
+        exec.reserve(m_records, count);
+        if (count > m_plannedCount + m_plannedCount / 4 || 2 * count < m_plannedCount)
+            m_binCapacity = 0;
+        if (m_binCapacity == 0)
+        {
+            m_binCapacity = binCapacityFor(count, kBinsPerBox);
+            m_plannedCount = count;
+            m_planAge = kUpdatesPerPlan;
+        }
+        exec.reserve(m_binCounts, m_binCapacity + 1);
+        exec.reserve(m_binStarts, m_binCapacity + 1);
+    }
+
+    bool isPlanStale() const { return m_planAge >= kUpdatesPerPlan; }
+
+    void makePlan(Exec& exec)
+    {
+        m_statistics.collect(exec, m_input, std::max<std::uint64_t>(1, m_input.count / kBoxesInSample));
+        exec.forEach(1,
+                     PlanRows{m_statistics.moments(), m_statistics.sizes(), m_axis, m_options.octavesPerLevel,
+                              m_options.cellScale, m_options.binScale, m_binCapacity, m_plan.data()});
+        m_planAge = 0;
+    }
+
+    PsapOptions m_options;
+    PsapAxis m_axis;
+    SearchInput m_input{};
+    std::uint64_t m_binCapacity = 0;
+    std::uint64_t m_plannedCount = 0;
+    std::uint32_t m_planAge = kUpdatesPerPlan;
+    Statistics<Exec> m_statistics;
+    Buffer<RowPlan> m_plan;
+    Buffer<RowPlace> m_places;
+    Buffer<std::uint32_t> m_binCounts, m_binStarts;
+    Buffer<RowRecord> m_records;
+    Buffer<std::uint32_t> m_side, m_sideCount;
+};
+
+/// Either search, as the options say.
+template <class Exec>
+class Search
+{
+public:
+    explicit Search(const PsapOptions& options)
+        : m_isLiteral(options.variant == PsapVariant::Literal),
+          m_cells(options, resolve(options)),
+          m_rows(options, resolve(options))
+    {
+    }
+
+    void build(Exec& exec, SearchInput input)
+    {
+        m_isLiteral ? m_cells.build(exec, input) : m_rows.build(exec, input);
+    }
+
+    void emit(Exec& exec, const EntryTest& isNew, const PairList& pairs)
+    {
+        m_isLiteral ? m_cells.emit(exec, isNew, pairs) : m_rows.emit(exec, isNew, pairs);
+    }
+
+    bool isRepeatable() const { return !m_isLiteral && m_rows.isRepeatable(); }
+    void countRepeat() { m_rows.countRepeat(); }
+
+    const std::uint32_t* sideCount() const { return m_isLiteral ? m_cells.sideCount() : m_rows.sideCount(); }
+    std::uint64_t entryCount() const { return m_isLiteral ? m_cells.entryCount() : m_rows.entryCount(); }
+
+private:
+    static PsapAxis resolve(const PsapOptions& options)
+    {
+        constexpr PsapAxis kAxes[3] = {PsapAxis::X, PsapAxis::Y, PsapAxis::Z};
+        return options.axis == PsapAxis::Random ? kAxes[(options.seed * 2654435761u >> 16) % 3]
+                                                : options.axis;
+    }
+
+    bool m_isLiteral;
+    CellSearch<Exec> m_cells;
+    RowSearch<Exec> m_rows;
+};
+}  // namespace cullet::psap

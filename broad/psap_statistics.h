@@ -1,0 +1,233 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/aabb.h"
+#include "broad/backend.h"
+#include "broad/host_device.h"
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+/// Where the boxes are and how large: what the choice of axis and cells is made from. Never what pairs are found.
+namespace cullet::psap
+{
+/// Boxes longer than this have no cells and do not count in statistics (Bullet's planes reach 1e18 or 1e30).
+inline constexpr float kUnboundedExtent = 1125899906842624.0f;  // 2^50
+
+inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
+inline constexpr std::uint32_t kOctaves = 128;
+
+/// The longest side of a valid box, or infinity when it is unbounded.
+CULLET_HOST_DEVICE inline float boundedExtent(const Aabb& box)
+{
+    float longest = 0;
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        const float extent = box.max[axis] - box.min[axis];
+        if (!(extent <= kUnboundedExtent))  // NaN, from equal infinities, counts as unbounded
+            return kInfinity;
+        longest = extent > longest ? extent : longest;
+    }
+    return longest;
+}
+
+/// Class of a size: doubles from one to the next.
+CULLET_HOST_DEVICE inline std::uint32_t octaveOf(float extent)
+{
+    const std::int32_t octave = static_cast<std::int32_t>(bitsOf(extent) >> 23) - 127 + 64;
+    return octave < 0 ? 0u : octave > 127 ? 127u : static_cast<std::uint32_t>(octave);
+}
+
+/// Raises a non-negative float to at least `value`; the bits of such floats are ordered as they are.
+CULLET_HOST_DEVICE inline void raise(std::uint32_t* bits, float value)
+{
+#ifdef __CUDA_ARCH__
+    // Most values raise nothing; looking first spares the queue at one address.
+    if (*static_cast<volatile std::uint32_t*>(bits) < bitsOf(value))
+        atomicMax(bits, bitsOf(value));
+#else
+    std::uint32_t seen = __atomic_load_n(bits, __ATOMIC_RELAXED);
+    while (seen < bitsOf(value) && !__atomic_compare_exchange_n(bits, &seen, bitsOf(value), false,
+                                                                __ATOMIC_RELAXED, __ATOMIC_RELAXED))
+    {
+    }
+#endif
+}
+
+CULLET_HOST_DEVICE inline float floatOf(std::uint32_t bits)
+{
+    float value = 0;
+    memcpy(&value, &bits, sizeof(value));
+    return value;
+}
+
+/// How many boxes have which size.
+struct SizeClasses
+{
+    std::uint32_t count[kOctaves];
+    std::uint32_t largestBits[kOctaves];  ///< longest side in the class, as raise() keeps it
+};
+
+/// Sums over bounded boxes.
+struct Moments
+{
+    double sum[3];        ///< of the centres
+    double sumSquare[3];  ///< of the centres
+    double extent[3];     ///< of the sides
+    float low[3];         ///< least minimum
+    float high[3];        ///< greatest minimum
+    std::uint64_t count;
+
+    CULLET_HOST_DEVICE void reset()
+    {
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            sum[axis] = sumSquare[axis] = extent[axis] = 0;
+            low[axis] = kInfinity;
+            high[axis] = -kInfinity;
+        }
+        count = 0;
+    }
+
+    CULLET_HOST_DEVICE void add(const Aabb& box)
+    {
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            const double centre =
+                0.5 * (static_cast<double>(box.min[axis]) + static_cast<double>(box.max[axis]));
+            sum[axis] += centre;
+            sumSquare[axis] += centre * centre;
+            extent[axis] += static_cast<double>(box.max[axis]) - static_cast<double>(box.min[axis]);
+            low[axis] = box.min[axis] < low[axis] ? box.min[axis] : low[axis];
+            high[axis] = box.min[axis] > high[axis] ? box.min[axis] : high[axis];
+        }
+        ++count;
+    }
+
+    CULLET_HOST_DEVICE void add(const Moments& other)
+    {
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            sum[axis] += other.sum[axis];
+            sumSquare[axis] += other.sumSquare[axis];
+            extent[axis] += other.extent[axis];
+            low[axis] = other.low[axis] < low[axis] ? other.low[axis] : low[axis];
+            high[axis] = other.high[axis] > high[axis] ? other.high[axis] : high[axis];
+        }
+        count += other.count;
+    }
+
+    CULLET_HOST_DEVICE double variance(std::uint32_t axis) const
+    {
+        const double n = count == 0 ? 1.0 : static_cast<double>(count);
+        const double mean = sum[axis] / n;
+        return sumSquare[axis] / n - mean * mean;
+    }
+};
+
+/// Sums every `stride * parts`-th box into one of `parts` partial sums.
+///
+/// Which boxes go into which part, and in which order, depends on the counts alone, so that every executor gets the
+/// same bits.
+struct SumBoxes
+{
+    const Aabb* boxes;
+    std::uint64_t count;
+    std::uint64_t parts;
+    std::uint64_t stride;  ///< 1: all boxes; more: a sample
+    Moments* moments;      ///< [parts]
+    SizeClasses* sizes;    ///< zero before
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t part) const
+    {
+        Moments sums;
+        sums.reset();
+        // A run of boxes of one class costs one atomic.
+        std::uint32_t octave = 0;
+        std::uint32_t run = 0;
+        float largest = 0;
+        for (std::uint64_t i = part * stride; i < count; i += parts * stride)
+        {
+            const Aabb box = boxes[i];
+            const float extent = boundedExtent(box);
+            if (!isValid(box) || !(extent <= kUnboundedExtent))
+                continue;
+            sums.add(box);
+            if (octaveOf(extent) != octave)
+            {
+                flush(octave, run, largest);
+                octave = octaveOf(extent);
+                run = 0;
+                largest = 0;
+            }
+            ++run;
+            largest = extent > largest ? extent : largest;
+        }
+        flush(octave, run, largest);
+        moments[part] = sums;
+    }
+
+private:
+    CULLET_HOST_DEVICE void flush(std::uint32_t octave, std::uint32_t run, float largest) const
+    {
+        if (run == 0)
+            return;
+        fetchAdd(&sizes->count[octave], run);
+        raise(&sizes->largestBits[octave], largest);
+    }
+};
+
+/// Adds up to kFanIn partial sums to one.
+struct SumMoments
+{
+    static constexpr std::uint64_t kFanIn = 32;
+
+    const Moments* parts;
+    std::uint64_t count;
+    Moments* sums;  ///< [count / kFanIn, rounded up]
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    {
+        Moments sum = parts[i * kFanIn];
+        for (std::uint64_t k = i * kFanIn + 1; k < (i + 1) * kFanIn && k < count; ++k)
+            sum.add(parts[k]);
+        sums[i] = sum;
+    }
+};
+
+/// The three axes, the sweep axis first.
+struct Axes
+{
+    std::uint32_t s, u, v;
+};
+
+/// @param choice the axis, or Variance; Random was resolved by the caller
+CULLET_HOST_DEVICE inline Axes chooseAxes(const Moments& moments, PsapAxis choice)
+{
+    std::uint32_t s = 0;
+    if (choice == PsapAxis::Y)
+        s = 1;
+    if (choice == PsapAxis::Z)
+        s = 2;
+    if (choice == PsapAxis::Variance)
+    {
+        // `>` keeps the first of equal axes.
+        for (std::uint32_t axis = 1; axis < 3; ++axis)
+            s = moments.variance(axis) > moments.variance(s) ? axis : s;
+    }
+    return {s, (s + 1) % 3, (s + 2) % 3};
+}
+
+/// Whole-numbered cell coordinate as a float; monotone in `value`, whatever the rounding does.
+///
+/// Limited to +-2^22, so that it is exact, and so that sums of a few are.
+CULLET_HOST_DEVICE inline float cellOf(float value, float origin, float inverse)
+{
+    const float scaled = (value - origin) * inverse;
+    const float kLimit = 4194304.0f;
+    // NaN, from an infinity times zero, goes with the lower limit.
+    return floorf(scaled > -kLimit ? (scaled < kLimit ? scaled : kLimit) : -kLimit);
+}
+}  // namespace cullet::psap

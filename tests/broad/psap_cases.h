@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "tests/broad/backend_cases.h"
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace cullet::test
+{
+/// The variants and options of the sweep-and-prune backends, under the names of `prefix` and what is special.
+inline std::vector<BackendCase> psapCases(
+    const std::string& prefix, const std::function<std::unique_ptr<Backend>(const PsapOptions&)>& make)
+{
+    std::vector<BackendCase> cases;
+    const auto add = [&](const char* name, const std::function<void(PsapOptions&)>& change)
+    {
+        PsapOptions options;
+        change(options);
+        cases.push_back({prefix + name, [make, options] { return make(options); }});
+    };
+    add("Rows", [](PsapOptions&) {});
+    add("RowsCapacityOne", [](PsapOptions& options) { options.initialCapacity = 1; });
+    add("RowsAxisX", [](PsapOptions& options) { options.axis = PsapAxis::X; });
+    add("RowsAxisY", [](PsapOptions& options) { options.axis = PsapAxis::Y; });
+    add("RowsAxisZ", [](PsapOptions& options) { options.axis = PsapAxis::Z; });
+    add("RowsAxisRandom",
+        [](PsapOptions& options)
+        {
+            options.axis = PsapAxis::Random;
+            options.seed = 7;
+        });
+    add("RowsSmallCells",
+        [](PsapOptions& options)
+        {
+            options.cellScale = 0.3f;
+            options.binScale = 0.1f;
+        });
+    add("RowsLargeCells",
+        [](PsapOptions& options)
+        {
+            options.cellScale = 20;
+            options.binScale = 20;
+        });
+    add("RowsLevelPerOctave", [](PsapOptions& options) { options.octavesPerLevel = 1; });
+    add("Literal", [](PsapOptions& options) { options.variant = PsapVariant::Literal; });
+    add("LiteralCapacityOne",
+        [](PsapOptions& options)
+        {
+            options.variant = PsapVariant::Literal;
+            options.initialCapacity = 1;
+        });
+    add("LiteralThesisCells",
+        [](PsapOptions& options)
+        {
+            options.variant = PsapVariant::Literal;
+            options.cells = PsapCells::Thesis;
+            options.axis = PsapAxis::Y;
+        });
+    add("LiteralManyCells",
+        [](PsapOptions& options)
+        {
+            options.variant = PsapVariant::Literal;
+            options.cells = PsapCells::FixedCount;
+            options.cellCount = 5000;
+            options.axis = PsapAxis::Z;
+        });
+    return cases;
+}
+}  // namespace cullet::test
