@@ -1,29 +1,19 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-#include "broad/backend.h"
+// Takes the place of the CUDA sources in a build without CUDA.
 
-#ifdef CULLET_HAS_CUDA
-#include "cuda/cuda_device.h"
-#endif
+#include "broad/backend.h"
 
 #include <memory>
 #include <string>
 
 namespace cullet
 {
-
 std::unique_ptr<Backend> makeCudaPsapBackend(const PsapOptions&, std::string* why)
 {
-    if (why == nullptr)
-        return nullptr;
-#ifdef CULLET_HAS_CUDA
-    if (cudaDeviceUsable(why))
-        *why = "this build has CUDA but not yet the CUDA backend";
-#else
-    *why = "built without CUDA";
-#endif
+    if (why != nullptr)
+        *why = "built without CUDA";
     return nullptr;
 }
-
 }  // namespace cullet

@@ -1,0 +1,291 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/psap_failure.h"
+#include "broad/psap_pairs.h"
+#include "cuda/cuda_error.h"
+#include "cuda/device_buffer.h"
+
+#include <cub/device/device_radix_sort.cuh>
+#include <cub/device/device_scan.cuh>
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+
+namespace cullet::psap
+{
+inline constexpr unsigned kThreadsPerBlock = 256;
+inline constexpr unsigned kEmitThreads = 128;
+inline constexpr unsigned kWarpBuffer = 256;  ///< pairs that a warp keeps before they go to the list
+
+template <class Step>
+__global__ void __launch_bounds__(kThreadsPerBlock)
+    runStep(std::uint64_t begin, std::uint64_t end, const Step step)
+{
+    const std::uint64_t i = begin + static_cast<std::uint64_t>(blockIdx.x) * kThreadsPerBlock + threadIdx.x;
+    if (i < end)
+        step(i);
+}
+
+/// What a step sees of its list on the GPU: room for some pairs of its warp, which then take one atomic together.
+struct WarpEmitter
+{
+    IdPair* buffer;
+    unsigned* count;
+    PairList list;
+
+    __device__ void push(IdPair pair)
+    {
+        const unsigned slot = atomicAdd(count, 1u);
+        if (slot < kWarpBuffer)
+            buffer[slot] = pair;
+        else
+            list.push(pair);
+    }
+    __device__ void tested(std::uint64_t) {}
+};
+
+template <class Step>
+__global__ void __launch_bounds__(kEmitThreads)
+    runEmittingStep(std::uint64_t end, const Step step, const PairList list)
+{
+    __shared__ IdPair buffers[kEmitThreads / 32][kWarpBuffer];
+    __shared__ unsigned counts[kEmitThreads / 32];
+    const unsigned warp = threadIdx.x / 32;
+    const unsigned lane = threadIdx.x % 32;
+    if (lane == 0)
+        counts[warp] = 0;
+    __syncwarp();
+    WarpEmitter emit = {buffers[warp], &counts[warp], list};
+    const std::uint64_t i = static_cast<std::uint64_t>(blockIdx.x) * kEmitThreads + threadIdx.x;
+    if (i < end)
+        step(i, emit);
+    __syncwarp();
+
+    const unsigned count = counts[warp] < kWarpBuffer ? counts[warp] : kWarpBuffer;
+    if (count == 0)
+        return;
+    unsigned long long base = 0;
+    if (lane == 0)
+        base = fetchAdd(list.count, std::uint64_t{count});
+    base = __shfl_sync(0xffffffffu, base, 0);
+    for (unsigned k = lane; k < count; k += 32)
+    {
+        if (base + k < list.capacity)
+            list.pairs[base + k] = buffers[warp][k];
+    }
+}
+
+/// Runs the steps of a pipeline on one CUDA device, on one stream.
+///
+/// Every call is checked and throws ExecutorFailure. Nothing waits but wait() and uploadNow().
+class CudaExec
+{
+public:
+    template <class T>
+    using Buffer = DeviceBuffer<T>;
+    template <class T>
+    using Staging = PinnedBuffer<T>;
+
+    /// Makes the executor's device the current one of this thread, and puts the old one back.
+    class Use
+    {
+    public:
+        explicit Use(const CudaExec& exec)
+        {
+            CULLET_CUDA_TRY(cudaGetDevice(&m_before));
+            if (m_before != exec.m_device)
+                CULLET_CUDA_TRY(cudaSetDevice(exec.m_device));
+        }
+        Use(const Use&) = delete;
+        Use& operator=(const Use&) = delete;
+        ~Use() { cudaSetDevice(m_before); }
+
+    private:
+        int m_before = 0;
+    };
+
+    /// @param stream runs there; null: on a stream of its own
+    explicit CudaExec(int device, cudaStream_t stream = nullptr) : m_device(device), m_stream(stream)
+    {
+        const Use use(*this);
+        if (m_stream == nullptr)
+        {
+            CULLET_CUDA_TRY(cudaStreamCreateWithFlags(&m_ownStream, cudaStreamNonBlocking));
+            m_stream = m_ownStream;
+        }
+    }
+    CudaExec(const CudaExec&) = delete;
+    CudaExec& operator=(const CudaExec&) = delete;
+    ~CudaExec()
+    {
+        if (m_ownStream != nullptr)
+            cudaStreamDestroy(m_ownStream);
+        cudaGetLastError();
+    }
+
+    cudaStream_t stream() const { return m_stream; }
+
+    /// Makes room for at least `count` elements. What was there may be lost.
+    template <class T, class Memory>
+    void reserve(CudaMemory<T, Memory>& buffer, std::uint64_t count)
+    {
+        if (count <= buffer.size())
+            return;
+        // Growing by half at least: worlds grow body by body. Nothing on the stream may still use the old memory.
+        const std::uint64_t room = std::max(count, buffer.size() + buffer.size() / 2);
+        if (buffer.size() != 0)
+            wait();
+        m_bytes -= buffer.size() * sizeof(T);
+        buffer.allocate(room);
+        m_bytes += buffer.size() * sizeof(T);
+    }
+
+    /// The same, but the first `used` elements stay.
+    template <class T>
+    void reserveKeeping(DeviceBuffer<T>& buffer, std::uint64_t count, std::uint64_t used)
+    {
+        if (count <= buffer.size())
+            return;
+        DeviceBuffer<T> larger;
+        reserve(larger, std::max(count, buffer.size() + buffer.size() / 2));
+        copy(larger.data(), buffer.data(), used);
+        wait();
+        m_bytes -= buffer.size() * sizeof(T);
+        buffer = std::move(larger);
+    }
+
+    template <class T>
+    void copy(T* to, const T* from, std::uint64_t count)
+    {
+        transfer(to, from, count * sizeof(T), cudaMemcpyDeviceToDevice);
+    }
+    template <class T>
+    void upload(T* to, const T* from, std::uint64_t count)
+    {
+        transfer(to, from, count * sizeof(T), cudaMemcpyHostToDevice);
+        m_bytesMoved += count * sizeof(T);
+    }
+    /// From any memory of the CPU, which may change as soon as this returns.
+    template <class T>
+    void uploadNow(T* to, const T* from, std::uint64_t count)
+    {
+        upload(to, from, count);
+        wait();
+    }
+    template <class T>
+    void download(T* to, const T* from, std::uint64_t count)
+    {
+        transfer(to, from, count * sizeof(T), cudaMemcpyDeviceToHost);
+        m_bytesMoved += count * sizeof(T);
+    }
+    template <class T>
+    void clear(T* what, std::uint64_t count)
+    {
+        if (count != 0)
+            CULLET_CUDA_TRY(cudaMemsetAsync(what, 0, count * sizeof(T), m_stream));
+    }
+    void wait() { CULLET_CUDA_TRY(cudaStreamSynchronize(m_stream)); }
+
+    template <class Step>
+    void forEach(std::uint64_t count, const Step& step)
+    {
+        forEachFrom(0, count, step);
+    }
+    template <class Step>
+    void forEachFrom(std::uint64_t begin, std::uint64_t end, const Step& step)
+    {
+        if (end <= begin)
+            return;
+        runStep<<<blocksFor(end - begin, kThreadsPerBlock), kThreadsPerBlock, 0, m_stream>>>(begin, end,
+                                                                                             step);
+        CULLET_CUDA_TRY(cudaGetLastError());
+    }
+    template <class Step>
+    void forEachEmitting(std::uint64_t count, const Step& step, const PairList& list)
+    {
+        if (count == 0)
+            return;
+        runEmittingStep<<<blocksFor(count, kEmitThreads), kEmitThreads, 0, m_stream>>>(count, step, list);
+        CULLET_CUDA_TRY(cudaGetLastError());
+    }
+
+    template <class T>
+    void scan(const T* in, T* out, std::uint64_t count)
+    {
+        const int n = cubCount(count);
+        withScratch([&](void* scratch, std::size_t& bytes)
+                    { return cub::DeviceScan::ExclusiveSum(scratch, bytes, in, out, n, m_stream); });
+    }
+
+    void sortPairs(std::uint64_t* keys, std::uint64_t* sortedKeys, std::uint32_t* values,
+                   std::uint32_t* sortedValues, std::uint64_t count, int bits)
+    {
+        const int n = cubCount(count);
+        if (n == 0)
+            return;
+        withScratch(
+            [&](void* scratch, std::size_t& bytes)
+            {
+                return cub::DeviceRadixSort::SortPairs(scratch, bytes, keys, sortedKeys, values, sortedValues,
+                                                       n, 0, bits, m_stream);
+            });
+    }
+
+    void sortKeys(const std::uint64_t* keys, std::uint64_t* sortedKeys, std::uint64_t count)
+    {
+        const int n = cubCount(count);
+        if (n == 0)
+            return;
+        withScratch(
+            [&](void* scratch, std::size_t& bytes)
+            { return cub::DeviceRadixSort::SortKeys(scratch, bytes, keys, sortedKeys, n, 0, 64, m_stream); });
+    }
+
+    std::uint64_t bytes() const { return m_bytes; }
+    std::uint64_t bytesMoved() const
+    {
+        return m_bytesMoved;
+    }                                            ///< between CPU and device, since the beginning
+    std::uint64_t takeTestCount() { return 0; }  ///< not counted here: it would cost time
+
+private:
+    void transfer(void* to, const void* from, std::uint64_t bytes, cudaMemcpyKind kind)
+    {
+        if (bytes != 0)
+            CULLET_CUDA_TRY(cudaMemcpyAsync(to, from, bytes, kind, m_stream));
+    }
+
+    static unsigned blocksFor(std::uint64_t count, unsigned threads)
+    {
+        return static_cast<unsigned>((count + threads - 1) / threads);
+    }
+
+    /// CUB of CUDA 11 counts in int; a list longer than that is more than such a device holds.
+    static int cubCount(std::uint64_t count)
+    {
+        if (count > static_cast<std::uint64_t>(std::numeric_limits<int>::max()))
+            throw ExecutorFailure{Status::OutOfMemory, "CudaExec", "more than 2^31 elements in one step"};
+        return static_cast<int>(count);
+    }
+
+    /// CUB asks twice: how much scratch memory, then with it.
+    template <class Call>
+    void withScratch(const Call& call)
+    {
+        std::size_t bytes = 0;
+        CULLET_CUDA_TRY(call(nullptr, bytes));
+        reserve(m_scratch, std::max<std::size_t>(bytes, 1));
+        CULLET_CUDA_TRY(call(m_scratch.data(), bytes));
+    }
+
+    int m_device;
+    cudaStream_t m_stream;
+    cudaStream_t m_ownStream = nullptr;
+    std::uint64_t m_bytes = 0;
+    std::uint64_t m_bytesMoved = 0;
+    DeviceBuffer<unsigned char> m_scratch;
+};
+}  // namespace cullet::psap

@@ -1,0 +1,24 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include <cstdint>
+
+namespace cullet
+{
+/// What a test makes CUDA answer.
+enum class CudaFault
+{
+    None,
+    OutOfMemory,  ///< that one call says cudaErrorMemoryAllocation
+    DeviceLost    ///< that call and all later ones say cudaErrorLaunchFailure
+};
+
+/// Lets the `call`-th checked CUDA call from now on (0: the next) fail without being made. For tests; None ends it.
+///
+/// Counts the calls of all threads together.
+void setCudaFault(CudaFault fault, std::uint64_t call) noexcept;
+
+/// Checked CUDA calls since the last setCudaFault().
+std::uint64_t cudaCallCount() noexcept;
+}  // namespace cullet

@@ -1,0 +1,167 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "broad/psap_pipeline.h"
+#include "cuda/cuda_device.h"
+#include "cuda/cuda_exec.cuh"
+#include "cuda/device_pairs.h"
+
+#include <new>
+
+namespace cullet
+{
+namespace
+{
+using namespace psap;
+
+class PairFinder final : public DevicePairFinder
+{
+public:
+    PairFinder(const PsapOptions& options, cudaStream_t stream)
+        : m_options(options), m_exec(options.device, stream), m_search(options)
+    {
+    }
+    ~PairFinder() override { dropGraph(); }
+
+    Status enqueue(const Aabb* boxes, std::uint64_t count) override
+    {
+        return guarded([&] { enqueueOrThrow({boxes, count}); });
+    }
+
+    Status collect(DevicePairs& pairs) override
+    {
+        return guarded(
+            [&]
+            {
+                m_exec.wait();
+                while (m_counts.data()->added > m_pairs.size())
+                {
+                    dropGraph();
+                    m_exec.reserve(m_pairs, m_counts.data()->added);
+                    emit();
+                    m_exec.wait();
+                }
+                pairs = {m_pairs.data(), m_counts.data()->added};
+            });
+    }
+
+    std::uint64_t bytes() const override { return m_exec.bytes(); }
+
+private:
+    template <class Body>
+    Status guarded(const Body& body)
+    {
+        try
+        {
+            const CudaExec::Use use(m_exec);
+            body();
+            return Status::Ok;
+        }
+        catch (const ExecutorFailure& failure)
+        {
+            dropGraph();
+            m_search = Search<CudaExec>(m_options);
+            return failure.status;
+        }
+        catch (const std::bad_alloc&)
+        {
+            return Status::OutOfMemory;
+        }
+    }
+
+    void enqueueOrThrow(SearchInput input)
+    {
+        const bool isRepeat =
+            input.boxes == m_input.boxes && input.count == m_input.count && m_search.isRepeatable();
+        m_input = input;
+        if (!isRepeat)
+            dropGraph();
+        if (m_graph == nullptr && isRepeat)
+            record();
+        if (m_graph != nullptr)
+        {
+            CULLET_CUDA_TRY(cudaGraphLaunch(m_graph, m_exec.stream()));
+            m_search.countRepeat();
+            return;
+        }
+        m_exec.reserve(m_counters, 1);
+        m_exec.reserve(m_counts, 1);
+        m_exec.reserve(m_pairs, m_options.initialCapacity);
+        searchOnce();
+    }
+
+    void searchOnce()
+    {
+        m_search.build(m_exec, m_input);
+        emit();
+    }
+
+    void emit()
+    {
+        m_exec.clear(m_counters.data(), 1);
+        EntryTest all{};
+        all.takeAll = true;
+        m_search.emit(m_exec, all, {m_pairs.data(), m_pairs.size(), &m_counters.data()->added});
+        m_exec.download(m_counts.data(), m_counters.data(), 1);
+    }
+
+    /// Records the launches of one search, so that they go to the device in one call.
+    void record()
+    {
+        cudaGraph_t graph = nullptr;
+        CULLET_CUDA_TRY(cudaStreamBeginCapture(m_exec.stream(), cudaStreamCaptureModeThreadLocal));
+        try
+        {
+            searchOnce();
+        }
+        catch (...)
+        {
+            cudaStreamEndCapture(m_exec.stream(), &graph);
+            if (graph != nullptr)
+                cudaGraphDestroy(graph);
+            cudaGetLastError();
+            throw;
+        }
+        CULLET_CUDA_TRY(cudaStreamEndCapture(m_exec.stream(), &graph));
+        const cudaError_t error = cudaGraphInstantiateWithFlags(&m_graph, graph, 0);
+        cudaGraphDestroy(graph);
+        throwIfFailed(error, "cudaGraphInstantiateWithFlags");
+    }
+
+    void dropGraph() noexcept
+    {
+        if (m_graph != nullptr)
+            cudaGraphExecDestroy(m_graph);
+        m_graph = nullptr;
+    }
+
+    PsapOptions m_options;
+    CudaExec m_exec;
+    Search<CudaExec> m_search;
+    SearchInput m_input{};
+    cudaGraphExec_t m_graph = nullptr;
+    DeviceBuffer<IdPair> m_pairs;
+    DeviceBuffer<Counters> m_counters;
+    PinnedBuffer<Counters> m_counts;
+};
+}  // namespace
+
+std::unique_ptr<DevicePairFinder> makeDevicePairFinder(const PsapOptions& options, CUstream_st* stream,
+                                                       std::string* why)
+{
+    std::string reason;
+    if (cudaDeviceUsable(&reason))
+    {
+        try
+        {
+            return std::make_unique<PairFinder>(options, stream);
+        }
+        catch (const ExecutorFailure& failure)
+        {
+            reason = std::string("the CUDA device does not start: ") + failure.call + ": " + failure.reason;
+        }
+    }
+    if (why != nullptr)
+        *why = reason;
+    return nullptr;
+}
+}  // namespace cullet

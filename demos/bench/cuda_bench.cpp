@@ -1,0 +1,456 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// cullet_cuda_bench [--quick] [--only TEXT] [--csv FILE] [--json FILE] [--sweep]
+//
+// Times the CUDA backend on the workloads that broad phases on GPUs are compared on. GPU time by CUDA events around the
+// complete pair set, boxes in and pairs out in device memory, fresh positions in every frame (three sets in turn);
+// end-to-end time by the CPU's clock around update(), boxes and deltas in the CPU's memory. Prints one row per
+// measurement, with a hash of the pairs, so that a faster wrong answer is seen.
+
+#include "broad/backend.h"
+#include "cuda/device_pairs.h"
+#include "demos/program/machine.h"
+#include "demos/scenes/splitmix64.h"
+
+#include <cuda_runtime_api.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <functional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace
+{
+using namespace cullet;
+
+constexpr int kSets = 3;
+constexpr int kWarmUps = 6;
+
+void check(cudaError_t error)
+{
+    if (error != cudaSuccess)
+        throw std::runtime_error(cudaGetErrorString(error));
+}
+
+Aabb cubeAround(float x, float y, float z, float half)
+{
+    return {{x - half, y - half, z - half}, {x + half, y + half, z + half}};
+}
+
+/// W1: spheres of radius 1, constant density, about one pair per body.
+std::vector<Aabb> uniformBoxes(std::uint32_t count, std::uint64_t seed)
+{
+    SplitMix64 random(seed);
+    const float side = std::cbrt(32.0f * static_cast<float>(count));
+    std::vector<Aabb> boxes(count);
+    for (Aabb& box : boxes)
+    {
+        const float x = random.uniform(0, side), y = random.uniform(0, side), z = random.uniform(0, side);
+        box = cubeAround(x, y, z, 1);
+    }
+    return boxes;
+}
+
+/// W2: sides log-uniform from 0.1 to 100, just under five pairs per body.
+std::vector<Aabb> manySizes(std::uint32_t count, std::uint64_t seed)
+{
+    SplitMix64 random(seed);
+    const float side = std::cbrt(16457.0f * static_cast<float>(count));
+    std::vector<Aabb> boxes(count);
+    for (Aabb& box : boxes)
+    {
+        const float x = random.uniform(0, side), y = random.uniform(0, side), z = random.uniform(0, side);
+        box = cubeAround(x, y, z, 0.5f * std::pow(10.0f, random.uniform(-1, 2)));
+    }
+    return boxes;
+}
+
+/// W3: a heap of spheres, dense below, 7.6 pairs per body.
+std::vector<Aabb> heap(std::uint32_t count, std::uint64_t seed)
+{
+    SplitMix64 random(seed);
+    const float side = std::sqrt(0.1055f * static_cast<float>(count));
+    std::vector<Aabb> boxes(count);
+    for (Aabb& box : boxes)
+    {
+        const float x = random.uniform(0, side), z = random.uniform(0, side);
+        box = cubeAround(x, -20 * std::log(1 - random.uniform(0, 1)), z, 1);
+    }
+    return boxes;
+}
+
+/// All boxes have the same extent along x.
+std::vector<Aabb> flat(std::uint32_t count, std::uint64_t seed)
+{
+    SplitMix64 random(seed);
+    const float side = std::sqrt(16.0f * static_cast<float>(count));
+    std::vector<Aabb> boxes(count);
+    for (Aabb& box : boxes)
+    {
+        const float y = random.uniform(0, side), z = random.uniform(0, side);
+        box = cubeAround(0, y, z, 1);
+    }
+    return boxes;
+}
+
+struct Scene
+{
+    const char* name;
+    std::uint32_t bodies;
+    std::vector<Aabb> (*make)(std::uint32_t, std::uint64_t);
+};
+
+struct Row
+{
+    std::string scene, variant;
+    std::uint64_t bodies = 0, pairs = 0, bytes = 0, hash = 0;
+    double gpuMs = 0, endToEndMs = 0;
+};
+
+double median(std::vector<double> values)
+{
+    std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
+    return values[values.size() / 2];
+}
+
+std::uint64_t hashOf(const DevicePairs& found)
+{
+    std::vector<IdPair> pairs(found.count);
+    check(cudaMemcpy(pairs.data(), found.pairs, found.count * sizeof(IdPair), cudaMemcpyDeviceToHost));
+    std::uint64_t hash = 0;
+    for (const IdPair pair : pairs)
+        hash += splitMix(pairKey(makePair(pair.a, pair.b)));
+    return hash;
+}
+
+/// Boxes in device memory.
+class DeviceBoxes
+{
+public:
+    explicit DeviceBoxes(const std::vector<Aabb>& boxes)
+    {
+        check(cudaMalloc(reinterpret_cast<void**>(&m_data), boxes.size() * sizeof(Aabb)));
+        check(cudaMemcpy(m_data, boxes.data(), boxes.size() * sizeof(Aabb), cudaMemcpyHostToDevice));
+    }
+    DeviceBoxes(const DeviceBoxes&) = delete;
+    DeviceBoxes& operator=(const DeviceBoxes&) = delete;
+    ~DeviceBoxes() { cudaFree(m_data); }
+    const Aabb* data() const { return m_data; }
+
+private:
+    Aabb* m_data = nullptr;
+};
+
+void must(Status status)
+{
+    if (status != Status::Ok)
+        throw std::runtime_error(status == Status::OutOfMemory ? "out of device memory"
+                                                               : "the device failed");
+}
+
+Row timePairs(const Scene& scene, const std::string& variant, const PsapOptions& options, int frames)
+{
+    cudaStream_t stream = nullptr;
+    check(cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking));
+    cudaEvent_t begin = nullptr, end = nullptr;
+    check(cudaEventCreate(&begin));
+    check(cudaEventCreate(&end));
+    Row row;
+    {
+        std::string why;
+        const auto finder = makeDevicePairFinder(options, stream, &why);
+        if (!finder)
+            throw std::runtime_error(why);
+        std::vector<std::unique_ptr<DeviceBoxes>> sets;
+        for (int set = 0; set < kSets; ++set)
+            sets.push_back(std::make_unique<DeviceBoxes>(scene.make(scene.bodies, 12345 + set)));
+        Aabb* current = nullptr;
+        check(cudaMalloc(reinterpret_cast<void**>(&current), scene.bodies * sizeof(Aabb)));
+        DevicePairs found;
+        std::vector<double> times;
+        for (int frame = 0; frame < kWarmUps + frames; ++frame)
+        {
+            // One address, new content: as an engine that integrates on the device would have it.
+            check(cudaMemcpyAsync(current, sets[frame % kSets]->data(), scene.bodies * sizeof(Aabb),
+                                  cudaMemcpyDeviceToDevice, stream));
+            check(cudaStreamSynchronize(stream));
+            check(cudaEventRecord(begin, stream));
+            must(finder->enqueue(current, scene.bodies));
+            check(cudaEventRecord(end, stream));
+            must(finder->collect(found));
+            float ms = 0;
+            check(cudaEventElapsedTime(&ms, begin, end));
+            if (frame >= kWarmUps)
+                times.push_back(ms);
+            if (frame % kSets == 0 && frame >= kWarmUps && row.pairs == 0)
+            {
+                row.pairs = found.count;
+                row.hash = hashOf(found);
+            }
+        }
+        row.gpuMs = median(times);
+        row.bytes = finder->bytes();
+        cudaFree(current);
+    }
+    check(cudaEventDestroy(begin));
+    check(cudaEventDestroy(end));
+    check(cudaStreamDestroy(stream));
+    row.scene = scene.name;
+    row.variant = variant;
+    row.bodies = scene.bodies;
+    return row;
+}
+
+/// update() with boxes that drift by 0.05, all of them or every tenth.
+Row timeUpdates(const Scene& scene, const std::string& variant, std::unique_ptr<Backend> backend,
+                std::uint32_t every, int frames)
+{
+    std::vector<Aabb> boxes = scene.make(scene.bodies, 12345);
+    std::vector<std::uint32_t> ids(scene.bodies), dirty;
+    std::vector<std::uint8_t> changes(scene.bodies, kRowCreated);
+    for (std::uint32_t row = 0; row < scene.bodies; ++row)
+    {
+        ids[row] = row + 1;
+        dirty.push_back(row);
+    }
+    SplitMix64 random(7);
+    PairDelta delta;
+    std::vector<double> times;
+    std::uint64_t hash = 0;
+    for (int frame = 0; frame < kWarmUps + frames; ++frame)
+    {
+        ProxyView view;
+        view.size = scene.bodies;
+        view.boxes = boxes.data();
+        view.uniqueIds = ids.data();
+        view.changes = changes.data();
+        view.dirty = dirty.data();
+        view.dirtyCount = static_cast<std::uint32_t>(dirty.size());
+        const auto begin = std::chrono::steady_clock::now();
+        must(backend->update(view, delta));
+        const std::chrono::duration<double, std::milli> passed = std::chrono::steady_clock::now() - begin;
+        if (frame >= kWarmUps)
+            times.push_back(passed.count());
+        for (const Pair pair : delta.added)
+            hash += splitMix(pairKey(pair));
+        for (const Pair pair : delta.removed)
+            hash -= splitMix(pairKey(pair));
+        dirty.clear();
+        std::fill(changes.begin(), changes.end(), std::uint8_t{0});
+        for (std::uint32_t row = frame % every; row < scene.bodies; row += every)
+        {
+            for (int axis = 0; axis < 3; ++axis)
+            {
+                const float step = random.uniform(-0.05f, 0.05f);
+                boxes[row].min[axis] += step;
+                boxes[row].max[axis] += step;
+            }
+            dirty.push_back(row);
+            changes[row] = kRowMoved;
+        }
+    }
+    Row row;
+    row.scene = scene.name;
+    row.variant = variant;
+    row.bodies = scene.bodies;
+    row.pairs = backend->stats().pairs;
+    row.bytes = backend->stats().bytes;
+    row.hash = hash;
+    row.endToEndMs = median(times);
+    return row;
+}
+
+std::string gpuName()
+{
+    cudaDeviceProp properties{};
+    check(cudaGetDeviceProperties(&properties, 0));
+    return properties.name;
+}
+
+class Table
+{
+public:
+    Table() : m_gpu(gpuName()), m_commit(builtCommit()) { cudaRuntimeGetVersion(&m_cuda); }
+
+    void add(const Row& row)
+    {
+        m_rows.push_back(row);
+        std::printf("%s\n", csvLine(row).c_str());
+        std::fflush(stdout);
+    }
+
+    static const char* header()
+    {
+        return "scene,variant,bodies,pairs,gpu_ms,end_to_end_ms,bytes,hash,gpu,cuda,commit";
+    }
+
+    void writeCsv(const char* path) const
+    {
+        std::FILE* file = open(path);
+        std::fprintf(file, "%s\n", header());
+        for (const Row& row : m_rows)
+            std::fprintf(file, "%s\n", csvLine(row).c_str());
+        std::fclose(file);
+    }
+
+    void writeJson(const char* path) const
+    {
+        std::FILE* file = open(path);
+        std::fprintf(file, "{\"gpu\": \"%s\", \"cuda\": \"%s\", \"commit\": \"%s\", \"rows\": [",
+                     m_gpu.c_str(), cuda().c_str(), m_commit.c_str());
+        for (std::size_t i = 0; i < m_rows.size(); ++i)
+        {
+            const Row& row = m_rows[i];
+            std::fprintf(file,
+                         "%s\n  {\"scene\": \"%s\", \"variant\": \"%s\", \"bodies\": %llu, \"pairs\": %llu, "
+                         "\"gpu_ms\": %.5f, \"end_to_end_ms\": %.5f, \"bytes\": %llu, \"hash\": \"%016llx\"}",
+                         i == 0 ? "" : ",", row.scene.c_str(), row.variant.c_str(), number(row.bodies),
+                         number(row.pairs), row.gpuMs, row.endToEndMs, number(row.bytes), number(row.hash));
+        }
+        std::fprintf(file, "\n]}\n");
+        std::fclose(file);
+    }
+
+private:
+    static unsigned long long number(std::uint64_t value) { return value; }
+
+    static std::FILE* open(const char* path)
+    {
+        std::FILE* file = std::fopen(path, "w");
+        if (file == nullptr)
+            throw std::runtime_error(std::string("cannot write ") + path);
+        return file;
+    }
+
+    std::string cuda() const
+    {
+        return std::to_string(m_cuda / 1000) + "." + std::to_string(m_cuda % 1000 / 10);
+    }
+
+    std::string csvLine(const Row& row) const
+    {
+        char line[512];
+        std::snprintf(line, sizeof(line), "%s,%s,%llu,%llu,%.5f,%.5f,%llu,%016llx,%s,%s,%s",
+                      row.scene.c_str(), row.variant.c_str(), number(row.bodies), number(row.pairs),
+                      row.gpuMs, row.endToEndMs, number(row.bytes), number(row.hash), m_gpu.c_str(),
+                      cuda().c_str(), m_commit.c_str());
+        return line;
+    }
+
+    std::string m_gpu, m_commit;
+    int m_cuda = 0;
+    std::vector<Row> m_rows;
+};
+
+PsapOptions literal()
+{
+    PsapOptions options;
+    options.variant = PsapVariant::Literal;
+    return options;
+}
+
+PsapOptions scaled(float cell, float bin, std::uint32_t octaves)
+{
+    PsapOptions options;
+    options.cellScale = cell;
+    options.binScale = bin;
+    options.octavesPerLevel = octaves;
+    return options;
+}
+
+void sweepScales(const Scene& scene, Table& table)
+{
+    for (const float cell : {1.0f, 1.5f, 2.0f})
+    {
+        for (const float bin : {0.5f, 1.0f, 2.0f, 4.0f})
+        {
+            for (const std::uint32_t octaves : {1u, 2u, 3u})
+            {
+                if (octaves != 2 && std::strcmp(scene.name, "W2") != 0)
+                    continue;
+                char name[64];
+                std::snprintf(name, sizeof(name), "rows-%.1f-%.1f-%u", cell, bin, octaves);
+                table.add(timePairs(scene, name, scaled(cell, bin, octaves), 9));
+            }
+        }
+    }
+}
+
+void runScene(const Scene& scene, bool isQuick, bool isSweep, Table& table)
+{
+    table.add(timePairs(scene, "rows", {}, isQuick ? 9 : 30));
+    if (scene.bodies <= 4u << 20)
+        table.add(timePairs(scene, "literal", literal(), isQuick ? 3 : 20));
+    if (isSweep && scene.bodies <= 1u << 20)
+        sweepScales(scene, table);
+    if (scene.bodies > 1u << 20)
+        return;
+    for (const std::uint32_t every : {1u, 10u})
+    {
+        const std::string suffix = every == 1 ? "-all-move" : "-tenth-moves";
+        table.add(timeUpdates(scene, "rows-update" + suffix, makeCudaPsapBackend(), every, isQuick ? 5 : 20));
+        GridOptions oneThread;
+        oneThread.threads = 1;
+        if (!isQuick)
+            table.add(timeUpdates(scene, "grid-update" + suffix, makeGridBackend(oneThread), every, 5));
+    }
+}
+
+const char* argument(int argc, char** argv, const char* name)
+{
+    for (int i = 1; i + 1 < argc; ++i)
+    {
+        if (std::strcmp(argv[i], name) == 0)
+            return argv[i + 1];
+    }
+    return nullptr;
+}
+
+bool hasFlag(int argc, char** argv, const char* name)
+{
+    return std::any_of(argv + 1, argv + argc,
+                       [name](const char* word) { return std::strcmp(word, name) == 0; });
+}
+
+void run(int argc, char** argv)
+{
+    const Scene scenes[] = {{"W1", 1u << 14, uniformBoxes}, {"W1", 1u << 16, uniformBoxes},
+                            {"W1", 1u << 20, uniformBoxes}, {"W2", 1u << 20, manySizes},
+                            {"W3", 1u << 20, heap},         {"flat", 1u << 20, flat},
+                            {"W1", 1u << 24, uniformBoxes}};
+    Table table;
+    std::printf("%s\n", Table::header());
+    const char* only = argument(argc, argv, "--only");
+    for (const Scene& scene : scenes)
+    {
+        const std::string name = std::string(scene.name) + "-" + std::to_string(scene.bodies);
+        if (only == nullptr || name.find(only) != std::string::npos)
+            runScene(scene, hasFlag(argc, argv, "--quick"), hasFlag(argc, argv, "--sweep"), table);
+    }
+    if (const char* path = argument(argc, argv, "--csv"))
+        table.writeCsv(path);
+    if (const char* path = argument(argc, argv, "--json"))
+        table.writeJson(path);
+}
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    try
+    {
+        run(argc, argv);
+        return 0;
+    }
+    catch (const std::exception& error)
+    {
+        std::fprintf(stderr, "cullet_cuda_bench: %s\n", error.what());
+        return 1;
+    }
+}

@@ -1,0 +1,14 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "tests/broad/psap_cases.h"
+
+namespace cullet::test
+{
+const std::vector<BackendCase>& backendCases()
+{
+    // main() has seen to it that a device answers.
+    static const std::vector<BackendCase> cases =
+        psapCases("Cuda", [](const PsapOptions& options) { return makeCudaPsapBackend(options); });
+    return cases;
+}
+}  // namespace cullet::test

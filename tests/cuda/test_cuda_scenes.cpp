@@ -1,0 +1,160 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// Scenes too large for the oracle: the device against the CPU grid, against the literal variant, and against itself.
+
+#include "broad/proxy_table.h"
+#include "cuda/device_buffer.h"
+#include "cuda/device_pairs.h"
+#include "tests/support/box_scenes.h"
+#include "tests/support/boxes.h"
+#include "tests/support/pair_hash.h"
+
+#include <cuda_runtime_api.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+
+namespace cullet::test
+{
+namespace
+{
+constexpr SceneKind kScenes[] = {SceneKind::Uniform, SceneKind::ManySizes, SceneKind::Pile};
+
+PsapOptions literal()
+{
+    PsapOptions options;
+    options.variant = PsapVariant::Literal;
+    return options;
+}
+
+/// Fingerprint of some updates of a scene.
+std::uint64_t streamOf(Backend& backend, SceneKind kind, std::uint32_t count, int steps)
+{
+    BoxScene scene(kind, count, 2010);
+    ProxyTable table;
+    for (std::uint32_t body = 0; body < count; ++body)
+        table.create(scene.boxes()[body], body + 1, body % 10 == 0 ? Filter{2, ~2} : kEverything);
+    PairStreamHash hash;
+    PairDelta delta;
+    for (int step = 0; step < steps; ++step)
+    {
+        EXPECT_EQ(backend.update(table.beginUpdate(0, true), delta), Status::Ok);
+        table.endUpdate();
+        EXPECT_GT(delta.added.size(), 0u);
+        EXPECT_TRUE(step == 0 || !delta.removed.empty());
+        hash.add(delta);
+        scene.step();
+        for (const std::uint32_t body : scene.moved())
+            table.setBox(body, scene.boxes()[body]);
+    }
+    return hash.value();
+}
+
+TEST(CudaScenes, PairStreamsEqualThoseOfTheGridUpToAMillionBoxes)
+{
+    for (const std::uint32_t count : {1u << 14, 1u << 17, 1u << 20})
+    {
+        for (const SceneKind kind : kScenes)
+        {
+            SCOPED_TRACE(std::string(sceneName(kind)) + " " + std::to_string(count));
+            const int steps = count > 1u << 17 ? 2 : 4;
+            const std::uint64_t expected = streamOf(*makeGridBackend(), kind, count, steps);
+            EXPECT_EQ(streamOf(*makeCudaPsapBackend(), kind, count, steps), expected);
+            EXPECT_EQ(streamOf(*makeCudaPsapBackend(literal()), kind, count, steps), expected);
+        }
+    }
+}
+
+TEST(CudaScenes, TwentyRunsGiveTheSameStream)
+{
+    for (const PsapOptions& options : {PsapOptions{}, literal()})
+    {
+        const std::uint64_t first = streamOf(*makeCudaPsapBackend(options), SceneKind::Pile, 20000, 5);
+        for (int run = 1; run < 20; ++run)
+            ASSERT_EQ(streamOf(*makeCudaPsapBackend(options), SceneKind::Pile, 20000, 5), first) << run;
+    }
+}
+
+std::vector<Pair> findOnDevice(DevicePairFinder& finder, const DeviceBuffer<Aabb>& boxes, std::uint64_t count)
+{
+    DevicePairs found;
+    EXPECT_EQ(finder.enqueue(boxes.data(), count), Status::Ok);
+    EXPECT_EQ(finder.collect(found), Status::Ok);
+    std::vector<IdPair> rows(found.count);
+    EXPECT_EQ(cudaMemcpy(rows.data(), found.pairs, rows.size() * sizeof(IdPair), cudaMemcpyDeviceToHost),
+              cudaSuccess);
+    std::vector<Pair> pairs;
+    for (const IdPair pair : rows)
+        pairs.push_back(makePair(pair.a, pair.b));
+    std::sort(pairs.begin(), pairs.end());
+    return pairs;
+}
+
+std::vector<Pair> everyPair(const std::vector<Aabb>& boxes)
+{
+    std::vector<Pair> pairs;
+    for (std::uint32_t a = 0; a < boxes.size(); ++a)
+    {
+        for (std::uint32_t b = a + 1; b < boxes.size(); ++b)
+        {
+            if (isValid(boxes[a]) && isValid(boxes[b]) && overlaps(boxes[a], boxes[b]))
+                pairs.push_back({a, b});
+        }
+    }
+    return pairs;
+}
+
+TEST(CudaScenes, PairsOfBoxesOnTheDeviceEqualBruteForceInEveryFrame)
+{
+    PsapOptions capacityOne;
+    capacityOne.initialCapacity = 1;
+    for (const PsapOptions& options : {PsapOptions{}, capacityOne, literal()})
+    {
+        for (const SceneKind kind : kScenes)
+        {
+            SCOPED_TRACE(sceneName(kind));
+            const auto finder = makeDevicePairFinder(options, nullptr, nullptr);
+            ASSERT_NE(finder, nullptr);
+            BoxScene scene(kind, 5000, 3);
+            DeviceBuffer<Aabb> boxes;
+            boxes.allocate(5000);
+            // More frames than a plan lives: recorded launches, and those that are not.
+            for (int frame = 0; frame < 40; ++frame)
+            {
+                ASSERT_EQ(cudaMemcpy(boxes.data(), scene.boxes().data(), 5000 * sizeof(Aabb),
+                                     cudaMemcpyHostToDevice),
+                          cudaSuccess);
+                const std::vector<Pair> pairs = findOnDevice(*finder, boxes, 5000);
+                if (frame % 8 == 0)
+                {
+                    ASSERT_EQ(pairs, everyPair(scene.boxes())) << frame;
+                }
+                ASSERT_GT(pairs.size(), 1000u);
+                scene.step();
+            }
+        }
+    }
+}
+
+TEST(CudaScenes, ManyBoxesAtOnePointAndOneBoxOverEverything)
+{
+    std::vector<Aabb> boxes(3000, cube(0, 1));
+    boxes.push_back(cube(-1e6f, 1e6f));
+    boxes.push_back(cube(-kInfinity, kInfinity));
+    boxes.push_back(cube(1, -1));
+    boxes.push_back(cube(kNan, 1));
+    DeviceBuffer<Aabb> onDevice;
+    onDevice.allocate(boxes.size());
+    ASSERT_EQ(cudaMemcpy(onDevice.data(), boxes.data(), boxes.size() * sizeof(Aabb), cudaMemcpyHostToDevice),
+              cudaSuccess);
+    for (const PsapOptions& options : {PsapOptions{}, literal()})
+    {
+        const auto finder = makeDevicePairFinder(options, nullptr, nullptr);
+        ASSERT_NE(finder, nullptr);
+        EXPECT_EQ(findOnDevice(*finder, onDevice, boxes.size()).size(), 3002u * 3001 / 2);
+    }
+}
+}  // namespace
+}  // namespace cullet::test
