@@ -46,6 +46,9 @@ inline bool overlapsExactly(const btBroadphaseProxy& a, const btBroadphaseProxy&
 /// The smallest float box around a box; a copy in float builds. An empty box may come out as a valid one.
 inline Aabb toFloatBox(const btVector3& min, const btVector3& max)
 {
+    if constexpr (sizeof(btScalar) == sizeof(float))
+        return {{float(min.x()), float(min.y()), float(min.z())},
+                {float(max.x()), float(max.y()), float(max.z())}};
     Aabb box;
     for (int axis = 0; axis < 3; ++axis)
     {

@@ -29,6 +29,17 @@ struct Broadphase::Parts
     {
     }
 
+    /// The part of setAabb() that has something to do; apart, so that the usual call saves no registers.
+    [[gnu::noinline]] void change(Proxy& proxy, const btVector3& aabbMin, const btVector3& aabbMax)
+    {
+        store.refreshFilter(&proxy);
+        if (isSameBox(proxy.m_aabbMin, proxy.m_aabbMax, aabbMin, aabbMax))
+            return;
+        store.setBox(&proxy, aabbMin, aabbMax);
+        ghosts.look();
+        ghosts.addPairs(proxy, *index);
+    }
+
     btScalar margin;
     ProxyStore store;
     std::unique_ptr<QueryIndex> index;
@@ -98,12 +109,8 @@ void Broadphase::setAabb(btBroadphaseProxy* proxy, const btVector3& aabbMin, con
                          btDispatcher* /*dispatcher*/)
 {
     Proxy* own = toProxy(proxy);
-    m->store.refreshFilter(own);
-    if (isSameBox(own->m_aabbMin, own->m_aabbMax, aabbMin, aabbMax))
-        return;
-    m->store.setBox(own, aabbMin, aabbMax);
-    m->ghosts.look();
-    m->ghosts.addPairs(*own, *m->index);
+    if (!own->hasKnownFilter() || !isSameBox(own->m_aabbMin, own->m_aabbMax, aabbMin, aabbMax))
+        m->change(*own, aabbMin, aabbMax);
 }
 
 void Broadphase::getAabb(btBroadphaseProxy* proxy, btVector3& aabbMin, btVector3& aabbMax) const

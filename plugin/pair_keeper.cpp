@@ -44,6 +44,7 @@ void PairKeeper::setBackend(std::unique_ptr<Backend> backend)
 {
     m_backend = std::move(backend);
     m_isRestartDue = true;
+    m_wasInterrupted = true;
 }
 
 void PairKeeper::update(float margin, btDispatcher* dispatcher)
@@ -60,8 +61,9 @@ void PairKeeper::update(float margin, btDispatcher* dispatcher)
     const ProxyView view = m_store.table().beginUpdate(margin, m_filter == nullptr);
     if (!runBackend(view))
         return;
-    // Lowered at the end: after an exception the next update begins anew from the pairs of the cache.
+    // Lowered at the end, unless a callback interferes: after an exception the next update begins anew too.
     m_isRestartDue = true;
+    m_wasInterrupted = false;
     if (m_isCacheChanged)
         holdBackTakenOut(view);
     collectDue(view);
@@ -69,8 +71,8 @@ void PairKeeper::update(float margin, btDispatcher* dispatcher)
     applyRemoved(margin, dispatcher);
     applyAdded(margin);
     m_expectedCount = m_port.count();
-    m_isAllDue = false;
-    m_isRestartDue = false;
+    m_isAllDue = m_wasInterrupted;
+    m_isRestartDue = m_wasInterrupted;
 }
 
 void PairKeeper::noticeForeignChanges()
@@ -183,7 +185,6 @@ void PairKeeper::applyRemoved(float margin, btDispatcher* dispatcher)
     m_scratch.clear();
     for (const Pair pair : m_delta.removed)
     {
-        m_provisional.erase(pair);
         if (!m_pending.erase(pair))
             m_scratch.push_back(pair);
     }
@@ -192,28 +193,64 @@ void PairKeeper::applyRemoved(float margin, btDispatcher* dispatcher)
         if (areApart(pair, margin))
             m_scratch.push_back(pair);
     }
-    for (const Pair pair : m_scratch)
-        m_provisional.erase(pair);
-    sortUnique(m_scratch);
+    if (m_provisional.size() != 0)
+    {
+        for (const Pair pair : m_scratch)
+            m_provisional.erase(pair);
+        sortUnique(m_scratch);
+    }
     m_port.remove(m_scratch, m_store, dispatcher);
 }
 
 void PairKeeper::applyAdded(float margin)
 {
-    m_port.reserveMore(m_delta.added.size());
-    m_due.insert(m_due.end(), m_delta.added.begin(), m_delta.added.end());
-    sortUnique(m_due);
-    for (const Pair pair : m_due)
+    // Both are sorted, and no pair is in both: the backend holds the pending ones already.
+    m_scratch.resize(m_due.size() + m_delta.added.size());
+    std::merge(m_due.begin(), m_due.end(), m_delta.added.begin(), m_delta.added.end(), m_scratch.begin());
+    m_port.reserveMore(m_scratch.size());
+    if (m_port.canAddAtOneGo())
+    {
+        addAtOneGo(margin);
+        return;
+    }
+    for (const Pair pair : m_scratch)
         tryAdd(pair, margin);
+}
+
+void PairKeeper::addAtOneGo(float margin)
+{
+    constexpr std::size_t kAhead = 12;  // pairs whose proxies are on their way from memory
+    m_batch.clear();
+    for (std::size_t i = 0; i < m_scratch.size(); ++i)
+    {
+        if (i + kAhead < m_scratch.size())
+            __builtin_prefetch(m_store.find(m_scratch[i + kAhead].second));
+        const Pair pair = m_scratch[i];
+        Proxy* first = m_store.find(pair.first);
+        Proxy* second = m_store.find(pair.second);
+        if (first == nullptr || second == nullptr || m_provisional.erase(pair))
+            continue;
+        const bool isExact = overlapsExactly(*first, *second);
+        if (isExact && passesFilter(first->filter(), second->filter()))
+        {
+            m_pending.erase(pair);
+            m_batch.push_back({first, second});
+        }
+        else
+        {
+            hold(pair, *first, *second, isExact, margin);
+        }
+    }
+    // Without memory for all of them the rest comes in the next update, which begins anew.
+    if (!m_port.addAtOneGo(m_batch))
+        m_wasInterrupted = true;
 }
 
 void PairKeeper::tryAdd(Pair pair, float margin)
 {
-    if (m_provisional.erase(pair))
-        return;
     Proxy* first = m_store.find(pair.first);
     Proxy* second = m_store.find(pair.second);
-    if (first == nullptr || second == nullptr)
+    if (first == nullptr || second == nullptr || m_provisional.erase(pair))
         return;
     const bool isExact = overlapsExactly(*first, *second);
     if (isExact && m_port.add(*first, *second))
@@ -222,9 +259,13 @@ void PairKeeper::tryAdd(Pair pair, float margin)
         return;
     }
     // The filter is the application's code, which may have destroyed one of the two.
-    if (m_store.find(pair.first) != first || m_store.find(pair.second) != second)
-        return;
-    m_pending.insert(pair, ProxyStore::rowOf(first), ProxyStore::rowOf(second),
+    if (m_store.find(pair.first) == first && m_store.find(pair.second) == second)
+        hold(pair, *first, *second, isExact, margin);
+}
+
+void PairKeeper::hold(Pair pair, const Proxy& first, const Proxy& second, bool isExact, float margin)
+{
+    m_pending.insert(pair, ProxyStore::rowOf(&first), ProxyStore::rowOf(&second),
                      isExact ? PendingPairs::kRefused : PendingPairs::kNotExact, m_store.table().boxes(),
                      margin);
 }
@@ -265,6 +306,7 @@ void PairKeeper::skipChanges()
     m_store.endUpdate();
     m_isRestartDue = true;
     m_isAllDue = true;
+    m_wasInterrupted = true;
 }
 
 void PairKeeper::addTo(BroadphaseStats& stats) const

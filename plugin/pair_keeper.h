@@ -59,7 +59,9 @@ private:
     void collectDue(const ProxyView& view);
     void applyRemoved(float margin, btDispatcher* dispatcher);
     void applyAdded(float margin);
+    void addAtOneGo(float margin);
     void tryAdd(Pair pair, float margin);
+    void hold(Pair pair, const Proxy& first, const Proxy& second, bool isExact, float margin);
     bool isOld(Pair pair, const ProxyView& view) const;
     bool areApart(Pair pair, float margin) const;
 
@@ -73,6 +75,7 @@ private:
     PairDelta m_delta;
     std::vector<Pair> m_due;  // pending pairs to look at again
     std::vector<Pair> m_scratch;
+    std::vector<ProxyPair> m_batch;
 
     const btOverlapFilterCallback* m_filter = nullptr;  // as of the last update
     int m_expectedCount = 0;  // pairs in the cache unless the application changed it
@@ -80,6 +83,7 @@ private:
     bool m_isAllDue = false;
     bool m_isCacheChanged = false;
     bool m_isUpdating = false;
+    bool m_wasInterrupted = false;  // a callback of this update skipped changes or set another backend
     std::uint64_t m_updatesTotal = 0;
     std::uint64_t m_restartsTotal = 0;
     std::uint64_t m_fallbacksTotal = 0;

@@ -89,6 +89,11 @@ bool PairPort::add(btBroadphaseProxy& a, btBroadphaseProxy& b)
     return m_cache->addOverlappingPair(&a, &b) != nullptr;
 }
 
+bool PairPort::addAtOneGo(const std::vector<ProxyPair>& pairs)
+{
+    return m_fast->addPairsUnfiltered(pairs.data(), pairs.size()) == pairs.size();
+}
+
 void PairPort::reserveMore(std::size_t pairCount)
 {
     if (m_fast != nullptr)

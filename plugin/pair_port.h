@@ -49,6 +49,16 @@ public:
     /// Adds a pair that is not in the cache, if the filter agrees; tells whether the pair is in the cache now.
     bool add(btBroadphaseProxy& a, btBroadphaseProxy& b);
 
+    /// Whether pairs can be added without any callback, all at one go: addAtOneGo().
+    bool canAddAtOneGo() const
+    {
+        return m_fast != nullptr && !hasGhostCallback() && filterCallback() == nullptr;
+    }
+
+    /// Adds pairs that are not in the cache and that the filter words let pass; false when memory ran out.
+    /// @pre canAddAtOneGo()
+    bool addAtOneGo(const std::vector<ProxyPair>& pairs);
+
     /// Makes room for so many more pairs, where the cache can.
     void reserveMore(std::size_t pairCount);
 

@@ -21,6 +21,12 @@ inline namespace CULLET_PRECISION
 /// changes nothing touches nothing else.
 struct alignas(sizeof(btScalar) == sizeof(float) ? 64 : 32) Proxy : btBroadphaseProxy
 {
+    Filter filter() const noexcept { return {m_collisionFilterGroup, m_collisionFilterMask}; }
+    bool hasKnownFilter() const noexcept
+    {
+        return m_collisionFilterGroup == knownFilter.group && m_collisionFilterMask == knownFilter.mask;
+    }
+
     Filter knownFilter{};
 };
 static_assert(sizeof(btBroadphaseProxy) != 56 || sizeof(Proxy) == 64, "one cache line");

@@ -30,11 +30,10 @@ public:
     /// Takes over the filter words of the proxy, which applications write directly.
     void refreshFilter(Proxy* proxy) noexcept
     {
-        const Filter filter = {proxy->m_collisionFilterGroup, proxy->m_collisionFilterMask};
-        if (filter.group == proxy->knownFilter.group && filter.mask == proxy->knownFilter.mask)
+        if (proxy->hasKnownFilter())
             return;
-        proxy->knownFilter = filter;
-        m_table.setFilter(rowOf(proxy), filter);
+        proxy->knownFilter = {proxy->m_collisionFilterGroup, proxy->m_collisionFilterMask};
+        m_table.setFilter(rowOf(proxy), proxy->knownFilter);
     }
 
     /// refreshFilter() for some of the rows, others in the next call: for proxies that get no setAabb().

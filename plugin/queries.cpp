@@ -66,13 +66,19 @@ RaySegment toSegment(const btVector3& from, const btVector3& boxMin, const btVec
 void testRay(const ProxyStore& store, const QueryIndex& index, const btVector3& from, const btVector3& boxMin,
              const btVector3& boxMax, btBroadphaseRayCallback& callback)
 {
+    unsigned int signs[3];
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        // Bullet leaves the signs to the callback's author, who may have left them uninitialised: they are indices.
+        signs[axis] = callback.m_rayDirectionInverse[axis] < 0 ? 1 : 0;
+    }
     Hits hits;
     const auto test = [&](std::uint32_t row)
     {
         const Proxy& proxy = *store.at(row);
         const btVector3 bounds[2] = {proxy.m_aabbMin - boxMax, proxy.m_aabbMax - boxMin};
         btScalar entry = 0;
-        if (btRayAabb2(from, callback.m_rayDirectionInverse, callback.m_signs, bounds, entry, btScalar(0),
+        if (btRayAabb2(from, callback.m_rayDirectionInverse, signs, bounds, entry, btScalar(0),
                        callback.m_lambda_max))
             hits.add(proxy);
     };

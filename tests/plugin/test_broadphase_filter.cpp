@@ -243,5 +243,30 @@ TEST(BroadphaseFilter, CallbackMayCreateMoveAndDestroyProxies)
     EXPECT_EQ(broadphase.stats().pendingPairs, 0u);
     broadphase.getOverlappingPairCache()->setOverlapFilterCallback(nullptr);
 }
+
+TEST(BroadphaseFilter, CallbackMayDestroyMoreThanTheQuarantineHolds)
+{
+    Broadphase broadphase(bruteOptions());
+    addCube(broadphase, vec(0, 0, 0));
+    btBroadphaseProxy* mover = addCube(broadphase, vec(0.5, 0, 0));
+    std::vector<btBroadphaseProxy*> crowd;
+    for (int i = 0; i < 3000; ++i)
+        crowd.push_back(addCube(broadphase, vec(10 + 3 * i, 0, 0)));
+    CountingFilter filter(
+        [&](const btBroadphaseProxy&, const btBroadphaseProxy&)
+        {
+            for (btBroadphaseProxy* proxy : crowd)
+                broadphase.destroyProxy(proxy, nullptr);
+            crowd.clear();
+            // Moves that the rows' change marks, skipped above, must not lose.
+            moveCube(broadphase, mover, vec(20, 0, 0));
+            return true;
+        });
+    broadphase.getOverlappingPairCache()->setOverlapFilterCallback(&filter);
+    broadphase.calculateOverlappingPairs(nullptr);
+    addCube(broadphase, vec(20, 0, 0));
+    EXPECT_EQ(updatedPairs(broadphase), (Pairs{{2, 3003}}));
+    broadphase.getOverlappingPairCache()->setOverlapFilterCallback(nullptr);
+}
 }  // namespace
 }  // namespace cullet::test

@@ -111,6 +111,17 @@ TEST(BroadphaseQueries, ResultOfProcessIsIgnored)
     EXPECT_EQ(boxHits(broadphase, vec(-9, -9, -9), vec(99, 9, 9)).size(), 40u);
 }
 
+TEST(BroadphaseQueries, SignsThatTheCallbackForgotDoNoHarm)
+{
+    Broadphase broadphase(bruteOptions());
+    addCube(broadphase, vec(0, 0, 0));
+    RayHits hits(vec(9, 0, 0), vec(-9, 0, 0));
+    for (unsigned& sign : hits.m_signs)
+        sign = 0xcdcdcdcd;
+    broadphase.rayTest(vec(9, 0, 0), vec(-9, 0, 0), hits);
+    EXPECT_EQ(hits.ids, (Ids{1}));
+}
+
 TEST(BroadphaseQueries, CallbackMayShortenItsRayAskMoreAndDestroyProxies)
 {
     Broadphase broadphase(bruteOptions());
