@@ -31,8 +31,11 @@ int main()
     for (int i = 0; i < 1000; ++i)
     {
         btRigidBody::btRigidBodyConstructionInfo info(1, nullptr, &box, inertia);
-        info.m_startWorldTransform.setOrigin(btVector3(
-            btScalar(1.1 * (i % 10)), btScalar(1 + 1.1 * (i / 100)), btScalar(1.1 * (i / 10 % 10))));
+        const int column = i % 10;
+        const int row = i / 10 % 10;
+        const int layer = i / 100;
+        info.m_startWorldTransform.setOrigin(
+            btVector3(btScalar(1.1 * column), btScalar(1 + 1.1 * layer), btScalar(1.1 * row)));
         bodies.push_back(std::make_unique<btRigidBody>(info));
         world.addRigidBody(bodies.back().get());
     }

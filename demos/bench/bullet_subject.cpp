@@ -69,7 +69,8 @@ void BulletSubject::create(const Aabb* boxes, std::size_t count)
     const MarginScope margin(m_broadphase.margin);
     for (std::size_t i = 0; i < count; ++i)
     {
-        void* client = reinterpret_cast<void*>(m_proxies.size() + 1);
+        // A row, not an address: nothing follows it.
+        void* client = reinterpret_cast<void*>(m_proxies.size() + 1);  // NOLINT(performance-no-int-to-ptr)
         m_proxies.push_back(broadphase().createProxy(toVector(boxes[i].min), toVector(boxes[i].max), 0,
                                                      client, 1, -1, nullptr));
     }

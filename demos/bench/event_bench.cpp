@@ -114,8 +114,9 @@ void runRemoveBench(const BroadCase& benchCase, ResultFile& file)
         std::uint32_t done = 0;
         while (done < wanted && !isLate(watch, deadlineMs))
         {
-            subject.remove(done * 10);
-            boxes[done * 10] = kEmptyAabb;
+            const std::uint32_t row = done * 10;
+            subject.remove(row);
+            boxes[row] = kEmptyAabb;
             ++done;
         }
         return finish(subject, watch, boxes, done, done == wanted);

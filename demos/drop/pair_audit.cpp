@@ -46,6 +46,7 @@ std::vector<AuditedProxy> collectProxies(const btCollisionWorld& world)
 {
     std::vector<AuditedProxy> proxies;
     const btCollisionObjectArray& objects = world.getCollisionObjectArray();
+    proxies.reserve(static_cast<std::size_t>(objects.size()));
     for (int i = 0; i < objects.size(); ++i)
     {
         const btBroadphaseProxy& proxy = *objects[i]->getBroadphaseHandle();
@@ -57,6 +58,7 @@ std::vector<AuditedProxy> collectProxies(const btCollisionWorld& world)
 PairDigest digestExact(const std::vector<AuditedProxy>& proxies)
 {
     std::vector<ExactBox> boxes;
+    boxes.reserve(proxies.size());
     for (const AuditedProxy& proxy : proxies)
         boxes.push_back(proxy.box);
     PairDigest digest;
@@ -87,7 +89,7 @@ ShadowBroadphase::ShadowBroadphase(NamedBroadphase broadphase, const std::vector
     for (const AuditedProxy& proxy : proxies)
     {
         // The row stands where a world puts the object; without a ghost callback nobody follows it.
-        void* row = reinterpret_cast<void*>(m_proxies.size() + 1);
+        void* row = reinterpret_cast<void*>(m_proxies.size() + 1);  // NOLINT(performance-no-int-to-ptr)
         m_proxies.push_back(m_broadphase.broadphase->createProxy(
             toVector(proxy.box.min), toVector(proxy.box.max), 0, row, proxy.group, proxy.mask, nullptr));
     }

@@ -35,7 +35,7 @@ void writeText(const std::string& path, const std::string& text)
 /// A CSV field after RFC 4180.
 std::string toField(const Json& value)
 {
-    const std::string text = value.is_string() ? value.get<std::string>() : value.dump();
+    std::string text = value.is_string() ? value.get<std::string>() : value.dump();
     if (text.find_first_of(",\"\n") == std::string::npos)
         return text;
     std::string quoted = "\"";

@@ -72,7 +72,8 @@ protected:
         }
         for (std::size_t i = 0; i < count; ++i)
             std::swap(m_permutation[i], m_permutation[i + m_random.below(m_permutation.size() - i)]);
-        std::vector<std::uint32_t> rows(m_permutation.begin(), m_permutation.begin() + count);
+        std::vector<std::uint32_t> rows(m_permutation.begin(),
+                                        m_permutation.begin() + static_cast<std::ptrdiff_t>(count));
         std::sort(rows.begin(), rows.end());
         return rows;
     }
