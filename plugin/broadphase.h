@@ -70,7 +70,7 @@ struct BroadphaseStats
 /// Differences to btDbvtBroadphase that a caller can see: ordinary pairs do not appear before
 /// calculateOverlappingPairs(); pairs of separated boxes are gone after it; queries report exact boxes only, so fewer;
 /// a box with a NaN or min > max has no pairs and is in no query; a pair that the application took out of the cache
-/// comes back when one of its boxes changes enough (docs/design.md).
+/// comes back when one of its boxes leaves the place it had then, grown by the margin.
 ///
 /// Threads: queries may run concurrently with each other, from any thread, also from inside a query's callback.
 /// setAabb() of different proxies may run concurrently with each other while no ghost exists. Everything else is for

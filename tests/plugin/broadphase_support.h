@@ -6,6 +6,7 @@
 #include "plugin/broadphase.h"
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseInterface.h>
+#include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
 #include <gtest/gtest.h>
 
@@ -84,6 +85,37 @@ inline bool hasPair(btBroadphaseInterface& broadphase, const btBroadphaseProxy* 
     const std::vector<Pair> pairs = pairsOf(broadphase);
     return std::binary_search(pairs.begin(), pairs.end(), makePair(idOf(a), idOf(b)));
 }
+
+/// btDbvtBroadphase that frees the proxies which live at its end: its own destructor leaks them.
+class StockBroadphase final : public btDbvtBroadphase
+{
+public:
+    ~StockBroadphase() override
+    {
+        for (btBroadphaseProxy* proxy : boxesOf(*this))
+            destroyProxy(proxy, nullptr);
+    }
+    StockBroadphase() = default;
+    StockBroadphase(const StockBroadphase&) = delete;
+    StockBroadphase& operator=(const StockBroadphase&) = delete;
+
+private:
+    static std::vector<btBroadphaseProxy*> boxesOf(btBroadphaseInterface& broadphase)
+    {
+        struct All final : btBroadphaseAabbCallback
+        {
+            bool process(const btBroadphaseProxy* proxy) override
+            {
+                proxies.push_back(const_cast<btBroadphaseProxy*>(proxy));
+                return true;
+            }
+            std::vector<btBroadphaseProxy*> proxies;
+        } all;
+        const btVector3 far(btScalar(BT_LARGE_FLOAT), btScalar(BT_LARGE_FLOAT), btScalar(BT_LARGE_FLOAT));
+        broadphase.aabbTest(-far, far, all);
+        return all.proxies;
+    }
+};
 
 /// Collects what a query reports, in order.
 struct BoxHits final : btBroadphaseAabbCallback

@@ -3,7 +3,6 @@
 #include "tests/plugin/broadphase_support.h"
 #include "tests/support/random.h"
 
-#include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <btBulletCollisionCommon.h>
 #include <gtest/gtest.h>
 
@@ -78,7 +77,7 @@ TEST(BroadphaseQueries, SweptBoxGrowsTargetsByItsMirrorImage)
 TEST(BroadphaseQueries, ZeroLengthSweepReportsBoxesThatStrictlyContainThePoint)
 {
     Broadphase broadphase(bruteOptions());
-    btDbvtBroadphase stock;
+    StockBroadphase stock;
     for (btBroadphaseInterface* each :
          {static_cast<btBroadphaseInterface*>(&broadphase), static_cast<btBroadphaseInterface*>(&stock)})
     {
@@ -260,7 +259,7 @@ TEST(BroadphaseQueries, RaysAndSweepsEqualBruteForce)
 TEST(BroadphaseQueries, StockDbvtFindsNoHitThatIsMissedHere)
 {
     Broadphase broadphase(bruteOptions());
-    btDbvtBroadphase stock;
+    StockBroadphase stock;
     Random random(37);
     for (int i = 0; i < 200; ++i)
     {
