@@ -51,7 +51,7 @@ check_folder(broad MAY broad NEVER "${bullet}" "${cuda}" "${eigen}" "${test_only
 check_folder(narrow MAY narrow NEVER "${bullet}" "${cuda}" "${test_only}")
 check_folder(cuda MAY cuda broad NEVER "${bullet}" "${eigen}" "${test_only}")
 check_folder(plugin MAY plugin broad narrow cuda NEVER "${cuda}" "${test_only}")
-check_folder(demos MAY demos plugin broad narrow cuda NEVER "${cuda}" "${test_only}")
+check_folder(demos MAY demos plugin broad narrow cuda NEVER "${kernels}" "${test_only}")
 check_folder(tests MAY tests demos plugin broad narrow cuda)
 
 # Only nvcc finds cub and thrust in every toolkit: CUDA 13 moved them where a host compiler does not look.
