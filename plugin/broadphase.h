@@ -42,18 +42,14 @@ struct BroadphaseStats
     std::uint32_t bodies = 0;  ///< live proxies
     std::uint32_t ghosts = 0;  ///< live proxies that are ghost objects, while a ghost callback is installed
     std::uint64_t pairs = 0;   ///< pairs in the pair cache
-    std::uint64_t pendingPairs =
-        0;  ///< overlaps that the backend holds and the cache does not: filtered, not exact
-    std::uint64_t provisionalPairs =
-        0;  ///< pairs of ghosts, added at once, that the backend has not seen yet
-    std::uint64_t invalidBoxesTotal =
-        0;                             ///< boxes with a NaN or min > max that were set; they overlap nothing
-    std::uint64_t updatesTotal = 0;    ///< calls of calculateOverlappingPairs
-    std::uint64_t restartsTotal = 0;   ///< times the backend was given the known pairs and began anew
-    std::uint64_t fallbacksTotal = 0;  ///< backends that failed and were replaced by the grid
-    std::uint64_t queryTreeBuildsTotal =
-        0;                                  ///< times the tree of boxes behind rays and box queries was built
-    std::uint64_t queryTreeSyncsTotal = 0;  ///< times it took in changes; other queries scanned or reused it
+    std::uint64_t pendingPairs = 0;          ///< overlaps that are not in the cache: refused, or not exact
+    std::uint64_t provisionalPairs = 0;      ///< pairs of ghosts that the backend has not seen yet
+    std::uint64_t invalidBoxesTotal = 0;     ///< boxes set with a NaN or min > max; they overlap nothing
+    std::uint64_t updatesTotal = 0;          ///< calls of calculateOverlappingPairs
+    std::uint64_t restartsTotal = 0;         ///< times the backend was given the known pairs and began anew
+    std::uint64_t fallbacksTotal = 0;        ///< backends that failed and were replaced by the grid
+    std::uint64_t queryTreeBuildsTotal = 0;  ///< times the tree behind rays and box queries was built
+    std::uint64_t queryTreeSyncsTotal = 0;   ///< times it took in changes; other queries scanned or reused it
     std::uint64_t bytes = 0;  ///< memory of proxies, tables and lists, without backend and pair cache
     const char* backendName = "";
     BackendStats backend;

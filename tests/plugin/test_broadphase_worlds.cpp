@@ -1,16 +1,11 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 #include "tests/plugin/broadphase_support.h"
+#include "tests/plugin/falling_heap.h"
 
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
-#include <BulletCollision/CollisionDispatch/btCollisionDispatcherMt.h>
-#include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolverMt.h>
-#include <BulletDynamics/Dynamics/btDiscreteDynamicsWorldMt.h>
-#include <BulletDynamics/Dynamics/btSimpleDynamicsWorld.h>
-#include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
-#include <LinearMath/btThreads.h>
 #include <btBulletDynamicsCommon.h>
 #include <gtest/gtest.h>
 
@@ -23,125 +18,6 @@ namespace cullet::test
 {
 namespace
 {
-/// Sixty boxes that fall into a heap on a plane.
-class Heap
-{
-public:
-    Heap(btDynamicsWorld& world, bool withOnePile = false) : m_world(world)
-    {
-        add(&m_plane, 0, vec(0, 0, 0));
-        for (int i = 0; i < (withOnePile ? 5 : 60); ++i)
-            add(&m_box, 1,
-                withOnePile
-                    ? vec(0, 0.5 + i, 0)
-                    : vec(1.04 * (i % 4) + 0.07 * (i / 16), 0.6 + 1.1 * (i / 16), 1.04 * (i / 4 % 4)));
-    }
-    ~Heap()
-    {
-        for (auto& body : bodies)
-            m_world.removeRigidBody(body.get());
-    }
-    Heap(const Heap&) = delete;
-    Heap& operator=(const Heap&) = delete;
-
-    void add(btCollisionShape* shape, double mass, const btVector3& at)
-    {
-        btVector3 inertia(0, 0, 0);
-        if (mass > 0)
-            shape->calculateLocalInertia(btScalar(mass), inertia);
-        bodies.push_back(std::make_unique<btRigidBody>(btScalar(mass), nullptr, shape, inertia));
-        bodies.back()->setWorldTransform(btTransform(btQuaternion::getIdentity(), at));
-        bodies.back()->setInterpolationWorldTransform(bodies.back()->getWorldTransform());
-        m_world.addRigidBody(bodies.back().get());
-    }
-    void step(int count)
-    {
-        for (int i = 0; i < count; ++i)
-            m_world.stepSimulation(btScalar(1) / 60, 0, btScalar(1) / 60);
-    }
-    /// Mean height of the boxes; all must be above the plane.
-    double meanHeight() const
-    {
-        double sum = 0;
-        for (std::size_t i = 1; i < bodies.size(); ++i)
-        {
-            const double height = bodies[i]->getWorldTransform().getOrigin().y();
-            EXPECT_GT(height, 0.3) << "fell through the plane";
-            sum += height;
-        }
-        return sum / double(bodies.size() - 1);
-    }
-    /// Fingerprint of all transforms, bit by bit.
-    std::uint64_t hash() const
-    {
-        std::uint64_t hash = 14695981039346656037ull;
-        for (const auto& body : bodies)
-        {
-            const btTransform& transform = body->getWorldTransform();
-            for (int axis = 0; axis < 3; ++axis)
-            {
-                for (const btScalar value : {transform.getOrigin()[axis], transform.getBasis()[axis][0],
-                                             transform.getBasis()[axis][1], transform.getBasis()[axis][2]})
-                {
-                    std::uint64_t bits = 0;
-                    std::memcpy(&bits, &value, sizeof(value));
-                    hash = (hash ^ bits) * 1099511628211ull;
-                }
-            }
-        }
-        return hash;
-    }
-
-    std::vector<std::unique_ptr<btRigidBody>> bodies;
-
-private:
-    btDynamicsWorld& m_world;
-    btStaticPlaneShape m_plane{vec(0, 1, 0), 0};
-    btBoxShape m_box{vec(0.5, 0.5, 0.5)};
-};
-
-/// What every world needs, around a broad phase.
-struct Stage
-{
-    explicit Stage(std::unique_ptr<btBroadphaseInterface> made) : broadphase(std::move(made)) {}
-    btDefaultCollisionConfiguration configuration;
-    btCollisionDispatcher dispatcher{&configuration};
-    std::unique_ptr<btBroadphaseInterface> broadphase;
-};
-
-struct DiscreteWorld : Stage
-{
-    using Stage::Stage;
-    btSequentialImpulseConstraintSolver solver;
-    btDiscreteDynamicsWorld world{&dispatcher, broadphase.get(), &solver, &configuration};
-};
-struct SimpleWorld : Stage
-{
-    using Stage::Stage;
-    btSequentialImpulseConstraintSolver solver;
-    btSimpleDynamicsWorld world{&dispatcher, broadphase.get(), &solver, &configuration};
-};
-struct MultiBodyWorld : Stage
-{
-    using Stage::Stage;
-    btMultiBodyConstraintSolver solver;
-    btMultiBodyDynamicsWorld world{&dispatcher, broadphase.get(), &solver, &configuration};
-};
-struct MtWorld
-{
-    explicit MtWorld(std::unique_ptr<btBroadphaseInterface> made) : broadphase(std::move(made)) {}
-    struct Scheduler
-    {
-        Scheduler() { btSetTaskScheduler(btGetSequentialTaskScheduler()); }
-    } scheduler;
-    btDefaultCollisionConfiguration configuration;
-    btCollisionDispatcherMt dispatcher{&configuration};
-    btConstraintSolverPoolMt pool{1};
-    btSequentialImpulseConstraintSolverMt solver;
-    std::unique_ptr<btBroadphaseInterface> broadphase;
-    btDiscreteDynamicsWorldMt world{&dispatcher, broadphase.get(), &pool, &solver, &configuration};
-};
-
 template <class World>
 class BroadphaseWorld : public testing::Test
 {
