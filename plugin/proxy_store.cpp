@@ -48,7 +48,7 @@ void ProxyStore::setBox(Proxy* proxy, const btVector3& aabbMin, const btVector3&
 void ProxyStore::refreshSomeFilters() noexcept
 {
     const std::uint32_t size = m_table.size();
-    const std::uint32_t count = std::min(size, std::max(kFilterRows, size / kFilterCalls));
+    const std::uint32_t count = std::min(size, kFilterRows);
     for (std::uint32_t i = 0; i < count; ++i)
     {
         if (m_nextFilterRow >= size)

@@ -38,7 +38,7 @@ public:
 
     /// refreshFilter() for some of the rows, others in the next call: for proxies that get no setAabb().
     ///
-    /// O(1): at least kFilterRows rows, at least one row in kFilterCalls, so that small worlds are seen as a whole.
+    /// O(1): kFilterRows rows a call, so that worlds of up to as many are seen as a whole.
     void refreshSomeFilters() noexcept;
 
     static std::uint32_t rowOf(const Proxy* proxy) noexcept { return ProxyPool::rowOf(proxy); }
@@ -74,8 +74,7 @@ public:
     std::uint64_t bytes() const noexcept { return m_table.bytes() + m_pool.bytes() + m_directory.bytes(); }
 
 private:
-    static constexpr std::uint32_t kFilterRows = 8192;
-    static constexpr std::uint32_t kFilterCalls = 32;
+    static constexpr std::uint32_t kFilterRows = 4096;
 
     Aabb countedBox(const btVector3& aabbMin, const btVector3& aabbMax) noexcept;
 
