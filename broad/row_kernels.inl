@@ -19,8 +19,8 @@ inline Query makeQuery(const RowSoa& row, std::uint32_t i)
             Lanes::broadcast(row.y1[i]), Lanes::broadcast(row.z0[i]), Lanes::broadcast(row.z1[i])};
 }
 
-inline void emitHits(std::uint32_t hits, std::uint32_t id, std::uint32_t flags, const RowSoa& row, std::uint32_t j,
-                     PairBuffer& out)
+inline void emitHits(std::uint32_t hits, std::uint32_t id, std::uint32_t flags, const RowSoa& row,
+                     std::uint32_t j, PairBuffer& out)
 {
     out.ensureRoom();
     while (hits != 0)
@@ -38,8 +38,8 @@ inline void emitHits(std::uint32_t hits, std::uint32_t id, std::uint32_t flags, 
 ///
 /// With kCheckEnd the entries' own x1 is tested too; without it the caller knows that x0 of the query comes first.
 template <bool kCheckEnd>
-inline void sweep(const Query& query, std::uint32_t id, std::uint32_t flags, const RowSoa& row, std::uint32_t begin,
-                  PairBuffer& out)
+inline void sweep(const Query& query, std::uint32_t id, std::uint32_t flags, const RowSoa& row,
+                  std::uint32_t begin, PairBuffer& out)
 {
     for (std::uint32_t j = begin;; j += Lanes::kWidth)
     {
@@ -48,11 +48,13 @@ inline void sweep(const Query& query, std::uint32_t id, std::uint32_t flags, con
         hit = Lanes::both(hit, Lanes::le(query.y0, Lanes::load(row.y1 + j)));
         hit = Lanes::both(hit, Lanes::le(Lanes::load(row.z0 + j), query.z1));
         hit = Lanes::both(hit, Lanes::le(query.z0, Lanes::load(row.z1 + j)));
-        if (kCheckEnd) hit = Lanes::both(hit, Lanes::le(query.x0, Lanes::load(row.x1 + j)));
+        if (kCheckEnd)
+            hit = Lanes::both(hit, Lanes::le(query.x0, Lanes::load(row.x1 + j)));
         const std::uint32_t insideBits = Lanes::bits(inside);
         // Only the lanes before the first one outside count: behind the sentinel another row may follow.
         const std::uint32_t hits = Lanes::bits(hit) & ((~insideBits & (insideBits + 1)) - 1);
-        if (hits != 0) emitHits(hits, id, flags, row, j, out);
+        if (hits != 0)
+            emitHits(hits, id, flags, row, j, out);
         if (insideBits != kLanesFull)
         {
             out.tests += j + Lanes::kWidth - begin;
@@ -87,7 +89,8 @@ void scanCross(const RowSoa& a, const RowSoa& b, PairBuffer& out)
     }
 }
 
-void scanOne(const RowSoa& query, std::uint32_t index, const RowSoa& row, std::uint32_t begin, PairBuffer& out)
+void scanOne(const RowSoa& query, std::uint32_t index, const RowSoa& row, std::uint32_t begin,
+             PairBuffer& out)
 {
     sweep<true>(makeQuery(query, index), query.id[index], query.flags[index], row, begin, out);
 }

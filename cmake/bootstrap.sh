@@ -16,8 +16,8 @@ CULLET_ROOT=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 # zlib1g-dev: the CMake package of libassimp-dev names libz.so and the Debian package does not depend on it.
 CULLET_PACKAGES=(
     g++ cmake ninja-build ccache git ca-certificates
-    libbullet-dev libeigen3-dev libtbb-dev libassimp-dev zlib1g-dev libcli11-dev nlohmann-json3-dev libgtest-dev
-    glmark2-data)
+    libbullet-dev libbullet-extras-dev libeigen3-dev libtbb-dev libassimp-dev zlib1g-dev libcli11-dev
+    nlohmann-json3-dev libgtest-dev glmark2-data)
 
 say()
 {

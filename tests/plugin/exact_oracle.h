@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include <algorithm>
-#include <vector>
-
 #include "broad/pair.h"
 #include "tests/plugin/broadphase_support.h"
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseProxy.h>
+
+#include <algorithm>
+#include <vector>
 
 namespace cullet::test
 {
@@ -18,8 +18,10 @@ inline bool overlapNow(const btBroadphaseProxy& a, const btBroadphaseProxy& b, b
     for (int axis = 0; axis < 3; ++axis)
     {
         const bool isValid = a.m_aabbMin[axis] <= a.m_aabbMax[axis] && b.m_aabbMin[axis] <= b.m_aabbMax[axis];
-        const bool isNear = a.m_aabbMin[axis] - gap <= b.m_aabbMax[axis] && b.m_aabbMin[axis] - gap <= a.m_aabbMax[axis];
-        if (!isValid || !isNear) return false;
+        const bool isNear =
+            a.m_aabbMin[axis] - gap <= b.m_aabbMax[axis] && b.m_aabbMin[axis] - gap <= a.m_aabbMax[axis];
+        if (!isValid || !isNear)
+            return false;
     }
     return true;
 }
@@ -38,7 +40,8 @@ inline std::vector<Pair> exactPairs(const std::vector<btBroadphaseProxy*>& proxi
     {
         for (std::size_t j = i + 1; j < proxies.size(); ++j)
         {
-            if (overlapNow(*proxies[i], *proxies[j])) pairs.push_back(makePair(idOf(proxies[i]), idOf(proxies[j])));
+            if (overlapNow(*proxies[i], *proxies[j]))
+                pairs.push_back(makePair(idOf(proxies[i]), idOf(proxies[j])));
         }
     }
     std::sort(pairs.begin(), pairs.end());

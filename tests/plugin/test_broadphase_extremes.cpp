@@ -1,16 +1,16 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include <chrono>
-#include <cmath>
-#include <functional>
-#include <limits>
-#include <vector>
-
 #include "tests/plugin/broadphase_support.h"
 #include "tests/plugin/exact_oracle.h"
 #include "tests/support/random.h"
 
 #include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <vector>
 
 namespace cullet::test
 {
@@ -118,14 +118,15 @@ struct Layout
 TEST(BroadphaseExtremes, AwkwardScenesHaveExactlyTheirPairs)
 {
     const std::vector<Layout> layouts = {
-        {"far from the origin", [](int i, Random& r) { return vec(1e5 + 0.7 * i, 1e5 + r.unit(), -1e5); }, 0.5},
+        {"far from the origin", [](int i, Random& r) { return vec(1e5 + 0.7 * i, 1e5 + r.unit(), -1e5); },
+         0.5},
         {"one point", [](int, Random&) { return vec(3, 3, 3); }, 0.0},
         {"concentric", [](int i, Random&) { return vec(0, 0, 1e-3 * i); }, 2.0},
         {"a line", [](int i, Random&) { return vec(0, 0.4 * i, 0); }, 0.5},
         {"a diagonal", [](int i, Random&) { return vec(0.3 * i, 0.3 * i, 0.3 * i); }, 0.5},
         {"one cell", [](int, Random& r) { return vec(r.unit(), r.unit(), r.unit()); }, 0.05},
-        {"tiny in a large space", [](int, Random& r)
-         { return vec(r.between(-1e3f, 1e3f), r.between(0, 1), r.between(0, 1)); }, 1e-3},
+        {"tiny in a large space",
+         [](int, Random& r) { return vec(r.between(-1e3f, 1e3f), r.between(0, 1), r.between(0, 1)); }, 1e-3},
     };
     for (const BroadphaseOptions& options : cpuBackends())
     {
@@ -139,7 +140,8 @@ TEST(BroadphaseExtremes, AwkwardScenesHaveExactlyTheirPairs)
                 proxies.push_back(addCube(broadphase, layout.centre(i, random), layout.half));
             // A kilometre by a millimetre by a kilometre, through the middle of it all.
             const btVector3 middle = proxies[200]->m_aabbMin;
-            proxies.push_back(addBox(broadphase, middle - vec(500, 0.0005, 500), middle + vec(500, 0.0005, 500)));
+            proxies.push_back(
+                addBox(broadphase, middle - vec(500, 0.0005, 500), middle + vec(500, 0.0005, 500)));
             expectExactPairs(broadphase, proxies);
             for (const btBroadphaseProxy* const& proxy : proxies)
                 ASSERT_NE(proxy, nullptr);
@@ -156,7 +158,8 @@ TEST(BroadphaseExtremes, LongBoxesOfFastBodiesStayCheap)
     Random random(3);
     std::vector<btBroadphaseProxy*> proxies;
     for (int i = 0; i < 1000; ++i)
-        proxies.push_back(addCube(broadphase, vec(random.between(0, 60), random.between(0, 60), random.between(0, 60))));
+        proxies.push_back(
+            addCube(broadphase, vec(random.between(0, 60), random.between(0, 60), random.between(0, 60))));
     for (int step = 0; step < 5; ++step)
     {
         for (btBroadphaseProxy* proxy : proxies)
@@ -183,7 +186,8 @@ TEST(BroadphaseExtremes, ManyPairsAreNeverTruncated)
 
 TEST(BroadphaseExtremes, FarPlacesOfADoubleWorldKeepTheirResolution)
 {
-    if (sizeof(btScalar) == 4) GTEST_SKIP() << "for double builds";
+    if (sizeof(btScalar) == 4)
+        GTEST_SKIP() << "for double builds";
     for (const BroadphaseOptions& options : cpuBackends())
     {
         Broadphase broadphase(options);
@@ -193,7 +197,8 @@ TEST(BroadphaseExtremes, FarPlacesOfADoubleWorldKeepTheirResolution)
             proxies.push_back(addCube(broadphase, vec(1e7 + 0.3 * i, 0, 0), 0.1 + 0.06 * (i % 2)));
         const Pairs exact = exactPairs(proxies);
         EXPECT_EQ(updatedPairs(broadphase), exact);
-        EXPECT_GT(broadphase.stats().pendingPairs, 100u) << "float boxes overlap more often, or the test is void";
+        EXPECT_GT(broadphase.stats().pendingPairs, 100u)
+            << "float boxes overlap more often, or the test is void";
     }
 }
 }  // namespace
