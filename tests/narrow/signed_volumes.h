@@ -1,0 +1,114 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "narrow/simplex.h"
+
+#include <array>
+#include <cmath>
+#include <limits>
+
+/// Signed volumes, the second comparator: Montanari, Petrinic and Barbieri 2017, "Improving the GJK Algorithm for Faster
+/// and More Reliable Distance Queries Between Convex Objects", section 4: project on the coordinate axis or plane where
+/// the simplex is largest, and compare signs of lengths, areas and volumes there.
+namespace cullet::test
+{
+inline ClosestOnSimplex signedVolumesSegment(const SimplexPoints& p, int i, int j)
+{
+    const Eigen::Vector3d edge = p[j] - p[i];
+    const Eigen::Vector3d foot = p[i] - edge * (p[i].dot(edge) / edge.squaredNorm());
+    int axis = 0;
+    edge.cwiseAbs().maxCoeff(&axis);
+    const double total = p[i][axis] - p[j][axis];
+    const double weightI = (foot[axis] - p[j][axis]) / total;
+    if (!(weightI > 0.0))
+        return closestOnVertex(p, j);
+    if (!(weightI < 1.0))
+        return closestOnVertex(p, i);
+    ClosestOnSimplex result = {foot, {}, (1u << i) | (1u << j)};
+    result.weights[i] = weightI;
+    result.weights[j] = 1.0 - weightI;
+    return result;
+}
+
+inline ClosestOnSimplex signedVolumesTriangle(const SimplexPoints& p, int i, int j, int k)
+{
+    const Eigen::Vector3d normal = (p[j] - p[i]).cross(p[k] - p[i]);
+    const Eigen::Vector3d foot = normal * (p[i].dot(normal) / normal.squaredNorm());
+    int drop = 0;
+    normal.cwiseAbs().maxCoeff(&drop);
+    const int x = (drop + 1) % 3;
+    const int y = (drop + 2) % 3;
+    const auto area = [x, y](const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c)
+    { return (b[x] - a[x]) * (c[y] - a[y]) - (b[y] - a[y]) * (c[x] - a[x]); };
+    const double total = area(p[i], p[j], p[k]);
+    const std::array<double, 3> weight = {area(foot, p[j], p[k]) / total, area(p[i], foot, p[k]) / total,
+                                          area(p[i], p[j], foot) / total};
+    if (weight[0] > 0.0 && weight[1] > 0.0 && weight[2] > 0.0)
+    {
+        ClosestOnSimplex result = {foot, {}, (1u << i) | (1u << j) | (1u << k)};
+        result.weights[i] = weight[0];
+        result.weights[j] = weight[1];
+        result.weights[k] = weight[2];
+        return result;
+    }
+    ClosestOnSimplex best;
+    double bestLength2 = std::numeric_limits<double>::infinity();
+    const std::array<std::array<int, 2>, 3> sides = {{{j, k}, {k, i}, {i, j}}};
+    for (int side = 0; side < 3; ++side)
+    {
+        if (weight[side] > 0.0)
+            continue;
+        const ClosestOnSimplex candidate = signedVolumesSegment(p, sides[side][0], sides[side][1]);
+        if (candidate.point.squaredNorm() < bestLength2)
+        {
+            best = candidate;
+            bestLength2 = candidate.point.squaredNorm();
+        }
+    }
+    return best;
+}
+
+inline ClosestOnSimplex signedVolumesTetrahedron(const SimplexPoints& p)
+{
+    const auto volume = [](const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
+                           const Eigen::Vector3d& d) { return (a - d).dot((b - d).cross(c - d)); };
+    const Eigen::Vector3d o = Eigen::Vector3d::Zero();
+    const double total = volume(p[0], p[1], p[2], p[3]);
+    const std::array<double, 4> weight = {
+        volume(o, p[1], p[2], p[3]) / total, volume(p[0], o, p[2], p[3]) / total,
+        volume(p[0], p[1], o, p[3]) / total, volume(p[0], p[1], p[2], o) / total};
+    ClosestOnSimplex best;
+    best.isInside = true;
+    double bestLength2 = std::numeric_limits<double>::infinity();
+    for (int face = 0; face < 4; ++face)
+    {
+        if (weight[face] > 0.0)
+            continue;
+        const auto [i, j, k] = kTetrahedronFaces[face];
+        const ClosestOnSimplex candidate = signedVolumesTriangle(p, i, j, k);
+        if (candidate.point.squaredNorm() < bestLength2)
+        {
+            best = candidate;
+            bestLength2 = candidate.point.squaredNorm();
+        }
+    }
+    return best;
+}
+
+/// @pre the simplex is not degenerate
+inline ClosestOnSimplex closestBySignedVolumes(const SimplexPoints& p, int count)
+{
+    switch (count)
+    {
+        case 1:
+            return closestOnVertex(p, 0);
+        case 2:
+            return signedVolumesSegment(p, 0, 1);
+        case 3:
+            return signedVolumesTriangle(p, 0, 1, 2);
+        default:
+            return signedVolumesTetrahedron(p);
+    }
+}
+}  // namespace cullet::test

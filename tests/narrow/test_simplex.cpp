@@ -1,0 +1,208 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "narrow/simplex.h"
+#include "tests/narrow/johnson.h"
+#include "tests/narrow/shapes.h"
+#include "tests/narrow/signed_volumes.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <random>
+
+namespace cullet::test
+{
+namespace
+{
+double lengthOf(const ClosestOnSimplex& c)
+{
+    return c.isInside ? 0.0 : c.point.norm();
+}
+
+SimplexPoints randomSimplex(std::mt19937& engine, double shift)
+{
+    SimplexPoints points;
+    const Eigen::Vector3d offset = shift * randomDirection(engine);
+    for (Eigen::Vector3d& p : points)
+        p = randomDirection(engine) + offset;
+    return points;
+}
+
+void expectConsistent(const SimplexPoints& points, int count, const ClosestOnSimplex& c)
+{
+    if (c.isInside)
+        return;
+    Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+    double total = 0.0;
+    for (int i = 0; i < 4; ++i)
+    {
+        EXPECT_GE(c.weights[i], 0.0);
+        EXPECT_EQ(c.weights[i] > 0.0, (c.subset >> i & 1u) != 0) << "point " << i << " of " << count;
+        total += c.weights[i];
+        if (i < count)
+            sum += c.weights[i] * points[i];
+    }
+    EXPECT_NEAR(total, 1.0, 1e-12);
+    EXPECT_LT((sum - c.point).norm(), 1e-12 * (1.0 + points[0].norm()));
+}
+
+TEST(Simplex, EveryRegionAgreesWithJohnsonAndSignedVolumes)
+{
+    std::map<std::pair<int, unsigned>, int> regions;
+    for (unsigned seed = 0; seed < 20000; ++seed)
+    {
+        std::mt19937 engine(seed);
+        const SimplexPoints points = randomSimplex(engine, 0.05 * (seed % 30));
+        for (int count = 1; count <= 4; ++count)
+        {
+            SCOPED_TRACE(testing::Message() << "seed " << seed << " count " << count);
+            const ClosestOnSimplex mine = closestOnSimplex(points, count);
+            expectConsistent(points, count, mine);
+            const double johnson = lengthOf(closestByJohnson(points, count));
+            ASSERT_NEAR(lengthOf(mine), johnson, 1e-11);
+            ASSERT_NEAR(lengthOf(mine), lengthOf(closestBySignedVolumes(points, count)), 1e-9);
+            ++regions[{count, mine.isInside ? 15u : mine.subset}];
+        }
+    }
+    // 1 + 3 + 7 + 15 regions, each seen.
+    EXPECT_EQ(regions.size(), 26u);
+    for (const auto& [region, seen] : regions)
+        EXPECT_GE(seen, 10) << region.first << " points, subset " << region.second;
+}
+
+TEST(Simplex, TheReducedSolverAgreesWhereTheNewestPointIsASupportPoint)
+{
+    // GJK on random tetrahedra and boxes: each step's last point is a support point against the closest one.
+    std::map<int, int> countOf;
+    for (unsigned seed = 0; seed < 20000; ++seed)
+    {
+        SCOPED_TRACE(seed);
+        std::mt19937 engine(seed);
+        Points cloud;
+        const Eigen::Vector3d offset = 0.1 * (seed % 15) * randomDirection(engine);
+        for (int i = 0; i < 12; ++i)
+            cloud.push_back(randomDirection(engine) + offset);
+        SimplexPoints points = {cloud[0]};
+        int count = 1;
+        Eigen::Vector3d v = cloud[0];
+        for (int step = 0; step < 20; ++step)
+        {
+            const auto w =
+                std::min_element(cloud.begin(), cloud.end(),
+                                 [&v](const auto& l, const auto& r) { return v.dot(l) < v.dot(r); });
+            if (v.squaredNorm() - v.dot(*w) <= 1e-12 * v.squaredNorm())
+                break;
+            points[count++] = *w;
+            const ClosestOnSimplex reduced = closestOnSimplexNewest(points, count);
+            const ClosestOnSimplex full = closestOnSimplex(points, count);
+            ++countOf[count];
+            expectConsistent(points, count, reduced);
+            ASSERT_EQ(reduced.isInside, full.isInside);
+            ASSERT_NEAR(lengthOf(reduced), lengthOf(full), 1e-13);
+            if (reduced.isInside)
+                break;
+            ASSERT_NE(reduced.subset >> (count - 1) & 1u, 0u) << "theorem 2: the newest point is needed";
+            int kept = 0;
+            for (int i = 0; i < count; ++i)
+            {
+                if ((reduced.subset >> i & 1u) != 0)
+                    points[kept++] = points[i];
+            }
+            count = kept;
+            v = reduced.point;
+        }
+    }
+    for (int count = 2; count <= 4; ++count)
+        EXPECT_GT(countOf[count], 5000);
+}
+
+TEST(Simplex, AnySizeGivesTheSameAnswer)
+{
+    for (unsigned seed = 0; seed < 300; ++seed)
+    {
+        std::mt19937 engine(seed);
+        const SimplexPoints points = randomSimplex(engine, 0.05 * (seed % 30));
+        for (const double scale : {std::pow(2.0, -120), std::pow(2.0, 120)})
+        {
+            SimplexPoints scaled = points;
+            for (Eigen::Vector3d& p : scaled)
+                p *= scale;
+            const ClosestOnSimplex one = closestOnSimplex(points, 4);
+            const ClosestOnSimplex other = closestOnSimplex(scaled, 4);
+            ASSERT_EQ(one.isInside, other.isInside);
+            if (!one.isInside)
+            {
+                EXPECT_EQ(one.subset, other.subset);
+            }
+        }
+    }
+}
+
+/// Equal points, points on one line, four points in a plane, slivers.
+TEST(Simplex, DegenerateSimplicesHaveFiniteAnswersAsGoodAsTheBestSubset)
+{
+    int insideCount = 0;
+    for (unsigned seed = 0; seed < 20000; ++seed)
+    {
+        SCOPED_TRACE(seed);
+        std::mt19937 engine(seed);
+        SimplexPoints p = randomSimplex(engine, 0.1 * (seed % 20));
+        const double thin = std::pow(10.0, -static_cast<double>(seed % 18));
+        std::uniform_real_distribution<double> unit(-0.5, 1.5);
+        switch (seed % 4)
+        {
+            case 0:
+                p[2] = p[0];
+                break;
+            case 1:
+                p[2] = p[0] + unit(engine) * (p[1] - p[0]) + thin * randomDirection(engine);
+                break;
+            case 2:
+                p[3] = p[0] + unit(engine) * (p[1] - p[0]) + unit(engine) * (p[2] - p[0]) +
+                       thin * randomDirection(engine);
+                break;
+            default:
+                p[2] = p[0] + unit(engine) * (p[1] - p[0]) + thin * randomDirection(engine);
+                p[3] = p[0] + unit(engine) * (p[1] - p[0]) + thin * randomDirection(engine);
+                break;
+        }
+        for (int count = 2; count <= 4; ++count)
+        {
+            const ClosestOnSimplex c = closestOnSimplex(p, count);
+            if (c.isInside)
+            {
+                ++insideCount;
+                EXPECT_LT(lengthOf(closestByJohnson(p, count)), 1e-9);
+                continue;
+            }
+            ASSERT_TRUE(c.point.allFinite());
+            // At least as close as every edge; and no closer than what its weights say.
+            for (int i = 0; i < count; ++i)
+            {
+                for (int j = 0; j < i; ++j)
+                    EXPECT_LE(c.point.norm(), closestOnSegment(p, i, j).point.norm() * (1.0 + 1e-12));
+            }
+            Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+            for (int i = 0; i < count; ++i)
+                sum += c.weights[i] * p[i];
+            EXPECT_NEAR(sum.norm(), c.point.norm(), 1e-9);
+        }
+    }
+    EXPECT_GT(insideCount, 3);
+}
+
+TEST(Simplex, TheOriginOnAFeatureIsAtDistanceZero)
+{
+    const SimplexPoints onVertex = {Eigen::Vector3d(0, 0, 0), {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    const SimplexPoints onEdge = {Eigen::Vector3d(-1, 0, 0), {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    const SimplexPoints onFace = {Eigen::Vector3d(-1, -1, 0), {1, -1, 0}, {0, 1, 0}, {0, 0, 1}};
+    for (const SimplexPoints& p : {onVertex, onEdge, onFace})
+        EXPECT_EQ(lengthOf(closestOnSimplex(p, 4)), 0.0);
+    EXPECT_EQ(closestOnSimplex(onVertex, 3).subset, 1u);
+    EXPECT_EQ(closestOnSimplex(onEdge, 3).subset, 3u);
+    EXPECT_EQ(closestOnSimplex(onFace, 3).subset, 7u);
+}
+}  // namespace
+}  // namespace cullet::test

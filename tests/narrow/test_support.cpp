@@ -1,0 +1,250 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "narrow/support.h"
+#include "tests/narrow/shapes.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace cullet::test
+{
+namespace
+{
+/// Lowest index of the largest rounded product over all given points, as Bullet's scan finds it.
+template <class S>
+std::int32_t scanPoints(const std::vector<Eigen::Matrix<S, 3, 1>>& points, const Eigen::Matrix<S, 3, 1>& d)
+{
+    std::int32_t best = 0;
+    S bestHeight = -std::numeric_limits<S>::infinity();
+    for (std::size_t i = 0; i < points.size(); ++i)
+    {
+        const S height = points[i][0] * d[0] + points[i][1] * d[1] + points[i][2] * d[2];
+        if (height > bestHeight)
+        {
+            best = static_cast<std::int32_t>(i);
+            bestHeight = height;
+        }
+    }
+    return best;
+}
+
+constexpr SupportMethod kMethods[] = {SupportMethod::Automatic, SupportMethod::Linear, SupportMethod::Climb,
+                                      SupportMethod::ClimbArtificial, SupportMethod::CubeMap};
+
+template <class S>
+struct Comparison
+{
+    Comparison(const Points& given) : points(castPoints<S>(given)), hull(makeHull(points)) {}
+
+    void check(const Eigen::Matrix<S, 3, 1>& d, std::int32_t start)
+    {
+        const std::int32_t expected = scanPoints(points, d);
+        for (const SupportMethod method : kMethods)
+        {
+            const std::int32_t found = hull.sourceIndex(supportVertex(hull, d, start, method, &counters));
+            if (found != expected)
+            {
+                ++wrongCount;
+                ADD_FAILURE() << "method " << static_cast<int>(method) << " start " << start << " direction "
+                              << d.transpose() << " found " << found << " expected " << expected;
+            }
+        }
+        ++directionCount;
+    }
+
+    std::vector<Eigen::Matrix<S, 3, 1>> points;
+    Hull<S> hull;
+    SupportCounters counters;
+    int directionCount = 0;
+    int wrongCount = 0;
+};
+
+/// Normals of faces, of edges and of what lies between, axes, and all of these slightly off.
+template <class S>
+std::vector<Eigen::Matrix<S, 3, 1>> specialDirections(const Hull<S>& hull, std::mt19937& engine,
+                                                      std::size_t limit)
+{
+    std::vector<Eigen::Vector3d> exact;
+    for (const auto& face : hull.faces())
+        exact.push_back(face.normal);
+    for (const auto& edge : hull.edges())
+    {
+        exact.push_back(hull.faces()[edge.left].normal + hull.faces()[edge.right].normal);
+        exact.push_back((hull.vertex(edge.to) - hull.vertex(edge.from)).template cast<double>());
+    }
+    for (int axis = 0; axis < 3; ++axis)
+        exact.push_back(Eigen::Vector3d::Unit(axis));
+    std::shuffle(exact.begin(), exact.end() - 3, engine);
+    std::vector<Eigen::Matrix<S, 3, 1>> directions;
+    for (auto d = exact.rbegin(); d != exact.rend() && directions.size() < limit; ++d)
+    {
+        for (const double angle : {0.0, 1e-8, 1e-7, 1e-6, 1e-5, 1e-3})
+        {
+            const Eigen::Vector3d off = *d + angle * d->norm() * randomDirection(engine);
+            directions.push_back(off.cast<S>());
+            directions.push_back((-off).cast<S>());
+        }
+    }
+    return directions;
+}
+
+template <class S>
+void compareOnAllShapes(int randomCount, std::size_t specialCount)
+{
+    std::int64_t directionCount = 0;
+    std::int64_t tieCount = 0;
+    std::int64_t searchCount = 0;
+    for (const NamedPoints& shape : nastyShapes())
+    {
+        SCOPED_TRACE(shape.name);
+        std::mt19937 engine(77);
+        Comparison<S> comparison(shape.points);
+        std::uniform_int_distribution<std::int32_t> anyVertex(0, comparison.hull.vertexCount() - 1);
+        const int count = comparison.hull.vertexCount() > 300 ? randomCount / 10 : randomCount;
+        for (int i = 0; i < count && comparison.wrongCount < 5; ++i)
+            comparison.check(randomDirection(engine).cast<S>(), anyVertex(engine));
+        const std::size_t special = comparison.hull.vertexCount() > 300 ? specialCount / 10 : specialCount;
+        for (const auto& d : specialDirections(comparison.hull, engine, special))
+        {
+            if (comparison.wrongCount < 5)
+                comparison.check(d, anyVertex(engine));
+        }
+        EXPECT_EQ(comparison.wrongCount, 0);
+        directionCount += comparison.directionCount;
+        tieCount += comparison.counters.ties;
+        searchCount += comparison.counters.searches;
+    }
+    testing::Test::RecordProperty("directions", std::to_string(directionCount));
+    testing::Test::RecordProperty("searches", std::to_string(searchCount));
+    // The sample has both: climbs that end by themselves and ties that the scan decides.
+    EXPECT_GT(tieCount, searchCount / 100);
+    EXPECT_LT(tieCount, searchCount / 2);
+    EXPECT_GT(searchCount, std::numeric_limits<S>::digits > 24 ? 500000 : 1000000);
+}
+
+TEST(Support, AllMethodsFindTheScansVertexInFloat)
+{
+    compareOnAllShapes<float>(12000, 4000);
+}
+
+TEST(Support, AllMethodsFindTheScansVertexInDouble)
+{
+    compareOnAllShapes<double>(6000, 2000);
+}
+
+TEST(Support, EveryStartVertexReachesTheSupportOfAxesOnAGridBox)
+{
+    // Here a climb without artificial neighbours and without the tie check stops in the middle of a face.
+    Comparison<float> comparison(gridBoxPoints(5));
+    int stuckCount = 0;
+    for (int axis = 0; axis < 6; ++axis)
+    {
+        const Eigen::Vector3f d = (axis % 2 == 0 ? 1.0f : -1.0f) * Eigen::Vector3f::Unit(axis / 2);
+        for (std::int32_t start = 0; start < comparison.hull.vertexCount(); ++start)
+        {
+            comparison.check(d, start);
+            bool isStuck = supportProduct(comparison.hull, start, d) < 0.5f;
+            for (const std::int32_t u : comparison.hull.naturalNeighbours(start))
+                isStuck = isStuck &&
+                          supportProduct(comparison.hull, u, d) <= supportProduct(comparison.hull, start, d);
+            stuckCount += isStuck;
+        }
+    }
+    EXPECT_GT(stuckCount, 20);
+}
+
+TEST(Support, ArtificialNeighboursLeadOffEveryPlateau)
+{
+    for (const NamedPoints& shape : nastyShapes())
+    {
+        SCOPED_TRACE(shape.name);
+        // Rounded coordinates turn a plateau into slivers with steps below rounding; there the tie check is needed.
+        const bool isRounded =
+            shape.name.find("turned") != std::string::npos || shape.name.find("far") != std::string::npos;
+        if (isRounded)
+            continue;
+        const Hull<double> hull = hullOf<double>(shape.points);
+        std::mt19937 engine(4);
+        std::int64_t count = 0;
+        for (const auto& d : specialDirections(hull, engine, 300))
+        {
+            // The pure climb, without the scan that decides ties.
+            std::int32_t vertex =
+                static_cast<std::int32_t>(engine() % static_cast<unsigned>(hull.vertexCount()));
+            for (;;)
+            {
+                const auto best = blockMaximum(hull.blocksBegin(vertex), hull.blocksEnd(vertex), d);
+                if (!(best.height > supportProduct(hull, vertex, d)))
+                    break;
+                vertex = best.vertex;
+            }
+            const double deficit =
+                supportProduct(hull, supportLinear(hull, d), d) - supportProduct(hull, vertex, d);
+            EXPECT_LE(deficit, 1e-12 * d.norm() * hull.radius());
+            ++count;
+        }
+        EXPECT_GE(count, 100);
+    }
+}
+
+TEST(Support, CoherentClimbsTakeFewSteps)
+{
+    const Hull<float> hull = hullOf<float>(icoPoints(3));
+    std::mt19937 engine(6);
+    SupportCounters counters;
+    Eigen::Vector3d d = randomDirection(engine);
+    std::int32_t vertex = -1;
+    for (int i = 0; i < 10000; ++i)
+    {
+        vertex =
+            supportVertex<float>(hull, d.cast<float>(), vertex, SupportMethod::ClimbArtificial, &counters);
+        d = (d + 0.03 * randomDirection(engine)).normalized();
+    }
+    EXPECT_LT(static_cast<double>(counters.steps) / static_cast<double>(counters.searches), 1.6);
+}
+
+TEST(Support, TheStartTableIsNearTheAnswer)
+{
+    const Hull<float> hull = hullOf<float>(icoPoints(3));
+    std::mt19937 engine(7);
+    SupportCounters counters;
+    for (int i = 0; i < 10000; ++i)
+        supportVertex<float>(hull, randomDirection(engine).cast<float>(), -1, SupportMethod::CubeMap,
+                             &counters);
+    EXPECT_LT(static_cast<double>(counters.steps) / static_cast<double>(counters.searches), 2.5);
+}
+
+TEST(Support, MeaninglessDirectionsEndWithAVertex)
+{
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    for (const NamedPoints& shape : queryShapes())
+    {
+        SCOPED_TRACE(shape.name);
+        const Hull<float> hull = hullOf<float>(shape.points);
+        for (const SupportMethod method : kMethods)
+        {
+            EXPECT_EQ(supportVertex<float>(hull, Eigen::Vector3f::Zero(), 3, method), 0);
+            for (const Eigen::Vector3f& d : {Eigen::Vector3f(nan, 0, 0), Eigen::Vector3f(1, nan, nan)})
+            {
+                const std::int32_t vertex = supportVertex<float>(hull, d, 3, method);
+                EXPECT_GE(vertex, 0);
+                EXPECT_LT(vertex, hull.vertexCount());
+            }
+        }
+    }
+}
+
+TEST(Support, AStartOutsideOfTheHullIsIgnored)
+{
+    const Hull<float> hull = hullOf<float>(icoPoints(1));
+    const Eigen::Vector3f d(0.3f, 0.2f, -0.7f);
+    for (const SupportMethod method : kMethods)
+        EXPECT_EQ(supportVertex<float>(hull, d, 4711, method), supportLinear(hull, d));
+}
+}  // namespace
+}  // namespace cullet::test
