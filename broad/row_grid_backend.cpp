@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "broad/row_grid_backend.h"
 
+#include "broad/vector_room.h"
+
 #include <algorithm>
 #include <cmath>
 #include <new>
@@ -49,6 +51,8 @@ Status RowGridBackend::update(const ProxyView& proxies, PairDelta& delta)
         updateOrThrow(proxies);
         writePairs(m_addedKeys, delta.added);
         writePairs(m_removedKeys, delta.removed);
+        trimRoom(m_addedKeys);
+        trimRoom(m_removedKeys);
     }
     catch (const std::bad_alloc&)
     {

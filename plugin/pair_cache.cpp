@@ -142,12 +142,13 @@ void PairCache::reserve(std::size_t pairCount)
     }
 }
 
-/// Makes room for so many pairs in everything but the anchors; what has to grow grows by half at least, so that growing
+/// Makes room for so many pairs in everything but the anchors; what has to grow grows by a quarter at least, so that growing
 /// in small steps stays cheap. Throws std::bad_alloc.
 void PairCache::growTo(std::size_t pairCount)
 {
-    const std::size_t half = size() + size() / 2;
-    const std::size_t count = std::min<std::size_t>(std::max({pairCount, half, kSmallestArray}), kMaxPairs);
+    const std::size_t quarterMore = size() + size() / 4;
+    const std::size_t count =
+        std::min<std::size_t>(std::max({pairCount, quarterMore, kSmallestArray}), kMaxPairs);
     if (m_hash.limit() < pairCount)
         m_hash.grow(count, [this](std::uint32_t index) { return hashOfPair(idsOf(*pairAt(index))); });
     if (m_links.capacity() < pairCount)

@@ -147,7 +147,7 @@ public:
 
     // For the broad phase: changes in bulk and by unique id.
 
-    /// Makes room for so many pairs in all, so that adding them moves nothing. What grows, grows by half at least.
+    /// Makes room for so many pairs in all, so that adding them moves nothing. What grows, grows by a quarter at least.
     void reserve(std::size_t pairCount);
 
     /// addOverlappingPair() without the filter.

@@ -3,6 +3,7 @@
 #include "plugin/pair_keeper.h"
 
 #include "broad/log.h"
+#include "broad/vector_room.h"
 #include "plugin/backend_choice.h"
 
 #include <algorithm>
@@ -73,6 +74,11 @@ void PairKeeper::update(float margin, btDispatcher* dispatcher)
     m_expectedCount = m_port.count();
     m_isAllDue = m_wasInterrupted;
     m_isRestartDue = m_wasInterrupted;
+    trimRoom(m_delta.added);
+    trimRoom(m_delta.removed);
+    trimRoom(m_due);
+    trimRoom(m_scratch);
+    trimRoom(m_batch);
 }
 
 void PairKeeper::noticeForeignChanges()

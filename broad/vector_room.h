@@ -1,0 +1,18 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+namespace cullet
+{
+/// Gives back the room of a vector that serves update after update, when it uses little of what a rare large one took.
+template <class T>
+void trimRoom(std::vector<T>& vector)
+{
+    constexpr std::size_t kSmall = 4096;
+    if (vector.capacity() > kSmall && vector.capacity() / 8 > vector.size())
+        std::vector<T>(vector).swap(vector);
+}
+}  // namespace cullet
