@@ -53,9 +53,10 @@ struct ProxyView
     std::uint32_t size = 0;                    ///< rows, free ones included
     const Aabb* boxes = nullptr;               ///< [size] world-space boxes; empty ones overlap nothing
     const std::uint32_t* uniqueIds = nullptr;  ///< [size] unique id, 0 for free rows
-    const Filter* filters = nullptr;           ///< [size] or null: every overlapping pair counts; restart() at a switch
-    const std::uint8_t* changes = nullptr;     ///< [size] RowChange bits since the last update
-    const std::uint32_t* dirty = nullptr;      ///< [dirtyCount] ascending rows with changes != 0
+    const Filter* filters =
+        nullptr;  ///< [size] or null: every overlapping pair counts; restart() at a switch
+    const std::uint8_t* changes = nullptr;  ///< [size] RowChange bits since the last update
+    const std::uint32_t* dirty = nullptr;   ///< [dirtyCount] ascending rows with changes != 0
     std::uint32_t dirtyCount = 0;
     float margin = 0.0f;  ///< >= 0; a pair leaves when the boxes grown by it on every side no longer overlap
 };
@@ -169,11 +170,10 @@ struct PsapOptions
     PsapCells cells = PsapCells::Automatic;
     std::uint32_t cellCount = 1;  ///< for PsapCells::FixedCount
     std::uint32_t seed = 1;       ///< for PsapAxis::Random and PsapExecutor::Shuffled
-    /// Rows variant: width of a cell and length of a bin in longest sides of their level, and how many doublings of
-    /// size share a level. Any values above 0 give the same pairs.
-    float cellScale = 1.0f;
-    float binScale = 2.0f;
-    std::uint32_t octavesPerLevel = 2;
+    /// Rows variant: width of a cell and length of a bin in longest sides of their level; 0: chosen by a cost model. Any
+    /// values give the same pairs.
+    float cellScale = 0.0f;
+    float binScale = 0.0f;
     /// Room for pairs, entries and look-ups at the start; every list grows when it has to. Any value gives the same
     /// pairs (1 forces every growth).
     std::uint32_t initialCapacity = 1024;

@@ -189,27 +189,38 @@ private:
         m_exec.reserve(m_newBoxes, count);
         m_exec.reserve(m_newChanges, count);
         m_exec.reserve(m_newFilters, count);
-        // Copying a million boxes on one core would take longer than everything else.
-        const unsigned tasks = m_workers.tasksFor(m_dirtyCount, kStageGrain);
-        std::atomic<std::uint8_t> all{kRowUnchanged};
-        m_workers.run(
-            tasks,
-            [&](unsigned task)
-            {
-                const std::uint64_t begin = m_dirtyCount * task / tasks;
-                all.fetch_or(stageRange(view, sendsFilters, begin, m_dirtyCount * (task + 1) / tasks));
-            });
-        m_exec.upload(m_newBoxes.data(), m_stagedBoxes.data(), m_dirtyCount);
-        m_exec.upload(m_newChanges.data(), m_stagedChanges.data(), m_dirtyCount);
-        if (sendsFilters)
-            m_exec.upload(m_newFilters.data(), m_stagedFilters.data(), m_dirtyCount);
-        if (!m_dirtyIsAll)
-            m_exec.upload(m_dirty.data(), m_stagedRows.data(), m_dirtyCount);
-        return (all.load() & kRowCreated) != 0;
+        unsigned all = kRowUnchanged;
+        // In blocks, so that the executor's machine copies one while the CPU packs the next.
+        for (std::uint64_t begin = 0; begin < m_dirtyCount; begin += kStageBlock)
+        {
+            const std::uint64_t end = std::min(begin + kStageBlock, m_dirtyCount);
+            all |= stageBlock(view, sendsFilters, begin, end);
+            m_exec.upload(m_newBoxes.data() + begin, m_stagedBoxes.data() + begin, end - begin);
+            m_exec.upload(m_newChanges.data() + begin, m_stagedChanges.data() + begin, end - begin);
+            if (sendsFilters)
+                m_exec.upload(m_newFilters.data() + begin, m_stagedFilters.data() + begin, end - begin);
+            if (!m_dirtyIsAll)
+                m_exec.upload(m_dirty.data() + begin, m_stagedRows.data() + begin, end - begin);
+        }
+        return (all & kRowCreated) != 0;
+    }
+
+    /// Packs some of the changed rows on threads: on one core a million would take longer than everything else.
+    unsigned stageBlock(const ProxyView& view, bool sendsFilters, std::uint64_t begin, std::uint64_t end)
+    {
+        const unsigned tasks = m_workers.tasksFor(end - begin, kStageGrain);
+        std::atomic<unsigned> all{kRowUnchanged};
+        m_workers.run(tasks,
+                      [&](unsigned task)
+                      {
+                          all.fetch_or(stageRange(view, sendsFilters, begin + (end - begin) * task / tasks,
+                                                  begin + (end - begin) * (task + 1) / tasks));
+                      });
+        return all.load();
     }
 
     /// Packs some of the changed rows. Returns all their RowChange bits.
-    std::uint8_t stageRange(const ProxyView& view, bool sendsFilters, std::uint64_t begin, std::uint64_t end)
+    unsigned stageRange(const ProxyView& view, bool sendsFilters, std::uint64_t begin, std::uint64_t end)
     {
         const unsigned fresh = m_isFresh ? kRowCreated : kRowUnchanged;
         unsigned all = fresh;
@@ -224,7 +235,7 @@ private:
             if (sendsFilters)
                 m_stagedFilters.data()[i] = view.filters[row];
         }
-        return static_cast<std::uint8_t>(all);
+        return all;
     }
 
     /// Settles the held pairs and searches, again with more room as long as a list was too short.
@@ -277,7 +288,9 @@ private:
         const PairList removed = {m_removed.data(), m_removed.size(), &m_counters.data()->removed};
         const PairList kept = {m_kept.data(), m_kept.size(), &m_counters.data()->kept};
         m_exec.forEachEmitting(m_heldCount,
-                               SettleHeld{m_held.data(), history(view), view.margin, removed, table()}, kept);
+                               SettleHeld{m_held.data(), history(view), view.margin,
+                                          view.margin >= m_margin && !m_isFresh, removed, table()},
+                               kept);
     }
 
     void emit(const ProxyView& view)
@@ -332,6 +345,7 @@ private:
     }
 
     static constexpr std::size_t kStageGrain = 16384;
+    static constexpr std::uint64_t kStageBlock = 1u << 18;
 
     PsapOptions m_options;
     const char* m_name;

@@ -53,10 +53,10 @@ CULLET_HOST_DEVICE inline std::uint32_t clampedCell(float value, float origin, f
 
 CULLET_HOST_DEVICE inline CellBlock cellsOf(const CellPlan& plan, const Aabb& box)
 {
-    return {clampedCell(box.min[plan.axes.u], plan.originU, plan.inverseU, plan.countU),
-            clampedCell(box.max[plan.axes.u], plan.originU, plan.inverseU, plan.countU),
-            clampedCell(box.min[plan.axes.v], plan.originV, plan.inverseV, plan.countV),
-            clampedCell(box.max[plan.axes.v], plan.originV, plan.inverseV, plan.countV)};
+    return {clampedCell(along(box.min, plan.axes.u), plan.originU, plan.inverseU, plan.countU),
+            clampedCell(along(box.max, plan.axes.u), plan.originU, plan.inverseU, plan.countU),
+            clampedCell(along(box.min, plan.axes.v), plan.originV, plan.inverseV, plan.countV),
+            clampedCell(along(box.max, plan.axes.v), plan.originV, plan.inverseV, plan.countV)};
 }
 
 /// Chooses the sweep axis and the cells from the statistics. One index.
@@ -139,7 +139,7 @@ struct CountCells
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
-        const Aabb box = boxes[i];
+        const Aabb box = loadBox(boxes, i);
         counts[i] = 0;
         if (!isValid(box))
             return;
@@ -166,7 +166,7 @@ struct FillEntries
         if (counts[i] == 0)
             return;
         const CellBlock cells = cellsOf(*plan, boxes[i]);
-        const std::uint64_t start = orderedBits(boxes[i].min[plan->axes.s]);
+        const std::uint64_t start = orderedBits(along(boxes[i].min, plan->axes.s));
         std::uint64_t entry = offsets[i];
         for (std::uint32_t v = cells.v0; v <= cells.v1; ++v)
         {
@@ -215,13 +215,13 @@ struct SweepCell
         if (isLonely[i] != 0)
             return;
         const std::uint32_t row = rows[i];
-        const Aabb box = boxes[row];
+        const Aabb box = loadBox(boxes, row);
         const std::uint64_t cell = keys[i] >> 32;
-        const std::uint64_t end = cell << 32 | orderedBits(box.max[plan->axes.s]);
+        const std::uint64_t end = cell << 32 | orderedBits(along(box.max, plan->axes.s));
         std::uint64_t j = i + 1;
         for (; j < count && keys[j] <= end; ++j)
         {
-            const Aabb other = boxes[rows[j]];
+            const Aabb other = loadBox(boxes, rows[j]);
             const IdPair pair = {row, rows[j]};
             if (overlaps(box, other) && ownerCell(box, other) == cell && isNew(pair))
                 emit.push(pair);
@@ -233,8 +233,10 @@ private:
     CULLET_HOST_DEVICE std::uint64_t ownerCell(const Aabb& a, const Aabb& b) const
     {
         const Axes axes = plan->axes;
-        const float u = a.min[axes.u] > b.min[axes.u] ? a.min[axes.u] : b.min[axes.u];
-        const float v = a.min[axes.v] > b.min[axes.v] ? a.min[axes.v] : b.min[axes.v];
+        const float u =
+            along(a.min, axes.u) > along(b.min, axes.u) ? along(a.min, axes.u) : along(b.min, axes.u);
+        const float v =
+            along(a.min, axes.v) > along(b.min, axes.v) ? along(a.min, axes.v) : along(b.min, axes.v);
         return static_cast<std::uint64_t>(clampedCell(v, plan->originV, plan->inverseV, plan->countV)) *
                    plan->countU +
                clampedCell(u, plan->originU, plan->inverseU, plan->countU);
@@ -258,12 +260,13 @@ struct TestSide
         const std::uint32_t count = *sideCount;
         if (count == 0)
             return;
-        const Aabb box = boxes[row];
+        const Aabb box = loadBox(boxes, row);
         for (std::uint32_t k = 0; k < count; ++k)
         {
             const IdPair pair = {row, side[k]};
             // Of two that are both on the list, the lower row reports.
-            if ((cellCounts[row] != 0 || row < pair.b) && overlaps(box, boxes[pair.b]) && isNew(pair))
+            if ((cellCounts[row] != 0 || row < pair.b) && overlaps(box, loadBox(boxes, pair.b)) &&
+                isNew(pair))
                 emit.push(pair);
         }
         emit.tested(count);

@@ -153,10 +153,10 @@ public:
             makePlan(exec);
         ++m_planAge;
 
-        exec.clear(m_sideCount.data(), 1);
-        exec.clear(m_binCounts.data(), m_binCapacity + 1);
+        // The count of the side list lies behind those of the bins, so that one call clears both.
+        exec.clear(m_binCounts.data(), m_binCapacity + 2);
         exec.forEach(input.count, CountRows{input.boxes, m_plan.data(), m_places.data(), m_binCounts.data(),
-                                            m_side.data(), m_sideCount.data()});
+                                            m_side.data(), sideCount()});
         exec.scan(m_binCounts.data(), m_binStarts.data(), m_binCapacity + 1);
         exec.forEach(input.count, ScatterRows{input.boxes, m_plan.data(), m_places.data(), m_binStarts.data(),
                                               m_records.data()});
@@ -166,7 +166,7 @@ public:
     {
         exec.forEachEmitting(m_input.count,
                              SearchRows{m_records.data(), m_binStarts.data(), m_binCapacity, m_plan.data(),
-                                        m_input.boxes, m_side.data(), m_sideCount.data(), isNew},
+                                        m_input.boxes, m_side.data(), sideCount(), isNew},
                              pairs);
     }
 
@@ -176,21 +176,20 @@ public:
     /// Counts a repetition that happened without build().
     void countRepeat() { ++m_planAge; }
 
-    const std::uint32_t* sideCount() const { return m_sideCount.data(); }
+    std::uint32_t* sideCount() const { return m_binCounts.data() + m_binCapacity + 1; }
     std::uint64_t entryCount() const { return m_input.count; }
 
 private:
     template <class T>
     using Buffer = typename Exec::template Buffer<T>;
 
-    static constexpr float kBinsPerBox = 2.0f;
+    static constexpr float kBinsPerBox = 1.25f;
     static constexpr std::uint32_t kUpdatesPerPlan = 32;
     static constexpr std::uint64_t kBoxesInSample = 1u << 17;
 
     void reserveForBoxes(Exec& exec, std::uint64_t count)
     {
         exec.reserve(m_plan, 1);
-        exec.reserve(m_sideCount, 1);
         exec.reserve(m_side, count);
         exec.reserve(m_places, count);
         exec.reserve(m_records, count);
@@ -202,7 +201,7 @@ private:
             m_plannedCount = count;
             m_planAge = kUpdatesPerPlan;
         }
-        exec.reserve(m_binCounts, m_binCapacity + 1);
+        exec.reserve(m_binCounts, m_binCapacity + 2);
         exec.reserve(m_binStarts, m_binCapacity + 1);
     }
 
@@ -210,10 +209,11 @@ private:
 
     void makePlan(Exec& exec)
     {
-        m_statistics.collect(exec, m_input, std::max<std::uint64_t>(1, m_input.count / kBoxesInSample));
-        exec.forEach(1,
-                     PlanRows{m_statistics.moments(), m_statistics.sizes(), m_axis, m_options.octavesPerLevel,
-                              m_options.cellScale, m_options.binScale, m_binCapacity, m_plan.data()});
+        const std::uint64_t stride = std::max<std::uint64_t>(1, m_input.count / kBoxesInSample);
+        m_statistics.collect(exec, m_input, stride);
+        exec.forEach(
+            1, PlanRows{m_statistics.moments(), m_statistics.sizes(), static_cast<double>(stride), m_axis,
+                        m_options.cellScale, m_options.binScale, m_binCapacity, m_plan.data()});
         m_planAge = 0;
     }
 
@@ -228,7 +228,7 @@ private:
     Buffer<RowPlace> m_places;
     Buffer<std::uint32_t> m_binCounts, m_binStarts;
     Buffer<RowRecord> m_records;
-    Buffer<std::uint32_t> m_side, m_sideCount;
+    Buffer<std::uint32_t> m_side;
 };
 
 /// Either search, as the options say.

@@ -16,6 +16,8 @@
 namespace cullet::psap
 {
 inline constexpr std::uint32_t kMostLevels = 12;
+inline constexpr std::uint32_t kBinsPerLevel = 64;  ///< at least
+inline constexpr std::uint32_t kBinsKeptFree = kBinsPerLevel * kMostLevels;
 inline constexpr std::uint32_t kNoBin = 0xffffffffu;
 
 /// The cells of boxes of similar size.
@@ -60,17 +62,27 @@ CULLET_HOST_DEVICE inline std::uint32_t binAlong(const RowPlan& plan, const RowL
 /// How many bins a search over so many boxes has room for, whatever the plan.
 inline std::uint64_t binCapacityFor(std::uint64_t boxes, float binsPerBox)
 {
-    return static_cast<std::uint64_t>(binsPerBox * static_cast<float>(boxes)) + 64 * kMostLevels + 256;
+    return static_cast<std::uint64_t>(static_cast<double>(binsPerBox) * static_cast<double>(boxes)) +
+           2 * kBinsKeptFree;
 }
 
 /// Chooses axis, levels, cells and bins from the statistics. One index.
+///
+/// Levels, finest first: a level takes doublings of size as long as its cells stay nearly empty, since a level more
+/// costs every finer box a search. Cells and bins: the cheapest of some sizes by a count of rows visited, boxes tested
+/// and bins cleared. Scenes are thought to be uniform boxes of the same spread; others are as exact, only slower.
 struct PlanRows
 {
+    static constexpr double kCostOfRow = 1.6;  // in tests of one box
+    static constexpr double kCostOfBin = 1.6;
+    // Boxes per cell from which on a doubling of size gets its own level.
+    static constexpr double kFullCell = 2.5;
+
     const Moments* moments;
     const SizeClasses* sizes;
+    double stride;  ///< boxes in the scene for each one in the statistics
     PsapAxis axis;
-    std::uint32_t octavesPerLevel;
-    float cellScale;  ///< width of a cell in longest sides of its level
+    float cellScale;  ///< width of a cell in longest sides of its level; 0: chosen
     float binScale;   ///< length of a bin, likewise
     std::uint64_t binCapacity;
     RowPlan* plan;
@@ -83,113 +95,139 @@ struct PlanRows
         plan->originS = isEmpty ? 0.0f : sums.low[plan->axes.s];
         plan->originU = isEmpty ? 0.0f : sums.low[plan->axes.u];
         plan->originV = isEmpty ? 0.0f : sums.low[plan->axes.v];
-        std::uint32_t counts[kMostLevels];
-        chooseLevels(counts);
+        const Spread spread = {spreadAlong(plan->axes.s), spreadAlong(plan->axes.u),
+                               spreadAlong(plan->axes.v)};
+        double counts[kMostLevels];
+        chooseLevels(spread, counts);
         std::uint32_t firstBin = 0;
+        double finer = 0;
         for (std::uint32_t k = 0; k < plan->levelCount; ++k)
         {
             RowLevel& level = plan->levels[k];
             level.firstBin = firstBin;
-            const double share =
-                isEmpty ? 0.0 : static_cast<double>(counts[k]) / static_cast<double>(sums.count);
-            const double room = static_cast<double>(binCapacity - 64 * kMostLevels);
-            chooseCells(level, 64 + room * share);
+            const double share = isEmpty ? 0.0 : counts[k] / (stride * static_cast<double>(sums.count));
+            const double room = static_cast<double>(binCapacity - kBinsKeptFree);
+            chooseCells(level, spread, counts[k], finer, k == 0 ? 0.0f : plan->levels[k - 1].limit,
+                        kBinsPerLevel + room * share);
             firstBin += static_cast<std::uint32_t>(level.countU) * static_cast<std::uint32_t>(level.countV) *
                         level.binCount;
+            finer += counts[k];
         }
         plan->binCount = firstBin;
     }
 
 private:
-    /// Groups size classes into levels, coarsest first, then turns them around. One more level, four times as coarse as
-    /// the coarsest, takes boxes that a sample missed.
-    CULLET_HOST_DEVICE void chooseLevels(std::uint32_t* counts) const
+    /// Sides of the uniform block of boxes with the same variance, or of the scene where that is smaller.
+    struct Spread
     {
-        std::uint64_t remaining = 0;
+        double s, u, v;
+
+        CULLET_HOST_DEVICE double volume(double limit) const
+        {
+            return (s + limit) * (u + limit) * (v + limit);
+        }
+    };
+
+    /// Sizes in cells and bins.
+    struct Cells
+    {
+        double u, v, s;
+
+        CULLET_HOST_DEVICE double count() const { return u * v * s; }
+    };
+
+    CULLET_HOST_DEVICE double side(std::uint32_t along) const
+    {
+        return moments->count == 0 ? 0.0 : static_cast<double>(moments->high[along]) - moments->low[along];
+    }
+
+    CULLET_HOST_DEVICE double spreadAlong(std::uint32_t along) const
+    {
+        const double variance = moments->variance(along);
+        const double uniform = variance > 0 ? sqrt(12 * variance) : 0.0;
+        return uniform < side(along) ? uniform : side(along);
+    }
+
+    /// @param counts [out] boxes per level
+    CULLET_HOST_DEVICE void chooseLevels(const Spread& spread, double* counts) const
+    {
+        std::uint32_t levels = 0;
+        double taken = 0;
+        float limit = 0;
         for (std::uint32_t octave = 0; octave < kOctaves; ++octave)
-            remaining += sizes->count[octave];
-        const std::uint64_t total = remaining;
-        float limits[kMostLevels];
-        std::uint32_t levels = 1;
-        limits[0] = 0;
-        counts[0] = 0;
-        std::uint32_t top = kOctaves;
-        while (remaining != 0 && levels < kMostLevels)
         {
-            while (sizes->count[top - 1] == 0)
-                --top;
-            limits[levels] = floatOf(sizes->largestBits[top - 1]);
-            std::uint64_t taken = 0;
-            // The last few, wherever they are, are not worth a level of their own.
-            for (std::uint32_t taker = 0; top > 0 && remaining != 0; ++taker)
+            if (sizes->count[octave] == 0)
+                continue;
+            const double count = stride * sizes->count[octave];
+            const double next = floatOf(sizes->largestBits[octave]);
+            const double perCell = (taken + count) * next * next * next / spread.volume(next);
+            if (taken > 0 && perCell > kFullCell && levels + 2 < kMostLevels)
             {
-                const bool isSpread = taker >= octavesPerLevel;
-                if (isSpread && levels + 1 < kMostLevels && remaining > total / 64)
-                    break;
-                --top;
-                taken += sizes->count[top];
-                remaining -= sizes->count[top];
+                closeLevel(levels, limit, taken, counts);
+                taken = 0;
             }
-            counts[levels] = static_cast<std::uint32_t>(taken);
-            ++levels;
+            taken += count;
+            limit = static_cast<float>(next);
         }
-        limits[0] = 4 * (levels > 1 ? limits[1] : 1.0f);
+        closeLevel(levels, limit, taken, counts);
+        // One more takes boxes that a sample missed.
+        closeLevel(levels, 4 * limit, 0, counts);
         plan->levelCount = levels;
-        for (std::uint32_t k = 0; k < levels; ++k)
-        {
-            // Sides of equal boxes differ by rounding; a little room keeps them on one level.
-            const float limit = limits[levels - 1 - k] * 1.001f;
-            plan->levels[k].limit = limit > 1e-20f ? limit : 1e-20f;
-        }
-        for (std::uint32_t k = 0; k < levels / 2; ++k)
-        {
-            const std::uint32_t swapped = counts[k];
-            counts[k] = counts[levels - 1 - k];
-            counts[levels - 1 - k] = swapped;
-        }
     }
 
-    CULLET_HOST_DEVICE void chooseCells(RowLevel& level, double room) const
+    CULLET_HOST_DEVICE void closeLevel(std::uint32_t& levels, float limit, double count, double* counts) const
     {
-        const Moments& sums = *moments;
-        const Axes axes = plan->axes;
-        double width = static_cast<double>(cellScale) * level.limit;
-        double length = static_cast<double>(binScale) * level.limit;
-        double countU = cells(side(sums, axes.u), width);
-        double countV = cells(side(sums, axes.v), width);
-        double countS = cells(side(sums, axes.s), length);
-        // Larger cells up to a point, then repeating ones: far corners of the scene share cells.
-        const double excess = cbrt(countU * countV * countS / room);
-        if (excess > 1)
-        {
-            const double growth = excess < 2 ? excess : 2;
-            width *= growth;
-            length *= growth;
-            countU = cells(side(sums, axes.u), width);
-            countV = cells(side(sums, axes.v), width);
-            countS = cells(side(sums, axes.s), length);
-        }
-        while (countU * countV * countS > room && countU * countV * countS > 1)
-        {
-            double* most = countU > countV ? &countU : &countV;
-            most = countS > *most ? &countS : most;
-            *most = floor((*most + 1) / 2);
-        }
-        level.reach = level.limit * 1.001f;
-        level.inverse = static_cast<float>(1.0 / width);
-        level.countU = static_cast<float>(countU);
-        level.countV = static_cast<float>(countV);
-        level.inverseU = 1.0f / level.countU;
-        level.inverseV = 1.0f / level.countV;
-        level.binCount = static_cast<std::uint32_t>(countS);
-        const double inverseBin = countS / side(sums, axes.s);
-        level.inverseBin =
-            inverseBin < 1.0 / length ? static_cast<float>(inverseBin) : static_cast<float>(1.0 / length);
+        // Sides of equal boxes differ by rounding; a little room keeps them on one level.
+        plan->levels[levels].limit = 1.001f * limit > 1e-20f ? 1.001f * limit : 1e-20f;
+        counts[levels] = count;
+        ++levels;
     }
 
-    CULLET_HOST_DEVICE static double side(const Moments& sums, std::uint32_t axis)
+    /// @param count  boxes on the level
+    /// @param finer  boxes on all finer ones, at most `finerLimit` long
+    CULLET_HOST_DEVICE void chooseCells(RowLevel& level, const Spread& spread, double count, double finer,
+                                        double finerLimit, double room) const
     {
-        return sums.count == 0 ? 0.0 : static_cast<double>(sums.high[axis]) - sums.low[axis];
+        const double limit = level.limit;
+        const double density = count / spread.volume(limit);
+        double best = -1;
+        double width = 2 * limit;
+        double length = 4 * limit;
+        for (double cell = 2; cell > 0.2; cell *= 0.5 * sqrt(2.0))
+        {
+            for (double bin = 8; bin > 0.1; bin *= 0.5)
+            {
+                const double w = limit * (cellScale > 0 ? static_cast<double>(cellScale) : cell);
+                const double l = limit * (binScale > 0 ? static_cast<double>(binScale) : bin);
+                const double bins = cellsFor(spread, w, l).count();
+                const double cost = 0.5 * count * searchCost(limit, 0.75 * limit, w, l, density) +
+                                    finer * searchCost(limit, 0.5 * finerLimit, w, l, density) +
+                                    kCostOfBin * bins;
+                if (bins > room || (best >= 0 && cost >= best))
+                    continue;
+                best = cost;
+                width = w;
+                length = l;
+            }
+        }
+        setCells(level, limited(cellsFor(spread, width, length), room), width, length);
+    }
+
+    /// Of one box of that extent, on a level with that density.
+    CULLET_HOST_DEVICE static double searchCost(double limit, double extent, double width, double length,
+                                                double density)
+    {
+        const double across = (limit + extent) / width + 1;
+        const double rows = across * across;
+        return kCostOfRow * rows + rows * width * width * (limit + extent + length) * density;
+    }
+
+    CULLET_HOST_DEVICE Cells cellsFor(const Spread& spread, double width, double length) const
+    {
+        // Twice the spread: what lies farther out shares cells with what lies inside.
+        const double u = 2 * spread.u < side(plan->axes.u) ? 2 * spread.u : side(plan->axes.u);
+        const double v = 2 * spread.v < side(plan->axes.v) ? 2 * spread.v : side(plan->axes.v);
+        return {cells(u, width), cells(v, width), cells(side(plan->axes.s), length)};
     }
 
     CULLET_HOST_DEVICE static double cells(double side, double width)
@@ -197,10 +235,35 @@ private:
         const double count = floor(side / width) + 1;
         return count >= 1 ? (count < 1048576.0 ? count : 1048576.0) : 1.0;
     }
+
+    /// Fewer cells, which then repeat, and longer bins, until there is room.
+    CULLET_HOST_DEVICE static Cells limited(Cells cells, double room)
+    {
+        while (cells.count() > room && cells.count() > 1)
+        {
+            double* most = cells.u > cells.v ? &cells.u : &cells.v;
+            most = cells.s > *most ? &cells.s : most;
+            *most = floor((*most + 1) / 2);
+        }
+        return cells;
+    }
+
+    CULLET_HOST_DEVICE void setCells(RowLevel& level, const Cells& cells, double width, double length) const
+    {
+        level.reach = level.limit * 1.001f;
+        level.inverse = static_cast<float>(1.0 / width);
+        level.countU = static_cast<float>(cells.u);
+        level.countV = static_cast<float>(cells.v);
+        level.inverseU = 1.0f / level.countU;
+        level.inverseV = 1.0f / level.countV;
+        level.binCount = static_cast<std::uint32_t>(cells.s);
+        const double fitting = cells.s / side(plan->axes.s);
+        level.inverseBin = static_cast<float>(fitting < 1.0 / length ? fitting : 1.0 / length);
+    }
 };
 
 /// Where box i goes.
-struct RowPlace
+struct alignas(8) RowPlace
 {
     std::uint32_t bin;   ///< kNoBin: nowhere
     std::uint32_t rank;  ///< in the bin, in the order of arrival
@@ -218,39 +281,53 @@ struct CountRows
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
-        const Aabb box = boxes[i];
-        places[i].bin = kNoBin;
-        if (!isValid(box))
-            return;
+        const Aabb box = loadBox(boxes, i);
+        const std::uint32_t bin = isValid(box) ? binOf(box) : kNoBin;
+        if (bin < kNoLevel)
+            places[i] = {bin, fetchAdd(&binCounts[bin], 1u)};
+        else
+            places[i] = {kNoBin, 0};
+        if (bin == kNoLevel)
+            side[fetchAdd(sideCount, 1u)] = static_cast<std::uint32_t>(i);
+    }
+
+private:
+    static constexpr std::uint32_t kNoLevel = kNoBin - 1;
+
+    CULLET_HOST_DEVICE std::uint32_t binOf(const Aabb& box) const
+    {
         const float extent = boundedExtent(box);
         std::uint32_t k = 0;
         while (k < plan->levelCount && !(extent <= plan->levels[k].limit))
             ++k;
         if (k == plan->levelCount)
-        {
-            side[fetchAdd(sideCount, 1u)] = static_cast<std::uint32_t>(i);
-            return;
-        }
+            return kNoLevel;
         const RowLevel& level = plan->levels[k];
         const Axes axes = plan->axes;
-        const float u = cellOf(box.min[axes.u], plan->originU, level.inverse);
-        const float v = cellOf(box.min[axes.v], plan->originV, level.inverse);
+        const float u = cellOf(along(box.min, axes.u), plan->originU, level.inverse);
+        const float v = cellOf(along(box.min, axes.v), plan->originV, level.inverse);
         const std::uint32_t cell =
             wrapped(v, level.countV, level.inverseV) * static_cast<std::uint32_t>(level.countU) +
             wrapped(u, level.countU, level.inverseU);
-        const std::uint32_t bin =
-            level.firstBin + cell * level.binCount + binAlong(*plan, level, box.min[axes.s]);
-        places[i] = {bin, fetchAdd(&binCounts[bin], 1u)};
+        return level.firstBin + cell * level.binCount + binAlong(*plan, level, along(box.min, axes.s));
     }
 };
 
-/// A box as the search reads it: 32 bytes, sweep axis and first other axis in one half.
+/// A box as the search reads it: 16 bytes that decide most tests, and 16 more.
 struct alignas(16) RowRecord
 {
-    float s0, s1, u0, u1;
-    float v0, v1;
-    std::uint32_t row;
-    std::uint32_t bin;
+    struct alignas(16) Front
+    {
+        float s0, s1, u0, u1;
+    };
+    struct alignas(16) Back
+    {
+        float v0, v1;
+        std::uint32_t row;
+        std::uint32_t bin;
+    };
+    Front front;
+    Back back;
 };
 
 /// Step 3: writes the record of box i to its place.
@@ -267,16 +344,38 @@ struct ScatterRows
         const RowPlace place = places[i];
         if (place.bin == kNoBin)
             return;
-        const Aabb box = boxes[i];
+        const Aabb box = loadBox(boxes, i);
         const Axes axes = plan->axes;
-        records[binStarts[place.bin] + place.rank] = {box.min[axes.s],
-                                                      box.max[axes.s],
-                                                      box.min[axes.u],
-                                                      box.max[axes.u],
-                                                      box.min[axes.v],
-                                                      box.max[axes.v],
-                                                      static_cast<std::uint32_t>(i),
-                                                      place.bin};
+        const RowRecord::Front front = {along(box.min, axes.s), along(box.max, axes.s),
+                                        along(box.min, axes.u), along(box.max, axes.u)};
+        const RowRecord::Back back = {along(box.min, axes.v), along(box.max, axes.v),
+                                      static_cast<std::uint32_t>(i), place.bin};
+        records[binStarts[place.bin] + place.rank] = {front, back};
+    }
+};
+
+/// Records that one box has to be tested against, as ranges.
+///
+/// Collecting the ranges of all rows first and then walking through them in one loop keeps the lanes of a warp together:
+/// each has some records in some of its rows, but nearly as many in all as its neighbours.
+struct RowRanges
+{
+    static constexpr std::uint32_t kCapacity = 32;
+
+    struct alignas(8) Range
+    {
+        std::uint32_t begin, end;
+    };
+
+    std::uint32_t count = 0;
+    Range ranges[kCapacity];
+
+    CULLET_HOST_DEVICE bool isFull() const { return count == kCapacity; }
+
+    CULLET_HOST_DEVICE void add(std::uint32_t begin, std::uint32_t end)
+    {
+        if (begin < end)
+            ranges[count++] = {begin, end};
     }
 };
 
@@ -308,35 +407,37 @@ struct SearchRows
             return;
         }
         const RowRecord self = records[i];
+        RowRanges ranges;
         std::uint32_t k = 0;
-        while (k + 1 < plan->levelCount && self.bin >= plan->levels[k + 1].firstBin)
+        while (k + 1 < plan->levelCount && self.back.bin >= plan->levels[k + 1].firstBin)
             ++k;
-        searchLevel(self, plan->levels[k], static_cast<std::uint32_t>(i) + 1, emit);
+        searchLevel(self, plan->levels[k], static_cast<std::uint32_t>(i) + 1, ranges, emit);
         for (++k; k < plan->levelCount; ++k)
         {
             const std::uint32_t first = plan->levels[k].firstBin;
             const std::uint32_t last =
                 k + 1 < plan->levelCount ? plan->levels[k + 1].firstBin : plan->binCount;
             if (binStarts[first] != binStarts[last])
-                searchLevel(self, plan->levels[k], 0, emit);
+                searchLevel(self, plan->levels[k], 0, ranges, emit);
         }
-        searchSide(self.row, 0, emit);
+        scan(self, ranges, emit);
+        searchSide(self.back.row, 0, emit);
     }
 
 private:
     template <class Emit>
     CULLET_HOST_DEVICE void searchLevel(const RowRecord& self, const RowLevel& level, std::uint32_t behind,
-                                        Emit& emit) const
+                                        RowRanges& ranges, Emit& emit) const
     {
         // A partner's minimum is at most `reach` before this box: rounding is monotone, so that holds exactly.
-        const float u0 = cellOf(self.u0 - level.reach, plan->originU, level.inverse);
-        const float v0 = cellOf(self.v0 - level.reach, plan->originV, level.inverse);
-        float countU = cellOf(self.u1, plan->originU, level.inverse) - u0 + 1.0f;
-        float countV = cellOf(self.v1, plan->originV, level.inverse) - v0 + 1.0f;
+        const float u0 = cellOf(self.front.u0 - level.reach, plan->originU, level.inverse);
+        const float v0 = cellOf(self.back.v0 - level.reach, plan->originV, level.inverse);
+        float countU = cellOf(self.front.u1, plan->originU, level.inverse) - u0 + 1.0f;
+        float countV = cellOf(self.back.v1, plan->originV, level.inverse) - v0 + 1.0f;
         countU = countU < level.countU ? countU : level.countU;
         countV = countV < level.countV ? countV : level.countV;
-        const std::uint32_t bin0 = binAlong(*plan, level, self.s0 - level.reach);
-        const std::uint32_t bin1 = binAlong(*plan, level, self.s1);
+        const std::uint32_t bin0 = binAlong(*plan, level, self.front.s0 - level.reach);
+        const std::uint32_t bin1 = binAlong(*plan, level, self.front.s1);
         const std::uint32_t sizeU = static_cast<std::uint32_t>(level.countU);
         const std::uint32_t sizeV = static_cast<std::uint32_t>(level.countV);
         const std::uint32_t firstU = wrapped(u0, level.countU, level.inverseU);
@@ -348,11 +449,12 @@ private:
             {
                 const std::uint32_t cell = level.firstBin + (v * sizeU + u) * level.binCount;
                 // Cells before its own hold nothing that is behind it.
-                if (behind == 0 || cell + bin1 >= self.bin)
+                if (behind == 0 || cell + bin1 >= self.back.bin)
                 {
                     const std::uint32_t begin = binStarts[cell + bin0];
-                    const std::uint32_t end = binStarts[cell + bin1 + 1];
-                    scan(self, begin > behind ? begin : behind, end, emit);
+                    ranges.add(begin > behind ? begin : behind, binStarts[cell + bin1 + 1]);
+                    if (ranges.isFull())
+                        scan(self, ranges, emit);
                 }
                 u = u + 1 == sizeU ? 0 : u + 1;
             }
@@ -360,22 +462,41 @@ private:
         }
     }
 
+    /// Tests the records of the ranges and empties the list.
     template <class Emit>
-    CULLET_HOST_DEVICE void scan(const RowRecord& self, std::uint32_t begin, std::uint32_t end,
-                                 Emit& emit) const
+    CULLET_HOST_DEVICE void scan(const RowRecord& self, RowRanges& ranges, Emit& emit) const
     {
-        for (std::uint32_t j = begin; j < end; ++j)
+        std::uint32_t j = 0;
+        std::uint32_t end = 0;
+        std::uint32_t next = 0;
+        std::uint32_t tests = 0;
+        while (true)
         {
-            const RowRecord other = records[j];
-            if (self.s0 <= other.s1 && other.s0 <= self.s1 && self.u0 <= other.u1 && other.u0 <= self.u1 &&
-                self.v0 <= other.v1 && other.v0 <= self.v1)
+            if (j == end)
             {
-                const IdPair pair = {self.row, other.row};
-                if (isNew(pair))
-                    emit.push(pair);
+                if (next == ranges.count)
+                    break;
+                j = ranges.ranges[next].begin;
+                end = ranges.ranges[next].end;
+                ++next;
             }
+            const RowRecord::Front front = records[j].front;
+            if (self.front.s0 <= front.s1 && front.s0 <= self.front.s1 && self.front.u0 <= front.u1 &&
+                front.u0 <= self.front.u1)
+                testBack(self, records[j].back, emit);
+            ++j;
+            ++tests;
         }
-        emit.tested(end > begin ? end - begin : 0);
+        ranges.count = 0;
+        emit.tested(tests);
+    }
+
+    template <class Emit>
+    CULLET_HOST_DEVICE void testBack(const RowRecord& self, const RowRecord::Back back, Emit& emit) const
+    {
+        const IdPair pair = {self.back.row, back.row};
+        if (self.back.v0 <= back.v1 && back.v0 <= self.back.v1 && isNew(pair))
+            emit.push(pair);
     }
 
     template <class Emit>
@@ -385,7 +506,7 @@ private:
         for (std::uint32_t k = begin; k < count; ++k)
         {
             const IdPair pair = {row, side[k]};
-            if (overlaps(boxes[row], boxes[pair.b]) && isNew(pair))
+            if (overlaps(loadBox(boxes, row), loadBox(boxes, pair.b)) && isNew(pair))
                 emit.push(pair);
         }
         emit.tested(count > begin ? count - begin : 0);

@@ -2,9 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/aabb.h"
-#include "broad/backend.h"
-#include "broad/host_device.h"
+#include "broad/psap_pairs.h"
 
 #include <cmath>
 #include <cstdint>
@@ -150,7 +148,7 @@ struct SumBoxes
         float largest = 0;
         for (std::uint64_t i = part * stride; i < count; i += parts * stride)
         {
-            const Aabb box = boxes[i];
+            const Aabb box = loadBox(boxes, i);
             const float extent = boundedExtent(box);
             if (!isValid(box) || !(extent <= kUnboundedExtent))
                 continue;
@@ -202,6 +200,12 @@ struct Axes
 {
     std::uint32_t s, u, v;
 };
+
+/// vector[axis] for an axis that only the run time knows: an index would send the vector to slow memory on a GPU.
+CULLET_HOST_DEVICE inline float along(const float (&vector)[3], std::uint32_t axis)
+{
+    return axis == 0 ? vector[0] : axis == 1 ? vector[1] : vector[2];
+}
 
 /// @param choice the axis, or Variance; Random was resolved by the caller
 CULLET_HOST_DEVICE inline Axes chooseAxes(const Moments& moments, PsapAxis choice)

@@ -18,7 +18,7 @@ namespace cullet::psap
 {
 inline constexpr unsigned kThreadsPerBlock = 256;
 inline constexpr unsigned kEmitThreads = 128;
-inline constexpr unsigned kWarpBuffer = 256;  ///< pairs that a warp keeps before they go to the list
+inline constexpr unsigned kWarpBuffer = 384;  ///< pairs that a warp keeps before they go to the list
 
 template <class Step>
 __global__ void __launch_bounds__(kThreadsPerBlock)

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// cullet_cuda_bench [--quick] [--only TEXT] [--csv FILE] [--json FILE] [--sweep]
+// cullet_cuda_bench [--quick] [--pairs-only] [--rows-only] [--sweep] [--only TEXT] [--csv FILE] [--json FILE]
 //
 // Times the CUDA backend on the workloads that broad phases on GPUs are compared on. GPU time by CUDA events around the
 // complete pair set, boxes in and pairs out in device memory, fresh positions in every frame (three sets in turn);
@@ -356,41 +356,41 @@ PsapOptions literal()
     return options;
 }
 
-PsapOptions scaled(float cell, float bin, std::uint32_t octaves)
+PsapOptions scaled(float cell, float bin)
 {
     PsapOptions options;
     options.cellScale = cell;
     options.binScale = bin;
-    options.octavesPerLevel = octaves;
     return options;
 }
 
 void sweepScales(const Scene& scene, Table& table)
 {
-    for (const float cell : {1.0f, 1.5f, 2.0f})
+    for (const float cell : {0.5f, 0.7f, 1.0f, 1.4f, 2.0f})
     {
-        for (const float bin : {0.5f, 1.0f, 2.0f, 4.0f})
+        for (const float bin : {0.25f, 0.5f, 1.0f, 2.0f, 4.0f})
         {
-            for (const std::uint32_t octaves : {1u, 2u, 3u})
-            {
-                if (octaves != 2 && std::strcmp(scene.name, "W2") != 0)
-                    continue;
-                char name[64];
-                std::snprintf(name, sizeof(name), "rows-%.1f-%.1f-%u", cell, bin, octaves);
-                table.add(timePairs(scene, name, scaled(cell, bin, octaves), 9));
-            }
+            char name[64];
+            std::snprintf(name, sizeof(name), "rows-%.1f-%.2f", cell, bin);
+            table.add(timePairs(scene, name, scaled(cell, bin), 9));
         }
     }
 }
 
-void runScene(const Scene& scene, bool isQuick, bool isSweep, Table& table)
+struct Extent
 {
+    bool isQuick, isPairsOnly, isRowsOnly, isSweep;
+};
+
+void runScene(const Scene& scene, Extent extent, Table& table)
+{
+    const bool isQuick = extent.isQuick;
     table.add(timePairs(scene, "rows", {}, isQuick ? 9 : 30));
-    if (scene.bodies <= 4u << 20)
+    if (scene.bodies <= 4u << 20 && !extent.isRowsOnly)
         table.add(timePairs(scene, "literal", literal(), isQuick ? 3 : 20));
-    if (isSweep && scene.bodies <= 1u << 20)
+    if (extent.isSweep && scene.bodies <= 1u << 20)
         sweepScales(scene, table);
-    if (scene.bodies > 1u << 20)
+    if (scene.bodies > 1u << 20 || extent.isPairsOnly)
         return;
     for (const std::uint32_t every : {1u, 10u})
     {
@@ -427,12 +427,14 @@ void run(int argc, char** argv)
                             {"W1", 1u << 24, uniformBoxes}};
     Table table;
     std::printf("%s\n", Table::header());
+    const Extent extent = {hasFlag(argc, argv, "--quick"), hasFlag(argc, argv, "--pairs-only"),
+                           hasFlag(argc, argv, "--rows-only"), hasFlag(argc, argv, "--sweep")};
     const char* only = argument(argc, argv, "--only");
     for (const Scene& scene : scenes)
     {
         const std::string name = std::string(scene.name) + "-" + std::to_string(scene.bodies);
         if (only == nullptr || name.find(only) != std::string::npos)
-            runScene(scene, hasFlag(argc, argv, "--quick"), hasFlag(argc, argv, "--sweep"), table);
+            runScene(scene, extent, table);
     }
     if (const char* path = argument(argc, argv, "--csv"))
         table.writeCsv(path);

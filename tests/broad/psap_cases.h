@@ -45,7 +45,12 @@ inline std::vector<BackendCase> psapCases(
             options.cellScale = 20;
             options.binScale = 20;
         });
-    add("RowsLevelPerOctave", [](PsapOptions& options) { options.octavesPerLevel = 1; });
+    add("RowsSmallCellsLongBins",
+        [](PsapOptions& options)
+        {
+            options.cellScale = 0.05f;
+            options.binScale = 20;
+        });
     add("Literal", [](PsapOptions& options) { options.variant = PsapVariant::Literal; });
     add("LiteralCapacityOne",
         [](PsapOptions& options)
