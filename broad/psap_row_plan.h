@@ -1,0 +1,240 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/psap_statistics.h"
+
+#include <cmath>
+#include <cstdint>
+
+namespace cullet::psap
+{
+inline constexpr std::uint32_t kMostLevels = 12;
+inline constexpr std::uint32_t kBinsPerLevel = 64;  ///< at least
+inline constexpr std::uint32_t kBinsKeptFree = kBinsPerLevel * kMostLevels;
+
+/// The cells of boxes of similar size.
+struct RowLevel
+{
+    float limit;               ///< longest side of a box on this level
+    float reach;               ///< a little more: how far before a box its partners' minima may lie
+    float inverse;             ///< 1 / width of a cell
+    float inverseBin;          ///< 1 / length of a bin
+    std::uint32_t firstBin;    ///< bins of all finer levels
+    float countU, countV;      ///< cells, before they repeat
+    float inverseU, inverseV;  ///< 1 / those
+    std::uint32_t binCount;    ///< bins per cell
+};
+
+struct RowPlan
+{
+    Axes axes;
+    float originS, originU, originV;
+    std::uint32_t levelCount;
+    std::uint32_t binCount;  ///< of all levels
+    RowLevel levels[kMostLevels];
+};
+
+/// How many bins a search over so many boxes has room for, whatever the plan.
+inline std::uint64_t binCapacityFor(std::uint64_t boxes, float binsPerBox)
+{
+    return static_cast<std::uint64_t>(static_cast<double>(binsPerBox) * static_cast<double>(boxes)) +
+           2 * kBinsKeptFree;
+}
+
+/// Chooses axis, levels, cells and bins from the statistics. One index.
+///
+/// Levels, finest first: a level takes doublings of size as long as its cells stay nearly empty, since a level more
+/// costs every finer box a search. Cells and bins: the cheapest of some sizes by a count of rows visited, boxes tested
+/// and bins cleared. Scenes are thought to be uniform boxes of the same spread; others are as exact, only slower.
+struct PlanRows
+{
+    static constexpr double kCostOfRow = 1.6;  // in tests of one box
+    static constexpr double kCostOfBin = 1.6;
+    // Boxes per cell from which on a doubling of size gets its own level.
+    static constexpr double kFullCell = 2.5;
+
+    const Moments* moments;
+    const SizeClasses* sizes;
+    double stride;  ///< boxes in the scene for each one in the statistics
+    PsapAxis axis;
+    float cellScale;  ///< width of a cell in longest sides of its level; 0: chosen
+    float binScale;   ///< length of a bin, likewise
+    std::uint64_t binCapacity;
+    RowPlan* plan;
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t) const
+    {
+        const Moments& sums = *moments;
+        plan->axes = chooseAxes(sums, axis);
+        const bool isEmpty = sums.count == 0;
+        plan->originS = isEmpty ? 0.0f : sums.low[plan->axes.s];
+        plan->originU = isEmpty ? 0.0f : sums.low[plan->axes.u];
+        plan->originV = isEmpty ? 0.0f : sums.low[plan->axes.v];
+        const Spread spread = {spreadAlong(plan->axes.s), spreadAlong(plan->axes.u),
+                               spreadAlong(plan->axes.v)};
+        double counts[kMostLevels];
+        chooseLevels(spread, counts);
+        std::uint32_t firstBin = 0;
+        double finer = 0;
+        for (std::uint32_t k = 0; k < plan->levelCount; ++k)
+        {
+            RowLevel& level = plan->levels[k];
+            level.firstBin = firstBin;
+            const double share = isEmpty ? 0.0 : counts[k] / (stride * static_cast<double>(sums.count));
+            const double room = static_cast<double>(binCapacity - kBinsKeptFree);
+            chooseCells(level, spread, counts[k], finer, k == 0 ? 0.0f : plan->levels[k - 1].limit,
+                        kBinsPerLevel + room * share);
+            firstBin += static_cast<std::uint32_t>(level.countU) * static_cast<std::uint32_t>(level.countV) *
+                        level.binCount;
+            finer += counts[k];
+        }
+        plan->binCount = firstBin;
+    }
+
+private:
+    /// Sides of the uniform block of boxes with the same variance, or of the scene where that is smaller.
+    struct Spread
+    {
+        double s, u, v;
+
+        CULLET_HOST_DEVICE double volume(double limit) const
+        {
+            return (s + limit) * (u + limit) * (v + limit);
+        }
+    };
+
+    /// Sizes in cells and bins.
+    struct Cells
+    {
+        double u, v, s;
+
+        CULLET_HOST_DEVICE double count() const { return u * v * s; }
+    };
+
+    CULLET_HOST_DEVICE double side(std::uint32_t along) const
+    {
+        return moments->count == 0 ? 0.0 : static_cast<double>(moments->high[along]) - moments->low[along];
+    }
+
+    CULLET_HOST_DEVICE double spreadAlong(std::uint32_t along) const
+    {
+        const double variance = moments->variance(along);
+        const double uniform = variance > 0 ? sqrt(12 * variance) : 0.0;
+        return uniform < side(along) ? uniform : side(along);
+    }
+
+    /// @param counts [out] boxes per level
+    CULLET_HOST_DEVICE void chooseLevels(const Spread& spread, double* counts) const
+    {
+        std::uint32_t levels = 0;
+        double taken = 0;
+        float limit = 0;
+        for (std::uint32_t octave = 0; octave < kOctaves; ++octave)
+        {
+            if (sizes->count[octave] == 0)
+                continue;
+            const double count = stride * sizes->count[octave];
+            const double next = floatOf(sizes->largestBits[octave]);
+            const double perCell = (taken + count) * next * next * next / spread.volume(next);
+            if (taken > 0 && perCell > kFullCell && levels + 2 < kMostLevels)
+            {
+                closeLevel(levels, limit, taken, counts);
+                taken = 0;
+            }
+            taken += count;
+            limit = static_cast<float>(next);
+        }
+        closeLevel(levels, limit, taken, counts);
+        // One more takes boxes that a sample missed.
+        closeLevel(levels, 4 * limit, 0, counts);
+        plan->levelCount = levels;
+    }
+
+    CULLET_HOST_DEVICE void closeLevel(std::uint32_t& levels, float limit, double count, double* counts) const
+    {
+        // Sides of equal boxes differ by rounding; a little room keeps them on one level.
+        plan->levels[levels].limit = 1.001f * limit > 1e-20f ? 1.001f * limit : 1e-20f;
+        counts[levels] = count;
+        ++levels;
+    }
+
+    /// @param count  boxes on the level
+    /// @param finer  boxes on all finer ones, at most `finerLimit` long
+    CULLET_HOST_DEVICE void chooseCells(RowLevel& level, const Spread& spread, double count, double finer,
+                                        double finerLimit, double room) const
+    {
+        const double limit = level.limit;
+        const double density = count / spread.volume(limit);
+        double best = -1;
+        double width = 2 * limit;
+        double length = 4 * limit;
+        for (double cell = 2; cell > 0.2; cell *= 0.5 * sqrt(2.0))
+        {
+            for (double bin = 8; bin > 0.1; bin *= 0.5)
+            {
+                const double w = limit * (cellScale > 0 ? static_cast<double>(cellScale) : cell);
+                const double l = limit * (binScale > 0 ? static_cast<double>(binScale) : bin);
+                const double bins = cellsFor(spread, w, l).count();
+                const double cost = 0.5 * count * searchCost(limit, 0.75 * limit, w, l, density) +
+                                    finer * searchCost(limit, 0.5 * finerLimit, w, l, density) +
+                                    kCostOfBin * bins;
+                if (bins > room || (best >= 0 && cost >= best))
+                    continue;
+                best = cost;
+                width = w;
+                length = l;
+            }
+        }
+        setCells(level, limited(cellsFor(spread, width, length), room), width, length);
+    }
+
+    /// Of one box of that extent, on a level with that density.
+    CULLET_HOST_DEVICE static double searchCost(double limit, double extent, double width, double length,
+                                                double density)
+    {
+        const double across = (limit + extent) / width + 1;
+        const double rows = across * across;
+        return kCostOfRow * rows + rows * width * width * (limit + extent + length) * density;
+    }
+
+    CULLET_HOST_DEVICE Cells cellsFor(const Spread& spread, double width, double length) const
+    {
+        // Twice the spread: what lies farther out shares cells with what lies inside.
+        const double u = 2 * spread.u < side(plan->axes.u) ? 2 * spread.u : side(plan->axes.u);
+        const double v = 2 * spread.v < side(plan->axes.v) ? 2 * spread.v : side(plan->axes.v);
+        return {cells(u, width), cells(v, width), cells(side(plan->axes.s), length)};
+    }
+
+    CULLET_HOST_DEVICE static double cells(double side, double width)
+    {
+        const double count = floor(side / width) + 1;
+        return count >= 1 ? (count < 1048576.0 ? count : 1048576.0) : 1.0;
+    }
+
+    /// Fewer cells, which then repeat, and longer bins, until there is room.
+    CULLET_HOST_DEVICE static Cells limited(Cells cells, double room)
+    {
+        while (cells.count() > room && cells.count() > 1)
+        {
+            double* most = cells.u > cells.v ? &cells.u : &cells.v;
+            most = cells.s > *most ? &cells.s : most;
+            *most = floor((*most + 1) / 2);
+        }
+        return cells;
+    }
+
+    CULLET_HOST_DEVICE void setCells(RowLevel& level, const Cells& cells, double width, double length) const
+    {
+        level.reach = level.limit * 1.001f;
+        level.inverse = static_cast<float>(1.0 / width);
+        level.countU = static_cast<float>(cells.u);
+        level.countV = static_cast<float>(cells.v);
+        level.inverseU = 1.0f / level.countU;
+        level.inverseV = 1.0f / level.countV;
+        level.binCount = static_cast<std::uint32_t>(cells.s);
+        const double fitting = cells.s / side(plan->axes.s);
+        level.inverseBin = static_cast<float>(fitting < 1.0 / length ? fitting : 1.0 / length);
+    }
+};
+}  // namespace cullet::psap
