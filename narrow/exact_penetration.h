@@ -1,0 +1,155 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "narrow/posed_hull.h"
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace cullet
+{
+/// A hull's vertices, faces and edges in world axes, in double; `sign` is 1, or -1 for the hull mirrored at the origin.
+struct PlacedHull
+{
+    struct Edge
+    {
+        Eigen::Vector3d point, direction;
+        Eigen::Vector3d left, right;  ///< outer normals of the faces on its sides
+    };
+
+    template <class S>
+    PlacedHull(const PosedHull<S>& posed, const Eigen::Vector3d& shift, double sign)
+    {
+        const Hull<S>& hull = posed.hull();
+        for (std::int32_t v = 0; v < hull.vertexCount(); ++v)
+            vertices.push_back(sign * (posed.point(v) + shift));
+        // Normals turn with the cofactors of the basis, and keep their side under a mirrored one.
+        const Eigen::Matrix3d& m = posed.basis();
+        Eigen::Matrix3d cofactors;
+        cofactors << m.col(1).cross(m.col(2)), m.col(2).cross(m.col(0)), m.col(0).cross(m.col(1));
+        if (m.determinant() < 0.0)
+            cofactors = -cofactors;
+        for (const typename Hull<S>::Face& face : hull.faces())
+            normals.push_back(sign * (cofactors * face.normal).stableNormalized());
+        for (const typename Hull<S>::Edge& edge : hull.edges())
+        {
+            edges.push_back({vertices[edge.from], vertices[edge.to] - vertices[edge.from], normals[edge.left],
+                             normals[edge.right]});
+        }
+    }
+
+    double extent(const Eigen::Vector3d& direction) const
+    {
+        double best = -std::numeric_limits<double>::infinity();
+        for (const Eigen::Vector3d& vertex : vertices)
+            best = std::max(best, direction.dot(vertex));
+        return best;
+    }
+
+    std::vector<Eigen::Vector3d> vertices;
+    std::vector<Eigen::Vector3d> normals;
+    std::vector<Edge> edges;
+};
+
+/// Smallest extent of the Minkowski sum of two placed hulls over all outer normals of its faces.
+///
+/// The faces of the sum are those of either hull, and one per pair of edges whose arcs cross on the Gauss map
+/// (Gregorius 2013, "The Separating Axis Test between Convex Polyhedra", Game Developers Conference). The extent of any
+/// direction is an upper bound of the depth; so a wrong crossing can be ignored as long as extents are taken over all
+/// vertices. The merged faces of Hull are level within 16 eps of its radius, and so is the result.
+class MinkowskiDepth
+{
+public:
+    MinkowskiDepth(const PlacedHull& a, const PlacedHull& b) : m_a(a), m_b(b)
+    {
+        for (const Eigen::Vector3d& normal : a.normals)
+            consider(normal);
+        for (const Eigen::Vector3d& normal : b.normals)
+            consider(normal);
+        for (const PlacedHull::Edge& ea : a.edges)
+        {
+            for (const PlacedHull::Edge& eb : b.edges)
+            {
+                if (crosses(ea, eb))
+                    considerEdges(ea, eb);
+            }
+        }
+    }
+
+    double depth() const { return m_depth; }
+    const Eigen::Vector3d& normal() const { return m_normal; }
+
+private:
+    void consider(const Eigen::Vector3d& normal)
+    {
+        const double extent = m_a.extent(normal) + m_b.extent(normal);
+        if (extent < m_depth)
+        {
+            m_depth = extent;
+            m_normal = normal;
+        }
+    }
+
+    static bool crosses(const PlacedHull::Edge& ea, const PlacedHull::Edge& eb)
+    {
+        const Eigen::Vector3d acrossA = ea.right.cross(ea.left);
+        const double leftB = eb.left.dot(acrossA);
+        const double rightB = eb.right.dot(acrossA);
+        if (leftB * rightB > 0.0)
+            return false;
+        const Eigen::Vector3d acrossB = eb.right.cross(eb.left);
+        const double leftA = ea.left.dot(acrossB);
+        const double rightA = ea.right.dot(acrossB);
+        return leftA * rightA <= 0.0 && leftB * rightA >= 0.0;
+    }
+
+    void considerEdges(const PlacedHull::Edge& ea, const PlacedHull::Edge& eb)
+    {
+        const Eigen::Vector3d scaled = ea.direction.cross(eb.direction);
+        const double length = scaled.norm();
+        if (!(length > 1e-12 * ea.direction.norm() * eb.direction.norm()))
+            return;
+        const double side = scaled.dot(ea.left + ea.right + eb.left + eb.right) < 0.0 ? -1.0 : 1.0;
+        const Eigen::Vector3d normal = scaled * (side / length);
+        if (normal.dot(ea.point + eb.point) < m_depth)
+            consider(normal);
+    }
+
+    const PlacedHull& m_a;
+    const PlacedHull& m_b;
+    double m_depth = std::numeric_limits<double>::infinity();
+    Eigen::Vector3d m_normal = Eigen::Vector3d::UnitX();
+};
+
+/// Depth of two overlapping hulls by examining all faces and edge pairs: the fallback, and the reference of tests.
+///
+/// @param normal [out] unit outer normal of A - B in world axes at the point closest to the origin
+/// @pre the hulls overlap; the depth of separated hulls comes out negative or not, and means nothing
+/// @return false if the Minkowski difference has no face of this kind (both shapes are segments or points)
+/// Cost: O(F V + E^2); 0.3 ms for two hulls of 42 vertices. Allocates.
+template <class S>
+bool exactPenetration(const PosedHull<S>& a, const PosedHull<S>& b, Eigen::Vector3d& normal, double& depth)
+{
+    const PlacedHull placedA(a, Eigen::Vector3d::Zero(), 1.0);
+    const PlacedHull placedB(b, b.origin() - a.origin(), -1.0);
+    const MinkowskiDepth sum(placedA, placedB);
+    normal = sum.normal();
+    depth = sum.depth();
+    return std::isfinite(depth);
+}
+
+/// Shapes without faces have no exact answer.
+template <class A, class B>
+bool exactPenetration(const A&, const B&, Eigen::Vector3d&, double&)
+{
+    return false;
+}
+}  // namespace cullet

@@ -1,0 +1,143 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "narrow/gjk_search.h"
+#include "narrow/gjk_types.h"
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+
+namespace cullet
+{
+/// GJK: the distance between two convex shapes, up to maxDistance.
+template <class S, class A, class B, class Observer>
+class GjkDistance
+{
+public:
+    GjkDistance(const A& a, const B& b, S maxDistance, GjkCache<S>& cache, Observer& observer)
+        : m_search(a, b),
+          m_limit(maxDistance > S(0) ? static_cast<double>(maxDistance) : 0.0),
+          m_cache(cache),
+          m_observer(observer)
+    {
+    }
+
+    GjkResult<S> run()
+    {
+        if (!m_search.seed(m_cache, nullptr))
+            m_search.start(m_search.supportAgainst(firstDirection()));
+        if (m_search.isFinite() && m_search.isInside() && m_cache.count == 4 &&
+            m_cache.state == GjkState::Overlapping)
+        {
+            GjkResult<S> result;
+            result.state = GjkState::Overlapping;
+            return result;
+        }
+        return iterate();
+    }
+
+private:
+    using Search = GjkSearch<A, B>;
+    using Support = typename Search::Support;
+
+    Eigen::Vector3d firstDirection() const
+    {
+        const Eigen::Vector3d axis(m_cache.axis[0], m_cache.axis[1], m_cache.axis[2]);
+        return axis.isZero(0.0) ? m_search.centreDifference() : axis;
+    }
+
+    GjkResult<S> iterate()
+    {
+        std::int32_t startA = m_cache.startA == GjkCache<S>::kUnknown ? -1 : m_cache.startA;
+        std::int32_t startB = m_cache.startB == GjkCache<S>::kUnknown ? -1 : m_cache.startB;
+        for (; m_iterations < kGjkIterationLimit; ++m_iterations)
+        {
+            if (m_search.isTouching())
+                return finish(GjkState::Overlapping, nullptr);
+            const Eigen::Vector3d v = m_search.closest();
+            const Support s = m_search.supportAgainst(v, startA, startB);
+            startA = startB = -1;
+            const double along = v.dot(s.w);
+            m_observer(v, along);
+            if (along > 0.0 && along * along > m_limit * m_limit * m_search.length2())
+                return finish(GjkState::Separated, &s);
+            const bool isClose = m_search.length2() - along <= kRelativeGap * m_search.length2();
+            if (isClose || m_search.has(s) || !m_search.advance(s))
+                return finishStalled(s, along);
+        }
+        return finish(GjkState::NotConverged, nullptr);
+    }
+
+    GjkResult<S> finishStalled(const Support& s, double along)
+    {
+        const double upper = std::sqrt(m_search.length2());
+        const double lower = along > 0.0 ? along / upper : 0.0;
+        // A NaN makes the comparison false.
+        if (!(upper - lower <= kGjkAccuracy * std::sqrt(m_search.size2())))
+            return finish(GjkState::NotConverged, nullptr);
+        return finish(lower > 0.0 ? GjkState::Near : GjkState::Overlapping, &s);
+    }
+
+    GjkResult<S> finish(GjkState state, const Support* along)
+    {
+        GjkResult<S> result;
+        result.iterations = m_iterations;
+        if (state == GjkState::NotConverged || !m_search.isFinite())
+        {
+            m_cache = GjkCache<S>();
+            return result;
+        }
+        result.state = state;
+        m_search.remember(state, m_cache);
+        if (along != nullptr)
+            Search::rememberAxis(m_search.closest(), *along, m_cache);
+        if (state != GjkState::Near && state != GjkState::Separated)
+            return result;
+        const double distance = std::sqrt(m_search.length2());
+        result.axis = (m_search.closest() / distance).template cast<S>();
+        if (state == GjkState::Separated)
+            return result;
+        const Eigen::Vector3d pointA = m_search.pointOfA();
+        result.distance = static_cast<S>(distance);
+        result.pointA = pointA.template cast<S>();
+        result.pointB = (pointA - m_search.closest()).template cast<S>();
+        return result;
+    }
+
+    /// Of |v|^2: the distance is then wrong by 1e-12 of itself at most.
+    static constexpr double kRelativeGap = 1e-12;
+
+    Search m_search;
+    double m_limit;
+    GjkCache<S>& m_cache;
+    Observer& m_observer;
+    std::int32_t m_iterations = 0;
+};
+
+/// Distance and closest points of two convex shapes.
+///
+/// Gilbert, Johnson and Keerthi 1988, in the form of van den Bergen 1999, section 4, and the thesis, Algorithm 2, with
+/// Voronoi regions in double (simplex.h) instead of Johnson's algorithm, and the cache of isa_gjk.h: a query may use
+/// what another kind of query remembered.
+///
+/// @param maxDistance length unit of the world: shapes farther apart than this come back as Separated as soon as that
+///                    is certain, without distance and points. Infinity asks for every distance. With 0, negative or
+///                    NaN, no distance is ever computed.
+/// @param cache       of this pair in this order; a default-constructed one for a pair without history
+/// @param observer    called after each support, see NoObserver
+/// Errors: NotConverged; never loops, since |v| strictly decreases, and never returns a NaN.
+template <class S, class A, class B, class Observer>
+GjkResult<S> gjkDistance(const A& a, const B& b, S maxDistance, GjkCache<S>& cache, Observer& observer)
+{
+    return GjkDistance<S, A, B, Observer>(a, b, maxDistance, cache, observer).run();
+}
+
+template <class S, class A, class B>
+GjkResult<S> gjkDistance(const A& a, const B& b, S maxDistance, GjkCache<S>& cache)
+{
+    NoObserver observer;
+    return gjkDistance(a, b, maxDistance, cache, observer);
+}
+}  // namespace cullet

@@ -1,0 +1,228 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "narrow/gjk_types.h"
+#include "narrow/posed_hull.h"
+#include "narrow/simplex.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+namespace cullet
+{
+/// The state that ISA-GJK, GJK and EPA share: a simplex in the Minkowski difference A - B and its point closest to the
+/// origin. World axes, relative to the origin of A, double.
+template <class A, class B>
+class GjkSearch
+{
+public:
+    struct Support
+    {
+        Eigen::Vector3d w;  ///< point of A - B
+        Eigen::Vector3d a;  ///< point of A
+        std::int32_t vertexA, vertexB;
+    };
+
+    GjkSearch(const A& a, const B& b) : m_a(a), m_b(b), m_offset(b.origin() - a.origin()) {}
+
+    const Eigen::Vector3d& closest() const { return m_closest; }
+    double length2() const { return m_length2; }
+    int count() const { return m_count; }
+    bool isInside() const { return m_isInside; }
+    const SimplexPoints& points() const { return m_points; }
+    const Support& support(int i) const { return m_supports[i]; }
+    /// Largest squared length of a point of A - B seen so far: the unit of relative tolerances.
+    double size2() const { return m_size2; }
+    /// False once a point had a coordinate that is NaN, infinite, or too large to square.
+    bool isFinite() const { return m_isFinite; }
+    /// Closest to the origin up to the rounding of coordinates. 1e-20: 1e-10 of the size.
+    bool isTouching() const { return m_isInside || m_length2 <= 1e-20 * m_size2; }
+
+    Eigen::Vector3d centreDifference() const
+    {
+        const Eigen::Vector3d difference = m_a.centre() - m_b.centre() - m_offset;
+        return difference.squaredNorm() > 0.0 ? difference : Eigen::Vector3d(1.0, 0.0, 0.0);
+    }
+
+    /// Support point of A - B against v: the smallest v.w.
+    Support supportAgainst(const Eigen::Vector3d& v, std::int32_t startA = -1, std::int32_t startB = -1)
+    {
+        const SupportPoint a = m_a.support(-v, startA);
+        const SupportPoint b = m_b.support(v, startB);
+        return note({a.point - b.point - m_offset, a.point, a.vertex, b.vertex});
+    }
+
+    /// Starts from one point.
+    void start(const Support& s)
+    {
+        m_count = 0;
+        push(s);
+        solveAll();
+    }
+
+    /// Starts from the remembered vertex pairs, and `extra` if it is new and there is room.
+    /// @return false if nothing was remembered and there is no extra point
+    template <class S>
+    bool seed(const GjkCache<S>& cache, const Support* extra)
+    {
+        m_count = 0;
+        for (int i = 0; i < cache.count; ++i)
+        {
+            const std::int32_t vertexA = cache.verticesA[i];
+            const std::int32_t vertexB = cache.verticesB[i];
+            if (vertexA >= m_a.vertexCount() || vertexB >= m_b.vertexCount())
+                continue;
+            const Eigen::Vector3d a = m_a.point(vertexA);
+            push(note({a - m_b.point(vertexB) - m_offset, a, vertexA, vertexB}));
+        }
+        if (extra != nullptr && m_count < 4 && !has(*extra))
+            push(*extra);
+        if (m_count == 0)
+            return false;
+        solveAll();
+        return true;
+    }
+
+    /// A support point that the simplex has already: no progress is possible.
+    bool has(const Support& s) const
+    {
+        for (int i = 0; i < m_count; ++i)
+        {
+            const bool isSameVertex =
+                s.vertexA >= 0 && s.vertexA == m_supports[i].vertexA && s.vertexB == m_supports[i].vertexB;
+            if (isSameVertex || s.w == m_points[i])
+                return true;
+        }
+        return false;
+    }
+
+    /// Adds a support point against closest() and solves.
+    /// @return false, and nothing has changed, if that does not bring the simplex closer to the origin
+    bool advance(const Support& s)
+    {
+        push(s);
+        ClosestOnSimplex next = closestOnSimplexNewest(m_points, m_count);
+        if (!isProgress(next))
+            next = closestOnSimplex(m_points, m_count);
+        if (!isProgress(next))
+        {
+            --m_count;
+            return false;
+        }
+        accept(next);
+        return true;
+    }
+
+    /// Closest point of A (relative to its origin); that of B is this minus closest().
+    Eigen::Vector3d pointOfA() const
+    {
+        Eigen::Vector3d point = Eigen::Vector3d::Zero();
+        for (int i = 0; i < m_count; ++i)
+            point += m_weights[i] * m_supports[i].a;
+        return point;
+    }
+
+    template <class S>
+    void remember(GjkState state, GjkCache<S>& cache) const
+    {
+        cache.state = state;
+        cache.count = static_cast<std::uint8_t>(m_count);
+        for (int i = 0; i < m_count; ++i)
+        {
+            cache.verticesA[i] = narrowId<S>(m_supports[i].vertexA);
+            cache.verticesB[i] = narrowId<S>(m_supports[i].vertexB);
+        }
+        rememberAxis(m_closest, m_supports[m_count - 1], cache);
+    }
+
+    template <class S>
+    static void rememberAxis(const Eigen::Vector3d& v, const Support& along, GjkCache<S>& cache)
+    {
+        const double largest = v.cwiseAbs().maxCoeff();
+        const double scale = largest > 0.0 ? 1.0 / largest : 0.0;
+        for (int i = 0; i < 3; ++i)
+            cache.axis[i] = static_cast<float>(v[i] * scale);
+        cache.startA = narrowId<S>(along.vertexA);
+        cache.startB = narrowId<S>(along.vertexB);
+    }
+
+private:
+    template <class S>
+    static std::uint16_t narrowId(std::int32_t vertex)
+    {
+        return vertex >= 0 && vertex < GjkCache<S>::kUnknown ? static_cast<std::uint16_t>(vertex)
+                                                             : GjkCache<S>::kUnknown;
+    }
+
+    const Support& note(const Support& s)
+    {
+        const double length2 = s.w.squaredNorm();
+        // A NaN makes the comparison false.
+        m_isFinite = m_isFinite && length2 <= std::numeric_limits<double>::max();
+        m_size2 = std::max(m_size2, length2);
+        return s;
+    }
+
+    void push(const Support& s)
+    {
+        m_points[m_count] = s.w;
+        m_supports[m_count] = s;
+        ++m_count;
+    }
+
+    bool isProgress(const ClosestOnSimplex& next) const
+    {
+        // A NaN makes the comparison false.
+        return next.isInside || next.point.squaredNorm() < m_length2;
+    }
+
+    void solveAll() { accept(closestOnSimplex(m_points, m_count)); }
+
+    /// Keeps the points of the subset; all four when the origin is inside.
+    void accept(const ClosestOnSimplex& c)
+    {
+        m_isInside = c.isInside;
+        if (c.isInside)
+            return;
+        int kept = 0;
+        for (int i = 0; i < m_count; ++i)
+        {
+            if ((c.subset >> i & 1u) == 0)
+                continue;
+            if (kept != i)
+            {
+                m_points[kept] = m_points[i];
+                m_supports[kept] = m_supports[i];
+            }
+            m_weights[kept++] = c.weights[i];
+        }
+        m_count = kept;
+        m_closest = c.point;
+        m_length2 = c.point.squaredNorm();
+    }
+
+    const A& m_a;
+    const B& m_b;
+    Eigen::Vector3d m_offset;
+    SimplexPoints m_points;
+    std::array<Support, 4> m_supports;
+    std::array<double, 4> m_weights;
+    Eigen::Vector3d m_closest = Eigen::Vector3d::Zero();
+    double m_length2 = 0.0;
+    double m_size2 = 0.0;
+    int m_count = 0;
+    bool m_isInside = false;
+    bool m_isFinite = true;
+};
+
+/// More simplices than any query needs: 36 was the largest number seen in some 3 million. Exceeding it is reported as
+/// NotConverged; the strict decrease of |v| would end the search in any case.
+constexpr std::int32_t kGjkIterationLimit = 200;
+
+/// Largest relative width of the interval of possible distances that still counts as an answer when it stops shrinking.
+constexpr double kGjkAccuracy = 1e-7;
+}  // namespace cullet

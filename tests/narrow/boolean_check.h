@@ -1,0 +1,148 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "narrow/exact_penetration.h"
+#include "narrow/isa_gjk.h"
+#include "tests/narrow/distance_oracle.h"
+#include "tests/narrow/pair_scenes.h"
+#include "tests/narrow/shapes.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <random>
+#include <string>
+#include <vector>
+
+/// Booleans against the oracle, by the query's own certificate where it has one. Gaps below kUndecided times the size are left out, as is
+/// usual for float coordinates; the size is 1.
+namespace cullet::test
+{
+inline constexpr double kUndecided = 1e-6;
+
+struct Tally
+{
+    std::int64_t queries = 0, separated = 0, overlapping = 0, undecided = 0, wrong = 0, unanswered = 0;
+    std::int64_t proved = 0;  ///< by the query's own axis or tetrahedron, in long double
+    std::int64_t withoutSimplex = 0;
+    std::int32_t mostIterations = 0;
+};
+
+/// The remembered tetrahedron contains the origin, in long double: the shapes overlap.
+template <class S>
+bool provesOverlap(const PosedHull<S>& a, const PosedHull<S>& b, const GjkCache<S>& cache)
+{
+    if (cache.count != 4)
+        return false;
+    const LongVector shift =
+        (b.origin().template cast<long double>() - a.origin().template cast<long double>());
+    std::array<LongVector, 4> p;
+    for (int i = 0; i < 4; ++i)
+    {
+        p[i] = a.basis().template cast<long double>() *
+                   a.hull().vertex(cache.verticesA[i]).template cast<long double>() -
+               b.basis().template cast<long double>() *
+                   b.hull().vertex(cache.verticesB[i]).template cast<long double>() -
+               shift;
+    }
+    const auto side = [&p](int i, int j, int k, const LongVector& x)
+    { return (x - p[i]).dot((p[j] - p[i]).cross(p[k] - p[i])); };
+    const LongVector o = LongVector::Zero();
+    return side(0, 1, 2, o) * side(0, 1, 2, p[3]) > 0.0L && side(0, 1, 3, o) * side(0, 1, 3, p[2]) > 0.0L &&
+           side(0, 2, 3, o) * side(0, 2, 3, p[1]) > 0.0L && side(1, 2, 3, o) * side(1, 2, 3, p[0]) > 0.0L;
+}
+
+template <class S>
+void checkBoolean(const PairScene<S>& scene, GjkCache<S>& cache, Tally& tally)
+{
+    const PosedHull<S> a = scene.posedA();
+    const PosedHull<S> b = scene.posedB();
+    const GjkResult<S> result = isaGjk(a, b, S(0), cache);
+    ++tally.queries;
+    tally.withoutSimplex += result.iterations == 0;
+    tally.mostIterations = std::max(tally.mostIterations, result.iterations);
+    const bool isSeparated = result.state == GjkState::Separated;
+    const bool isOverlapping = result.state == GjkState::Overlapping;
+    tally.separated += isSeparated;
+    tally.overlapping += isOverlapping;
+    tally.unanswered += !isSeparated && !isOverlapping;
+    const DistanceOracle oracle(a, b);
+    const bool isProved = isSeparated ? oracle.extent(-result.axis.template cast<long double>()) < 0.0L
+                                      : isOverlapping && provesOverlap(a, b, cache);
+    if (isProved)
+    {
+        ++tally.proved;
+        return;
+    }
+    const Bounds truth = oracle.solve();
+    double depth = 0.0;
+    Eigen::Vector3d normal;
+    if (truth.isInside)
+        exactPenetration(a, b, normal, depth);
+    const bool isUndecided =
+        truth.isInside ? depth < kUndecided : truth.upper < static_cast<long double>(kUndecided);
+    tally.undecided += isUndecided;
+    const bool isWrong = !isUndecided && isSeparated == truth.isInside;
+    tally.wrong += isWrong;
+    EXPECT_FALSE(isWrong && tally.wrong < 5) << "state " << static_cast<int>(result.state) << " distance "
+                                             << static_cast<double>(truth.lower) << " depth " << depth;
+}
+
+/// Every named shape against every one, at gaps from deep to wide, `rounds` times; cold, then `frames` warm frames.
+template <class S>
+Tally checkAll(bool isThin, double farAway, int rounds, int frames, unsigned seed)
+{
+    const std::vector<NamedPoints> shapes = queryShapes();
+    std::vector<Hull<S>> hulls;
+    for (const NamedPoints& shape : shapes)
+        hulls.push_back(hullOf<S>(shape.points));
+    // Far from the origin coordinates are rounded to eps times farAway: gaps below that are random, and harmless.
+    const double gaps[] = {0.06, 0.03, 3e-3, 1e-3, 1e-5, 2e-6, -2e-6, -1e-4, -3e-3, -0.03, -0.2};
+    Tally tally;
+    std::mt19937 engine(seed);
+    for (int round = 0; round < rounds; ++round)
+    {
+        for (std::size_t i = 0; i < shapes.size(); ++i)
+        {
+            for (std::size_t j = 0; j < shapes.size(); ++j)
+            {
+                if ((shapes[i].isThin || shapes[j].isThin) != isThin)
+                    continue;
+                SCOPED_TRACE(testing::Message()
+                             << shapes[i].name << " " << shapes[j].name << " round " << round);
+                const double gap = gaps[engine() % std::size(gaps)];
+                PairScene<S> scene = randomPair(hulls[i], hulls[j], gap, farAway, engine);
+                GjkCache<S> cache;
+                checkBoolean(scene, cache, tally);
+                for (int frame = 0; frame < frames; ++frame)
+                {
+                    moveALittle(scene, 0.01, engine);
+                    checkBoolean(scene, cache, tally);
+                }
+            }
+        }
+    }
+    return tally;
+}
+
+inline void expectGood(const Tally& tally, const char* name)
+{
+    testing::Test::RecordProperty(std::string(name) + ".queries", std::to_string(tally.queries));
+    testing::Test::RecordProperty(std::string(name) + ".separated", std::to_string(tally.separated));
+    testing::Test::RecordProperty(std::string(name) + ".undecided", std::to_string(tally.undecided));
+    testing::Test::RecordProperty(std::string(name) + ".mostIterations",
+                                  std::to_string(tally.mostIterations));
+    EXPECT_EQ(tally.wrong, 0) << name;
+    EXPECT_EQ(tally.unanswered, 0) << name;
+    EXPECT_LT(tally.mostIterations, 64) << name;
+    // The sample is representative: both outcomes, most of them proved, few too close to call.
+    EXPECT_GT(tally.separated, tally.queries / 5) << name;
+    EXPECT_GT(tally.overlapping, tally.queries / 5) << name;
+    EXPECT_GT(tally.proved, tally.queries * 9 / 10) << name;
+    EXPECT_LT(tally.undecided, tally.queries / 10) << name;
+}
+}  // namespace cullet::test

@@ -1,0 +1,266 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "narrow/epa.h"
+#include "narrow/exact_penetration.h"
+#include "narrow/isa_gjk.h"
+#include "tests/narrow/distance_oracle.h"
+#include "tests/narrow/pair_scenes.h"
+#include "tests/narrow/shapes.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace cullet::test
+{
+namespace
+{
+PosedHull<float> at(const Hull<float>& hull, float x, float y, float z)
+{
+    return {hull, Eigen::Matrix3f::Identity(), Eigen::Vector3f(x, y, z)};
+}
+
+TEST(Penetration, OfTwoBoxesIsTheSmallestOverlapOfTheirSides)
+{
+    const Hull<float> box = hullOf<float>(boxPoints(0.5, 0.5, 0.5));
+    GjkCache<float> cache;
+    const auto a = at(box, 0.0f, 0.0f, 0.0f);
+    const auto b = at(box, 0.25f, -0.875f, 0.125f);
+    for (int i = 0; i < 2; ++i)
+    {
+        const auto result = penetration(a, b, cache);
+        ASSERT_EQ(result.state, GjkState::Overlapping);
+        EXPECT_NEAR(result.depth, 0.125f, 1e-6f);
+        EXPECT_TRUE(result.axis.isApprox(Eigen::Vector3f(0, 1, 0), 1e-5f)) << result.axis.transpose();
+        EXPECT_NEAR(result.pointA.y(), -0.5f, 1e-6f);
+        EXPECT_NEAR(result.pointB.y(), -0.375f, 1e-6f);
+    }
+}
+
+TEST(Penetration, SeparatedShapesHaveNone)
+{
+    const Hull<float> box = hullOf<float>(boxPoints(0.5, 0.5, 0.5));
+    GjkCache<float> cache;
+    EXPECT_EQ(penetration(at(box, 0, 0, 0), at(box, 1.5f, 0, 0), cache).state, GjkState::Separated);
+}
+
+TEST(Penetration, TouchingShapesHaveDepthZeroAndTheContactNormal)
+{
+    const Hull<float> box = hullOf<float>(boxPoints(0.5, 0.5, 0.5));
+    for (const Eigen::Vector3f& d : {Eigen::Vector3f(1, 0, 0), Eigen::Vector3f(1, 0.5f, 0.25f),
+                                     Eigen::Vector3f(1, 1, 0), Eigen::Vector3f(1, 1, 1)})
+    {
+        SCOPED_TRACE(d.transpose());
+        GjkCache<float> cache;
+        const auto result = penetration(at(box, 0, 0, 0), at(box, d.x(), d.y(), d.z()), cache);
+        ASSERT_EQ(result.state, GjkState::Overlapping);
+        EXPECT_NEAR(result.depth, 0.0f, 1e-6f);
+        EXPECT_NEAR(result.axis.norm(), 1.0f, 1e-5f);
+        EXPECT_LT(result.axis.dot(d), 0.0f);
+    }
+}
+
+TEST(Penetration, FlatShapesInOnePlaneHaveDepthZeroAlongItsNormal)
+{
+    const Hull<float> square = hullOf<float>({{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}});
+    GjkCache<float> cache;
+    const auto result = penetration(at(square, 0, 0, 0), at(square, 0.5f, 0.25f, 0), cache);
+    ASSERT_EQ(result.state, GjkState::Overlapping);
+    EXPECT_EQ(result.method, PenetrationMethod::Flat);
+    EXPECT_EQ(result.depth, 0.0f);
+    EXPECT_NEAR(std::abs(result.axis.z()), 1.0f, 1e-5f);
+}
+
+TEST(Penetration, OfAFlatShapeAndABoxIsFound)
+{
+    const Hull<float> square = hullOf<float>({{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}});
+    const Hull<float> box = hullOf<float>(boxPoints(0.5, 0.5, 0.5));
+    GjkCache<float> cache;
+    const auto result = penetration(at(square, 0, 0, 0), at(box, 0.25f, 0.0f, 0.375f), cache);
+    ASSERT_EQ(result.state, GjkState::Overlapping);
+    EXPECT_NEAR(result.depth, 0.125f, 1e-6f);
+    EXPECT_NEAR(result.axis.z(), -1.0f, 1e-5f);
+}
+
+TEST(Penetration, CoincidentShapesOfEveryKindHaveOne)
+{
+    for (const NamedPoints& shape : queryShapes())
+    {
+        SCOPED_TRACE(shape.name);
+        const Hull<float> hull = hullOf<float>(shape.points);
+        GjkCache<float> cache;
+        const auto result = penetration(at(hull, 1, 2, 3), at(hull, 1, 2, 3), cache);
+        ASSERT_EQ(result.state, GjkState::Overlapping);
+        EXPECT_GT(result.depth, 1e-3f);
+        EXPECT_TRUE(result.axis.allFinite());
+    }
+}
+
+TEST(Penetration, TheExactSearchTakesOverWhenThePolytopeIsFull)
+{
+    // All faces of A - B are equally close to the origin: the expansion has to find nearly all of them.
+    const Hull<float> hull = hullOf<float>(icoPoints(3));
+    GjkCache<float> cache;
+    const auto result = penetration(at(hull, 0, 0, 0), at(hull, 0, 0, 0), cache);
+    ASSERT_EQ(result.state, GjkState::Overlapping);
+    EXPECT_EQ(result.method, PenetrationMethod::Exact);
+    // Twice the radius of the inner sphere of the solid.
+    double inner = 1.0;
+    for (const auto& face : hull.faces())
+        inner = std::min(inner, face.offset);
+    EXPECT_NEAR(result.depth, 2.0 * inner, 1e-5);
+}
+
+TEST(Penetration, InputsThatAreNotFiniteDoNotConverge)
+{
+    const Hull<float> hull = hullOf<float>(icoPoints(1));
+    for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()})
+    {
+        GjkCache<float> cache;
+        EXPECT_EQ(penetration(at(hull, 0, 0, 0), at(hull, bad, 0, 0), cache).state, GjkState::NotConverged);
+        EXPECT_EQ(isaGjk(at(hull, 0, 0, 0), at(hull, 0.1f, 0, 0), 0.0f, cache).state, GjkState::Overlapping);
+        EXPECT_EQ(penetration(at(hull, 0, 0, 0), at(hull, bad, 0, 0), cache).state, GjkState::NotConverged);
+    }
+}
+
+/// The exact search is the reference below; here it is held against directions: no direction has a smaller extent.
+TEST(ExactPenetration, NoDirectionSeparatesSooner)
+{
+    const std::vector<NamedPoints> shapes = queryShapes();
+    std::mt19937 engine(3);
+    int depthCount = 0;
+    int improvedCount = 0;
+    for (int i = 0; i < 150; ++i)
+    {
+        const NamedPoints& shapeA = shapes[engine() % shapes.size()];
+        const NamedPoints& shapeB = shapes[engine() % shapes.size()];
+        SCOPED_TRACE(testing::Message() << shapeA.name << " " << shapeB.name << " " << i);
+        const Hull<double> hullA = hullOf<double>(shapeA.points);
+        const Hull<double> hullB = hullOf<double>(shapeB.points);
+        const PairScene<double> scene = randomPair(hullA, hullB, -0.0005 * (1 + i % 300), 0.0, engine);
+        Eigen::Vector3d normal;
+        double depth = 0.0;
+        const PosedHull<double> a = scene.posedA();
+        const PosedHull<double> b = scene.posedB();
+        ASSERT_TRUE(exactPenetration(a, b, normal, depth));
+        const DistanceOracle oracle(a, b);
+        // A thin shape may have come out on the other side.
+        if (depth < 0.0)
+            continue;
+        ++depthCount;
+        const double extent = static_cast<double>(oracle.extent(normal.cast<long double>()));
+        EXPECT_NEAR(extent, depth, 1e-12);
+        for (int k = 0; k < 2000; ++k)
+        {
+            // From all around and, to find a local minimum, from nearby.
+            const Eigen::Vector3d d =
+                k % 2 == 0 ? randomDirection(engine)
+                           : Eigen::Vector3d(normal + std::pow(10.0, -(k % 7)) * randomDirection(engine));
+            const double other = static_cast<double>(oracle.extent(d.cast<long double>()));
+            ASSERT_GE(other, depth - 1e-12);
+            improvedCount += other < depth * 1.001;
+        }
+    }
+    EXPECT_GT(depthCount, 100);
+    EXPECT_GT(improvedCount, 100);
+}
+
+struct DepthTally
+{
+    std::int64_t queries = 0, exact = 0, unanswered = 0, deep = 0, shallow = 0;
+    double worstDepth = 0.0;
+    double worstGap = 0.0;
+    double worstPoint = 0.0;
+};
+
+template <class S>
+void checkDepth(const PairScene<S>& scene, GjkCache<S>& cache, DepthTally& tally)
+{
+    const PosedHull<S> a = scene.posedA();
+    const PosedHull<S> b = scene.posedB();
+    if (isaGjk(a, b, S(0), cache).state != GjkState::Overlapping)
+        return;
+    const PenetrationResult<S> result = penetration(a, b, cache);
+    if (result.state != GjkState::Overlapping)
+    {
+        ++tally.unanswered;
+        return;
+    }
+    Eigen::Vector3d normal;
+    double depth = 0.0;
+    exactPenetration(a, b, normal, depth);
+    ++tally.queries;
+    tally.exact += result.method == PenetrationMethod::Exact;
+    (depth > 0.05 ? tally.deep : tally.shallow) += 1;
+    tally.worstDepth = std::max(tally.worstDepth, std::abs(static_cast<double>(result.depth) - depth));
+    tally.worstGap = std::max(tally.worstGap, static_cast<double>(result.dualGap));
+    // Moving A along the axis by the depth leaves nothing that overlaps more than rounding.
+    const DistanceOracle oracle(a, b);
+    const double rest =
+        static_cast<double>(oracle.extent(-result.axis.template cast<long double>())) - result.depth;
+    tally.worstPoint = std::max(tally.worstPoint, std::abs(rest));
+    EXPECT_LT((result.pointB - result.pointA - result.depth * result.axis).norm(), 1e-5);
+}
+
+template <class S>
+DepthTally checkDepths(bool isThin, int rounds, unsigned seed)
+{
+    const std::vector<NamedPoints> shapes = queryShapes();
+    std::vector<Hull<S>> hulls;
+    for (const NamedPoints& shape : shapes)
+        hulls.push_back(hullOf<S>(shape.points));
+    const double gaps[] = {-1e-5, -1e-3, -0.01, -0.05, -0.15, -0.3, -0.5};
+    DepthTally tally;
+    std::mt19937 engine(seed);
+    for (int i = 0; i < rounds; ++i)
+    {
+        const std::size_t a = engine() % shapes.size();
+        const std::size_t b = engine() % shapes.size();
+        const bool isLarge = hulls[a].vertexCount() + hulls[b].vertexCount() > 200;
+        if ((shapes[a].isThin || shapes[b].isThin) != isThin || (isLarge && i % 8 != 0))
+            continue;
+        SCOPED_TRACE(testing::Message() << shapes[a].name << " " << shapes[b].name << " query " << i);
+        PairScene<S> scene = randomPair(hulls[a], hulls[b], gaps[engine() % std::size(gaps)], 0.0, engine);
+        GjkCache<S> cache;
+        checkDepth(scene, cache, tally);
+        moveALittle(scene, 0.005, engine);
+        checkDepth(scene, cache, tally);
+    }
+    return tally;
+}
+
+void expectGood(const DepthTally& tally, double tolerance, const char* name)
+{
+    testing::Test::RecordProperty(std::string(name) + ".queries", std::to_string(tally.queries));
+    testing::Test::RecordProperty(std::string(name) + ".exact", std::to_string(tally.exact));
+    testing::Test::RecordProperty(std::string(name) + ".worstDepth",
+                                  std::to_string(tally.worstDepth * 1e9) + "e-9");
+    testing::Test::RecordProperty(std::string(name) + ".worstGap",
+                                  std::to_string(tally.worstGap * 1e9) + "e-9");
+    EXPECT_EQ(tally.unanswered, 0) << name;
+    EXPECT_LE(tally.worstDepth, tolerance) << name;
+    EXPECT_LE(tally.worstPoint, tolerance) << name;
+    EXPECT_GT(tally.deep, tally.queries / 20) << name;
+    EXPECT_GT(tally.shallow, tally.queries / 20) << name;
+    // The fallback is the exception.
+    EXPECT_LT(tally.exact, tally.queries / 10) << name;
+}
+
+TEST(Penetration, DepthsInFloatAreWithinATenThousandth)
+{
+    expectGood(checkDepths<float>(false, 6000, 31), 1e-4, "regular");
+    expectGood(checkDepths<float>(true, 6000, 32), 1e-4, "thin");
+}
+
+TEST(Penetration, DepthsInDoubleAreWithinATenMillionth)
+{
+    expectGood(checkDepths<double>(false, 2000, 33), 1e-5, "regular");
+    expectGood(checkDepths<double>(true, 2000, 34), 1e-5, "thin");
+}
+}  // namespace
+}  // namespace cullet::test
