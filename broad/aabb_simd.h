@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <cstring>
+#include <limits>
 
 namespace cullet
 {
@@ -43,6 +44,25 @@ inline bool overlapsBranchless(const Aabb& a, const Aabb& b) noexcept
     const Int4 minima = {0, 1, 2, 2};
     return isTrueInAll((__builtin_shuffle(minA, minima) <= __builtin_shuffle(maxB, lanes)) &
                        (__builtin_shuffle(minB, minima) <= __builtin_shuffle(maxA, lanes)));
+}
+
+/// Signed distance of two boxes in the maximum norm over the axes: negative when they overlap.
+///
+/// Each difference is rounded once. On an axis where both boxes reach the same infinity the difference is NaN; such an
+/// axis is left out.
+inline float gapOf(const Aabb& a, const Aabb& b) noexcept
+{
+    const Int4 maxima = {1, 2, 3, 3};
+    const Int4 minima = {0, 1, 2, 2};
+    const Float4 forward =
+        __builtin_shuffle(loadFloat4(b.min), minima) - __builtin_shuffle(loadFloat4(a.min + 2), maxima);
+    const Float4 backward =
+        __builtin_shuffle(loadFloat4(a.min), minima) - __builtin_shuffle(loadFloat4(b.min + 2), maxima);
+    const Float4 larger = backward > forward ? backward : forward;
+    float gap = -std::numeric_limits<float>::infinity();
+    for (int axis = 0; axis < 3; ++axis)
+        gap = larger[axis] > gap ? larger[axis] : gap;
+    return gap;
 }
 
 /// Whether no face of the box is farther than `slack` from where it is in the reference.

@@ -77,12 +77,17 @@ std::int64_t RowGrid::cellCountOf(const CellRange& cells)
            (static_cast<std::int64_t>(cells.k1) - cells.k0 + 1);
 }
 
-bool RowGrid::isUnbounded(const Aabb& box) const
+RowGrid::BoxKind RowGrid::kindOf(const Aabb& box, float grow)
 {
-    // Written so that NaN, the extent of a box that lies at infinity, counts as unbounded.
-    constexpr float limit = static_cast<float>(std::uint64_t{1} << kHighestOctave);
-    return !(box.max[0] - box.min[0] <= limit && box.max[1] - box.min[1] <= limit &&
-             box.max[2] - box.min[2] <= limit);
+    constexpr float kLimit = static_cast<float>(std::uint64_t{1} << kHighestOctave);
+    const Float4 minima = loadFloat4(box.min);
+    const Float4 maxima = loadFloat4(box.min + 2);
+    const Float4 extent =
+        __builtin_shuffle(maxima, Int4{1, 2, 3, 3}) - __builtin_shuffle(minima, Int4{0, 1, 2, 2});
+    // NaN, the extent of a box with a NaN and of one that lies at infinity, fails both comparisons.
+    if (isTrueInAll((extent >= 0.0f) & (extent <= kLimit - 4.0f * grow)))
+        return BoxKind::Bounded;
+    return isValid(box) ? BoxKind::Unbounded : BoxKind::Empty;
 }
 
 std::size_t RowGrid::octaveIndex(const Aabb& box) const
@@ -110,7 +115,7 @@ void RowGrid::preparePlan(const GridInput& input)
     for (std::uint32_t i = 0; i < input.count; i += stride)
     {
         const Aabb& box = input.boxes[input.ids != nullptr ? input.ids[i] : i];
-        if (!isValid(box) || isUnbounded(box))
+        if (kindOf(box, input.grow) != BoxKind::Bounded)
             continue;
         const float y = box.max[1] - box.min[1];
         const float z = box.max[2] - box.min[2];
@@ -174,7 +179,6 @@ void RowGrid::recordSize(const Aabb& box, std::size_t octave, Task& task) const
 
 bool RowGrid::insertBold(std::uint32_t id, const CellRange& cells, std::int32_t level, Task& task)
 {
-    task.bold.makeRoom(kMostCells);
     std::uint32_t* counts = task.boldCount.data();
     for (std::int32_t j = cells.j0; j <= cells.j1; ++j)
     {
@@ -190,34 +194,32 @@ bool RowGrid::insertBold(std::uint32_t id, const CellRange& cells, std::int32_t 
     return true;
 }
 
+/// Puts one valid, bounded box into the rows of its level; false when the directory is full.
+bool RowGrid::fillOne(std::uint32_t id, const Aabb& box, bool isSampled, Task& task)
+{
+    const std::size_t octave = octaveIndex(box);
+    const std::uint32_t level = m_plan.levelOfOctave[octave];
+    const CellRange cells = cellsOf(box, level);
+    task.bold.makeRoom(kMostCells);
+    const bool isTooLarge = cellCountOf(cells) > kMostCells;
+    if (isSampled || isTooLarge)
+        recordSize(box, octave, task);
+    if (!isTooLarge)
+        return insertBold(id, cells, static_cast<std::int32_t>(level), task);
+    task.unbounded.push_back(id);
+    return true;
+}
+
 void RowGrid::fillBold(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task)
 {
-    for (std::uint32_t i = begin; i < end; ++i)
+    for (std::uint32_t i = begin; i < end && !task.isFull; ++i)
     {
         const std::uint32_t id = input.ids != nullptr ? input.ids[i] : i;
-        if (!isValid(input.boxes[id]))
-            continue;
-        const Aabb box = grown(input.boxes[id], input.grow);
-        if (isUnbounded(box))
-        {
+        const BoxKind kind = kindOf(input.boxes[id], input.grow);
+        if (kind == BoxKind::Bounded)
+            task.isFull = !fillOne(id, grown(input.boxes[id], input.grow), i % kSizeSampling == 0, task);
+        else if (kind == BoxKind::Unbounded)
             task.unbounded.push_back(id);
-            continue;
-        }
-        const std::size_t octave = octaveIndex(box);
-        if (i % kSizeSampling == 0)
-            recordSize(box, octave, task);
-        const std::uint32_t level = m_plan.levelOfOctave[octave];
-        const CellRange cells = cellsOf(box, level);
-        if (cellCountOf(cells) > kMostCells)
-        {
-            recordSize(box, octave, task);
-            task.unbounded.push_back(id);
-        }
-        else if (!insertBold(id, cells, static_cast<std::int32_t>(level), task))
-        {
-            task.isFull = true;
-            return;
-        }
     }
 }
 
@@ -226,11 +228,11 @@ void RowGrid::fillRegular(const GridInput& input, std::uint32_t begin, std::uint
     for (std::uint32_t i = begin; i < end; ++i)
     {
         const std::uint32_t id = input.ids != nullptr ? input.ids[i] : i;
-        if (!isValid(input.boxes[id]))
+        if (kindOf(input.boxes[id], input.grow) != BoxKind::Bounded)
             continue;
         const Aabb box = grown(input.boxes[id], input.grow);
         const std::uint32_t own = m_plan.levelOfOctave[octaveIndex(box)];
-        if (isUnbounded(box) || cellCountOf(cellsOf(box, own)) > kMostCells)
+        if (cellCountOf(cellsOf(box, own)) > kMostCells)
             continue;
         for (std::uint32_t level = own + 1; level < m_plan.levelCount; ++level)
         {
@@ -401,6 +403,7 @@ void RowGrid::scanRows(const GridInput& input, PairSink& sink, bool keep)
                       PairBuffer& out = *m_scratch[worker].buffer;
                       out.flush = handToSink;
                       out.context = &context;
+                      out.deepGap = input.deepGap;
                       const TaskRange range(rows, task, tasks);
                       for (std::uint32_t row = range.begin; row < range.end; ++row)
                           scanRow(input, row, worker, keep, out);
@@ -423,7 +426,8 @@ void RowGrid::scanUnbounded(const GridInput& input, PairSink& sink)
         for (std::uint32_t i = 0; i < input.count; ++i)
         {
             const std::uint32_t id = input.ids != nullptr ? input.ids[i] : i;
-            if (!isValid(input.boxes[id]) || !overlaps(box, grown(input.boxes[id], input.grow)))
+            const Aabb other = grown(input.boxes[id], input.grow);
+            if (!isValid(input.boxes[id]) || !overlaps(box, other) || gapOf(box, other) <= input.deepGap)
                 continue;
             // Of two unbounded boxes, the one with the lower id reports the pair.
             if (id <= large && std::binary_search(m_unbounded.begin(), m_unbounded.end(), id))
@@ -503,6 +507,7 @@ void RowGrid::query(const Aabb& box, std::uint32_t id, unsigned worker, PairSink
     PairBuffer& out = *m_scratch[worker].buffer;
     out.flush = handToSink;
     out.context = &context;
+    out.deepGap = kReportAll;
     for (std::uint32_t level = 0; level < m_plan.levelCount; ++level)
         queryLevel(soa, box, level, out);
     out.handOn();

@@ -32,7 +32,8 @@ struct GridInput
     const Aabb* boxes;         ///< row of the proxy table -> box
     const std::uint32_t* ids;  ///< [count] rows to take, or null for 0 .. count - 1
     std::uint32_t count;
-    float grow;  ///< every box is grown by this on every side first
+    float grow;                  ///< every box is grown by this on every side first
+    float deepGap = kReportAll;  ///< pairs with a gap (negative: overlap) not above this are left out
 };
 
 /// The lecture's hierarchical grid with spatial hashing, laid out as rows.
@@ -129,7 +130,14 @@ private:
     std::size_t octaveIndex(const Aabb& box) const;
     void recordSize(const Aabb& box, std::size_t octave, Task& task) const;
     bool insertBold(std::uint32_t id, const CellRange& cells, std::int32_t level, Task& task);
-    bool isUnbounded(const Aabb& box) const;
+    enum class BoxKind
+    {
+        Empty,
+        Bounded,
+        Unbounded  ///< some extent beyond the highest octave
+    };
+    static BoxKind kindOf(const Aabb& box, float grow);
+    bool fillOne(std::uint32_t id, const Aabb& box, bool isSampled, Task& task);
 
     void preparePlan(const GridInput& input);
     void makePlan(const GridInput& input, const SizeHistogram& sizes);

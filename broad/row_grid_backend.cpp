@@ -151,8 +151,6 @@ void RowGridBackend::reportAdded(const ProxyView& view, IdPair pair)
 void RowGridBackend::reportRemoved(const ProxyView& view, IdPair pair)
 {
     m_removedKeys.push_back(pairKey(makePair(view.uniqueIds[pair.a], view.uniqueIds[pair.b])));
-    if (!m_exempt.isEmpty())
-        m_exempt.erase(PairSet::keyOf(pair.a, pair.b));
 }
 
 BackendStats RowGridBackend::stats() const
@@ -163,7 +161,7 @@ BackendStats RowGridBackend::stats() const
     stats.levels = m_grid.levelCount();
     stats.unbounded = m_grid.unbounded().size();
     stats.bytes = m_grid.bytes() + m_activeGrid.bytes() + m_settled.bytes() + m_separated.bytes() +
-                  m_exempt.bytes() + m_reference.capacity() * sizeof(Aabb) + m_states.capacity() +
+                  m_reference.capacity() * sizeof(Aabb) + m_states.capacity() +
                   m_pairs.capacity() * sizeof(HeldPair) + m_activePairs.capacity() * sizeof(IdPair) +
                   (m_active.capacity() + m_quiet.capacity() + m_escaped.capacity()) * sizeof(std::uint32_t) +
                   (m_addedKeys.capacity() + m_removedKeys.capacity()) * sizeof(std::uint64_t);

@@ -22,7 +22,8 @@ namespace cullet
 ///
 /// *Moving*: every update clears and refills the grid ("clear and rehash when many move", thesis 5.1.1). Changes are
 /// told geometrically: a found pair is new when its boxes did not overlap in the last update, a held pair leaves when
-/// its boxes no longer do; no hash over all pairs. A pair that overlapped deeper than any box moved is not looked at.
+/// its boxes no longer do; no hash over all pairs. Pairs that overlap deeper than any box moved are neither reported by
+/// the grid nor looked at in the list.
 ///
 /// *Settled*: the grid of the last refill stays. Each box has a shell of thickness `m_slack` around its reference
 /// position; while it stays inside, only its watched pairs (SettledPairs) can change. Boxes that leave their shell
@@ -62,7 +63,7 @@ private:
         Refresh         ///< the same, because many active boxes came to rest
     };
 
-    /// A pair of the moving mode, with how deep the boxes overlapped when it was found (negative: overlap).
+    /// A pair of the moving mode, with an upper bound of its gap (negative: the boxes overlap at least so deep).
     struct HeldPair
     {
         IdPair ids;
@@ -86,7 +87,8 @@ private:
     // row_grid_moving.cpp
     void updateMoving(const ProxyView& view);
     float largestMotion(const ProxyView& view) const;
-    void keepOrRemoveOld(const ProxyView& view, float motion, std::vector<HeldPair>& next);
+    void keepOrRemove(const ProxyView& view, float motion);
+    bool refreshGap(const ProxyView& view, HeldPair& held);
 
     // row_grid_rebuild.cpp: from any state, with a hash of what was held
     void rebuild(const ProxyView& view, bool settle);
@@ -119,7 +121,6 @@ private:
 
     std::vector<HeldPair> m_pairs;  ///< moving: all pairs
     PairSet m_separated;            ///< moving: held pairs whose boxes only overlap with the margin
-    PairSet m_exempt;  ///< held pairs that the filter would reject now; it may have changed later
 
     float m_slack = 0;  ///< shell thickness
     float m_settledMargin = 0;
@@ -140,18 +141,4 @@ private:
     std::vector<std::uint64_t> m_removedKeys;
     BackendStats m_stats;
 };
-
-/// Signed distance of two boxes in the maximum norm over the axes: negative when they overlap.
-inline float gapOf(const Aabb& a, const Aabb& b)
-{
-    float gap = b.min[0] - a.max[0];
-    for (int axis = 0; axis < 3; ++axis)
-    {
-        const float forward = b.min[axis] - a.max[axis];
-        const float backward = a.min[axis] - b.max[axis];
-        gap = forward > gap ? forward : gap;
-        gap = backward > gap ? backward : gap;
-    }
-    return gap;
-}
 }  // namespace cullet

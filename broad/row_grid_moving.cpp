@@ -23,54 +23,53 @@ float sureGap(float motion)
 }
 }  // namespace
 
-/// Sorts what the grid finds into pairs held before and new ones, in the threads of the grid.
+/// Picks the new pairs from what the grid finds, in the threads of the grid.
 class RowGridBackend::MovingSink final : public PairSink
 {
 public:
-    MovingSink(const RowGridBackend& backend, const ProxyView& view, float motion, unsigned workers)
-        : m_backend(backend), m_view(view), m_surelyHeld(sureGap(motion)), m_results(workers)
+    MovingSink(const RowGridBackend& backend, const ProxyView& view, unsigned workers)
+        : m_backend(backend), m_view(view), m_lists(workers)
     {
     }
 
     void take(unsigned worker, const IdPair* pairs, std::uint32_t count) override
     {
-        Result& result = m_results[worker];
         for (std::uint32_t i = 0; i < count; ++i)
         {
-            const IdPair pair = pairs[i];
-            const std::uint64_t key = PairSet::keyOf(pair.a, pair.b);
-            if (!m_backend.mayEnter(m_view, pair) && !m_backend.m_exempt.contains(key))
-                continue;
-            const float gap = gapOf(m_view.boxes[pair.a], m_view.boxes[pair.b]);
-            result.pairs.push_back({pair, gap});
-            if (gap <= m_surelyHeld || wasHeld(pair, key))
-                continue;
-            result.added.push_back(pair);
+            if (isNew(pairs[i]) && mayEnter(m_view, pairs[i]))
+                m_lists[worker].added.push_back(pairs[i]);
         }
     }
 
-    struct alignas(64) Result
+    template <class Visit>
+    void forEachAdded(Visit visit) const
     {
-        std::vector<HeldPair> pairs;
+        for (const List& list : m_lists)
+        {
+            for (const IdPair pair : list.added)
+                visit(pair);
+        }
+    }
+
+private:
+    struct alignas(64) List
+    {
         std::vector<IdPair> added;
     };
 
-    const std::vector<Result>& results() const { return m_results; }
-
-private:
-    bool wasHeld(IdPair pair, std::uint64_t key) const
+    /// What overlapped in the last update was decided about then, or earlier: it is held, or the filter refused it.
+    bool isNew(IdPair pair) const
     {
         const Aabb& a = m_backend.m_reference[pair.a];
         const Aabb& b = m_backend.m_reference[pair.b];
-        if (isValid(a) && isValid(b) && overlaps(a, b))
-            return true;
-        return m_backend.m_separated.contains(key);
+        if (isValid(a) && isValid(b) && overlapsBranchless(a, b))
+            return false;
+        return !m_backend.m_separated.contains(PairSet::keyOf(pair.a, pair.b));
     }
 
     const RowGridBackend& m_backend;
     const ProxyView& m_view;
-    float m_surelyHeld;
-    std::vector<Result> m_results;
+    std::vector<List> m_lists;
 };
 
 /// How far any face of any box moved since the last update; infinite when a box came, went, or became empty.
@@ -103,30 +102,39 @@ float RowGridBackend::largestMotion(const ProxyView& view) const
                : result;
 }
 
-void RowGridBackend::keepOrRemoveOld(const ProxyView& view, float motion, std::vector<HeldPair>& next)
+/// Measures the gap of a held pair anew; false when the pair is to leave.
+bool RowGridBackend::refreshGap(const ProxyView& view, HeldPair& held)
 {
-    const float surelyOverlapping = sureGap(motion);
+    const Aabb& a = view.boxes[held.ids.a];
+    const Aabb& b = view.boxes[held.ids.b];
+    if (!isValid(a) || !isValid(b))
+        return false;
+    held.gap = gapOf(a, b);
+    if (overlapsBranchless(a, b))
+        return true;
+    if (!overlapsWithMargin(a, b, view.margin))
+        return false;
+    m_separated.insert(PairSet::keyOf(held.ids.a, held.ids.b));
+    return true;
+}
+
+void RowGridBackend::keepOrRemove(const ProxyView& view, float motion)
+{
     m_separated.reset(0);
-    for (const HeldPair& held : m_pairs)
+    const float change = kMotionFactor * motion;
+    std::size_t kept = 0;
+    for (HeldPair held : m_pairs)
     {
-        // Found again by the grid, and so in `next` already.
-        if (held.gap <= surelyOverlapping)
-            continue;
-        const Aabb& a = view.boxes[held.ids.a];
-        const Aabb& b = view.boxes[held.ids.b];
-        const bool valid = isValid(a) && isValid(b);
-        if (valid && overlaps(a, b))
-            continue;
-        if (valid && overlapsWithMargin(a, b, view.margin))
-        {
-            m_separated.insert(PairSet::keyOf(held.ids.a, held.ids.b));
-            next.push_back({held.ids, std::numeric_limits<float>::infinity()});
-        }
-        else
-        {
+        // The bound follows the motion, one step of its own precision farther, so that it is never absorbed.
+        const float gap = held.gap + change;
+        held.gap = gap + std::abs(gap) * std::numeric_limits<float>::epsilon();
+        // Negated, so that an unknown gap (NaN) is measured.
+        if (!(held.gap <= 0.0f) && !refreshGap(view, held))
             reportRemoved(view, held.ids);
-        }
+        else
+            m_pairs[kept++] = held;
     }
+    m_pairs.resize(kept);
 }
 
 void RowGridBackend::updateMoving(const ProxyView& view)
@@ -136,23 +144,17 @@ void RowGridBackend::updateMoving(const ProxyView& view)
     if (view.dirtyCount == 0 && m_separated.isEmpty())
         return;
     const float motion = largestMotion(view);
-    MovingSink sink(*this, view, motion, m_workers.threads());
-    m_grid.scan({view.boxes, nullptr, view.size, 0.0f}, sink, false);
+    MovingSink sink(*this, view, m_workers.threads());
+    m_grid.scan({view.boxes, nullptr, view.size, 0.0f, sureGap(motion)}, sink, false);
     ++m_stats.rebuildsTotal;
 
-    std::size_t total = 0;
-    for (const MovingSink::Result& result : sink.results())
-        total += result.pairs.size();
-    std::vector<HeldPair> next;
-    next.reserve(total + m_pairs.size() / 8);
-    for (const MovingSink::Result& result : sink.results())
-    {
-        next.insert(next.end(), result.pairs.begin(), result.pairs.end());
-        for (const IdPair pair : result.added)
+    keepOrRemove(view, motion);
+    sink.forEachAdded(
+        [&](IdPair pair)
+        {
             reportAdded(view, pair);
-    }
-    keepOrRemoveOld(view, motion, next);
-    m_pairs.swap(next);
+            m_pairs.push_back({pair, gapOf(view.boxes[pair.a], view.boxes[pair.b])});
+        });
     for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
         m_reference[view.dirty[i]] = view.boxes[view.dirty[i]];
 }

@@ -67,7 +67,6 @@ void RowGridBackend::rebuild(const ProxyView& view, bool settle)
     m_active.clear();
     m_settled.clear();
     m_separated.reset(0);
-    m_exempt.reset(0);
     std::copy(view.boxes, view.boxes + view.size, m_reference.begin());
     if (settle)
         rebuildSettled(view, held);
@@ -95,8 +94,6 @@ void RowGridBackend::rebuildMoving(const ProxyView& view, const std::vector<IdPa
             const bool wasHeld = old.contains(key);
             if (!passes && !wasHeld)
                 return;
-            if (!passes)
-                m_exempt.insert(key);
             if (!wasHeld)
                 reportAdded(view, pair);
             m_pairs.push_back({pair, gapOf(view.boxes[pair.a], view.boxes[pair.b])});
@@ -114,8 +111,6 @@ void RowGridBackend::rebuildMoving(const ProxyView& view, const std::vector<IdPa
             continue;
         }
         m_separated.insert(PairSet::keyOf(pair.a, pair.b));
-        if (!mayEnter(view, pair))
-            m_exempt.insert(PairSet::keyOf(pair.a, pair.b));
         m_pairs.push_back({pair, std::numeric_limits<float>::infinity()});
     }
 }
@@ -148,8 +143,6 @@ void RowGridBackend::rebuildSettled(const ProxyView& view, const std::vector<IdP
             const bool passes = mayEnter(view, pair);
             if (!passes && !wasHeld)
                 return;
-            if (!passes)
-                m_exempt.insert(key);
             const Aabb& a = view.boxes[pair.a];
             const Aabb& b = view.boxes[pair.b];
             const bool isHeld = overlaps(a, b) || (wasHeld && overlapsWithMargin(a, b, view.margin));
@@ -171,8 +164,6 @@ void RowGridBackend::rebuildSettled(const ProxyView& view, const std::vector<IdP
         if (valid && overlapsWithMargin(view.boxes[pair.a], view.boxes[pair.b], view.margin))
         {
             watched.push_back({pair, SettledPairs::State::Held});
-            if (!mayEnter(view, pair))
-                m_exempt.insert(PairSet::keyOf(pair.a, pair.b));
         }
         else
         {

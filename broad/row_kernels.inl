@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Zlib
 //
 // Body of the row kernels. Each including file defines, in an anonymous namespace, `struct Lanes` with:
-//   Value, kWidth, load(const float*), broadcast(float), Mask, le(Value, Value), both(Mask, Mask), bits(Mask)
-// Only comparisons are made, so every width finds the same pairs.
+//   Value, kWidth, load(const float*), broadcast(float), subtract, larger(Value, Value),
+//   Mask, le(Value, Value), both(Mask, Mask), bits(Mask)
+// Comparisons and single subtractions are all that is computed, so every width finds the same pairs.
 
 namespace
 {
@@ -17,6 +18,18 @@ inline Query makeQuery(const RowSoa& row, std::uint32_t i)
 {
     return {Lanes::broadcast(row.x0[i]), Lanes::broadcast(row.x1[i]), Lanes::broadcast(row.y0[i]),
             Lanes::broadcast(row.y1[i]), Lanes::broadcast(row.z0[i]), Lanes::broadcast(row.z1[i])};
+}
+
+/// Lanes whose box overlaps the query's deeper than the buffer wants to know of.
+inline std::uint32_t deepLanes(const Query& query, const RowSoa& row, std::uint32_t j, const PairBuffer& out)
+{
+    Lanes::Value gap = Lanes::larger(Lanes::subtract(Lanes::load(row.x0 + j), query.x1),
+                                     Lanes::subtract(query.x0, Lanes::load(row.x1 + j)));
+    gap = Lanes::larger(gap, Lanes::subtract(Lanes::load(row.y0 + j), query.y1));
+    gap = Lanes::larger(gap, Lanes::subtract(query.y0, Lanes::load(row.y1 + j)));
+    gap = Lanes::larger(gap, Lanes::subtract(Lanes::load(row.z0 + j), query.z1));
+    gap = Lanes::larger(gap, Lanes::subtract(query.z0, Lanes::load(row.z1 + j)));
+    return Lanes::bits(Lanes::le(gap, Lanes::broadcast(out.deepGap)));
 }
 
 inline void emitHits(std::uint32_t hits, std::uint32_t id, std::uint32_t flags, const RowSoa& row,
@@ -54,7 +67,7 @@ inline void sweep(const Query& query, std::uint32_t id, std::uint32_t flags, con
         // Only the lanes before the first one outside count: behind the sentinel another row may follow.
         const std::uint32_t hits = Lanes::bits(hit) & ((~insideBits & (insideBits + 1)) - 1);
         if (hits != 0)
-            emitHits(hits, id, flags, row, j, out);
+            emitHits(hits & ~deepLanes(query, row, j, out), id, flags, row, j, out);
         if (insideBits != kLanesFull)
         {
             out.tests += j + Lanes::kWidth - begin;

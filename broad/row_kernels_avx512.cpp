@@ -18,6 +18,8 @@ struct Lanes
     static constexpr std::uint32_t kWidth = 16;
     static Value load(const float* p) { return _mm512_loadu_ps(p); }
     static Value broadcast(float v) { return _mm512_set1_ps(v); }
+    static Value subtract(Value a, Value b) { return _mm512_sub_ps(a, b); }
+    static Value larger(Value a, Value b) { return _mm512_max_ps(a, b); }
     static Mask le(Value a, Value b) { return _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ); }
     static Mask both(Mask a, Mask b) { return static_cast<Mask>(a & b); }
     static std::uint32_t bits(Mask m) { return m; }

@@ -18,6 +18,8 @@ struct Lanes
     static constexpr std::uint32_t kWidth = 4;
     static Value load(const float* p) { return _mm_loadu_ps(p); }
     static Value broadcast(float v) { return _mm_set1_ps(v); }
+    static Value subtract(Value a, Value b) { return _mm_sub_ps(a, b); }
+    static Value larger(Value a, Value b) { return _mm_max_ps(a, b); }
     static Mask le(Value a, Value b) { return _mm_cmple_ps(a, b); }
     static Mask both(Mask a, Mask b) { return _mm_and_ps(a, b); }
     static std::uint32_t bits(Mask m) { return static_cast<std::uint32_t>(_mm_movemask_ps(m)); }
@@ -32,6 +34,8 @@ struct Lanes
     static constexpr std::uint32_t kWidth = 1;
     static Value load(const float* p) { return *p; }
     static Value broadcast(float v) { return v; }
+    static Value subtract(Value a, Value b) { return a - b; }
+    static Value larger(Value a, Value b) { return a > b ? a : b; }
     static Mask le(Value a, Value b) { return a <= b; }
     static Mask both(Mask a, Mask b) { return a && b; }
     static std::uint32_t bits(Mask m) { return m ? 1u : 0u; }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 namespace cullet
 {
@@ -42,13 +43,17 @@ struct IdPair
     std::uint32_t b;
 };
 
+/// No gap is below this.
+inline constexpr float kReportAll = std::numeric_limits<float>::quiet_NaN();
+
 /// Where kernels put what they find: a fixed buffer that is handed on whenever it might overflow.
 struct PairBuffer
 {
     static constexpr std::uint32_t kCapacity = 1024;
     IdPair pairs[kCapacity];
     std::uint32_t count = 0;
-    std::uint64_t tests = 0;  ///< box tests made, whole vectors
+    float deepGap = kReportAll;  ///< pairs whose gap (negative: overlap) is not above this are left out
+    std::uint64_t tests = 0;     ///< box tests made, whole vectors
     void (*flush)(void* context, const IdPair* pairs, std::uint32_t count) = nullptr;
     void* context = nullptr;
 
