@@ -18,6 +18,7 @@ constexpr std::int64_t kMostCells = 64;
 constexpr float kFarthestCell = 268435456.0f;
 // Sizes are recorded of every so-manieth box only, and of all that do not fit the plan.
 constexpr std::uint32_t kSizeSampling = 8;
+constexpr std::uint32_t kLocateBlock = 128;
 constexpr std::size_t kTaskGrain = 8192;
 constexpr std::uint32_t kRowsPerTask = 16;
 constexpr std::uint32_t kLeastRowRoom = 256;
@@ -194,32 +195,52 @@ bool RowGrid::insertBold(std::uint32_t id, const CellRange& cells, std::int32_t 
     return true;
 }
 
-/// Puts one valid, bounded box into the rows of its level; false when the directory is full.
-bool RowGrid::fillOne(std::uint32_t id, const Aabb& box, bool isSampled, Task& task)
+/// Cells of the boxes from `begin` on, at most a block of them, into `block`; the others on the side list.
+///
+/// Apart from the insertion, whose branches are hard to predict, this runs at full speed.
+std::uint32_t RowGrid::locate(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task,
+                              Located* block) const
 {
-    const std::size_t octave = octaveIndex(box);
-    const std::uint32_t level = m_plan.levelOfOctave[octave];
-    const CellRange cells = cellsOf(box, level);
-    task.bold.makeRoom(kMostCells);
-    const bool isTooLarge = cellCountOf(cells) > kMostCells;
-    if (isSampled || isTooLarge)
-        recordSize(box, octave, task);
-    if (!isTooLarge)
-        return insertBold(id, cells, static_cast<std::int32_t>(level), task);
-    task.unbounded.push_back(id);
-    return true;
+    std::uint32_t count = 0;
+    for (std::uint32_t i = begin; i < end; ++i)
+    {
+        const std::uint32_t id = input.ids != nullptr ? input.ids[i] : i;
+        const BoxKind kind = kindOf(input.boxes[id], input.grow);
+        if (kind != BoxKind::Bounded)
+        {
+            if (kind == BoxKind::Unbounded)
+                task.unbounded.push_back(id);
+            continue;
+        }
+        const Aabb box = grown(input.boxes[id], input.grow);
+        const std::size_t octave = octaveIndex(box);
+        const std::uint32_t level = m_plan.levelOfOctave[octave];
+        block[count] = {cellsOf(box, level), id, static_cast<std::int32_t>(level)};
+        const bool isTooLarge = cellCountOf(block[count].cells) > kMostCells;
+        if (i % kSizeSampling == 0 || isTooLarge)
+            recordSize(box, octave, task);
+        if (isTooLarge)
+            task.unbounded.push_back(id);
+        else
+            ++count;
+    }
+    return count;
 }
 
 void RowGrid::fillBold(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task)
 {
-    for (std::uint32_t i = begin; i < end && !task.isFull; ++i)
+    Located block[kLocateBlock];
+    for (std::uint32_t i = begin; i < end; i += kLocateBlock)
     {
-        const std::uint32_t id = input.ids != nullptr ? input.ids[i] : i;
-        const BoxKind kind = kindOf(input.boxes[id], input.grow);
-        if (kind == BoxKind::Bounded)
-            task.isFull = !fillOne(id, grown(input.boxes[id], input.grow), i % kSizeSampling == 0, task);
-        else if (kind == BoxKind::Unbounded)
-            task.unbounded.push_back(id);
+        const std::uint32_t count = locate(input, i, std::min(end, i + kLocateBlock), task, block);
+        task.bold.makeRoom(static_cast<std::size_t>(count) * kMostCells);
+        for (std::uint32_t k = 0; k < count; ++k)
+        {
+            if (insertBold(block[k].id, block[k].cells, block[k].level, task))
+                continue;
+            task.isFull = true;
+            return;
+        }
     }
 }
 

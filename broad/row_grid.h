@@ -124,6 +124,16 @@ private:
         std::int32_t j0, j1, k0, k1;
     };
 
+    /// A box that is to be inserted.
+    struct Located
+    {
+        CellRange cells;
+        std::uint32_t id;
+        std::int32_t level;
+    };
+
+    std::uint32_t locate(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task,
+                         Located* block) const;
     static Aabb grown(const Aabb& box, float grow);
     static std::int64_t cellCountOf(const CellRange& cells);
     CellRange cellsOf(const Aabb& box, std::uint32_t level) const;
@@ -137,7 +147,6 @@ private:
         Unbounded  ///< some extent beyond the highest octave
     };
     static BoxKind kindOf(const Aabb& box, float grow);
-    bool fillOne(std::uint32_t id, const Aabb& box, bool isSampled, Task& task);
 
     void preparePlan(const GridInput& input);
     void makePlan(const GridInput& input, const SizeHistogram& sizes);
