@@ -3,6 +3,7 @@
 #pragma once
 
 #include "broad/backend.h"
+#include "broad/log.h"
 #include "broad/psap_failure.h"
 #include "broad/psap_pipeline.h"
 #include "broad/worker_pool.h"
@@ -10,6 +11,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cstdint>
+#include <cstdio>
 #include <new>
 #include <stdexcept>
 #include <unordered_map>
@@ -51,6 +53,9 @@ public:
         catch (const ExecutorFailure& failure)
         {
             status = failure.status;
+            char text[200];
+            std::snprintf(text, sizeof(text), "%s: %s: %s", m_name, failure.call, failure.reason);
+            log(LogLevel::Info, text);
         }
         catch (const std::bad_alloc&)
         {
