@@ -136,36 +136,64 @@ std::int32_t supportClimb(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d, 
     }
 }
 
-/// The best of the neighbours in the blocks of one vertex.
+/// Largest of the lanes; a NaN lane may or may not be passed over.
+inline float largestLane(Lanes<float>::Vector v)
+{
+    const Lanes<float>::Vector halves = __builtin_shufflevector(v, v, 2, 3, 0, 1);
+    v = v > halves ? v : halves;
+    const Lanes<float>::Vector pairs = __builtin_shufflevector(v, v, 1, 0, 3, 2);
+    v = v > pairs ? v : pairs;
+    return v[0];
+}
+
+inline double largestLane(Lanes<double>::Vector v)
+{
+    return v[0] > v[1] ? v[0] : v[1];
+}
+
+template <class S>
+inline typename Lanes<S>::Vector blockProducts(const NeighbourBlock<S>& block, int lane,
+                                               const Eigen::Matrix<S, 3, 1>& d)
+{
+    using L = Lanes<S>;
+    return L::load(&block.x[lane]) * L::fill(d[0]) + L::load(&block.y[lane]) * L::fill(d[1]) +
+           L::load(&block.z[lane]) * L::fill(d[2]);
+}
+
+/// The best of the neighbours in the blocks of one vertex: its height, and the block that has it.
 template <class S>
 struct BlockMaximum
 {
     S height;
-    std::int32_t vertex;
+    const NeighbourBlock<S>* block;
+
+    /// The neighbour; found late, since most steps of a coherent climb only need to know that none is higher.
+    std::int32_t vertex(const Eigen::Matrix<S, 3, 1>& d) const
+    {
+        int lane = 0;
+        while (lane < 7 && !(block->x[lane] * d[0] + block->y[lane] * d[1] + block->z[lane] * d[2] == height))
+            ++lane;
+        return block->id[lane];
+    }
 };
 
 template <class S>
 inline BlockMaximum<S> blockMaximum(const NeighbourBlock<S>* block, const NeighbourBlock<S>* end,
                                     const Eigen::Matrix<S, 3, 1>& d)
 {
-    using L = Lanes<S>;
-    using Vector = typename L::Vector;
-    const Vector dx = L::fill(d[0]), dy = L::fill(d[1]), dz = L::fill(d[2]);
-    BlockMaximum<S> result = {-std::numeric_limits<S>::infinity(), -1};
+    using Vector = typename Lanes<S>::Vector;
+    BlockMaximum<S> result = {-std::numeric_limits<S>::infinity(), block};
     for (; block != end; ++block)
     {
-        alignas(16) S heights[8];
-        for (int k = 0; k < 8; k += L::kWidth)
+        Vector best = blockProducts(*block, 0, d);
+        for (int lane = Lanes<S>::kWidth; lane < 8; lane += Lanes<S>::kWidth)
         {
-            const Vector h =
-                L::load(&block->x[k]) * dx + L::load(&block->y[k]) * dy + L::load(&block->z[k]) * dz;
-            std::memcpy(heights + k, &h, sizeof(h));
+            const Vector products = blockProducts(*block, lane, d);
+            best = best > products ? best : products;
         }
-        // A tree of selections: three dependent steps instead of seven.
-        const auto better = [&heights](int i, int j) { return heights[j] > heights[i] ? j : i; };
-        const int lane = better(better(better(0, 1), better(2, 3)), better(better(4, 5), better(6, 7)));
-        if (heights[lane] > result.height)
-            result = {heights[lane], block->id[lane]};
+        const S height = largestLane(best);
+        if (height > result.height)
+            result = {height, block};
     }
     return result;
 }
@@ -187,7 +215,7 @@ std::int32_t supportClimbArtificial(const Hull<S>& hull, const Eigen::Matrix<S, 
         // Comparison order: if a product is NaN, neither of the first two holds, and the scan ends the search.
         if (best.height > height)
         {
-            vertex = best.vertex;
+            vertex = best.vertex(d);
             height = best.height;
             continue;
         }

@@ -181,7 +181,7 @@ TEST(Support, ArtificialNeighboursLeadOffEveryPlateau)
                 const auto best = blockMaximum(hull.blocksBegin(vertex), hull.blocksEnd(vertex), d);
                 if (!(best.height > supportProduct(hull, vertex, d)))
                     break;
-                vertex = best.vertex;
+                vertex = best.vertex(d);
             }
             const double deficit =
                 supportProduct(hull, supportLinear(hull, d), d) - supportProduct(hull, vertex, d);
