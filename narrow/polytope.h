@@ -70,8 +70,11 @@ public:
         int kept = 0;
         for (int i = 0; i < m_faceCount; ++i)
         {
-            if (!m_isVisible[i])
-                m_faces[kept++] = m_faces[i];
+            if (m_isVisible[i])
+                continue;
+            if (kept != i)
+                m_faces[kept] = m_faces[i];
+            ++kept;
         }
         m_faceCount = kept;
         for (int i = 0; i < m_edgeCount && m_isValid; ++i)

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+#include <type_traits>
 
 /// Support searches: the vertex of a hull with the largest product d.v.
 ///
@@ -42,7 +43,9 @@ template <class S>
 struct Lanes
 {
     static constexpr int kWidth = static_cast<int>(16 / sizeof(S));
+    using Integer = std::conditional_t<sizeof(S) == 4, std::int32_t, std::int64_t>;
     typedef S Vector __attribute__((vector_size(16)));
+    typedef Integer Mask __attribute__((vector_size(16)));  ///< what a comparison of two vectors gives
 
     static Vector load(const S* p)
     {
@@ -51,7 +54,43 @@ struct Lanes
         return v;
     }
     static Vector fill(S value) { return Vector{} + value; }
+    static Mask largest() { return Mask{} + std::numeric_limits<Integer>::max(); }
+    /// 0, 1, 2, ...
+    static Mask counting()
+    {
+        Mask lanes;
+        for (int lane = 0; lane < kWidth; ++lane)
+            lanes[lane] = lane;
+        return lanes;
+    }
 };
+
+/// Largest of the lanes; a NaN lane may or may not be passed over.
+inline float largestLane(Lanes<float>::Vector v)
+{
+    const Lanes<float>::Vector halves = __builtin_shufflevector(v, v, 2, 3, 0, 1);
+    v = v > halves ? v : halves;
+    const Lanes<float>::Vector pairs = __builtin_shufflevector(v, v, 1, 0, 3, 2);
+    v = v > pairs ? v : pairs;
+    return v[0];
+}
+
+inline double largestLane(Lanes<double>::Vector v)
+{
+    return v[0] > v[1] ? v[0] : v[1];
+}
+
+inline std::int32_t smallestLane(Lanes<float>::Mask v)
+{
+    const Lanes<float>::Mask halves = __builtin_shufflevector(v, v, 2, 3, 0, 1);
+    v = v < halves ? v : halves;
+    return v[0] < v[1] ? v[0] : v[1];
+}
+
+inline std::int64_t smallestLane(Lanes<double>::Mask v)
+{
+    return v[0] < v[1] ? v[0] : v[1];
+}
 
 template <class S>
 inline S supportProduct(const Hull<S>& hull, std::int32_t v, const Eigen::Matrix<S, 3, 1>& d)
@@ -70,7 +109,7 @@ std::int32_t supportLinear(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d)
     const auto product = [&](std::int32_t i)
     { return L::load(hull.x() + i) * dx + L::load(hull.y() + i) * dy + L::load(hull.z() + i) * dz; };
     Vector best0 = product(0), best1 = product(L::kWidth);
-    using Mask = decltype(best0 > best1);
+    using Mask = typename L::Mask;
     Mask where0 = {}, where1 = {};
     Mask index = {};
     for (std::int32_t i = 2 * L::kWidth; i < hull.paddedCount(); i += 2 * L::kWidth)
@@ -83,20 +122,12 @@ std::int32_t supportLinear(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d)
         where0 = m0 ? index : where0;
         where1 = m1 ? index : where1;
     }
-    S best = best0[0];
-    std::int32_t bestIndex = static_cast<std::int32_t>(where0[0]) * 2 * L::kWidth;
-    for (int lane = 0; lane < 2 * L::kWidth; ++lane)
-    {
-        const bool isFirst = lane < L::kWidth;
-        const int k = isFirst ? lane : lane - L::kWidth;
-        const S value = isFirst ? best0[k] : best1[k];
-        const std::int32_t vertex =
-            static_cast<std::int32_t>(isFirst ? where0[k] : where1[k]) * 2 * L::kWidth + lane;
-        const bool isBetter = value > best || (value == best && vertex < bestIndex);
-        best = isBetter ? value : best;
-        bestIndex = isBetter ? vertex : bestIndex;
-    }
-    return bestIndex < hull.vertexCount() ? bestIndex : 0;
+    // Lowest vertex among the lanes that have the maximum; none if that is NaN.
+    const Vector best = L::fill(largestLane(best0 > best1 ? best0 : best1));
+    const Mask vertex0 = best0 == best ? where0 * (2 * L::kWidth) + L::counting() : L::largest();
+    const Mask vertex1 = best1 == best ? where1 * (2 * L::kWidth) + L::counting() + L::kWidth : L::largest();
+    const auto bestIndex = smallestLane(vertex0 < vertex1 ? vertex0 : vertex1);
+    return bestIndex < hull.vertexCount() ? static_cast<std::int32_t>(bestIndex) : 0;
 }
 
 /// Hill climbing over the natural neighbours, as in the thesis without artificial ones; the comparator.
@@ -134,21 +165,6 @@ std::int32_t supportClimb(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d, 
             ++counters->ties;
         return supportLinear(hull, d);
     }
-}
-
-/// Largest of the lanes; a NaN lane may or may not be passed over.
-inline float largestLane(Lanes<float>::Vector v)
-{
-    const Lanes<float>::Vector halves = __builtin_shufflevector(v, v, 2, 3, 0, 1);
-    v = v > halves ? v : halves;
-    const Lanes<float>::Vector pairs = __builtin_shufflevector(v, v, 1, 0, 3, 2);
-    v = v > pairs ? v : pairs;
-    return v[0];
-}
-
-inline double largestLane(Lanes<double>::Vector v)
-{
-    return v[0] > v[1] ? v[0] : v[1];
 }
 
 template <class S>
