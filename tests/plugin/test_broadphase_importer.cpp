@@ -10,7 +10,7 @@
 #include <btBulletDynamicsCommon.h>
 #include <gtest/gtest.h>
 
-#include "broadphase_support.h"
+#include "tests/plugin/broadphase_support.h"
 #include <algorithm>
 #include <memory>
 #include <string>
