@@ -4,13 +4,14 @@
 // Saving a world with its contacts and restoring it with Bullet's importer, which finds the pairs of the saved manifolds
 // by the unique ids of their proxies.
 
+#include "tests/plugin/broadphase_support.h"
+
 #include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
 #include <BulletWorldImporter/btMultiBodyWorldImporter.h>
 #include <btBulletDynamicsCommon.h>
 #include <gtest/gtest.h>
 
-#include "tests/plugin/broadphase_support.h"
 #include <algorithm>
 #include <memory>
 #include <string>
@@ -124,6 +125,6 @@ TEST_P(BroadphaseImporter, RestoredWorldHasTheContactsThatWereSaved)
 }
 
 INSTANTIATE_TEST_SUITE_P(Worlds, BroadphaseImporter, testing::Bool(),
-                         [](const testing::TestParamInfo<bool>& info)
-                         { return std::string(info.param ? "Dbvt" : "Cullet"); });
+                         [](const testing::TestParamInfo<bool>& world)
+                         { return std::string(world.param ? "Dbvt" : "Cullet"); });
 }  // namespace cullet::test
