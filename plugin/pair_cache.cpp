@@ -223,15 +223,6 @@ btBroadphasePair* PairCache::append(const ProxyPair& sorted)
     return new (&m_pairs.expandNonInitializing()) btBroadphasePair(*sorted.first, *sorted.second);
 }
 
-std::size_t PairCache::addPairsUnfiltered(const ProxyPair* pairs, std::size_t count)
-{
-    const std::uint32_t before = size();
-    reserve(before + count);
-    for (std::size_t i = 0; i < count; ++i)
-        addPairUnfiltered(pairs[i].first, pairs[i].second);
-    return size() - before;
-}
-
 // Removing.
 
 void PairCache::cleanOverlappingPair(btBroadphasePair& pair, btDispatcher* dispatcher)
@@ -268,20 +259,6 @@ void* PairCache::removePair(Pair ids, btDispatcher* dispatcher)
 {
     const std::uint32_t index = indexOf(ids);
     return index != kNone ? removeAt(index, dispatcher) : nullptr;
-}
-
-std::size_t PairCache::removePairs(const Pair* ids, std::size_t count, btDispatcher* dispatcher)
-{
-    std::size_t found = 0;
-    for (std::size_t i = 0; i < count; ++i)
-    {
-        const std::uint32_t index = indexOf(ids[i]);
-        if (index == kNone)
-            continue;
-        removeAt(index, dispatcher);
-        ++found;
-    }
-    return found;
 }
 
 void PairCache::removeOverlappingPairsContainingProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher)

@@ -188,6 +188,9 @@ private:
     void growTo(std::size_t pairCount);
     bool hasMemory(const ProxyPair& sorted);
     btBroadphasePair* append(const ProxyPair& sorted);
+    void prefetchRemoval(const Pair* coming, std::size_t count);
+    void prefetchPair(std::uint32_t index);
+    void prefetchNeighbours(std::uint32_t index);
     void* removeAt(std::uint32_t index, btDispatcher* dispatcher);
     void* removeWithCallbacks(std::uint32_t index, btDispatcher* dispatcher);
     void* removeFollowed(const Cursor& cursor, btDispatcher* dispatcher);

@@ -52,6 +52,17 @@ public:
         return place.slot >= 0 ? m_blocks[place.block].indices[place.slot] : kNone;
     }
 
+    /// Asks memory for the block where a search begins.
+    void prefetch(std::uint64_t hash) const noexcept { __builtin_prefetch(&m_blocks[home(hash)]); }
+
+    /// The index that find() will probably give, after a look at one block only; or kNone.
+    std::uint32_t guess(std::uint64_t hash) const noexcept
+    {
+        const Block& block = m_blocks[home(hash)];
+        const unsigned slots = block.slotsWith(tagOf(hash));
+        return slots != 0 ? block.indices[__builtin_ctz(slots)] : kNone;
+    }
+
     /// Gives the entry another index. @pre there is an entry (hash, from)
     void replace(std::uint64_t hash, std::uint32_t from, std::uint32_t to) noexcept
     {

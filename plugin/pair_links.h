@@ -51,6 +51,25 @@ public:
         return isAnchor(after) ? kNone : after;
     }
 
+    /// Asks memory for the pair's nodes; prefetchNeighbours() after it, once they are here, for those next to them.
+    void prefetch(std::uint32_t pair) const noexcept { __builtin_prefetch(&m_nodes[2 * std::size_t{pair}]); }
+    void prefetchNeighbours(std::uint32_t pair) const noexcept
+    {
+        for (const Node& node : {m_nodes[2 * pair], m_nodes[2 * pair + 1]})
+        {
+            __builtin_prefetch(&at(node.next));
+            __builtin_prefetch(&at(node.previous));
+        }
+    }
+
+    /// Asks memory for the first node of the proxy's list.
+    void prefetchFirst(std::uint32_t id) const noexcept
+    {
+        const std::uint32_t node = first(id);
+        if (node != kNone)
+            __builtin_prefetch(&m_nodes[node]);
+    }
+
     std::size_t capacity() const noexcept { return m_capacity / 2; }
 
     /// Room for so many pairs. May throw std::bad_alloc and then changes nothing.
