@@ -92,8 +92,10 @@ public:
     {
         for (int i = 0; i < m_count; ++i)
         {
-            const bool isSameVertex =
-                s.vertexA >= 0 && s.vertexA == m_supports[i].vertexA && s.vertexB == m_supports[i].vertexB;
+            // A shape without vertices says -1 for every point.
+            const bool isSameVertex = s.vertexA >= 0 && s.vertexB >= 0 &&
+                                      s.vertexA == m_supports[i].vertexA &&
+                                      s.vertexB == m_supports[i].vertexB;
             if (isSameVertex || s.w == m_points[i])
                 return true;
         }
