@@ -127,28 +127,49 @@ struct ScatterRows
     }
 };
 
-/// Records that one box has to be tested against, as ranges.
-///
-/// Collecting the ranges of all rows first and then walking through them in one loop keeps the lanes of a warp together:
-/// each has some records in some of its rows, but nearly as many in all as its neighbours.
-struct RowRanges
+CULLET_HOST_DEVICE inline bool meets(const RowRecord& a, const RowRecord& b)
 {
-    static constexpr std::uint32_t kCapacity = 32;
+    return a.front.s0 <= b.front.s1 && b.front.s0 <= a.front.s1 && a.front.u0 <= b.front.u1 &&
+           b.front.u0 <= a.front.u1 && a.back.v0 <= b.back.v1 && b.back.v0 <= a.back.v1;
+}
 
-    struct alignas(8) Range
+/// Some records in a row.
+struct RowRange
+{
+    std::uint32_t begin, end;
+
+    CULLET_HOST_DEVICE std::uint32_t size() const { return begin < end ? end - begin : 0; }
+};
+
+/// The cells of one level around a box: countU x countV of them from (u, v) on, wrapped at sizeU x sizeV; and of each
+/// the bins from bin0 to bin1.
+struct RowWindow
+{
+    std::uint32_t u, v;
+    std::uint32_t countU, countV;
+    std::uint32_t sizeU, sizeV;
+    std::uint32_t bin0, bin1;
+};
+
+/// Walks through the cells of a window.
+struct RowCell
+{
+    std::uint32_t u, v;
+    std::uint32_t ku = 0, kv = 0;
+
+    CULLET_HOST_DEVICE explicit RowCell(const RowWindow& window) : u(window.u), v(window.v) {}
+
+    CULLET_HOST_DEVICE bool isEnd(const RowWindow& window) const { return kv >= window.countV; }
+
+    CULLET_HOST_DEVICE void advance(const RowWindow& window)
     {
-        std::uint32_t begin, end;
-    };
-
-    std::uint32_t count = 0;
-    Range ranges[kCapacity];
-
-    CULLET_HOST_DEVICE bool isFull() const { return count == kCapacity; }
-
-    CULLET_HOST_DEVICE void add(std::uint32_t begin, std::uint32_t end)
-    {
-        if (begin < end)
-            ranges[count++] = {begin, end};
+        u = u + 1 == window.sizeU ? 0 : u + 1;
+        if (++ku < window.countU)
+            return;
+        ku = 0;
+        u = window.u;
+        ++kv;
+        v = v + 1 == window.sizeV ? 0 : v + 1;
     }
 };
 
@@ -180,98 +201,67 @@ struct SearchRows
             return;
         }
         const RowRecord self = records[i];
-        RowRanges ranges;
-        std::uint32_t k = 0;
-        while (k + 1 < plan->levelCount && self.back.bin >= plan->levels[k + 1].firstBin)
-            ++k;
-        searchLevel(self, plan->levels[k], static_cast<std::uint32_t>(i) + 1, ranges, emit);
+        std::uint32_t k = levelOf(self);
+        searchLevel(self, plan->levels[k], static_cast<std::uint32_t>(i) + 1, emit);
         for (++k; k < plan->levelCount; ++k)
         {
-            const std::uint32_t first = plan->levels[k].firstBin;
-            const std::uint32_t last =
-                k + 1 < plan->levelCount ? plan->levels[k + 1].firstBin : plan->binCount;
-            if (binStarts[first] != binStarts[last])
-                searchLevel(self, plan->levels[k], 0, ranges, emit);
+            if (!isEmptyLevel(k))
+                searchLevel(self, plan->levels[k], 0, emit);
         }
-        scan(self, ranges, emit);
         searchSide(self.back.row, 0, emit);
     }
 
-private:
-    template <class Emit>
-    CULLET_HOST_DEVICE void searchLevel(const RowRecord& self, const RowLevel& level, std::uint32_t behind,
-                                        RowRanges& ranges, Emit& emit) const
+    /// The level of a record: its bins come after those of all finer ones.
+    CULLET_HOST_DEVICE std::uint32_t levelOf(const RowRecord& self) const
+    {
+        std::uint32_t k = 0;
+        while (k + 1 < plan->levelCount && self.back.bin >= plan->levels[k + 1].firstBin)
+            ++k;
+        return k;
+    }
+
+    CULLET_HOST_DEVICE bool isEmptyLevel(std::uint32_t k) const
+    {
+        const std::uint32_t first = plan->levels[k].firstBin;
+        const std::uint32_t last = k + 1 < plan->levelCount ? plan->levels[k + 1].firstBin : plan->binCount;
+        return binStarts[first] == binStarts[last];
+    }
+
+    /// The cells of a level that partners of a box may be in, wrapped, and the bins in each of them.
+    CULLET_HOST_DEVICE RowWindow windowOf(const RowRecord& self, const RowLevel& level) const
     {
         // A partner's minimum is at most `reach` before this box: rounding is monotone, so that holds exactly.
         const float u0 = cellOf(self.front.u0 - level.reach, plan->originU, level.inverse);
         const float v0 = cellOf(self.back.v0 - level.reach, plan->originV, level.inverse);
-        float countU = cellOf(self.front.u1, plan->originU, level.inverse) - u0 + 1.0f;
-        float countV = cellOf(self.back.v1, plan->originV, level.inverse) - v0 + 1.0f;
-        countU = countU < level.countU ? countU : level.countU;
-        countV = countV < level.countV ? countV : level.countV;
-        const std::uint32_t bin0 = binAlong(*plan, level, self.front.s0 - level.reach);
-        const std::uint32_t bin1 = binAlong(*plan, level, self.front.s1);
-        const std::uint32_t sizeU = static_cast<std::uint32_t>(level.countU);
-        const std::uint32_t sizeV = static_cast<std::uint32_t>(level.countV);
-        const std::uint32_t firstU = wrapped(u0, level.countU, level.inverseU);
-        std::uint32_t v = wrapped(v0, level.countV, level.inverseV);
-        for (float kv = 0; kv < countV; kv += 1.0f)
-        {
-            std::uint32_t u = firstU;
-            for (float ku = 0; ku < countU; ku += 1.0f)
-            {
-                const std::uint32_t cell = level.firstBin + (v * sizeU + u) * level.binCount;
-                // Cells before its own hold nothing that is behind it.
-                if (behind == 0 || cell + bin1 >= self.back.bin)
-                {
-                    const std::uint32_t begin = binStarts[cell + bin0];
-                    ranges.add(begin > behind ? begin : behind, binStarts[cell + bin1 + 1]);
-                    if (ranges.isFull())
-                        scan(self, ranges, emit);
-                }
-                u = u + 1 == sizeU ? 0 : u + 1;
-            }
-            v = v + 1 == sizeV ? 0 : v + 1;
-        }
+        const float countU = cellOf(self.front.u1, plan->originU, level.inverse) - u0 + 1.0f;
+        const float countV = cellOf(self.back.v1, plan->originV, level.inverse) - v0 + 1.0f;
+        RowWindow window;
+        window.sizeU = static_cast<std::uint32_t>(level.countU);
+        window.sizeV = static_cast<std::uint32_t>(level.countV);
+        window.countU = static_cast<std::uint32_t>(countU < level.countU ? countU : level.countU);
+        window.countV = static_cast<std::uint32_t>(countV < level.countV ? countV : level.countV);
+        window.u = wrapped(u0, level.countU, level.inverseU);
+        window.v = wrapped(v0, level.countV, level.inverseV);
+        window.bin0 = binAlong(*plan, level, self.front.s0 - level.reach);
+        window.bin1 = binAlong(*plan, level, self.front.s1);
+        return window;
     }
 
-    /// Tests the records of the ranges and empties the list.
-    template <class Emit>
-    CULLET_HOST_DEVICE void scan(const RowRecord& self, RowRanges& ranges, Emit& emit) const
+    /// The records in cell (u, v) of a level that are to be tested against this one.
+    ///
+    /// @param behind 0, or on its own level the index of the record behind this one
+    CULLET_HOST_DEVICE RowRange rangeOf(const RowRecord& self, const RowLevel& level, const RowWindow& window,
+                                        std::uint32_t u, std::uint32_t v, std::uint32_t behind) const
     {
-        std::uint32_t j = 0;
-        std::uint32_t end = 0;
-        std::uint32_t next = 0;
-        std::uint32_t tests = 0;
-        while (true)
-        {
-            if (j == end)
-            {
-                if (next == ranges.count)
-                    break;
-                j = ranges.ranges[next].begin;
-                end = ranges.ranges[next].end;
-                ++next;
-            }
-            const RowRecord::Front front = records[j].front;
-            if (self.front.s0 <= front.s1 && front.s0 <= self.front.s1 && self.front.u0 <= front.u1 &&
-                front.u0 <= self.front.u1)
-                testBack(self, records[j].back, emit);
-            ++j;
-            ++tests;
-        }
-        ranges.count = 0;
-        emit.tested(tests);
+        const std::uint32_t cell = level.firstBin + (v * window.sizeU + u) * level.binCount;
+        // Cells before its own hold nothing that is behind it.
+        if (behind != 0 && cell + window.bin1 < self.back.bin)
+            return {0, 0};
+        const std::uint32_t begin = binStarts[cell + window.bin0];
+        return {begin > behind ? begin : behind, binStarts[cell + window.bin1 + 1]};
     }
 
-    template <class Emit>
-    CULLET_HOST_DEVICE void testBack(const RowRecord& self, const RowRecord::Back back, Emit& emit) const
-    {
-        const IdPair pair = {self.back.row, back.row};
-        if (self.back.v0 <= back.v1 && back.v0 <= self.back.v1 && isNew(pair))
-            emit.push(pair);
-    }
-
+    /// Finds the partners of a box on the side list among its records from `begin` on.
     template <class Emit>
     CULLET_HOST_DEVICE void searchSide(std::uint32_t row, std::uint32_t begin, Emit& emit) const
     {
@@ -283,6 +273,30 @@ private:
                 emit.push(pair);
         }
         emit.tested(count > begin ? count - begin : 0);
+    }
+
+    /// Tests the record against those of a range, one after the other.
+    template <class Emit>
+    CULLET_HOST_DEVICE void scan(const RowRecord& self, RowRange range, Emit& emit) const
+    {
+        for (std::uint32_t j = range.begin; j < range.end; ++j)
+        {
+            const RowRecord other = records[j];
+            const IdPair pair = {self.back.row, other.back.row};
+            if (meets(self, other) && isNew(pair))
+                emit.push(pair);
+        }
+        emit.tested(range.size());
+    }
+
+private:
+    template <class Emit>
+    CULLET_HOST_DEVICE void searchLevel(const RowRecord& self, const RowLevel& level, std::uint32_t behind,
+                                        Emit& emit) const
+    {
+        const RowWindow window = windowOf(self, level);
+        for (RowCell cell(window); !cell.isEnd(window); cell.advance(window))
+            scan(self, rangeOf(self, level, window, cell.u, cell.v, behind), emit);
     }
 };
 }  // namespace cullet::psap
