@@ -71,7 +71,8 @@ struct BackendStats
     std::uint64_t levels = 0;      ///< grid levels in use
     std::uint64_t unbounded = 0;   ///< boxes on the side list of unbounded boxes
     std::uint64_t bytes = 0;       ///< memory held, bytes
-    std::uint64_t rebuildsTotal = 0;  ///< updates that took the clear-and-rebuild path
+    std::uint64_t rebuildsTotal = 0;     ///< updates that took the clear-and-rebuild path
+    std::uint64_t swaps[3] = {0, 0, 0};  ///< sweep and prune: swaps of neighbouring limits, by axis
 };
 
 /// Finds the overlapping pairs of a set of boxes and reports how the set changed.
@@ -126,6 +127,10 @@ struct GridOptions
     float rebuildFraction = -1.0f;
     /// Slow-path switch for tests and comparisons: use no instructions beyond the x86-64 baseline.
     bool baselineSimd = false;
+    /// Rows up to which every changed box is tested against all others, without a grid; kMeasured: where that is faster
+    /// on this processor. Any value gives the same pairs. GridLayout::Rows only.
+    static constexpr std::uint32_t kMeasured = 0xffffffffu;
+    std::uint32_t flatLimit = kMeasured;
 };
 
 /// Which of the two searches a sweep-and-prune backend runs. The pairs are the same.
@@ -186,6 +191,9 @@ std::unique_ptr<Backend> makeGridBackend(const GridOptions& options = {});
 
 /// Tests every pair of boxes in every update: O(n^2), the oracle of the tests, and fine below about 100 boxes.
 std::unique_ptr<Backend> makeBruteForceBackend();
+
+/// Incremental sweep and prune, the lecture's: for comparison, and for scenes that move a little and evenly.
+std::unique_ptr<Backend> makeSapBackend();
 
 /// The steps of the CUDA backend run by the CPU: the reference of that backend, and the thesis's algorithm for study.
 std::unique_ptr<Backend> makeHostPsapBackend(const PsapOptions& options = {});

@@ -2,16 +2,15 @@
 // SPDX-License-Identifier: Zlib
 #include "broad/cell_grid_backend.h"
 
+#include "broad/known_rows.h"
+
 #include <algorithm>
-#include <limits>
 #include <new>
-#include <unordered_map>
 
 namespace cullet
 {
 namespace
 {
-constexpr std::uint32_t kNoRow = std::numeric_limits<std::uint32_t>::max();
 // Where the two ways cost the same depends on the sizes: near 1 for equal boxes, near 0.35 for sizes over three decades.
 constexpr double kAutomaticRebuildFraction = 0.5;
 constexpr float kSmallestCellScale = 0.125f;  // cells of an eighth of the box: up to 9^3 of them for a box
@@ -44,19 +43,7 @@ void CellGridBackend::findRowsOfKnown(const ProxyView& proxies)
 {
     if (m_known.empty())
         return;
-    std::unordered_map<std::uint32_t, std::uint32_t> rowOf;
-    for (std::uint32_t row = 0; row < proxies.size; ++row)
-    {
-        if (isValid(proxies.boxes[row]))
-            rowOf[proxies.uniqueIds[row]] = row;
-    }
-    const auto find = [&](std::uint32_t id)
-    {
-        const auto found = rowOf.find(id);
-        return found != rowOf.end() ? found->second : kNoRow;
-    };
-    for (const Pair pair : m_known)
-        m_pairs.push_back({pair, find(pair.first), find(pair.second)});
+    m_pairs = findRowsOf(m_known, proxies);
     m_known.clear();
 }
 

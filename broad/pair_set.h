@@ -44,6 +44,19 @@ public:
         ++m_count;
     }
 
+    std::size_t count() const { return m_count; }
+
+    /// Calls visit(key) for every pair, in no particular order; visit() must not change the set.
+    template <class Visit>
+    void forEach(Visit visit) const
+    {
+        for (const std::uint64_t key : m_slots)
+        {
+            if (key != kFree)
+                visit(key);
+        }
+    }
+
     bool contains(std::uint64_t key) const { return m_count != 0 && m_slots[find(key)] == key; }
 
     /// Removes the key and tells whether it was there. Entries behind it close up, so that no tombstones gather.

@@ -76,6 +76,7 @@ const std::vector<BackendCase>& backendCases()
         cells("CellsTwentyWide", withCellScale(20)),
         cells("CellsAlwaysRebuild", withRebuildFraction(0)),
         cells("CellsNeverRebuild", withRebuildFraction(1)),
+        {"Sap", [] { return makeSapBackend(); }},
         {"Psap", [] { return makeHostPsapBackend(); }},
     };
     return cases;

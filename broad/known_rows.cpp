@@ -1,0 +1,27 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "broad/known_rows.h"
+
+#include <unordered_map>
+
+namespace cullet
+{
+std::vector<RowPair> findRowsOf(const std::vector<Pair>& known, const ProxyView& proxies)
+{
+    std::vector<RowPair> pairs;
+    std::unordered_map<std::uint32_t, std::uint32_t> rowOf;
+    for (std::uint32_t row = 0; row < proxies.size && !known.empty(); ++row)
+    {
+        if (isValid(proxies.boxes[row]))
+            rowOf[proxies.uniqueIds[row]] = row;
+    }
+    const auto find = [&](std::uint32_t id)
+    {
+        const auto found = rowOf.find(id);
+        return found != rowOf.end() ? found->second : kNoRow;
+    };
+    for (const Pair pair : known)
+        pairs.push_back({pair, find(pair.first), find(pair.second)});
+    return pairs;
+}
+}  // namespace cullet

@@ -1,0 +1,18 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/backend.h"
+#include "broad/pair_diff.h"
+
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+namespace cullet
+{
+inline constexpr std::uint32_t kNoRow = std::numeric_limits<std::uint32_t>::max();
+
+/// The rows of pairs given to Backend::restart(); kNoRow for ids without a valid box. O(rows + pairs), none: O(1).
+std::vector<RowPair> findRowsOf(const std::vector<Pair>& known, const ProxyView& proxies);
+}  // namespace cullet
