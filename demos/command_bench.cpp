@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "demos/command_bench.h"
+
 #include "demos/bench/event_scenes.h"
 #include "demos/bench/frames_bench.h"
 #include "demos/bench/world_bench.h"
-#include "demos/commands.h"
 #include "demos/program/exit_code.h"
 #include "demos/program/interrupt.h"
 #include "demos/program/machine.h"
@@ -16,14 +17,14 @@
 
 namespace cullet
 {
-namespace
+void addFileOptions(CLI::App& command, FileOptions& files)
 {
-struct FileOptions
-{
-    std::string precision = ownPrecision();
-    std::string json;
-    std::string csv;
-};
+    command.add_option("--precision", files.precision, "of Bullet")
+        ->capture_default_str()
+        ->check(CLI::IsMember({"float", "double"}));
+    command.add_option("--json", files.json, "write results to this file");
+    command.add_option("--csv", files.csv, "write results to this file");
+}
 
 void requireReleaseBuild()
 {
@@ -38,6 +39,8 @@ void printHead()
                 ownPrecision().c_str());
 }
 
+namespace
+{
 void requireKnownScene(const std::string& name)
 {
     if (findBoxScene(name) != nullptr || findEventScene(name) != nullptr)
@@ -155,15 +158,6 @@ int benchWorld(const WorldOptions& options, const FileOptions& files)
     return isInterrupted() ? kExitInterrupted : kExitOk;
 }
 
-void addFileOptions(CLI::App& command, FileOptions& files)
-{
-    command.add_option("--precision", files.precision, "of Bullet")
-        ->capture_default_str()
-        ->check(CLI::IsMember({"float", "double"}));
-    command.add_option("--json", files.json, "write results to this file");
-    command.add_option("--csv", files.csv, "write results to this file");
-}
-
 void addBroad(CLI::App& bench, Action& chosen)
 {
     CLI::App* command =
@@ -239,9 +233,10 @@ void addWorld(CLI::App& bench, Action& chosen)
 
 void addBenchCommand(CLI::App& program, Action& chosen)
 {
-    CLI::App* command = program.add_subcommand("bench", "Measure against Bullet's own broad phases");
+    CLI::App* command = program.add_subcommand("bench", "Measure against Bullet and other libraries");
     command->require_subcommand(1);
     addBroad(*command, chosen);
     addWorld(*command, chosen);
+    addNarrowBench(*command, chosen);
 }
 }  // namespace cullet

@@ -40,12 +40,12 @@ TEST_F(BenchCommand, EveryBackendFindsTheSamePairsInEveryScene)
 {
     Outcome outcome;
     const json document = runForJson(
-        "bench broad --scene W1,W2,W3,W3b,W4,W5,pile,static --bodies 300 "
+        "bench broad --scene W1,W2,W3,W3b,W3fresh,W4,W5,pile,static --bodies 300 "
         "--backend grid,grid-cells,brute,dbvt,dbvt-deferred,dbvt-m0,axissweep --frames 3 "
         "--warmup 1",
         &outcome);
     ASSERT_EQ(outcome.code, 0) << outcome.output << outcome.errors;
-    ASSERT_EQ(document["rows"].size(), 8u * 7u);
+    ASSERT_EQ(document["rows"].size(), 9u * 7u);
     std::map<std::string, std::set<std::string>> hashes;
     for (const json& row : document["rows"])
     {
@@ -194,6 +194,40 @@ TEST_F(BenchCommand, MeasuresWholeSteps)
     }
     EXPECT_EQ(runProgram("bench world --falling 5:2").code, 2);
     EXPECT_EQ(runProgram("bench world --backend nothing").code, 2);
+}
+
+TEST_F(BenchCommand, MeasuresNarrowQueriesAndChecksTheirAnswers)
+{
+    Outcome outcome;
+    const json document = runForJson(
+        "bench narrow --shape box8,ico12 --regime separated,overlapping --query boolean,distance,contacts "
+        "--repetitions 1",
+        &outcome);
+    ASSERT_EQ(outcome.code, 0) << outcome.errors;
+    int rowCount = 0, meanCount = 0;
+    for (const json& row : document["rows"])
+    {
+        const bool isMean = row["scene"] == "regular";
+        ++(isMean ? meanCount : rowCount);
+        EXPECT_GT(row["ns_per_query"], 0.0);
+        EXPECT_GT(row["bullet_over_this"], 0.0);
+        if (isMean || row["backend"] != "cullet")
+            continue;
+        expectColumns(row);
+        EXPECT_EQ(row["wrong"], 0) << row.dump();
+        EXPECT_LT(row["max_error"], 2e-7) << row.dump();
+        // Separated and remembered: two supports, and nothing else.
+        if (row["temperature"] == "warm" && row["regime"] == "separated" &&
+            row["benchmark"] == "narrow.boolean")
+        {
+            EXPECT_LT(row["iterations"], 0.2);
+            EXPECT_NEAR(row["supports"].get<double>(), 2.0, 0.5);
+        }
+    }
+    // Two shapes, two regimes, three queries; cullet warm and cold, and Bullet.
+    EXPECT_EQ(rowCount, 2 * 2 * 3 * 3);
+    EXPECT_EQ(meanCount, 2 * 3 * 3);
+    EXPECT_EQ(runProgram("bench narrow --shape sphere").code, 2);
 }
 
 TEST_F(BenchCommand, UnknownNamesAreAnsweredWithTheKnownOnes)

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "demos/scenes/hull_pairs.h"
 #include "narrow/gjk.h"
 #include "narrow/isa_gjk.h"
-#include "tests/narrow/pair_scenes.h"
 #include "tests/narrow/shapes.h"
 
 #include <gtest/gtest.h>

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "demos/scenes/distance_oracle.h"
+#include "demos/scenes/hull_pairs.h"
 #include "narrow/gjk.h"
 #include "tests/narrow/boolean_check.h"
-#include "tests/narrow/distance_oracle.h"
-#include "tests/narrow/pair_scenes.h"
 #include "tests/narrow/shapes.h"
 
 #include <gtest/gtest.h>

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "demos/scenes/distance_oracle.h"
+#include "demos/scenes/hull_pairs.h"
 #include "narrow/epa.h"
 #include "narrow/exact_penetration.h"
 #include "narrow/isa_gjk.h"
-#include "tests/narrow/distance_oracle.h"
-#include "tests/narrow/pair_scenes.h"
 #include "tests/narrow/shapes.h"
 
 #include <gtest/gtest.h>

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "demos/scenes/hull_points.h"
 #include "narrow/gjk.h"
 #include "narrow/posed_hull.h"
-#include "tests/narrow/shapes.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -15,7 +15,7 @@
 #include <vector>
 
 /// Pairs of posed hulls at chosen gaps, single and along trajectories, for the queries' tests and benchmark.
-namespace cullet::test
+namespace cullet
 {
 template <class S>
 struct Pose
@@ -84,4 +84,4 @@ void moveALittle(PairScene<S>& scene, double step, std::mt19937& engine)
     scene.b.basis = q.normalized().toRotationMatrix().template cast<S>();
     scene.b.origin += (step * randomDirection(engine)).template cast<S>();
 }
-}  // namespace cullet::test
+}  // namespace cullet

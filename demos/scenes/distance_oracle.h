@@ -16,7 +16,7 @@
 #include <vector>
 
 /// The truth about two posed hulls, in long double and independent of the library's simplex solver and searches.
-namespace cullet::test
+namespace cullet
 {
 using LongVector = Eigen::Matrix<long double, 3, 1>;
 
@@ -164,4 +164,4 @@ private:
 
     std::vector<LongVector> m_a, m_b;
 };
-}  // namespace cullet::test
+}  // namespace cullet

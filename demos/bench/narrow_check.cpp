@@ -1,0 +1,67 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/bench/narrow_check.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+constexpr double kUndecided = 1e-6;
+constexpr double kLargestError = 1e-4;
+/// Of the queries of a trajectory, the share whose depths are checked.
+constexpr std::size_t kDepthStride = 101;
+constexpr int kMostVerticesOfDepth = 200;
+}  // namespace
+
+NarrowErrors NarrowCheck::check(const std::vector<NarrowAnswer>& answers)
+{
+    NarrowErrors errors;
+    for (std::size_t i = 0; i < answers.size(); ++i)
+    {
+        if (isBooleanWrong(i, answers[i]))
+        {
+            ++errors.wrong;
+            continue;
+        }
+        const double error = errorOf(i, answers[i]);
+        errors.wrong += error > kLargestError;
+        errors.largest = std::max(errors.largest, error);
+    }
+    return errors;
+}
+
+bool NarrowCheck::isBooleanWrong(std::size_t query, const NarrowAnswer& answer)
+{
+    const Bounds& truth = m_trajectories.truth(query);
+    if (answer.isOverlapping == truth.isInside)
+        return false;
+    return (truth.isInside ? depth(query) : static_cast<double>(truth.upper)) >= kUndecided;
+}
+
+double NarrowCheck::errorOf(std::size_t query, const NarrowAnswer& answer)
+{
+    const Bounds& truth = m_trajectories.truth(query);
+    const bool isBoolean = m_query == NarrowQuery::Boolean;
+    if (isBoolean || answer.isOverlapping != truth.isInside || std::isnan(answer.distance))
+        return 0.0;
+    if (!truth.isInside)
+        return std::abs(answer.distance - static_cast<double>(truth.upper));
+    const bool isSampled =
+        query % kDepthStride == 0 && m_trajectories.hull().vertexCount() <= kMostVerticesOfDepth;
+    return m_query == NarrowQuery::Contacts && isSampled ? std::abs(answer.distance + depth(query)) : 0.0;
+}
+
+double NarrowCheck::depth(std::size_t query)
+{
+    const auto [place, isNew] = m_depths.try_emplace(query, 0.0);
+    if (isNew)
+        place->second = m_trajectories.depth(query);
+    return place->second;
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,131 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/bench/narrow_subject.h"
+#include "narrow/epa.h"
+#include "narrow/gjk.h"
+#include "narrow/isa_gjk.h"
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+using Cache = GjkCache<btScalar>;
+using Posed = PosedHull<btScalar>;
+
+/// Counts pairs of support points.
+struct CountingObserver
+{
+    void operator()(const Eigen::Vector3d&, double) { ++count; }
+    std::int64_t count = 0;
+};
+
+class CulletNarrow : public NarrowSubject
+{
+public:
+    explicit CulletNarrow(const NarrowRequest& request) : m_request(request) {}
+
+    void run(std::vector<NarrowAnswer>& answers) override
+    {
+        NoObserver observer;
+        runAll(answers, observer);
+    }
+
+    NarrowWork countWork() override
+    {
+        std::vector<NarrowAnswer> answers(m_request.trajectories.scenes().size());
+        CountingObserver observer;
+        const std::int64_t iterations = runAll(answers, observer);
+        const double count = static_cast<double>(answers.size());
+        return {static_cast<double>(iterations) / count, 2.0 * static_cast<double>(observer.count) / count};
+    }
+
+private:
+    /// @return iterations
+    template <class Observer>
+    std::int64_t runAll(std::vector<NarrowAnswer>& answers, Observer& observer)
+    {
+        switch (m_request.query)
+        {
+            case NarrowQuery::Boolean:
+                return forAll([&](const Posed& a, const Posed& b, Cache& cache, NarrowAnswer& answer)
+                              { return answerBoolean(a, b, cache, answer, observer); },
+                              answers);
+            case NarrowQuery::Distance:
+                return forAll([&](const Posed& a, const Posed& b, Cache& cache, NarrowAnswer& answer)
+                              { return answerDistance(a, b, cache, answer, observer); },
+                              answers);
+            default:
+                return forAll([&](const Posed& a, const Posed& b, Cache& cache, NarrowAnswer& answer)
+                              { return answerContact(a, b, cache, answer, observer); },
+                              answers);
+        }
+    }
+
+    template <class Answer>
+    std::int64_t forAll(const Answer& answer, std::vector<NarrowAnswer>& answers)
+    {
+        const std::vector<PairScene<btScalar>>& scenes = m_request.trajectories.scenes();
+        std::vector<Cache> caches(NarrowTrajectories::kPairs);
+        std::int64_t iterations = 0;
+        for (std::size_t i = 0; i < scenes.size(); ++i)
+        {
+            Cache& cache = caches[i % NarrowTrajectories::kPairs];
+            if (!m_request.isWarm)
+                cache = Cache();
+            const PairScene<btScalar>& s = scenes[i];
+            const Posed a(*s.hullA, s.a.basis, s.a.origin, m_request.support);
+            const Posed b(*s.hullB, s.b.basis, s.b.origin, m_request.support);
+            iterations += answer(a, b, cache, answers[i]);
+        }
+        return iterations;
+    }
+
+    template <class Observer>
+    static std::int32_t answerBoolean(const Posed& a, const Posed& b, Cache& cache, NarrowAnswer& answer,
+                                      Observer& observer)
+    {
+        const GjkResult<btScalar> result = isaGjk(a, b, btScalar(0), cache, observer);
+        answer.isOverlapping = result.state == GjkState::Overlapping;
+        return result.iterations;
+    }
+
+    template <class Observer>
+    static std::int32_t answerDistance(const Posed& a, const Posed& b, Cache& cache, NarrowAnswer& answer,
+                                       Observer& observer)
+    {
+        const GjkResult<btScalar> result =
+            gjkDistance(a, b, std::numeric_limits<btScalar>::infinity(), cache, observer);
+        answer.isOverlapping = result.state == GjkState::Overlapping;
+        answer.distance = result.distance;
+        return result.iterations;
+    }
+
+    /// The pairs that are too far apart end at the axis test, as most pairs of a world do.
+    template <class Observer>
+    static std::int32_t answerContact(const Posed& a, const Posed& b, Cache& cache, NarrowAnswer& answer,
+                                      Observer& observer)
+    {
+        answer = {};
+        const GjkResult<btScalar> near = gjkDistance(a, b, btScalar(kContactDistance), cache, observer);
+        if (near.state == GjkState::Near)
+            answer.distance = near.distance;
+        if (near.state != GjkState::Overlapping)
+            return near.iterations;
+        const PenetrationResult<btScalar> deep = penetration(a, b, cache);
+        answer.isOverlapping = true;
+        answer.distance = -deep.depth;
+        return near.iterations + deep.iterations;
+    }
+
+    NarrowRequest m_request;
+};
+}  // namespace
+
+std::unique_ptr<NarrowSubject> makeCulletNarrow(const NarrowRequest& request)
+{
+    return std::make_unique<CulletNarrow>(request);
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,24 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/bench/narrow_subject.h"
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+const std::vector<NarrowSubjectInfo>& narrowSubjects()
+{
+    static const std::vector<NarrowSubjectInfo> subjects = {
+        {"cullet", "ISA-GJK, GJK and EPA of this library", true, makeCulletNarrow},
+        {"bullet", "btGjkPairDetector with btGjkEpaPenetrationDepthSolver", false, makeBulletNarrow},
+#ifdef CULLET_BENCH_CCD
+        {"ccd", "libccd: GJK (boolean), MPR (contacts); no distance", false, makeCcdNarrow},
+#endif
+#ifdef CULLET_BENCH_FCL
+        {"fcl", "FCL's own GJK and EPA on its Convex", false, makeFclNarrow},
+#endif
+    };
+    return subjects;
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

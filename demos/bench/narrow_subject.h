@@ -1,0 +1,78 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "demos/bench/narrow_trajectories.h"
+#include "narrow/support.h"
+
+#include <limits>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+/// What is asked about a pair.
+enum class NarrowQuery
+{
+    Boolean,   ///< do the shapes overlap?
+    Distance,  ///< how far apart are they; 0 if they overlap
+    Contacts  ///< normal, points and signed distance of one contact, if the shapes are nearer than kContactDistance
+};
+
+constexpr double kContactDistance = 0.02;  ///< Bullet's gContactBreakingThreshold
+
+struct NarrowAnswer
+{
+    bool isOverlapping = false;
+    /// Negative for a depth; NaN if the query did not ask for it, or the shapes are farther apart than asked.
+    double distance = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// Mean work per query; negative: not known.
+struct NarrowWork
+{
+    double iterations = -1.0;
+    double supports = -1.0;  ///< support points, those of both shapes counted
+};
+
+struct NarrowRequest
+{
+    const NarrowTrajectories& trajectories;
+    NarrowQuery query;
+    bool isWarm;  ///< a pair remembers its last query; ignored by those that cannot
+    SupportMethod support = SupportMethod::Automatic;
+};
+
+/// One library's answers to all queries of some trajectories.
+class NarrowSubject
+{
+public:
+    virtual ~NarrowSubject() = default;
+
+    /// Answers every query in order, without memory of an earlier call. Timed.
+    virtual void run(std::vector<NarrowAnswer>& answers) = 0;
+
+    /// Runs once more and counts; not timed.
+    virtual NarrowWork countWork() { return {}; }
+};
+
+struct NarrowSubjectInfo
+{
+    const char* name;
+    const char* summary;
+    bool canBeWarm;
+    std::unique_ptr<NarrowSubject> (*make)(const NarrowRequest& request);
+};
+
+/// The libraries that this program was built with.
+const std::vector<NarrowSubjectInfo>& narrowSubjects();
+
+std::unique_ptr<NarrowSubject> makeCulletNarrow(const NarrowRequest& request);
+std::unique_ptr<NarrowSubject> makeBulletNarrow(const NarrowRequest& request);
+std::unique_ptr<NarrowSubject> makeCcdNarrow(const NarrowRequest& request);
+std::unique_ptr<NarrowSubject> makeFclNarrow(const NarrowRequest& request);
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

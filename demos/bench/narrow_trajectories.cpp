@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/bench/narrow_trajectories.h"
+
+#include "narrow/exact_penetration.h"
+
+#include <cmath>
+#include <limits>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Moves B to a gap along the axis of the distance that it has a little farther out.
+void setGapOutwards(PairScene<btScalar>& scene, double gap)
+{
+    const Eigen::Vector3d home = scene.b.origin.cast<double>();
+    const Eigen::Vector3d away = (home - scene.a.origin.cast<double>()).normalized();
+    // The first is enough but for shapes that are large and thin.
+    for (const double step : {0.3, 1.0, 4.0})
+    {
+        scene.b.origin = (home + step * away).cast<btScalar>();
+        GjkCache<double> cache;
+        const GjkResult<double> far = gjkDistance(scene.posedA(), scene.posedB(), kInfinity, cache);
+        if (far.state != GjkState::Near)
+            continue;
+        scene.b.origin += ((far.distance - gap) * far.axis).cast<btScalar>();
+        return;
+    }
+}
+}  // namespace
+
+const std::vector<NarrowRegime>& narrowRegimes()
+{
+    static const std::vector<NarrowRegime> regimes = {{"separated", 0.02, 0.08},
+                                                      {"near", 1e-3, 3e-3},
+                                                      {"crossing", -0.03, 0.03},
+                                                      {"overlapping", -0.05, -0.01}};
+    return regimes;
+}
+
+NarrowTrajectories::NarrowTrajectories(const Hull<btScalar>& hull, const NarrowRegime& regime, unsigned seed)
+    : m_hull(hull)
+{
+    std::mt19937 engine(seed);
+    std::uniform_real_distribution<double> phase(0.0, 6.28);
+    std::vector<PairScene<btScalar>> pairs;
+    std::vector<double> phases;
+    for (int pair = 0; pair < kPairs; ++pair)
+    {
+        pairs.push_back(randomPair(hull, hull, 0.05, 0.0, engine));
+        phases.push_back(phase(engine));
+    }
+    for (int frame = 0; frame < kFrames; ++frame)
+        addFrame(pairs, regime, phases, frame, engine);
+    for (const PairScene<btScalar>& scene : m_scenes)
+        m_truth.push_back(DistanceOracle(scene.posedA(), scene.posedB()).solve());
+}
+
+void NarrowTrajectories::addFrame(std::vector<PairScene<btScalar>>& pairs, const NarrowRegime& regime,
+                                  const std::vector<double>& phases, int frame, std::mt19937& engine)
+{
+    for (int pair = 0; pair < kPairs; ++pair)
+    {
+        moveALittle(pairs[pair], 0.01, engine);
+        const double swing = 0.5 + 0.5 * std::sin(phases[pair] + 0.15 * frame);
+        setGapOutwards(pairs[pair], regime.low + swing * (regime.high - regime.low));
+        m_scenes.push_back(pairs[pair]);
+    }
+}
+
+double NarrowTrajectories::depth(std::size_t query) const
+{
+    Eigen::Vector3d normal;
+    double depth = 0.0;
+    exactPenetration(m_scenes[query].posedA(), m_scenes[query].posedB(), normal, depth);
+    return depth;
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/bench/narrow_bench.h"
+#include "demos/command_bench.h"
+#include "demos/program/exit_code.h"
+#include "demos/program/interrupt.h"
+
+#include <memory>
+
+namespace cullet
+{
+namespace
+{
+int benchNarrow(const NarrowOptions& options, const FileOptions& files)
+{
+    requireReleaseBuild();
+    ResultFile file({{"command", "bench narrow"},
+                     {"shape", options.shapes},
+                     {"regime", options.regimes},
+                     {"query", options.queries},
+                     {"algorithm", options.algorithms},
+                     {"temperature", options.temperatures},
+                     {"support", options.supports},
+                     {"repetitions", options.repetitions},
+                     {"seed", options.seed},
+                     {"precision", ownPrecision()}},
+                    files.json, files.csv);
+    printHead();
+    runNarrowBench(options, file);
+    file.save();
+    return isInterrupted() ? kExitInterrupted : kExitOk;
+}
+
+void addList(CLI::App& command, const std::string& name, std::vector<std::string>& values,
+             const std::string& help, const std::vector<std::string>& known)
+{
+    command.add_option(name, values, help)
+        ->delimiter(',')
+        ->capture_default_str()
+        ->check(CLI::IsMember(known));
+}
+}  // namespace
+
+void addNarrowBench(CLI::App& bench, Action& chosen)
+{
+    CLI::App* command =
+        bench.add_subcommand("narrow", "Queries on pairs of convex hulls, against other libraries");
+    const auto options = std::make_shared<NarrowOptions>();
+    const auto files = std::make_shared<FileOptions>();
+    addList(*command, "--shape", options->shapes, "one or several", narrowShapeNames());
+    addList(*command, "--regime", options->regimes, "how far apart", namesOf(narrowRegimes()));
+    addList(*command, "--query", options->queries, "what is asked", narrowQueryNames());
+    addList(*command, "--algorithm", options->algorithms, "libraries; those found at build time",
+            namesOf(narrowSubjects()));
+    addList(*command, "--temperature", options->temperatures, "with and without the memory of a pair",
+            {"warm", "cold"});
+    addList(*command, "--support", options->supports, "support search of cullet", narrowSupportNames());
+    command->add_option("--repetitions", options->repetitions, "interleaved, of each case")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 100000));
+    command->add_option("--seed", options->seed, "of the trajectories")->capture_default_str();
+    addFileOptions(*command, *files);
+    command->callback([=, &chosen] { chosen = [=] { return benchNarrow(*options, *files); }; });
+}
+}  // namespace cullet
