@@ -174,7 +174,7 @@ public:
         }
     }
 
-    void sortKeys(const std::uint64_t* keys, std::uint64_t* sortedKeys, std::uint64_t count)
+    void sortKeys(const std::uint64_t* keys, std::uint64_t* sortedKeys, std::uint64_t count, int /*bits*/)
     {
         std::copy(keys, keys + count, sortedKeys);
         std::sort(sortedKeys, sortedKeys + count);

@@ -9,7 +9,6 @@
 #include "broad/worker_pool.h"
 
 #include <algorithm>
-#include <atomic>
 #include <cstdint>
 #include <cstdio>
 #include <new>
@@ -169,78 +168,123 @@ private:
                                ForgetRow{m_now.data(), m_old.data(), m_changes.data()});
         m_dirtyIsAll = m_isFresh || view.dirtyCount == view.size;
         m_dirtyCount = m_dirtyIsAll ? view.size : view.dirtyCount;
-        const bool sendsFilters = view.filters != nullptr;
-        const bool hasNewIds = stage(view, sendsFilters);
+        const Staged staged = stage(view);
         // Words that changed while no filter was asked for never came over.
+        const bool sendsFilters = view.filters != nullptr;
         if (sendsFilters && !m_hadFilters)
             m_exec.uploadNow(m_filters.data(), view.filters, view.size);
-        if (hasNewIds)
+        const bool hasNewFilters = sendsFilters && (staged.changes & (kRowCreated | kRowRefiltered)) != 0;
+        if (hasNewFilters)
+            stageFilters(view);
+        if ((staged.changes & kRowCreated) != 0)
             m_exec.uploadNow(m_uniqueIds.data(), view.uniqueIds, view.size);
-        m_exec.forEach(m_dirtyCount,
-                       ApplyRow{m_dirtyIsAll ? nullptr : m_dirty.data(), m_newBoxes.data(),
-                                m_newChanges.data(), sendsFilters ? m_newFilters.data() : nullptr,
-                                m_now.data(), m_old.data(), m_changes.data(), m_filters.data()});
+        m_largestId = std::max(m_largestId, staged.largestId);
+        m_exec.reserve(m_motion, 1);
+        m_exec.clear(m_motion.data(), 1);
+        m_exec.forEach(
+            m_dirtyCount,
+            ApplyRow{m_dirtyIsAll ? nullptr : m_dirty.data(), m_newBoxes.data(), m_newChanges.data(),
+                     hasNewFilters ? m_newFilters.data() : nullptr, m_now.data(), m_old.data(),
+                     m_changes.data(), m_filters.data(), m_motion.data()});
         m_rowCount = view.size;
     }
 
-    /// Packs the changed rows and sends them. Returns whether a row holds another proxy than before.
-    bool stage(const ProxyView& view, bool sendsFilters)
+    /// What is known of all changed rows together.
+    struct Staged
+    {
+        unsigned changes = kRowUnchanged;  ///< RowChange bits of all of them
+        std::uint32_t largestId = 0;       ///< of those created
+    };
+
+    /// Packs the changed rows and sends them.
+    Staged stage(const ProxyView& view)
     {
         const std::uint64_t count = std::max<std::uint64_t>(m_dirtyCount, 1);
         m_exec.reserve(m_stagedBoxes, count);
         m_exec.reserve(m_stagedChanges, count);
-        m_exec.reserve(m_stagedFilters, count);
         m_exec.reserve(m_stagedRows, count);
         m_exec.reserve(m_newBoxes, count);
         m_exec.reserve(m_newChanges, count);
         m_exec.reserve(m_newFilters, count);
-        unsigned all = kRowUnchanged;
+        Staged all;
         // In blocks, so that the executor's machine copies one while the CPU packs the next.
         for (std::uint64_t begin = 0; begin < m_dirtyCount; begin += kStageBlock)
         {
             const std::uint64_t end = std::min(begin + kStageBlock, m_dirtyCount);
-            all |= stageBlock(view, sendsFilters, begin, end);
+            stageBlock(view, begin, end, all);
             m_exec.upload(m_newBoxes.data() + begin, m_stagedBoxes.data() + begin, end - begin);
-            m_exec.upload(m_newChanges.data() + begin, m_stagedChanges.data() + begin, end - begin);
-            if (sendsFilters)
-                m_exec.upload(m_newFilters.data() + begin, m_stagedFilters.data() + begin, end - begin);
-            if (!m_dirtyIsAll)
-                m_exec.upload(m_dirty.data() + begin, m_stagedRows.data() + begin, end - begin);
         }
-        return (all & kRowCreated) != 0;
+        m_exec.upload(m_newChanges.data(), m_stagedChanges.data(), m_dirtyCount);
+        if (!m_dirtyIsAll)
+            m_exec.upload(m_dirty.data(), m_stagedRows.data(), m_dirtyCount);
+        return all;
     }
 
     /// Packs some of the changed rows on threads: on one core a million would take longer than everything else.
-    unsigned stageBlock(const ProxyView& view, bool sendsFilters, std::uint64_t begin, std::uint64_t end)
+    void stageBlock(const ProxyView& view, std::uint64_t begin, std::uint64_t end, Staged& all)
     {
         const unsigned tasks = m_workers.tasksFor(end - begin, kStageGrain);
-        std::atomic<unsigned> all{kRowUnchanged};
+        m_staged.assign(tasks, {});
         m_workers.run(tasks,
                       [&](unsigned task)
                       {
-                          all.fetch_or(stageRange(view, sendsFilters, begin + (end - begin) * task / tasks,
-                                                  begin + (end - begin) * (task + 1) / tasks));
+                          m_staged[task] = stageRange(view, begin + (end - begin) * task / tasks,
+                                                      begin + (end - begin) * (task + 1) / tasks);
                       });
-        return all.load();
+        for (const Staged& part : m_staged)
+        {
+            all.changes |= part.changes;
+            all.largestId = std::max(all.largestId, part.largestId);
+        }
     }
 
-    /// Packs some of the changed rows. Returns all their RowChange bits.
-    unsigned stageRange(const ProxyView& view, bool sendsFilters, std::uint64_t begin, std::uint64_t end)
+    /// Packs some of the changed rows.
+    Staged stageRange(const ProxyView& view, std::uint64_t begin, std::uint64_t end)
     {
+        // Pointers in variables: a store of a byte may change whatever it is that a member points to.
+        Aabb* boxes = m_stagedBoxes.data();
+        std::uint8_t* changes = m_stagedChanges.data();
+        std::uint32_t* rows = m_stagedRows.data();
         const unsigned fresh = m_isFresh ? kRowCreated : kRowUnchanged;
         unsigned all = fresh;
-        for (std::uint64_t i = begin; i < end; ++i)
+        if (m_dirtyIsAll)
         {
-            const std::uint32_t row = m_dirtyIsAll ? static_cast<std::uint32_t>(i) : view.dirty[i];
-            const unsigned changes = view.changes[row] | fresh;
-            all |= changes;
-            m_stagedRows.data()[i] = row;
-            m_stagedBoxes.data()[i] = view.boxes[row];
-            m_stagedChanges.data()[i] = static_cast<std::uint8_t>(changes);
-            if (sendsFilters)
-                m_stagedFilters.data()[i] = view.filters[row];
+            std::copy(view.boxes + begin, view.boxes + end, boxes + begin);
+            for (std::uint64_t row = begin; row < end; ++row)
+            {
+                changes[row] = static_cast<std::uint8_t>(view.changes[row] | fresh);
+                all |= changes[row];
+            }
         }
-        return all;
+        else
+        {
+            const ProxyView from = view;
+            for (std::uint64_t i = begin; i < end; ++i)
+            {
+                const std::uint32_t row = from.dirty[i];
+                rows[i] = row;
+                boxes[i] = from.boxes[row];
+                changes[i] = from.changes[row];
+                all |= from.changes[row];
+            }
+        }
+        return {all, (all & kRowCreated) != 0 ? largestId(view, begin, end) : 0};
+    }
+
+    std::uint32_t largestId(const ProxyView& view, std::uint64_t begin, std::uint64_t end) const
+    {
+        std::uint32_t largest = 0;
+        for (std::uint64_t i = begin; i < end; ++i)
+            largest = std::max(largest, view.uniqueIds[m_dirtyIsAll ? i : view.dirty[i]]);
+        return largest;
+    }
+
+    void stageFilters(const ProxyView& view)
+    {
+        m_exec.reserve(m_stagedFilters, m_dirtyCount);
+        for (std::uint64_t i = 0; i < m_dirtyCount; ++i)
+            m_stagedFilters.data()[i] = view.filters[m_dirtyIsAll ? i : view.dirty[i]];
+        m_exec.upload(m_newFilters.data(), m_stagedFilters.data(), m_dirtyCount);
     }
 
     /// Settles the held pairs and searches, again with more room as long as a list was too short.
@@ -282,8 +326,8 @@ private:
 
     BoxHistory history(const ProxyView& view)
     {
-        return {m_now.data(), m_old.data(), view.filters != nullptr ? m_filters.data() : nullptr,
-                m_changes.data(), m_retestAll};
+        return {m_now.data(),     m_old.data(), view.filters != nullptr ? m_filters.data() : nullptr,
+                m_changes.data(), m_retestAll,  m_retestAll ? nullptr : m_motion.data()};
     }
 
     void settle(const ProxyView& view)
@@ -292,10 +336,11 @@ private:
         m_exec.forEach(m_lookupSlots, FreeSlot{m_lookup.data()});
         const PairList removed = {m_removed.data(), m_removed.size(), &m_counters.data()->removed};
         const PairList kept = {m_kept.data(), m_kept.size(), &m_counters.data()->kept};
-        m_exec.forEachEmitting(m_heldCount,
-                               SettleHeld{m_held.data(), history(view), view.margin,
-                                          view.margin >= m_margin && !m_isFresh, removed, table()},
-                               kept);
+        m_exec.forEachEmitting(
+            m_heldCount,
+            SettleHeld{m_held.data(), history(view), view.margin,
+                       view.margin >= m_margin && !m_isFresh && !m_dirtyIsAll, removed, table()},
+            kept);
     }
 
     void emit(const ProxyView& view)
@@ -313,8 +358,7 @@ private:
     {
         m_exec.reserveKeeping(m_kept, m_counts.kept + m_counts.added, m_counts.kept);
         m_exec.copy(m_kept.data() + m_counts.kept, m_added.data(), m_counts.added);
-        nameChanges(m_added, m_counts.added, delta.added);
-        nameChanges(m_removed, m_counts.removed, delta.removed);
+        nameChanges(delta);
         if (!m_vanished.empty())
             mergeVanished(delta.removed);
         std::swap(m_held, m_kept);
@@ -327,19 +371,39 @@ private:
         m_stats.candidates = m_exec.takeTestCount();
     }
 
-    void nameChanges(const Buffer<IdPair>& pairs, std::uint64_t count, std::vector<Pair>& named)
+    /// Names the changes by unique ids, in order.
+    void nameChanges(PairDelta& delta)
     {
-        if (count == 0)
+        const IdBits bits = IdBits::forIds(m_largestId);
+        const std::uint64_t added = m_counts.added;
+        const std::uint64_t both = added + m_counts.removed;
+        delta.added.resize(added);
+        delta.removed.resize(m_counts.removed);
+        if (both == 0)
             return;
-        m_exec.reserve(m_keys[0], count);
-        m_exec.reserve(m_keys[1], count);
-        m_exec.reserve(m_stagedKeys, count);
-        m_exec.forEach(count, MakeKey{pairs.data(), m_uniqueIds.data(), m_keys[0].data()});
-        m_exec.sortKeys(m_keys[0].data(), m_keys[1].data(), count);
-        m_exec.download(m_stagedKeys.data(), m_keys[1].data(), count);
-        named.resize(count);
+        for (Buffer<std::uint64_t>& keys : m_keys)
+            m_exec.reserve(keys, both);
+        m_exec.reserve(m_stagedKeys, both);
+        std::uint64_t* keys = m_keys[0].data();
+        std::uint64_t* sorted = m_keys[1].data();
+        m_exec.forEach(added, MakeKey{m_added.data(), m_uniqueIds.data(), bits, 0, keys});
+        m_exec.forEach(m_counts.removed,
+                       MakeKey{m_removed.data(), m_uniqueIds.data(), bits, bits.laterKey(), keys + added});
+        if (bits.hasLaterKey())
+        {
+            m_exec.sortKeys(keys, sorted, both, bits.keyBits());
+        }
+        else
+        {
+            m_exec.sortKeys(keys, sorted, added, bits.keyBits());
+            m_exec.sortKeys(keys + added, sorted + added, m_counts.removed, bits.keyBits());
+        }
+        m_exec.download(m_stagedKeys.data(), sorted, both);
         m_exec.wait();
-        std::transform(m_stagedKeys.data(), m_stagedKeys.data() + count, named.begin(), pairOfKey);
+        const auto pairOf = [bits](std::uint64_t key) { return bits.pairOf(key); };
+        std::transform(m_stagedKeys.data(), m_stagedKeys.data() + added, delta.added.begin(), pairOf);
+        std::transform(m_stagedKeys.data() + added, m_stagedKeys.data() + both, delta.removed.begin(),
+                       pairOf);
     }
 
     void mergeVanished(std::vector<Pair>& removed)
@@ -349,8 +413,8 @@ private:
         std::sort(removed.begin(), removed.end());
     }
 
-    static constexpr std::size_t kStageGrain = 16384;
-    static constexpr std::uint64_t kStageBlock = 1u << 18;
+    static constexpr std::size_t kStageGrain = 8192;
+    static constexpr std::uint64_t kStageBlock = 1u << 17;
 
     PsapOptions m_options;
     const char* m_name;
@@ -371,6 +435,9 @@ private:
     Buffer<std::uint8_t> m_changes;
     Buffer<Filter> m_filters;
     Buffer<std::uint32_t> m_uniqueIds;
+    std::uint32_t m_largestId = 0;   ///< of those sent
+    Buffer<std::uint32_t> m_motion;  ///< [1] bits of the longest way of a side in this update
+    std::vector<Staged> m_staged;    ///< by task
 
     bool m_dirtyIsAll = false;
     std::uint64_t m_dirtyCount = 0;  ///< rows changed in the last update

@@ -7,6 +7,7 @@
 #include "broad/host_device.h"
 #include "broad/row_soa.h"
 
+#include <cmath>
 #include <cstdint>
 #include <limits>
 
@@ -16,11 +17,35 @@
 namespace cullet::psap
 {
 inline constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 /// The box that passes no comparison: stands for empty boxes on the device, where isValid() is then never asked.
 CULLET_HOST_DEVICE inline Aabb nowhere()
 {
     return {{kNan, kNan, kNan}, {kNan, kNan, kNan}};
+}
+
+/// Raises a non-negative float to at least `value`; the bits of such floats are ordered as they are.
+CULLET_HOST_DEVICE inline void raise(std::uint32_t* bits, float value)
+{
+#ifdef __CUDA_ARCH__
+    // Most values raise nothing; looking first spares the queue at one address.
+    if (*static_cast<volatile std::uint32_t*>(bits) < bitsOf(value))
+        atomicMax(bits, bitsOf(value));
+#else
+    std::uint32_t seen = __atomic_load_n(bits, __ATOMIC_RELAXED);
+    while (seen < bitsOf(value) && !__atomic_compare_exchange_n(bits, &seen, bitsOf(value), false,
+                                                                __ATOMIC_RELAXED, __ATOMIC_RELAXED))
+    {
+    }
+#endif
+}
+
+CULLET_HOST_DEVICE inline float floatOf(std::uint32_t bits)
+{
+    float value = 0;
+    memcpy(&value, &bits, sizeof(value));
+    return value;
 }
 
 /// boxes[row], on the GPU in three loads instead of six: the search is bound by their number.
@@ -131,6 +156,19 @@ struct LookupTable
     }
 };
 
+/// The length that two boxes share on the axis where that is shortest; negative when they are apart.
+CULLET_HOST_DEVICE inline float overlapOf(const Aabb& a, const Aabb& b)
+{
+    float shortest = kInfinity;
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        const float low = a.min[axis] > b.min[axis] ? a.min[axis] : b.min[axis];
+        const float high = a.max[axis] < b.max[axis] ? a.max[axis] : b.max[axis];
+        shortest = high - low < shortest ? high - low : shortest;
+    }
+    return shortest;
+}
+
 /// The boxes of this update and of the last one, by row; empty ones are nowhere().
 struct BoxHistory
 {
@@ -139,6 +177,17 @@ struct BoxHistory
     const Filter* filters;        ///< null: every overlapping pair counts
     const std::uint8_t* changes;  ///< RowChange bits of this update
     bool retestAll;               ///< filter words no longer count, so old boxes decide nothing
+    /// The longest way that a side of a box has gone since the last update, as bits of a float, infinite where a box
+    /// is new or its filter words are; null: unknown.
+    const std::uint32_t* motion;
+
+    /// Whether boxes that now overlap by `depth` on every axis cannot have been apart in the last update.
+    ///
+    /// Two sides have come together by at most twice the motion; the rest of the factor is for rounding.
+    CULLET_HOST_DEVICE bool wereOverlapping(float depth) const
+    {
+        return motion != nullptr && depth > 2.0001f * floatOf(*motion);
+    }
 
     CULLET_HOST_DEVICE unsigned changesOf(IdPair pair) const
     {
@@ -164,11 +213,12 @@ struct EntryTest
     LookupTable held;  ///< the held pairs that are open
     bool takeAll;      ///< every overlapping pair, for people who want the set itself
 
-    CULLET_HOST_DEVICE bool operator()(IdPair pair) const
+    /// @param depth by how much the boxes overlap on every axis, at most; 0 when that is not known
+    CULLET_HOST_DEVICE bool operator()(IdPair pair, float depth = 0) const
     {
         if (takeAll)
             return true;
-        if (!boxes.isOpen(pair))
+        if (boxes.wereOverlapping(depth) || !boxes.isOpen(pair))
             return false;
         if (boxes.filters != nullptr && !passesFilter(boxes.filters[pair.a], boxes.filters[pair.b]))
             return false;
@@ -203,17 +253,36 @@ struct ApplyRow
     Aabb* old;
     std::uint8_t* changes;
     Filter* filters;
+    std::uint32_t* motion;  ///< bits of the longest way of a side; 0 before
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
         const std::uint64_t row = rows != nullptr ? rows[i] : i;
-        const Aabb box = newBoxes[i];
+        const Aabb box = loadBox(newBoxes, i);
         now[row] = isValid(box) ? box : nowhere();
         changes[row] = newChanges[i];
         if ((newChanges[i] & kRowCreated) != 0)
             old[row] = nowhere();
         if (newFilters != nullptr)
             filters[row] = newFilters[i];
+        const bool isSamePair = (newChanges[i] & (kRowCreated | kRowRefiltered)) == 0;
+        raise(motion, isSamePair ? wayOf(box, loadBox(old, row)) : kInfinity);
+    }
+
+private:
+    CULLET_HOST_DEVICE static float wayOf(const Aabb& box, const Aabb& before)
+    {
+        float longest = 0;
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            const float low = fabsf(box.min[axis] - before.min[axis]);
+            const float high = fabsf(box.max[axis] - before.max[axis]);
+            const float way = low > high ? low : high;
+            if (!(way <= kInfinity))  // NaN, where the box was empty or has no bounds
+                return kInfinity;
+            longest = way > longest ? way : longest;
+        }
+        return longest;
     }
 };
 
@@ -269,23 +338,52 @@ struct SettleHeld
             return;
         }
         kept.push(pair);
-        if (boxes.isOpen(pair))
+        // What the search does not find, or finds without asking, it does not look up.
+        const float depth = overlapOf(a, b);
+        if (depth >= 0 && !boxes.wereOverlapping(depth) && boxes.isOpen(pair))
             open.insert(pair);
     }
 };
 
-/// Names the rows of a pair by their unique ids: Pair's order as one integer.
+/// How a pair of unique ids makes one integer of Pair's order: no longer than the ids need, for the sake of sorting.
+struct IdBits
+{
+    std::uint32_t bits;  ///< of an id
+
+    static IdBits forIds(std::uint32_t largest)
+    {
+        std::uint32_t bits = 1;
+        while (bits < 32 && largest >> bits != 0)
+            ++bits;
+        return {bits};
+    }
+
+    /// One bit more tells two kinds of pairs apart, where there is room for it.
+    bool hasLaterKey() const { return bits < 32; }
+    std::uint64_t laterKey() const { return hasLaterKey() ? 1ull << 2 * bits : 0; }
+    int keyBits() const { return static_cast<int>(hasLaterKey() ? 2 * bits + 1 : 64); }
+
+    Pair pairOf(std::uint64_t key) const
+    {
+        const std::uint64_t mask = (1ull << bits) - 1;
+        return {static_cast<std::uint32_t>(key >> bits & mask), static_cast<std::uint32_t>(key & mask)};
+    }
+};
+
+/// Names the rows of a pair by their unique ids.
 struct MakeKey
 {
     const IdPair* pairs;
     const std::uint32_t* uniqueIds;
+    IdBits bits;
+    std::uint64_t kind;  ///< 0, or IdBits::laterKey()
     std::uint64_t* keys;
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
-        const std::uint32_t a = uniqueIds[pairs[i].a];
-        const std::uint32_t b = uniqueIds[pairs[i].b];
-        keys[i] = a < b ? static_cast<std::uint64_t>(a) << 32 | b : static_cast<std::uint64_t>(b) << 32 | a;
+        const std::uint64_t a = uniqueIds[pairs[i].a];
+        const std::uint64_t b = uniqueIds[pairs[i].b];
+        keys[i] = kind | (a < b ? a << bits.bits | b : b << bits.bits | a);
     }
 };
 }  // namespace cullet::psap

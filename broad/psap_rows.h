@@ -127,10 +127,20 @@ struct ScatterRows
     }
 };
 
-CULLET_HOST_DEVICE inline bool meets(const RowRecord& a, const RowRecord& b)
+/// What two intervals share; negative when they are apart, and never 0 by rounding then.
+CULLET_HOST_DEVICE inline float sharedLength(float a0, float a1, float b0, float b1)
 {
-    return a.front.s0 <= b.front.s1 && b.front.s0 <= a.front.s1 && a.front.u0 <= b.front.u1 &&
-           b.front.u0 <= a.front.u1 && a.back.v0 <= b.back.v1 && b.back.v0 <= a.back.v1;
+    return (a1 < b1 ? a1 : b1) - (a0 > b0 ? a0 : b0);
+}
+
+/// overlapOf() two boxes.
+CULLET_HOST_DEVICE inline float overlapOf(const RowRecord& a, const RowRecord& b)
+{
+    const float s = sharedLength(a.front.s0, a.front.s1, b.front.s0, b.front.s1);
+    const float u = sharedLength(a.front.u0, a.front.u1, b.front.u0, b.front.u1);
+    const float v = sharedLength(a.back.v0, a.back.v1, b.back.v0, b.back.v1);
+    const float su = s < u ? s : u;
+    return su < v ? su : v;
 }
 
 /// Some records in a row.
@@ -283,7 +293,8 @@ struct SearchRows
         {
             const RowRecord other = records[j];
             const IdPair pair = {self.back.row, other.back.row};
-            if (meets(self, other) && isNew(pair))
+            const float overlap = overlapOf(self, other);
+            if (overlap >= 0 && isNew(pair, overlap))
                 emit.push(pair);
         }
         emit.tested(range.size());

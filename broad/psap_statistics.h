@@ -14,7 +14,6 @@ namespace cullet::psap
 /// Boxes longer than this have no cells and do not count in statistics (Bullet's planes reach 1e18 or 1e30).
 inline constexpr float kUnboundedExtent = 1125899906842624.0f;  // 2^50
 
-inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 inline constexpr std::uint32_t kOctaves = 128;
 
 /// The longest side of a valid box, or infinity when it is unbounded.
@@ -36,29 +35,6 @@ CULLET_HOST_DEVICE inline std::uint32_t octaveOf(float extent)
 {
     const std::int32_t octave = static_cast<std::int32_t>(bitsOf(extent) >> 23) - 127 + 64;
     return octave < 0 ? 0u : octave > 127 ? 127u : static_cast<std::uint32_t>(octave);
-}
-
-/// Raises a non-negative float to at least `value`; the bits of such floats are ordered as they are.
-CULLET_HOST_DEVICE inline void raise(std::uint32_t* bits, float value)
-{
-#ifdef __CUDA_ARCH__
-    // Most values raise nothing; looking first spares the queue at one address.
-    if (*static_cast<volatile std::uint32_t*>(bits) < bitsOf(value))
-        atomicMax(bits, bitsOf(value));
-#else
-    std::uint32_t seen = __atomic_load_n(bits, __ATOMIC_RELAXED);
-    while (seen < bitsOf(value) && !__atomic_compare_exchange_n(bits, &seen, bitsOf(value), false,
-                                                                __ATOMIC_RELAXED, __ATOMIC_RELAXED))
-    {
-    }
-#endif
-}
-
-CULLET_HOST_DEVICE inline float floatOf(std::uint32_t bits)
-{
-    float value = 0;
-    memcpy(&value, &bits, sizeof(value));
-    return value;
 }
 
 /// How many boxes have which size.

@@ -6,6 +6,7 @@
 #include "broad/psap_pairs.h"
 #include "cuda/cuda_error.h"
 #include "cuda/device_buffer.h"
+#include "cuda/row_search.cuh"
 
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
@@ -212,6 +213,15 @@ public:
         CULLET_CUDA_TRY(cudaGetLastError());
     }
 
+    /// The same for the step that takes most of the time, with the lanes of a warp working together.
+    void forEachEmitting(std::uint64_t count, const SearchRows& step, const PairList& list)
+    {
+        if (count == 0 || count > WarpTests::kIndexMask)
+            return forEachEmitting<SearchRows>(count, step, list);
+        searchRows<<<blocksFor(count, kSearchThreads), kSearchThreads, 0, m_stream>>>(count, step, list);
+        CULLET_CUDA_TRY(cudaGetLastError());
+    }
+
     template <class T>
     void scan(const T* in, T* out, std::uint64_t count)
     {
@@ -234,14 +244,15 @@ public:
             });
     }
 
-    void sortKeys(const std::uint64_t* keys, std::uint64_t* sortedKeys, std::uint64_t count)
+    void sortKeys(const std::uint64_t* keys, std::uint64_t* sortedKeys, std::uint64_t count, int bits)
     {
         const int n = cubCount(count);
         if (n == 0)
             return;
         withScratch(
-            [&](void* scratch, std::size_t& bytes)
-            { return cub::DeviceRadixSort::SortKeys(scratch, bytes, keys, sortedKeys, n, 0, 64, m_stream); });
+            [&](void* scratch, std::size_t& bytes) {
+                return cub::DeviceRadixSort::SortKeys(scratch, bytes, keys, sortedKeys, n, 0, bits, m_stream);
+            });
     }
 
     std::uint64_t bytes() const { return m_bytes; }
