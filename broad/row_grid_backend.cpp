@@ -81,9 +81,11 @@ void RowGridBackend::updateOrThrow(const ProxyView& view)
     }
     else if (m_mode == Mode::Settled)
     {
-        const SettledOutcome outcome = updateSettled(view);
-        if (outcome != SettledOutcome::Done)
-            rebuild(view, outcome == SettledOutcome::Refresh || staysSettled(view));
+        if (updateSettled(view) == SettledOutcome::Refill)
+        {
+            m_policy.end();
+            rebuild(view, m_policy.mayBegin() || m_options.rebuildFraction >= 1.0f);
+        }
     }
     else if (view.dirtyCount != 0 && shouldSettle(view))
     {
@@ -116,7 +118,12 @@ bool RowGridBackend::shouldSettle(const ProxyView& view)
 {
     if (m_options.rebuildFraction == 0.0f)
         return false;
-    if (m_options.rebuildFraction >= 1.0f || view.dirtyCount < view.size / 8)
+    if (m_options.rebuildFraction >= 1.0f)
+        return true;
+    m_policy.countMoving();
+    if (!m_policy.mayBegin())
+        return false;
+    if (view.dirtyCount < view.size / 8)
         return true;
     const float slack = 0.5f * view.margin;
     std::uint32_t away = 0;
@@ -135,12 +142,6 @@ bool RowGridBackend::shouldSettle(const ProxyView& view)
     for (std::uint32_t row = 0; row < view.size; row += m_anchorStride)
         m_anchors.push_back(view.boxes[row]);
     return false;
-}
-
-/// Whether to settle again once too many boxes are active: yes if few move now, or if it lasted long enough to pay.
-bool RowGridBackend::staysSettled(const ProxyView& view) const
-{
-    return view.dirtyCount < view.size / 6 || m_settledUpdates >= kQuietUpdates;
 }
 
 void RowGridBackend::reportAdded(const ProxyView& view, IdPair pair)

@@ -6,6 +6,7 @@
 #include "broad/backend.h"
 #include "broad/pair_set.h"
 #include "broad/row_grid.h"
+#include "broad/settle_policy.h"
 #include "broad/settled_pairs.h"
 #include "broad/worker_pool.h"
 
@@ -59,8 +60,7 @@ private:
     enum class SettledOutcome : std::uint8_t
     {
         Done,
-        TooManyActive,  ///< nothing was reported; refill everything
-        Refresh         ///< the same, because many active boxes came to rest
+        Refill  ///< nothing was reported; refill everything
     };
 
     /// A pair of the moving mode, with an upper bound of its gap (negative: the boxes overlap at least so deep).
@@ -76,7 +76,6 @@ private:
     void updateOrThrow(const ProxyView& view);
     void prepareRows(const ProxyView& view);
     bool shouldSettle(const ProxyView& view);
-    bool staysSettled(const ProxyView& view) const;
     static bool mayEnter(const ProxyView& view, IdPair pair)
     {
         return view.filters == nullptr || passesFilter(view.filters[pair.a], view.filters[pair.b]);
@@ -131,7 +130,7 @@ private:
     std::vector<std::uint32_t> m_quiet;    ///< rows that moved inside their shell in this update
     std::vector<std::uint32_t> m_escaped;  ///< rows that left it
     double m_wasted = 0;                   ///< work spent on active boxes that do not move any more
-    std::uint32_t m_settledUpdates = 0;    ///< updates since the last refill in settled mode
+    SettlePolicy m_policy;
 
     std::vector<Aabb> m_anchors;  ///< moving: a sample of the boxes some updates ago
     std::uint32_t m_anchorStride = 1;

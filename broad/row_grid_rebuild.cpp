@@ -122,7 +122,7 @@ void RowGridBackend::rebuildSettled(const ProxyView& view, const std::vector<IdP
     m_slack = 0.5f * view.margin;
     m_settledMargin = view.margin;
     m_sureGap = kMarginFactor * view.margin - kSureFactor * m_slack;
-    m_settledUpdates = 0;
+    m_policy.begin(view.size);
     m_wasted = 0;
     for (std::uint32_t row = 0; row < view.size; ++row)
         m_states[row] = isValid(view.boxes[row]) ? RowState::Settled : RowState::Absent;

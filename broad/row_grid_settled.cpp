@@ -11,9 +11,6 @@ namespace
 {
 // Share of active boxes from which a refill of everything is cheaper than queries of the active ones.
 constexpr double kActiveShare = 0.22;
-// Nanoseconds, of which only the ratio matters: one active box per update, and one box of a refill.
-constexpr double kCostOfActive = 250;
-constexpr double kCostOfRefill = 120;
 constexpr std::size_t kQueryGrain = 1024;
 }  // namespace
 
@@ -21,20 +18,21 @@ RowGridBackend::SettledOutcome RowGridBackend::updateSettled(const ProxyView& vi
 {
     // What is sure was judged by the margin.
     if (view.margin != m_settledMargin)
-        return SettledOutcome::Refresh;
+        return SettledOutcome::Refill;
     if (view.dirtyCount == 0)
     {
         m_stats.path = "idle";
         return SettledOutcome::Done;
     }
-    ++m_settledUpdates;
     findEscaped(view);
     const double share = m_options.rebuildFraction >= 0 ? m_options.rebuildFraction : kActiveShare;
     const double active = static_cast<double>(m_active.size() + m_escaped.size());
     if (active > share * view.size + 8)
-        return SettledOutcome::TooManyActive;
-    if (m_wasted > 2 * kCostOfRefill * view.size && m_options.rebuildFraction < 0)
-        return SettledOutcome::Refresh;
+        return SettledOutcome::Refill;
+    // Active boxes that came to rest are worth a refill.
+    if (m_wasted > 2 * SettlePolicy::kCostOfRefill * view.size && m_options.rebuildFraction < 0)
+        return SettledOutcome::Refill;
+    m_policy.count(static_cast<std::size_t>(active), m_quiet.size());
     for (const std::uint32_t row : m_escaped)
         activate(row);
     m_stats.path = m_active.empty() ? "watch" : "incremental";
@@ -62,7 +60,7 @@ void RowGridBackend::findEscaped(const ProxyView& view)
         else
             m_quiet.push_back(row);
     }
-    m_wasted += kCostOfActive * static_cast<double>(m_active.size() - activeMoves);
+    m_wasted += SettlePolicy::kCostOfActive * static_cast<double>(m_active.size() - activeMoves);
 }
 
 void RowGridBackend::activate(std::uint32_t row)

@@ -13,6 +13,7 @@ const std::vector<BoxSceneInfo>& boxScenes()
         {"W2", "edges log-uniform from 0.1 to 100, under 10 pairs per body, all move", makeTwoSizesScene},
         {"W3", "W1 of which the same 5 % move in every frame", makeMostlyStaticScene},
         {"W3b", "W1 of which a fresh 5 % move in each frame", makeFreshMoversScene},
+        {"W3fresh", "W1 of which a fresh tenth moves in each frame", makeFreshTenthScene},
         {"W4", "settled heap of unit boxes, all jitter by 0.01", makeSettledHeapScene},
         {"W5", "W1 in which every body teleports in each frame", makeTeleportScene},
         {"pile", "dense heap of turned boxes, 7.6 pairs per body, all drift", makeDriftingHeapScene},

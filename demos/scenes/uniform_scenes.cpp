@@ -184,6 +184,12 @@ std::unique_ptr<BoxScene> makeFreshMoversScene(const BoxSceneOptions& options)
     return std::make_unique<FreshMoversScene>(options, kUniformVolume, fivePercent(options));
 }
 
+std::unique_ptr<BoxScene> makeFreshTenthScene(const BoxSceneOptions& options)
+{
+    return std::make_unique<FreshMoversScene>(options, kUniformVolume,
+                                              std::max<std::size_t>(1, options.bodies / 10));
+}
+
 std::unique_ptr<BoxScene> makeTeleportScene(const BoxSceneOptions& options)
 {
     return std::make_unique<TeleportScene>(options, kUniformVolume);

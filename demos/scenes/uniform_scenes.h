@@ -24,6 +24,9 @@ std::unique_ptr<BoxScene> makeMostlyStaticScene(const BoxSceneOptions& options);
 /// The uniform scene of which a fresh 5 % move in each frame.
 std::unique_ptr<BoxScene> makeFreshMoversScene(const BoxSceneOptions& options);
 
+/// The uniform scene of which a fresh tenth moves in each frame.
+std::unique_ptr<BoxScene> makeFreshTenthScene(const BoxSceneOptions& options);
+
 /// The uniform scene in which every body jumps to a new random place in each frame.
 std::unique_ptr<BoxScene> makeTeleportScene(const BoxSceneOptions& options);
 

@@ -1,0 +1,75 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+
+namespace cullet
+{
+/// Decides from counted work whether the settled mode of the grid pays: each phase of it is compared with what
+/// as many updates in moving mode would have cost.
+///
+/// A phase that did not pay keeps the grid in moving mode for 32 updates, and for twice as many after each further
+/// failure, at most 256. Counts and no clocks, so that every thread count and machine decides alike.
+class SettlePolicy
+{
+public:
+    /// Whether a phase may begin.
+    bool mayBegin() const noexcept { return m_wait == 0; }
+
+    /// An update in moving mode.
+    void countMoving() noexcept { m_wait -= m_wait != 0 ? 1u : 0u; }
+
+    /// A phase begins with `rows` boxes.
+    void begin(std::size_t rows) noexcept
+    {
+        m_refill = kCostOfRefill * static_cast<double>(rows);
+        m_spent = kCostOfSettling * static_cast<double>(rows);
+        m_saved = 0;
+        m_isOpen = true;
+    }
+
+    /// An update of the phase in which something changed.
+    ///
+    /// @param active boxes outside their shells
+    /// @param quiet  boxes that moved inside theirs
+    void count(std::size_t active, std::size_t quiet) noexcept
+    {
+        m_spent += kCostOfActive * static_cast<double>(active) + kCostOfQuiet * static_cast<double>(quiet);
+        m_saved += m_refill;
+    }
+
+    /// Whether the phase has cost less so far than moving mode would have.
+    bool hasPaid() const noexcept { return m_spent <= m_saved; }
+
+    /// The phase is over.
+    void end() noexcept
+    {
+        if (!m_isOpen)
+            return;
+        m_isOpen = false;
+        m_wait = hasPaid() ? 0u : m_nextWait;
+        m_nextWait = hasPaid() ? kShortestWait : std::min(2 * m_nextWait, kLongestWait);
+    }
+
+    /// What a refill of everything is worth, in the same unit as the others: nanoseconds of a 2023 server core, of
+    /// which only the ratios matter.
+    static constexpr double kCostOfRefill = 120;
+    static constexpr double kCostOfActive = 250;
+
+private:
+    static constexpr double kCostOfSettling = 290;
+    static constexpr double kCostOfQuiet = 15;
+    static constexpr std::uint32_t kShortestWait = 32;
+    static constexpr std::uint32_t kLongestWait = 256;
+
+    double m_refill = 0;
+    double m_spent = 0;
+    double m_saved = 0;
+    bool m_isOpen = false;
+    std::uint32_t m_wait = 0;
+    std::uint32_t m_nextWait = kShortestWait;
+};
+}  // namespace cullet
