@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "plugin/convex_shape.h"
+
+#include <array>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+/// Where two cores are closest or deepest. World axes, relative to the origin of A.
+struct Touch
+{
+    Eigen::Vector3d normal;  ///< unit, from B to A
+    double distance;         ///< of the cores along the normal; negative: depth
+    Eigen::Vector3d onB;     ///< closest or deepest point of B
+};
+
+struct ContactPoint
+{
+    Eigen::Vector3d onB;  ///< point of B; that of A is onB + distance * normal
+    double distance;      ///< along the normal; not less than that of the touch, up to rounding
+};
+
+struct ContactPatch
+{
+    std::array<ContactPoint, 4> points;
+    int count = 0;
+};
+
+/// At most four points at which the cores are within `limit` of each other along the normal, the deepest among them.
+///
+/// Of either core the face at its support vertex that is aligned best with the normal is taken. The face of the one is
+/// clipped to the prism over the face of the other along the normal (Sutherland and Hodgman 1974, "Reentrant Polygon
+/// Clipping"); the corners that remain are points of the one face, and the heights of the other's plane over them are
+/// the distances. Heights are measured along the contact normal, not along that of a face, so that none is less than
+/// the true distance. If no corner is as deep as the touch (edges that cross outside of both faces), that is added.
+/// Faces with more than 16 corners are thinned out to 16.
+///
+/// For a corner, an edge of a capsule or a sphere, the patch has one or two points.
+///
+/// @param limit length unit of the world, at least touch.distance; points farther apart are left out
+/// Cost: two supports and O(p q) for faces of p and q corners; no allocation.
+ContactPatch makeContactPatch(const PosedShape& a, const PosedShape& b, const Touch& touch, double limit);
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

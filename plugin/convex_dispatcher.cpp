@@ -1,0 +1,121 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "plugin/convex_dispatcher.h"
+
+#include "broad/worker_pool.h"
+#include "plugin/isa_gjk_algorithm.h"
+
+#include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
+
+#include <algorithm>
+#include <exception>
+#include <typeinfo>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+/// Pairs per task: some ten microseconds of work.
+constexpr std::size_t kGrain = 256;
+
+bool isIdle(const btBroadphasePair& pair)
+{
+    if (pair.m_algorithm == nullptr || typeid(*pair.m_algorithm) != typeid(IsaGjkAlgorithm))
+        return false;
+    const auto& a = *static_cast<const btCollisionObject*>(pair.m_pProxy0->m_clientObject);
+    const auto& b = *static_cast<const btCollisionObject*>(pair.m_pProxy1->m_clientObject);
+    // Bullet's path knows at once that there is nothing to do for two sleepers.
+    if (!a.isActive() && !b.isActive())
+        return false;
+    return static_cast<IsaGjkAlgorithm*>(pair.m_algorithm)->isIdle(a, b);
+}
+}  // namespace
+
+class Dispatcher::Callback : public btOverlapCallback
+{
+public:
+    Callback(Dispatcher& dispatcher, const btBroadphasePair* pairs, const btDispatcherInfo& info)
+        : m_dispatcher(dispatcher), m_pairs(pairs), m_info(info)
+    {
+    }
+
+    bool processOverlap(btBroadphasePair& pair) override
+    {
+        const std::ptrdiff_t place = &pair - m_pairs;
+        const auto& idle = m_dispatcher.m_idle;
+        const bool isKnown = static_cast<std::size_t>(place) < idle.size();
+        if (isKnown && pair.m_algorithm != nullptr &&
+            idle[static_cast<std::size_t>(place)] == pair.m_algorithm)
+            return false;
+        m_dispatcher.getNearCallback()(pair, m_dispatcher, m_info);
+        return false;
+    }
+
+private:
+    Dispatcher& m_dispatcher;
+    const btBroadphasePair* m_pairs;
+    const btDispatcherInfo& m_info;
+};
+
+Dispatcher::Dispatcher(btCollisionConfiguration* configuration, const DispatcherOptions& options)
+    : btCollisionDispatcher(configuration),
+      m_isaGjk(registerIsaGjk(*this, options.isaGjk)),
+      m_workers(std::make_unique<WorkerPool>(options.threads)),
+      m_ownNearCallback(getNearCallback())
+{
+}
+
+Dispatcher::~Dispatcher() = default;
+
+void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairCache, const btDispatcherInfo& info,
+                                           btDispatcher* dispatcher)
+{
+    m_isaGjk.beginPass();
+    m_idle.clear();
+    m_idlePairs = 0;
+    const btBroadphasePair* pairs = pairCache->getOverlappingPairArrayPtr();
+    if (getNearCallback() == m_ownNearCallback && info.m_dispatchFunc == btDispatcherInfo::DISPATCH_DISCRETE)
+        findIdlePairs(pairs, static_cast<std::size_t>(pairCache->getNumOverlappingPairs()));
+    Callback callback(*this, pairs, info);
+    pairCache->processAllOverlappingPairs(&callback, dispatcher, info);
+    m_isaGjk.endPass();
+}
+
+void Dispatcher::findIdlePairs(const btBroadphasePair* pairs, std::size_t count)
+try
+{
+    m_idle.assign(count, nullptr);
+    const unsigned tasks =
+        m_workers->threads() == 1 ? 1u : static_cast<unsigned>(std::max<std::size_t>(1, count / kGrain));
+    std::atomic<std::uint64_t> found{0};
+    m_workers->run(tasks,
+                   [&](unsigned task)
+                   {
+                       const TaskRange range(count, task, tasks);
+                       found += findIdlePairs(pairs, range.begin, range.end);
+                   });
+    m_idlePairs = found;
+    m_isaGjk.counters().separated.fetch_add(m_idlePairs, std::memory_order_relaxed);
+}
+catch (const std::exception&)
+{
+    // Without memory or threads every pair takes Bullet's path.
+    m_idle.clear();
+}
+
+std::uint64_t Dispatcher::findIdlePairs(const btBroadphasePair* pairs, std::size_t begin, std::size_t end)
+{
+    std::uint64_t found = 0;
+    for (std::size_t i = begin; i < end; ++i)
+    {
+        if (!isIdle(pairs[i]))
+            continue;
+        m_idle[i] = pairs[i].m_algorithm;
+        ++found;
+    }
+    return found;
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,63 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "plugin/isa_gjk.h"
+
+#include <memory>
+#include <vector>
+
+namespace cullet
+{
+class WorkerPool;
+
+inline namespace CULLET_PRECISION
+{
+struct DispatcherOptions
+{
+    /// Threads of the search for idle pairs; 0: as many as the machine has. Contacts never depend on it.
+    int threads = 0;
+    IsaGjkOptions isaGjk;
+};
+
+/// Takes the place of btCollisionDispatcher, with ISA-GJK registered: finds the pairs that are still too far apart for
+/// contacts on several threads, and lets Bullet's ordinary path handle the others one by one.
+///
+/// Only what is known to change nothing is left out: pairs whose algorithm is an IsaGjkAlgorithm without contacts, whose
+/// shapes were too far apart in the last step and still are. The threads read bodies and shapes and write to these
+/// algorithms only, so that a Bullet library without thread support will do. Contacts, callbacks and their order are
+/// those of a plain dispatcher with registerIsaGjk(), bit by bit, for any number of threads; one thing differs: a
+/// callback during the dispatch that moves a body has its effect on idle pairs in the next step.
+///
+/// With a near callback of the application, or DISPATCH_CONTINUOUS, every pair takes Bullet's path.
+/// Shapes must not be edited during a dispatch.
+class Dispatcher : public btCollisionDispatcher
+{
+public:
+    /// @param configuration must outlive this object
+    explicit Dispatcher(btCollisionConfiguration* configuration, const DispatcherOptions& options = {});
+    ~Dispatcher() override;
+
+    void dispatchAllCollisionPairs(btOverlappingPairCache* pairCache, const btDispatcherInfo& info,
+                                   btDispatcher* dispatcher) override;
+
+    IsaGjkStats stats() const { return m_isaGjk.stats(); }
+    /// Pairs that the last dispatch left out.
+    std::uint64_t idlePairs() const { return m_idlePairs; }
+
+private:
+    class Callback;
+
+    void findIdlePairs(const btBroadphasePair* pairs, std::size_t count);
+    std::uint64_t findIdlePairs(const btBroadphasePair* pairs, std::size_t begin, std::size_t end);
+
+    IsaGjkRegistration& m_isaGjk;
+    std::unique_ptr<WorkerPool> m_workers;
+    btNearCallback m_ownNearCallback;
+    /// By place in the pair array: the algorithm if the pair is idle, else null. The pointer tells that the place still
+    /// belongs to the pair, since callbacks may remove bodies during the dispatch.
+    std::vector<const btCollisionAlgorithm*> m_idle;
+    std::uint64_t m_idlePairs = 0;
+};
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

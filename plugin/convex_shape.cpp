@@ -1,0 +1,147 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "plugin/convex_shape.h"
+
+#include "narrow/hull_builder.h"
+
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
+#include <BulletCollision/CollisionShapes/btCapsuleShape.h>
+#include <BulletCollision/CollisionShapes/btTriangleShape.h>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+using Vector = PosedShape::Vector;
+using Matrix = PosedShape::Matrix;
+
+/// The cores that every box, triangle, capsule and sphere is a linear image of: nothing has to be built per shape.
+struct UnitHulls
+{
+    Hull<btScalar> cube, triangle, segment, point;
+
+    UnitHulls()
+    {
+        std::vector<Vector> corners;
+        for (int i = 0; i < 8; ++i)
+            corners.emplace_back(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1);
+        cube = makeHull(corners);
+        triangle = makeHull<btScalar>({Vector(0, 0, 0), Vector(1, 0, 0), Vector(0, 1, 0)});
+        segment = makeHull<btScalar>({Vector(-1, 0, 0), Vector(1, 0, 0)});
+        point = makeHull<btScalar>({Vector(0, 0, 0)});
+    }
+};
+
+/// Never destroyed, as the hull cache.
+const UnitHulls& unitHulls()
+{
+    static const UnitHulls* const hulls = new UnitHulls;
+    return *hulls;
+}
+
+Matrix basisOf(const btTransform& transform)
+{
+    const btMatrix3x3& m = transform.getBasis();
+    Matrix basis;
+    for (int row = 0; row < 3; ++row)
+        basis.row(row) << m[row].x(), m[row].y(), m[row].z();
+    return basis;
+}
+
+PosedShape poseTriangle(const btTriangleShape& triangle, const btTransform& transform)
+{
+    const Vector a = toEigen(triangle.m_vertices1[0]);
+    const Vector ab = toEigen(triangle.m_vertices1[1]) - a;
+    const Vector ac = toEigen(triangle.m_vertices1[2]) - a;
+    Matrix corners;
+    // The third column is met by zeros only; it makes the map one that keeps sides.
+    corners << ab, ac, ab.cross(ac);
+    return {unitHulls().triangle, basisOf(transform) * corners, toEigen(transform(triangle.m_vertices1[0]))};
+}
+
+PosedShape poseCapsule(const btCapsuleShape& capsule, const btTransform& transform)
+{
+    const Matrix basis = basisOf(transform);
+    const int up = capsule.getUpAxis();
+    Matrix turned;
+    turned << basis.col(up) * capsule.getHalfHeight(), basis.col((up + 1) % 3), basis.col((up + 2) % 3);
+    return {unitHulls().segment, turned, toEigen(transform.getOrigin())};
+}
+
+std::optional<PosedShape> poseHull(const btConvexHullShape& shape, const btTransform& transform, HullUse& use,
+                                   std::uint64_t pass)
+{
+    const Hull<btScalar>* hull = use.hullOf(shape, pass);
+    if (hull == nullptr || hull->kind() == HullKind::Empty || hull->kind() == HullKind::NotFinite)
+        return {};
+    const Vector scaling = toEigen(shape.getLocalScalingNV());
+    return PosedShape(*hull, basisOf(transform) * scaling.asDiagonal(), toEigen(transform.getOrigin()));
+}
+
+PosedShape poseBox(const btBoxShape& box, const btTransform& transform)
+{
+    const Vector half = toEigen(box.getImplicitShapeDimensions());
+    return {unitHulls().cube, basisOf(transform) * half.asDiagonal(), toEigen(transform.getOrigin())};
+}
+}  // namespace
+
+ConvexKind convexKindOf(int shapeType)
+{
+    switch (shapeType)
+    {
+        case CONVEX_HULL_SHAPE_PROXYTYPE:
+            return ConvexKind::Hull;
+        case BOX_SHAPE_PROXYTYPE:
+            return ConvexKind::Box;
+        case TRIANGLE_SHAPE_PROXYTYPE:
+            return ConvexKind::Triangle;
+        case CAPSULE_SHAPE_PROXYTYPE:
+            return ConvexKind::Capsule;
+        case SPHERE_SHAPE_PROXYTYPE:
+            return ConvexKind::Sphere;
+        case BOX_2D_SHAPE_PROXYTYPE:
+        case CONVEX_2D_SHAPE_PROXYTYPE:
+            return ConvexKind::Foreign;
+        default:
+            return btBroadphaseProxy::isConvex(shapeType) ? ConvexKind::Support : ConvexKind::Foreign;
+    }
+}
+
+bool canRunConcurrently(int shapeType)
+{
+    switch (convexKindOf(shapeType))
+    {
+        case ConvexKind::Foreign:
+            return false;
+        case ConvexKind::Support:
+            return shapeType == CYLINDER_SHAPE_PROXYTYPE || shapeType == CONE_SHAPE_PROXYTYPE ||
+                   shapeType == MULTI_SPHERE_SHAPE_PROXYTYPE ||
+                   shapeType == CONVEX_POINT_CLOUD_SHAPE_PROXYTYPE;
+        default:
+            return true;
+    }
+}
+
+std::optional<PosedShape> poseShape(const btConvexShape& shape, ConvexKind kind, const btTransform& transform,
+                                    HullUse& use, std::uint64_t pass)
+{
+    switch (kind)
+    {
+        case ConvexKind::Hull:
+            return poseHull(static_cast<const btConvexHullShape&>(shape), transform, use, pass);
+        case ConvexKind::Box:
+            return poseBox(static_cast<const btBoxShape&>(shape), transform);
+        case ConvexKind::Triangle:
+            return poseTriangle(static_cast<const btTriangleShape&>(shape), transform);
+        case ConvexKind::Capsule:
+            return poseCapsule(static_cast<const btCapsuleShape&>(shape), transform);
+        case ConvexKind::Sphere:
+            return PosedShape(unitHulls().point, basisOf(transform), toEigen(transform.getOrigin()));
+        default:
+            return {};
+    }
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

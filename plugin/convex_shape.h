@@ -1,0 +1,95 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "narrow/posed_hull.h"
+#include "plugin/hull_cache.h"
+
+#include <BulletCollision/CollisionShapes/btConvexShape.h>
+
+#include <optional>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+using PosedShape = PosedHull<btScalar>;
+
+inline Eigen::Matrix<btScalar, 3, 1> toEigen(const btVector3& v)
+{
+    return {v.x(), v.y(), v.z()};
+}
+
+inline btVector3 toBullet(const Eigen::Vector3d& v)
+{
+    return btVector3(static_cast<btScalar>(v.x()), static_cast<btScalar>(v.y()),
+                     static_cast<btScalar>(v.z()));
+}
+
+/// How a convex shape of Bullet's is seen here: a core that is a polytope or a support function, grown by a margin.
+enum class ConvexKind : std::uint8_t
+{
+    Hull,      ///< btConvexHullShape: its points, scaled
+    Box,       ///< a cube, stretched; the core is smaller than the box by the margin
+    Triangle,  ///< three points
+    Capsule,   ///< a segment; the margin is the radius
+    Sphere,    ///< a point; the margin is the radius
+    Support,   ///< Bullet's support function without margin
+    Foreign    ///< two-dimensional or not convex: not for this library
+};
+
+ConvexKind convexKindOf(int shapeType);
+
+inline bool isPolytope(ConvexKind kind)
+{
+    return kind < ConvexKind::Support;
+}
+
+/// True if the support function is Bullet's own, which reads the shape and nothing else; a custom shape's may do anything.
+bool canRunConcurrently(int shapeType);
+
+/// The core of a polytope kind at its place. Nothing is copied but the transform.
+///
+/// @param use  remembers the graph of a Hull between calls
+/// @param pass see HullCache::hullOf
+/// @return nothing if the shape has no points, they are not finite, or memory ran out
+std::optional<PosedShape> poseShape(const btConvexShape& shape, ConvexKind kind, const btTransform& transform,
+                                    HullUse& use, std::uint64_t pass);
+
+/// A shape of kind Support for the queries of narrow/.
+class PosedSupport
+{
+public:
+    PosedSupport(const btConvexShape& shape, const btTransform& transform)
+        : m_shape(&shape), m_transform(&transform), m_origin(toEigen(transform.getOrigin()).cast<double>())
+    {
+    }
+
+    const Eigen::Vector3d& origin() const { return m_origin; }
+    Eigen::Vector3d centre() const { return Eigen::Vector3d::Zero(); }
+    std::int32_t vertexCount() const { return 0; }
+    Eigen::Vector3d point(std::int32_t) const { return Eigen::Vector3d::Zero(); }
+
+    SupportPoint support(const Eigen::Vector3d& direction, std::int32_t) const
+    {
+        const double largest = direction.cwiseAbs().maxCoeff();
+        const btVector3 local = toBullet(direction / largest) * m_transform->getBasis();
+        const btVector3 point = m_shape->localGetSupportVertexWithoutMarginNonVirtual(local);
+        const btMatrix3x3& basis = m_transform->getBasis();
+        Eigen::Vector3d world;
+        for (int row = 0; row < 3; ++row)
+        {
+            const btVector3& r = basis[row];
+            world[row] = double(r.x()) * double(point.x()) + double(r.y()) * double(point.y()) +
+                         double(r.z()) * double(point.z());
+        }
+        return {world, -1};
+    }
+
+private:
+    const btConvexShape* m_shape;
+    const btTransform* m_transform;
+    Eigen::Vector3d m_origin;
+};
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

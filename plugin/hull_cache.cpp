@@ -1,0 +1,206 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "plugin/hull_cache.h"
+
+#include "narrow/hull_builder.h"
+
+#include <algorithm>
+#include <cstring>
+#include <new>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+constexpr std::size_t kScalarsPerPoint = sizeof(btVector3) / sizeof(btScalar);
+
+std::size_t scalarCount(const btConvexHullShape& shape)
+{
+    return kScalarsPerPoint * static_cast<std::size_t>(shape.getNumPoints());
+}
+
+/// Four independent multiplications at a time: a single chain would wait for each.
+std::uint64_t hashOf(const void* data, std::size_t bytes)
+{
+    constexpr std::uint64_t kPrime = 0x9e3779b97f4a7c15ull;
+    std::uint64_t lanes[4] = {1, 2, 3, 4};
+    const char* p = static_cast<const char*>(data);
+    for (std::size_t i = 0; i < bytes / 8; ++i)
+    {
+        std::uint64_t word;
+        std::memcpy(&word, p + 8 * i, 8);
+        std::uint64_t& lane = lanes[i % 4];
+        lane = (lane ^ word) * kPrime;
+        lane ^= lane >> 29;
+    }
+    std::uint64_t hash = bytes;
+    for (const std::uint64_t lane : lanes)
+        hash = (hash ^ lane) * kPrime;
+    return hash ^ hash >> 32;
+}
+}  // namespace
+
+HullContents::HullContents(const btConvexHullShape& shape)
+{
+    const std::size_t count = scalarCount(shape);
+    if (count == 0)
+        return;
+    m_points.resize(count);
+    std::memcpy(m_points.data(), shape.getUnscaledPoints(), count * sizeof(btScalar));
+}
+
+bool HullContents::equals(const btConvexHullShape& shape) const noexcept
+{
+    const std::size_t count = scalarCount(shape);
+    return count == m_points.size() && (count == 0 || std::memcmp(m_points.data(), shape.getUnscaledPoints(),
+                                                                  count * sizeof(btScalar)) == 0);
+}
+
+void HullContents::build()
+{
+    std::call_once(m_isBuilt,
+                   [this]
+                   {
+                       std::vector<Eigen::Matrix<btScalar, 3, 1>> points;
+                       points.reserve(m_points.size() / kScalarsPerPoint);
+                       for (std::size_t i = 0; i < m_points.size(); i += kScalarsPerPoint)
+                           points.emplace_back(m_points[i], m_points[i + 1], m_points[i + 2]);
+                       m_hull = makeHull(points);
+                   });
+}
+
+HullCache& HullCache::instance()
+{
+    static HullCache* const cache = new HullCache;
+    return *cache;
+}
+
+HullRecord* HullCache::acquire(const btConvexHullShape& shape) noexcept
+try
+{
+    const std::lock_guard<std::mutex> lock(m_mutex);
+    std::unique_ptr<HullRecord>& record = m_records[&shape];
+    if (!record)
+    {
+        record = std::make_unique<HullRecord>();
+        record->shape = &shape;
+    }
+    HullRecord* const found = record.get();
+    found->references.fetch_add(1, std::memory_order_relaxed);
+    if (m_records.size() > m_sweepAt)
+        sweep();
+    return found;
+}
+catch (const std::bad_alloc&)
+{
+    return nullptr;
+}
+
+/// Drops what no pair uses. The next sweep waits for twice as many records as are left: O(1) per record, amortised.
+void HullCache::sweep()
+{
+    for (auto it = m_records.begin(); it != m_records.end();)
+    {
+        const bool isUsed = !it->second || it->second->isPinned ||
+                            it->second->references.load(std::memory_order_acquire) != 0;
+        it = isUsed ? std::next(it) : m_records.erase(it);
+    }
+    for (auto it = m_contents.begin(); it != m_contents.end();)
+        it = it->second.expired() ? m_contents.erase(it) : std::next(it);
+    m_sweepAt = std::max<std::size_t>(1024, 2 * m_records.size());
+}
+
+std::shared_ptr<HullContents> HullCache::contentsOf(const btConvexHullShape& shape)
+{
+    const std::size_t bytes = scalarCount(shape) * sizeof(btScalar);
+    const std::uint64_t hash = bytes == 0 ? 0 : hashOf(shape.getUnscaledPoints(), bytes);
+    const auto [begin, end] = m_contents.equal_range(hash);
+    for (auto it = begin; it != end; ++it)
+    {
+        if (std::shared_ptr<HullContents> known = it->second.lock(); known && known->equals(shape))
+            return known;
+    }
+    auto made = std::make_shared<HullContents>(shape);
+    m_contents.emplace(hash, made);
+    ++m_buildsTotal;
+    return made;
+}
+
+const Hull<btScalar>* HullCache::replace(HullRecord& record, const btConvexHullShape& shape,
+                                         std::uint64_t pass) noexcept
+try
+{
+    std::shared_ptr<HullContents> found;
+    {
+        const std::lock_guard<std::mutex> lock(m_mutex);
+        found = record.current && record.current->equals(shape)
+                    ? std::const_pointer_cast<HullContents>(record.current)
+                    : contentsOf(shape);
+    }
+    // Without the lock: other shapes need not wait for a large hull.
+    found->build();
+    const std::lock_guard<std::mutex> lock(m_mutex);
+    if (record.current != found)
+    {
+        record.previous = std::move(record.current);
+        record.current = found;
+        record.contents.store(found.get(), std::memory_order_release);
+    }
+    record.checkedIn.store(pass, std::memory_order_release);
+    return &found->hull();
+}
+catch (const std::exception&)
+{
+    return nullptr;
+}
+
+void HullCache::prepare(const btConvexHullShape& shape) noexcept
+{
+    HullRecord* const record = acquire(shape);
+    if (record == nullptr)
+        return;
+    hullOf(*record, shape, 0);
+    const std::lock_guard<std::mutex> lock(m_mutex);
+    record->isPinned = true;
+    release(*record);
+}
+
+void HullCache::invalidate(const btConvexHullShape& shape) noexcept
+{
+    const std::lock_guard<std::mutex> lock(m_mutex);
+    const auto it = m_records.find(&shape);
+    if (it == m_records.end())
+        return;
+    it->second->isPinned = false;
+    it->second->checkedIn.store(0, std::memory_order_release);
+}
+
+HullCacheStats HullCache::stats() const
+{
+    const std::lock_guard<std::mutex> lock(m_mutex);
+    HullCacheStats stats;
+    stats.shapes = m_records.size();
+    for (const auto& entry : m_contents)
+        stats.graphs += entry.second.expired() ? 0 : 1;
+    stats.buildsTotal = m_buildsTotal;
+    return stats;
+}
+
+void prepare(const btConvexHullShape& shape)
+{
+    HullCache::instance().prepare(shape);
+}
+
+void invalidate(const btConvexHullShape& shape)
+{
+    HullCache::instance().invalidate(shape);
+}
+
+HullCacheStats hullCacheStats()
+{
+    return HullCache::instance().stats();
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,158 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "narrow/hull.h"
+
+#include <BulletCollision/CollisionShapes/btConvexHullShape.h>
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <unordered_map>
+#include <vector>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+/// A copy of the points of a btConvexHullShape and their hull graph. Immutable once built; shapes with equal points
+/// share one. Unscaled: a change of scaling or margin needs nothing.
+class HullContents
+{
+public:
+    explicit HullContents(const btConvexHullShape& shape);
+
+    /// Bit by bit. Cost: one pass over the points, about a nanosecond for three points.
+    bool equals(const btConvexHullShape& shape) const noexcept;
+    const Hull<btScalar>& hull() const noexcept { return m_hull; }
+    /// Builds the graph, once, however many threads ask.
+    void build();
+
+private:
+    std::vector<btScalar> m_points;  ///< as in the shape, the unused fourth component included
+    std::once_flag m_isBuilt;
+    Hull<btScalar> m_hull;
+};
+
+/// What is known of the shape at one address.
+struct HullRecord
+{
+    const btConvexHullShape* shape = nullptr;  ///< the address only: the shape may be gone
+    std::atomic<const HullContents*> contents{nullptr};
+    std::atomic<std::uint64_t> checkedIn{0};  ///< the pass in which shape and contents were compared last
+    std::atomic<std::int32_t> references{0};
+    bool isPinned = false;
+    /// Those in use, and the ones before, which another thread may still be comparing with.
+    std::shared_ptr<const HullContents> current, previous;
+};
+
+struct HullCacheStats
+{
+    std::uint64_t shapes = 0;       ///< addresses known
+    std::uint64_t graphs = 0;       ///< different point sets among them
+    std::uint64_t buildsTotal = 0;  ///< graphs built
+};
+
+/// Hull graphs of Bullet's hull shapes, shared by every pair and every world of the process.
+///
+/// Two levels: a record per shape address, counted by the pairs that use it, and behind it the contents, found by a hash
+/// of the points. A record says nothing until the shape's points have been compared with its contents; so a shape that
+/// was edited in place, or another one at a reused address, is never taken for the old one. Records that no pair uses
+/// stay until there are many of them, since pairs come and go while shapes stay. Bullet's user pointers and indices are
+/// left alone.
+///
+/// Threads: every member may run concurrently with every other. Editing a shape while a thread uses it is a data race in
+/// Bullet itself and here.
+/// Errors: none leaves; without memory there is no graph, and the pair goes to Bullet's own algorithm.
+class HullCache
+{
+public:
+    /// Never destroyed: algorithms of worlds with static storage may outlive any other static object.
+    static HullCache& instance();
+
+    /// Counts one more user of the shape's record; null without memory.
+    HullRecord* acquire(const btConvexHullShape& shape) noexcept;
+    static void release(HullRecord& record) noexcept
+    {
+        record.references.fetch_sub(1, std::memory_order_release);
+    }
+
+    /// The hull of the points that the shape has now; null without memory.
+    ///
+    /// @param pass not 0: shapes do not change while this number is in use, and one comparison is enough for it
+    const Hull<btScalar>* hullOf(HullRecord& record, const btConvexHullShape& shape,
+                                 std::uint64_t pass) noexcept
+    {
+        const HullContents* contents = record.contents.load(std::memory_order_acquire);
+        if (pass != 0 && record.checkedIn.load(std::memory_order_acquire) == pass)
+            return &contents->hull();
+        if (contents == nullptr || !contents->equals(shape))
+            return replace(record, shape, pass);
+        record.checkedIn.store(pass, std::memory_order_release);
+        return &contents->hull();
+    }
+
+    void prepare(const btConvexHullShape& shape) noexcept;
+    void invalidate(const btConvexHullShape& shape) noexcept;
+    HullCacheStats stats() const;
+
+private:
+    HullCache() = default;
+
+    const Hull<btScalar>* replace(HullRecord& record, const btConvexHullShape& shape,
+                                  std::uint64_t pass) noexcept;
+    std::shared_ptr<HullContents> contentsOf(const btConvexHullShape& shape);
+    void sweep();
+
+    mutable std::mutex m_mutex;
+    std::unordered_map<const btConvexHullShape*, std::unique_ptr<HullRecord>> m_records;
+    std::unordered_multimap<std::uint64_t, std::weak_ptr<HullContents>> m_contents;
+    std::size_t m_sweepAt = 1024;
+    std::uint64_t m_buildsTotal = 0;
+};
+
+/// One side of a pair: its use of a record. Copies of nothing; null until the first hullOf().
+class HullUse
+{
+public:
+    HullUse() = default;
+    ~HullUse() { reset(); }
+    HullUse(const HullUse&) = delete;
+    HullUse& operator=(const HullUse&) = delete;
+
+    const Hull<btScalar>* hullOf(const btConvexHullShape& shape, std::uint64_t pass) noexcept
+    {
+        if (m_record == nullptr || m_record->shape != &shape)
+        {
+            reset();
+            m_record = HullCache::instance().acquire(shape);
+            if (m_record == nullptr)
+                return nullptr;
+        }
+        return HullCache::instance().hullOf(*m_record, shape, pass);
+    }
+
+private:
+    void reset() noexcept
+    {
+        if (m_record != nullptr)
+            HullCache::release(*m_record);
+        m_record = nullptr;
+    }
+
+    HullRecord* m_record = nullptr;
+};
+
+/// Builds the graph of a shape now instead of in the first query (about 1 ms for 1,000 points), and keeps it until
+/// invalidate(). Call when a level is loaded.
+void prepare(const btConvexHullShape& shape);
+
+/// Takes back prepare(), and lets the next query look at the points again. Needed for nothing else: edited, deleted and
+/// reallocated shapes are recognised by their points.
+void invalidate(const btConvexHullShape& shape);
+
+HullCacheStats hullCacheStats();
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

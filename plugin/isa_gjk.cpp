@@ -1,0 +1,119 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "plugin/isa_gjk.h"
+
+#include "plugin/convex_shape.h"
+#include "plugin/isa_gjk_algorithm.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionConfiguration.h>
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <new>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+/// Numbers are never used twice, in any world: a shape that was checked in one pass says nothing in another.
+std::atomic<std::uint64_t> lastPass{0};
+
+bool isRound(ConvexKind kind)
+{
+    return kind == ConvexKind::Sphere || kind == ConvexKind::Capsule;
+}
+
+/// Pairs that ISA-GJK should take over.
+bool isCovered(int typeA, int typeB, const IsaGjkOptions& options)
+{
+    const ConvexKind a = convexKindOf(typeA), b = convexKindOf(typeB);
+    if (a == ConvexKind::Foreign || b == ConvexKind::Foreign || (isRound(a) && isRound(b)))
+        return false;
+    const bool isSphereTriangle = (a == ConvexKind::Sphere && b == ConvexKind::Triangle) ||
+                                  (a == ConvexKind::Triangle && b == ConvexKind::Sphere);
+    const bool isBoxBox = a == ConvexKind::Box && b == ConvexKind::Box;
+    return !isSphereTriangle && (!isBoxBox || options.boxBox);
+}
+}  // namespace
+
+IsaGjkRegistration::IsaGjkRegistration(btCollisionDispatcher& dispatcher, const IsaGjkOptions& options)
+{
+    reset(dispatcher, options);
+}
+
+void IsaGjkRegistration::reset(btCollisionDispatcher& dispatcher, const IsaGjkOptions& options)
+{
+    m_options = options;
+    endPass();
+    for (std::atomic<std::uint64_t>* counter :
+         {&m_counters.separated, &m_counters.touching, &m_counters.depths, &m_counters.notConverged,
+          &m_counters.delegated})
+        counter->store(0, std::memory_order_relaxed);
+    m_stock = dynamic_cast<const btConvexConvexAlgorithm::CreateFunc*>(
+        dispatcher.getCollisionConfiguration()->getCollisionAlgorithmCreateFunc(CONVEX_HULL_SHAPE_PROXYTYPE,
+                                                                                CONVEX_HULL_SHAPE_PROXYTYPE));
+    if (m_stock == nullptr)
+        m_stock = &m_ownStock;
+}
+
+void IsaGjkRegistration::registerWith(btCollisionDispatcher& dispatcher)
+{
+    for (int a = 0; a < CONCAVE_SHAPES_START_HERE; ++a)
+    {
+        for (int b = 0; b < CONCAVE_SHAPES_START_HERE; ++b)
+        {
+            if (!isCovered(a, b, m_options))
+                continue;
+            dispatcher.registerCollisionCreateFunc(a, b, &m_contactPoints);
+            dispatcher.registerClosestPointsCreateFunc(a, b, &m_closestPoints);
+        }
+    }
+}
+
+void IsaGjkRegistration::beginPass()
+{
+    if (m_options.checkPoints)
+        m_pass = lastPass.fetch_add(1, std::memory_order_relaxed) + 1;
+}
+
+IsaGjkStats IsaGjkRegistration::stats() const
+{
+    const auto value = [](const std::atomic<std::uint64_t>& counter)
+    { return counter.load(std::memory_order_relaxed); };
+    IsaGjkStats stats;
+    stats.separatedTotal = value(m_counters.separated);
+    stats.touchingTotal = value(m_counters.touching);
+    stats.depthsTotal = value(m_counters.depths);
+    stats.notConvergedTotal = value(m_counters.notConverged);
+    stats.delegatedTotal = value(m_counters.delegated);
+    return stats;
+}
+
+btCollisionAlgorithm* IsaGjkRegistration::CreateFunc::CreateCollisionAlgorithm(
+    btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* a,
+    const btCollisionObjectWrapper* b)
+{
+    // The algorithm treats both sides alike, so that one function serves both orders of a pair of types.
+    void* memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(IsaGjkAlgorithm));
+    return new (memory) IsaGjkAlgorithm(m_isaGjk, info.m_manifold, info, a, b, m_closestOnly);
+}
+
+IsaGjkRegistration& registerIsaGjk(btCollisionDispatcher& dispatcher, const IsaGjkOptions& options)
+{
+    // Create functions have to outlive dispatcher and world, which nobody tells; never destroyed, and one per address.
+    static std::mutex mutex;
+    static auto& known = *new std::map<btCollisionDispatcher*, std::unique_ptr<IsaGjkRegistration>>;
+    const std::lock_guard<std::mutex> lock(mutex);
+    std::unique_ptr<IsaGjkRegistration>& isaGjk = known[&dispatcher];
+    if (isaGjk)
+        isaGjk->reset(dispatcher, options);
+    else
+        isaGjk = std::make_unique<IsaGjkRegistration>(dispatcher, options);
+    isaGjk->registerWith(dispatcher);
+    return *isaGjk;
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

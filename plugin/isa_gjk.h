@@ -1,0 +1,113 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "plugin/hull_cache.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionCreateFunc.h>
+#include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
+#include <BulletCollision/CollisionDispatch/btConvexConvexAlgorithm.h>
+#include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
+
+#include <atomic>
+#include <cstdint>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+struct IsaGjkOptions
+{
+    /// Take box against box too. Bullet has an algorithm of its own for this pair, by default left in place.
+    bool boxBox = false;
+    /// Compare a hull shape's points with those of its graph in every query (with cullet::Dispatcher once per dispatch):
+    /// about a nanosecond for three points. If false, call invalidate(shape) after every edit and before a shape is
+    /// deleted.
+    bool checkPoints = true;
+};
+
+/// Counters since the registration, summed over all pairs.
+struct IsaGjkStats
+{
+    std::uint64_t separatedTotal = 0;     ///< queries that an axis answered: no contact
+    std::uint64_t touchingTotal = 0;      ///< queries that made contact points
+    std::uint64_t depthsTotal = 0;        ///< of these, with overlapping cores
+    std::uint64_t notConvergedTotal = 0;  ///< queries without an answer, which Bullet's own detector got
+    /// Queries that Bullet's own algorithm gets as planned: round shapes that are close, enableSatConvex, perturbation.
+    std::uint64_t delegatedTotal = 0;
+};
+
+/// What all pairs of one dispatcher have in common: create functions, options, counters.
+class IsaGjkRegistration
+{
+public:
+    /// @param dispatcher its configuration has to outlive it, as Bullet demands
+    IsaGjkRegistration(btCollisionDispatcher& dispatcher, const IsaGjkOptions& options);
+    IsaGjkRegistration(const IsaGjkRegistration&) = delete;
+    IsaGjkRegistration& operator=(const IsaGjkRegistration&) = delete;
+
+    /// Fills the cells of both tables of the dispatcher.
+    void registerWith(btCollisionDispatcher& dispatcher);
+    void reset(btCollisionDispatcher& dispatcher, const IsaGjkOptions& options);
+
+    const IsaGjkOptions& options() const { return m_options; }
+    IsaGjkStats stats() const;
+
+    /// Between beginPass() and endPass() no shape changes.
+    void beginPass();
+    void endPass() { m_pass = m_options.checkPoints ? 0 : kUncheckedPass; }
+    /// See HullCache::hullOf().
+    std::uint64_t pass() const { return m_pass; }
+
+    /// Bullet's own create function, whose multipoint settings may change at any time.
+    const btConvexConvexAlgorithm::CreateFunc& stock() const { return *m_stock; }
+
+    /// Those of IsaGjkStats.
+    struct Counters
+    {
+        std::atomic<std::uint64_t> separated{0}, touching{0}, depths{0}, notConverged{0}, delegated{0};
+    };
+    Counters& counters() { return m_counters; }
+
+private:
+    struct CreateFunc : btCollisionAlgorithmCreateFunc
+    {
+        CreateFunc(IsaGjkRegistration& isaGjk, bool closestOnly)
+            : m_isaGjk(isaGjk), m_closestOnly(closestOnly)
+        {
+        }
+        btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& info,
+                                                       const btCollisionObjectWrapper* a,
+                                                       const btCollisionObjectWrapper* b) override;
+        IsaGjkRegistration& m_isaGjk;
+        bool m_closestOnly;
+    };
+
+    static constexpr std::uint64_t kUncheckedPass = ~std::uint64_t(0);
+
+    IsaGjkOptions m_options;
+    Counters m_counters;
+    std::uint64_t m_pass = 0;
+    const btConvexConvexAlgorithm::CreateFunc* m_stock;
+    btGjkEpaPenetrationDepthSolver m_depthSolver;
+    btConvexConvexAlgorithm::CreateFunc m_ownStock{&m_depthSolver};
+    CreateFunc m_contactPoints{*this, false};
+    CreateFunc m_closestPoints{*this, true};
+};
+
+/// Lets ISA-GJK find the contacts of convex pairs: one line after the dispatcher is made, before bodies are added.
+///
+/// Both tables of the dispatcher and both orders of every pair of convex types are filled, but for pairs with shorter
+/// algorithms of their own: sphere-sphere, sphere-triangle, capsule-capsule, capsule-sphere, box-box (see options), and
+/// the two-dimensional types. Children of compounds and triangles of meshes are pairs like any other.
+///
+/// Pairs of polytopes (hull, box, triangle, capsule, sphere) get their contacts here, a patch of up to four points per
+/// query. Where another shape is involved, ISA-GJK only decides that a pair is too far apart for contacts, and Bullet's
+/// own algorithm makes them.
+///
+/// @return counters and options; lives as long as the process. Registering again for a dispatcher at the same address
+///         gives the same object, with counters at zero.
+/// Errors: std::bad_alloc.
+IsaGjkRegistration& registerIsaGjk(btCollisionDispatcher& dispatcher, const IsaGjkOptions& options = {});
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,336 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "plugin/isa_gjk_algorithm.h"
+
+#include "narrow/epa.h"
+#include "narrow/gjk.h"
+#include "narrow/isa_gjk.h"
+#include "plugin/contact_patch.h"
+#include "plugin/convex_shape.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionObject.h>
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+#include <BulletCollision/CollisionShapes/btPolyhedralConvexShape.h>
+#include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
+
+#include <cmath>
+#include <exception>
+#include <typeinfo>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+void count(std::atomic<std::uint64_t>& counter)
+{
+    counter.fetch_add(1, std::memory_order_relaxed);
+}
+
+btScalar marginOf(const btConvexShape& shape, ConvexKind kind)
+{
+    if (kind == ConvexKind::Hull || kind == ConvexKind::Box)
+        return static_cast<const btConvexInternalShape&>(shape).getMarginNV();
+    return shape.getMarginNonVirtual();
+}
+
+/// One of the two shapes of a call.
+struct Side
+{
+    Side(const btCollisionShape& collisionShape, const btTransform& where)
+        : shape(static_cast<const btConvexShape&>(collisionShape)),
+          transform(where),
+          kind(convexKindOf(shape.getShapeType())),
+          margin(kind == ConvexKind::Foreign ? btScalar(0) : marginOf(shape, kind))
+    {
+    }
+
+    bool isRound() const { return kind == ConvexKind::Sphere || kind == ConvexKind::Capsule; }
+
+    /// Bullet's faces, if the application had them made.
+    const btConvexPolyhedron* features() const
+    {
+        return shape.isPolyhedral() ? static_cast<const btPolyhedralConvexShape&>(shape).getConvexPolyhedron()
+                                    : nullptr;
+    }
+
+    bool isFinite() const
+    {
+        const btMatrix3x3& m = transform.getBasis();
+        const btVector3 sum = m[0] + m[1] + m[2] + transform.getOrigin();
+        return std::isfinite(sum.x()) && std::isfinite(sum.y()) && std::isfinite(sum.z());
+    }
+
+    /// False for a hull shape that has no points, or one that is not finite.
+    bool hasPoints() const
+    {
+        if (kind != ConvexKind::Hull)
+            return true;
+        const auto& hull = static_cast<const btConvexHullShape&>(shape);
+        for (int i = 0; i < hull.getNumPoints(); ++i)
+        {
+            if (!toEigen(hull.getUnscaledPoints()[i]).allFinite())
+                return false;
+        }
+        return hull.getNumPoints() > 0;
+    }
+
+    const btConvexShape& shape;
+    const btTransform& transform;
+    ConvexKind kind;
+    btScalar margin;
+};
+}  // namespace
+
+struct ConvexPair
+{
+    ConvexPair(const btCollisionObjectWrapper& bodyA, const btCollisionObjectWrapper& bodyB)
+        : a(*bodyA.getCollisionShape(), bodyA.getWorldTransform()),
+          b(*bodyB.getCollisionShape(), bodyB.getWorldTransform()),
+          wrapA(&bodyA),
+          wrapB(&bodyB)
+    {
+    }
+    ConvexPair(const btCollisionObject& objectA, const btCollisionObject& objectB)
+        : a(*objectA.getCollisionShape(), objectA.getWorldTransform()),
+          b(*objectB.getCollisionShape(), objectB.getWorldTransform())
+    {
+    }
+
+    btScalar margins() const { return a.margin + b.margin; }
+    /// A body may have been given any other shape since its pairs were made.
+    bool isConvex() const { return a.shape.isConvex() && b.shape.isConvex(); }
+    /// Two-dimensional shapes; round ones, which Bullet solves in closed form.
+    bool isForBullet() const
+    {
+        return a.kind == ConvexKind::Foreign || b.kind == ConvexKind::Foreign || (a.isRound() && b.isRound());
+    }
+
+    Side a, b;
+    const btCollisionObjectWrapper* wrapA = nullptr;
+    const btCollisionObjectWrapper* wrapB = nullptr;
+};
+
+/// Both cores at their places; empty where a side is no polytope, or could not be placed.
+struct ConvexCores
+{
+    ConvexCores(const ConvexPair& pair, HullUse (&hulls)[2], std::uint64_t pass)
+        : a(poseShape(pair.a.shape, pair.a.kind, pair.a.transform, hulls[0], pass)),
+          b(poseShape(pair.b.shape, pair.b.kind, pair.b.transform, hulls[1], pass))
+    {
+    }
+
+    /// False if a polytope is missing.
+    bool arePlaced(const ConvexPair& pair) const
+    {
+        return (a || !isPolytope(pair.a.kind)) && (b || !isPolytope(pair.b.kind));
+    }
+
+    std::optional<PosedShape> a, b;
+};
+
+namespace
+{
+/// Is the distance of the cores larger than `limit`?
+GjkState separation(const ConvexPair& pair, const ConvexCores& cores, btScalar limit,
+                    GjkCache<btScalar>& cache)
+{
+    if (cores.a && cores.b)
+        return isaGjk(*cores.a, *cores.b, limit, cache).state;
+    const PosedSupport a(pair.a.shape, pair.a.transform), b(pair.b.shape, pair.b.transform);
+    if (cores.a)
+        return isaGjk(*cores.a, b, limit, cache).state;
+    return cores.b ? isaGjk(a, *cores.b, limit, cache).state : isaGjk(a, b, limit, cache).state;
+}
+
+/// True where Bullet would use its separating axis test instead of GJK.
+bool usesSeparatingAxisTest(const ConvexPair& pair, const btDispatcherInfo& info)
+{
+    return info.m_enableSatConvex && pair.a.features() != nullptr &&
+           (pair.b.features() != nullptr || pair.b.kind == ConvexKind::Triangle);
+}
+
+/// Distance or depth of two polytopes.
+///
+/// @param touch [out] valid for Near and Overlapping
+GjkState measure(const ConvexCores& cores, btScalar limit, GjkCache<btScalar>& cache, Touch& touch)
+{
+    const GjkResult<btScalar> near = gjkDistance(*cores.a, *cores.b, limit, cache);
+    touch = {near.axis.cast<double>(), double(near.distance), near.pointB.cast<double>()};
+    if (near.state != GjkState::Overlapping)
+        return near.state;
+    const PenetrationResult<btScalar> deep = penetration(*cores.a, *cores.b, cache);
+    // The two queries may disagree about shapes that only touch.
+    if (deep.state != GjkState::Overlapping)
+        return GjkState::NotConverged;
+    touch = {deep.axis.cast<double>(), -double(deep.depth), deep.pointB.cast<double>()};
+    const Eigen::Vector3d apart =
+        cores.a->centre() - cores.b->centre() + cores.a->origin() - cores.b->origin();
+    // Without volume both normals are right; Bullet's is the one that keeps the centres apart.
+    if (deep.method == PenetrationMethod::Flat && touch.normal.dot(apart) < 0.0)
+        touch.normal = -touch.normal;
+    return GjkState::Overlapping;
+}
+}  // namespace
+
+IsaGjkAlgorithm::IsaGjkAlgorithm(IsaGjkRegistration& isaGjk, btPersistentManifold* manifold,
+                                 const btCollisionAlgorithmConstructionInfo& info,
+                                 const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
+                                 bool closestOnly)
+    : btActivatingCollisionAlgorithm(info, a, b),
+      m_isaGjk(isaGjk),
+      m_manifold(manifold),
+      m_closestOnly(closestOnly)
+{
+}
+
+IsaGjkAlgorithm::~IsaGjkAlgorithm()
+{
+    if (m_ownsManifold)
+        m_dispatcher->releaseManifold(m_manifold);
+}
+
+void IsaGjkAlgorithm::getAllContactManifolds(btManifoldArray& manifolds)
+{
+    if (m_ownsManifold)
+        manifolds.push_back(m_manifold);
+}
+
+void IsaGjkAlgorithm::processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
+                                       const btDispatcherInfo& info, btManifoldResult* result)
+{
+    if (m_manifold == nullptr)
+    {
+        m_manifold = m_dispatcher->getNewManifold(a->getCollisionObject(), b->getCollisionObject());
+        m_ownsManifold = m_manifold != nullptr;
+    }
+    result->setPersistentManifold(m_manifold);
+    // A dispatcher without dynamic allocation has no manifold left.
+    if (m_manifold == nullptr)
+        return;
+    m_breakingThreshold = m_manifold->getContactBreakingThreshold();
+    const ConvexPair pair(*a, *b);
+    const bool isAnswered = collide(pair, info, *result);
+    const btConvexConvexAlgorithm::CreateFunc& stock = m_isaGjk.stock();
+    const bool wantsMore = stock.m_numPerturbationIterations > 0 && m_cache.state != GjkState::Separated &&
+                           !m_closestOnly &&
+                           m_manifold->getNumContacts() < stock.m_minimumPointsPerturbationThreshold;
+    if (!isAnswered || wantsMore)
+        runStock(pair, info, *result);
+    // Bullet's algorithm refreshes the manifold of two round shapes by itself, whoever owns it.
+    const bool isRefreshed = !isAnswered && pair.a.isRound() && pair.b.isRound() &&
+                             (pair.a.kind == ConvexKind::Capsule || pair.b.kind == ConvexKind::Capsule);
+    if (m_ownsManifold && !isRefreshed)
+        result->refreshContactPoints();
+    m_hasContacts = m_manifold->getNumContacts() > 0;
+}
+
+bool IsaGjkAlgorithm::isIdle(const btCollisionObject& a, const btCollisionObject& b)
+{
+    if (m_hasContacts || !m_ownsManifold || m_cache.state != GjkState::Separated)
+        return false;
+    const ConvexPair pair(a, b);
+    if (!canRunConcurrently(pair.a.shape.getShapeType()) || !canRunConcurrently(pair.b.shape.getShapeType()))
+        return false;
+    const ConvexCores cores(pair, m_hulls, m_isaGjk.pass());
+    if (!cores.arePlaced(pair))
+        return false;
+    return separation(pair, cores, pair.margins() + m_breakingThreshold, m_cache) == GjkState::Separated;
+}
+
+/// @return false if Bullet's own algorithm has to answer
+bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& info, btManifoldResult& result)
+try
+{
+    IsaGjkRegistration::Counters& counters = m_isaGjk.counters();
+    if (!pair.isConvex() || !pair.a.isFinite() || !pair.b.isFinite())
+        return true;
+    if (pair.isForBullet())
+    {
+        count(counters.delegated);
+        return false;
+    }
+    const ConvexCores cores(pair, m_hulls, m_isaGjk.pass());
+    if (!cores.arePlaced(pair))
+        return !pair.a.hasPoints() || !pair.b.hasPoints();
+    // A result of Bullet's step drops points beyond the breaking threshold; others get what Bullet's detector reports.
+    const bool isStep = typeid(result) == typeid(btManifoldResult);
+    const btScalar limit = pair.margins() + m_breakingThreshold +
+                           (isStep ? btScalar(0) : pair.margins() + result.m_closestPointDistanceThreshold);
+    const bool arePolytopes = cores.a && cores.b;
+    const bool wasNear = m_cache.state == GjkState::Near || m_cache.state == GjkState::Overlapping;
+    GjkState state = GjkState::Near;
+    if (!arePolytopes || !wasNear)
+        state = separation(pair, cores, limit, m_cache);
+    const bool mayTouch = state == GjkState::Near || state == GjkState::Overlapping;
+    if (mayTouch && (!arePolytopes || usesSeparatingAxisTest(pair, info)))
+    {
+        count(counters.delegated);
+        return false;
+    }
+    Touch touch;
+    if (mayTouch)
+        state = measure(cores, limit, m_cache, touch);
+    if (state == GjkState::Separated || state == GjkState::NotConverged)
+    {
+        count(state == GjkState::Separated ? counters.separated : counters.notConverged);
+        return state == GjkState::Separated;
+    }
+    count(counters.touching);
+    if (state == GjkState::Overlapping)
+        count(counters.depths);
+    report(pair, cores, touch, isStep ? btScalar(0) : result.m_closestPointDistanceThreshold, result);
+    return true;
+}
+catch (const std::exception&)
+{
+    return false;
+}
+
+/// @param reach points of a patch may be so much farther apart than the breaking threshold
+void IsaGjkAlgorithm::report(const ConvexPair& pair, const ConvexCores& cores, const Touch& touch,
+                             btScalar reach, btManifoldResult& result)
+{
+    // As in Bullet: where the application had faces made for both shapes, hulls touch without their margins.
+    const bool isBare = pair.a.features() != nullptr && pair.b.features() != nullptr;
+    const double marginA = isBare && pair.a.kind != ConvexKind::Box ? 0.0 : double(pair.a.margin);
+    const double marginB = isBare && pair.b.kind != ConvexKind::Box ? 0.0 : double(pair.b.margin);
+    const btVector3 normal = toBullet(touch.normal);
+    const auto add = [&](const Eigen::Vector3d& onB, double distance)
+    {
+        const Eigen::Vector3d point = cores.a->origin() + onB + marginB * touch.normal;
+        result.addContactPoint(normal, toBullet(point), static_cast<btScalar>(distance - marginA - marginB));
+    };
+    const double limit = marginA + marginB + double(m_breakingThreshold) + double(reach);
+    if (m_closestOnly || touch.distance > limit)
+        return add(touch.onB, touch.distance);
+    const ContactPatch patch = makeContactPatch(*cores.a, *cores.b, touch, limit);
+    for (int i = 0; i < patch.count; ++i)
+    {
+        const ContactPoint& point = patch.points[static_cast<std::size_t>(i)];
+        add(point.onB, point.distance);
+    }
+}
+
+void IsaGjkAlgorithm::runStock(const ConvexPair& pair, const btDispatcherInfo& info, btManifoldResult& result)
+{
+    // With a manifold given, Bullet's algorithm owns nothing, and being made costs next to nothing.
+    const btCollisionAlgorithmConstructionInfo construction(m_dispatcher, 0);
+    const btConvexConvexAlgorithm::CreateFunc& stock = m_isaGjk.stock();
+    btConvexConvexAlgorithm algorithm(m_manifold, construction, pair.wrapA, pair.wrapB, stock.m_pdSolver,
+                                      stock.m_numPerturbationIterations,
+                                      stock.m_minimumPointsPerturbationThreshold);
+    algorithm.processCollision(pair.wrapA, pair.wrapB, info, &result);
+}
+
+btScalar IsaGjkAlgorithm::calculateTimeOfImpact(btCollisionObject* a, btCollisionObject* b,
+                                                const btDispatcherInfo& info, btManifoldResult* result)
+{
+    const btCollisionAlgorithmConstructionInfo construction(m_dispatcher, 0);
+    btConvexConvexAlgorithm algorithm(m_manifold, construction, nullptr, nullptr, m_isaGjk.stock().m_pdSolver,
+                                      0, 0);
+    return algorithm.calculateTimeOfImpact(a, b, info, result);
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,67 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "narrow/gjk_types.h"
+#include "plugin/hull_cache.h"
+#include "plugin/isa_gjk.h"
+
+#include <BulletCollision/CollisionDispatch/btActivatingCollisionAlgorithm.h>
+#include <BulletCollision/CollisionDispatch/btManifoldResult.h>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+struct ConvexPair;
+struct ConvexCores;
+struct Touch;
+
+/// The contacts of one pair of convex shapes; takes the place of btConvexConvexAlgorithm. See registerIsaGjk().
+///
+/// Shapes and transforms are read anew in every call; between calls it keeps the manifold, the separating axis or
+/// simplex of the last query, and the graphs of the two hulls. All of that is checked when it is used, so that a body
+/// may change its shape, order or place at any time.
+class IsaGjkAlgorithm final : public btActivatingCollisionAlgorithm
+{
+public:
+    /// @param manifold    of a parent algorithm, which then owns and refreshes it; null: an own one, made when needed
+    /// @param closestOnly one point per query, the closest: what queries outside of a step expect
+    /// Neither this nor the destructor touches the heap: triangles of meshes come and go in every step.
+    IsaGjkAlgorithm(IsaGjkRegistration& isaGjk, btPersistentManifold* manifold,
+                    const btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* a,
+                    const btCollisionObjectWrapper* b, bool closestOnly);
+    ~IsaGjkAlgorithm() override;
+
+    void processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
+                          const btDispatcherInfo& info, btManifoldResult* result) override;
+    btScalar calculateTimeOfImpact(btCollisionObject* a, btCollisionObject* b, const btDispatcherInfo& info,
+                                   btManifoldResult* result) override;
+    void getAllContactManifolds(btManifoldArray& manifolds) override;
+
+    /// True if processCollision() of these bodies would change nothing but what this remembers: the shapes are too far
+    /// apart, and there is no contact to take back.
+    ///
+    /// Reads bodies and shapes, writes to this object only: safe to run for different pairs at the same time.
+    bool isIdle(const btCollisionObject& a, const btCollisionObject& b);
+
+private:
+    bool collide(const ConvexPair& pair, const btDispatcherInfo& info, btManifoldResult& result);
+    void report(const ConvexPair& pair, const ConvexCores& cores, const Touch& touch, btScalar reach,
+                btManifoldResult& result);
+    void runStock(const ConvexPair& pair, const btDispatcherInfo& info, btManifoldResult& result);
+
+    IsaGjkRegistration& m_isaGjk;
+    btPersistentManifold* m_manifold;
+    HullUse m_hulls[2];
+    GjkCache<btScalar> m_cache;
+    btScalar m_breakingThreshold = 0;
+    bool m_ownsManifold = false;
+    bool m_closestOnly;
+    bool m_hasContacts = false;
+};
+
+// Bullet's pool hands out elements of this size and does not look at the request.
+static_assert(sizeof(IsaGjkAlgorithm) <= 192, "too large for the pool of Bullet's configuration");
+}  // namespace CULLET_PRECISION
+}  // namespace cullet
