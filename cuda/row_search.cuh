@@ -181,8 +181,10 @@ __device__ inline void queueLevel(WarpTests& tests, const RowRecord& self, const
     }
 }
 
+/// @tparam Step SearchRows; a template so that several sources may hold it
+template <class Step>
 __global__ void __launch_bounds__(kSearchThreads)
-    searchRows(std::uint64_t end, const SearchRows step, const PairList list)
+    searchRows(std::uint64_t end, const Step step, const PairList list)
 {
     __shared__ IdPair buffers[kSearchThreads / 32][kPairBuffer];
     __shared__ std::uint32_t queues[kSearchThreads / 32][kQueue];
