@@ -72,6 +72,7 @@ struct BackendStats
     std::uint64_t unbounded = 0;   ///< boxes on the side list of unbounded boxes
     std::uint64_t bytes = 0;       ///< memory held, bytes
     std::uint64_t rebuildsTotal = 0;     ///< updates that took the clear-and-rebuild path
+    std::uint64_t falsePairs = 0;        ///< shifted sweep and prune: found by rounding alone, and dropped
     std::uint64_t swaps[3] = {0, 0, 0};  ///< sweep and prune: swaps of neighbouring limits, by axis
 };
 
@@ -136,8 +137,10 @@ struct GridOptions
 /// Which of the two searches a sweep-and-prune backend runs. The pairs are the same.
 enum class PsapVariant
 {
-    Rows,    ///< the fast one: counting sort into rows of cells, one entry per box, several levels
-    Literal  ///< as the thesis has it: count, scan, fill, radix sort of (cell, start) keys, sweep
+    Rows,     ///< the fast one: counting sort into rows of cells, one entry per box, several levels
+    Literal,  ///< as the thesis has it: count, scan, fill, radix sort of (cell, start) keys, sweep
+    Shifted  ///< the same with the thesis's shift by cell x scene length in float, which finds false pairs; they are
+             ///< counted (BackendStats::falsePairs) and dropped. Neither bitStrings nor splitWork.
 };
 
 /// How the sweep axis is chosen. The pairs are the same.
@@ -147,7 +150,9 @@ enum class PsapAxis
     X,
     Y,
     Z,
-    Random  ///< by the seed, once per backend
+    Random,  ///< by the seed, once per backend
+    Principal  ///< the principal component of the centres (Liu et al. 2010); not a world axis. The rows variant takes
+               ///< Variance instead.
 };
 
 /// How many cells the literal variant cuts the two other axes into. The pairs are the same.
@@ -174,7 +179,10 @@ struct PsapOptions
     PsapAxis axis = PsapAxis::Variance;
     PsapCells cells = PsapCells::Automatic;
     std::uint32_t cellCount = 1;  ///< for PsapCells::FixedCount
-    std::uint32_t seed = 1;       ///< for PsapAxis::Random and PsapExecutor::Shuffled
+    bool bitStrings =
+        false;  ///< literal variant: 8 x 8 second-level cells as bit strings, compared before a test
+    bool splitWork = false;  ///< literal variant: long sweeps are cut into parts of 128 tests
+    std::uint32_t seed = 1;  ///< for PsapAxis::Random and PsapExecutor::Shuffled
     /// Rows variant: width of a cell and length of a bin in longest sides of their level; 0: chosen by a cost model. Any
     /// values give the same pairs.
     float cellScale = 0.0f;

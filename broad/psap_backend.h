@@ -368,6 +368,7 @@ private:
         m_stats.pairs = m_heldCount;
         m_stats.unbounded = m_counts.side;
         m_stats.entries = m_search.entryCount();
+        m_stats.falsePairs = m_search.falsePairCount();
         m_stats.candidates = m_exec.takeTestCount();
     }
 

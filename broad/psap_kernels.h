@@ -11,8 +11,8 @@
 /// axes, written as (cell, start) keys, sorted, and swept along the sweep axis inside each cell.
 ///
 /// Two differences, both for exactness: instead of shifting each cell's boxes by cell x scene size in float, which
-/// invents and loses pairs by rounding, the cell is the upper half of an integer key; and a pair that shares several
-/// cells is reported by one of them only, so that nothing has to be sorted out afterwards.
+/// invents pairs by rounding (psap_shifted.h counts them), the cell is the upper half of an integer key; and a pair that
+/// shares several cells is reported by one of them only, so that nothing has to be sorted out afterwards.
 namespace cullet::psap
 {
 /// Float as an unsigned integer of the same order. -0 counts as +0; no NaN.
@@ -29,6 +29,7 @@ struct CellPlan
     float originU, originV;
     float inverseU, inverseV;
     std::uint32_t countU, countV;
+    float sceneLength;  ///< along the sweep axis, no less than it is
 };
 
 /// The block of cells that a box touches, bounds included.
@@ -59,6 +60,17 @@ CULLET_HOST_DEVICE inline CellBlock cellsOf(const CellPlan& plan, const Aabb& bo
             clampedCell(along(box.max, plan.axes.v), plan.originV, plan.inverseV, plan.countV)};
 }
 
+/// The cell that reports a pair: that of the corner (max of minima) of the two boxes.
+CULLET_HOST_DEVICE inline std::uint64_t ownerCell(const CellPlan& plan, const Aabb& a, const Aabb& b)
+{
+    const Axes axes = plan.axes;
+    const float u = along(a.min, axes.u) > along(b.min, axes.u) ? along(a.min, axes.u) : along(b.min, axes.u);
+    const float v = along(a.min, axes.v) > along(b.min, axes.v) ? along(a.min, axes.v) : along(b.min, axes.v);
+    return static_cast<std::uint64_t>(clampedCell(v, plan.originV, plan.inverseV, plan.countV)) *
+               plan.countU +
+           clampedCell(u, plan.originU, plan.inverseU, plan.countU);
+}
+
 /// Chooses the sweep axis and the cells from the statistics. One index.
 struct PlanCells
 {
@@ -67,6 +79,7 @@ struct PlanCells
     static constexpr double kLargestCount = 1 << 20;  // cells in all, also those per axis
 
     const Moments* moments;
+    const SizeClasses* sizes;
     PsapAxis axis;
     PsapCells rule;
     std::uint32_t fixedCount;
@@ -109,6 +122,7 @@ struct PlanCells
         plan->originV = sums.count == 0 ? 0.0f : sums.low[axes.v];
         plan->inverseU = inverse(plan->countU, sideU);
         plan->inverseV = inverse(plan->countV, sideV);
+        plan->sceneLength = sums.count == 0 ? 0.0f : lengthAlong(axes.s);
     }
 
 private:
@@ -116,6 +130,19 @@ private:
     {
         // Written so that NaN, from a scene without extent, gives 1.
         return count >= 1 ? static_cast<std::uint32_t>(count < kLargestCount ? count : kLargestCount) : 1u;
+    }
+
+    CULLET_HOST_DEVICE float lengthAlong(std::uint32_t which) const
+    {
+        double longest = 0;
+        for (std::uint32_t octave = 0; octave < kOctaves; ++octave)
+        {
+            const double side = floatOf(sizes->largestBits[octave]);
+            longest = side > longest ? side : longest;
+        }
+        const double length =
+            static_cast<double>(along(moments->high, which)) - along(moments->low, which) + longest;
+        return static_cast<float>(length < 1e30 ? length : 1e30);
     }
 
     CULLET_HOST_DEVICE static float inverse(std::uint32_t count, double side)
@@ -132,6 +159,7 @@ struct CountCells
     static constexpr std::uint64_t kMostCells = 4096;
 
     const Aabb* boxes;
+    const Aabb* placed;  ///< what stands for the boxes in cells and sweep: themselves or their projections
     const CellPlan* plan;
     std::uint64_t* counts;  ///< [boxes, out]
     std::uint32_t* side;    ///< [boxes, out]
@@ -143,7 +171,7 @@ struct CountCells
         counts[i] = 0;
         if (!isValid(box))
             return;
-        const std::uint64_t cells = cellsOf(*plan, box).size();
+        const std::uint64_t cells = cellsOf(*plan, loadBox(placed, i)).size();
         if (boundedExtent(box) <= kUnboundedExtent && cells <= kMostCells)
             counts[i] = cells;
         else
@@ -154,7 +182,7 @@ struct CountCells
 /// Step 3: writes the (cell, start) keys of box i from its offset on.
 struct FillEntries
 {
-    const Aabb* boxes;
+    const Aabb* placed;
     const CellPlan* plan;
     const std::uint64_t* counts;
     const std::uint64_t* offsets;  ///< exclusive scan of the counts
@@ -165,8 +193,8 @@ struct FillEntries
     {
         if (counts[i] == 0)
             return;
-        const CellBlock cells = cellsOf(*plan, boxes[i]);
-        const std::uint64_t start = orderedBits(along(boxes[i].min, plan->axes.s));
+        const CellBlock cells = cellsOf(*plan, placed[i]);
+        const std::uint64_t start = orderedBits(along(placed[i].min, plan->axes.s));
         std::uint64_t entry = offsets[i];
         for (std::uint32_t v = cells.v0; v <= cells.v1; ++v)
         {
@@ -204,47 +232,72 @@ struct SweepCell
     const std::uint64_t* keys;  ///< [count] sorted
     const std::uint32_t* rows;
     const std::uint8_t* isLonely;
+    const std::uint64_t* bits;  ///< second-level bit strings, or null
     std::uint64_t count;
     const Aabb* boxes;
+    const Aabb* placed;
     const CellPlan* plan;
     EntryTest isNew;
 
     template <class Emit>
     CULLET_HOST_DEVICE void operator()(std::uint64_t i, Emit& emit) const
     {
-        if (isLonely[i] != 0)
-            return;
+        if (isLonely[i] == 0)
+            test(i, i + 1, count, emit);
+    }
+
+    /// Tests entry i against those of [begin, end) that start inside its box.
+    template <class Emit>
+    CULLET_HOST_DEVICE void test(std::uint64_t i, std::uint64_t begin, std::uint64_t end, Emit& emit) const
+    {
         const std::uint32_t row = rows[i];
         const Aabb box = loadBox(boxes, row);
-        const std::uint64_t cell = keys[i] >> 32;
-        const std::uint64_t end = cell << 32 | orderedBits(along(box.max, plan->axes.s));
-        std::uint64_t j = i + 1;
-        for (; j < count && keys[j] <= end; ++j)
+        const std::uint64_t last = lastKey(i);
+        std::uint64_t tests = 0;
+        for (std::uint64_t j = begin; j < end && keys[j] <= last; ++j)
         {
-            const Aabb other = loadBox(boxes, rows[j]);
+            if (bits != nullptr && (bits[i] & bits[j]) == 0)
+                continue;
+            ++tests;
             const IdPair pair = {row, rows[j]};
-            if (overlaps(box, other) && ownerCell(box, other) == cell && isNew(pair))
+            if (overlaps(box, loadBox(boxes, pair.b)) && isOwned(pair, keys[i] >> 32) && isNew(pair))
                 emit.push(pair);
         }
-        emit.tested(j - i - 1);
+        emit.tested(tests);
+    }
+
+    /// First entry behind i that starts behind its box or lies in another cell; i + 1 for a lonely one.
+    CULLET_HOST_DEVICE std::uint64_t firstBehind(std::uint64_t i) const
+    {
+        if (isLonely[i] != 0)
+            return i + 1;
+        const std::uint64_t last = lastKey(i);
+        std::uint64_t low = i + 1;
+        std::uint64_t high = count;
+        while (low < high)
+        {
+            const std::uint64_t middle = low + (high - low) / 2;
+            if (keys[middle] <= last)
+                low = middle + 1;
+            else
+                high = middle;
+        }
+        return low;
     }
 
 private:
-    CULLET_HOST_DEVICE std::uint64_t ownerCell(const Aabb& a, const Aabb& b) const
+    CULLET_HOST_DEVICE std::uint64_t lastKey(std::uint64_t i) const
     {
-        const Axes axes = plan->axes;
-        const float u =
-            along(a.min, axes.u) > along(b.min, axes.u) ? along(a.min, axes.u) : along(b.min, axes.u);
-        const float v =
-            along(a.min, axes.v) > along(b.min, axes.v) ? along(a.min, axes.v) : along(b.min, axes.v);
-        return static_cast<std::uint64_t>(clampedCell(v, plan->originV, plan->inverseV, plan->countV)) *
-                   plan->countU +
-               clampedCell(u, plan->originU, plan->inverseU, plan->countU);
+        return keys[i] >> 32 << 32 | orderedBits(along(loadBox(placed, rows[i]).max, plan->axes.s));
+    }
+
+    CULLET_HOST_DEVICE bool isOwned(IdPair pair, std::uint64_t cell) const
+    {
+        return ownerCell(*plan, loadBox(placed, pair.a), loadBox(placed, pair.b)) == cell;
     }
 };
 
 /// Finds the pairs of box i with the boxes on the side list.
-///
 struct TestSide
 {
     const Aabb* boxes;

@@ -12,8 +12,10 @@
 namespace cullet::test
 {
 /// The variants and options of the sweep-and-prune backends, under the names of `prefix` and what is special.
+/// @param withComparators also the options that are there to be compared
 inline std::vector<BackendCase> psapCases(
-    const std::string& prefix, const std::function<std::unique_ptr<Backend>(const PsapOptions&)>& make)
+    const std::string& prefix, const std::function<std::unique_ptr<Backend>(const PsapOptions&)>& make,
+    bool withComparators = true)
 {
     std::vector<BackendCase> cases;
     const auto add = [&](const char* name, const std::function<void(PsapOptions&)>& change)
@@ -73,6 +75,40 @@ inline std::vector<BackendCase> psapCases(
             options.cellCount = 5000;
             options.axis = PsapAxis::Z;
         });
+    if (!withComparators)
+        return cases;
+    const auto addLiteral = [&](const char* name, const std::function<void(PsapOptions&)>& change)
+    {
+        add(name,
+            [&](PsapOptions& options)
+            {
+                options.variant = PsapVariant::Literal;
+                change(options);
+            });
+    };
+    addLiteral("LiteralPrincipal", [](PsapOptions& options) { options.axis = PsapAxis::Principal; });
+    addLiteral("LiteralBitStrings", [](PsapOptions& options) { options.bitStrings = true; });
+    addLiteral("LiteralSplitWork",
+               [](PsapOptions& options)
+               {
+                   options.splitWork = true;
+                   options.cells = PsapCells::Thesis;
+               });
+    addLiteral("LiteralEverything",
+               [](PsapOptions& options)
+               {
+                   options.axis = PsapAxis::Principal;
+                   options.bitStrings = options.splitWork = true;
+                   options.cells = PsapCells::FixedCount;
+                   options.cellCount = 20;
+               });
+    addLiteral("Shifted",
+               [](PsapOptions& options)
+               {
+                   options.variant = PsapVariant::Shifted;
+                   options.cells = PsapCells::FixedCount;
+                   options.cellCount = 1000;
+               });
     return cases;
 }
 }  // namespace cullet::test

@@ -1,0 +1,260 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// What the options of the sweep-and-prune backends change: not the pairs, which the conformance suite holds, but the work.
+
+#include "broad/host_exec.h"
+#include "broad/psap_pipeline.h"
+#include "tests/support/backend_session.h"
+#include "tests/support/boxes.h"
+#include "tests/support/random.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace cullet::test
+{
+namespace
+{
+/// HostExec that remembers the most tests that one index of a step made.
+class CountingExec : public psap::HostExec
+{
+public:
+    using HostExec::HostExec;
+
+    template <class Step>
+    void forEachEmitting(std::uint64_t count, const Step& step, const psap::PairList& list)
+    {
+        struct TestCounter
+        {
+            const psap::PairList& pairs;
+            std::uint64_t tests = 0;
+
+            void push(IdPair pair) { pairs.push(pair); }
+            void tested(std::uint64_t made) { tests += made; }
+        };
+        for (std::uint64_t i = 0; i < count; ++i)
+        {
+            TestCounter counter{list};
+            step(i, counter);
+            mostTests = std::max(mostTests, counter.tests);
+            allTests += counter.tests;
+        }
+    }
+
+    std::uint64_t mostTests = 0;
+    std::uint64_t allTests = 0;
+};
+
+struct Work
+{
+    std::uint64_t pairs = 0;
+    std::uint64_t tests = 0;
+    std::uint64_t mostTests = 0;
+    std::uint64_t falsePairs = 0;
+};
+
+/// Every overlapping pair of a scene by the search with cells.
+Work searchOnce(const std::vector<Aabb>& boxes, const PsapOptions& options)
+{
+    CountingExec exec(options);
+    psap::CellSearch<CountingExec> search(options, options.axis);
+    search.build(exec, {boxes.data(), boxes.size()});
+    std::vector<IdPair> found(1u << 20);
+    std::uint64_t count = 0;
+    psap::EntryTest all{};
+    all.takeAll = true;
+    search.emit(exec, all, {found.data(), found.size(), &count});
+    EXPECT_LE(count, found.size());
+    return {count, exec.allTests, exec.mostTests, search.falsePairCount()};
+}
+
+PsapOptions literal(PsapCells cells = PsapCells::Automatic, std::uint32_t cellCount = 1)
+{
+    PsapOptions options;
+    options.variant = PsapVariant::Literal;
+    options.cells = cells;
+    options.cellCount = cellCount;
+    return options;
+}
+
+std::vector<Aabb> uniformCubes(std::uint32_t count, float side, Random& random)
+{
+    std::vector<Aabb> boxes;
+    for (std::uint32_t i = 0; i < count; ++i)
+        boxes.push_back(boxAt(random.between(0, side), random.between(0, side), random.between(0, side)));
+    return boxes;
+}
+
+/// Centres in a slab along (1, 1, 0) and z, which is thin across.
+std::vector<Aabb> slantedSlab(std::uint32_t count, Random& random)
+{
+    std::vector<Aabb> boxes;
+    for (std::uint32_t i = 0; i < count; ++i)
+    {
+        const float far = random.between(-150, 150), across = random.between(-2, 2);
+        boxes.push_back(boxAt(far + across, far - across, random.between(-100, 100)));
+    }
+    return boxes;
+}
+
+TEST(PsapOptions, PrincipalDirectionsAreThoseOfTheCloud)
+{
+    SCOPED_TRACE("seed 1");
+    Random random(1);
+    psap::CentreSums sums;
+    sums.reset();
+    for (int i = 0; i < 10000; ++i)
+    {
+        // Along (2, 1, 2) / 3 far, along (-2, 2, 1) / 3 less, along (1, 2, -2) / 3 hardly.
+        const float a = random.between(-30, 30), b = random.between(-10, 10), c = random.between(-1, 1);
+        sums.add(boxAt((2 * a - 2 * b + c) / 3 + 5, (a + 2 * b + 2 * c) / 3 - 7, (2 * a + b - 2 * c) / 3));
+    }
+    const psap::Directions found = psap::principalDirections(sums);
+    const float expected[3][3] = {{2, 1, 2}, {-2, 2, 1}, {1, 2, -2}};
+    for (int k = 0; k < 3; ++k)
+    {
+        float cosine = 0;
+        for (int axis = 0; axis < 3; ++axis)
+            cosine += found.along[k][axis] * expected[k][axis] / 3;
+        // The spread of 10,000 samples turns the directions by about a hundredth.
+        EXPECT_GT(std::fabs(cosine), 0.999f) << k;
+    }
+}
+
+TEST(PsapOptions, ScenesWithoutASpreadHaveTheWorldAxes)
+{
+    psap::CentreSums sums;
+    sums.reset();
+    sums.add(cube(3e38f, 3e38f));
+    sums.add(cube(-3e38f, -3e38f));
+    sums.product[0] = std::numeric_limits<double>::infinity();
+    const psap::Directions found = psap::principalDirections(sums);
+    for (int k = 0; k < 3; ++k)
+    {
+        for (int axis = 0; axis < 3; ++axis)
+            EXPECT_EQ(found.along[k][axis], k == axis ? 1.0f : 0.0f);
+    }
+}
+
+TEST(PsapOptions, ProjectionsOfOverlappingBoxesOverlap)
+{
+    SCOPED_TRACE("seed 2");
+    Random random(2);
+    int touching = 0;
+    for (int i = 0; i < 20000; ++i)
+    {
+        // Boxes that touch in one point, at sizes where every product is rounded.
+        const float half = random.logUniform(-8, 8);
+        Aabb boxes[2] = {boxAt(random.between(-1000, 1000), random.between(-1000, 1000),
+                               random.between(-1000, 1000), half)};
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            boxes[1].min[axis] = boxes[0].max[axis];
+            boxes[1].max[axis] = boxes[1].min[axis] + random.between(0, 3);
+        }
+        psap::Directions directions;
+        for (auto& direction : directions.along)
+        {
+            for (float& component : direction)
+                component = random.between(-1, 1);
+        }
+        Aabb projections[2];
+        for (std::uint64_t k = 0; k < 2; ++k)
+            psap::ProjectBox{boxes, directions, projections}(k);
+        ASSERT_TRUE(isValid(projections[0]) && isValid(projections[1]));
+        ASSERT_TRUE(overlaps(projections[0], projections[1])) << "box pair " << i;
+        for (int axis = 0; axis < 3; ++axis)
+            touching += projections[0].max[axis] == projections[1].min[axis] ? 1 : 0;
+    }
+    EXPECT_GT(touching, 100) << "otherwise the rounding was never put to the test";
+}
+
+TEST(PsapOptions, PrincipalAxisSavesTestsInASlantedSlabAndCostsSomeElsewhere)
+{
+    SCOPED_TRACE("seed 3");
+    Random random(3);
+    for (const bool isSlanted : {true, false})
+    {
+        const std::vector<Aabb> boxes =
+            isSlanted ? slantedSlab(20000, random) : uniformCubes(20000, 60, random);
+        PsapOptions options = literal(PsapCells::FixedCount, 64);
+        const Work variance = searchOnce(boxes, options);
+        options.axis = PsapAxis::Principal;
+        const Work principal = searchOnce(boxes, options);
+        EXPECT_EQ(principal.pairs, variance.pairs);
+        EXPECT_GT(principal.pairs, 1000u);
+        if (isSlanted)
+            EXPECT_LT(2 * principal.tests, variance.tests) << "square cells across the slab are wasted on it";
+        else
+            EXPECT_GT(principal.tests, variance.tests) << "projections are longer than boxes";
+    }
+}
+
+TEST(PsapOptions, CellsWithOneBoxAreLeftOut)
+{
+    std::vector<Aabb> boxes;
+    for (int i = 0; i < 400; ++i)
+        boxes.push_back(
+            boxAt(0, 10.0f * static_cast<float>(i % 20) + 5, 10.0f * static_cast<float>(i / 20) + 5, 0.1f));
+    PsapOptions options = literal(PsapCells::FixedCount, 400);
+    options.axis = PsapAxis::X;
+    EXPECT_EQ(searchOnce(boxes, options).tests, 0u);
+    options.cellCount = 1;
+    EXPECT_EQ(searchOnce(boxes, options).tests, 400u * 399 / 2);
+}
+
+TEST(PsapOptions, BitStringsSaveTests)
+{
+    SCOPED_TRACE("seed 4");
+    Random random(4);
+    const std::vector<Aabb> boxes = uniformCubes(20000, 60, random);
+    PsapOptions options = literal(PsapCells::FixedCount, 16);
+    const Work without = searchOnce(boxes, options);
+    options.bitStrings = true;
+    const Work with = searchOnce(boxes, options);
+    EXPECT_EQ(with.pairs, without.pairs);
+    EXPECT_GT(with.pairs, 1000u);
+    EXPECT_LT(with.tests * 8, without.tests);
+}
+
+TEST(PsapOptions, SplitWorkBoundsTheTestsOfAnIndex)
+{
+    SCOPED_TRACE("seed 5");
+    Random random(5);
+    std::vector<Aabb> boxes = uniformCubes(5000, 60, random);
+    boxes.push_back(cube(-1, 61));
+    PsapOptions options = literal(PsapCells::FixedCount, 4);
+    const Work whole = searchOnce(boxes, options);
+    options.splitWork = true;
+    const Work split = searchOnce(boxes, options);
+    EXPECT_EQ(split.pairs, whole.pairs);
+    EXPECT_EQ(split.tests, whole.tests);
+    EXPECT_GT(whole.mostTests, 1000u) << "the giant sweeps over a whole cell";
+    EXPECT_EQ(split.mostTests, psap::CountParts::kPart);
+}
+
+TEST(PsapOptions, ShiftingInFloatFindsFalsePairsTheMoreCellsThereAre)
+{
+    SCOPED_TRACE("seed 6");
+    Random random(6);
+    const std::vector<Aabb> boxes = uniformCubes(20000, 60, random);
+    PsapOptions options = literal(PsapCells::FixedCount, 1);
+    options.variant = PsapVariant::Shifted;
+    const Work one = searchOnce(boxes, options);
+    EXPECT_EQ(one.falsePairs, 0u);
+    options.cellCount = 256;
+    const Work some = searchOnce(boxes, options);
+    options.cellCount = 65536;
+    const Work many = searchOnce(boxes, options);
+    EXPECT_EQ(some.pairs, one.pairs);
+    EXPECT_EQ(many.pairs, one.pairs);
+    EXPECT_GT(some.falsePairs, 0u);
+    EXPECT_GT(many.falsePairs, 100 * some.falsePairs);
+    EXPECT_EQ(searchOnce(boxes, literal(PsapCells::FixedCount, 65536)).falsePairs, 0u);
+}
+}  // namespace
+}  // namespace cullet::test
