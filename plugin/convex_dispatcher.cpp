@@ -20,6 +20,32 @@ namespace
 /// Pairs per task: some ten microseconds of work.
 constexpr std::size_t kGrain = 256;
 
+/// Pairs between the first touch of a pair's memory and its use.
+constexpr std::size_t kAhead = 12;
+
+void prefetchBytes(const void* object, std::size_t from, std::size_t to)
+{
+    const auto* bytes = static_cast<const char*>(object);
+    for (std::size_t at = from; at < to; at += 64)
+        __builtin_prefetch(bytes + at);
+    __builtin_prefetch(bytes + to - 1);
+}
+
+/// The algorithm and the proxies of a pair that comes later; the bodies of one that comes sooner.
+void prefetch(const btBroadphasePair& later, const btBroadphasePair& sooner)
+{
+    prefetchBytes(later.m_algorithm, 0, sizeof(IsaGjkAlgorithm));
+    __builtin_prefetch(later.m_pProxy0);
+    __builtin_prefetch(later.m_pProxy1);
+    // The transform comes first in a body; its shape and state follow behind the second transform and five vectors.
+    constexpr std::size_t kShape = 2 * sizeof(btTransform) + 5 * sizeof(btVector3);
+    for (const btBroadphaseProxy* proxy : {sooner.m_pProxy0, sooner.m_pProxy1})
+    {
+        prefetchBytes(proxy->m_clientObject, 0, sizeof(btTransform) + 16);
+        prefetchBytes(proxy->m_clientObject, kShape, kShape + 40);
+    }
+}
+
 bool isIdle(const btBroadphasePair& pair)
 {
     if (pair.m_algorithm == nullptr || typeid(*pair.m_algorithm) != typeid(IsaGjkAlgorithm))
@@ -110,6 +136,8 @@ std::uint64_t Dispatcher::findIdlePairs(const btBroadphasePair* pairs, std::size
     std::uint64_t found = 0;
     for (std::size_t i = begin; i < end; ++i)
     {
+        if (i + kAhead < end)
+            prefetch(pairs[i + kAhead], pairs[i + kAhead / 2]);
         if (!isIdle(pairs[i]))
             continue;
         m_idle[i] = pairs[i].m_algorithm;

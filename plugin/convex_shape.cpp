@@ -74,7 +74,7 @@ std::optional<PosedShape> poseHull(const btConvexHullShape& shape, const btTrans
                                    std::uint64_t pass)
 {
     const Hull<btScalar>* hull = use.hullOf(shape, pass);
-    if (hull == nullptr || hull->kind() == HullKind::Empty || hull->kind() == HullKind::NotFinite)
+    if (hull == nullptr || hull->vertexCount() == 0)
         return {};
     const Vector scaling = toEigen(shape.getLocalScalingNV());
     return PosedShape(*hull, basisOf(transform) * scaling.asDiagonal(), toEigen(transform.getOrigin()));
@@ -86,28 +86,6 @@ PosedShape poseBox(const btBoxShape& box, const btTransform& transform)
     return {unitHulls().cube, basisOf(transform) * half.asDiagonal(), toEigen(transform.getOrigin())};
 }
 }  // namespace
-
-ConvexKind convexKindOf(int shapeType)
-{
-    switch (shapeType)
-    {
-        case CONVEX_HULL_SHAPE_PROXYTYPE:
-            return ConvexKind::Hull;
-        case BOX_SHAPE_PROXYTYPE:
-            return ConvexKind::Box;
-        case TRIANGLE_SHAPE_PROXYTYPE:
-            return ConvexKind::Triangle;
-        case CAPSULE_SHAPE_PROXYTYPE:
-            return ConvexKind::Capsule;
-        case SPHERE_SHAPE_PROXYTYPE:
-            return ConvexKind::Sphere;
-        case BOX_2D_SHAPE_PROXYTYPE:
-        case CONVEX_2D_SHAPE_PROXYTYPE:
-            return ConvexKind::Foreign;
-        default:
-            return btBroadphaseProxy::isConvex(shapeType) ? ConvexKind::Support : ConvexKind::Foreign;
-    }
-}
 
 bool canRunConcurrently(int shapeType)
 {
@@ -141,6 +119,23 @@ std::optional<PosedShape> poseShape(const btConvexShape& shape, ConvexKind kind,
             return PosedShape(unitHulls().point, basisOf(transform), toEigen(transform.getOrigin()));
         default:
             return {};
+    }
+}
+
+bool stretchUnitHull(const btConvexShape& shape, const btTransform& transform, StretchedHull& stretched)
+{
+    static const btVector3 kUnit(1, 1, 1);
+    switch (shape.getShapeType())
+    {
+        case BOX_SHAPE_PROXYTYPE:
+            stretched = {&unitHulls().cube,
+                         &static_cast<const btBoxShape&>(shape).getImplicitShapeDimensions(), &transform};
+            return true;
+        case SPHERE_SHAPE_PROXYTYPE:
+            stretched = {&unitHulls().point, &kUnit, &transform};
+            return true;
+        default:
+            return false;
     }
 }
 }  // namespace CULLET_PRECISION

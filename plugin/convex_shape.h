@@ -3,6 +3,7 @@
 #pragma once
 
 #include "narrow/posed_hull.h"
+#include "plugin/axis_test.h"
 #include "plugin/hull_cache.h"
 
 #include <BulletCollision/CollisionShapes/btConvexShape.h>
@@ -38,7 +39,27 @@ enum class ConvexKind : std::uint8_t
     Foreign    ///< two-dimensional or not convex: not for this library
 };
 
-ConvexKind convexKindOf(int shapeType);
+inline ConvexKind convexKindOf(int shapeType)
+{
+    switch (shapeType)
+    {
+        case CONVEX_HULL_SHAPE_PROXYTYPE:
+            return ConvexKind::Hull;
+        case BOX_SHAPE_PROXYTYPE:
+            return ConvexKind::Box;
+        case TRIANGLE_SHAPE_PROXYTYPE:
+            return ConvexKind::Triangle;
+        case CAPSULE_SHAPE_PROXYTYPE:
+            return ConvexKind::Capsule;
+        case SPHERE_SHAPE_PROXYTYPE:
+            return ConvexKind::Sphere;
+        case BOX_2D_SHAPE_PROXYTYPE:
+        case CONVEX_2D_SHAPE_PROXYTYPE:
+            return ConvexKind::Foreign;
+        default:
+            return btBroadphaseProxy::isConvex(shapeType) ? ConvexKind::Support : ConvexKind::Foreign;
+    }
+}
 
 inline bool isPolytope(ConvexKind kind)
 {
@@ -55,6 +76,22 @@ bool canRunConcurrently(int shapeType);
 /// @return nothing if the shape has no points, they are not finite, or memory ran out
 std::optional<PosedShape> poseShape(const btConvexShape& shape, ConvexKind kind, const btTransform& transform,
                                     HullUse& use, std::uint64_t pass);
+
+/// A box or sphere for staysSeparated(). @return false for other kinds
+bool stretchUnitHull(const btConvexShape& shape, const btTransform& transform, StretchedHull& stretched);
+
+/// A hull, box or sphere without a copy of its transform, for staysSeparated().
+///
+/// @return false for other kinds, and where poseShape() gives nothing
+inline bool stretchShape(const btConvexShape& shape, const btTransform& transform, HullUse& use,
+                         std::uint64_t pass, StretchedHull& stretched)
+{
+    if (shape.getShapeType() != CONVEX_HULL_SHAPE_PROXYTYPE)
+        return stretchUnitHull(shape, transform, stretched);
+    const auto& hull = static_cast<const btConvexHullShape&>(shape);
+    stretched = {use.hullOf(hull, pass), &hull.getLocalScalingNV(), &transform};
+    return stretched.hull != nullptr && stretched.hull->vertexCount() > 0;
+}
 
 /// A shape of kind Support for the queries of narrow/.
 class PosedSupport

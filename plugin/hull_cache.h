@@ -82,16 +82,12 @@ public:
     /// The hull of the points that the shape has now; null without memory.
     ///
     /// @param pass not 0: shapes do not change while this number is in use, and one comparison is enough for it
-    const Hull<btScalar>* hullOf(HullRecord& record, const btConvexHullShape& shape,
-                                 std::uint64_t pass) noexcept
+    static const Hull<btScalar>* hullOf(HullRecord& record, const btConvexHullShape& shape,
+                                        std::uint64_t pass) noexcept
     {
-        const HullContents* contents = record.contents.load(std::memory_order_acquire);
         if (pass != 0 && record.checkedIn.load(std::memory_order_acquire) == pass)
-            return &contents->hull();
-        if (contents == nullptr || !contents->equals(shape))
-            return replace(record, shape, pass);
-        record.checkedIn.store(pass, std::memory_order_release);
-        return &contents->hull();
+            return &record.contents.load(std::memory_order_acquire)->hull();
+        return instance().check(record, shape, pass);
     }
 
     void prepare(const btConvexHullShape& shape) noexcept;
@@ -101,6 +97,8 @@ public:
 private:
     HullCache() = default;
 
+    const Hull<btScalar>* check(HullRecord& record, const btConvexHullShape& shape,
+                                std::uint64_t pass) noexcept;
     const Hull<btScalar>* replace(HullRecord& record, const btConvexHullShape& shape,
                                   std::uint64_t pass) noexcept;
     std::shared_ptr<HullContents> contentsOf(const btConvexHullShape& shape);
@@ -131,7 +129,7 @@ public:
             if (m_record == nullptr)
                 return nullptr;
         }
-        return HullCache::instance().hullOf(*m_record, shape, pass);
+        return HullCache::hullOf(*m_record, shape, pass);
     }
 
 private:

@@ -231,12 +231,23 @@ bool IsaGjkAlgorithm::isIdle(const btCollisionObject& a, const btCollisionObject
     if (m_hasContacts || !m_ownsManifold || m_cache.state != GjkState::Separated)
         return false;
     const ConvexPair pair(a, b);
+    const btScalar limit = pair.margins() + m_breakingThreshold;
+    if (staysApart(pair, limit))
+        return true;
     if (!canRunConcurrently(pair.a.shape.getShapeType()) || !canRunConcurrently(pair.b.shape.getShapeType()))
         return false;
     const ConvexCores cores(pair, m_hulls, m_isaGjk.pass());
-    if (!cores.arePlaced(pair))
-        return false;
-    return separation(pair, cores, pair.margins() + m_breakingThreshold, m_cache) == GjkState::Separated;
+    return cores.arePlaced(pair) && separation(pair, cores, limit, m_cache) == GjkState::Separated;
+}
+
+/// The cheap proof, where there is one.
+bool IsaGjkAlgorithm::staysApart(const ConvexPair& pair, btScalar limit)
+{
+    StretchedHull a, b;
+    return m_cache.state == GjkState::Separated &&
+           stretchShape(pair.a.shape, pair.a.transform, m_hulls[0], m_isaGjk.pass(), a) &&
+           stretchShape(pair.b.shape, pair.b.transform, m_hulls[1], m_isaGjk.pass(), b) &&
+           staysSeparated(a, b, limit, m_cache);
 }
 
 /// @return false if Bullet's own algorithm has to answer
@@ -251,13 +262,18 @@ try
         count(counters.delegated);
         return false;
     }
-    const ConvexCores cores(pair, m_hulls, m_isaGjk.pass());
-    if (!cores.arePlaced(pair))
-        return !pair.a.hasPoints() || !pair.b.hasPoints();
     // A result of Bullet's step drops points beyond the breaking threshold; others get what Bullet's detector reports.
     const bool isStep = typeid(result) == typeid(btManifoldResult);
     const btScalar limit = pair.margins() + m_breakingThreshold +
                            (isStep ? btScalar(0) : pair.margins() + result.m_closestPointDistanceThreshold);
+    if (staysApart(pair, limit))
+    {
+        count(counters.separated);
+        return true;
+    }
+    const ConvexCores cores(pair, m_hulls, m_isaGjk.pass());
+    if (!cores.arePlaced(pair))
+        return !pair.a.hasPoints() || !pair.b.hasPoints();
     const bool arePolytopes = cores.a && cores.b;
     const bool wasNear = m_cache.state == GjkState::Near || m_cache.state == GjkState::Overlapping;
     GjkState state = GjkState::Near;

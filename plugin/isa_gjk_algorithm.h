@@ -46,6 +46,7 @@ public:
     bool isIdle(const btCollisionObject& a, const btCollisionObject& b);
 
 private:
+    bool staysApart(const ConvexPair& pair, btScalar limit);
     bool collide(const ConvexPair& pair, const btDispatcherInfo& info, btManifoldResult& result);
     void report(const ConvexPair& pair, const ConvexCores& cores, const Touch& touch, btScalar reach,
                 btManifoldResult& result);

@@ -1,0 +1,111 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "narrow/gjk_types.h"
+#include "narrow/support.h"
+
+#include <LinearMath/btTransform.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+/// A polytope whose core is a hull stretched along its own axes.
+struct StretchedHull
+{
+    const Hull<btScalar>* hull;
+    const btVector3* stretch;
+    const btTransform* transform;
+};
+
+/// The transposed matrix times v, column by column: three products of a row with a scalar, all lanes at once.
+inline btVector3 transposedProduct(const btMatrix3x3& m, const btVector3& v)
+{
+    using L = Lanes<btScalar>;
+    btVector3 result;
+    for (int lane = 0; lane < 4; lane += L::kWidth)
+    {
+        const typename L::Vector sum = L::load(&m[0].m_floats[lane]) * L::fill(v.x()) +
+                                       L::load(&m[1].m_floats[lane]) * L::fill(v.y()) +
+                                       L::load(&m[2].m_floats[lane]) * L::fill(v.z());
+        std::memcpy(&result.m_floats[lane], &sum, sizeof(sum));
+    }
+    return result;
+}
+
+/// Highest product with a direction among the neighbours of a vertex.
+inline btScalar highestNeighbour(const Hull<btScalar>& hull, std::int32_t vertex,
+                                 const Eigen::Matrix<btScalar, 3, 1>& direction)
+{
+    using L = Lanes<btScalar>;
+    const NeighbourBlock<btScalar>* block = hull.blocksBegin(vertex);
+    const NeighbourBlock<btScalar>* const end = hull.blocksEnd(vertex);
+    typename L::Vector best = blockProducts(*block, 0, direction);
+    for (; block != end; ++block)
+    {
+        for (int lane = 0; lane < 8; lane += L::kWidth)
+        {
+            const typename L::Vector products = blockProducts(*block, lane, direction);
+            best = best > products ? best : products;
+        }
+    }
+    return largestLane(best);
+}
+
+/// Highest product of a core's points with a direction, relative to its origin, and the vertex that has it.
+inline btScalar heightAlong(const StretchedHull& core, const btVector3& direction, std::int32_t& vertex)
+{
+    const Hull<btScalar>& hull = *core.hull;
+    const btVector3 turned = transposedProduct(core.transform->getBasis(), direction) * *core.stretch;
+    const Eigen::Matrix<btScalar, 3, 1> local(turned.x(), turned.y(), turned.z());
+    const bool isKnown = vertex < hull.vertexCount() && hull.hasNeighbours();
+    if (isKnown)
+    {
+        const btScalar height = supportProduct(hull, vertex, local);
+        const btScalar band = hull.tieBand() * local.cwiseAbs().sum();
+        // The climb would end where it starts: in a coherent scene nearly always.
+        if (highestNeighbour(hull, vertex, local) < height - band)
+            return height;
+    }
+    vertex = isKnown ? supportClimbArtificial(hull, local, vertex) : supportLinear(hull, local);
+    return supportProduct(hull, vertex, local);
+}
+
+inline btScalar sumOfMagnitudes(const btVector3& v)
+{
+    return std::abs(v.x()) + std::abs(v.y()) + std::abs(v.z());
+}
+
+/// True if the remembered axis still proves that the cores are farther apart than `limit`: the first step of isaGjk(),
+/// in the precision of the shapes with a bound of its rounding, since four of five pairs need no more.
+///
+/// False says nothing; ask isaGjk().
+/// @param limit length unit of the world, not negative
+/// @param cache its support vertices follow
+inline bool staysSeparated(const StretchedHull& a, const StretchedHull& b, btScalar limit,
+                           GjkCache<btScalar>& cache)
+{
+    const btVector3 axis(btScalar(cache.axis[0]), btScalar(cache.axis[1]), btScalar(cache.axis[2]));
+    std::int32_t vertexA = cache.startA, vertexB = cache.startB;
+    const btScalar heightA = heightAlong(a, -axis, vertexA);
+    const btScalar heightB = heightAlong(b, axis, vertexB);
+    cache.startA = static_cast<std::uint16_t>(std::min(vertexA, 0xffff));
+    cache.startB = static_cast<std::uint16_t>(std::min(vertexB, 0xffff));
+    const btVector3 apart = a.transform->getOrigin() - b.transform->getOrigin();
+    const btScalar along = apart.dot(axis) - heightA - heightB;
+    // Each product and sum is off by less than two roundings of the sizes that enter it.
+    const btScalar size = sumOfMagnitudes(apart) + btScalar(a.hull->radius()) * sumOfMagnitudes(*a.stretch) +
+                          btScalar(b.hull->radius()) * sumOfMagnitudes(*b.stretch);
+    const btScalar gap = limit + 16 * std::numeric_limits<btScalar>::epsilon() * size;
+    // A NaN makes the comparisons false.
+    return along > 0 && along * along > gap * gap * axis.length2();
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet
