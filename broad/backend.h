@@ -72,6 +72,8 @@ struct BackendStats
     std::uint64_t unbounded = 0;   ///< boxes on the side list of unbounded boxes
     std::uint64_t bytes = 0;       ///< memory held, bytes
     std::uint64_t rebuildsTotal = 0;     ///< updates that took the clear-and-rebuild path
+    std::uint64_t cellsTouched = 0;      ///< cells that an id came into or left
+    std::uint64_t cellsVisited = 0;      ///< cells that were searched for partners
     std::uint64_t falsePairs = 0;        ///< shifted sweep and prune: found by rounding alone, and dropped
     std::uint64_t swaps[3] = {0, 0, 0};  ///< sweep and prune: swaps of neighbouring limits, by axis
 };
@@ -114,6 +116,22 @@ enum class GridLayout
     Cells  ///< the lecture's three-dimensional cells in a hash of buckets, ids stored per cell
 };
 
+/// Where the lecture's cells store a box. The pairs are the same.
+enum class GridPlacement
+{
+    AllCoarser,  ///< all cells that it touches, at its level and at all coarser ones: the lecture's; Mirtich's second
+    OwnLevel,  ///< all cells that it touches, at its own level: Mirtich 1997, first method
+    OnePoint   ///< the one cell of its lowest corner, at its own level: Ericson 2005, section 7.2
+};
+
+/// How the lecture's cells are found. The pairs are the same.
+enum class GridStorage
+{
+    Chained,         ///< hash with a chain for each bucket
+    OpenAddressing,  ///< hash with linear probing
+    Array            ///< three-dimensional array that repeats in space, with a chain for each element
+};
+
 struct GridOptions
 {
     /// Threads used inside an update; 0: as many as the machine has. The result never depends on it.
@@ -121,6 +139,14 @@ struct GridOptions
     GridLayout layout = GridLayout::Rows;
     /// Buckets of the cell hash; 0: as many as needed. Any value gives the same pairs (1 forces every collision).
     std::uint32_t bucketCount = 0;
+    // GridLayout::Cells only, up to countsPairs.
+    GridPlacement placement = GridPlacement::AllCoarser;
+    GridStorage storage = GridStorage::Chained;
+    /// The lecture's simple update, remove and add, instead of the one that touches changed cells only.
+    bool updatesByRemoveAndAdd = false;
+    /// Mirtich 1997, second method: count for each pair the cells that it shares, so that a box that stays in its cells
+    /// costs its counted pairs and nothing else. For GridPlacement::AllCoarser.
+    bool countsPairs = false;
     /// Row width in units of the largest box of its level; 0: tuned from counted work. Any value gives the same pairs.
     float cellScale = 0.0f;
     /// Fraction of moved rows above which the grid is cleared and rebuilt instead of updated; negative: automatic,

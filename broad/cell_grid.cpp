@@ -66,6 +66,21 @@ bool CellGrid::isAtHome(const Aabb& box, int level) const noexcept
     return finest < level && level <= kCoarsestLevel && sizeOf(box) > std::ldexp(m_options.a, level);
 }
 
+/// The cells of a level in which boxes that overlap this one may be stored.
+CellRange CellGrid::searchRange(const Aabb& box, int level) const noexcept
+{
+    Aabb reach = box;
+    if (m_options.placement == GridPlacement::OnePoint)
+    {
+        // No box of the level is longer than this, so that lowest corners lie no further below. Rounding is monotone:
+        // a float that is not below the exact difference is not below the rounded one.
+        const float longest = roundUpToFloat(std::ldexp(m_options.b, level));
+        for (float& coordinate : reach.min)
+            coordinate -= longest;
+    }
+    return cellsOf(reach, level);
+}
+
 CellGrid::Level& CellGrid::levelWithGrid(int level)
 {
     const auto isFiner = [](const std::unique_ptr<Level>& existing, int exponent)
@@ -74,9 +89,13 @@ CellGrid::Level& CellGrid::levelWithGrid(int level)
     if (place != m_levels.end() && (*place)->grid.sizeExponent() == level)
         return **place;
 
-    place =
-        m_levels.insert(place, std::make_unique<Level>(Level{UniformGrid(level, m_options.bucketCount), 0}));
+    const UniformGrid::Options options = {m_options.bucketCount, m_options.storage,
+                                          m_options.placement == GridPlacement::OnePoint,
+                                          m_options.countsPairs ? &m_pairCounts : nullptr};
+    place = m_levels.insert(place, std::make_unique<Level>(Level{UniformGrid(level, options), 0}));
     UniformGrid& grid = (*place)->grid;
+    if (m_options.placement != GridPlacement::AllCoarser)
+        return **place;
     for (std::uint32_t row = 0; row < m_boxes.size(); ++row)
     {
         if (m_boxes[row].level < level)
@@ -110,7 +129,7 @@ void CellGrid::addAtLevel(std::uint32_t row, const Aabb& box, int level)
     for (const auto& existing : m_levels)
     {
         UniformGrid& grid = existing->grid;
-        if (grid.sizeExponent() < level)
+        if (!stores(grid, level))
             continue;
         const bool isBold = grid.sizeExponent() == level;
         grid.addBox(row, box, isBold ? UniformGrid::Mark::Bold : UniformGrid::Mark::Regular);
@@ -131,7 +150,7 @@ void CellGrid::removeBox(std::uint32_t row)
         removeFromSideList(row);
     for (const auto& level : m_levels)
     {
-        if (level->grid.sizeExponent() < own)
+        if (!stores(level->grid, own))
             continue;
         level->grid.removeBox(row);
         if (level->grid.sizeExponent() == own)
@@ -153,7 +172,7 @@ void CellGrid::updateBox(std::uint32_t row, const Aabb& box)
     m_boxes[row].box = box;
     for (const auto& level : m_levels)
     {
-        if (level->grid.sizeExponent() >= before)
+        if (stores(level->grid, before))
             level->grid.updateBox(row, box);
     }
 }
@@ -165,6 +184,7 @@ void CellGrid::dropUnusedLevels()
         if (level->boldCount > 0)
             return false;
         m_touchedInDropped += level->grid.counters().touchedTotal;
+        m_visitedInDropped += level->grid.counters().visitedTotal;
         return true;
     };
     m_levels.erase(std::remove_if(m_levels.begin(), m_levels.end(), isUnused), m_levels.end());
@@ -174,6 +194,7 @@ void CellGrid::clear()
 {
     m_boxes.clear();
     m_unbounded.clear();
+    m_pairCounts.clear();
     for (const auto& level : m_levels)
     {
         level->grid.clear();
@@ -197,20 +218,22 @@ CellGrid::Counters CellGrid::counters() const
     sum.levels = m_levels.size();
     sum.unbounded = m_unbounded.size();
     sum.touchedTotal = m_touchedInDropped;
+    sum.visitedTotal = m_visitedInDropped;
     for (const auto& level : m_levels)
     {
         const UniformGrid::Counters counters = level->grid.counters();
         sum.cells += counters.cells;
         sum.ids += counters.ids;
         sum.touchedTotal += counters.touchedTotal;
+        sum.visitedTotal += counters.visitedTotal;
     }
     return sum;
 }
 
 std::uint64_t CellGrid::bytes() const
 {
-    std::uint64_t sum =
-        m_boxes.capacity() * sizeof(StoredBox) + m_unbounded.capacity() * sizeof(std::uint32_t);
+    std::uint64_t sum = m_boxes.capacity() * sizeof(StoredBox) +
+                        m_unbounded.capacity() * sizeof(std::uint32_t) + m_pairCounts.bytes();
     for (const auto& level : m_levels)
         sum += sizeof(Level) + level->grid.bytes();
     return sum;

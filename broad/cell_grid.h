@@ -20,6 +20,10 @@ struct CellGridOptions
     double b = 1.0;
     std::uint32_t bucketCount = 0;       ///< n of each grid's hash, see UniformGrid
     bool updatesByRemoveAndAdd = false;  ///< the lecture's simple update instead of the one of changed cells
+    GridStorage storage = GridStorage::Chained;
+    GridPlacement placement = GridPlacement::AllCoarser;
+    /// Keep the pairs that share cells, for forEachCounted(). Needs GridPlacement::AllCoarser.
+    bool countsPairs = false;
 };
 
 /// Hierarchical uniform grid: one UniformGrid for each resolution in use, cell sizes 2^level.
@@ -49,6 +53,7 @@ public:
         std::uint64_t cells = 0;         ///< over all levels
         std::uint64_t ids = 0;           ///< over all cells of all levels, bold and regular
         std::uint64_t touchedTotal = 0;  ///< as in UniformGrid; of levels that were dropped too
+        std::uint64_t visitedTotal = 0;  ///< likewise
     };
 
     explicit CellGrid(const CellGridOptions& options = {});
@@ -79,6 +84,18 @@ public:
     template <class Visit>
     void forEachNeighbour(std::uint32_t row, Visit visit) const;
 
+    /// Calls visit(a, b) exactly once for every two rows that share cells, in any order. Those on the side list are not
+    /// among them. Needs CellGridOptions::countsPairs.
+    template <class Visit>
+    void forEachCounted(Visit visit) const
+    {
+        m_pairCounts.forEach(visit);
+    }
+
+    /// Calls visit(other) for every other row that a row is paired with because one of the two is unbounded.
+    template <class Visit>
+    void forEachBySideList(std::uint32_t row, Visit visit) const;
+
     /// The grid of a level, or null.
     const UniformGrid* grid(int level) const;
 
@@ -99,6 +116,14 @@ private:
         std::uint64_t boldCount;
     };
 
+    /// Whether a grid stores the boxes of a level.
+    bool stores(const UniformGrid& grid, int level) const noexcept
+    {
+        return m_options.placement == GridPlacement::AllCoarser ? grid.sizeExponent() >= level
+                                                                : grid.sizeExponent() == level;
+    }
+
+    CellRange searchRange(const Aabb& box, int level) const noexcept;
     bool isAtHome(const Aabb& box, int level) const noexcept;
     Level& levelWithGrid(int level);
     void addAtLevel(std::uint32_t row, const Aabb& box, int level);
@@ -109,30 +134,50 @@ private:
     std::vector<StoredBox> m_boxes;                ///< by row
     std::vector<std::unique_ptr<Level>> m_levels;  ///< in use, fine to coarse
     std::vector<std::uint32_t> m_unbounded;        ///< rows
+    PairCounts m_pairCounts;
     std::uint64_t m_touchedInDropped = 0;
+    std::uint64_t m_visitedInDropped = 0;
 };
+
+template <class Visit>
+void CellGrid::forEachBySideList(std::uint32_t row, Visit visit) const
+{
+    if (m_boxes[row].level != kUnbounded)
+    {
+        for (const std::uint32_t other : m_unbounded)
+            visit(other);
+        return;
+    }
+    for (std::uint32_t other = 0; other < m_boxes.size(); ++other)
+    {
+        if (other != row && m_boxes[other].level != kAbsent)
+            visit(other);
+    }
+}
 
 template <class Visit>
 void CellGrid::forEachNeighbour(std::uint32_t row, Visit visit) const
 {
+    forEachBySideList(row, visit);
     const int own = m_boxes[row].level;
     if (own == kUnbounded)
-    {
-        for (std::uint32_t other = 0; other < m_boxes.size(); ++other)
-        {
-            if (other != row && m_boxes[other].level != kAbsent)
-                visit(other);
-        }
         return;
-    }
-    for (const std::uint32_t other : m_unbounded)
-        visit(other);
     for (const auto& level : m_levels)
     {
-        // In its own grid the box is bold and meets all ids; in coarser ones it is regular and meets the bold ones.
-        const int exponent = level->grid.sizeExponent();
-        if (exponent >= own)
-            level->grid.forEachSharing(row, exponent > own, visit);
+        const UniformGrid& grid = level->grid;
+        if (m_options.placement == GridPlacement::AllCoarser)
+        {
+            // In its own grid the box is bold and meets all ids; in coarser ones it is regular and meets the bold ones.
+            if (grid.sizeExponent() >= own)
+                grid.forEachSharing(row, grid.sizeExponent() > own, visit);
+            continue;
+        }
+        grid.forEachInRange(searchRange(m_boxes[row].box, grid.sizeExponent()),
+                            [&](std::uint32_t other)
+                            {
+                                if (other != row)
+                                    visit(other);
+                            });
     }
 }
 }  // namespace cullet

@@ -19,7 +19,13 @@ CellGridOptions cellGridOptions(const GridOptions& options)
 {
     CellGridOptions result;
     result.bucketCount = options.bucketCount;
-    const float scale = options.cellScale > 0 ? std::max(options.cellScale, kSmallestCellScale) : 1.0f;
+    result.storage = options.storage;
+    result.placement = options.placement;
+    result.updatesByRemoveAndAdd = options.updatesByRemoveAndAdd;
+    result.countsPairs = options.countsPairs && options.placement == GridPlacement::AllCoarser;
+    // Boxes of up to half a cell, stored in one: partners lie in at most 2 x 2 x 2 cells of their own level.
+    const float automatic = options.placement == GridPlacement::OnePoint ? 2.0f : 1.0f;
+    const float scale = options.cellScale > 0 ? std::max(options.cellScale, kSmallestCellScale) : automatic;
     result.b = 1.0 / static_cast<double>(scale);
     result.a = result.b / 2;
     return result;
@@ -28,6 +34,7 @@ CellGridOptions cellGridOptions(const GridOptions& options)
 
 CellGridBackend::CellGridBackend(const GridOptions& options)
     : m_grid(cellGridOptions(options)),
+      m_countsPairs(cellGridOptions(options).countsPairs),
       m_rebuildFraction(options.rebuildFraction < 0 ? kAutomaticRebuildFraction : options.rebuildFraction)
 {
 }
@@ -63,6 +70,16 @@ void CellGridBackend::testPair(const ProxyView& proxies, std::uint32_t a, std::u
     m_overlapping.push_back({{ids[a], ids[b]}, a, b});
 }
 
+/// Calls visit(other) for the partners of a row that are not among the counted pairs.
+template <class Visit>
+void CellGridBackend::forEachPartner(std::uint32_t row, Visit visit) const
+{
+    if (m_countsPairs)
+        m_grid.forEachBySideList(row, visit);
+    else
+        m_grid.forEachNeighbour(row, visit);
+}
+
 void CellGridBackend::rebuild(const ProxyView& proxies)
 {
     m_grid.clear();
@@ -72,8 +89,10 @@ void CellGridBackend::rebuild(const ProxyView& proxies)
             continue;
         // Each box meets those that were added before it.
         m_grid.addBox(row, proxies.boxes[row]);
-        m_grid.forEachNeighbour(row, [&](std::uint32_t other) { testPair(proxies, row, other); });
+        forEachPartner(row, [&](std::uint32_t other) { testPair(proxies, row, other); });
     }
+    if (m_countsPairs)
+        m_grid.forEachCounted([&](std::uint32_t a, std::uint32_t b) { testPair(proxies, a, b); });
     m_isFresh = false;
     ++m_stats.rebuildsTotal;
 }
@@ -104,13 +123,20 @@ void CellGridBackend::updateChangedRows(const ProxyView& proxies)
         if (m_grid.level(row) == CellGrid::kAbsent)
             continue;
         // Two changed rows find each other twice: the one with the lower number counts.
-        m_grid.forEachNeighbour(row,
-                                [&](std::uint32_t other)
-                                {
-                                    if (row < other || proxies.changes[other] == kRowUnchanged)
-                                        testPair(proxies, row, other);
-                                });
+        forEachPartner(row,
+                       [&](std::uint32_t other)
+                       {
+                           if (row < other || proxies.changes[other] == kRowUnchanged)
+                               testPair(proxies, row, other);
+                       });
     }
+    if (m_countsPairs)
+        m_grid.forEachCounted(
+            [&](std::uint32_t a, std::uint32_t b)
+            {
+                if ((proxies.changes[a] | proxies.changes[b]) != kRowUnchanged)
+                    testPair(proxies, a, b);
+            });
 }
 
 void CellGridBackend::updatePairs(const ProxyView& proxies, PairDelta& delta)
@@ -140,13 +166,17 @@ void CellGridBackend::fillStats()
     m_stats.entries = counters.ids;
     m_stats.levels = counters.levels;
     m_stats.unbounded = counters.unbounded;
+    m_stats.cellsTouched = counters.touchedTotal - m_touchedBefore;
+    m_stats.cellsVisited = counters.visitedTotal - m_visitedBefore;
+    m_touchedBefore = counters.touchedTotal;
+    m_visitedBefore = counters.visitedTotal;
     m_stats.bytes = m_grid.bytes() + (m_pairs.capacity() + m_overlapping.capacity()) * sizeof(RowPair);
 }
 
 Status CellGridBackend::update(const ProxyView& proxies, PairDelta& delta)
 try
 {
-    m_stats.candidates = 0;
+    m_stats.candidates = m_stats.cellsTouched = m_stats.cellsVisited = 0;
     m_overlapping.clear();
     delta.added.clear();
     delta.removed.clear();

@@ -14,8 +14,8 @@ namespace cullet
 {
 /// The lecture's grid as a backend: clear first, fast second. What makeGridBackend() returns for GridLayout::Cells.
 ///
-/// Uses bucketCount, cellScale (cells of cellScale times the largest box of the level, at least 1/8; 0: 1) and
-/// rebuildFraction of the options; runs on one thread.
+/// Uses the options of its layout and bucketCount, cellScale (cells of cellScale times the largest box of the level, at
+/// least 1/8; 0: 1, or 2 for GridPlacement::OnePoint) and rebuildFraction; runs on one thread.
 ///
 /// Cost: O(rows that changed and their neighbours, plus pairs held) or, when more than rebuildFraction of the rows
 /// changed, O(rows and their neighbours).
@@ -34,6 +34,8 @@ public:
 private:
     void findRowsOfKnown(const ProxyView& proxies);
     bool wantsRebuild(const ProxyView& proxies) const;
+    template <class Visit>
+    void forEachPartner(std::uint32_t row, Visit visit) const;
     void rebuild(const ProxyView& proxies);
     void updateChangedRows(const ProxyView& proxies);
     void testPair(const ProxyView& proxies, std::uint32_t a, std::uint32_t b);
@@ -41,12 +43,15 @@ private:
     void fillStats();
 
     CellGrid m_grid;
+    bool m_countsPairs;
     double m_rebuildFraction;
     bool m_isFresh = true;               ///< the grid is void until the next rebuild
     float m_margin = 0.0f;               ///< of the last update
     std::vector<Pair> m_known;           ///< of restart(), until the next update
     std::vector<RowPair> m_pairs;        ///< held, sorted
     std::vector<RowPair> m_overlapping;  ///< of this update, sorted
+    std::uint64_t m_touchedBefore = 0;   ///< counters of the grid at the end of the last update
+    std::uint64_t m_visitedBefore = 0;
     BackendStats m_stats;
 };
 }  // namespace cullet

@@ -6,28 +6,6 @@
 
 namespace cullet
 {
-namespace
-{
-// First size of a table that grows, and odd as all its later ones (2n + 1): an odd modulus looks at all bits of the
-// hash, while the low bits of the products, which a power of two would take, depend on the low bits of i, j, k only.
-constexpr std::uint32_t kFirstBucketCount = 31;
-
-/// Calls visit(cell) for every cell of a range, the first axis fastest.
-template <class Visit>
-void forEachCell(const CellRange& cells, Visit visit)
-{
-    std::int32_t cell[3];
-    for (cell[2] = cells.low[2]; cell[2] <= cells.high[2]; ++cell[2])
-    {
-        for (cell[1] = cells.low[1]; cell[1] <= cells.high[1]; ++cell[1])
-        {
-            for (cell[0] = cells.low[0]; cell[0] <= cells.high[0]; ++cell[0])
-                visit(cell);
-        }
-    }
-}
-}  // namespace
-
 std::int32_t cellOf(float x, int sizeExponent) noexcept
 {
     // Exact: a double holds every float times every power of two in question.
@@ -53,64 +31,58 @@ CellRange cellsOf(const Aabb& box, int sizeExponent) noexcept
     return cells;
 }
 
-UniformGrid::UniformGrid(int sizeExponent, std::uint32_t bucketCount)
+UniformGrid::UniformGrid(int sizeExponent, const Options& options)
     : m_sizeExponent(sizeExponent),
-      m_isGrowing(bucketCount == 0),
-      m_buckets(bucketCount == 0 ? kFirstBucketCount : bucketCount, kNone)
+      m_storesOneCell(options.storesOneCell),
+      m_pairCounts(options.pairCounts),
+      m_directory(options.storage, options.bucketCount)
 {
 }
 
-std::uint32_t UniformGrid::findCell(const std::int32_t (&cell)[3]) const
+CellRange UniformGrid::rangeOf(const Aabb& box) const noexcept
 {
-    std::uint32_t number = m_buckets[bucketOf(cell)];
-    while (number != kNone && !std::equal(cell, cell + 3, m_cells.items[number].number))
-        number = m_cells.items[number].nextInBucket;
-    return number;
+    CellRange cells = cellsOf(box, m_sizeExponent);
+    if (m_storesOneCell)
+        std::copy(cells.low, cells.low + 3, cells.high);
+    return cells;
 }
 
-std::uint32_t UniformGrid::addCell(const std::int32_t (&cell)[3])
+std::uint32_t UniformGrid::addCell(const CellNumber& cell)
 {
-    if (m_isGrowing && m_cells.usedCount() >= m_buckets.size())
-        growBuckets();
     const std::uint32_t number = m_cells.take();
-    std::uint32_t& first = m_buckets[bucketOf(cell)];
-    m_cells.items[number] = {{cell[0], cell[1], cell[2]}, first, {kNone, kNone}};
-    first = number;
+    m_cells.items[number] = {{kNone, kNone}};
+    m_directory.insert(cell, number);
     return number;
 }
 
 void UniformGrid::removeCell(std::uint32_t number)
 {
-    std::uint32_t* link = &m_buckets[bucketOf(m_cells.items[number].number)];
-    while (*link != number)
-        link = &m_cells.items[*link].nextInBucket;
-    *link = m_cells.items[number].nextInBucket;
+    m_directory.erase(number);
     m_cells.giveBack(number);
 }
 
-void UniformGrid::growBuckets()
+/// Calls visit(row) for the ids of a cell that count as partners of an id: bold x regular and bold x bold.
+template <class Visit>
+void UniformGrid::forEachCounted(const Cell& cell, Mark mark, Visit visit) const
 {
-    std::vector<std::uint32_t> old(2 * m_buckets.size() + 1, kNone);
-    old.swap(m_buckets);
-    for (std::uint32_t number : old)
+    for (const Mark other : {Mark::Bold, Mark::Regular})
     {
-        while (number != kNone)
-        {
-            Cell& cell = m_cells.items[number];
-            const std::uint32_t next = cell.nextInBucket;
-            std::uint32_t& first = m_buckets[bucketOf(cell.number)];
-            cell.nextInBucket = first;
-            first = number;
-            number = next;
-        }
+        if (mark == Mark::Regular && other == Mark::Regular)
+            break;
+        std::uint32_t number = cell.firstEntry[static_cast<int>(other)];
+        for (; number != kNone; number = m_entries.items[number].nextInCell)
+            visit(m_entries.items[number].rowAndMark >> 1);
     }
 }
 
-void UniformGrid::addEntry(std::uint32_t row, Mark mark, const std::int32_t (&cell)[3])
+void UniformGrid::addEntry(std::uint32_t row, Mark mark, const CellNumber& cell)
 {
-    std::uint32_t cellNumber = findCell(cell);
+    std::uint32_t cellNumber = m_directory.find(cell);
     if (cellNumber == kNone)
         cellNumber = addCell(cell);
+    if (m_pairCounts != nullptr)
+        forEachCounted(m_cells.items[cellNumber], mark,
+                       [&](std::uint32_t other) { m_pairCounts->add(row, other); });
     const std::uint32_t number = m_entries.take();
     std::uint32_t& first = m_cells.items[cellNumber].firstEntry[static_cast<int>(mark)];
     if (first != kNone)
@@ -126,12 +98,16 @@ void UniformGrid::removeEntry(std::uint32_t number)
 {
     const Entry entry = m_entries.items[number];
     Cell& cell = m_cells.items[entry.cell];
+    const std::uint32_t mark = entry.rowAndMark & 1;
     if (entry.nextInCell != kNone)
         m_entries.items[entry.nextInCell].previousInCell = entry.previousInCell;
     if (entry.previousInCell != kNone)
         m_entries.items[entry.previousInCell].nextInCell = entry.nextInCell;
     else
-        cell.firstEntry[entry.rowAndMark & 1] = entry.nextInCell;
+        cell.firstEntry[mark] = entry.nextInCell;
+    if (m_pairCounts != nullptr)
+        forEachCounted(cell, static_cast<Mark>(mark),
+                       [&](std::uint32_t other) { m_pairCounts->subtract(entry.rowAndMark >> 1, other); });
     if (cell.firstEntry[0] == kNone && cell.firstEntry[1] == kNone)
         removeCell(entry.cell);
     m_entries.giveBack(number);
@@ -140,19 +116,19 @@ void UniformGrid::removeEntry(std::uint32_t number)
 
 void UniformGrid::addEntries(std::uint32_t row, Mark mark, const CellRange& cells, const CellRange* except)
 {
-    forEachCell(cells,
-                [&](const std::int32_t(&cell)[3])
-                {
-                    if (except == nullptr || !except->contains(cell))
-                        addEntry(row, mark, cell);
-                });
+    cells.forEach(
+        [&](const CellNumber& cell)
+        {
+            if (except == nullptr || !except->contains(cell))
+                addEntry(row, mark, cell);
+        });
 }
 
 void UniformGrid::addBox(std::uint32_t row, const Aabb& box, Mark mark)
 {
     if (row >= m_boxes.size())
         m_boxes.resize(std::max<std::size_t>(row + 1, 2 * m_boxes.size()));
-    m_boxes[row].cells = cellsOf(box, m_sizeExponent);
+    m_boxes[row].cells = rangeOf(box);
     addEntries(row, mark, m_boxes[row].cells, nullptr);
 }
 
@@ -172,7 +148,7 @@ void UniformGrid::updateBox(std::uint32_t row, const Aabb& box)
 {
     StoredBox& stored = m_boxes[row];
     const CellRange before = stored.cells;
-    const CellRange after = cellsOf(box, m_sizeExponent);
+    const CellRange after = rangeOf(box);
     if (before == after)
         return;
     stored.cells = after;
@@ -181,7 +157,7 @@ void UniformGrid::updateBox(std::uint32_t row, const Aabb& box)
     {
         const std::uint32_t number = *link;
         Entry& entry = m_entries.items[number];
-        if (after.contains(m_cells.items[entry.cell].number))
+        if (after.contains(m_directory.cellAt(entry.cell)))
         {
             link = &entry.nextOfBox;
             continue;
@@ -194,7 +170,7 @@ void UniformGrid::updateBox(std::uint32_t row, const Aabb& box)
 
 void UniformGrid::clear()
 {
-    std::fill(m_buckets.begin(), m_buckets.end(), kNone);
+    m_directory.clear();
     m_cells.clear();
     m_entries.clear();
     m_boxes.clear();
@@ -202,12 +178,11 @@ void UniformGrid::clear()
 
 UniformGrid::Counters UniformGrid::counters() const
 {
-    return {m_cells.usedCount(), m_entries.usedCount(), m_touchedTotal};
+    return {m_cells.usedCount(), m_entries.usedCount(), m_touchedTotal, m_visitedTotal};
 }
 
 std::uint64_t UniformGrid::bytes() const
 {
-    return m_buckets.capacity() * sizeof(std::uint32_t) + m_cells.bytes() + m_entries.bytes() +
-           m_boxes.capacity() * sizeof(StoredBox);
+    return m_directory.bytes() + m_cells.bytes() + m_entries.bytes() + m_boxes.capacity() * sizeof(StoredBox);
 }
 }  // namespace cullet

@@ -3,6 +3,8 @@
 #pragma once
 
 #include "broad/aabb.h"
+#include "broad/cell_directory.h"
+#include "broad/pair_counts.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -26,10 +28,33 @@ struct CellRange
     std::int32_t low[3];
     std::int32_t high[3];
 
-    bool contains(const std::int32_t (&cell)[3]) const noexcept
+    bool contains(const CellNumber& cell) const noexcept
     {
         return low[0] <= cell[0] && cell[0] <= high[0] && low[1] <= cell[1] && cell[1] <= high[1] &&
                low[2] <= cell[2] && cell[2] <= high[2];
+    }
+
+    double count() const noexcept
+    {
+        double cells = 1;
+        for (int axis = 0; axis < 3; ++axis)
+            cells *= static_cast<double>(high[axis]) - low[axis] + 1;
+        return cells;
+    }
+
+    /// Calls visit(cell) for every cell, the first axis fastest.
+    template <class Visit>
+    void forEach(Visit visit) const
+    {
+        CellNumber cell;
+        for (cell[2] = low[2]; cell[2] <= high[2]; ++cell[2])
+        {
+            for (cell[1] = low[1]; cell[1] <= high[1]; ++cell[1])
+            {
+                for (cell[0] = low[0]; cell[0] <= high[0]; ++cell[0])
+                    visit(cell);
+            }
+        }
     }
 };
 
@@ -37,14 +62,6 @@ bool operator==(const CellRange& a, const CellRange& b) noexcept;
 
 /// Cells of a valid box.
 CellRange cellsOf(const Aabb& box, int sizeExponent) noexcept;
-
-/// Hash of a cell before the modulo: (i p1) xor (j p2) xor (k p3) with the primes of Teschner et al. 2003, "Optimized
-/// Spatial Hashing for Collision Detection of Deformable Objects", section 4.
-inline std::uint32_t cellHash(const std::int32_t (&cell)[3]) noexcept
-{
-    return static_cast<std::uint32_t>(cell[0]) * 73856093u ^ static_cast<std::uint32_t>(cell[1]) * 19349663u ^
-           static_cast<std::uint32_t>(cell[2]) * 83492791u;
-}
 
 /// Objects in a pool, addressed by number; freed ones are used again.
 template <class T>
@@ -106,11 +123,24 @@ public:
         std::uint64_t ids = 0;    ///< ids stored now, over all cells
         std::uint64_t touchedTotal =
             0;  ///< cells to which an id was added or from which one was removed, ever
+        std::uint64_t visitedTotal = 0;  ///< cells that were searched, ever
+    };
+
+    struct Options
+    {
+        std::uint32_t bucketCount = 0;  ///< n of the hash; 0: grows with the number of cells
+        GridStorage storage = GridStorage::Chained;
+        bool storesOneCell = false;  ///< only the cell of the lowest corner
+        PairCounts* pairCounts =
+            nullptr;  ///< not owned; counts the cells that pairs share, but those of regular ids
     };
 
     /// @param sizeExponent binary logarithm of the cell size
-    /// @param bucketCount  n of the hash; 0: grows with the number of cells
-    explicit UniformGrid(int sizeExponent, std::uint32_t bucketCount = 0);
+    explicit UniformGrid(int sizeExponent, std::uint32_t bucketCount = 0)
+        : UniformGrid(sizeExponent, Options{bucketCount, GridStorage::Chained, false, nullptr})
+    {
+    }
+    UniformGrid(int sizeExponent, const Options& options);
 
     int sizeExponent() const { return m_sizeExponent; }
     bool contains(std::uint32_t row) const
@@ -139,15 +169,17 @@ public:
 
     /// Calls visit(row, mark) for each id in a cell.
     template <class Visit>
-    void forEachInCell(const std::int32_t (&cell)[3], Visit visit) const;
+    void forEachInCell(const CellNumber& cell, Visit visit) const;
+
+    /// Calls visit(row) exactly once for each id in some of the cells.
+    template <class Visit>
+    void forEachInRange(const CellRange& cells, Visit visit) const;
 
 private:
-    static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+    static constexpr std::uint32_t kNone = CellDirectory::kNone;
 
     struct Cell
     {
-        std::int32_t number[3];
-        std::uint32_t nextInBucket;
         std::uint32_t firstEntry[2];  ///< list of regular and list of bold ids, by Mark
     };
 
@@ -167,33 +199,30 @@ private:
         std::uint32_t firstEntry = kNone;
     };
 
-    static bool isOwner(const Cell& cell, const CellRange& a, const CellRange& b) noexcept
+    static bool isOwner(const CellNumber& cell, const CellRange& a, const CellRange& b) noexcept
     {
-        return cell.number[0] == std::max(a.low[0], b.low[0]) &&
-               cell.number[1] == std::max(a.low[1], b.low[1]) &&
-               cell.number[2] == std::max(a.low[2], b.low[2]);
+        return cell[0] == std::max(a.low[0], b.low[0]) && cell[1] == std::max(a.low[1], b.low[1]) &&
+               cell[2] == std::max(a.low[2], b.low[2]);
     }
 
-    std::uint32_t bucketOf(const std::int32_t (&cell)[3]) const
-    {
-        return cellHash(cell) % static_cast<std::uint32_t>(m_buckets.size());
-    }
-
-    std::uint32_t findCell(const std::int32_t (&cell)[3]) const;
-    std::uint32_t addCell(const std::int32_t (&cell)[3]);
+    CellRange rangeOf(const Aabb& box) const noexcept;
+    std::uint32_t addCell(const CellNumber& cell);
     void removeCell(std::uint32_t number);
-    void growBuckets();
-    void addEntry(std::uint32_t row, Mark mark, const std::int32_t (&cell)[3]);
+    template <class Visit>
+    void forEachCounted(const Cell& cell, Mark mark, Visit visit) const;
+    void addEntry(std::uint32_t row, Mark mark, const CellNumber& cell);
     void removeEntry(std::uint32_t number);
     void addEntries(std::uint32_t row, Mark mark, const CellRange& cells, const CellRange* except);
 
     int m_sizeExponent;
-    bool m_isGrowing;
-    std::vector<std::uint32_t> m_buckets;  ///< first cell of each chain
+    bool m_storesOneCell;
+    PairCounts* m_pairCounts;
+    CellDirectory m_directory;
     NumberedPool<Cell> m_cells;
     NumberedPool<Entry> m_entries;
     std::vector<StoredBox> m_boxes;  ///< by row
     std::uint64_t m_touchedTotal = 0;
+    mutable std::uint64_t m_visitedTotal = 0;
 };
 
 template <class Visit>
@@ -203,6 +232,8 @@ void UniformGrid::forEachSharing(std::uint32_t row, bool onlyBold, Visit visit) 
     for (std::uint32_t own = box.firstEntry; own != kNone; own = m_entries.items[own].nextOfBox)
     {
         const Cell& cell = m_cells.items[m_entries.items[own].cell];
+        const CellNumber& cellNumber = m_directory.cellAt(m_entries.items[own].cell);
+        ++m_visitedTotal;
         for (const Mark mark : {Mark::Bold, Mark::Regular})
         {
             if (onlyBold && mark == Mark::Regular)
@@ -211,7 +242,7 @@ void UniformGrid::forEachSharing(std::uint32_t row, bool onlyBold, Visit visit) 
             for (; number != kNone; number = m_entries.items[number].nextInCell)
             {
                 const std::uint32_t other = m_entries.items[number].rowAndMark >> 1;
-                if (other != row && isOwner(cell, box.cells, m_boxes[other].cells))
+                if (other != row && isOwner(cellNumber, box.cells, m_boxes[other].cells))
                     visit(other);
             }
         }
@@ -219,9 +250,10 @@ void UniformGrid::forEachSharing(std::uint32_t row, bool onlyBold, Visit visit) 
 }
 
 template <class Visit>
-void UniformGrid::forEachInCell(const std::int32_t (&cell)[3], Visit visit) const
+void UniformGrid::forEachInCell(const CellNumber& cell, Visit visit) const
 {
-    const std::uint32_t found = findCell(cell);
+    const std::uint32_t found = m_directory.find(cell);
+    ++m_visitedTotal;
     if (found == kNone)
         return;
     for (const Mark mark : {Mark::Bold, Mark::Regular})
@@ -230,5 +262,24 @@ void UniformGrid::forEachInCell(const std::int32_t (&cell)[3], Visit visit) cons
         for (; number != kNone; number = m_entries.items[number].nextInCell)
             visit(m_entries.items[number].rowAndMark >> 1, mark);
     }
+}
+
+template <class Visit>
+void UniformGrid::forEachInRange(const CellRange& cells, Visit visit) const
+{
+    const auto visitCell = [&](const CellNumber& cell)
+    {
+        forEachInCell(cell,
+                      [&](std::uint32_t row, Mark)
+                      {
+                          if (isOwner(cell, cells, m_boxes[row].cells))
+                              visit(row);
+                      });
+    };
+    // A large box has more cells than there are.
+    if (cells.count() > static_cast<double>(m_cells.usedCount()))
+        m_directory.forEach([&](const CellNumber& cell) { cells.contains(cell) ? visitCell(cell) : void(); });
+    else
+        cells.forEach(visitCell);
 }
 }  // namespace cullet

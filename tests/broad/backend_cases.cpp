@@ -51,6 +51,33 @@ GridOptions withRebuildFraction(float fraction)
     options.rebuildFraction = fraction;
     return options;
 }
+GridOptions withPlacement(GridPlacement placement)
+{
+    GridOptions options;
+    options.placement = placement;
+    return options;
+}
+
+GridOptions withStorage(GridStorage storage, std::uint32_t bucketCount = 0)
+{
+    GridOptions options = withBuckets(bucketCount);
+    options.storage = storage;
+    return options;
+}
+
+GridOptions withCountedPairs(float rebuildFraction)
+{
+    GridOptions options = withRebuildFraction(rebuildFraction);
+    options.countsPairs = true;
+    return options;
+}
+
+GridOptions withSimpleUpdate()
+{
+    GridOptions options = withRebuildFraction(1);
+    options.updatesByRemoveAndAdd = true;
+    return options;
+}
 }  // namespace
 
 const std::vector<BackendCase>& backendCases()
@@ -76,6 +103,14 @@ const std::vector<BackendCase>& backendCases()
         cells("CellsTwentyWide", withCellScale(20)),
         cells("CellsAlwaysRebuild", withRebuildFraction(0)),
         cells("CellsNeverRebuild", withRebuildFraction(1)),
+        cells("CellsSimpleUpdate", withSimpleUpdate()),
+        cells("CellsOpenAddressing", withStorage(GridStorage::OpenAddressing)),
+        cells("CellsArray", withStorage(GridStorage::Array)),
+        cells("CellsArrayOfSixtyFour", withStorage(GridStorage::Array, 64)),
+        cells("CellsOwnLevel", withPlacement(GridPlacement::OwnLevel)),
+        cells("CellsOnePoint", withPlacement(GridPlacement::OnePoint)),
+        cells("CellsCountedPairs", withCountedPairs(-1)),
+        cells("CellsCountedPairsNeverRebuild", withCountedPairs(1)),
         {"Sap", [] { return makeSapBackend(); }},
         {"Psap", [] { return makeHostPsapBackend(); }},
     };
