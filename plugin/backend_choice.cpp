@@ -5,6 +5,7 @@
 #include "broad/log.h"
 
 #include <string>
+#include <utility>
 
 namespace cullet
 {
@@ -40,10 +41,56 @@ std::unique_ptr<Backend> makeBackend(const BroadphaseOptions& options)
         case BackendChoice::Brute:
             return makeBruteForceBackend();
         case BackendChoice::Auto:
+            return makeBestBackend(options, 0);
         case BackendChoice::Cuda:
             break;
     }
     return makeCudaOrFallback(options);
+}
+
+std::unique_ptr<Backend> makeBestBackend(const BroadphaseOptions& options, std::uint32_t bodies)
+{
+    return bodies < options.deviceBodies ? makeFallbackBackend(options) : makeCudaOrFallback(options);
+}
+
+BackendChooser::BackendChooser(const Backend& begin, std::uint32_t deviceBodies, Make makeSmall,
+                               Make makeLarge)
+    : m_known(&begin),
+      m_deviceBodies(deviceBodies),
+      m_makeSmall(std::move(makeSmall)),
+      m_makeLarge(std::move(makeLarge))
+{
+}
+
+std::unique_ptr<Backend> BackendChooser::choose(const Backend& now, std::uint32_t bodies)
+{
+    if (&now != m_known)
+        m_known = nullptr;
+    const bool isLarge = bodies >= (m_isLarge ? m_deviceBodies / 2 : m_deviceBodies);
+    m_misfits = isLarge == m_isLarge ? 0 : m_misfits + 1;
+    if (m_known == nullptr || m_misfits < kUpdatesOfPatience)
+        return nullptr;
+    std::unique_ptr<Backend> next = isLarge ? m_makeLarge() : m_makeSmall();
+    m_known = next.get();
+    m_isLarge = isLarge;
+    m_misfits = 0;
+    return next;
+}
+
+BackendChooser makeBackendChooser(const BroadphaseOptions& options, const Backend& begin)
+{
+    if (options.backend != BackendChoice::Auto || options.deviceBodies == 0)
+        return {};
+    const auto makeSmall = [options] { return makeFallbackBackend(options); };
+    const auto makeLarge = [options]
+    {
+        std::string why;
+        std::unique_ptr<Backend> cuda = makeCudaPsapBackend(options.psap, &why);
+        if (cuda == nullptr)
+            log(LogLevel::Info, ("no CUDA backend (" + why + "); the grid on the CPU stays").c_str());
+        return cuda;
+    };
+    return {begin, options.deviceBodies, makeSmall, makeLarge};
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

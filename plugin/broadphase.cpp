@@ -29,6 +29,13 @@ struct Broadphase::Parts
     {
     }
 
+    /// Lets another backend take over where that is faster.
+    void chooseBackend()
+    {
+        if (std::unique_ptr<Backend> next = chooser.choose(keeper.backend(), store.table().liveCount()))
+            keeper.setBackend(std::move(next));
+    }
+
     /// The part of setAabb() that has something to do; apart, so that the usual call saves no registers.
     [[gnu::noinline]] void change(Proxy& proxy, const btVector3& aabbMin, const btVector3& aabbMax)
     {
@@ -45,6 +52,7 @@ struct Broadphase::Parts
     std::unique_ptr<QueryIndex> index;
     PairKeeper keeper;
     GhostWatch ghosts;
+    BackendChooser chooser;
 };
 
 namespace
@@ -67,11 +75,10 @@ float toMargin(btScalar margin)
 Broadphase::Broadphase(btOverlappingPairCache* cache, const BroadphaseOptions& options)
     : Broadphase(makeBackend(options), cache, options)
 {
+    m->chooser = makeBackendChooser(options, m->keeper.backend());
 }
 
-Broadphase::Broadphase(const BroadphaseOptions& options) : Broadphase(makeBackend(options), nullptr, options)
-{
-}
+Broadphase::Broadphase(const BroadphaseOptions& options) : Broadphase(nullptr, options) {}
 
 Broadphase::Broadphase(std::unique_ptr<Backend> backend, btOverlappingPairCache* cache,
                        const BroadphaseOptions& options)
@@ -135,6 +142,7 @@ void Broadphase::aabbTest(const btVector3& aabbMin, const btVector3& aabbMax,
 void Broadphase::calculateOverlappingPairs(btDispatcher* dispatcher)
 {
     m->ghosts.look();
+    m->chooseBackend();
     m->keeper.update(toMargin(m->margin < 0 ? gDbvtMargin : m->margin), dispatcher);
     m->ghosts.tighten();
 }
