@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <limits>
 
@@ -47,14 +48,11 @@ void RowPool::resize(std::size_t entries)
 {
     const std::size_t needed = entries + kRowPadding;
     m_stride = needed;
-    if (m_ids.size() >= needed && m_floats.size() >= 6 * needed)
-        return;
-    m_floats.resize(6 * (needed + needed / 4));
-    m_ids.resize(needed + needed / 4);
-    m_flags.resize(needed + needed / 4);
+    if (m_floats.size() < 6 * needed)
+        m_floats.resize(6 * (needed + needed / 4));
 }
 
-RowSoa RowPool::row(std::size_t offset, std::uint32_t count)
+RowSoa RowPool::row(std::size_t offset, FlaggedId* ids, std::uint32_t count)
 {
     float* base = m_floats.data() + offset;
     return {base,
@@ -63,15 +61,8 @@ RowSoa RowPool::row(std::size_t offset, std::uint32_t count)
             base + 3 * m_stride,
             base + 4 * m_stride,
             base + 5 * m_stride,
-            m_ids.data() + offset,
-            m_flags.data() + offset,
+            ids,
             count};
-}
-
-std::uint64_t RowPool::bytes() const
-{
-    return m_floats.capacity() * sizeof(float) + m_ids.capacity() * sizeof(std::uint32_t) +
-           m_flags.capacity();
 }
 
 /// Order of m_starts by comparisons, for rows too short or too uneven for places.
@@ -119,48 +110,55 @@ const std::uint32_t* RowBuilder::sortByPlace(std::uint32_t count, float lowest, 
     return m_order.data();
 }
 
-float RowBuilder::build(const FlaggedId* ids, std::uint32_t count, const Aabb* boxes, const GridPlan& plan,
-                        float grow, RowSoa& row)
+void RowBuilder::makeRoom(std::uint32_t count)
 {
-    if (m_starts.size() < count)
-    {
-        m_starts.resize(count + count / 2);
-        m_order.resize(m_starts.size());
-        m_swap.resize(m_starts.size());
-        m_keys.resize(m_starts.size());
-    }
-    const int x = plan.sweepAxis;
-    const int y = plan.tileAxisY;
-    const int z = plan.tileAxisZ;
+    if (m_starts.size() >= count)
+        return;
+    m_starts.resize(count + count / 2);
+    m_order.resize(m_starts.size());
+    m_swap.resize(m_starts.size());
+    m_keys.resize(m_starts.size());
+}
+
+void RowBuilder::sort(FlaggedId* ids, std::uint32_t count, const Aabb* boxes, int sweepAxis)
+{
+    makeRoom(count);
     float lowest = std::numeric_limits<float>::infinity();
     float highest = -std::numeric_limits<float>::infinity();
     for (std::uint32_t i = 0; i < count; ++i)
     {
-        const float start = boxes[ids[i] & kIdMask].min[x] - grow;
+        const float start = boxes[ids[i] & kIdMask].min[sweepAxis];
         m_starts[i] = start;
         lowest = start < lowest ? start : lowest;
         highest = start > highest ? start : highest;
     }
     const bool byKey = count <= kFewEntries || count > kMostPlaces;
     const std::uint32_t* order = byKey ? sortByKey(count) : sortByPlace(count, lowest, highest);
-    float longest = 0;
     for (std::uint32_t i = 0; i < count; ++i)
-    {
-        const FlaggedId id = ids[order[i]];
-        const Aabb& box = boxes[id & kIdMask];
-        row.x0[i] = box.min[x] - grow;
-        row.x1[i] = box.max[x] + grow;
-        row.y0[i] = box.min[y] - grow;
-        row.y1[i] = box.max[y] + grow;
-        row.z0[i] = box.min[z] - grow;
-        row.z1[i] = box.max[z] + grow;
-        row.id[i] = id & kIdMask;
-        row.flags[i] = static_cast<std::uint8_t>(id >> kIdBits);
-        const float length = row.x1[i] - row.x0[i];
-        longest = length > longest ? length : longest;
-    }
-    row.x0[count] = std::numeric_limits<float>::infinity();
-    row.count = count;
+        m_swap[i] = ids[order[i]];
+    std::copy_n(m_swap.begin(), count, ids);
+}
+
+void RowBuilder::build(const RowKernels& kernels, const RowSource& source, RowSoa& row)
+{
+    // A sentinel in front, and room to read and move whole vectors.
+    if (m_records.size() < source.count + 8u)
+        m_records.resize(source.count + source.count / 2 + 8);
+    const std::uint32_t count = kernels.gatherRow(source, m_records.data());
+    kernels.layOut(m_records.data() + 1, count, row);
+}
+
+std::uint64_t RowBuilder::bytes() const
+{
+    return m_starts.capacity() * (sizeof(float) + 2 * sizeof(std::uint32_t) + sizeof(std::uint64_t)) +
+           m_records.capacity() * sizeof(RowRecord);
+}
+
+float longestOf(const RowSoa& row)
+{
+    float longest = 0;
+    for (std::uint32_t i = 0; i < row.count; ++i)
+        longest = std::max(longest, row.x1[i] - row.x0[i]);
     return std::nextafter(longest, std::numeric_limits<float>::infinity());
 }
 }  // namespace cullet

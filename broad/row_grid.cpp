@@ -3,6 +3,7 @@
 #include "broad/row_grid.h"
 
 #include "broad/aabb_simd.h"
+#include "broad/cell_rule.h"
 
 #include <algorithm>
 #include <cmath>
@@ -12,10 +13,6 @@ namespace cullet
 {
 namespace
 {
-// A box that would touch more cells than this under a plan that did not expect it joins the unbounded ones.
-constexpr std::int64_t kMostCells = 64;
-// Cell coordinates saturate here: far away, cells become one, which costs time but loses nothing.
-constexpr float kFarthestCell = 268435456.0f;
 // Sizes are recorded of every so-manieth box only, and of all that do not fit the plan.
 constexpr std::uint32_t kSizeSampling = 8;
 constexpr std::uint32_t kLocateBlock = 128;
@@ -23,33 +20,21 @@ constexpr std::size_t kTaskGrain = 8192;
 constexpr std::uint32_t kRowsPerTask = 16;
 constexpr std::uint32_t kLeastRowRoom = 256;
 
-/// Cells of four coordinates: floor, saturating.
-Int4 cellsOfCoordinates(Float4 coordinates, float inverseWidth)
-{
-    Float4 cell = coordinates * inverseWidth;
-    cell = cell < -kFarthestCell ? Float4{} - kFarthestCell : cell;
-    cell = cell > kFarthestCell ? Float4{} + kFarthestCell : cell;
-    // Conversion cuts towards zero; a comparison yields -1 where that was upwards. std::floor would be a library call.
-    const Int4 truncated = __builtin_convertvector(cell, Int4);
-    return truncated + (__builtin_convertvector(truncated, Float4) > cell);
-}
-
 struct SinkContext
 {
     PairSink* sink;
     unsigned worker;
 };
 
-void handToSink(void* context, const IdPair* pairs, std::uint32_t count)
+void handToSink(void* context, const PairBuffer& found)
 {
     const SinkContext& to = *static_cast<SinkContext*>(context);
-    to.sink->take(to.worker, pairs, count);
+    to.sink->take(to.worker, found);
 }
 
 FlaggedId flagged(std::uint32_t id, bool startsY, bool startsZ)
 {
-    return id | static_cast<std::uint32_t>(startsY) << kIdBits |
-           static_cast<std::uint32_t>(startsZ) << (kIdBits + 1);
+    return id | (startsY ? kStartsHereY : 0u) | (startsZ ? kStartsHereZ : 0u);
 }
 }  // namespace
 
@@ -99,11 +84,11 @@ std::size_t RowGrid::octaveIndex(const Aabb& box) const
     return static_cast<std::size_t>(octave - kLowestOctave);
 }
 
-RowGrid::CellRange RowGrid::cellsOf(const Aabb& box, std::uint32_t level) const
+RowGrid::CellRange RowGrid::cellsOf(const Aabb& box, const CellRule& rule) const
 {
-    const Float4 corners = {box.min[m_plan.tileAxisY], box.max[m_plan.tileAxisY], box.min[m_plan.tileAxisZ],
-                            box.max[m_plan.tileAxisZ]};
-    const Int4 cells = cellsOfCoordinates(corners, m_plan.inverseWidth[level]);
+    const Float4 faces = {box.min[m_plan.tileAxisY], box.max[m_plan.tileAxisY], box.min[m_plan.tileAxisZ],
+                          box.max[m_plan.tileAxisZ]};
+    const Int4 cells = cellsOfFaces(faces, rule);
     return {cells[0], cells[1], cells[2], cells[3]};
 }
 
@@ -166,6 +151,7 @@ void RowGrid::learnDensity()
         return;
     m_density = std::min(std::max(m_density * ratio, 1e-3), 1e6);
     m_planned = SizeHistogram();
+    m_isFollowable = false;
 }
 
 void RowGrid::recordSize(const Aabb& box, std::size_t octave, Task& task) const
@@ -215,7 +201,7 @@ std::uint32_t RowGrid::locate(const GridInput& input, std::uint32_t begin, std::
         const Aabb box = grown(input.boxes[id], input.grow);
         const std::size_t octave = octaveIndex(box);
         const std::uint32_t level = m_plan.levelOfOctave[octave];
-        block[count] = {cellsOf(box, level), id, static_cast<std::int32_t>(level)};
+        block[count] = {cellsOf(box, ruleOf(input.reach, level)), id, static_cast<std::int32_t>(level)};
         const bool isTooLarge = cellCountOf(block[count].cells) > kMostCells;
         if (i % kSizeSampling == 0 || isTooLarge)
             recordSize(box, octave, task);
@@ -253,11 +239,11 @@ void RowGrid::fillRegular(const GridInput& input, std::uint32_t begin, std::uint
             continue;
         const Aabb box = grown(input.boxes[id], input.grow);
         const std::uint32_t own = m_plan.levelOfOctave[octaveIndex(box)];
-        if (cellCountOf(cellsOf(box, own)) > kMostCells)
+        if (cellCountOf(cellsOf(box, ruleOf(input.reach, own))) > kMostCells)
             continue;
         for (std::uint32_t level = own + 1; level < m_plan.levelCount; ++level)
         {
-            const CellRange cells = cellsOf(box, level);
+            const CellRange cells = cellsOf(box, ruleOf(input.reach, level));
             task.regular.makeRoom(static_cast<std::size_t>(cellCountOf(cells)));
             for (std::int32_t j = cells.j0; j <= cells.j1; ++j)
             {
@@ -334,28 +320,33 @@ void RowGrid::fill(const GridInput& input)
         m_rowRoom /= 2;
 }
 
-/// Turns per-task counts into offsets and moves the ids of every row together.
-void RowGrid::scatterKind(EntryList Task::*entries, std::vector<std::uint32_t> Task::*counts,
-                          std::vector<std::uint32_t>& offsets, std::vector<FlaggedId>& ids)
+/// Turns per-task counts into lists and moves the ids of every row together; the number of entries.
+std::uint32_t RowGrid::scatterKind(EntryList Task::*entries, std::vector<std::uint32_t> Task::*counts,
+                                   std::vector<RowList>& lists, std::vector<FlaggedId>& ids, bool slack)
 {
     const std::uint32_t rows = m_rows.capacity();
-    offsets.resize(rows + 1);
+    lists.resize(rows);
+    std::uint32_t begin = 0;
     std::uint32_t sum = 0;
     for (std::uint32_t row = 0; row < rows; ++row)
     {
-        offsets[row] = sum;
+        std::uint32_t next = begin;
         for (unsigned t = 0; t < m_taskCount; ++t)
         {
             std::uint32_t& slot = (m_tasks[t].*counts)[row];
             const std::uint32_t size = slot;
-            slot = sum;
-            sum += size;
+            slot = next;
+            next += size;
         }
+        const std::uint32_t count = next - begin;
+        const std::uint32_t room = (count + (slack && count != 0 ? count / 8 + 4 : 0) + 3) & ~3u;
+        lists[row] = {begin, count, room};
+        begin += room;
+        sum += count;
     }
-    offsets[rows] = sum;
-    if (ids.size() < sum)
-        ids.resize(sum + sum / 4);
-    m_entryCount += sum;
+    m_idsUsed = begin;
+    if (ids.size() < begin + kRowPadding)
+        ids.resize(begin + begin / 4 + kRowPadding);
     m_workers.run(m_taskCount,
                   [&](unsigned t)
                   {
@@ -363,52 +354,73 @@ void RowGrid::scatterKind(EntryList Task::*entries, std::vector<std::uint32_t> T
                       for (const Entry& entry : m_tasks[t].*entries)
                           ids[next[entry.row]++] = entry.id;
                   });
+    return sum;
 }
 
-void RowGrid::mergeTasks()
+void RowGrid::mergeTasks(RowUse use)
 {
+    m_regular.clear();
     m_entryCount = 0;
-    scatterKind(&Task::bold, &Task::boldCount, m_boldOffsets, m_boldIds);
     if (m_plan.levelCount > 1)
-        scatterKind(&Task::regular, &Task::regularCount, m_regularOffsets, m_regularIds);
-    else
-        m_regularOffsets.assign(m_rows.capacity() + 1, 0);
+        m_entryCount = scatterKind(&Task::regular, &Task::regularCount, m_regular, m_regularIds, false);
+    m_entryCount += scatterKind(&Task::bold, &Task::boldCount, m_bold, m_boldIds, use == RowUse::Follow);
     m_unbounded.clear();
     for (unsigned t = 0; t < m_taskCount; ++t)
         m_unbounded.insert(m_unbounded.end(), m_tasks[t].unbounded.begin(), m_tasks[t].unbounded.end());
     std::sort(m_unbounded.begin(), m_unbounded.end());
 }
 
-void RowGrid::scanRow(const GridInput& input, std::uint32_t row, unsigned worker, bool keep, PairBuffer& out)
+RowSoa RowGrid::buildRow(const RowPass& pass, std::uint32_t row, RowList& list, std::vector<FlaggedId>& ids,
+                         RowPool& pool, std::size_t offset, RowBuilder& builder)
 {
-    const std::uint32_t boldCount = m_boldOffsets[row + 1] - m_boldOffsets[row];
-    const std::uint32_t regularCount = m_regularOffsets[row + 1] - m_regularOffsets[row];
-    if (boldCount == 0 || (boldCount + regularCount == 1 && !keep))
+    FlaggedId* const own = ids.data() + list.begin;
+    if (!pass.isSorted)
+        builder.sort(own, list.count, pass.input.boxes, m_plan.sweepAxis);
+    const std::uint64_t cell = m_rows.cell(row);
+    const CellRule rule = ruleOf(pass.input.reach, 0);
+    const RowSource source = {own,
+                              list.count,
+                              pass.input.boxes,
+                              m_plan.sweepAxis,
+                              pass.input.grow,
+                              pass.isFollowed ? &rule : nullptr,
+                              cellCoordinateJ(cell),
+                              cellCoordinateK(cell)};
+    RowSoa soa = pool.row(offset, own, list.count);
+    builder.build(m_kernels, source, soa);
+    list.count = soa.count;
+    return soa;
+}
+
+void RowGrid::scanRow(const RowPass& pass, std::uint32_t row, unsigned worker, PairBuffer& out)
+{
+    RowList& own = m_bold[row];
+    const std::uint32_t regularCount = m_regular.empty() ? 0 : m_regular[row].count;
+    if (own.count == 0 || (own.count + regularCount == 1 && pass.use == RowUse::Once))
         return;
     Worker& scratch = m_scratch[worker];
-    if (!keep)
-        scratch.bold.resize(boldCount + 1);
-    RowSoa bold = keep ? m_kept.row(m_boldOffsets[row] + row, boldCount) : scratch.bold.row(0, boldCount);
-    const float longest = scratch.builder.build(m_boldIds.data() + m_boldOffsets[row], boldCount, input.boxes,
-                                                m_plan, input.grow, bold);
-    if (keep)
-        m_longest[row] = longest;
+    const bool isKept = pass.use == RowUse::Query;
+    if (!isKept)
+        scratch.bold.resize(own.count + 4u);
+    const RowSoa bold = buildRow(pass, row, own, m_boldIds, isKept ? m_kept : scratch.bold,
+                                 isKept ? keptOffset(row) : 0, scratch.builder);
+    if (isKept)
+        m_longest[row] = longestOf(bold);
     m_kernels.scanSelf(bold, out);
     if (regularCount == 0)
         return;
-    scratch.regular.resize(regularCount + 1);
-    RowSoa regular = scratch.regular.row(0, regularCount);
-    scratch.builder.build(m_regularIds.data() + m_regularOffsets[row], regularCount, input.boxes, m_plan,
-                          input.grow, regular);
+    scratch.regular.resize(regularCount + 4u);
+    const RowSoa regular =
+        buildRow(pass, row, m_regular[row], m_regularIds, scratch.regular, 0, scratch.builder);
     m_kernels.scanCross(bold, regular, out);
 }
 
-void RowGrid::scanRows(const GridInput& input, PairSink& sink, bool keep)
+void RowGrid::scanRows(const RowPass& pass)
 {
     const std::uint32_t rows = m_rows.capacity();
-    if (keep)
+    if (pass.use == RowUse::Query)
     {
-        m_kept.resize(m_boldOffsets[rows] + rows);
+        m_kept.resize(m_idsUsed + std::size_t{4} * rows);
         m_longest.assign(rows, 0.0f);
     }
     for (Worker& worker : m_scratch)
@@ -420,75 +432,87 @@ void RowGrid::scanRows(const GridInput& input, PairSink& sink, bool keep)
                       const unsigned worker =
                           tasks == 1 ? 0u
                                      : static_cast<unsigned>(tbb::this_task_arena::current_thread_index());
-                      SinkContext context = {&sink, worker};
-                      PairBuffer& out = *m_scratch[worker].buffer;
-                      out.flush = handToSink;
-                      out.context = &context;
-                      out.deepGap = input.deepGap;
+                      SinkContext context = {&pass.sink, worker};
+                      PairBuffer& out = prepareBuffer(worker, pass.input, &context);
                       const TaskRange range(rows, task, tasks);
                       for (std::uint32_t row = range.begin; row < range.end; ++row)
-                          scanRow(input, row, worker, keep, out);
+                          scanRow(pass, row, worker, out);
                       out.handOn();
                   });
     m_testCount = 0;
     for (const Worker& worker : m_scratch)
         m_testCount += worker.buffer->tests;
+    scanUnbounded(pass.input, pass.sink);
+}
+
+PairBuffer& RowGrid::prepareBuffer(unsigned worker, const GridInput& input, void* context) const
+{
+    PairBuffer& out = *m_scratch[worker].buffer;
+    out.flush = handToSink;
+    out.context = context;
+    out.near = input.near;
+    out.deep = input.deep;
+    return out;
 }
 
 void RowGrid::scanUnbounded(const GridInput& input, PairSink& sink)
 {
     SinkContext context = {&sink, 0};
-    PairBuffer& out = *m_scratch[0].buffer;
-    out.flush = handToSink;
-    out.context = &context;
+    PairBuffer& out = prepareBuffer(0, input, &context);
     for (const std::uint32_t large : m_unbounded)
     {
         const Aabb box = grown(input.boxes[large], input.grow);
         for (std::uint32_t i = 0; i < input.count; ++i)
         {
             const std::uint32_t id = input.ids != nullptr ? input.ids[i] : i;
-            const Aabb other = grown(input.boxes[id], input.grow);
-            if (!isValid(input.boxes[id]) || !overlaps(box, other) || gapOf(box, other) <= input.deepGap)
+            const float gap = gapOf(box, grown(input.boxes[id], input.grow));
+            if (!isValid(input.boxes[id]) || gap > input.near || gap <= input.deep)
                 continue;
             // Of two unbounded boxes, the one with the lower id reports the pair.
             if (id <= large && std::binary_search(m_unbounded.begin(), m_unbounded.end(), id))
                 continue;
             out.ensureRoom();
-            out.pairs[out.count++] = {large, id};
+            out.first[out.count] = large;
+            out.second[out.count] = id;
+            out.gap[out.count++] = gap;
         }
     }
     out.handOn();
 }
 
-void RowGrid::scan(const GridInput& input, PairSink& sink, bool keep)
+void RowGrid::scan(const GridInput& input, PairSink& sink, RowUse use)
 {
+    m_isFollowable = false;
     fill(input);
-    mergeTasks();
-    scanRows(input, sink, keep);
-    scanUnbounded(input, sink);
+    mergeTasks(use);
+    scanRows({input, sink, use, false, false});
+    m_isFollowable = use == RowUse::Follow && m_plan.levelCount == 1;
+    m_reach = input.reach;
+    m_followedScans = 0;
     if (m_options.cellScale <= 0)
         learnDensity();
 }
 
 void RowGrid::queryRow(const RowSoa& query, std::uint32_t row, PairBuffer& out) const
 {
-    const std::uint32_t count = m_boldOffsets[row + 1] - m_boldOffsets[row];
-    const RowSoa kept = m_kept.row(m_boldOffsets[row] + row, count);
+    const std::uint32_t count = m_bold[row].count;
+    const RowSoa kept = m_kept.row(keptOffset(row), m_boldIds.data() + m_bold[row].begin, count);
     // No kept interval is longer than m_longest, so none that begins before `from` reaches the query; rounded down.
     float from = query.x0[0] - m_longest[row];
     from -= std::abs(from) * 1e-6f;
     const std::uint32_t begin =
         static_cast<std::uint32_t>(std::lower_bound(kept.x0, kept.x0 + count, from) - kept.x0);
-    m_kernels.scanOne(query, 0, kept, begin, out);
+    if (count != 0)
+        m_kernels.scanOne(query, 0, kept, begin, out);
 }
 
 void RowGrid::queryLevel(const RowSoa& query, const Aabb& box, std::uint32_t level, PairBuffer& out) const
 {
-    const CellRange cells = cellsOf(box, level);
+    const CellRange cells = cellsOf(box, ruleOf(0.0f, level));
+    const std::uint32_t id = query.id[0] & kIdMask;
     const auto visit = [&](std::uint32_t row, std::int32_t j, std::int32_t k)
     {
-        query.flags[0] = static_cast<std::uint8_t>((j == cells.j0 ? kStartsHereY : 0) |
-                                                   (k == cells.k0 ? kStartsHereZ : 0));
+        query.id[0] = flagged(id, j == cells.j0, k == cells.k0);
         queryRow(query, row, out);
     };
     if (cellCountOf(cells) > m_rows.count())
@@ -498,8 +522,7 @@ void RowGrid::queryLevel(const RowSoa& query, const Aabb& box, std::uint32_t lev
             const std::uint64_t cell = m_rows.cell(row);
             const std::int32_t j = cellCoordinateJ(cell);
             const std::int32_t k = cellCoordinateK(cell);
-            if (levelOfCell(cell) == static_cast<std::int32_t>(level) && j >= cells.j0 && j <= cells.j1 &&
-                k >= cells.k0 && k <= cells.k1)
+            if (levelOfCell(cell) == static_cast<std::int32_t>(level) && cells.contains(j, k))
                 visit(row, j, k);
         }
         return;
@@ -515,20 +538,16 @@ void RowGrid::queryLevel(const RowSoa& query, const Aabb& box, std::uint32_t lev
     }
 }
 
-void RowGrid::query(const Aabb& box, std::uint32_t id, unsigned worker, PairSink& sink) const
+void RowGrid::query(const Aabb& box, FlaggedId id, unsigned worker, PairSink& sink) const
 {
     // Finite, or the sentinel at the end of a row would count as inside.
     float x0 = box.min[m_plan.sweepAxis];
     float x1 = std::min(box.max[m_plan.sweepAxis], std::numeric_limits<float>::max());
     float y0 = box.min[m_plan.tileAxisY], y1 = box.max[m_plan.tileAxisY];
     float z0 = box.min[m_plan.tileAxisZ], z1 = box.max[m_plan.tileAxisZ];
-    std::uint8_t flags = 0;
-    const RowSoa soa = {&x0, &x1, &y0, &y1, &z0, &z1, &id, &flags, 1};
+    const RowSoa soa = {&x0, &x1, &y0, &y1, &z0, &z1, &id, 1};
     SinkContext context = {&sink, worker};
-    PairBuffer& out = *m_scratch[worker].buffer;
-    out.flush = handToSink;
-    out.context = &context;
-    out.deepGap = kReportAll;
+    PairBuffer& out = prepareBuffer(worker, GridInput{}, &context);
     for (std::uint32_t level = 0; level < m_plan.levelCount; ++level)
         queryLevel(soa, box, level, out);
     out.handOn();
@@ -536,10 +555,10 @@ void RowGrid::query(const Aabb& box, std::uint32_t id, unsigned worker, PairSink
 
 std::uint64_t RowGrid::bytes() const
 {
-    std::uint64_t sum = m_rows.bytes() + m_kept.bytes() +
-                        (m_boldOffsets.capacity() + m_regularOffsets.capacity() + m_boldIds.capacity() +
-                         m_regularIds.capacity() + m_unbounded.capacity() + m_longest.capacity()) *
-                            sizeof(std::uint32_t);
+    std::uint64_t sum =
+        m_rows.bytes() + m_kept.bytes() + (m_bold.capacity() + m_regular.capacity()) * sizeof(RowList) +
+        (m_boldIds.capacity() + m_regularIds.capacity() + m_unbounded.capacity() + m_longest.capacity()) *
+            sizeof(std::uint32_t);
     for (const Task& task : m_tasks)
     {
         sum += task.bold.bytes() + task.regular.bytes() +
@@ -547,7 +566,7 @@ std::uint64_t RowGrid::bytes() const
                    sizeof(std::uint32_t);
     }
     for (const Worker& worker : m_scratch)
-        sum += worker.bold.bytes() + worker.regular.bytes() + sizeof(PairBuffer);
+        sum += worker.bold.bytes() + worker.regular.bytes() + worker.builder.bytes() + sizeof(PairBuffer);
     return sum;
 }
 }  // namespace cullet

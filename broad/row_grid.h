@@ -10,6 +10,7 @@
 #include "broad/row_soa.h"
 #include "broad/worker_pool.h"
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -23,17 +24,36 @@ public:
     virtual ~PairSink() = default;
 
     /// @param worker below WorkerPool::threads(); calls with the same worker never run at the same time
-    virtual void take(unsigned worker, const IdPair* pairs, std::uint32_t count) = 0;
+    virtual void take(unsigned worker, const PairBuffer& found) = 0;
 };
 
 /// The boxes to be put into the grid.
 struct GridInput
 {
-    const Aabb* boxes;         ///< row of the proxy table -> box
-    const std::uint32_t* ids;  ///< [count] rows to take, or null for 0 .. count - 1
-    std::uint32_t count;
-    float grow;                  ///< every box is grown by this on every side first
-    float deepGap = kReportAll;  ///< pairs with a gap (negative: overlap) not above this are left out
+    const Aabb* boxes = nullptr;         ///< row of the proxy table -> box
+    const std::uint32_t* ids = nullptr;  ///< [count] rows to take, or null for 0 .. count - 1
+    std::uint32_t count = 0;
+    float grow = 0;   ///< every box is grown by this on every side first
+    float reach = 0;  ///< ... and reaches into the cells this much farther
+    float near = 0;   ///< pairs with a gap (negative: overlap) above this are left out; at most 2 * reach
+    float deep = kReportAll;  ///< pairs with a gap not above this are left out
+};
+
+/// What the rows are for, beyond finding pairs once.
+enum class RowUse : std::uint8_t
+{
+    Once,
+    Query,  ///< query()
+    Follow  ///< compare() and follow()
+};
+
+/// How the changed boxes moved since the last scan.
+struct GridMotion
+{
+    /// Boxes by the exponent of how far any of their faces moved; boxes that came, went or have infinite faces last.
+    std::array<std::uint32_t, 256> octaves{};
+    float largest = 0;                  ///< of those that moved no farther than the limit
+    std::vector<std::uint32_t> strays;  ///< ascending: touch other cells than before, or moved farther
 };
 
 /// The lecture's hierarchical grid with spatial hashing, laid out as rows.
@@ -54,15 +74,38 @@ public:
 
     /// Clears the grid, fills it and hands every overlapping pair of the input to the sink, each exactly once.
     ///
-    /// @param keep whether the bold rows stay, for query()
-    /// Cost: O(n + pairs) for sizes within a constant ratio; about 40 ns a box on one core
-    void scan(const GridInput& input, PairSink& sink, bool keep);
+    /// Cost: O(n + pairs) for sizes within a constant ratio; about 80 ns a box on one core
+    void scan(const GridInput& input, PairSink& sink, RowUse use);
+
+    /// Whether the rows of the last scan can be brought up to date instead of being refilled: follow().
+    bool canFollow(float reach) const { return m_isFollowable && m_reach == reach; }
+
+    /// Looks at all boxes that changed since the last scan.
+    ///
+    /// @param before    boxes as of that scan
+    /// @param limit     see GridMotion
+    void compare(const Aabb* boxes, const Aabb* before, const std::uint32_t* dirty, std::uint32_t dirtyCount,
+                 float limit, GridMotion& motion);
+
+    /// Puts strays into the cells that are new to them, so that scanFollowed() may come; false: scan() must.
+    bool follow(const GridInput& input, const Aabb* before, const std::vector<std::uint32_t>& strays);
+
+    /// As scan(), from the rows as they are; boxes that left a cell are dropped from it.
+    void scanFollowed(const GridInput& input, PairSink& sink);
+
+    /// Hands all overlapping pairs as of the last scan to the sink. The rows stay.
+    ///
+    /// @param input the boxes of that scan
+    void scanAgain(const GridInput& input, PairSink& sink);
+
+    /// Width of the finest cells.
+    float finestWidth() const { return m_plan.width[0]; }
 
     /// Hands every kept box that overlaps `box` to the sink as {id, other}, each once; scan(keep) came before.
     ///
     /// `box` itself should not be kept under `id`, or it is reported too. Safe from several threads with different
     /// workers.
-    void query(const Aabb& box, std::uint32_t id, unsigned worker, PairSink& sink) const;
+    void query(const Aabb& box, FlaggedId id, unsigned worker, PairSink& sink) const;
 
     /// What the last scan did.
     std::uint64_t entryCount() const { return m_entryCount; }
@@ -72,6 +115,9 @@ public:
     std::uint64_t bytes() const;
 
 private:
+    // A box that would touch more cells than this under a plan that did not expect it joins the unbounded ones.
+    static constexpr std::int64_t kMostCells = 64;
+
     struct Entry
     {
         std::uint32_t row;
@@ -122,6 +168,29 @@ private:
     struct CellRange
     {
         std::int32_t j0, j1, k0, k1;
+
+        bool contains(std::int32_t j, std::int32_t k) const
+        {
+            return j >= j0 && j <= j1 && k >= k0 && k <= k1;
+        }
+    };
+
+    /// Where the ids of a row are; multiples of four, so that they can be written as vectors.
+    struct RowList
+    {
+        std::uint32_t begin;
+        std::uint32_t count;
+        std::uint32_t room;
+    };
+
+    /// One pass over the rows.
+    struct RowPass
+    {
+        const GridInput& input;
+        PairSink& sink;
+        RowUse use;
+        bool isSorted;
+        bool isFollowed;  ///< cells of boxes have changed
     };
 
     /// A box that is to be inserted.
@@ -136,7 +205,8 @@ private:
                          Located* block) const;
     static Aabb grown(const Aabb& box, float grow);
     static std::int64_t cellCountOf(const CellRange& cells);
-    CellRange cellsOf(const Aabb& box, std::uint32_t level) const;
+    CellRule ruleOf(float grow, std::uint32_t level) const { return {grow, m_plan.inverseWidth[level]}; }
+    CellRange cellsOf(const Aabb& box, const CellRule& rule) const;
     std::size_t octaveIndex(const Aabb& box) const;
     void recordSize(const Aabb& box, std::size_t octave, Task& task) const;
     bool insertBold(std::uint32_t id, const CellRange& cells, std::int32_t level, Task& task);
@@ -156,11 +226,24 @@ private:
     bool tryFill(const GridInput& input);
     void fillBold(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task);
     void fillRegular(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task);
-    void mergeTasks();
-    void scatterKind(EntryList Task::*entries, std::vector<std::uint32_t> Task::*counts,
-                     std::vector<std::uint32_t>& offsets, std::vector<FlaggedId>& ids);
-    void scanRows(const GridInput& input, PairSink& sink, bool keep);
-    void scanRow(const GridInput& input, std::uint32_t row, unsigned worker, bool keep, PairBuffer& out);
+    void mergeTasks(RowUse use);
+    std::uint32_t scatterKind(EntryList Task::*entries, std::vector<std::uint32_t> Task::*counts,
+                              std::vector<RowList>& lists, std::vector<FlaggedId>& ids, bool slack);
+    void scanRows(const RowPass& pass);
+    void scanRow(const RowPass& pass, std::uint32_t row, unsigned worker, PairBuffer& out);
+    RowSoa buildRow(const RowPass& pass, std::uint32_t row, RowList& list, std::vector<FlaggedId>& ids,
+                    RowPool& pool, std::size_t offset, RowBuilder& builder);
+    std::size_t keptOffset(std::uint32_t row) const
+    {
+        // Room for a sentinel in a multiple of four.
+        return m_bold[row].begin + std::size_t{4} * row;
+    }
+    template <int kSweepAxis>
+    void compareRange(const Aabb* boxes, const Aabb* before, const std::uint32_t* dirty, TaskRange range,
+                      float limit, GridMotion& motion) const;
+    bool followStray(const GridInput& input, const Aabb& before, std::uint32_t id);
+    bool addToRow(std::uint64_t cell, std::uint32_t id);
+    PairBuffer& prepareBuffer(unsigned worker, const GridInput& input, void* context) const;
     void scanUnbounded(const GridInput& input, PairSink& sink);
     void queryLevel(const RowSoa& query, const Aabb& box, std::uint32_t level, PairBuffer& out) const;
     void queryRow(const RowSoa& query, std::uint32_t row, PairBuffer& out) const;
@@ -177,13 +260,18 @@ private:
     unsigned m_taskCount = 1;
     std::vector<Task> m_tasks;
     std::vector<Worker> m_scratch;
-    std::vector<std::uint32_t> m_boldOffsets;     // [rows + 1] into m_boldIds
-    std::vector<std::uint32_t> m_regularOffsets;  // [rows + 1] into m_regularIds
-    std::vector<FlaggedId> m_boldIds;
+    std::vector<RowList> m_bold;     // [rows] into m_boldIds
+    std::vector<RowList> m_regular;  // [rows] into m_regularIds; empty with one level
+    mutable std::vector<FlaggedId> m_boldIds;
     std::vector<FlaggedId> m_regularIds;
     std::vector<std::uint32_t> m_unbounded;  // ascending
-    mutable RowPool m_kept;                  // bold rows, at m_boldOffsets[row] + row
+    mutable RowPool m_kept;                  // bold rows, at keptOffset()
     std::vector<float> m_longest;            // [rows] longest sweep extent in a kept row
+    std::vector<GridMotion> m_motions;       // [tasks]
+    std::uint32_t m_idsUsed = 0;             // of m_boldIds
+    float m_reach = 0;                       // of the last scan
+    bool m_isFollowable = false;
+    std::uint32_t m_followedScans = 0;  // since the last fill
     std::uint64_t m_entryCount = 0;
     std::uint64_t m_testCount = 0;
 };

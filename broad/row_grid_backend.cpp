@@ -70,6 +70,7 @@ void RowGridBackend::updateOrThrow(const ProxyView& view)
 {
     const bool filterChanged = m_hadFilter != (view.filters != nullptr);
     m_hadFilter = view.filters != nullptr;
+    const bool isNewToWords = filterChanged || m_restarted;
     prepareRows(view);
     bool hasRefiltered = filterChanged;
     for (std::uint32_t i = 0; i < view.dirtyCount && !hasRefiltered; ++i)
@@ -95,20 +96,42 @@ void RowGridBackend::updateOrThrow(const ProxyView& view)
     {
         updateMoving(view);
     }
+    rememberWords(view, isNewToWords || m_words.size() < view.size);
+}
+
+/// Pairs are held by the words that the last update saw.
+void RowGridBackend::rememberWords(const ProxyView& view, bool all)
+{
+    if (view.filters == nullptr)
+    {
+        m_words.clear();
+        return;
+    }
+    if (all)
+    {
+        m_words.assign(view.filters, view.filters + view.size);
+        return;
+    }
+    for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
+    {
+        const std::uint32_t row = view.dirty[i];
+        if ((view.changes[row] & (kRowCreated | kRowRefiltered)) != 0)
+            m_words[row] = view.filters[row];
+    }
 }
 
 void RowGridBackend::prepareRows(const ProxyView& view)
 {
     if (m_reference.size() < view.size)
     {
-        m_reference.resize(view.size, kEmptyAabb);
+        m_reference.resize(view.size, remembered(kEmptyAabb));
         m_states.resize(view.size, RowState::Absent);
     }
     for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
     {
         const std::uint32_t row = view.dirty[i];
         if ((view.changes[row] & kRowCreated) != 0)
-            m_reference[row] = kEmptyAabb;
+            m_reference[row] = remembered(kEmptyAabb);
     }
 }
 
@@ -161,11 +184,13 @@ BackendStats RowGridBackend::stats() const
     stats.entries = m_grid.entryCount();
     stats.levels = m_grid.levelCount();
     stats.unbounded = m_grid.unbounded().size();
-    stats.bytes = m_grid.bytes() + m_activeGrid.bytes() + m_settled.bytes() + m_separated.bytes() +
-                  m_reference.capacity() * sizeof(Aabb) + m_states.capacity() +
-                  m_pairs.capacity() * sizeof(HeldPair) + m_activePairs.capacity() * sizeof(IdPair) +
-                  (m_active.capacity() + m_quiet.capacity() + m_escaped.capacity()) * sizeof(std::uint32_t) +
-                  (m_addedKeys.capacity() + m_removedKeys.capacity()) * sizeof(std::uint64_t);
+    stats.bytes =
+        m_grid.bytes() + m_activeGrid.bytes() + m_settled.bytes() + m_separated.bytes() +
+        m_reference.capacity() * sizeof(Aabb) + m_states.capacity() + m_words.capacity() * sizeof(Filter) +
+        m_despite.bytes() +
+        (m_apart.capacity() + m_overlapping.capacity() + m_activePairs.capacity()) * sizeof(IdPair) +
+        (m_active.capacity() + m_quiet.capacity() + m_escaped.capacity()) * sizeof(std::uint32_t) +
+        (m_addedKeys.capacity() + m_removedKeys.capacity()) * sizeof(std::uint64_t);
     return stats;
 }
 }  // namespace cullet

@@ -12,6 +12,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -21,10 +22,10 @@ namespace cullet
 ///
 /// It is in one of two modes.
 ///
-/// *Moving*: every update clears and refills the grid ("clear and rehash when many move", thesis 5.1.1). Changes are
-/// told geometrically: a found pair is new when its boxes did not overlap in the last update, a held pair leaves when
-/// its boxes no longer do; no hash over all pairs. Pairs that overlap deeper than any box moved are neither reported by
-/// the grid nor looked at in the list.
+/// *Moving*: every update goes over all rows of the grid; it is cleared and refilled ("clear and rehash when many move",
+/// thesis 5.1.1) only when too many boxes came into other cells. Changes are told geometrically: the grid reports the
+/// pairs that are so near to touching that the motion since the last update can have changed them, and the boxes of then
+/// tell which did. No list and no hash of all pairs; only while some boxes jump, the pairs of the last update are listed.
 ///
 /// *Settled*: the grid of the last refill stays. Each box has a shell of thickness `m_slack` around its reference
 /// position; while it stays inside, only its watched pairs (SettledPairs) can change. Boxes that leave their shell
@@ -63,18 +64,19 @@ private:
         Refill  ///< nothing was reported; refill everything
     };
 
-    /// A pair of the moving mode, with an upper bound of its gap (negative: the boxes overlap at least so deep).
-    struct HeldPair
-    {
-        IdPair ids;
-        float gap;
-    };
-
     class MovingSink;
+
+    /// A box as it is remembered: an empty one as one that no comparison holds for, not even with an infinite box.
+    static Aabb remembered(const Aabb& box)
+    {
+        constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+        return isValid(box) ? box : Aabb{{kNan, kNan, kNan}, {kNan, kNan, kNan}};
+    }
 
     // row_grid_backend.cpp: what every update does, and which way it goes
     void updateOrThrow(const ProxyView& view);
     void prepareRows(const ProxyView& view);
+    void rememberWords(const ProxyView& view, bool all);
     bool shouldSettle(const ProxyView& view);
     static bool mayEnter(const ProxyView& view, IdPair pair)
     {
@@ -85,13 +87,17 @@ private:
 
     // row_grid_moving.cpp
     void updateMoving(const ProxyView& view);
-    float largestMotion(const ProxyView& view) const;
-    void keepOrRemove(const ProxyView& view, float motion);
-    bool refreshGap(const ProxyView& view, HeldPair& held);
+    void chooseReach(const GridMotion& motion, std::uint32_t rows);
+    void listOverlapping(std::vector<IdPair>& held);
+    bool isHeld(const ProxyView& view, IdPair pair) const;
+    void scanMoving(const ProxyView& view, const GridMotion& motion, bool isListing, MovingSink& sink);
+    void takeMoving(const ProxyView& view, bool isListing, const MovingSink& sink);
+    void part(const ProxyView& view, IdPair pair, bool isNear, std::vector<IdPair>& apart);
+    void setApart(std::vector<IdPair>& apart);
 
     // row_grid_rebuild.cpp: from any state, with a hash of what was held
     void rebuild(const ProxyView& view, bool settle);
-    void collectHeld(std::vector<IdPair>& held) const;
+    void collectHeld(std::vector<IdPair>& held);
     void collectKnown(const ProxyView& view, std::vector<IdPair>& held);
     void rebuildMoving(const ProxyView& view, const std::vector<IdPair>& held);
     void rebuildSettled(const ProxyView& view, const std::vector<IdPair>& held);
@@ -118,8 +124,19 @@ private:
         m_reference;  ///< [rows] boxes of the last update (moving), or centre of the shell (settled)
     std::vector<RowState> m_states;  ///< [rows] meaningful when settled
 
-    std::vector<HeldPair> m_pairs;  ///< moving: all pairs
-    PairSet m_separated;            ///< moving: held pairs whose boxes only overlap with the margin
+    std::vector<Filter> m_words;  ///< [rows] filter words as of the last update; empty without filter
+
+    // Moving. Held are the pairs that overlap and pass the filter, and these:
+    PairSet m_despite;                  ///< overlap, held although the words reject them by now
+    std::vector<IdPair> m_apart;        ///< overlap with the margin only
+    PairSet m_separated;                ///< the same
+    std::vector<IdPair> m_overlapping;  ///< held pairs that overlap, while m_hasOverlapping
+    bool m_hasOverlapping = false;
+    GridMotion m_motion;
+    std::uint32_t m_reachOctave = 1;     ///< see chooseReach()
+    std::uint32_t m_comparedOctave = 1;  ///< that m_motion was measured with
+    std::uint32_t m_calmUpdates = 0;
+    std::uint32_t m_scannedRows = 0;  ///< rows of the table in the last scan
 
     float m_slack = 0;  ///< shell thickness
     float m_settledMargin = 0;

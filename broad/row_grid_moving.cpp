@@ -4,158 +4,272 @@
 #include "broad/row_grid_sinks.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
-#include <limits>
 
 namespace cullet
 {
 namespace
 {
-// Gaps and motions are rounded differences; the factor covers both roundings many times over.
-constexpr float kMotionFactor = 2.0001f;
+// Gaps and motions are rounded differences; the factors cover the roundings many times over. A pair that overlapped
+// before its boxes moved by d each has a gap of at most 2 d, and shares a cell when the cells are reached by d more.
+constexpr float kGapFactor = 2.0625f;
+constexpr float kReachFactor = 1.0625f;
+// Share of boxes that may move farther than the reach of the grid; their pairs are told from a list.
+constexpr std::uint32_t kJumperShare = 64;
+// Share of strays from which a refill is cheaper than to insert them one by one.
+constexpr std::uint32_t kStrayShare = 4;
+// Updates with little motion until the reach shrinks.
+constexpr std::uint32_t kPatience = 32;
+constexpr std::size_t kCopyGrain = 16384;
 
-/// Pairs with a gap up to this overlapped before and after a motion; NaN, which no gap is below, if nothing is sure.
-float sureGap(float motion)
+/// Largest float below 2^(octave - 127): all motions of lower octaves are within it.
+float reachOf(std::uint32_t octave)
 {
-    const float gap = -kMotionFactor * motion;
-    return std::isfinite(gap) ? gap : std::numeric_limits<float>::quiet_NaN();
+    const std::uint32_t bits = (octave << 23) - 1;
+    float reach;
+    std::memcpy(&reach, &bits, sizeof reach);
+    return reach;
+}
+
+std::uint32_t countFrom(const GridMotion& motion, std::uint32_t octave)
+{
+    std::uint32_t count = 0;
+    for (; octave < motion.octaves.size(); ++octave)
+        count += motion.octaves[octave];
+    return count;
+}
+
+/// Lowest octave that at most `few` boxes reach.
+std::uint32_t octaveAbove(const GridMotion& motion, std::uint32_t few)
+{
+    auto octave = static_cast<std::uint32_t>(motion.octaves.size());
+    for (std::uint32_t count = 0; octave > 1; --octave)
+    {
+        count += motion.octaves[octave - 1];
+        if (count > few)
+            break;
+    }
+    return octave;
 }
 }  // namespace
 
-/// Picks the new pairs from what the grid finds, in the threads of the grid.
+/// Tells from what the grid finds which pairs are new and which part, in the threads of the grid.
+///
+/// Before and after are compared box by box: no list of all pairs is kept, unless some boxes jump.
 class RowGridBackend::MovingSink final : public PairSink
 {
 public:
-    MovingSink(const RowGridBackend& backend, const ProxyView& view, unsigned workers)
-        : m_backend(backend), m_view(view), m_lists(workers)
-    {
-    }
-
-    void take(unsigned worker, const IdPair* pairs, std::uint32_t count) override
-    {
-        for (std::uint32_t i = 0; i < count; ++i)
-        {
-            if (isNew(pairs[i]) && mayEnter(m_view, pairs[i]))
-                m_lists[worker].added.push_back(pairs[i]);
-        }
-    }
-
-    template <class Visit>
-    void forEachAdded(Visit visit) const
-    {
-        for (const List& list : m_lists)
-        {
-            for (const IdPair pair : list.added)
-                visit(pair);
-        }
-    }
-
-private:
     struct alignas(64) List
     {
         std::vector<IdPair> added;
+        std::vector<IdPair> parted;     ///< held, do not overlap any more
+        std::vector<float> partedGaps;  ///< of those
+        std::vector<IdPair> despite;    ///< held although the filter words reject them
+        std::vector<IdPair> held;       ///< when listing: overlap and are held
     };
 
-    /// What overlapped in the last update was decided about then, or earlier: it is held, or the filter refused it.
-    bool isNew(IdPair pair) const
+    MovingSink(const RowGridBackend& backend, const ProxyView& view, unsigned workers, bool isListing)
+        : m_backend(backend), m_view(view), m_isListing(isListing), m_lists(workers)
     {
-        const Aabb& a = m_backend.m_reference[pair.a];
-        const Aabb& b = m_backend.m_reference[pair.b];
-        if (isValid(a) && isValid(b) && overlapsBranchless(a, b))
-            return false;
-        return !m_backend.m_separated.contains(PairSet::keyOf(pair.a, pair.b));
+    }
+
+    void take(unsigned worker, const PairBuffer& found) override
+    {
+        const Aabb* const before = m_backend.m_reference.data();
+        for (std::uint32_t i = 0; i < found.count; ++i)
+        {
+            const IdPair pair = found.pair(i);
+            const bool overlapped = overlapsBranchless(before[pair.a], before[pair.b]);
+            if (m_isListing || overlapped != (found.gap[i] <= 0.0f))
+                examine(m_lists[worker], pair, found.gap[i], overlapped);
+        }
+    }
+
+    const std::vector<List>& lists() const { return m_lists; }
+
+private:
+    void examine(List& list, IdPair pair, float gap, bool overlapped)
+    {
+        const bool overlaps = gap <= 0.0f;
+        if (overlapped && !m_backend.isHeld(m_view, pair))
+            return;
+        if (!overlaps)
+        {
+            list.parted.push_back(pair);
+            list.partedGaps.push_back(gap);
+            return;
+        }
+        if (!overlapped && !enter(list, pair))
+            return;
+        if (m_isListing)
+            list.held.push_back(pair);
+    }
+
+    /// Whether a pair that begins to overlap is held from now on.
+    bool enter(List& list, IdPair pair)
+    {
+        const bool passes = mayEnter(m_view, pair);
+        const bool isKept = m_backend.m_separated.contains(PairSet::keyOf(pair.a, pair.b));
+        if (isKept && !passes)
+            list.despite.push_back(pair);
+        if (!isKept && passes)
+            list.added.push_back(pair);
+        return isKept || passes;
     }
 
     const RowGridBackend& m_backend;
     const ProxyView& m_view;
+    const bool m_isListing;
     std::vector<List> m_lists;
 };
 
-/// How far any face of any box moved since the last update; infinite when a box came, went, or became empty.
-float RowGridBackend::largestMotion(const ProxyView& view) const
+/// Whether a pair that overlapped in the last update was held then; nothing changed filter words since.
+bool RowGridBackend::isHeld(const ProxyView& view, IdPair pair) const
 {
-    // Floats without sign order like their bits; infinity and NaN, the motion of boxes that were or are empty, come
-    // out on top. An integer maximum needs no branches and vectorises.
-    std::int32_t largest = 0;
-    std::uint8_t changes = 0;
-    for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
-    {
-        const std::uint32_t row = view.dirty[i];
-        changes = static_cast<std::uint8_t>(changes | view.changes[row]);
-        float motion[6];
-        for (int axis = 0; axis < 3; ++axis)
+    return mayEnter(view, pair) || m_despite.contains(PairSet::keyOf(pair.a, pair.b));
+}
+
+/// Pairs that overlapped in the last update and were held, by the boxes and filter words of then.
+void RowGridBackend::listOverlapping(std::vector<IdPair>& held)
+{
+    CollectingSink sink(m_workers.threads());
+    GridInput input;
+    input.boxes = m_reference.data();
+    input.count = m_scannedRows;
+    m_grid.scanAgain(input, sink);
+    sink.forEach(
+        [&](IdPair pair)
         {
-            motion[axis] = view.boxes[row].min[axis] - m_reference[row].min[axis];
-            motion[axis + 3] = view.boxes[row].max[axis] - m_reference[row].max[axis];
-        }
-        std::int32_t bits[6];
-        std::memcpy(bits, motion, sizeof bits);
-        for (const std::int32_t b : bits)
-            largest = std::max(largest, b & 0x7fffffff);
-    }
-    float result;
-    std::memcpy(&result, &largest, sizeof result);
-    const bool cameOrWent = (changes & (kRowCreated | kRowDestroyed)) != 0;
-    return cameOrWent || !(result < std::numeric_limits<float>::infinity())
-               ? std::numeric_limits<float>::infinity()
-               : result;
+            if (m_words.empty() || passesFilter(m_words[pair.a], m_words[pair.b]) ||
+                m_despite.contains(PairSet::keyOf(pair.a, pair.b)))
+                held.push_back(pair);
+        });
 }
 
-/// Measures the gap of a held pair anew; false when the pair is to leave.
-bool RowGridBackend::refreshGap(const ProxyView& view, HeldPair& held)
+/// How far boxes reach into the cells, so that no pair that parts is missed: a power of two that nearly all motions
+/// are below. Boxes that move farther are told apart by a list of pairs.
+void RowGridBackend::chooseReach(const GridMotion& motion, std::uint32_t rows)
 {
-    const Aabb& a = view.boxes[held.ids.a];
-    const Aabb& b = view.boxes[held.ids.b];
-    if (!isValid(a) || !isValid(b))
-        return false;
-    held.gap = gapOf(a, b);
-    if (overlapsBranchless(a, b))
-        return true;
-    if (!overlapsWithMargin(a, b, view.margin))
-        return false;
-    m_separated.insert(PairSet::keyOf(held.ids.a, held.ids.b));
-    return true;
+    const std::uint32_t few = rows / kJumperShare;
+    const std::uint32_t octave = octaveAbove(motion, few);
+    const bool isEnough = octave <= m_reachOctave;
+    m_calmUpdates = isEnough && octave + 2 < m_reachOctave ? m_calmUpdates + 1 : 0;
+    if (isEnough && m_calmUpdates < kPatience)
+        return;
+    if (reachOf(octave) < 0.125f * m_grid.finestWidth())
+        m_reachOctave = octave;
+    m_calmUpdates = 0;
 }
 
-void RowGridBackend::keepOrRemove(const ProxyView& view, float motion)
+void RowGridBackend::scanMoving(const ProxyView& view, const GridMotion& motion, bool isListing,
+                                MovingSink& sink)
 {
-    m_separated.reset(0);
-    const float change = kMotionFactor * motion;
-    std::size_t kept = 0;
-    for (HeldPair held : m_pairs)
+    GridInput input;
+    input.boxes = view.boxes;
+    input.count = view.size;
+    input.reach = kReachFactor * reachOf(m_reachOctave);
+    if (!isListing)
     {
-        // The bound follows the motion, one step of its own precision farther, so that it is never absorbed.
-        const float gap = held.gap + change;
-        held.gap = gap + std::abs(gap) * std::numeric_limits<float>::epsilon();
-        // Negated, so that an unknown gap (NaN) is measured.
-        if (!(held.gap <= 0.0f) && !refreshGap(view, held))
-            reportRemoved(view, held.ids);
-        else
-            m_pairs[kept++] = held;
+        // What the grid was compared with may have been a shorter reach than the one chosen now.
+        const bool isSame = m_comparedOctave == m_reachOctave;
+        input.near = kGapFactor * (isSame ? motion.largest : reachOf(m_reachOctave));
+        input.deep = -input.near;
     }
-    m_pairs.resize(kept);
+    const bool isFew = motion.strays.size() <= view.size / kStrayShare;
+    if (isFew && m_grid.follow(input, m_reference.data(), motion.strays))
+    {
+        m_stats.path = "follow";
+        m_grid.scanFollowed(input, sink);
+    }
+    else
+    {
+        m_stats.path = "rebuild";
+        ++m_stats.rebuildsTotal;
+        m_grid.scan(input, sink, RowUse::Follow);
+    }
+    m_scannedRows = view.size;
 }
 
 void RowGridBackend::updateMoving(const ProxyView& view)
 {
-    m_stats.path = view.dirtyCount == 0 ? "idle" : "rebuild";
     // The margin alone may have changed, so that held pairs that do not overlap are looked at even when nothing moved.
-    if (view.dirtyCount == 0 && m_separated.isEmpty())
+    if (view.dirtyCount == 0 && m_apart.empty())
+    {
+        m_stats.path = "idle";
         return;
-    const float motion = largestMotion(view);
-    MovingSink sink(*this, view, m_workers.threads());
-    m_grid.scan({view.boxes, nullptr, view.size, 0.0f, sureGap(motion)}, sink, false);
-    ++m_stats.rebuildsTotal;
+    }
+    m_comparedOctave = m_reachOctave;
+    m_grid.compare(view.boxes, m_reference.data(), view.dirty, view.dirtyCount, reachOf(m_reachOctave),
+                   m_motion);
+    chooseReach(m_motion, view.size);
+    const bool isListing = countFrom(m_motion, m_reachOctave) != 0;
+    if (isListing && !m_hasOverlapping)
+        listOverlapping(m_overlapping);
 
-    keepOrRemove(view, motion);
-    sink.forEachAdded(
-        [&](IdPair pair)
-        {
+    MovingSink sink(*this, view, m_workers.threads(), isListing);
+    scanMoving(view, m_motion, isListing, sink);
+    takeMoving(view, isListing, sink);
+    const unsigned tasks = m_workers.tasksFor(view.dirtyCount, kCopyGrain);
+    m_workers.run(tasks,
+                  [&](unsigned task)
+                  {
+                      const TaskRange range(view.dirtyCount, task, tasks);
+                      for (std::uint32_t i = range.begin; i < range.end; ++i)
+                          m_reference[view.dirty[i]] = remembered(view.boxes[view.dirty[i]]);
+                  });
+}
+
+/// A held pair that does not overlap any more: stays while the margin allows it.
+void RowGridBackend::part(const ProxyView& view, IdPair pair, bool isNear, std::vector<IdPair>& apart)
+{
+    if (!m_despite.isEmpty())
+        m_despite.erase(PairSet::keyOf(pair.a, pair.b));
+    if (isNear)
+        apart.push_back(pair);
+    else
+        reportRemoved(view, pair);
+}
+
+void RowGridBackend::takeMoving(const ProxyView& view, bool isListing, const MovingSink& sink)
+{
+    std::vector<IdPair> apart;
+    const auto partUnlessOverlapping = [&](IdPair pair)
+    {
+        const Aabb& a = view.boxes[pair.a];
+        const Aabb& b = view.boxes[pair.b];
+        const bool valid = isValid(a) && isValid(b);
+        if (!valid || !overlapsBranchless(a, b))
+            part(view, pair, valid && overlapsWithMargin(a, b, view.margin), apart);
+    };
+    for (const IdPair pair : m_apart)
+        partUnlessOverlapping(pair);
+    if (isListing)
+    {
+        for (const IdPair pair : m_overlapping)
+            partUnlessOverlapping(pair);
+    }
+    m_overlapping.clear();
+    m_hasOverlapping = isListing;
+    const float limit = 2.0f * view.margin;
+    for (const MovingSink::List& list : sink.lists())
+    {
+        for (std::size_t i = 0; i < list.parted.size(); ++i)
+            part(view, list.parted[i], list.partedGaps[i] <= limit, apart);
+        for (const IdPair pair : list.despite)
+            m_despite.insert(PairSet::keyOf(pair.a, pair.b));
+        for (const IdPair pair : list.added)
             reportAdded(view, pair);
-            m_pairs.push_back({pair, gapOf(view.boxes[pair.a], view.boxes[pair.b])});
-        });
-    for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
-        m_reference[view.dirty[i]] = view.boxes[view.dirty[i]];
+        m_overlapping.insert(m_overlapping.end(), list.held.begin(), list.held.end());
+    }
+    setApart(apart);
+}
+
+/// Replaces the held pairs that do not overlap.
+void RowGridBackend::setApart(std::vector<IdPair>& apart)
+{
+    m_apart.swap(apart);
+    m_separated.reset(m_apart.size());
+    for (const IdPair pair : m_apart)
+        m_separated.insert(PairSet::keyOf(pair.a, pair.b));
 }
 }  // namespace cullet

@@ -4,7 +4,6 @@
 #include "broad/row_grid_sinks.h"
 
 #include <algorithm>
-#include <limits>
 #include <unordered_map>
 
 namespace cullet
@@ -17,12 +16,15 @@ constexpr float kSureFactor = 2.0002f;
 constexpr float kMarginFactor = 1.9999f;
 }  // namespace
 
-void RowGridBackend::collectHeld(std::vector<IdPair>& held) const
+void RowGridBackend::collectHeld(std::vector<IdPair>& held)
 {
     if (m_mode == Mode::Moving)
     {
-        for (const HeldPair& pair : m_pairs)
-            held.push_back(pair.ids);
+        if (m_hasOverlapping)
+            held = m_overlapping;
+        else
+            listOverlapping(held);
+        held.insert(held.end(), m_apart.begin(), m_apart.end());
         return;
     }
     m_settled.forEachHeld([&](IdPair pair) { held.push_back(pair); });
@@ -62,12 +64,15 @@ void RowGridBackend::rebuild(const ProxyView& view, bool settle)
     else
         collectHeld(held);
     m_restarted = false;
-    m_pairs.clear();
+    m_overlapping.clear();
+    m_hasOverlapping = false;
+    m_despite.reset(0);
+    m_apart.clear();
     m_activePairs.clear();
     m_active.clear();
     m_settled.clear();
     m_separated.reset(0);
-    std::copy(view.boxes, view.boxes + view.size, m_reference.begin());
+    std::transform(view.boxes, view.boxes + view.size, m_reference.begin(), remembered);
     if (settle)
         rebuildSettled(view, held);
     else
@@ -85,19 +90,23 @@ void RowGridBackend::rebuildMoving(const ProxyView& view, const std::vector<IdPa
         old.insert(PairSet::keyOf(pair.a, pair.b));
 
     CollectingSink sink(m_workers.threads());
-    m_grid.scan({view.boxes, nullptr, view.size, 0.0f}, sink, false);
+    GridInput input;
+    input.boxes = view.boxes;
+    input.count = view.size;
+    m_grid.scan(input, sink, RowUse::Follow);
+    m_scannedRows = view.size;
     sink.forEach(
         [&](IdPair pair)
         {
             const std::uint64_t key = PairSet::keyOf(pair.a, pair.b);
             const bool passes = mayEnter(view, pair);
             const bool wasHeld = old.contains(key);
-            if (!passes && !wasHeld)
-                return;
-            if (!wasHeld)
+            if (wasHeld && !passes)
+                m_despite.insert(key);
+            if (!wasHeld && passes)
                 reportAdded(view, pair);
-            m_pairs.push_back({pair, gapOf(view.boxes[pair.a], view.boxes[pair.b])});
         });
+    std::vector<IdPair> apart;
     for (const IdPair pair : held)
     {
         const Aabb& a = view.boxes[pair.a];
@@ -110,9 +119,9 @@ void RowGridBackend::rebuildMoving(const ProxyView& view, const std::vector<IdPa
             reportRemoved(view, pair);
             continue;
         }
-        m_separated.insert(PairSet::keyOf(pair.a, pair.b));
-        m_pairs.push_back({pair, std::numeric_limits<float>::infinity()});
+        apart.push_back(pair);
     }
+    setApart(apart);
 }
 
 void RowGridBackend::rebuildSettled(const ProxyView& view, const std::vector<IdPair>& held)
@@ -132,8 +141,11 @@ void RowGridBackend::rebuildSettled(const ProxyView& view, const std::vector<IdP
         old.insert(PairSet::keyOf(pair.a, pair.b));
 
     CollectingSink sink(m_workers.threads());
-    const float grow = kGrowFactor * m_slack;
-    m_grid.scan({view.boxes, nullptr, view.size, grow}, sink, true);
+    GridInput input;
+    input.boxes = view.boxes;
+    input.count = view.size;
+    input.grow = kGrowFactor * m_slack;
+    m_grid.scan(input, sink, RowUse::Query);
     std::vector<std::pair<IdPair, SettledPairs::State>> watched;
     sink.forEach(
         [&](IdPair pair)

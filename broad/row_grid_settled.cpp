@@ -151,8 +151,11 @@ void RowGridBackend::findPairsWithSettled(const ProxyView& view, std::vector<IdP
 void RowGridBackend::findActivePairs(const ProxyView& view, std::vector<IdPair>& found)
 {
     CollectingSink sink(m_workers.threads());
-    m_activeGrid.scan({view.boxes, m_active.data(), static_cast<std::uint32_t>(m_active.size()), 0.0f}, sink,
-                      false);
+    GridInput input;
+    input.boxes = view.boxes;
+    input.ids = m_active.data();
+    input.count = static_cast<std::uint32_t>(m_active.size());
+    m_activeGrid.scan(input, sink, RowUse::Once);
     sink.forEach([&](IdPair pair) { found.push_back(pair); });
     findPairsWithSettled(view, found);
 }

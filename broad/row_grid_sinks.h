@@ -14,9 +14,10 @@ class CollectingSink final : public PairSink
 public:
     explicit CollectingSink(unsigned workers) : m_lists(workers) {}
 
-    void take(unsigned worker, const IdPair* pairs, std::uint32_t count) override
+    void take(unsigned worker, const PairBuffer& found) override
     {
-        m_lists[worker].pairs.insert(m_lists[worker].pairs.end(), pairs, pairs + count);
+        for (std::uint32_t i = 0; i < found.count; ++i)
+            m_lists[worker].pairs.push_back(found.pair(i));
     }
 
     /// Calls visit(pair) for every pair, worker by worker.

@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Zlib
 //
 // Body of the row kernels. Each including file defines, in an anonymous namespace, `struct Lanes` with:
-//   Value, kWidth, load(const float*), broadcast(float), subtract, larger(Value, Value),
-//   Mask, le(Value, Value), both(Mask, Mask), bits(Mask)
+//   Value, kWidth, kFull, load(const float*), broadcast(float), subtract, larger(Value, Value),
+//   Mask, le(Value, Value), bits(Mask),
+//   append(hits, gap, id, ids, out): hits that own their pair, with its gap, to the end of the buffer, which has room
 // Comparisons and single subtractions are all that is computed, so every width finds the same pairs.
 
 namespace
@@ -20,55 +21,27 @@ inline Query makeQuery(const RowSoa& row, std::uint32_t i)
             Lanes::broadcast(row.y1[i]), Lanes::broadcast(row.z0[i]), Lanes::broadcast(row.z1[i])};
 }
 
-/// Lanes whose box overlaps the query's deeper than the buffer wants to know of.
-inline std::uint32_t deepLanes(const Query& query, const RowSoa& row, std::uint32_t j, const PairBuffer& out)
+/// Tests the entries of `row` from `begin` on, up to the first that begins beyond `near` of the query's end.
+inline void sweep(const Query& query, FlaggedId id, const RowSoa& row, std::uint32_t begin, PairBuffer& out)
 {
-    Lanes::Value gap = Lanes::larger(Lanes::subtract(Lanes::load(row.x0 + j), query.x1),
-                                     Lanes::subtract(query.x0, Lanes::load(row.x1 + j)));
-    gap = Lanes::larger(gap, Lanes::subtract(Lanes::load(row.y0 + j), query.y1));
-    gap = Lanes::larger(gap, Lanes::subtract(query.y0, Lanes::load(row.y1 + j)));
-    gap = Lanes::larger(gap, Lanes::subtract(Lanes::load(row.z0 + j), query.z1));
-    gap = Lanes::larger(gap, Lanes::subtract(query.z0, Lanes::load(row.z1 + j)));
-    return Lanes::bits(Lanes::le(gap, Lanes::broadcast(out.deepGap)));
-}
-
-inline void emitHits(std::uint32_t hits, std::uint32_t id, std::uint32_t flags, const RowSoa& row,
-                     std::uint32_t j, PairBuffer& out)
-{
-    out.ensureRoom();
-    while (hits != 0)
-    {
-        const std::uint32_t k = j + static_cast<std::uint32_t>(__builtin_ctz(hits));
-        hits &= hits - 1;
-        out.pairs[out.count] = {id, row.id[k]};
-        // Unconditional store, conditional advance: duplicates over cells are about a quarter of all hits, which a
-        // branch would mispredict.
-        out.count += ((flags | row.flags[k]) == kOwnsPair) ? 1u : 0u;
-    }
-}
-
-/// Tests the entries of `row` from `begin` on, while their x0 lies inside the query's interval.
-///
-/// With kCheckEnd the entries' own x1 is tested too; without it the caller knows that x0 of the query comes first.
-template <bool kCheckEnd>
-inline void sweep(const Query& query, std::uint32_t id, std::uint32_t flags, const RowSoa& row,
-                  std::uint32_t begin, PairBuffer& out)
-{
+    const Lanes::Value near = Lanes::broadcast(out.near);
+    const Lanes::Value deep = Lanes::broadcast(out.deep);
     for (std::uint32_t j = begin;; j += Lanes::kWidth)
     {
-        const Lanes::Mask inside = Lanes::le(Lanes::load(row.x0 + j), query.x1);
-        Lanes::Mask hit = Lanes::both(inside, Lanes::le(Lanes::load(row.y0 + j), query.y1));
-        hit = Lanes::both(hit, Lanes::le(query.y0, Lanes::load(row.y1 + j)));
-        hit = Lanes::both(hit, Lanes::le(Lanes::load(row.z0 + j), query.z1));
-        hit = Lanes::both(hit, Lanes::le(query.z0, Lanes::load(row.z1 + j)));
-        if (kCheckEnd)
-            hit = Lanes::both(hit, Lanes::le(query.x0, Lanes::load(row.x1 + j)));
-        const std::uint32_t insideBits = Lanes::bits(inside);
+        const Lanes::Value ahead = Lanes::subtract(Lanes::load(row.x0 + j), query.x1);
+        Lanes::Value gap = Lanes::larger(ahead, Lanes::subtract(query.x0, Lanes::load(row.x1 + j)));
+        gap = Lanes::larger(gap, Lanes::larger(Lanes::subtract(Lanes::load(row.y0 + j), query.y1),
+                                               Lanes::subtract(query.y0, Lanes::load(row.y1 + j))));
+        gap = Lanes::larger(gap, Lanes::larger(Lanes::subtract(Lanes::load(row.z0 + j), query.z1),
+                                               Lanes::subtract(query.z0, Lanes::load(row.z1 + j))));
+        const std::uint32_t inside = Lanes::bits(Lanes::le(ahead, near));
         // Only the lanes before the first one outside count: behind the sentinel another row may follow.
-        const std::uint32_t hits = Lanes::bits(hit) & ((~insideBits & (insideBits + 1)) - 1);
-        if (hits != 0)
-            emitHits(hits & ~deepLanes(query, row, j, out), id, flags, row, j, out);
-        if (insideBits != kLanesFull)
+        const std::uint32_t before = (~inside & (inside + 1)) - 1;
+        const std::uint32_t hits =
+            Lanes::bits(Lanes::le(gap, near)) & ~Lanes::bits(Lanes::le(gap, deep)) & before;
+        out.ensureRoom();
+        Lanes::append(hits, gap, id, row.id + j, out);
+        if (inside != Lanes::kFull)
         {
             out.tests += j + Lanes::kWidth - begin;
             return;
@@ -79,7 +52,7 @@ inline void sweep(const Query& query, std::uint32_t id, std::uint32_t flags, con
 void scanSelf(const RowSoa& row, PairBuffer& out)
 {
     for (std::uint32_t i = 0; i + 1 < row.count; ++i)
-        sweep<false>(makeQuery(row, i), row.id[i], row.flags[i], row, i + 1, out);
+        sweep(makeQuery(row, i), row.id[i], row, i + 1, out);
 }
 
 void scanCross(const RowSoa& a, const RowSoa& b, PairBuffer& out)
@@ -91,12 +64,12 @@ void scanCross(const RowSoa& a, const RowSoa& b, PairBuffer& out)
     {
         if (a.x0[i] <= b.x0[j])
         {
-            sweep<false>(makeQuery(a, i), a.id[i], a.flags[i], b, j, out);
+            sweep(makeQuery(a, i), a.id[i], b, j, out);
             ++i;
         }
         else
         {
-            sweep<false>(makeQuery(b, j), b.id[j], b.flags[j], a, i, out);
+            sweep(makeQuery(b, j), b.id[j], a, i, out);
             ++j;
         }
     }
@@ -105,6 +78,114 @@ void scanCross(const RowSoa& a, const RowSoa& b, PairBuffer& out)
 void scanOne(const RowSoa& query, std::uint32_t index, const RowSoa& row, std::uint32_t begin,
              PairBuffer& out)
 {
-    sweep<true>(makeQuery(query, index), query.id[index], query.flags[index], row, begin, out);
+    sweep(makeQuery(query, index), query.id[index], row, begin, out);
+}
+
+/// A type of this file, so that the sort is not merged with that of another instruction set.
+struct BeginsBefore
+{
+    bool operator()(const RowRecord& a, const RowRecord& b) const { return a.x0 < b.x0; }
+};
+
+/// Flags of a box whose cells are known, in the cell (here) = {j, j, k, k}; false when it does not touch the cell.
+inline bool findFlags(Int4 cells, Int4 here, FlaggedId& flags)
+{
+    // Lanes 0 and 2 hold the first cells, 1 and 3 the last ones.
+    const Int4 isInside = ((cells <= here) & Int4{-1, 0, -1, 0}) | ((cells >= here) & Int4{0, -1, 0, -1});
+    const Int4 begins = (cells == here) & Int4{static_cast<std::int32_t>(kStartsHereY), 0,
+                                               static_cast<std::int32_t>(kStartsHereZ), 0};
+    flags = static_cast<FlaggedId>(begins[0] | begins[2]);
+    return isTrueInAll(isInside);
+}
+
+template <int kSweepAxis, bool kRule>
+std::uint32_t gatherAlong(const RowSource& source, RowRecord* records)
+{
+    records[0].x0 = -std::numeric_limits<float>::infinity();
+    const Float4 outward = Float4{-1.0f, 1.0f, -1.0f, 1.0f} * source.grow;
+    const Int4 here = {source.j, source.j, source.k, source.k};
+    const std::uint32_t mostMoves = 8 * source.count;
+    std::uint32_t moves = 0;
+    RowRecord* end = records + 1;
+    for (std::uint32_t i = 0; i < source.count; ++i)
+    {
+        FlaggedId id = source.ids[i];
+        const BoxFaces<kSweepAxis> faces(source.boxes[id & kIdMask]);
+        if (kRule)
+        {
+            FlaggedId flags;
+            if (!findFlags(cellsOfFaces(faces.tile, *source.rule), here, flags))
+                continue;
+            id = (id & kIdMask) | flags;
+        }
+        const Float4 tile = faces.tile + outward;
+        const Float4 sweepFaces = faces.sweep + outward;
+        RowRecord* to = end++;
+        const float x0 = sweepFaces[0];
+        for (; to[-1].x0 > x0 && moves < mostMoves; --to, ++moves)
+            to[0] = to[-1];
+        std::memcpy(to->tile, &tile, sizeof tile);
+        to->x0 = x0;
+        to->x1 = sweepFaces[1];
+        to->id = id;
+    }
+    if (moves >= mostMoves)
+        std::sort(records + 1, end, BeginsBefore());
+    return static_cast<std::uint32_t>(end - records - 1);
+}
+
+std::uint32_t gatherRow(const RowSource& source, RowRecord* records)
+{
+    using Gather = std::uint32_t (*)(const RowSource&, RowRecord*);
+    static constexpr Gather kGather[3][2] = {{gatherAlong<0, false>, gatherAlong<0, true>},
+                                             {gatherAlong<1, false>, gatherAlong<1, true>},
+                                             {gatherAlong<2, false>, gatherAlong<2, true>}};
+    return kGather[source.sweepAxis][source.rule != nullptr](source, records);
+}
+
+inline void store(float* to, Float4 value)
+{
+    std::memcpy(to, &value, sizeof value);
+}
+
+/// The four columns of four half records.
+struct Columns
+{
+    Float4 c0, c1, c2, c3;
+
+    explicit Columns(const float* from)
+    {
+        constexpr std::size_t kStride = sizeof(RowRecord) / sizeof(float);
+        const Float4 a = loadFloat4(from);
+        const Float4 b = loadFloat4(from + kStride);
+        const Float4 c = loadFloat4(from + 2 * kStride);
+        const Float4 d = loadFloat4(from + 3 * kStride);
+        const Float4 lowAb = __builtin_shuffle(a, b, Int4{0, 4, 1, 5});
+        const Float4 lowCd = __builtin_shuffle(c, d, Int4{0, 4, 1, 5});
+        const Float4 highAb = __builtin_shuffle(a, b, Int4{2, 6, 3, 7});
+        const Float4 highCd = __builtin_shuffle(c, d, Int4{2, 6, 3, 7});
+        c0 = __builtin_shuffle(lowAb, lowCd, Int4{0, 1, 4, 5});
+        c1 = __builtin_shuffle(lowAb, lowCd, Int4{2, 3, 6, 7});
+        c2 = __builtin_shuffle(highAb, highCd, Int4{0, 1, 4, 5});
+        c3 = __builtin_shuffle(highAb, highCd, Int4{2, 3, 6, 7});
+    }
+};
+
+void layOut(const RowRecord* records, std::uint32_t count, RowSoa& row)
+{
+    for (std::uint32_t i = 0; i < count; i += 4)
+    {
+        const Columns tile(records[i].tile);
+        const Columns sweepColumns(&records[i].x0);
+        store(row.y0 + i, tile.c0);
+        store(row.y1 + i, tile.c1);
+        store(row.z0 + i, tile.c2);
+        store(row.z1 + i, tile.c3);
+        store(row.x0 + i, sweepColumns.c0);
+        store(row.x1 + i, sweepColumns.c1);
+        std::memcpy(row.id + i, &sweepColumns.c2, sizeof sweepColumns.c2);
+    }
+    row.x0[count] = std::numeric_limits<float>::infinity();
+    row.count = count;
 }
 }  // namespace

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "broad/aabb.h"
+
 #include <cstdint>
 #include <limits>
 
@@ -10,13 +12,14 @@ namespace cullet
 /// Entries that may be read behind the last row of a pool: a full vector of the widest kernel.
 inline constexpr std::uint32_t kRowPadding = 16;
 
-/// Bits of RowSoa::flags: the box begins in this cell along the first / second tiled axis.
-enum RowFlag : std::uint8_t
-{
-    kStartsHereY = 1,
-    kStartsHereZ = 2,
-    kOwnsPair = kStartsHereY | kStartsHereZ
-};
+/// A row of the proxy table with two flags in the highest bits: the box begins in this cell along the first / second
+/// tiled axis. Proxy tables hold fewer than 2^30 rows.
+using FlaggedId = std::uint32_t;
+inline constexpr std::uint32_t kIdBits = 30;
+inline constexpr std::uint32_t kIdMask = (1u << kIdBits) - 1;
+inline constexpr FlaggedId kStartsHereY = 1u << kIdBits;
+inline constexpr FlaggedId kStartsHereZ = 1u << (kIdBits + 1);
+inline constexpr FlaggedId kOwnsPair = kStartsHereY | kStartsHereZ;
 
 /// The boxes of one row (a cell of the two tiled axes), sorted by `x0`, as structure of arrays.
 ///
@@ -31,8 +34,7 @@ struct RowSoa
     float* y1;
     float* z0;
     float* z1;
-    std::uint32_t* id;    ///< row of the proxy table
-    std::uint8_t* flags;  ///< RowFlag bits
+    FlaggedId* id;
     std::uint32_t count;
 };
 
@@ -47,20 +49,28 @@ struct IdPair
 inline constexpr float kReportAll = std::numeric_limits<float>::quiet_NaN();
 
 /// Where kernels put what they find: a fixed buffer that is handed on whenever it might overflow.
+///
+/// The gap of two boxes is the largest of the six differences of their faces, each rounded once: boxes overlap when it
+/// is not positive, and overlapsWithMargin() compares it with twice the margin.
 struct PairBuffer
 {
     static constexpr std::uint32_t kCapacity = 1024;
-    IdPair pairs[kCapacity];
+    FlaggedId first[kCapacity];
+    FlaggedId second[kCapacity];
+    float gap[kCapacity];
     std::uint32_t count = 0;
-    float deepGap = kReportAll;  ///< pairs whose gap (negative: overlap) is not above this are left out
-    std::uint64_t tests = 0;     ///< box tests made, whole vectors
-    void (*flush)(void* context, const IdPair* pairs, std::uint32_t count) = nullptr;
+    float near = 0;           ///< pairs with a gap above this are left out
+    float deep = kReportAll;  ///< pairs with a gap not above this are left out
+    std::uint64_t tests = 0;  ///< box tests made, whole vectors
+    void (*flush)(void* context, const PairBuffer& found) = nullptr;
     void* context = nullptr;
+
+    IdPair pair(std::uint32_t index) const { return {first[index] & kIdMask, second[index] & kIdMask}; }
 
     void handOn()
     {
         if (count != 0)
-            flush(context, pairs, count);
+            flush(context, *this);
         count = 0;
     }
 
@@ -72,6 +82,36 @@ struct PairBuffer
     }
 };
 
+/// One box of a row, tiled axes first, as the row is gathered and sorted.
+struct RowRecord
+{
+    float tile[4];  ///< min, max of the first tiled axis, then of the second
+    float x0, x1;
+    FlaggedId id;
+    std::uint32_t unused;
+};
+
+/// How boxes fall into cells: tiled faces are moved outward by `grow` and by a few units in their last place, then
+/// multiplied and rounded down.
+struct CellRule
+{
+    float grow;
+    float inverseWidth;
+};
+
+/// What gatherRow() needs.
+struct RowSource
+{
+    const FlaggedId* ids;  ///< [count]
+    std::uint32_t count;
+    const Aabb* boxes;
+    int sweepAxis;
+    float grow;  ///< of the boxes in the record
+    /// Null: the flags of the ids hold. Else they are made anew for this cell, and boxes outside of it are left out.
+    const CellRule* rule;
+    std::int32_t j, k;
+};
+
 /// The inner loops, one set per instruction set; every set finds the same pairs.
 ///
 /// Duplicates over cells are dropped by the owner rule: the cell that holds (max of the y minima, max of the z
@@ -80,15 +120,24 @@ struct RowKernels
 {
     const char* name;
 
-    /// Pairs inside one row. Forward sweep: for each entry, the entries behind it with x0 <= its x1.
+    /// Pairs inside one row. Forward sweep: for each entry, the entries behind it that begin not beyond `near` of its end.
     void (*scanSelf)(const RowSoa& row, PairBuffer& out);
 
     /// Pairs between two rows of the same cell.
     void (*scanCross)(const RowSoa& a, const RowSoa& b, PairBuffer& out);
 
-    /// Entries of `row` from `begin` on that overlap entry `index` of `query`; ends at the first x0 beyond its x1.
+    /// Entries of `row` from `begin` on that are near entry `index` of `query`; ends at the first that begins beyond it.
     void (*scanOne)(const RowSoa& query, std::uint32_t index, const RowSoa& row, std::uint32_t begin,
                     PairBuffer& out);
+
+    /// Loads the boxes of a row and sorts them by x0, fast when the ids are nearly in that order.
+    ///
+    /// @param records [out] room for count + 1; [0] is a sentinel, entries follow
+    /// @return entries
+    std::uint32_t (*gatherRow)(const RowSource& source, RowRecord* records);
+
+    /// Lays records out for the scans. Writes whole vectors: up to three entries more than count + 1.
+    void (*layOut)(const RowRecord* records, std::uint32_t count, RowSoa& row);
 };
 
 extern const RowKernels kRowKernelsBaseline;

@@ -1,0 +1,172 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+//
+// Rows that are kept from update to update. Most boxes stay in their cells and nearly in their order, so that neither
+// the directory nor a sort is needed: rows are read in the order of the last update, boxes that left a cell are dropped
+// on the way, and only the few that came into another one are inserted by hash.
+#include "broad/cell_rule.h"
+#include "broad/row_grid.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace cullet
+{
+namespace
+{
+constexpr std::size_t kCompareGrain = 8192;
+// Sizes and spans are not measured while rows are followed; the plan is looked at this often.
+constexpr std::uint32_t kLongestFollow = 128;
+
+Int4 bitsOf(Float4 value)
+{
+    Int4 bits;
+    std::memcpy(&bits, &value, sizeof bits);
+    return bits;
+}
+
+Int4 larger(Int4 a, Int4 b)
+{
+    return a > b ? a : b;
+}
+
+/// How far any of the faces is from the other box's, as bits: floats without sign order like their bits. Infinity and
+/// NaN, the motion of boxes that were or are empty, come out on top.
+std::int32_t motionBits(Float4 tile, Float4 sweep)
+{
+    const Int4 both = larger(bitsOf(tile) & 0x7fffffff, bitsOf(sweep) & 0x7fffffff);
+    const Int4 halves = larger(both, __builtin_shuffle(both, Int4{2, 3, 0, 1}));
+    return std::max(halves[0], halves[1]);
+}
+}  // namespace
+
+template <int kSweepAxis>
+void RowGrid::compareRange(const Aabb* boxes, const Aabb* before, const std::uint32_t* dirty, TaskRange range,
+                           float limit, GridMotion& motion) const
+{
+    const CellRule rule = ruleOf(m_reach, 0);
+    std::int32_t limitBits;
+    std::memcpy(&limitBits, &limit, sizeof limitBits);
+    std::int32_t largest = 0;
+    for (std::uint32_t i = range.begin; i < range.end; ++i)
+    {
+        const std::uint32_t row = dirty[i];
+        const BoxFaces<kSweepAxis> now(boxes[row]);
+        const BoxFaces<kSweepAxis> then(before[row]);
+        const std::int32_t bits = motionBits(now.tile - then.tile, now.sweep - then.sweep);
+        ++motion.octaves[static_cast<std::uint32_t>(bits) >> 23];
+        const bool isFar = bits > limitBits;
+        largest = std::max(largest, isFar ? 0 : bits);
+        const bool isThere = isTrueInAll(cellsOfFaces(now.tile, rule) == cellsOfFaces(then.tile, rule));
+        if (isFar || !isThere)
+            motion.strays.push_back(row);
+    }
+    std::memcpy(&motion.largest, &largest, sizeof largest);
+}
+
+void RowGrid::compare(const Aabb* boxes, const Aabb* before, const std::uint32_t* dirty,
+                      std::uint32_t dirtyCount, float limit, GridMotion& motion)
+{
+    const unsigned tasks = m_workers.tasksFor(dirtyCount, kCompareGrain);
+    m_motions.resize(std::max<std::size_t>(m_motions.size(), tasks));
+    m_workers.run(tasks,
+                  [&](unsigned task)
+                  {
+                      GridMotion& own = m_motions[task];
+                      own.octaves = {};
+                      own.strays.clear();
+                      const TaskRange range(dirtyCount, task, tasks);
+                      if (m_plan.sweepAxis == 0)
+                          compareRange<0>(boxes, before, dirty, range, limit, own);
+                      else if (m_plan.sweepAxis == 1)
+                          compareRange<1>(boxes, before, dirty, range, limit, own);
+                      else
+                          compareRange<2>(boxes, before, dirty, range, limit, own);
+                  });
+    motion.octaves = {};
+    motion.strays.clear();
+    motion.largest = 0;
+    for (unsigned task = 0; task < tasks; ++task)
+    {
+        const GridMotion& own = m_motions[task];
+        for (std::size_t octave = 0; octave < own.octaves.size(); ++octave)
+            motion.octaves[octave] += own.octaves[octave];
+        motion.largest = std::max(motion.largest, own.largest);
+        motion.strays.insert(motion.strays.end(), own.strays.begin(), own.strays.end());
+    }
+}
+
+bool RowGrid::addToRow(std::uint64_t cell, std::uint32_t id)
+{
+    const std::uint32_t row = m_rows.findOrInsert(cell);
+    if (row == RowDirectory::kNone)
+        return false;
+    RowList& list = m_bold[row];
+    if (list.count == list.room)
+    {
+        const std::uint32_t room = (list.count + list.count / 4 + 8) & ~3u;
+        if (m_idsUsed + room + kRowPadding > m_boldIds.size())
+            return false;
+        std::copy_n(m_boldIds.begin() + list.begin, list.count, m_boldIds.begin() + m_idsUsed);
+        list = {m_idsUsed, list.count, room};
+        m_idsUsed += room;
+    }
+    // Its flags are made when the row is scanned.
+    m_boldIds[list.begin + list.count++] = id;
+    return true;
+}
+
+/// Inserts a stray into the cells that are new to it; false when the grid has to be refilled for it.
+bool RowGrid::followStray(const GridInput& input, const Aabb& before, std::uint32_t id)
+{
+    const Aabb& box = input.boxes[id];
+    const CellRule rule = ruleOf(input.reach, 0);
+    const BoxKind kind = kindOf(box, input.grow);
+    if (kind == BoxKind::Empty)
+        return !std::binary_search(m_unbounded.begin(), m_unbounded.end(), id);
+    const CellRange cells = cellsOf(box, rule);
+    const bool isUnbounded = kind == BoxKind::Unbounded || cellCountOf(cells) > kMostCells;
+    if (isUnbounded || std::binary_search(m_unbounded.begin(), m_unbounded.end(), id))
+        return false;
+    const bool wasThere = kindOf(before, input.grow) == BoxKind::Bounded;
+    const CellRange old = wasThere ? cellsOf(before, rule) : CellRange{0, -1, 0, -1};
+    for (std::int32_t j = cells.j0; j <= cells.j1; ++j)
+    {
+        for (std::int32_t k = cells.k0; k <= cells.k1; ++k)
+        {
+            if (!old.contains(j, k) && !addToRow(packCell(0, j, k), id))
+                return false;
+        }
+    }
+    return true;
+}
+
+bool RowGrid::follow(const GridInput& input, const Aabb* before, const std::vector<std::uint32_t>& strays)
+{
+    if (!canFollow(input.reach) || ++m_followedScans > kLongestFollow)
+        return false;
+    m_isFollowable = false;
+    for (const std::uint32_t id : strays)
+    {
+        if (!followStray(input, before[id], id))
+            return false;
+    }
+    m_isFollowable = true;
+    return true;
+}
+
+void RowGrid::scanFollowed(const GridInput& input, PairSink& sink)
+{
+    scanRows({input, sink, RowUse::Follow, true, true});
+    m_entryCount = 0;
+    for (const RowList& list : m_bold)
+        m_entryCount += list.count;
+    if (m_options.cellScale <= 0)
+        learnDensity();
+}
+
+void RowGrid::scanAgain(const GridInput& input, PairSink& sink)
+{
+    scanRows({input, sink, RowUse::Follow, true, false});
+}
+}  // namespace cullet
