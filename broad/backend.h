@@ -5,6 +5,7 @@
 #include "broad/aabb.h"
 #include "broad/pair.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -58,6 +59,8 @@ struct ProxyView
     const std::uint8_t* changes = nullptr;  ///< [size] RowChange bits since the last update
     const std::uint32_t* dirty = nullptr;   ///< [dirtyCount] ascending rows with changes != 0
     std::uint32_t dirtyCount = 0;
+    /// Rows that `boxes` has memory for, when that is from BoxAllocator, so that a device may lock its pages; else 0.
+    std::size_t lockableRows = 0;
     float margin = 0.0f;  ///< >= 0; a pair leaves when the boxes grown by it on every side no longer overlap
 };
 
@@ -189,6 +192,14 @@ enum class PsapCells
     FixedCount,  ///< PsapOptions::cellCount
 };
 
+/// How the rows variant brings the boxes into order. The pairs are the same.
+enum class PsapOrder
+{
+    Automatic,  ///< counting below some million boxes, radix above
+    Counting,  ///< counts and offsets per bin: random accesses, which are cheap as long as caches hold the bins
+    Radix      ///< a radix sort of the numbers of the bins
+};
+
 /// In which order the CPU runs the indices of a step. The pairs are the same.
 enum class PsapExecutor
 {
@@ -213,6 +224,7 @@ struct PsapOptions
     /// values give the same pairs.
     float cellScale = 0.0f;
     float binScale = 0.0f;
+    PsapOrder order = PsapOrder::Automatic;  ///< rows variant
     /// Room for pairs, entries and look-ups at the start; every list grows when it has to. Any value gives the same
     /// pairs (1 forces every growth).
     std::uint32_t initialCapacity = 1024;

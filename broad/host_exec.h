@@ -101,6 +101,12 @@ public:
     {
         copy(to, from, count);
     }
+    /// Whether upload() may read that memory directly, which the caller does not change before the next wait().
+    template <class T>
+    bool canUploadFrom(const T*, std::uint64_t) const
+    {
+        return true;
+    }
     template <class T>
     void uploadNow(T* to, const T* from, std::uint64_t count)
     {
@@ -149,11 +155,19 @@ public:
         std::exclusive_scan(in, in + count, out, T{0});
     }
 
-    /// Sorts by key, stable: a radix sort of one byte per pass.
-    void sortPairs(std::uint64_t* keys, std::uint64_t* sortedKeys, std::uint32_t* values,
-                   std::uint32_t* sortedValues, std::uint64_t count, int bits)
+    /// out[i] = largest of in[0 .. i].
+    template <class T>
+    void scanLargest(const T* in, T* out, std::uint64_t count)
     {
-        std::vector<std::pair<std::uint64_t, std::uint32_t>> from(count), to(count);
+        std::partial_sum(in, in + count, out, [](T a, T b) { return std::max(a, b); });
+    }
+
+    /// Sorts by key, stable: a radix sort of one byte per pass.
+    template <class Key>
+    void sortPairs(Key* keys, Key* sortedKeys, std::uint32_t* values, std::uint32_t* sortedValues,
+                   std::uint64_t count, int bits)
+    {
+        std::vector<std::pair<Key, std::uint32_t>> from(count), to(count);
         for (std::uint64_t i = 0; i < count; ++i)
             from[i] = {keys[i], values[i]};
         for (int shift = 0; shift < bits; shift += 8)

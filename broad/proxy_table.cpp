@@ -104,6 +104,7 @@ ProxyView ProxyTable::beginUpdate(float margin, bool useFilter)
     ProxyView view;
     view.size = size();
     view.boxes = m_boxes.data();
+    view.lockableRows = m_boxes.capacity();
     view.uniqueIds = m_uniqueIds.data();
     view.filters = useFilter ? m_filters.data() : nullptr;
     view.changes = m_changes.data();

@@ -4,6 +4,7 @@
 
 #include "broad/aabb.h"
 #include "broad/backend.h"
+#include "broad/box_memory.h"
 
 #include <atomic>
 #include <cstdint>
@@ -97,7 +98,7 @@ private:
     void unmarkBlock(std::uint32_t block, std::uint8_t reader) noexcept;
     void growBlocks();
 
-    std::vector<Aabb> m_boxes;
+    std::vector<Aabb, BoxAllocator<Aabb>> m_boxes;
     std::vector<std::uint32_t> m_uniqueIds;
     std::vector<Filter> m_filters;
     std::vector<std::uint8_t> m_changes;

@@ -200,19 +200,25 @@ private:
     Staged stage(const ProxyView& view)
     {
         const std::uint64_t count = std::max<std::uint64_t>(m_dirtyCount, 1);
-        m_exec.reserve(m_stagedBoxes, count);
         m_exec.reserve(m_stagedChanges, count);
         m_exec.reserve(m_stagedRows, count);
         m_exec.reserve(m_newBoxes, count);
         m_exec.reserve(m_newChanges, count);
         m_exec.reserve(m_newFilters, count);
+        const bool isDirect = m_dirtyIsAll && view.lockableRows >= m_dirtyCount &&
+                              m_exec.canUploadFrom(view.boxes, view.lockableRows);
+        if (isDirect)
+            m_exec.upload(m_newBoxes.data(), view.boxes, m_dirtyCount);
+        else
+            m_exec.reserve(m_stagedBoxes, count);
         Staged all;
         // In blocks, so that the executor's machine copies one while the CPU packs the next.
         for (std::uint64_t begin = 0; begin < m_dirtyCount; begin += kStageBlock)
         {
             const std::uint64_t end = std::min(begin + kStageBlock, m_dirtyCount);
-            stageBlock(view, begin, end, all);
-            m_exec.upload(m_newBoxes.data() + begin, m_stagedBoxes.data() + begin, end - begin);
+            stageBlock(view, begin, end, !isDirect, all);
+            if (!isDirect)
+                m_exec.upload(m_newBoxes.data() + begin, m_stagedBoxes.data() + begin, end - begin);
         }
         m_exec.upload(m_newChanges.data(), m_stagedChanges.data(), m_dirtyCount);
         if (!m_dirtyIsAll)
@@ -221,7 +227,8 @@ private:
     }
 
     /// Packs some of the changed rows on threads: on one core a million would take longer than everything else.
-    void stageBlock(const ProxyView& view, std::uint64_t begin, std::uint64_t end, Staged& all)
+    void stageBlock(const ProxyView& view, std::uint64_t begin, std::uint64_t end, bool packsBoxes,
+                    Staged& all)
     {
         const unsigned tasks = m_workers.tasksFor(end - begin, kStageGrain);
         m_staged.assign(tasks, {});
@@ -229,7 +236,7 @@ private:
                       [&](unsigned task)
                       {
                           m_staged[task] = stageRange(view, begin + (end - begin) * task / tasks,
-                                                      begin + (end - begin) * (task + 1) / tasks);
+                                                      begin + (end - begin) * (task + 1) / tasks, packsBoxes);
                       });
         for (const Staged& part : m_staged)
         {
@@ -239,7 +246,7 @@ private:
     }
 
     /// Packs some of the changed rows.
-    Staged stageRange(const ProxyView& view, std::uint64_t begin, std::uint64_t end)
+    Staged stageRange(const ProxyView& view, std::uint64_t begin, std::uint64_t end, bool packsBoxes)
     {
         // Pointers in variables: a store of a byte may change whatever it is that a member points to.
         Aabb* boxes = m_stagedBoxes.data();
@@ -249,7 +256,8 @@ private:
         unsigned all = fresh;
         if (m_dirtyIsAll)
         {
-            std::copy(view.boxes + begin, view.boxes + end, boxes + begin);
+            if (packsBoxes)
+                std::copy(view.boxes + begin, view.boxes + end, boxes + begin);
             for (std::uint64_t row = begin; row < end; ++row)
             {
                 changes[row] = static_cast<std::uint8_t>(view.changes[row] | fresh);

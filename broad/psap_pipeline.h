@@ -14,7 +14,7 @@
 /// The order of the steps, for any executor.
 ///
 /// An executor has: Buffer<T> with data() and size(); reserve(buffer, n), which may discard; upload, download, copy,
-/// clear and wait; forEach(n, functor); forEachEmitting(n, functor, list); scan; sortPairs; sortKeys. Steps run one after
+/// clear and wait; forEach(n, functor); forEachEmitting(n, functor, list); scan; scanLargest; sortPairs; sortKeys. Steps run one after
 /// the other. HostExec and CudaExec are executors.
 namespace cullet::psap
 {
@@ -264,11 +264,7 @@ public:
 
         // The count of the side list lies behind those of the bins, so that one call clears both.
         exec.clear(m_binCounts.data(), m_binCapacity + 2);
-        exec.forEach(input.count, CountRows{input.boxes, m_plan.data(), m_places.data(), m_binCounts.data(),
-                                            m_side.data(), sideCount()});
-        exec.scan(m_binCounts.data(), m_binStarts.data(), m_binCapacity + 1);
-        exec.forEach(input.count, ScatterRows{input.boxes, m_plan.data(), m_places.data(), m_binStarts.data(),
-                                              m_records.data()});
+        isRadix() ? sortByRadix(exec) : sortByCounting(exec);
     }
 
     void emit(Exec& exec, const EntryTest& isNew, const PairList& pairs)
@@ -296,12 +292,51 @@ private:
     static constexpr std::uint32_t kUpdatesPerPlan = 32;
     static constexpr std::uint64_t kBoxesInSample = 1u << 17;
 
+    static constexpr std::uint64_t kBoxesForRadix = 6u << 20;
+
+    bool isRadix() const
+    {
+        return m_options.order == PsapOrder::Radix ||
+               (m_options.order == PsapOrder::Automatic && m_input.count >= kBoxesForRadix);
+    }
+
+    void sortByCounting(Exec& exec)
+    {
+        const std::uint64_t count = m_input.count;
+        exec.forEach(count, CountRows{rowBins(), m_places.data(), m_binCounts.data()});
+        exec.scan(m_binCounts.data(), m_binStarts.data(), m_binCapacity + 1);
+        exec.forEach(count, ScatterRows{m_input.boxes, m_plan.data(), m_places.data(), m_binStarts.data(),
+                                        m_records.data()});
+    }
+
+    void sortByRadix(Exec& exec)
+    {
+        const std::uint64_t count = m_input.count;
+        const std::uint32_t none = static_cast<std::uint32_t>(m_binCapacity);
+        exec.forEach(count, FillRowKeys{rowBins(), none, m_keys[0].data(), m_rows[0].data()});
+        int bits = 1;
+        while (bits < 32 && none >> bits != 0)
+            ++bits;
+        exec.sortPairs(m_keys[0].data(), m_keys[1].data(), m_rows[0].data(), m_rows[1].data(), count, bits);
+        exec.forEach(count, GatherRows{m_input.boxes, m_plan.data(), m_keys[1].data(), m_rows[1].data(),
+                                       count, none, m_records.data(), m_binCounts.data()});
+        exec.scanLargest(m_binCounts.data(), m_binStarts.data(), m_binCapacity + 1);
+    }
+
+    RowBins rowBins() const { return {m_input.boxes, m_plan.data(), m_side.data(), sideCount()}; }
+
     void reserveForBoxes(Exec& exec, std::uint64_t count)
     {
         exec.reserve(m_plan, 1);
         exec.reserve(m_side, count);
-        exec.reserve(m_places, count);
         exec.reserve(m_records, count);
+        if (!isRadix())
+            exec.reserve(m_places, count);
+        for (int side = 0; side < 2 && isRadix(); ++side)
+        {
+            exec.reserve(m_keys[side], count);
+            exec.reserve(m_rows[side], count);
+        }
         if (count > m_plannedCount + m_plannedCount / 4 || 2 * count < m_plannedCount)
             m_binCapacity = 0;
         if (m_binCapacity == 0)
@@ -335,6 +370,7 @@ private:
     Statistics<Exec> m_statistics;
     Buffer<RowPlan> m_plan;
     Buffer<RowPlace> m_places;
+    Buffer<std::uint32_t> m_keys[2], m_rows[2];  ///< for the radix sort: as filled, and sorted
     Buffer<std::uint32_t> m_binCounts, m_binStarts;
     Buffer<RowRecord> m_records;
     Buffer<std::uint32_t> m_side;

@@ -42,26 +42,23 @@ struct alignas(8) RowPlace
     std::uint32_t rank;  ///< in the bin, in the order of arrival
 };
 
-/// Step 1: finds the bin of box i and its rank there. Boxes without a level go to the side list.
-struct CountRows
+/// Finds the bin of a box.
+struct RowBins
 {
     const Aabb* boxes;
     const RowPlan* plan;
-    RowPlace* places;          ///< [boxes, out]
-    std::uint32_t* binCounts;  ///< [bins] 0 before
-    std::uint32_t* side;       ///< [boxes, out]
+    std::uint32_t* side;  ///< [boxes, out]
     std::uint32_t* sideCount;
 
-    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    /// @return kNoBin for boxes without a level, which go to the side list, and for invalid ones
+    CULLET_HOST_DEVICE std::uint32_t take(std::uint64_t i) const
     {
         const Aabb box = loadBox(boxes, i);
         const std::uint32_t bin = isValid(box) ? binOf(box) : kNoBin;
-        if (bin < kNoLevel)
-            places[i] = {bin, fetchAdd(&binCounts[bin], 1u)};
-        else
-            places[i] = {kNoBin, 0};
-        if (bin == kNoLevel)
-            side[fetchAdd(sideCount, 1u)] = static_cast<std::uint32_t>(i);
+        if (bin != kNoLevel)
+            return bin;
+        side[fetchAdd(sideCount, 1u)] = static_cast<std::uint32_t>(i);
+        return kNoBin;
     }
 
 private:
@@ -86,6 +83,20 @@ private:
     }
 };
 
+/// Step 1: finds the bin of box i and its rank there.
+struct CountRows
+{
+    RowBins bins;
+    RowPlace* places;          ///< [boxes, out]
+    std::uint32_t* binCounts;  ///< [bins] 0 before
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    {
+        const std::uint32_t bin = bins.take(i);
+        places[i] = {bin, bin == kNoBin ? 0 : fetchAdd(&binCounts[bin], 1u)};
+    }
+};
+
 /// A box as the search reads it: 16 bytes that decide most tests, and 16 more.
 struct alignas(16) RowRecord
 {
@@ -103,6 +114,13 @@ struct alignas(16) RowRecord
     Back back;
 };
 
+CULLET_HOST_DEVICE inline RowRecord recordOf(const Aabb& box, const Axes& axes, std::uint32_t row,
+                                             std::uint32_t bin)
+{
+    return {{along(box.min, axes.s), along(box.max, axes.s), along(box.min, axes.u), along(box.max, axes.u)},
+            {along(box.min, axes.v), along(box.max, axes.v), row, bin}};
+}
+
 /// Step 3: writes the record of box i to its place.
 struct ScatterRows
 {
@@ -115,19 +133,58 @@ struct ScatterRows
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
         const RowPlace place = places[i];
-        if (place.bin == kNoBin)
-            return;
-        const Aabb box = loadBox(boxes, i);
-        const Axes axes = plan->axes;
-        const RowRecord::Front front = {along(box.min, axes.s), along(box.max, axes.s),
-                                        along(box.min, axes.u), along(box.max, axes.u)};
-        const RowRecord::Back back = {along(box.min, axes.v), along(box.max, axes.v),
-                                      static_cast<std::uint32_t>(i), place.bin};
-        records[binStarts[place.bin] + place.rank] = {front, back};
+        if (place.bin != kNoBin)
+            records[binStarts[place.bin] + place.rank] =
+                recordOf(loadBox(boxes, i), plan->axes, static_cast<std::uint32_t>(i), place.bin);
     }
 };
 
-/// What two intervals share; negative when they are apart, and never 0 by rounding then.
+/// Step 1 with a radix sort: writes the bin of box i as its key.
+struct FillRowKeys
+{
+    RowBins bins;
+    std::uint32_t none;   ///< larger than any bin
+    std::uint32_t* keys;  ///< [boxes, out]
+    std::uint32_t* rows;  ///< [boxes, out]
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    {
+        const std::uint32_t bin = bins.take(i);
+        keys[i] = bin == kNoBin ? none : bin;
+        rows[i] = static_cast<std::uint32_t>(i);
+    }
+};
+
+/// Step 3 with a radix sort: writes record i, and where its bin ends if it is the last one there.
+struct GatherRows
+{
+    const Aabb* boxes;
+    const RowPlan* plan;
+    const std::uint32_t* keys;  ///< [count] sorted
+    const std::uint32_t* rows;
+    std::uint64_t count;
+    std::uint32_t none;
+    RowRecord* records;   ///< [count, out]
+    std::uint32_t* ends;  ///< [bins + 1] 0 before; that of a bin lies one behind it
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    {
+        const std::uint32_t bin = keys[i];
+        if (bin == none)
+            return;
+        records[i] = recordOf(loadBox(boxes, rows[i]), plan->axes, rows[i], bin);
+        if (i + 1 == count || keys[i + 1] != bin)
+            ends[bin + 1] = static_cast<std::uint32_t>(i) + 1;
+    }
+};
+
+CULLET_HOST_DEVICE inline bool meets(const RowRecord& a, const RowRecord& b)
+{
+    return a.front.s0 <= b.front.s1 && b.front.s0 <= a.front.s1 && a.front.u0 <= b.front.u1 &&
+           b.front.u0 <= a.front.u1 && a.back.v0 <= b.back.v1 && b.back.v0 <= a.back.v1;
+}
+
+/// What two intervals share; negative when they are apart.
 CULLET_HOST_DEVICE inline float sharedLength(float a0, float a1, float b0, float b1)
 {
     return (a1 < b1 ? a1 : b1) - (a0 > b0 ? a0 : b0);
@@ -293,8 +350,7 @@ struct SearchRows
         {
             const RowRecord other = records[j];
             const IdPair pair = {self.back.row, other.back.row};
-            const float overlap = overlapOf(self, other);
-            if (overlap >= 0 && isNew(pair, overlap))
+            if (meets(self, other) && isNew(pair, overlapOf(self, other)))
                 emit.push(pair);
         }
         emit.tested(range.size());

@@ -6,6 +6,7 @@
 #include "broad/psap_pairs.h"
 #include "cuda/cuda_error.h"
 #include "cuda/device_buffer.h"
+#include "cuda/page_locks.h"
 #include "cuda/row_search.cuh"
 
 #include <cub/device/device_radix_sort.cuh>
@@ -78,6 +79,16 @@ __global__ void __launch_bounds__(kEmitThreads)
             list.pairs[base + k] = buffers[warp][k];
     }
 }
+
+/// CUB's own changed its name between versions.
+struct Larger
+{
+    template <class T>
+    __device__ T operator()(T a, T b) const
+    {
+        return a < b ? b : a;
+    }
+};
 
 /// Runs the steps of a pipeline on one CUDA device, on one stream.
 ///
@@ -169,6 +180,14 @@ public:
         transfer(to, from, count * sizeof(T), cudaMemcpyHostToDevice);
         m_bytesMoved += count * sizeof(T);
     }
+    /// Whether upload() may read that memory directly, which the caller does not change before the next wait().
+    ///
+    /// @param memory [count] from BoxAllocator
+    template <class T>
+    bool canUploadFrom(const T* memory, std::uint64_t count) const
+    {
+        return lockPages(memory, count * sizeof(T));
+    }
     /// From any memory of the CPU, which may change as soon as this returns.
     template <class T>
     void uploadNow(T* to, const T* from, std::uint64_t count)
@@ -230,8 +249,18 @@ public:
                     { return cub::DeviceScan::ExclusiveSum(scratch, bytes, in, out, n, m_stream); });
     }
 
-    void sortPairs(std::uint64_t* keys, std::uint64_t* sortedKeys, std::uint32_t* values,
-                   std::uint32_t* sortedValues, std::uint64_t count, int bits)
+    template <class T>
+    void scanLargest(const T* in, T* out, std::uint64_t count)
+    {
+        const int n = cubCount(count);
+        withScratch(
+            [&](void* scratch, std::size_t& bytes)
+            { return cub::DeviceScan::InclusiveScan(scratch, bytes, in, out, Larger{}, n, m_stream); });
+    }
+
+    template <class Key>
+    void sortPairs(Key* keys, Key* sortedKeys, std::uint32_t* values, std::uint32_t* sortedValues,
+                   std::uint64_t count, int bits)
     {
         const int n = cubCount(count);
         if (n == 0)

@@ -16,7 +16,7 @@ inline constexpr unsigned kQueue = 256;       ///< tests that a warp has room fo
 inline constexpr unsigned kBurst = 6;         ///< tests that a lane adds at a time
 inline constexpr unsigned kPairBuffer = 128;  ///< pairs that a warp keeps before they go to the list
 inline constexpr unsigned kAllLanes = 0xffffffffu;
-static_assert(32 * kBurst + 64 <= kQueue && kPairBuffer >= 64, "room for one step of all lanes");
+static_assert(32 * kBurst + 64 <= kQueue && kPairBuffer >= 128, "room for the steps of all lanes");
 
 /// Sum of the values of the lanes up to this one.
 __device__ inline unsigned sumUpTo(unsigned lane, unsigned value)
@@ -40,12 +40,15 @@ struct WarpPairs
     __device__ void pushWhere(bool has, IdPair pair)
     {
         const unsigned lanes = __ballot_sync(kAllLanes, has);
-        if (lanes == 0)
-            return;
         if (has)
             buffer[count + __popc(lanes & ((1u << lane) - 1))] = pair;
         count += __popc(lanes);
-        if (count + 32 > kPairBuffer)
+    }
+
+    /// Makes room for two steps of all lanes.
+    __device__ void flushIfFull()
+    {
+        if (count + 64 > kPairBuffer)
             flush();
     }
 
@@ -99,6 +102,7 @@ struct WarpTests
             if (count + total > kQueue)
                 testFullGroups();
             std::uint32_t* at = queue + count + last - burst;
+#pragma unroll 1
             for (unsigned k = 0; k < burst; ++k)
                 at[k] = lane << kLaneShift | (range.begin + k);
             count += total;
@@ -137,22 +141,27 @@ private:
 
     __device__ void testTwo(std::uint32_t first, std::uint32_t second)
     {
-        RowRecord a{}, b{};
-        if (first != kNone)
+        RowRecord a, b;
+        bool isFirst = first != kNone;
+        bool isSecond = second != kNone;
+        // The loads of both before the first use.
+        if (isFirst)
             a = step.records[first & kIndexMask];
-        if (second != kNone)
+        if (isSecond)
             b = step.records[second & kIndexMask];
-        testOne(first, a);
-        testOne(second, b);
+        const RowRecord& ofFirst = selves[first >> kLaneShift];
+        const RowRecord& ofSecond = selves[second >> kLaneShift];
+        isFirst = isFirst && isHit(ofFirst, a);
+        isSecond = isSecond && isHit(ofSecond, b);
+        pairs.pushWhere(isFirst, {ofFirst.back.row, a.back.row});
+        pairs.pushWhere(isSecond, {ofSecond.back.row, b.back.row});
+        pairs.flushIfFull();
     }
 
-    __device__ void testOne(std::uint32_t entry, const RowRecord& other)
+    __device__ bool isHit(const RowRecord& self, const RowRecord& other) const
     {
-        const RowRecord self = selves[entry >> kLaneShift];
-        const IdPair pair = {self.back.row, other.back.row};
-        const float overlap = overlapOf(self, other);
-        const bool isHit = entry != kNone && overlap >= 0 && step.isNew(pair, overlap);
-        pairs.pushWhere(isHit, pair);
+        return meets(self, other) &&
+               (step.isNew.takeAll || step.isNew({self.back.row, other.back.row}, overlapOf(self, other)));
     }
 };
 

@@ -26,6 +26,7 @@ inline std::vector<BackendCase> psapCases(
     };
     add("Rows", [](PsapOptions&) {});
     add("RowsCapacityOne", [](PsapOptions& options) { options.initialCapacity = 1; });
+    add("RowsRadix", [](PsapOptions& options) { options.order = PsapOrder::Radix; });
     add("RowsAxisX", [](PsapOptions& options) { options.axis = PsapAxis::X; });
     add("RowsAxisY", [](PsapOptions& options) { options.axis = PsapAxis::Y; });
     add("RowsAxisZ", [](PsapOptions& options) { options.axis = PsapAxis::Z; });

@@ -1,0 +1,51 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include <atomic>
+#include <cstddef>
+#include <memory>
+
+namespace cullet
+{
+/// Called with the address of memory that is about to be given back. No exception may leave it. Any thread.
+using BoxMemoryRelease = void (*)(const void* memory);
+
+inline std::atomic<BoxMemoryRelease>& boxMemoryRelease() noexcept
+{
+    static std::atomic<BoxMemoryRelease> release{nullptr};
+    return release;
+}
+
+/// Allocates arrays that a device may copy from directly: whoever locked the pages of one is told before it goes away.
+template <class T>
+struct BoxAllocator
+{
+    using value_type = T;
+
+    BoxAllocator() = default;
+    template <class U>
+    BoxAllocator(const BoxAllocator<U>&) noexcept
+    {
+    }
+
+    T* allocate(std::size_t count) { return std::allocator<T>().allocate(count); }
+    void deallocate(T* memory, std::size_t count) noexcept
+    {
+        if (const BoxMemoryRelease release = boxMemoryRelease().load(std::memory_order_acquire))
+            release(memory);
+        std::allocator<T>().deallocate(memory, count);
+    }
+
+    template <class U>
+    bool operator==(const BoxAllocator<U>&) const noexcept
+    {
+        return true;
+    }
+    template <class U>
+    bool operator!=(const BoxAllocator<U>&) const noexcept
+    {
+        return false;
+    }
+};
+}  // namespace cullet
