@@ -77,6 +77,7 @@ struct BackendStats
     std::uint64_t rebuildsTotal = 0;     ///< updates that took the clear-and-rebuild path
     std::uint64_t cellsTouched = 0;      ///< cells that an id came into or left
     std::uint64_t cellsVisited = 0;      ///< cells that were searched for partners
+    std::uint64_t mostTests = 0;         ///< Le Grand's grid: box tests in the fullest cell
     std::uint64_t falsePairs = 0;        ///< shifted sweep and prune: found by rounding alone, and dropped
     std::uint64_t swaps[3] = {0, 0, 0};  ///< sweep and prune: swaps of neighbouring limits, by axis
 };
@@ -240,6 +241,9 @@ std::unique_ptr<Backend> makeBruteForceBackend();
 
 /// Incremental sweep and prune, the lecture's: for comparison, and for scenes that move a little and evenly.
 std::unique_ptr<Backend> makeSapBackend();
+
+/// Le Grand's uniform grid (GPU Gems 3) on one thread: for comparison, on boxes of one size.
+std::unique_ptr<Backend> makeLeGrandBackend();
 
 /// The steps of the CUDA backend run by the CPU: the reference of that backend, and the thesis's algorithm for study.
 std::unique_ptr<Backend> makeHostPsapBackend(const PsapOptions& options = {});

@@ -39,24 +39,24 @@ int finestLevelWithin(float reach) noexcept
 }
 }  // namespace
 
-CellGrid::CellGrid(const CellGridOptions& options) : m_options(options) {}
-
-int CellGrid::levelOf(const Aabb& box) const noexcept
+int levelOfBox(const Aabb& box, double b) noexcept
 {
     const double size = sizeOf(box);
     const float reach = reachOf(box);
-    if (std::isinf(reach) || size > std::ldexp(m_options.b, kCoarsestLevel))
-        return kUnbounded;
-    int level = kFinestLevel;
+    if (std::isinf(reach) || size > std::ldexp(b, CellGrid::kCoarsestLevel))
+        return CellGrid::kUnbounded;
+    int level = CellGrid::kFinestLevel;
     if (size > 0)
     {
         // ilogb() of the rounded quotient is off by one at most; the products are exact.
-        level = std::max(level, std::ilogb(size / m_options.b) - 1);
-        while (size > std::ldexp(m_options.b, level))
+        level = std::max(level, std::ilogb(size / b) - 1);
+        while (size > std::ldexp(b, level))
             ++level;
     }
     return std::max(level, finestLevelWithin(reach));
 }
+
+CellGrid::CellGrid(const CellGridOptions& options) : m_options(options) {}
 
 bool CellGrid::isAtHome(const Aabb& box, int level) const noexcept
 {

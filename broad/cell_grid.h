@@ -26,6 +26,10 @@ struct CellGridOptions
     bool countsPairs = false;
 };
 
+/// Finest level at which a valid box is at most `b` cells large and its cell numbers do not saturate: from
+/// CellGrid::kFinestLevel to CellGrid::kCoarsestLevel, or CellGrid::kUnbounded.
+int levelOfBox(const Aabb& box, double b) noexcept;
+
 /// Hierarchical uniform grid: one UniformGrid for each resolution in use, cell sizes 2^level.
 ///
 /// "Hierarchical Uniform Grid" of Lecture 4, Broad Phase. Res(A) there is -level here, size is the largest extent. A box
@@ -59,7 +63,7 @@ public:
     explicit CellGrid(const CellGridOptions& options = {});
 
     /// Level of a valid box that is not in the grid yet.
-    int levelOf(const Aabb& box) const noexcept;
+    int levelOf(const Aabb& box) const noexcept { return levelOfBox(box, m_options.b); }
 
     /// Level of a row's box, kUnbounded or kAbsent.
     int level(std::uint32_t row) const noexcept

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Zlib
 #include "broad/cell_grid_backend.h"
 
-#include "broad/known_rows.h"
-
 #include <algorithm>
 #include <new>
 
@@ -41,33 +39,13 @@ CellGridBackend::CellGridBackend(const GridOptions& options)
 
 void CellGridBackend::restart(const std::vector<Pair>& known)
 {
-    m_known = known;
-    m_pairs.clear();
+    m_pairs.restart(known);
     m_isFresh = true;
-}
-
-void CellGridBackend::findRowsOfKnown(const ProxyView& proxies)
-{
-    if (m_known.empty())
-        return;
-    m_pairs = findRowsOf(m_known, proxies);
-    m_known.clear();
 }
 
 bool CellGridBackend::wantsRebuild(const ProxyView& proxies) const
 {
     return m_isFresh || m_rebuildFraction == 0.0 || proxies.dirtyCount > m_rebuildFraction * proxies.size;
-}
-
-void CellGridBackend::testPair(const ProxyView& proxies, std::uint32_t a, std::uint32_t b)
-{
-    ++m_stats.candidates;
-    if (!overlaps(proxies.boxes[a], proxies.boxes[b]))
-        return;
-    const std::uint32_t* ids = proxies.uniqueIds;
-    if (ids[a] > ids[b])
-        std::swap(a, b);
-    m_overlapping.push_back({{ids[a], ids[b]}, a, b});
 }
 
 /// Calls visit(other) for the partners of a row that are not among the counted pairs.
@@ -89,10 +67,10 @@ void CellGridBackend::rebuild(const ProxyView& proxies)
             continue;
         // Each box meets those that were added before it.
         m_grid.addBox(row, proxies.boxes[row]);
-        forEachPartner(row, [&](std::uint32_t other) { testPair(proxies, row, other); });
+        forEachPartner(row, [&](std::uint32_t other) { m_pairs.test(proxies, row, other); });
     }
     if (m_countsPairs)
-        m_grid.forEachCounted([&](std::uint32_t a, std::uint32_t b) { testPair(proxies, a, b); });
+        m_grid.forEachCounted([&](std::uint32_t a, std::uint32_t b) { m_pairs.test(proxies, a, b); });
     m_isFresh = false;
     ++m_stats.rebuildsTotal;
 }
@@ -127,7 +105,7 @@ void CellGridBackend::updateChangedRows(const ProxyView& proxies)
                        [&](std::uint32_t other)
                        {
                            if (row < other || proxies.changes[other] == kRowUnchanged)
-                               testPair(proxies, row, other);
+                               m_pairs.test(proxies, row, other);
                        });
     }
     if (m_countsPairs)
@@ -135,34 +113,15 @@ void CellGridBackend::updateChangedRows(const ProxyView& proxies)
             [&](std::uint32_t a, std::uint32_t b)
             {
                 if ((proxies.changes[a] | proxies.changes[b]) != kRowUnchanged)
-                    testPair(proxies, a, b);
+                    m_pairs.test(proxies, a, b);
             });
-}
-
-void CellGridBackend::updatePairs(const ProxyView& proxies, PairDelta& delta)
-{
-    std::sort(m_overlapping.begin(), m_overlapping.end(),
-              [](const RowPair& a, const RowPair& b) { return a.ids < b.ids; });
-    const auto mayEnter = [&](const RowPair& pair)
-    {
-        return proxies.filters == nullptr ||
-               passesFilter(proxies.filters[pair.firstRow], proxies.filters[pair.secondRow]);
-    };
-    const auto mayStay = [&](const RowPair& pair)
-    {
-        if (pair.firstRow == kNoRow || pair.secondRow == kNoRow)
-            return false;
-        const Aabb& first = proxies.boxes[pair.firstRow];
-        const Aabb& second = proxies.boxes[pair.secondRow];
-        return isValid(first) && isValid(second) && overlapsWithMargin(first, second, proxies.margin);
-    };
-    updateHeldPairs(m_pairs, m_overlapping, mayEnter, mayStay, delta);
 }
 
 void CellGridBackend::fillStats()
 {
     const CellGrid::Counters counters = m_grid.counters();
     m_stats.pairs = m_pairs.size();
+    m_stats.candidates = m_pairs.testCount();
     m_stats.entries = counters.ids;
     m_stats.levels = counters.levels;
     m_stats.unbounded = counters.unbounded;
@@ -170,14 +129,14 @@ void CellGridBackend::fillStats()
     m_stats.cellsVisited = counters.visitedTotal - m_visitedBefore;
     m_touchedBefore = counters.touchedTotal;
     m_visitedBefore = counters.visitedTotal;
-    m_stats.bytes = m_grid.bytes() + (m_pairs.capacity() + m_overlapping.capacity()) * sizeof(RowPair);
+    m_stats.bytes = m_grid.bytes() + m_pairs.bytes();
 }
 
 Status CellGridBackend::update(const ProxyView& proxies, PairDelta& delta)
 try
 {
     m_stats.candidates = m_stats.cellsTouched = m_stats.cellsVisited = 0;
-    m_overlapping.clear();
+    m_pairs.begin(proxies);
     delta.added.clear();
     delta.removed.clear();
     const bool isMarginNew = proxies.margin != m_margin;
@@ -185,7 +144,6 @@ try
     if (wantsRebuild(proxies))
     {
         m_stats.path = "rebuild";
-        findRowsOfKnown(proxies);
         rebuild(proxies);
     }
     else if (proxies.dirtyCount == 0 && !isMarginNew)
@@ -199,7 +157,7 @@ try
         updateChangedRows(proxies);
     }
     m_grid.dropUnusedLevels();
-    updatePairs(proxies, delta);
+    m_pairs.finish(proxies, delta);
     fillStats();
     return Status::Ok;
 }

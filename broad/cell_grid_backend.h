@@ -4,7 +4,7 @@
 
 #include "broad/backend.h"
 #include "broad/cell_grid.h"
-#include "broad/pair_diff.h"
+#include "broad/held_pairs.h"
 
 #include <cstdint>
 #include <memory>
@@ -32,25 +32,20 @@ public:
     BackendStats stats() const override { return m_stats; }
 
 private:
-    void findRowsOfKnown(const ProxyView& proxies);
     bool wantsRebuild(const ProxyView& proxies) const;
     template <class Visit>
     void forEachPartner(std::uint32_t row, Visit visit) const;
     void rebuild(const ProxyView& proxies);
     void updateChangedRows(const ProxyView& proxies);
-    void testPair(const ProxyView& proxies, std::uint32_t a, std::uint32_t b);
-    void updatePairs(const ProxyView& proxies, PairDelta& delta);
     void fillStats();
 
     CellGrid m_grid;
     bool m_countsPairs;
     double m_rebuildFraction;
-    bool m_isFresh = true;               ///< the grid is void until the next rebuild
-    float m_margin = 0.0f;               ///< of the last update
-    std::vector<Pair> m_known;           ///< of restart(), until the next update
-    std::vector<RowPair> m_pairs;        ///< held, sorted
-    std::vector<RowPair> m_overlapping;  ///< of this update, sorted
-    std::uint64_t m_touchedBefore = 0;   ///< counters of the grid at the end of the last update
+    bool m_isFresh = true;  ///< the grid is void until the next rebuild
+    float m_margin = 0.0f;  ///< of the last update
+    HeldPairs m_pairs;
+    std::uint64_t m_touchedBefore = 0;  ///< counters of the grid at the end of the last update
     std::uint64_t m_visitedBefore = 0;
     BackendStats m_stats;
 };

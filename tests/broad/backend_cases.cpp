@@ -111,6 +111,7 @@ const std::vector<BackendCase>& backendCases()
         cells("CellsOnePoint", withPlacement(GridPlacement::OnePoint)),
         cells("CellsCountedPairs", withCountedPairs(-1)),
         cells("CellsCountedPairsNeverRebuild", withCountedPairs(1)),
+        {"LeGrand", [] { return makeLeGrandBackend(); }},
         {"Sap", [] { return makeSapBackend(); }},
         {"Psap", [] { return makeHostPsapBackend(); }},
     };

@@ -247,5 +247,31 @@ TEST(CellGridBackend, TouchesOnlyTheCellsThatChange)
     EXPECT_EQ(session.backend().stats().cellsTouched, 0u);
     EXPECT_STREQ(session.backend().stats().path, "idle");
 }
+TEST(LeGrandBackend, CellsAreUnevenWorkWhenSizesOrPlacesAre)
+{
+    SCOPED_TRACE("seed 6");
+    Random random(6);
+    std::uint64_t tests[3];
+    for (int scene = 0; scene < 3; ++scene)
+    {
+        // Equal boxes spread out; half of them in a corner; one large one among them, which makes the cells large.
+        BackendSession session{makeLeGrandBackend()};
+        for (int i = 0; i < 1000; ++i)
+        {
+            const float side = scene == 1 && i % 2 == 0 ? 2.0f : 20.0f;
+            session.add(boxAt(random.between(0, side), random.between(0, side), random.between(0, side)));
+        }
+        if (scene == 2)
+            session.add(boxAt(10, 10, 10, 8));
+        ASSERT_TRUE(session.step());
+        const BackendStats stats = session.backend().stats();
+        EXPECT_GE(stats.entries, 1000u);
+        EXPECT_LE(stats.entries, 8u * 1001);
+        tests[scene] = stats.mostTests;
+    }
+    EXPECT_GT(tests[0], 0u);
+    EXPECT_GT(tests[1], 100 * tests[0]);
+    EXPECT_GT(tests[2], 100 * tests[0]);
+}
 }  // namespace
 }  // namespace cullet::test
