@@ -64,6 +64,13 @@ struct ProxyView
     float margin = 0.0f;  ///< >= 0; a pair leaves when the boxes grown by it on every side no longer overlap
 };
 
+/// How long a part of an update took.
+struct StageTime
+{
+    const char* name;
+    double milliseconds;
+};
+
 /// What a backend did, for people and for benchmarks; all numbers are of the last update unless they say total.
 struct BackendStats
 {
@@ -80,6 +87,8 @@ struct BackendStats
     std::uint64_t mostTests = 0;         ///< Le Grand's grid: box tests in the fullest cell
     std::uint64_t falsePairs = 0;        ///< shifted sweep and prune: found by rounding alone, and dropped
     std::uint64_t swaps[3] = {0, 0, 0};  ///< sweep and prune: swaps of neighbouring limits, by axis
+    std::uint64_t bytesMoved = 0;        ///< between the memory of the CPU and that of a device
+    std::vector<StageTime> stages;       ///< with PsapOptions::timeStages, in order
 };
 
 /// Finds the overlapping pairs of a set of boxes and reports how the set changed.
@@ -232,6 +241,7 @@ struct PsapOptions
     PsapExecutor executor = PsapExecutor::InOrder;  ///< of the backend on the CPU
     /// Threads that pack boxes for the executor, and of PsapExecutor::Threads; 0: as many as the machine has.
     int threads = 0;
+    bool timeStages = false;  ///< BackendStats::stages; the device's clock around each stage
 };
 
 std::unique_ptr<Backend> makeGridBackend(const GridOptions& options = {});

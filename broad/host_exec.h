@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <cstring>
 #include <memory>
@@ -62,7 +63,8 @@ public:
     explicit HostExec(const PsapOptions& options)
         : m_order(options.executor),
           m_random(options.seed),
-          m_workers(options.executor == PsapExecutor::Threads ? options.threads : 1)
+          m_workers(options.executor == PsapExecutor::Threads ? options.threads : 1),
+          m_isTiming(options.timeStages)
     {
     }
 
@@ -123,6 +125,30 @@ public:
         std::memset(static_cast<void*>(what), 0, count * sizeof(T));
     }
     void wait() {}
+
+    /// What follows belongs to the stage; null: to none.
+    void beginStage(const char* name)
+    {
+        if (!m_isTiming)
+            return;
+        const Clock::time_point now = Clock::now();
+        if (!m_stages.empty())
+            m_stages.back().milliseconds =
+                std::chrono::duration<double, std::milli>(now - m_stageBegin).count();
+        m_stageBegin = now;
+        if (name != nullptr)
+            m_stages.push_back({name, 0});
+    }
+
+    /// Forgets the stages of an update that failed.
+    void dropStages() { m_stages.clear(); }
+
+    /// The stages since the last call; all have ended.
+    void takeStages(std::vector<StageTime>& stages)
+    {
+        stages.swap(m_stages);
+        m_stages.clear();
+    }
 
     /// Calls step(i) for i in [0, count).
     template <class Step>
@@ -195,6 +221,7 @@ public:
     }
 
     std::uint64_t bytes() const { return m_bytes; }
+    std::uint64_t takeBytesMoved() const { return 0; }
 
     /// Box tests since the last call.
     std::uint64_t takeTestCount() { return m_tests.exchange(0); }
@@ -253,5 +280,10 @@ private:
     WorkerPool m_workers;
     std::atomic<std::uint64_t> m_tests{0};
     std::uint64_t m_bytes = 0;
+
+    using Clock = std::chrono::steady_clock;
+    bool m_isTiming;
+    Clock::time_point m_stageBegin;
+    std::vector<StageTime> m_stages;
 };
 }  // namespace cullet::psap

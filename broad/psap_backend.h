@@ -97,6 +97,8 @@ private:
     {
         m_stats.path = "idle";
         m_stats.candidates = 0;
+        m_stats.bytesMoved = 0;
+        m_stats.stages.clear();
         const bool hasFilters = view.filters != nullptr;
         if (!m_isFresh && view.dirtyCount == 0 && view.margin == m_margin && hasFilters == m_hadFilters)
             return;
@@ -106,9 +108,15 @@ private:
         m_vanished.clear();
         if (m_isFresh)
             begin(view);
+        m_exec.dropStages();
+        m_exec.beginStage("upload");
         sendRows(view);
         findChanges(view);
+        m_exec.beginStage("deltas");
         takeChanges(delta);
+        m_exec.beginStage(nullptr);
+        m_exec.takeStages(m_stats.stages);
+        m_stats.bytesMoved = m_exec.takeBytesMoved();
         m_margin = view.margin;
         m_hadFilters = hasFilters;
         m_isFresh = false;
@@ -304,8 +312,11 @@ private:
         m_exec.reserve(m_removed, std::max<std::uint64_t>(m_heldCount, m_options.initialCapacity));
         m_exec.reserve(m_added, m_options.initialCapacity);
         growLookup(m_options.initialCapacity);
+        m_exec.beginStage("sort");
         m_search.build(m_exec, {m_now.data(), m_rowCount});
+        m_exec.beginStage("settle");
         settle(view);
+        m_exec.beginStage("search");
         emit(view);
         while (m_counts.lookups > table().limit())
         {

@@ -8,6 +8,7 @@
 #include "cuda/device_buffer.h"
 #include "cuda/page_locks.h"
 #include "cuda/row_search.cuh"
+#include "cuda/stage_clock.h"
 
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
@@ -15,6 +16,8 @@
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <utility>
+#include <vector>
 
 namespace cullet::psap
 {
@@ -120,7 +123,8 @@ public:
     };
 
     /// @param stream runs there; null: on a stream of its own
-    explicit CudaExec(int device, cudaStream_t stream = nullptr) : m_device(device), m_stream(stream)
+    explicit CudaExec(const PsapOptions& options, cudaStream_t stream = nullptr)
+        : m_device(options.device), m_stream(stream), m_stages(options.timeStages)
     {
         const Use use(*this);
         if (m_stream == nullptr)
@@ -209,6 +213,13 @@ public:
     }
     void wait() { CULLET_CUDA_TRY(cudaStreamSynchronize(m_stream)); }
 
+    /// What the stream gets from now on belongs to the stage; null: to none.
+    void beginStage(const char* name) { m_stages.begin(name, m_stream); }
+    /// Forgets the stages of an update that failed.
+    void dropStages() noexcept { m_stages.drop(); }
+    /// The stages since the last call; waits for them.
+    void takeStages(std::vector<StageTime>& stages) { m_stages.take(stages); }
+
     template <class Step>
     void forEach(std::uint64_t count, const Step& step)
     {
@@ -285,10 +296,8 @@ public:
     }
 
     std::uint64_t bytes() const { return m_bytes; }
-    std::uint64_t bytesMoved() const
-    {
-        return m_bytesMoved;
-    }                                            ///< between CPU and device, since the beginning
+    /// Between CPU and device, since the last call.
+    std::uint64_t takeBytesMoved() { return std::exchange(m_bytesMoved, 0); }
     std::uint64_t takeTestCount() { return 0; }  ///< not counted here: it would cost time
 
 private:
@@ -327,5 +336,6 @@ private:
     std::uint64_t m_bytes = 0;
     std::uint64_t m_bytesMoved = 0;
     DeviceBuffer<unsigned char> m_scratch;
+    StageClock m_stages;
 };
 }  // namespace cullet::psap

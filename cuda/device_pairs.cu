@@ -17,7 +17,7 @@ class PairFinder final : public DevicePairFinder
 {
 public:
     PairFinder(const PsapOptions& options, cudaStream_t stream)
-        : m_options(options), m_exec(options.device, stream), m_search(options)
+        : m_options(options), m_exec(options, stream), m_search(options)
     {
     }
     ~PairFinder() override { dropGraph(); }

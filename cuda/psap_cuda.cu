@@ -16,7 +16,7 @@ std::unique_ptr<Backend> makeCudaPsapBackend(const PsapOptions& options, std::st
     {
         try
         {
-            return std::make_unique<psap::PsapBackend<psap::CudaExec>>(options, "cuda", options.device);
+            return std::make_unique<psap::PsapBackend<psap::CudaExec>>(options, "cuda", options);
         }
         catch (const psap::ExecutorFailure& failure)
         {

@@ -1,14 +1,17 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// cullet_cuda_bench [--quick] [--pairs-only] [--rows-only] [--sweep] [--only TEXT] [--csv FILE] [--json FILE]
+// cullet_cuda_bench [--quick] [--pairs-only] [--rows-only] [--sweep] [--crossover] [--only TEXT] [--csv FILE]
+//                   [--json FILE]
 //
 // Times the CUDA backend on the workloads that broad phases on GPUs are compared on. GPU time by CUDA events around the
 // complete pair set, boxes in and pairs out in device memory, fresh positions in every frame (three sets in turn);
 // end-to-end time by the CPU's clock around update(), boxes and deltas in the CPU's memory. Prints one row per
-// measurement, with a hash of the pairs, so that a faster wrong answer is seen.
+// measurement, with a hash of the pairs, so that a faster wrong answer is seen. --crossover times update() alone, on
+// small worlds, beside the grid on the CPU.
 
 #include "broad/backend.h"
+#include "broad/box_memory.h"
 #include "cuda/device_pairs.h"
 #include "demos/program/machine.h"
 #include "demos/scenes/splitmix64.h"
@@ -213,7 +216,9 @@ Row timePairs(const Scene& scene, const std::string& variant, const PsapOptions&
 Row timeUpdates(const Scene& scene, const std::string& variant, std::unique_ptr<Backend> backend,
                 std::uint32_t every, int frames)
 {
-    std::vector<Aabb> boxes = scene.make(scene.bodies, 12345);
+    const std::vector<Aabb> first = scene.make(scene.bodies, 12345);
+    // As in a ProxyTable.
+    std::vector<Aabb, BoxAllocator<Aabb>> boxes(first.begin(), first.end());
     std::vector<std::uint32_t> ids(scene.bodies), dirty;
     std::vector<std::uint8_t> changes(scene.bodies, kRowCreated);
     for (std::uint32_t body = 0; body < scene.bodies; ++body)
@@ -231,6 +236,7 @@ Row timeUpdates(const Scene& scene, const std::string& variant, std::unique_ptr<
         ProxyView view;
         view.size = scene.bodies;
         view.boxes = boxes.data();
+        view.lockableRows = boxes.capacity();
         view.uniqueIds = ids.data();
         view.changes = changes.data();
         view.dirty = dirty.data();
@@ -352,10 +358,19 @@ private:
     std::vector<Row> m_rows;
 };
 
-PsapOptions literal()
+PsapOptions literal(PsapCells cells = PsapCells::Automatic, PsapAxis axis = PsapAxis::Variance)
 {
     PsapOptions options;
     options.variant = PsapVariant::Literal;
+    options.cells = cells;
+    options.axis = axis;
+    return options;
+}
+
+PsapOptions ordered(PsapOrder order)
+{
+    PsapOptions options;
+    options.order = order;
     return options;
 }
 
@@ -380,6 +395,46 @@ void sweepScales(const Scene& scene, Table& table)
     }
 }
 
+/// What each part of the design is worth.
+void timeAblation(const Scene& scene, int frames, Table& table)
+{
+    table.add(timePairs(scene, "rows-radix", ordered(PsapOrder::Radix), frames));
+    if (scene.bodies > 4u << 20)
+    {
+        table.add(timePairs(scene, "rows-counting", ordered(PsapOrder::Counting), frames));
+        return;
+    }
+    PsapOptions bits = literal();
+    bits.bitStrings = true;
+    PsapOptions split = literal();
+    split.splitWork = true;
+    table.add(timePairs(scene, "literal", literal(), frames));
+    table.add(timePairs(scene, "literal-bits", bits, frames));
+    table.add(timePairs(scene, "literal-split", split, frames));
+    table.add(
+        timePairs(scene, "literal-principal", literal(PsapCells::Automatic, PsapAxis::Principal), frames));
+    // One cell for 64,000 boxes: a sweep over many boxes in each.
+    if (scene.bodies <= 1u << 16)
+        table.add(timePairs(scene, "literal-thesis-cells", literal(PsapCells::Thesis), 3));
+}
+
+void timeCrossover(Table& table)
+{
+    for (std::uint32_t bodies = 512; bodies <= 1u << 15; bodies *= 2)
+    {
+        const Scene scene = {"W1", bodies, uniformBoxes};
+        GridOptions oneThread;
+        oneThread.threads = 1;
+        for (const std::uint32_t every : {1u, 10u})
+        {
+            const std::string suffix = every == 1 ? "-all-move" : "-tenth-moves";
+            table.add(timeUpdates(scene, "rows-update" + suffix, makeCudaPsapBackend(), every, 60));
+            table.add(timeUpdates(scene, "grid-update" + suffix, makeGridBackend(oneThread), every, 60));
+            table.add(timeUpdates(scene, "grid-threads-update" + suffix, makeGridBackend(), every, 60));
+        }
+    }
+}
+
 struct Extent
 {
     bool isQuick, isPairsOnly, isRowsOnly, isSweep;
@@ -389,8 +444,8 @@ void runScene(const Scene& scene, Extent extent, Table& table)
 {
     const bool isQuick = extent.isQuick;
     table.add(timePairs(scene, "rows", {}, isQuick ? 9 : 30));
-    if (scene.bodies <= 4u << 20 && !extent.isRowsOnly)
-        table.add(timePairs(scene, "literal", literal(), isQuick ? 3 : 20));
+    if (!extent.isRowsOnly)
+        timeAblation(scene, isQuick ? 3 : 20, table);
     if (extent.isSweep && scene.bodies <= 1u << 20)
         sweepScales(scene, table);
     if (scene.bodies > 1u << 20 || extent.isPairsOnly)
@@ -433,10 +488,13 @@ void run(int argc, char** argv)
     const Extent extent = {hasFlag(argc, argv, "--quick"), hasFlag(argc, argv, "--pairs-only"),
                            hasFlag(argc, argv, "--rows-only"), hasFlag(argc, argv, "--sweep")};
     const char* only = argument(argc, argv, "--only");
+    const bool isCrossover = hasFlag(argc, argv, "--crossover");
+    if (isCrossover)
+        timeCrossover(table);
     for (const Scene& scene : scenes)
     {
         const std::string name = std::string(scene.name) + "-" + std::to_string(scene.bodies);
-        if (only == nullptr || name.find(only) != std::string::npos)
+        if (!isCrossover && (only == nullptr || name.find(only) != std::string::npos))
             runScene(scene, extent, table);
     }
     if (const char* path = argument(argc, argv, "--csv"))

@@ -1,0 +1,45 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "broad/backend.h"
+#include "broad/proxy_table.h"
+#include "tests/support/boxes.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace cullet::test
+{
+namespace
+{
+std::string stagesOf(Backend& backend, ProxyTable& table)
+{
+    PairDelta delta;
+    EXPECT_EQ(backend.update(table.beginUpdate(0, true), delta), Status::Ok);
+    table.endUpdate();
+    std::string names;
+    for (const StageTime& stage : backend.stats().stages)
+    {
+        EXPECT_GE(stage.milliseconds, 0);
+        names += std::string(stage.name) + " ";
+    }
+    return names;
+}
+
+TEST(PsapStages, AreTimedWhereAskedFor)
+{
+    ProxyTable table;
+    for (std::uint32_t body = 0; body < 100; ++body)
+        table.create(cube(static_cast<float>(body), static_cast<float>(body) + 1.5f), body + 1, kEverything);
+    PsapOptions options;
+    const auto untimed = makeHostPsapBackend(options);
+    options.timeStages = true;
+    const auto timed = makeHostPsapBackend(options);
+    EXPECT_EQ(stagesOf(*untimed, table), "");
+    timed->restart({});
+    table.setBox(0, cube(0, 1));
+    EXPECT_EQ(stagesOf(*timed, table), "upload sort settle search deltas ");
+    EXPECT_EQ(stagesOf(*timed, table), "") << "nothing changed, nothing was done";
+}
+}  // namespace
+}  // namespace cullet::test
