@@ -1,0 +1,200 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "plugin/convex_shape.h"
+#include "tests/plugin/convex_contacts.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <limits>
+#include <new>
+#include <vector>
+
+namespace cullet::test
+{
+namespace
+{
+/// Distance to a box below, by an algorithm that keeps what it knows between calls.
+class HeightProbe
+{
+public:
+    explicit HeightProbe(btConvexHullShape& shape, const IsaGjkOptions& options = {})
+        : m_bench(false, options), m_probe(m_bench.dispatcher, shape, m_ground, BT_CLOSEST_POINT_ALGORITHMS)
+    {
+        m_probe.place(vec(0, 3, 0), vec(0, 0, 0));
+    }
+    /// Of the lowest point of the hull.
+    double lowest()
+    {
+        const std::vector<Reported> points = m_probe.query(10);
+        EXPECT_EQ(points.size(), 1u);
+        return points.empty() ? -99 : points[0].distance + double(margin()) + 0.5 - 3;
+    }
+    void setShape(btCollisionShape& shape) { m_probe.bodyA.setCollisionShape(&shape); }
+
+private:
+    btScalar margin() const { return m_probe.bodyA.getCollisionShape()->getMargin(); }
+    ConvexBench m_bench;
+    btBoxShape m_ground{vec(5, 0.5, 5)};
+    ConvexPairProbe m_probe;
+};
+}  // namespace
+
+TEST(HullCache, ShapeThatIsEditedInPlaceIsNeverStale)
+{
+    auto shape = makeHullShape(ballPoints(60, 0.5, 1));
+    shape->addPoint(vec(0, -0.7, 0));
+    HeightProbe probe(*shape);
+    EXPECT_NEAR(probe.lowest(), -0.7, 1e-5);
+    shape->addPoint(vec(0.1, -0.9, 0));
+    EXPECT_NEAR(probe.lowest(), -0.9, 1e-5);
+    // A point moves inside the box of the shape: neither count nor box tell.
+    shape->getUnscaledPoints()[61].setY(btScalar(-0.8));
+    shape->addPoint(vec(0.3, -0.2, 0));
+    EXPECT_NEAR(probe.lowest(), -0.8, 1e-5);
+    shape->getUnscaledPoints()[61].setY(btScalar(-0.75));
+    EXPECT_NEAR(probe.lowest(), -0.75, 1e-5);
+    shape->optimizeConvexHull();
+    EXPECT_NEAR(probe.lowest(), -0.75, 1e-3);
+    shape->setLocalScaling(vec(1, 2, 1));
+    EXPECT_NEAR(probe.lowest(), -1.5, 1e-3);
+    shape->setLocalScaling(vec(1, -1, 3));
+    double highest = 0;
+    for (int i = 0; i < shape->getNumPoints(); ++i)
+        highest = std::max(highest, double(shape->getUnscaledPoints()[i].y()));
+    EXPECT_NEAR(probe.lowest(), -highest, 1e-5);
+    shape->setLocalScaling(vec(1, 1, 1));
+    shape->setMargin(btScalar(0.2));
+    EXPECT_NEAR(probe.lowest(), -0.75, 1e-3);
+}
+
+TEST(HullCache, AnotherShapeAtTheSameAddressIsNotTakenForTheOldOne)
+{
+    alignas(64) unsigned char memory[sizeof(btConvexHullShape)];
+    auto* shape = new (memory) btConvexHullShape;
+    for (const btVector3& point : boxPoints(0.5, 0.5, 0.5))
+        shape->addPoint(point);
+    HeightProbe probe(*shape);
+    EXPECT_NEAR(probe.lowest(), -0.5, 1e-6);
+    shape->~btConvexHullShape();
+    shape = new (memory) btConvexHullShape;
+    for (const btVector3& point : boxPoints(0.5, 0.25, 0.5))
+        shape->addPoint(point);
+    EXPECT_NEAR(probe.lowest(), -0.25, 1e-6);
+    shape->~btConvexHullShape();
+}
+
+TEST(HullCache, ShapesWithEqualPointsShareOneGraph)
+{
+    const HullCacheStats before = hullCacheStats();
+    std::vector<std::unique_ptr<btConvexHullShape>> shapes;
+    std::vector<std::unique_ptr<HeightProbe>> probes;
+    for (int i = 0; i < 50; ++i)
+    {
+        shapes.push_back(makeHullShape(ballPoints(30, 0.5, 77)));
+        probes.push_back(std::make_unique<HeightProbe>(*shapes.back()));
+        probes.back()->lowest();
+    }
+    const HullCacheStats after = hullCacheStats();
+    EXPECT_EQ(after.buildsTotal, before.buildsTotal + 1);
+    EXPECT_GE(after.shapes, 50u);
+    // One of them is edited; the others keep theirs.
+    shapes[7]->addPoint(vec(0, -2, 0));
+    EXPECT_NEAR(probes[7]->lowest(), -2, 1e-5);
+    EXPECT_GT(probes[8]->lowest(), -0.6);
+    EXPECT_EQ(hullCacheStats().buildsTotal, before.buildsTotal + 2);
+}
+
+TEST(HullCache, PreparedShapesAreNotBuiltAgain)
+{
+    auto shape = makeHullShape(ballPoints(200, 0.5, 1234));
+    const std::uint64_t before = hullCacheStats().buildsTotal;
+    prepare(*shape);
+    EXPECT_EQ(hullCacheStats().buildsTotal, before + 1);
+    for (int i = 0; i < 3; ++i)
+        HeightProbe(*shape).lowest();
+    EXPECT_EQ(hullCacheStats().buildsTotal, before + 1);
+    invalidate(*shape);
+}
+
+TEST(HullCache, ForgetsShapesThatNobodyUses)
+{
+    // All at the same time, or addresses would be used again.
+    std::vector<btConvexHullShape> shapes(6000);
+    for (const btConvexHullShape& shape : shapes)
+    {
+        HullUse use;
+        EXPECT_NE(use.hullOf(shape, 0), nullptr);
+    }
+    EXPECT_LT(hullCacheStats().shapes, 3000u);
+}
+
+TEST(HullCache, WithoutCheckingPointsOnlyInvalidateTellsOfAnEdit)
+{
+    auto shape = makeHullShape(boxPoints(0.5, 0.5, 0.5));
+    IsaGjkOptions options;
+    options.checkPoints = false;
+    HeightProbe probe(*shape, options);
+    EXPECT_NEAR(probe.lowest(), -0.5, 1e-6);
+    for (int i = 0; i < 8; ++i)
+        shape->getUnscaledPoints()[i].setY(shape->getUnscaledPoints()[i].y() / 2);
+    EXPECT_NEAR(probe.lowest(), -0.5, 1e-6);
+    invalidate(*shape);
+    EXPECT_NEAR(probe.lowest(), -0.25, 1e-6);
+}
+
+TEST(HullCache, SupportOfAPosedShapeIsThatOfBulletsScan)
+{
+    std::mt19937 engine(5);
+    std::vector<std::vector<btVector3>> sets = {ballPoints(12, 0.5, 1), ballPoints(42, 0.5, 2),
+                                                ballPoints(300, 0.5, 3), boxPoints(0.5, 0.2, 0.3),
+                                                boxPoints(0.5, 0, 0.3)};
+    // Duplicates, inner points, a grid in one plane, a prism with many sides, a segment, a point.
+    sets.push_back(sets[1]);
+    sets.back().insert(sets.back().end(), sets[1].begin(), sets[1].end());
+    for (const btVector3& point : ballPoints(100, 0.2, 4))
+        sets.back().push_back(point);
+    sets.emplace_back();
+    for (int i = 0; i < 98; ++i)
+        sets.back().push_back(vec(0.1 * (i % 7), i < 49 ? 0.0 : 0.4, 0.1 * (i / 7 % 7)));
+    sets.emplace_back();
+    for (int i = 0; i < 1000; ++i)
+        sets.back().push_back(vec(std::cos(i / 2 * 0.0125663706), i % 2, std::sin(i / 2 * 0.0125663706)));
+    sets.push_back({vec(0, 0, 0), vec(1, 1, 1), vec(0.5, 0.5, 0.5)});
+    sets.push_back({vec(0.3, 0.1, 0.2)});
+    std::normal_distribution<double> normal;
+    const double scales[][3] = {{1, 1, 1}, {2, 0.5, 1}, {1, -1, 1}, {-3, -0.1, -1}};
+    for (const auto& points : sets)
+    {
+        auto shape = makeHullShape(points);
+        HullUse use;
+        for (const auto& scale : scales)
+        {
+            shape->setLocalScaling(vec(scale[0], scale[1], scale[2]));
+            const btTransform place(randomRotation(engine), vec(3, -2, 1));
+            const auto posed = poseShape(*shape, ConvexKind::Hull, place, use, 0);
+            ASSERT_TRUE(posed.has_value());
+            double size = 0;
+            for (const btVector3& point : points)
+                size = std::max(size, double((point * shape->getLocalScaling()).length()));
+            std::int32_t last = -1;
+            for (int i = 0; i < 500; ++i)
+            {
+                Eigen::Vector3d direction(normal(engine), normal(engine), normal(engine));
+                if (i % 5 == 0)
+                    direction = place.getBasis()[i / 5 % 3].x() > 0 ? Eigen::Vector3d::UnitY()
+                                                                    : Eigen::Vector3d::UnitX();
+                direction.normalize();
+                const SupportPoint ours = posed->support(direction, last);
+                last = ours.vertex;
+                const btVector3 local = toBullet(direction) * place.getBasis();
+                const btVector3 theirs =
+                    place.getBasis() * shape->localGetSupportVertexWithoutMarginNonVirtual(local);
+                const double best = double(theirs.dot(toBullet(direction)));
+                ASSERT_NEAR(ours.point.dot(direction), best,
+                            8 * double(std::numeric_limits<btScalar>::epsilon()) * size);
+            }
+        }
+    }
+}
+}  // namespace cullet::test
