@@ -2,9 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "broad/huge_vector.h"
+
 #include <atomic>
 #include <cstddef>
-#include <memory>
 
 namespace cullet
 {
@@ -29,12 +30,12 @@ struct BoxAllocator
     {
     }
 
-    T* allocate(std::size_t count) { return std::allocator<T>().allocate(count); }
+    T* allocate(std::size_t count) { return HugeAllocator<T>().allocate(count); }
     void deallocate(T* memory, std::size_t count) noexcept
     {
         if (const BoxMemoryRelease release = boxMemoryRelease().load(std::memory_order_acquire))
             release(memory);
-        std::allocator<T>().deallocate(memory, count);
+        HugeAllocator<T>().deallocate(memory, count);
     }
 
     template <class U>

@@ -7,6 +7,14 @@
 
 namespace cullet
 {
+/// How boxes fall into cells: tiled faces are moved outward by `grow` and by a few units in their last place, multiplied
+/// and rounded down.
+struct CellRule
+{
+    float grow;
+    float inverseWidth;
+};
+
 // Everything here is in an anonymous namespace, so that each instruction set has its own copy.
 namespace
 {
@@ -16,14 +24,15 @@ constexpr float kFarthestCell = 268435456.0f;
 /// Cells of two intervals {min, max, min, max}, moved outward by the rule.
 ///
 /// Boxes whose gap is not above twice `grow` share a cell even where `grow` is lost in the rounding of large
-/// coordinates: that is what the units in the last place are for.
+/// coordinates: that is what the units in the last place are for. Every step is monotone in the face, so that a cell is
+/// an interval of floats: see edgesOfCell().
 inline Int4 cellsOfFaces(Float4 faces, const CellRule& rule) noexcept
 {
     constexpr float kUlps = 0x1p-22f;
     const Float4 outward = {-1.0f, 1.0f, -1.0f, 1.0f};
-    const Float4 magnitude = faces < 0.0f ? -faces : faces;
-    Float4 cell = faces + outward * (rule.grow + magnitude * kUlps);
-    cell *= rule.inverseWidth;
+    const Float4 above = (1.0f + outward * kUlps) * rule.inverseWidth;
+    const Float4 below = (1.0f - outward * kUlps) * rule.inverseWidth;
+    Float4 cell = faces * (faces < 0.0f ? below : above) + outward * (rule.grow * rule.inverseWidth);
     cell = cell < -kFarthestCell ? Float4{} - kFarthestCell : cell;
     cell = cell > kFarthestCell ? Float4{} + kFarthestCell : cell;
     // Conversion cuts towards zero; a comparison yields -1 where that was upwards. std::floor would be a library call.

@@ -141,11 +141,11 @@ void RowBuilder::sort(FlaggedId* ids, std::uint32_t count, const Aabb* boxes, in
 
 void RowBuilder::build(const RowKernels& kernels, const RowSource& source, RowSoa& row)
 {
-    // A sentinel in front, and room to read and move whole vectors.
-    if (m_records.size() < source.count + 8u)
-        m_records.resize(source.count + source.count / 2 + 8);
+    // Whole vectors are read behind the last one.
+    if (m_records.size() < 2u * source.count + 4u)
+        m_records.resize(3 * source.count + 4);
     const std::uint32_t count = kernels.gatherRow(source, m_records.data());
-    kernels.layOut(m_records.data() + 1, count, row);
+    kernels.layOut(m_records.data(), count, row);
 }
 
 std::uint64_t RowBuilder::bytes() const

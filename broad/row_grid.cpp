@@ -18,7 +18,7 @@ constexpr std::uint32_t kSizeSampling = 8;
 constexpr std::uint32_t kLocateBlock = 128;
 constexpr std::size_t kTaskGrain = 8192;
 constexpr std::uint32_t kRowsPerTask = 16;
-constexpr std::uint32_t kLeastRowRoom = 256;
+constexpr std::uint32_t kShortestFollow = 8;
 
 struct SinkContext
 {
@@ -151,7 +151,9 @@ void RowGrid::learnDensity()
         return;
     m_density = std::min(std::max(m_density * ratio, 1e-3), 1e6);
     m_planned = SizeHistogram();
-    m_isFollowable = false;
+    // Not in every update, should the prediction stay wrong.
+    if (m_followedScans >= kShortestFollow)
+        m_isFollowable = false;
 }
 
 void RowGrid::recordSize(const Aabb& box, std::size_t octave, Task& task) const
@@ -340,7 +342,7 @@ std::uint32_t RowGrid::scatterKind(EntryList Task::*entries, std::vector<std::ui
         }
         const std::uint32_t count = next - begin;
         const std::uint32_t room = (count + (slack && count != 0 ? count / 8 + 4 : 0) + 3) & ~3u;
-        lists[row] = {begin, count, room};
+        lists[row] = {begin, count, room, count};
         begin += room;
         sum += count;
     }
@@ -376,19 +378,17 @@ RowSoa RowGrid::buildRow(const RowPass& pass, std::uint32_t row, RowList& list, 
     FlaggedId* const own = ids.data() + list.begin;
     if (!pass.isSorted)
         builder.sort(own, list.count, pass.input.boxes, m_plan.sweepAxis);
-    const std::uint64_t cell = m_rows.cell(row);
-    const CellRule rule = ruleOf(pass.input.reach, 0);
     const RowSource source = {own,
                               list.count,
+                              list.sortedCount,
                               pass.input.boxes,
                               m_plan.sweepAxis,
                               pass.input.grow,
-                              pass.isFollowed ? &rule : nullptr,
-                              cellCoordinateJ(cell),
-                              cellCoordinateK(cell)};
+                              pass.isFollowed ? &edgesOf(row) : nullptr};
     RowSoa soa = pool.row(offset, own, list.count);
     builder.build(m_kernels, source, soa);
     list.count = soa.count;
+    list.sortedCount = soa.count;
     return soa;
 }
 

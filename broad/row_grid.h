@@ -4,6 +4,7 @@
 
 #include "broad/aabb.h"
 #include "broad/backend.h"
+#include "broad/cell_rule.h"
 #include "broad/grid_plan.h"
 #include "broad/row_builder.h"
 #include "broad/row_directory.h"
@@ -181,6 +182,7 @@ private:
         std::uint32_t begin;
         std::uint32_t count;
         std::uint32_t room;
+        std::uint32_t sortedCount;  ///< of the last scan; others were added since
     };
 
     /// One pass over the rows.
@@ -243,6 +245,7 @@ private:
                       float limit, GridMotion& motion) const;
     bool followStray(const GridInput& input, const Aabb& before, std::uint32_t id);
     bool addToRow(std::uint64_t cell, std::uint32_t id);
+    const CellEdges& edgesOf(std::uint32_t row);
     PairBuffer& prepareBuffer(unsigned worker, const GridInput& input, void* context) const;
     void scanUnbounded(const GridInput& input, PairSink& sink);
     void queryLevel(const RowSoa& query, const Aabb& box, std::uint32_t level, PairBuffer& out) const;
@@ -267,6 +270,8 @@ private:
     std::vector<std::uint32_t> m_unbounded;  // ascending
     mutable RowPool m_kept;                  // bold rows, at keptOffset()
     std::vector<float> m_longest;            // [rows] longest sweep extent in a kept row
+    std::vector<CellEdges> m_edges;          // [rows] while rows are followed
+    std::vector<std::uint8_t> m_hasEdges;    // [rows]
     std::vector<GridMotion> m_motions;       // [tasks]
     std::uint32_t m_idsUsed = 0;             // of m_boldIds
     float m_reach = 0;                       // of the last scan

@@ -15,13 +15,6 @@ namespace
 // Updates that a settled grid has to last to be worth its refill.
 constexpr std::uint32_t kQuietUpdates = 4;
 constexpr std::uint32_t kAnchorSample = 256;
-
-void writePairs(std::vector<std::uint64_t>& keys, std::vector<Pair>& pairs)
-{
-    std::sort(keys.begin(), keys.end());
-    pairs.resize(keys.size());
-    std::transform(keys.begin(), keys.end(), pairs.begin(), pairOfKey);
-}
 }  // namespace
 
 RowGridBackend::RowGridBackend(const GridOptions& options)
@@ -49,8 +42,8 @@ Status RowGridBackend::update(const ProxyView& proxies, PairDelta& delta)
     try
     {
         updateOrThrow(proxies);
-        writePairs(m_addedKeys, delta.added);
-        writePairs(m_removedKeys, delta.removed);
+        m_sort.write(m_addedKeys, delta.added);
+        m_sort.write(m_removedKeys, delta.removed);
         trimRoom(m_addedKeys);
         trimRoom(m_removedKeys);
     }

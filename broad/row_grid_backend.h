@@ -4,6 +4,8 @@
 
 #include "broad/aabb_simd.h"
 #include "broad/backend.h"
+#include "broad/huge_vector.h"
+#include "broad/key_sort.h"
 #include "broad/pair_set.h"
 #include "broad/row_grid.h"
 #include "broad/settle_policy.h"
@@ -66,6 +68,9 @@ private:
 
     class MovingSink;
 
+    /// Octave of the smallest reach: 2^-63, so that its multiples are no denormals, which are slow.
+    static constexpr std::uint32_t kLeastReach = 64;
+
     /// A box as it is remembered: an empty one as one that no comparison holds for, not even with an infinite box.
     static Aabb remembered(const Aabb& box)
     {
@@ -120,7 +125,7 @@ private:
     bool m_restarted = true;
     bool m_hadFilter = false;
     std::vector<Pair> m_known;  ///< pairs handed over by restart()
-    std::vector<Aabb>
+    HugeVector<Aabb>
         m_reference;  ///< [rows] boxes of the last update (moving), or centre of the shell (settled)
     std::vector<RowState> m_states;  ///< [rows] meaningful when settled
 
@@ -133,8 +138,8 @@ private:
     std::vector<IdPair> m_overlapping;  ///< held pairs that overlap, while m_hasOverlapping
     bool m_hasOverlapping = false;
     GridMotion m_motion;
-    std::uint32_t m_reachOctave = 1;     ///< see chooseReach()
-    std::uint32_t m_comparedOctave = 1;  ///< that m_motion was measured with
+    std::uint32_t m_reachOctave = kLeastReach;     ///< see chooseReach()
+    std::uint32_t m_comparedOctave = kLeastReach;  ///< that m_motion was measured with
     std::uint32_t m_calmUpdates = 0;
     std::uint32_t m_scannedRows = 0;  ///< rows of the table in the last scan
 
@@ -155,6 +160,7 @@ private:
 
     std::vector<std::uint64_t> m_addedKeys;
     std::vector<std::uint64_t> m_removedKeys;
+    KeySort m_sort;
     BackendStats m_stats;
 };
 }  // namespace cullet

@@ -38,6 +38,33 @@ std::int32_t motionBits(Float4 tile, Float4 sweep)
     const Int4 halves = larger(both, __builtin_shuffle(both, Int4{2, 3, 0, 1}));
     return std::max(halves[0], halves[1]);
 }
+/// Floats by an integer of the same order.
+Float4 floatOfRank(Int4 rank)
+{
+    const Int4 bits = rank ^ ((rank >> 31) & 0x7fffffff);
+    Float4 value;
+    std::memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+/// The lowest finite face that lies in the given cell or a higher one, lane by lane; by bisection.
+Float4 facesFrom(Int4 cells, const CellRule& rule)
+{
+    constexpr std::int32_t kLargest =
+        0x7f7fffff;  // rank of the largest float; the lowest one has -kLargest - 1
+    Int4 below = Int4{} - kLargest - 1;
+    Int4 rank = Int4{} + kLargest;
+    // Invariant: what is sought lies in (below, rank], up to the ends.
+    for (int step = 0; step < 32; ++step)
+    {
+        // The mean, without overflow.
+        const Int4 middle = (below & rank) + ((below ^ rank) >> 1);
+        const Int4 isThere = cellsOfFaces(floatOfRank(middle), rule) >= cells;
+        rank = isThere ? middle : rank;
+        below = isThere ? below : middle;
+    }
+    return floatOfRank(rank);
+}
 }  // namespace
 
 template <int kSweepAxis>
@@ -96,6 +123,25 @@ void RowGrid::compare(const Aabb* boxes, const Aabb* before, const std::uint32_t
     }
 }
 
+/// Each cell's edges are looked for once, by the task that scans the row.
+const CellEdges& RowGrid::edgesOf(std::uint32_t row)
+{
+    CellEdges& edges = m_edges[row];
+    if (m_hasEdges[row] == 0)
+    {
+        const std::uint64_t cell = m_rows.cell(row);
+        const std::int32_t j = cellCoordinateJ(cell);
+        const std::int32_t k = cellCoordinateK(cell);
+        const CellRule rule = ruleOf(m_reach, 0);
+        const Float4 low = facesFrom(Int4{j, j, k, k}, rule);
+        const Float4 high = facesFrom(Int4{j + 1, j + 1, k + 1, k + 1}, rule);
+        std::memcpy(edges.low, &low, sizeof low);
+        std::memcpy(edges.high, &high, sizeof high);
+        m_hasEdges[row] = 1;
+    }
+    return edges;
+}
+
 bool RowGrid::addToRow(std::uint64_t cell, std::uint32_t id)
 {
     const std::uint32_t row = m_rows.findOrInsert(cell);
@@ -108,7 +154,7 @@ bool RowGrid::addToRow(std::uint64_t cell, std::uint32_t id)
         if (m_idsUsed + room + kRowPadding > m_boldIds.size())
             return false;
         std::copy_n(m_boldIds.begin() + list.begin, list.count, m_boldIds.begin() + m_idsUsed);
-        list = {m_idsUsed, list.count, room};
+        list = {m_idsUsed, list.count, room, list.sortedCount};
         m_idsUsed += room;
     }
     // Its flags are made when the row is scanned.
@@ -122,12 +168,11 @@ bool RowGrid::followStray(const GridInput& input, const Aabb& before, std::uint3
     const Aabb& box = input.boxes[id];
     const CellRule rule = ruleOf(input.reach, 0);
     const BoxKind kind = kindOf(box, input.grow);
-    if (kind == BoxKind::Empty)
-        return !std::binary_search(m_unbounded.begin(), m_unbounded.end(), id);
-    const CellRange cells = cellsOf(box, rule);
+    const CellRange cells = kind == BoxKind::Bounded ? cellsOf(box, rule) : CellRange{0, -1, 0, -1};
+    const bool wasUnbounded = std::binary_search(m_unbounded.begin(), m_unbounded.end(), id);
     const bool isUnbounded = kind == BoxKind::Unbounded || cellCountOf(cells) > kMostCells;
-    if (isUnbounded || std::binary_search(m_unbounded.begin(), m_unbounded.end(), id))
-        return false;
+    if (wasUnbounded || isUnbounded)
+        return wasUnbounded && isUnbounded;
     const bool wasThere = kindOf(before, input.grow) == BoxKind::Bounded;
     const CellRange old = wasThere ? cellsOf(before, rule) : CellRange{0, -1, 0, -1};
     for (std::int32_t j = cells.j0; j <= cells.j1; ++j)
@@ -145,6 +190,11 @@ bool RowGrid::follow(const GridInput& input, const Aabb* before, const std::vect
 {
     if (!canFollow(input.reach) || ++m_followedScans > kLongestFollow)
         return false;
+    if (m_followedScans == 1)
+    {
+        m_edges.resize(m_rows.capacity());
+        m_hasEdges.assign(m_rows.capacity(), 0);
+    }
     m_isFollowable = false;
     for (const std::uint32_t id : strays)
     {

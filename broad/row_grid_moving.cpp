@@ -21,6 +21,8 @@ constexpr std::uint32_t kStrayShare = 4;
 // Updates with little motion until the reach shrinks.
 constexpr std::uint32_t kPatience = 32;
 constexpr std::size_t kCopyGrain = 16384;
+// Pairs whose boxes are on their way from memory.
+constexpr std::uint32_t kPrefetch = 12;
 
 /// Largest float below 2^(octave - 127): all motions of lower octaves are within it.
 float reachOf(std::uint32_t octave)
@@ -78,6 +80,9 @@ public:
         const Aabb* const before = m_backend.m_reference.data();
         for (std::uint32_t i = 0; i < found.count; ++i)
         {
+            const IdPair ahead = found.pair(std::min(i + kPrefetch, found.count - 1));
+            __builtin_prefetch(before + ahead.a);
+            __builtin_prefetch(before + ahead.b);
             const IdPair pair = found.pair(i);
             const bool overlapped = overlapsBranchless(before[pair.a], before[pair.b]);
             if (m_isListing || overlapped != (found.gap[i] <= 0.0f))
@@ -151,7 +156,7 @@ void RowGridBackend::listOverlapping(std::vector<IdPair>& held)
 void RowGridBackend::chooseReach(const GridMotion& motion, std::uint32_t rows)
 {
     const std::uint32_t few = rows / kJumperShare;
-    const std::uint32_t octave = octaveAbove(motion, few);
+    const std::uint32_t octave = std::max(kLeastReach, octaveAbove(motion, few));
     const bool isEnough = octave <= m_reachOctave;
     m_calmUpdates = isEnough && octave + 2 < m_reachOctave ? m_calmUpdates + 1 : 0;
     if (isEnough && m_calmUpdates < kPatience)

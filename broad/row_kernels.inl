@@ -87,51 +87,74 @@ struct BeginsBefore
     bool operator()(const RowRecord& a, const RowRecord& b) const { return a.x0 < b.x0; }
 };
 
-/// Flags of a box whose cells are known, in the cell (here) = {j, j, k, k}; false when it does not touch the cell.
-inline bool findFlags(Int4 cells, Int4 here, FlaggedId& flags)
+/// Flags of a box in a cell; false when it does not touch the cell.
+inline bool findFlags(Float4 tile, Float4 low, Float4 high, FlaggedId& flags)
 {
-    // Lanes 0 and 2 hold the first cells, 1 and 3 the last ones.
-    const Int4 isInside = ((cells <= here) & Int4{-1, 0, -1, 0}) | ((cells >= here) & Int4{0, -1, 0, -1});
-    const Int4 begins = (cells == here) & Int4{static_cast<std::int32_t>(kStartsHereY), 0,
-                                               static_cast<std::int32_t>(kStartsHereZ), 0};
+    // Lanes 0 and 2 hold minima, 1 and 3 maxima.
+    const Int4 isNotBelow = tile >= low;
+    const Int4 isInside = ((tile < high) & Int4{-1, 0, -1, 0}) | (isNotBelow & Int4{0, -1, 0, -1});
+    const Int4 begins = isNotBelow & Int4{static_cast<std::int32_t>(kStartsHereY), 0,
+                                          static_cast<std::int32_t>(kStartsHereZ), 0};
     flags = static_cast<FlaggedId>(begins[0] | begins[2]);
     return isTrueInAll(isInside);
 }
 
-template <int kSweepAxis, bool kRule>
-std::uint32_t gatherAlong(const RowSource& source, RowRecord* records)
+// Boxes that are on their way from memory.
+constexpr std::uint32_t kPrefetch = 16;
+
+/// Appends the boxes of the ids [begin, end) to `to`, in order of x0 unless too many are out of it; the end.
+template <int kSweepAxis, bool kEdges>
+RowRecord* gatherRange(const RowSource& source, std::uint32_t begin, std::uint32_t end, RowRecord* to)
 {
-    records[0].x0 = -std::numeric_limits<float>::infinity();
     const Float4 outward = Float4{-1.0f, 1.0f, -1.0f, 1.0f} * source.grow;
-    const Int4 here = {source.j, source.j, source.k, source.k};
-    const std::uint32_t mostMoves = 8 * source.count;
-    std::uint32_t moves = 0;
-    RowRecord* end = records + 1;
-    for (std::uint32_t i = 0; i < source.count; ++i)
+    const Float4 low = kEdges ? loadFloat4(source.edges->low) : Float4{};
+    const Float4 high = kEdges ? loadFloat4(source.edges->high) : Float4{};
+    RowRecord* const first = to;
+    std::uint32_t movesLeft = 8 * (end - begin);
+    for (std::uint32_t i = begin; i < end; ++i)
     {
+        const FlaggedId ahead = source.ids[std::min(i + kPrefetch, source.count - 1)];
+        __builtin_prefetch(source.boxes + (ahead & kIdMask));
         FlaggedId id = source.ids[i];
         const BoxFaces<kSweepAxis> faces(source.boxes[id & kIdMask]);
-        if (kRule)
+        if (kEdges)
         {
             FlaggedId flags;
-            if (!findFlags(cellsOfFaces(faces.tile, *source.rule), here, flags))
+            if (!findFlags(faces.tile, low, high, flags))
                 continue;
             id = (id & kIdMask) | flags;
         }
         const Float4 tile = faces.tile + outward;
         const Float4 sweepFaces = faces.sweep + outward;
-        RowRecord* to = end++;
         const float x0 = sweepFaces[0];
-        for (; to[-1].x0 > x0 && moves < mostMoves; --to, ++moves)
-            to[0] = to[-1];
-        std::memcpy(to->tile, &tile, sizeof tile);
-        to->x0 = x0;
-        to->x1 = sweepFaces[1];
-        to->id = id;
+        RowRecord* place = to++;
+        for (; place != first && place[-1].x0 > x0 && movesLeft != 0; --place, --movesLeft)
+            place[0] = place[-1];
+        std::memcpy(place->tile, &tile, sizeof tile);
+        place->x0 = x0;
+        place->x1 = sweepFaces[1];
+        place->id = id;
     }
-    if (moves >= mostMoves)
-        std::sort(records + 1, end, BeginsBefore());
-    return static_cast<std::uint32_t>(end - records - 1);
+    if (movesLeft == 0)
+        std::sort(first, to, BeginsBefore());
+    return to;
+}
+
+/// Merges the sorted [middle, end) into the sorted [first, middle); there is room for the former behind the end.
+inline void mergeFew(RowRecord* first, RowRecord* middle, RowRecord* end)
+{
+    RowRecord* few = std::copy(middle, end, end);
+    for (RowRecord* to = end; few != end;)
+        *--to = middle != first && middle[-1].x0 > few[-1].x0 ? *--middle : *--few;
+}
+
+template <int kSweepAxis, bool kEdges>
+std::uint32_t gatherAlong(const RowSource& source, RowRecord* records)
+{
+    RowRecord* const middle = gatherRange<kSweepAxis, kEdges>(source, 0, source.sortedCount, records);
+    RowRecord* const end = gatherRange<kSweepAxis, kEdges>(source, source.sortedCount, source.count, middle);
+    mergeFew(records, middle, end);
+    return static_cast<std::uint32_t>(end - records);
 }
 
 std::uint32_t gatherRow(const RowSource& source, RowRecord* records)
@@ -140,7 +163,7 @@ std::uint32_t gatherRow(const RowSource& source, RowRecord* records)
     static constexpr Gather kGather[3][2] = {{gatherAlong<0, false>, gatherAlong<0, true>},
                                              {gatherAlong<1, false>, gatherAlong<1, true>},
                                              {gatherAlong<2, false>, gatherAlong<2, true>}};
-    return kGather[source.sweepAxis][source.rule != nullptr](source, records);
+    return kGather[source.sweepAxis][source.edges != nullptr](source, records);
 }
 
 inline void store(float* to, Float4 value)

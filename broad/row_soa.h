@@ -91,25 +91,25 @@ struct RowRecord
     std::uint32_t unused;
 };
 
-/// How boxes fall into cells: tiled faces are moved outward by `grow` and by a few units in their last place, then
-/// multiplied and rounded down.
-struct CellRule
+/// The cell of a row as bounds of the tiled faces {min, max, min, max} of boxes.
+struct CellEdges
 {
-    float grow;
-    float inverseWidth;
+    float low
+        [4];  ///< a box touches the cell when its maxima are not below this; it begins there when its minima are not
+    float high[4];  ///< a box touches the cell when its minima are below this
 };
 
 /// What gatherRow() needs.
 struct RowSource
 {
-    const FlaggedId* ids;  ///< [count]
+    const FlaggedId* ids;  ///< [count] nearly sorted, and then some more in any order
     std::uint32_t count;
+    std::uint32_t sortedCount;
     const Aabb* boxes;
     int sweepAxis;
     float grow;  ///< of the boxes in the record
     /// Null: the flags of the ids hold. Else they are made anew for this cell, and boxes outside of it are left out.
-    const CellRule* rule;
-    std::int32_t j, k;
+    const CellEdges* edges;
 };
 
 /// The inner loops, one set per instruction set; every set finds the same pairs.
@@ -132,7 +132,7 @@ struct RowKernels
 
     /// Loads the boxes of a row and sorts them by x0, fast when the ids are nearly in that order.
     ///
-    /// @param records [out] room for count + 1; [0] is a sentinel, entries follow
+    /// @param records [out] room for 2 * count
     /// @return entries
     std::uint32_t (*gatherRow)(const RowSource& source, RowRecord* records);
 

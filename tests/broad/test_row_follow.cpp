@@ -1,0 +1,168 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// The moving mode of the row grid where it keeps its rows from update to update, and what only it uses.
+
+#include "broad/key_sort.h"
+#include "broad/row_grid_backend.h"
+#include "broad/settle_policy.h"
+#include "tests/support/backend_session.h"
+#include "tests/support/random_world.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <ostream>
+#include <string>
+
+namespace cullet::test
+{
+namespace
+{
+GridOptions alwaysMoving(int threads, bool baseline)
+{
+    GridOptions options;
+    options.threads = threads;
+    options.baselineSimd = baseline;
+    options.rebuildFraction = 0;  // never settle
+    return options;
+}
+
+/// Everybody drifts; nobody jumps, comes or goes.
+RandomWorldOptions driftingWorld()
+{
+    RandomWorldOptions options;
+    options.count = 500;
+    options.halfSide = 8.0f;
+    options.sizeHigh = 1;
+    options.move = 0.9f;
+    options.stride = 0.125f;
+    options.teleport = options.resize = options.refilter = options.destroy = options.special = 0;
+    return options;
+}
+
+struct FollowCase
+{
+    const char* name;
+    GridOptions options;
+    float shift;
+    bool isSnapped;
+};
+
+std::ostream& operator<<(std::ostream& out, const FollowCase& followCase)
+{
+    return out << followCase.name;
+}
+
+class RowFollow : public testing::TestWithParam<FollowCase>
+{
+};
+
+TEST_P(RowFollow, DriftingWorldsThatAreNowAndThenStirredEqualTheOracle)
+{
+    BackendSession session{std::make_unique<RowGridBackend>(GetParam().options)};
+    session.margin = 0.0625f;
+    RandomWorldOptions options = driftingWorld();
+    for (float& coordinate : options.shift)
+        coordinate = GetParam().shift;
+    options.isSnapped = GetParam().isSnapped;
+    RandomWorld world(21, options, session.table);
+    std::map<std::string, int> paths;
+    for (int step = 0; step < 120; ++step)
+    {
+        SCOPED_TRACE("seed 21, step " + std::to_string(step));
+        // Single jumps, filter words that change, and crowds of events.
+        const bool isStirred = step % 12 == 7;
+        world.options.teleport = step % 5 == 3 ? 0.004f : 0.0f;
+        world.options.refilter = step % 17 == 11 ? 0.02f : 0.0f;
+        world.options.destroy = world.options.special = isStirred ? 0.05f : 0.0f;
+        world.step();
+        ASSERT_TRUE(session.step());
+        ++paths[session.backend().stats().path];
+    }
+    EXPECT_GT(paths["follow"], 60);
+    EXPECT_GT(paths["rebuild"], 5);
+    EXPECT_GT(session.addedTotal(), 2000u);
+    EXPECT_GT(session.removedTotal(), 2000u);
+    EXPECT_GT(world.counts().teleported, 20u);
+    EXPECT_GT(world.counts().refiltered, 20u);
+    EXPECT_GT(world.counts().destroyed, 50u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Grids, RowFollow,
+                         testing::Values(FollowCase{"OneThread", alwaysMoving(1, false), 0, true},
+                                         FollowCase{"TwoThreads", alwaysMoving(2, false), 0, true},
+                                         FollowCase{"Baseline", alwaysMoving(1, true), 0, true},
+                                         FollowCase{"NotSnapped", alwaysMoving(1, false), 0, false},
+                                         FollowCase{"FarAway", alwaysMoving(1, false), 3e5f, false}),
+                         [](const auto& test) { return test.param.name; });
+
+TEST(RowFollow, ThreadsReportTheSameWhenWorkIsSharedOut)
+{
+    RandomWorldOptions options = driftingWorld();
+    options.count = 20000;
+    options.halfSide = 30.0f;
+    ProxyTable table;
+    RandomWorld world(22, options, table);
+    RowGridBackend one(alwaysMoving(1, false));
+    RowGridBackend four(alwaysMoving(4, true));
+    std::size_t changes = 0;
+    for (int step = 0; step < 6; ++step)
+    {
+        const ProxyView view = table.beginUpdate(0.0625f, true);
+        PairDelta a;
+        PairDelta b;
+        ASSERT_EQ(one.update(view, a), Status::Ok);
+        ASSERT_EQ(four.update(view, b), Status::Ok);
+        table.endUpdate();
+        EXPECT_EQ(a.added, b.added);
+        EXPECT_EQ(a.removed, b.removed);
+        changes += a.removed.size();
+        world.step();
+    }
+    EXPECT_STREQ(four.stats().path, "follow");
+    EXPECT_GT(changes, 1000u);
+}
+
+TEST(KeySort, EqualsSortingByComparisons)
+{
+    Random random(23);
+    KeySort sort;
+    for (const std::size_t count : {0u, 1u, 2u, 383u, 384u, 5000u})
+    {
+        for (const std::uint32_t ids : {2u, 300u, 70000u, 0xffffffffu})
+        {
+            std::vector<std::uint64_t> keys(count);
+            for (std::uint64_t& key : keys)
+                key = std::uint64_t{random.below(ids)} << 32 | (ids - 1 - random.below(ids));
+            std::vector<Pair> expected(count);
+            std::transform(keys.begin(), keys.end(), expected.begin(), pairOfKey);
+            std::sort(expected.begin(), expected.end());
+            std::vector<Pair> pairs(3);
+            sort.write(keys, pairs);
+            EXPECT_EQ(pairs, expected) << count << " keys, ids below " << ids;
+        }
+    }
+}
+
+TEST(SettlePolicy, WaitsLongerEachTimeThatSettlingDidNotPay)
+{
+    SettlePolicy policy;
+    for (const std::uint32_t wait : {32u, 64u, 128u, 256u, 256u})
+    {
+        ASSERT_TRUE(policy.mayBegin());
+        policy.begin(1000);
+        policy.count(200, 0);
+        policy.end();
+        for (std::uint32_t i = 0; i < wait; ++i, policy.countMoving())
+            ASSERT_FALSE(policy.mayBegin()) << i << " of " << wait;
+    }
+    policy.begin(1000);
+    for (int i = 0; i < 100; ++i)
+        policy.count(10, 50);
+    policy.end();
+    EXPECT_TRUE(policy.mayBegin()) << "that one paid";
+}
+}  // namespace
+}  // namespace cullet::test
