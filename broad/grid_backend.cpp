@@ -2,14 +2,72 @@
 // SPDX-License-Identifier: Zlib
 #include "broad/backend.h"
 #include "broad/cell_grid_backend.h"
+#include "broad/flat_backend.h"
 #include "broad/row_grid_backend.h"
+
+#include <limits>
+#include <new>
 
 namespace cullet
 {
+namespace
+{
+/// The default grid: flat arrays while there are a few hundred rows, the row grid from then on.
+class SizedGridBackend final : public Backend
+{
+public:
+    explicit SizedGridBackend(const GridOptions& options)
+        : m_options(options), m_flat(std::make_unique<FlatBackend>(options.baselineSimd))
+    {
+    }
+
+    Status update(const ProxyView& proxies, PairDelta& delta) override
+    try
+    {
+        if (m_flat != nullptr && proxies.size > flatLimit())
+        {
+            auto grid = std::make_unique<RowGridBackend>(m_options);
+            grid->restart(m_flat->heldPairs());
+            m_grid = std::move(grid);
+            m_flat.reset();
+        }
+        return current().update(proxies, delta);
+    }
+    catch (const std::bad_alloc&)
+    {
+        delta.added.clear();
+        delta.removed.clear();
+        return Status::OutOfMemory;
+    }
+
+    /// Rows are never given back, so that only a restart can find fewer of them.
+    void restart(const std::vector<Pair>& known) override { current().restart(known); }
+
+    const char* name() const noexcept override { return "grid"; }
+    BackendStats stats() const override { return current().stats(); }
+
+private:
+    std::uint32_t flatLimit() const
+    {
+        return m_options.flatLimit == GridOptions::kMeasured ? m_flat->worthwhileRows() : m_options.flatLimit;
+    }
+    Backend& current() const
+    {
+        return m_flat != nullptr ? static_cast<Backend&>(*m_flat) : static_cast<Backend&>(*m_grid);
+    }
+
+    GridOptions m_options;
+    std::unique_ptr<FlatBackend> m_flat;  ///< null once the grid took over
+    std::unique_ptr<RowGridBackend> m_grid;
+};
+}  // namespace
+
 std::unique_ptr<Backend> makeGridBackend(const GridOptions& options)
 {
     if (options.layout == GridLayout::Cells)
         return makeCellGridBackend(options);
-    return std::make_unique<RowGridBackend>(options);
+    if (options.flatLimit == 0)
+        return std::make_unique<RowGridBackend>(options);
+    return std::make_unique<SizedGridBackend>(options);
 }
 }  // namespace cullet

@@ -6,8 +6,19 @@ namespace cullet::test
 {
 namespace
 {
-BackendCase grid(const char* name, const GridOptions& options = {})
+/// The row grid, however small the scene.
+BackendCase grid(const char* name, GridOptions options = {})
 {
+    options.flatLimit = 0;
+    return {name, [options] { return makeGridBackend(options); }};
+}
+
+/// Flat up to so many rows, then the row grid.
+BackendCase flat(const char* name, std::uint32_t limit, bool baselineSimd = false)
+{
+    GridOptions options;
+    options.flatLimit = limit;
+    options.baselineSimd = baselineSimd;
     return {name, [options] { return makeGridBackend(options); }};
 }
 
@@ -96,6 +107,9 @@ const std::vector<BackendCase>& backendCases()
         grid("GridRebuildAtThirty", withRebuildFraction(0.3f)),
         grid("GridNeverRebuild", withRebuildFraction(1)),
         grid("GridBaselineSimd", withBaselineSimd()),
+        flat("Default", GridOptions::kMeasured),
+        flat("FlatBaselineSimd", 1u << 20, true),
+        flat("FlatUntilForty", 40),
         cells("Cells"),
         cells("CellsOneBucket", withBuckets(1)),
         cells("CellsSevenBuckets", withBuckets(7)),

@@ -23,7 +23,9 @@ std::vector<BroadphaseOptions> cpuBackends()
 {
     BroadphaseOptions grid;
     grid.backend = BackendChoice::Grid;
-    return {grid, bruteOptions()};
+    BroadphaseOptions rows = grid;
+    rows.grid.flatLimit = 0;
+    return {grid, rows, bruteOptions()};
 }
 
 btBroadphaseProxy* addBox(btBroadphaseInterface& broadphase, const btVector3& min, const btVector3& max)
@@ -154,6 +156,7 @@ TEST(BroadphaseExtremes, LongBoxesOfFastBodiesStayCheap)
     // 1000 bodies at 1,000 m/s: boxes of 0.5 x 0.5 x 17 m, turned every step.
     BroadphaseOptions grid;
     grid.backend = BackendChoice::Grid;
+    grid.grid.flatLimit = 0;
     Broadphase broadphase(grid);
     Random random(3);
     std::vector<btBroadphaseProxy*> proxies;

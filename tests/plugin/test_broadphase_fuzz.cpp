@@ -86,6 +86,7 @@ public:
     {
         addOwn(BackendChoice::Brute, 0, nullptr);
         addOwn(BackendChoice::Grid, 1, nullptr);
+        addOwn(BackendChoice::Grid, 2, nullptr, 0);
         addOwn(BackendChoice::Grid, 3, std::make_unique<btHashedOverlappingPairCache>());
         m_ownCount = m_worlds.size();
         // Boxes with a NaN spoil the bounds of DBVT's tree.
@@ -107,11 +108,13 @@ public:
     }
 
 private:
-    void addOwn(BackendChoice backend, int threads, std::unique_ptr<btOverlappingPairCache> cache)
+    void addOwn(BackendChoice backend, int threads, std::unique_ptr<btOverlappingPairCache> cache,
+                std::uint32_t flatLimit = GridOptions::kMeasured)
     {
         BroadphaseOptions options;
         options.backend = backend;
         options.threads = threads;
+        options.grid.flatLimit = flatLimit;
         auto broadphase = std::make_unique<Broadphase>(cache.get(), options);
         m_worlds.push_back(std::make_unique<World>(std::move(broadphase), std::move(cache)));
     }

@@ -59,6 +59,7 @@ TYPED_TEST(BroadphaseWorld, ResultIsTheSameBitForBitInEveryRunAndWithEveryBacken
         options.backend = run < 2 ? BackendChoice::Brute : BackendChoice::Grid;
         options.threads = run < 3 ? 1 : 3;
         options.grid.layout = run == 4 ? GridLayout::Cells : GridLayout::Rows;
+        options.grid.flatLimit = run == 3 ? 0 : GridOptions::kMeasured;
         TypeParam stage(std::make_unique<Broadphase>(options));
         stage.world.setGravity(vec(0, -10, 0));
         Heap heap(stage.world);

@@ -1,0 +1,67 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+//
+// `Lanes`: floats in the widest register of the instruction set that the including source is compiled for. To be included
+// by kernels, inside namespace cullet and after <immintrin.h>, in sources that include no header with shared inline code.
+
+namespace
+{
+#if defined(__AVX512F__)
+struct Lanes
+{
+    using Value = __m512;
+    using Mask = __mmask16;
+    static constexpr std::uint32_t kWidth = 16;
+    static Value load(const float* p) { return _mm512_loadu_ps(p); }
+    static Value broadcast(float v) { return _mm512_set1_ps(v); }
+    static Value subtract(Value a, Value b) { return _mm512_sub_ps(a, b); }
+    static Value larger(Value a, Value b) { return _mm512_max_ps(a, b); }
+    static Mask le(Value a, Value b) { return _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ); }
+    static Mask both(Mask a, Mask b) { return static_cast<Mask>(a & b); }
+    static std::uint32_t bits(Mask m) { return m; }
+};
+#elif defined(__AVX2__)
+struct Lanes
+{
+    using Value = __m256;
+    using Mask = __m256;
+    static constexpr std::uint32_t kWidth = 8;
+    static Value load(const float* p) { return _mm256_loadu_ps(p); }
+    static Value broadcast(float v) { return _mm256_set1_ps(v); }
+    static Value subtract(Value a, Value b) { return _mm256_sub_ps(a, b); }
+    static Value larger(Value a, Value b) { return _mm256_max_ps(a, b); }
+    static Mask le(Value a, Value b) { return _mm256_cmp_ps(a, b, _CMP_LE_OQ); }
+    static Mask both(Mask a, Mask b) { return _mm256_and_ps(a, b); }
+    static std::uint32_t bits(Mask m) { return static_cast<std::uint32_t>(_mm256_movemask_ps(m)); }
+};
+#elif defined(__SSE2__)
+struct Lanes
+{
+    using Value = __m128;
+    using Mask = __m128;
+    static constexpr std::uint32_t kWidth = 4;
+    static Value load(const float* p) { return _mm_loadu_ps(p); }
+    static Value broadcast(float v) { return _mm_set1_ps(v); }
+    static Value subtract(Value a, Value b) { return _mm_sub_ps(a, b); }
+    static Value larger(Value a, Value b) { return _mm_max_ps(a, b); }
+    static Mask le(Value a, Value b) { return _mm_cmple_ps(a, b); }
+    static Mask both(Mask a, Mask b) { return _mm_and_ps(a, b); }
+    static std::uint32_t bits(Mask m) { return static_cast<std::uint32_t>(_mm_movemask_ps(m)); }
+};
+#else
+/// Portable single lane, for processors without SSE2.
+struct Lanes
+{
+    using Value = float;
+    using Mask = bool;
+    static constexpr std::uint32_t kWidth = 1;
+    static Value load(const float* p) { return *p; }
+    static Value broadcast(float v) { return v; }
+    static Value subtract(Value a, Value b) { return a - b; }
+    static Value larger(Value a, Value b) { return a > b ? a : b; }
+    static Mask le(Value a, Value b) { return a <= b; }
+    static Mask both(Mask a, Mask b) { return a && b; }
+    static std::uint32_t bits(Mask m) { return m ? 1u : 0u; }
+};
+#endif
+}  // namespace
