@@ -24,6 +24,7 @@ struct RowLevel
     float countU, countV;      ///< cells, before they repeat
     float inverseU, inverseV;  ///< 1 / those
     std::uint32_t binCount;    ///< bins per cell
+    bool isDense;              ///< a box has several boxes to be tested against in each cell
 };
 
 struct RowPlan
@@ -51,6 +52,8 @@ struct PlanRows
 {
     static constexpr double kCostOfRow = 1.6;  // in tests of one box
     static constexpr double kCostOfBin = 1.6;
+    // Tests per cell from which on lanes wait for each other less when they collect their cells first.
+    static constexpr double kDenseCell = 3.5;
     // Boxes per cell from which on a doubling of size gets its own level.
     static constexpr double kFullCell = 2.5;
 
@@ -187,6 +190,7 @@ private:
             }
         }
         setCells(level, limited(cellsFor(spread, width, length), room), width, length);
+        level.isDense = testsPerCell(limit, 0.75 * limit, width, length, density) > kDenseCell;
     }
 
     /// Of one box of that extent, on a level with that density.
@@ -195,7 +199,13 @@ private:
     {
         const double across = (limit + extent) / width + 1;
         const double rows = across * across;
-        return kCostOfRow * rows + rows * width * width * (limit + extent + length) * density;
+        return rows * (kCostOfRow + testsPerCell(limit, extent, width, length, density));
+    }
+
+    CULLET_HOST_DEVICE static double testsPerCell(double limit, double extent, double width, double length,
+                                                  double density)
+    {
+        return width * width * (limit + extent + length) * density;
     }
 
     CULLET_HOST_DEVICE Cells cellsFor(const Spread& spread, double width, double length) const

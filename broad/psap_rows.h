@@ -278,6 +278,7 @@ struct SearchRows
         searchSide(self.back.row, 0, emit);
     }
 
+private:
     /// The level of a record: its bins come after those of all finer ones.
     CULLET_HOST_DEVICE std::uint32_t levelOf(const RowRecord& self) const
     {
@@ -347,23 +348,68 @@ struct SearchRows
     CULLET_HOST_DEVICE void scan(const RowRecord& self, RowRange range, Emit& emit) const
     {
         for (std::uint32_t j = range.begin; j < range.end; ++j)
-        {
-            const RowRecord other = records[j];
-            const IdPair pair = {self.back.row, other.back.row};
-            if (meets(self, other) && isNew(pair, overlapOf(self, other)))
-                emit.push(pair);
-        }
+            test(self, records[j], emit);
         emit.tested(range.size());
     }
 
-private:
     template <class Emit>
     CULLET_HOST_DEVICE void searchLevel(const RowRecord& self, const RowLevel& level, std::uint32_t behind,
                                         Emit& emit) const
     {
         const RowWindow window = windowOf(self, level);
+        if (level.isDense)
+            return searchDense(self, level, window, behind, emit);
         for (RowCell cell(window); !cell.isEnd(window); cell.advance(window))
             scan(self, rangeOf(self, level, window, cell.u, cell.v, behind), emit);
     }
+
+    /// Collects the records of all cells and then walks through them in one loop. That keeps the lanes of a warp
+    /// together: each has some records in some of its cells, but nearly as many in all as its neighbours.
+    template <class Emit>
+    CULLET_HOST_DEVICE void searchDense(const RowRecord& self, const RowLevel& level, const RowWindow& window,
+                                        std::uint32_t behind, Emit& emit) const
+    {
+        RowRange ranges[kRanges];
+        std::uint32_t count = 0;
+        for (RowCell cell(window); !cell.isEnd(window); cell.advance(window))
+        {
+            const RowRange range = rangeOf(self, level, window, cell.u, cell.v, behind);
+            if (range.begin >= range.end)
+                continue;
+            ranges[count++] = range;
+            if (count == kRanges)
+            {
+                scanAll(self, ranges, count, emit);
+                count = 0;
+            }
+        }
+        scanAll(self, ranges, count, emit);
+    }
+
+    /// Tests the record against those of some ranges, none of them empty.
+    template <class Emit>
+    CULLET_HOST_DEVICE void scanAll(const RowRecord& self, const RowRange* ranges, std::uint32_t count,
+                                    Emit& emit) const
+    {
+        RowRange range = {0, 0};
+        std::uint32_t tests = 0;
+        for (std::uint32_t next = 0; range.begin < range.end || next < count; ++range.begin, ++tests)
+        {
+            if (range.begin == range.end)
+                range = ranges[next++];
+            test(self, records[range.begin], emit);
+        }
+        emit.tested(tests);
+    }
+
+    template <class Emit>
+    CULLET_HOST_DEVICE void test(const RowRecord& self, const RowRecord other, Emit& emit) const
+    {
+        const IdPair pair = {self.back.row, other.back.row};
+        if (meets(self, other) && isNew(pair, overlapOf(self, other)))
+            emit.push(pair);
+    }
+
+    static constexpr std::uint32_t kRanges = 16;
 };
 }  // namespace cullet::psap

@@ -7,7 +7,6 @@
 #include "cuda/cuda_error.h"
 #include "cuda/device_buffer.h"
 #include "cuda/page_locks.h"
-#include "cuda/row_search.cuh"
 #include "cuda/stage_clock.h"
 
 #include <cub/device/device_radix_sort.cuh>
@@ -240,15 +239,6 @@ public:
         if (count == 0)
             return;
         runEmittingStep<<<blocksFor(count, kEmitThreads), kEmitThreads, 0, m_stream>>>(count, step, list);
-        CULLET_CUDA_TRY(cudaGetLastError());
-    }
-
-    /// The same for the step that takes most of the time, with the lanes of a warp working together.
-    void forEachEmitting(std::uint64_t count, const SearchRows& step, const PairList& list)
-    {
-        if (count == 0 || count > WarpTests::kIndexMask)
-            return forEachEmitting<SearchRows>(count, step, list);
-        searchRows<<<blocksFor(count, kSearchThreads), kSearchThreads, 0, m_stream>>>(count, step, list);
         CULLET_CUDA_TRY(cudaGetLastError());
     }
 
