@@ -7,7 +7,26 @@ include_guard(GLOBAL)
 include(GoogleTest)
 find_package(GTest REQUIRED)
 
+# Under a sanitizer a process takes long to start and to end, so that a program runs all its tests in one; programs worth
+# a ThreadSanitizer run, which are the large ones, in four. GTEST_FILTER in the environment chooses among the tests.
+function(cullet_add_whole_program target labels)
+    set(shards 1)
+    if("threads" IN_LIST labels)
+        set(shards 4)
+    endif()
+    math(EXPR last "${shards} - 1")
+    foreach(shard RANGE ${last})
+        add_test(NAME ${target}.${shard} COMMAND ${target})
+        set_tests_properties(${target}.${shard} PROPERTIES TIMEOUT 1500 LABELS "${labels}"
+            ENVIRONMENT "GTEST_TOTAL_SHARDS=${shards};GTEST_SHARD_INDEX=${shard}")
+    endforeach()
+endfunction()
+
 function(cullet_discover_tests target suffix labels timeout)
+    if(CULLET_SANITIZE)
+        cullet_add_whole_program(${target} "${labels}")
+        return()
+    endif()
     # PRE_TEST: the programs are asked for their tests when ctest runs, so a build needs no GPU and no sanitizer runtime
     # settings, and a program that crashes at start does not fail the build.
     # NO_PRETTY_VALUES: without it CMake appends "# GetParam() = ..." to names that the test itself has chosen.
@@ -78,6 +97,8 @@ function(cullet_add_plugin_test name)
     endforeach()
 endfunction()
 
-# Every test program, and those with tests labelled threads: what a sanitizer build needs, without the demos.
+# Every test program, and those with tests labelled threads: what a sanitizer build needs, without the demos. And the
+# programs, tests or not, that need CUDA.
 add_custom_target(cullet_tests)
 add_custom_target(cullet_thread_tests)
+add_custom_target(cullet_gpu_programs)
