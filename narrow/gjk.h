@@ -92,7 +92,7 @@ private:
         result.state = state;
         m_search.remember(state, m_cache);
         if (along != nullptr)
-            Search::rememberAxis(m_search.closest(), *along, m_cache);
+            Search::rememberAxis(m_search.closest(), along->vertexA, along->vertexB, m_cache);
         if (state != GjkState::Near && state != GjkState::Separated)
             return result;
         const double distance = std::sqrt(m_search.length2());

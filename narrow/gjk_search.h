@@ -34,11 +34,11 @@ public:
     int count() const { return m_count; }
     bool isInside() const { return m_isInside; }
     const SimplexPoints& points() const { return m_points; }
-    const Support& support(int i) const { return m_supports[i]; }
+    Support support(int i) const { return {m_points[i], m_tags[i].a, m_tags[i].vertexA, m_tags[i].vertexB}; }
     /// Largest squared length of a point of A - B seen so far: the unit of relative tolerances.
     double size2() const { return m_size2; }
     /// False once a point had a coordinate that is NaN, infinite, or too large to square.
-    bool isFinite() const { return m_isFinite; }
+    bool isFinite() const { return m_sum2 <= std::numeric_limits<double>::max(); }
     /// Closest to the origin up to the rounding of coordinates. 1e-20: 1e-10 of the size.
     bool isTouching() const { return m_isInside || m_length2 <= 1e-20 * m_size2; }
 
@@ -54,6 +54,13 @@ public:
         const SupportPoint a = m_a.support(-v, startA);
         const SupportPoint b = m_b.support(v, startB);
         return note({a.point - b.point - m_offset, a.point, a.vertex, b.vertex});
+    }
+
+    /// The point of two vertices.
+    Support supportOf(std::int32_t vertexA, std::int32_t vertexB)
+    {
+        const Eigen::Vector3d a = m_a.point(vertexA);
+        return note({a - m_b.point(vertexB) - m_offset, a, vertexA, vertexB});
     }
 
     /// Starts from one point.
@@ -74,10 +81,8 @@ public:
         {
             const std::int32_t vertexA = cache.verticesA[i];
             const std::int32_t vertexB = cache.verticesB[i];
-            if (vertexA >= m_a.vertexCount() || vertexB >= m_b.vertexCount())
-                continue;
-            const Eigen::Vector3d a = m_a.point(vertexA);
-            push(note({a - m_b.point(vertexB) - m_offset, a, vertexA, vertexB}));
+            if (vertexA < m_a.vertexCount() && vertexB < m_b.vertexCount())
+                push(supportOf(vertexA, vertexB));
         }
         if (extra != nullptr && m_count < 4 && !has(*extra))
             push(*extra);
@@ -92,10 +97,8 @@ public:
     {
         for (int i = 0; i < m_count; ++i)
         {
-            // A shape without vertices says -1 for every point.
-            const bool isSameVertex = s.vertexA >= 0 && s.vertexB >= 0 &&
-                                      s.vertexA == m_supports[i].vertexA &&
-                                      s.vertexB == m_supports[i].vertexB;
+            const bool isSameVertex =
+                s.vertexA >= 0 && s.vertexA == m_tags[i].vertexA && s.vertexB == m_tags[i].vertexB;
             if (isSameVertex || s.w == m_points[i])
                 return true;
         }
@@ -122,9 +125,10 @@ public:
     /// Closest point of A (relative to its origin); that of B is this minus closest().
     Eigen::Vector3d pointOfA() const
     {
+        const std::array<double, 4> weights = simplexWeights(m_points, (1u << m_count) - 1u);
         Eigen::Vector3d point = Eigen::Vector3d::Zero();
         for (int i = 0; i < m_count; ++i)
-            point += m_weights[i] * m_supports[i].a;
+            point += weights[i] * m_tags[i].a;
         return point;
     }
 
@@ -135,36 +139,37 @@ public:
         cache.count = static_cast<std::uint8_t>(m_count);
         for (int i = 0; i < m_count; ++i)
         {
-            cache.verticesA[i] = narrowId<S>(m_supports[i].vertexA);
-            cache.verticesB[i] = narrowId<S>(m_supports[i].vertexB);
+            cache.verticesA[i] = narrowId<S>(m_tags[i].vertexA);
+            cache.verticesB[i] = narrowId<S>(m_tags[i].vertexB);
         }
-        rememberAxis(m_closest, m_supports[m_count - 1], cache);
+        rememberAxis(m_closest, m_tags[m_count - 1].vertexA, m_tags[m_count - 1].vertexB, cache);
     }
 
+    /// @param vertexA support vertices against v
     template <class S>
-    static void rememberAxis(const Eigen::Vector3d& v, const Support& along, GjkCache<S>& cache)
+    static void rememberAxis(const Eigen::Vector3d& v, std::int32_t vertexA, std::int32_t vertexB,
+                             GjkCache<S>& cache)
     {
-        const double largest = v.cwiseAbs().maxCoeff();
+        const double largest = std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
         const double scale = largest > 0.0 ? 1.0 / largest : 0.0;
         for (int i = 0; i < 3; ++i)
             cache.axis[i] = static_cast<float>(v[i] * scale);
-        cache.startA = narrowId<S>(along.vertexA);
-        cache.startB = narrowId<S>(along.vertexB);
+        cache.startA = narrowId<S>(vertexA);
+        cache.startB = narrowId<S>(vertexB);
     }
 
 private:
-    template <class S>
-    static std::uint16_t narrowId(std::int32_t vertex)
+    /// What belongs to a point of the simplex beside its place.
+    struct Tag
     {
-        return vertex >= 0 && vertex < GjkCache<S>::kUnknown ? static_cast<std::uint16_t>(vertex)
-                                                             : GjkCache<S>::kUnknown;
-    }
+        Eigen::Vector3d a;
+        std::int32_t vertexA, vertexB;
+    };
 
     const Support& note(const Support& s)
     {
         const double length2 = s.w.squaredNorm();
-        // A NaN makes the comparison false.
-        m_isFinite = m_isFinite && length2 <= std::numeric_limits<double>::max();
+        m_sum2 += length2;
         m_size2 = std::max(m_size2, length2);
         return s;
     }
@@ -172,15 +177,12 @@ private:
     void push(const Support& s)
     {
         m_points[m_count] = s.w;
-        m_supports[m_count] = s;
+        m_tags[m_count] = {s.a, s.vertexA, s.vertexB};
         ++m_count;
     }
 
-    bool isProgress(const ClosestOnSimplex& next) const
-    {
-        // A NaN makes the comparison false.
-        return next.isInside || next.point.squaredNorm() < m_length2;
-    }
+    // A NaN makes the comparison false.
+    bool isProgress(const ClosestOnSimplex& next) const { return next.isInside || next.length2 < m_length2; }
 
     void solveAll() { accept(closestOnSimplex(m_points, m_count)); }
 
@@ -198,27 +200,26 @@ private:
             if (kept != i)
             {
                 m_points[kept] = m_points[i];
-                m_supports[kept] = m_supports[i];
+                m_tags[kept] = m_tags[i];
             }
-            m_weights[kept++] = c.weights[i];
+            ++kept;
         }
         m_count = kept;
         m_closest = c.point;
-        m_length2 = c.point.squaredNorm();
+        m_length2 = c.length2;
     }
 
     const A& m_a;
     const B& m_b;
     Eigen::Vector3d m_offset;
     SimplexPoints m_points;
-    std::array<Support, 4> m_supports;
-    std::array<double, 4> m_weights;
+    std::array<Tag, 4> m_tags;
     Eigen::Vector3d m_closest = Eigen::Vector3d::Zero();
     double m_length2 = 0.0;
     double m_size2 = 0.0;
+    double m_sum2 = 0.0;
     int m_count = 0;
     bool m_isInside = false;
-    bool m_isFinite = true;
 };
 
 /// More simplices than any query needs: 36 was the largest number seen in some 3 million. Exceeding it is reported as

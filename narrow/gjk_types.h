@@ -60,6 +60,14 @@ struct GjkCache
 };
 static_assert(sizeof(GjkCache<float>) <= 40 && sizeof(GjkCache<double>) <= 40);
 
+/// A vertex as the cache stores it.
+template <class S>
+std::uint16_t narrowId(std::int32_t vertex)
+{
+    return vertex >= 0 && vertex < GjkCache<S>::kUnknown ? static_cast<std::uint16_t>(vertex)
+                                                         : GjkCache<S>::kUnknown;
+}
+
 /// Observer that sees nothing. An observer is called once per support of a search with the point v of the simplex that
 /// is closest to the origin and v.w for the support point w: |v| and v.w / |v| bound the distance from both sides.
 struct NoObserver

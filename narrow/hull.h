@@ -21,14 +21,13 @@ enum class HullKind : std::uint8_t
     Solid       ///< spans space: faces, neighbours and start table are filled
 };
 
-/// Eight neighbours of one vertex with their coordinates inline, so that one step of a climb gathers nothing.
-///
-/// 128 bytes for float. Lanes beyond the last neighbour repeat an earlier one.
+/// A vertex (lane 0) and seven of its neighbours with their coordinates inline, so that one step of a climb gathers
+/// nothing and reads two cache lines. Lanes beyond the last neighbour repeat an earlier one.
 template <class S>
-struct alignas(16) NeighbourBlock
+struct alignas(64) NeighbourBlock
 {
     std::array<S, 8> x, y, z;
-    std::array<std::int32_t, 8> id;
+    std::array<std::int32_t, 8> id;  ///< in lane 0: the vertex's next block with further neighbours, or -1
 };
 static_assert(sizeof(NeighbourBlock<float>) == 128);
 
@@ -116,8 +115,10 @@ public:
     {
         return span(m_neighbours, m_neighbourBegin[v], m_neighbourBegin[v + 1]);
     }
-    const Block* blocksBegin(std::int32_t v) const { return m_blocks.data() + m_blockBegin[v]; }
-    const Block* blocksEnd(std::int32_t v) const { return m_blocks.data() + m_blockBegin[v + 1]; }
+    /// Vertices with a block: none, or all.
+    std::int32_t blockCount() const { return hasNeighbours() ? m_vertexCount : 0; }
+    /// The first block of vertex i is block i.
+    const Block& block(std::int32_t i) const { return m_blocks[i]; }
 
     const std::vector<Face>& faces() const { return m_faces; }
     const std::vector<Edge>& edges() const { return m_edges; }
@@ -133,6 +134,8 @@ public:
 
     /// Largest distance of a vertex from the origin of the frame.
     double radius() const { return m_radius; }
+    /// The same rounded up.
+    S reach() const { return m_reach; }
     /// Mean of the vertices.
     const Eigen::Vector3d& centre() const { return m_centre; }
     /// Largest distance between a vertex that is not a corner and its triangle.
@@ -161,7 +164,6 @@ private:
     std::vector<std::int32_t> m_source;
     std::vector<std::int32_t> m_neighbours, m_neighbourBegin, m_naturalEnd;
     std::vector<Block> m_blocks;
-    std::vector<std::int32_t> m_blockBegin;
     std::vector<Face> m_faces;
     std::vector<Edge> m_edges;
     std::vector<std::int32_t> m_faceVertices, m_vertexFaces, m_vertexFaceBegin;
@@ -170,5 +172,6 @@ private:
     double m_radius = 0.0;
     double m_slack = 0.0;
     S m_tieBand = S(0);
+    S m_reach = S(0);
 };
 }  // namespace cullet

@@ -233,6 +233,7 @@ private:
         }
         m_hull.m_vertexCount = static_cast<std::int32_t>(m_hull.m_x.size());
         m_hull.m_centre /= m_hull.m_vertexCount;
+        m_hull.m_reach = static_cast<S>(m_hull.m_radius * (1.0 + 2.0 * std::numeric_limits<S>::epsilon()));
         const std::size_t padded = (m_hull.m_x.size() + 7) / 8 * 8;
         m_hull.m_x.resize(padded, m_hull.m_x[0]);
         m_hull.m_y.resize(padded, m_hull.m_y[0]);
@@ -315,7 +316,7 @@ private:
         // The opposite vertex first; then, to fill the last block, those that lie far to the sides.
         const std::array<Eigen::Vector3d, 8> ways = {
             -normal, side - normal, -side - normal, front - normal, -front - normal, side, -side, front};
-        for (std::size_t i = 0; i < ways.size() && (i == 0 || list.size() % 8 != 0); ++i)
+        for (std::size_t i = 0; i < ways.size() && (i == 0 || list.size() % 7 != 0); ++i)
         {
             const Vector way = ways[i].template cast<S>();
             const std::int32_t far = supportLinear(m_hull, way);
@@ -331,25 +332,38 @@ private:
 
     void storeBlocks()
     {
-        m_hull.m_blockBegin.assign(1, 0);
+        m_hull.m_blocks.resize(m_hull.m_vertexCount);
         for (std::int32_t v = 0; v < m_hull.m_vertexCount; ++v)
         {
             const typename Hull<S>::Span list = m_hull.neighbours(v);
-            for (std::int32_t first = 0; first < list.size(); first += 8)
+            std::int32_t index = v;
+            for (std::int32_t first = 0; first < list.size(); first += 7)
             {
-                NeighbourBlock<S> block;
-                for (std::int32_t lane = 0; lane < 8; ++lane)
-                {
-                    const std::int32_t id = list[first + lane < list.size() ? first + lane : first];
-                    block.id[lane] = id;
-                    block.x[lane] = m_hull.m_x[id];
-                    block.y[lane] = m_hull.m_y[id];
-                    block.z[lane] = m_hull.m_z[id];
-                }
-                m_hull.m_blocks.push_back(block);
+                const bool isLast = first + 7 >= list.size();
+                const std::int32_t next = isLast ? -1 : static_cast<std::int32_t>(m_hull.m_blocks.size());
+                m_hull.m_blocks[index] = makeBlock(v, list, first, next);
+                if (isLast)
+                    break;
+                m_hull.m_blocks.emplace_back();
+                index = next;
             }
-            m_hull.m_blockBegin.push_back(static_cast<std::int32_t>(m_hull.m_blocks.size()));
         }
+    }
+
+    NeighbourBlock<S> makeBlock(std::int32_t v, const typename Hull<S>::Span& list, std::int32_t first,
+                                std::int32_t next) const
+    {
+        NeighbourBlock<S> block;
+        for (std::int32_t lane = 0; lane < 8; ++lane)
+        {
+            const std::int32_t neighbour = first + lane - 1;
+            const std::int32_t id = lane == 0 ? v : list[neighbour < list.size() ? neighbour : first];
+            block.id[lane] = lane == 0 ? next : id;
+            block.x[lane] = m_hull.m_x[id];
+            block.y[lane] = m_hull.m_y[id];
+            block.z[lane] = m_hull.m_z[id];
+        }
+        return block;
     }
 
     void storeStartTable()
@@ -364,7 +378,7 @@ private:
             d[side / 2] = side % 2 == 0 ? S(1) : S(-1);
             d[(side / 2 + 1) % 3] = centre(entry / kCells % kCells);
             d[(side / 2 + 2) % 3] = centre(entry % kCells);
-            last = supportClimbArtificial(m_hull, d, last);
+            last = supportClimbArtificial(m_hull, d, last).vertex;
             m_hull.m_startTable[entry] = static_cast<std::uint16_t>(last <= 0xffff ? last : 0);
         }
     }

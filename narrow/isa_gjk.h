@@ -4,35 +4,38 @@
 
 #include "narrow/gjk_search.h"
 #include "narrow/gjk_types.h"
+#include "narrow/hull_pair.h"
+#include "narrow/tetrahedron_walk.h"
 
 #include <cmath>
 #include <cstdint>
 
 namespace cullet
 {
-/// ISA-GJK: is the distance between two convex shapes larger than maxDistance?
+/// ISA-GJK, the part after the cached axis: is the distance between two convex shapes larger than maxDistance?
 template <class S, class A, class B, class Observer>
 class IsaGjk
 {
 public:
-    IsaGjk(const A& a, const B& b, S maxDistance, GjkCache<S>& cache, Observer& observer)
-        : m_search(a, b),
-          m_limit(maxDistance > S(0) ? static_cast<double>(maxDistance) : 0.0),
-          m_cache(cache),
-          m_observer(observer)
+    IsaGjk(const A& a, const B& b, double limit, GjkCache<S>& cache, Observer& observer)
+        : m_search(a, b), m_limit2(limit * limit), m_cache(cache), m_observer(observer)
     {
     }
 
-    GjkResult<S> run()
+    /// @param test supports against the cached axis, if they are known already
+    template <class Shape>
+    GjkResult<S> run(const AxisTest<Shape>& test)
     {
-        if (m_cache.state == GjkState::Overlapping && m_cache.count == 4)
-        {
-            // The tetrahedron of four remembered vertex pairs, at their new places: no support search.
-            if (!m_search.seed(m_cache, nullptr))
-                return startCold();
+        const Eigen::Vector3d v(m_cache.axis[0], m_cache.axis[1], m_cache.axis[2]);
+        if (m_cache.count == 4 && m_search.seed(m_cache, nullptr))
             return m_search.isInside() ? keepTetrahedron() : iterate();
-        }
-        return m_cache.axis == std::array<float, 3>{} ? startCold() : startFromAxis();
+        const Support first =
+            test.vertexA >= 0 ? m_search.supportOf(test.vertexA, test.vertexB)
+                              : m_search.supportAgainst(v, startOf(m_cache.startA), startOf(m_cache.startB));
+        if (separates(v, v.squaredNorm(), first))
+            return finishOnAxis(v, first);
+        m_search.seed(m_cache, &first);
+        return iterate();
     }
 
 private:
@@ -48,35 +51,13 @@ private:
         return result;
     }
 
-    GjkResult<S> startCold()
-    {
-        const Eigen::Vector3d v = m_search.centreDifference();
-        const Support first = m_search.supportAgainst(v);
-        if (separates(v, first))
-            return finishOnAxis(v, first);
-        m_search.start(first);
-        return iterate();
-    }
-
-    GjkResult<S> startFromAxis()
-    {
-        const Eigen::Vector3d v(m_cache.axis[0], m_cache.axis[1], m_cache.axis[2]);
-        const Support first = m_search.supportAgainst(v, startOf(m_cache.startA), startOf(m_cache.startB));
-        if (separates(v, first))
-            return finishOnAxis(v, first);
-        m_search.seed(m_cache, &first);
-        m_startA = first.vertexA;
-        m_startB = first.vertexB;
-        return iterate();
-    }
-
     static std::int32_t startOf(std::uint16_t id) { return id == GjkCache<S>::kUnknown ? -1 : id; }
 
-    bool separates(const Eigen::Vector3d& v, const Support& s)
+    bool separates(const Eigen::Vector3d& v, double length2, const Support& s)
     {
         const double along = v.dot(s.w);
         m_observer(v, along);
-        return along > 0.0 && along * along > m_limit * m_limit * v.squaredNorm();
+        return along > 0.0 && along * along > m_limit2 * length2;
     }
 
     /// The remembered simplex stays: it is more likely near the next closest feature than the one point on the axis.
@@ -85,7 +66,7 @@ private:
         if (!m_search.isFinite())
             return fail();
         m_cache.state = GjkState::Separated;
-        Search::rememberAxis(v, s, m_cache);
+        Search::rememberAxis(v, s.vertexA, s.vertexB, m_cache);
         return result(GjkState::Separated, v);
     }
 
@@ -95,13 +76,11 @@ private:
         {
             if (m_search.isTouching())
                 return finish(GjkState::Overlapping, nullptr);
-            const Eigen::Vector3d v = m_search.closest();
-            const Support s = m_search.supportAgainst(v, m_startA, m_startB);
-            m_startA = m_startB = -1;
-            if (separates(v, s))
+            const Support s = m_search.supportAgainst(m_search.closest());
+            if (separates(m_search.closest(), m_search.length2(), s))
                 return finish(GjkState::Separated, &s);
-            const double along = v.dot(s.w);
-            if (along > 0.0 && m_search.length2() <= m_limit * m_limit)
+            const double along = m_search.closest().dot(s.w);
+            if (along > 0.0 && m_search.length2() <= m_limit2)
                 return finish(GjkState::Near, &s);
             if (m_search.has(s) || !m_search.advance(s))
                 return finishStalled(s, along);
@@ -126,7 +105,7 @@ private:
             return fail();
         m_search.remember(state, m_cache);
         if (along != nullptr)
-            Search::rememberAxis(m_search.closest(), *along, m_cache);
+            Search::rememberAxis(m_search.closest(), along->vertexA, along->vertexB, m_cache);
         return result(state, m_search.closest());
     }
 
@@ -146,13 +125,93 @@ private:
     }
 
     Search m_search;
-    double m_limit;
+    double m_limit2;
     GjkCache<S>& m_cache;
     Observer& m_observer;
     std::int32_t m_iterations = 0;
-    std::int32_t m_startA = -1;
-    std::int32_t m_startB = -1;
 };
+
+/// From the centre of B to that of A, largest component 1.
+template <class A, class B>
+std::array<float, 3> firstAxis(const A& a, const B& b)
+{
+    const Eigen::Vector3d v = a.centre() - b.centre() - (b.origin() - a.origin());
+    const double largest = std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
+    if (!(largest > 0.0))
+        return {1.0f, 0.0f, 0.0f};
+    const double scale = 1.0 / largest;
+    return {static_cast<float>(v[0] * scale), static_cast<float>(v[1] * scale),
+            static_cast<float>(v[2] * scale)};
+}
+
+/// The search in double.
+template <class S, class A, class B, class Observer, class Shape>
+[[gnu::noinline]] GjkResult<S> isaGjkSearch(const A& a, const B& b, double limit, GjkCache<S>& cache,
+                                            Observer& observer, const AxisTest<Shape>& test)
+{
+    return IsaGjk<S, A, B, Observer>(a, b, limit, cache, observer).run(test);
+}
+
+/// From the remembered tetrahedron. Out of line, as the search in double, to keep the path of a separated pair short.
+///
+/// @return false if nothing was proved; then the cache has the points for the search in double
+template <class S, class H, class Observer>
+[[gnu::noinline]] bool isaGjkFromTetrahedron(const PosedHull<H>& a, const PosedHull<H>& b, H limit2,
+                                             GjkCache<S>& cache, Observer& observer, GjkResult<S>& result)
+{
+    const HullPair<H> pair(a, b);
+    TetrahedronWalk<H, Observer> walk(pair, limit2, observer);
+    if (!walk.load(cache))
+        return false;
+    result.state = walk.run();
+    result.iterations = walk.iterations();
+    walk.remember(result.state, cache);
+    if (result.state == GjkState::Separated)
+        result.axis = {S(walk.axis()[0]), S(walk.axis()[1]), S(walk.axis()[2])};
+    return result.state != GjkState::NotConverged;
+}
+
+/// Queries of two hulls that need no search in double.
+template <class S, class H, class Observer>
+bool isaGjkQuickly(const PosedHull<H>& a, const PosedHull<H>& b, H limit, GjkCache<S>& cache,
+                   Observer& observer, GjkResult<S>& result, AxisTest<H>& test)
+{
+    const H limit2 = limit * limit;
+    if (cache.state == GjkState::Overlapping && cache.count == 4)
+        return isaGjkFromTetrahedron(a, b, limit2, cache, observer, result);
+    const HullPair<H> pair(a, b);
+    const H x = cache.axis[0], y = cache.axis[1], z = cache.axis[2];
+    const auto startOf = [](std::uint16_t id) { return id == GjkCache<S>::kUnknown ? -1 : std::int32_t(id); };
+    test = pair.test(x, y, z, limit2, startOf(cache.startA), startOf(cache.startB));
+    if (!test.isProved)
+        return false;
+    observer(Eigen::Vector3d(x, y, z), static_cast<double>(test.along));
+    result.state = cache.state = GjkState::Separated;
+    result.axis = {S(x), S(y), S(z)};
+    cache.startA = narrowId<S>(test.vertexA);
+    cache.startB = narrowId<S>(test.vertexB);
+    return true;
+}
+
+/// What a shape's own arithmetic is done in.
+template <class A>
+struct ShapeScalar
+{
+    using Type = double;
+};
+
+template <class H>
+struct ShapeScalar<PosedHull<H>>
+{
+    using Type = H;
+};
+
+/// Other shapes have no quick answers.
+template <class S, class A, class B, class H, class Observer>
+bool isaGjkQuickly(const A&, const B&, H, GjkCache<S>&, Observer&, GjkResult<S>&, AxisTest<H>&)
+{
+    return false;
+}
 
 /// Tells whether two convex shapes are farther apart than maxDistance, by an axis that proves it.
 ///
@@ -170,7 +229,15 @@ private:
 template <class S, class A, class B, class Observer>
 GjkResult<S> isaGjk(const A& a, const B& b, S maxDistance, GjkCache<S>& cache, Observer& observer)
 {
-    return IsaGjk<S, A, B, Observer>(a, b, maxDistance, cache, observer).run();
+    using Scalar = typename ShapeScalar<A>::Type;
+    const Scalar limit = maxDistance > S(0) ? static_cast<Scalar>(maxDistance) : Scalar(0);
+    if (cache.axis == std::array<float, 3>{})
+        cache.axis = firstAxis(a, b);
+    GjkResult<S> result;
+    AxisTest<Scalar> test;
+    if (isaGjkQuickly(a, b, limit, cache, observer, result, test))
+        return result;
+    return isaGjkSearch<S>(a, b, static_cast<double>(limit), cache, observer, test);
 }
 
 template <class S, class A, class B>

@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 
@@ -43,42 +44,54 @@ public:
     /// @pre the hull has a vertex and outlives this object
     PosedHull(const Hull<S>& hull, const Matrix& basis, const Vector& origin,
               SupportMethod method = SupportMethod::Automatic)
-        : m_hull(&hull),
-          m_directionBasis(basis.transpose()),
-          m_basis(basis.template cast<double>()),
-          m_origin(origin.template cast<double>()),
+        : m_rows{{basis(0, 0), basis(0, 1), basis(0, 2), S(0)},
+                 {basis(1, 0), basis(1, 1), basis(1, 2), S(0)},
+                 {basis(2, 0), basis(2, 1), basis(2, 2), S(0)}},
+          m_origin{origin[0], origin[1], origin[2], S(0)},
+          m_hull(&hull),
           m_method(method)
     {
     }
 
     const Hull<S>& hull() const { return *m_hull; }
-    const Eigen::Matrix3d& basis() const { return m_basis; }
-    const Eigen::Vector3d& origin() const { return m_origin; }
-    Eigen::Vector3d centre() const { return m_basis * m_hull->centre(); }
+    Eigen::Matrix3d basis() const
+    {
+        Eigen::Matrix3d basis;
+        for (int i = 0; i < 3; ++i)
+            basis.row(i) << m_rows[i][0], m_rows[i][1], m_rows[i][2];
+        return basis;
+    }
+    Eigen::Vector3d origin() const { return {m_origin[0], m_origin[1], m_origin[2]}; }
+    Eigen::Vector3d centre() const { return basis() * m_hull->centre(); }
     std::int32_t vertexCount() const { return m_hull->vertexCount(); }
     Eigen::Vector3d point(std::int32_t v) const
     {
-        return m_basis * m_hull->vertex(v).template cast<double>();
+        return basis() * m_hull->vertex(v).template cast<double>();
     }
 
     SupportPoint support(const Eigen::Vector3d& direction, std::int32_t start) const
     {
-        const double largest = direction.cwiseAbs().maxCoeff();
-        Vector local;
+        const double largest =
+            std::max({std::abs(direction[0]), std::abs(direction[1]), std::abs(direction[2])});
         // The searches in support.h need a direction whose products neither underflow nor overflow.
-        if (largest > 1e-8 && largest < 1e8)
-            local = m_directionBasis * direction.template cast<S>();
-        else
-            local = m_directionBasis * Eigen::Vector3d(direction / largest).template cast<S>();
-        const std::int32_t v = supportVertex(*m_hull, local, start, m_method);
+        const bool isUsable = largest > 1e-8 && largest < 1e8;
+        const Vector scaled = isUsable ? Vector(direction.template cast<S>())
+                                       : Vector((direction / largest).template cast<S>());
+        const Quad q = m_rows[0] * scaled[0] + m_rows[1] * scaled[1] + m_rows[2] * scaled[2];
+        const std::int32_t v = supportVertex<S>(*m_hull, Vector(q[0], q[1], q[2]), start, m_method);
         return {point(v), v};
     }
 
+    /// World coordinates, fourth lane 0: rows of the basis.
+    using Quad = typename cullet::Quad<S>::Vector;
+    const Quad& row(int i) const { return m_rows[i]; }
+    const Quad& originQuad() const { return m_origin; }
+    SupportMethod method() const { return m_method; }
+
 private:
+    Quad m_rows[3];
+    Quad m_origin;
     const Hull<S>* m_hull;
-    Matrix m_directionBasis;
-    Eigen::Matrix3d m_basis;
-    Eigen::Vector3d m_origin;
     SupportMethod m_method;
 };
 }  // namespace cullet

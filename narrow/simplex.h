@@ -23,51 +23,44 @@
 /// 8,000 came out wrong, with a double solver none. No tolerance is absolute: sizes from 1e-60 to 1e60 behave alike.
 namespace cullet
 {
-/// Result of a solver. Weights are those of the points of the simplex in their order, 0 outside of the subset.
+/// Result of a solver.
 struct ClosestOnSimplex
 {
-    Eigen::Vector3d point;          ///< closest point to the origin; meaningless if isInside
-    std::array<double, 4> weights;  ///< barycentric: not negative, sum 1; meaningless if isInside
-    unsigned subset = 0;            ///< bit i: point i is needed; the smallest subset whose hull has `point`
-    bool isInside = false;          ///< the origin is inside the tetrahedron, or on its surface
+    Eigen::Vector3d point;  ///< closest point to the origin; meaningless if isInside
+    double length2;       ///< of `point`, squared; infinite if no region was found since a coordinate is NaN
+    unsigned subset = 0;  ///< bit i: point i is needed; the smallest subset whose hull has `point`
+    bool isInside = false;  ///< the origin is inside the tetrahedron, or on its surface
 };
 
 using SimplexPoints = std::array<Eigen::Vector3d, 4>;
 
-inline ClosestOnSimplex closestOnVertex(const SimplexPoints& p, int i)
+/// Keeps the candidate if it is closer. A NaN makes the comparison false.
+inline void keepCloser(const Eigen::Vector3d& point, unsigned subset, ClosestOnSimplex& best)
 {
-    ClosestOnSimplex result = {p[i], {}, 1u << i};
-    result.weights[i] = 1.0;
-    return result;
+    const double length2 = point.squaredNorm();
+    if (length2 < best.length2)
+        best = {point, length2, subset, false};
 }
 
 /// All three regions of the segment i, j. A segment without length is its first point.
-inline ClosestOnSimplex closestOnSegment(const SimplexPoints& p, int i, int j)
+inline void considerSegment(const SimplexPoints& p, int i, int j, ClosestOnSimplex& best)
 {
     const Eigen::Vector3d edge = p[j] - p[i];
     const double along = -p[i].dot(edge);
     const double length2 = edge.squaredNorm();
-    // Written so that a NaN or a segment without length ends in the first branch.
+    // Written so that a segment without length ends in the first branch.
     if (!(along > 0.0))
-        return closestOnVertex(p, i);
-    if (along >= length2)
-        return closestOnVertex(p, j);
-    const double t = along / length2;
-    ClosestOnSimplex result = {p[i] + t * edge, {}, (1u << i) | (1u << j)};
-    result.weights[i] = 1.0 - t;
-    result.weights[j] = t;
-    return result;
-}
-
-inline const ClosestOnSimplex& closer(const ClosestOnSimplex& l, const ClosestOnSimplex& r)
-{
-    return r.point.squaredNorm() < l.point.squaredNorm() ? r : l;
+        keepCloser(p[i], 1u << i, best);
+    else if (along >= length2)
+        keepCloser(p[j], 1u << j, best);
+    else
+        keepCloser(p[i] + (along / length2) * edge, (1u << i) | (1u << j), best);
 }
 
 /// The inside region of the triangle i, j, k if the origin projects into it.
 ///
 /// @return false when the origin projects outside, or the triangle is too thin for its normal to mean anything
-inline bool closestInsideTriangle(const SimplexPoints& p, int i, int j, int k, ClosestOnSimplex& result)
+inline bool considerInside(const SimplexPoints& p, int i, int j, int k, ClosestOnSimplex& best)
 {
     const Eigen::Vector3d ij = p[j] - p[i];
     const Eigen::Vector3d ik = p[k] - p[i];
@@ -76,43 +69,33 @@ inline bool closestInsideTriangle(const SimplexPoints& p, int i, int j, int k, C
     // 1e-28: a relative height of 1e-14, some 50 roundings.
     if (!(area2 > 1e-28 * ij.squaredNorm() * ik.squaredNorm()))
         return false;
-    const double wj = normal.dot(ik.cross(p[i]));
-    const double wk = normal.dot(p[i].cross(ij));
-    const double wi = area2 - wj - wk;
-    if (!(wi > 0.0 && wj > 0.0 && wk > 0.0))
+    const Eigen::Vector3d across = normal.cross(p[i]);
+    const double wj = -ik.dot(across);
+    const double wk = ij.dot(across);
+    if (!(area2 - wj - wk > 0.0 && wj > 0.0 && wk > 0.0))
         return false;
     // Along the normal: p[i] times the normal is exact enough where the weighted sum would cancel.
-    result.point = normal * (p[i].dot(normal) / area2);
-    result.weights = {};
-    result.weights[i] = wi / area2;
-    result.weights[j] = wj / area2;
-    result.weights[k] = wk / area2;
-    result.subset = (1u << i) | (1u << j) | (1u << k);
-    result.isInside = false;
+    keepCloser(normal * (p[i].dot(normal) / area2), (1u << i) | (1u << j) | (1u << k), best);
     return true;
 }
 
 /// All seven regions of the triangle i, j, k.
-inline ClosestOnSimplex closestOnTriangle(const SimplexPoints& p, int i, int j, int k)
+inline void considerTriangle(const SimplexPoints& p, int i, int j, int k, ClosestOnSimplex& best)
 {
-    ClosestOnSimplex result;
-    if (closestInsideTriangle(p, i, j, k, result))
-        return result;
-    const ClosestOnSimplex ij = closestOnSegment(p, i, j);
-    const ClosestOnSimplex jk = closestOnSegment(p, j, k);
-    const ClosestOnSimplex ki = closestOnSegment(p, k, i);
-    return closer(closer(ij, jk), ki);
+    if (considerInside(p, i, j, k, best))
+        return;
+    considerSegment(p, i, j, best);
+    considerSegment(p, j, k, best);
+    considerSegment(p, k, i, best);
 }
 
 /// The four regions of the triangle i, j, k that have the newest point k: vertex, two edges, inside.
-inline ClosestOnSimplex closestOnTriangleNewest(const SimplexPoints& p, int i, int j, int k)
+inline void considerTriangleNewest(const SimplexPoints& p, int i, int j, int k, ClosestOnSimplex& best)
 {
-    ClosestOnSimplex result;
-    if (closestInsideTriangle(p, i, j, k, result))
-        return result;
-    const ClosestOnSimplex ki = closestOnSegment(p, k, i);
-    const ClosestOnSimplex kj = closestOnSegment(p, k, j);
-    return closer(ki, kj);
+    if (considerInside(p, i, j, k, best))
+        return;
+    considerSegment(p, k, i, best);
+    considerSegment(p, k, j, best);
 }
 
 /// Sides of the faces of a tetrahedron on which the origin lies; face f is opposite to point f.
@@ -149,46 +132,51 @@ inline constexpr std::array<std::array<int, 3>, 4> kTetrahedronFaces = {
     {{1, 2, 3}, {0, 2, 3}, {0, 1, 3}, {0, 1, 2}}};
 
 template <bool kNewestOnly>
-ClosestOnSimplex closestOnTetrahedron(const SimplexPoints& p)
+void considerTetrahedron(const SimplexPoints& p, ClosestOnSimplex& best)
 {
     const TetrahedronSides sides = tetrahedronSides(p);
-    ClosestOnSimplex best;
-    double bestLength2 = std::numeric_limits<double>::infinity();
-    best.isInside = true;
+    bool isInside = true;
     for (int face = 0; face < 4; ++face)
     {
         if (!sides.isOutside[face] && !sides.isFlat)
             continue;
+        isInside = false;
         const auto [i, j, k] = kTetrahedronFaces[face];
         // The face without the newest point is left out in exact arithmetic; rounding can make it the only one.
-        const ClosestOnSimplex candidate = kNewestOnly && face != 3 && !sides.isFlat
-                                               ? closestOnTriangleNewest(p, i, j, k)
-                                               : closestOnTriangle(p, i, j, k);
-        const double length2 = candidate.point.squaredNorm();
-        if (length2 < bestLength2)
-        {
-            best = candidate;
-            bestLength2 = length2;
-        }
+        if (kNewestOnly && face != 3 && !sides.isFlat)
+            considerTriangleNewest(p, i, j, k, best);
+        else
+            considerTriangle(p, i, j, k, best);
     }
-    return best;
+    best.isInside = isInside;
+}
+
+/// Nothing found yet, and the subset to name if nothing ever is.
+inline ClosestOnSimplex nothingOnSimplex(const SimplexPoints& points, int count)
+{
+    return {points[count - 1], std::numeric_limits<double>::infinity(), 1u << (count - 1), false};
 }
 
 /// Closest point on the first `count` points, examining every region.
 /// @pre 1 <= count <= 4
 inline ClosestOnSimplex closestOnSimplex(const SimplexPoints& points, int count)
 {
+    ClosestOnSimplex best = nothingOnSimplex(points, count);
     switch (count)
     {
         case 1:
-            return closestOnVertex(points, 0);
+            keepCloser(points[0], 1u, best);
+            break;
         case 2:
-            return closestOnSegment(points, 0, 1);
+            considerSegment(points, 0, 1, best);
+            break;
         case 3:
-            return closestOnTriangle(points, 0, 1, 2);
+            considerTriangle(points, 0, 1, 2, best);
+            break;
         default:
-            return closestOnTetrahedron<false>(points);
+            considerTetrahedron<false>(points, best);
     }
+    return best;
 }
 
 /// The same when the last point is the newest support point: only regions that have it (1 of 1, 2 of 3, 4 of 7, 7 of
@@ -196,16 +184,57 @@ inline ClosestOnSimplex closestOnSimplex(const SimplexPoints& points, int count)
 /// @pre 1 <= count <= 4; the last point was found as the support point opposite to the closest point of the others
 inline ClosestOnSimplex closestOnSimplexNewest(const SimplexPoints& points, int count)
 {
+    ClosestOnSimplex best = nothingOnSimplex(points, count);
     switch (count)
     {
         case 1:
-            return closestOnVertex(points, 0);
+            keepCloser(points[0], 1u, best);
+            break;
         case 2:
-            return closestOnSegment(points, 1, 0);
+            considerSegment(points, 1, 0, best);
+            break;
         case 3:
-            return closestOnTriangleNewest(points, 0, 1, 2);
+            considerTriangleNewest(points, 0, 1, 2, best);
+            break;
         default:
-            return closestOnTetrahedron<true>(points);
+            considerTetrahedron<true>(points, best);
     }
+    return best;
+}
+
+/// Barycentric weights of the closest point of a subset of one to three points that was found to be the smallest: not
+/// negative, sum 1; in the order of `points`, 0 outside of the subset.
+inline std::array<double, 4> simplexWeights(const SimplexPoints& points, unsigned subset)
+{
+    std::array<double, 4> weights = {};
+    std::array<int, 4> members = {};
+    int count = 0;
+    for (int i = 0; i < 4; ++i)
+    {
+        if ((subset >> i & 1u) != 0)
+            members[count++] = i;
+    }
+    const auto [i, j, k, unused] = members;
+    weights[i] = 1.0;
+    if (count == 2)
+    {
+        const Eigen::Vector3d edge = points[j] - points[i];
+        weights[j] = -points[i].dot(edge) / edge.squaredNorm();
+        weights[i] = 1.0 - weights[j];
+    }
+    if (count == 3)
+    {
+        const Eigen::Vector3d ij = points[j] - points[i];
+        const Eigen::Vector3d ik = points[k] - points[i];
+        const Eigen::Vector3d normal = ij.cross(ik);
+        const double area2 = normal.squaredNorm();
+        const Eigen::Vector3d across = normal.cross(points[i]);
+        const double wj = -ik.dot(across);
+        const double wk = ij.dot(across);
+        weights[i] = (area2 - wj - wk) / area2;
+        weights[j] = wj / area2;
+        weights[k] = wk / area2;
+    }
+    return weights;
 }
 }  // namespace cullet

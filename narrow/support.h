@@ -3,10 +3,11 @@
 #pragma once
 
 #include "narrow/hull.h"
+#include "narrow/lanes.h"
+#include "narrow/linear_avx2.h"
 
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <type_traits>
 
@@ -37,60 +38,6 @@ struct SupportCounters
     std::int64_t steps = 0;  ///< vertices whose neighbours were looked at
     std::int64_t ties = 0;   ///< climbs that the linear scan had to decide
 };
-
-/// Eight lanes as 16-byte vectors, the width that every x86-64 and ARMv8 has.
-template <class S>
-struct Lanes
-{
-    static constexpr int kWidth = static_cast<int>(16 / sizeof(S));
-    using Integer = std::conditional_t<sizeof(S) == 4, std::int32_t, std::int64_t>;
-    typedef S Vector __attribute__((vector_size(16)));
-    typedef Integer Mask __attribute__((vector_size(16)));  ///< what a comparison of two vectors gives
-
-    static Vector load(const S* p)
-    {
-        Vector v;
-        std::memcpy(&v, p, sizeof(v));
-        return v;
-    }
-    static Vector fill(S value) { return Vector{} + value; }
-    static Mask largest() { return Mask{} + std::numeric_limits<Integer>::max(); }
-    /// 0, 1, 2, ...
-    static Mask counting()
-    {
-        Mask lanes;
-        for (int lane = 0; lane < kWidth; ++lane)
-            lanes[lane] = lane;
-        return lanes;
-    }
-};
-
-/// Largest of the lanes; a NaN lane may or may not be passed over.
-inline float largestLane(Lanes<float>::Vector v)
-{
-    const Lanes<float>::Vector halves = __builtin_shufflevector(v, v, 2, 3, 0, 1);
-    v = v > halves ? v : halves;
-    const Lanes<float>::Vector pairs = __builtin_shufflevector(v, v, 1, 0, 3, 2);
-    v = v > pairs ? v : pairs;
-    return v[0];
-}
-
-inline double largestLane(Lanes<double>::Vector v)
-{
-    return v[0] > v[1] ? v[0] : v[1];
-}
-
-inline std::int32_t smallestLane(Lanes<float>::Mask v)
-{
-    const Lanes<float>::Mask halves = __builtin_shufflevector(v, v, 2, 3, 0, 1);
-    v = v < halves ? v : halves;
-    return v[0] < v[1] ? v[0] : v[1];
-}
-
-inline std::int64_t smallestLane(Lanes<double>::Mask v)
-{
-    return v[0] < v[1] ? v[0] : v[1];
-}
 
 template <class S>
 inline S supportProduct(const Hull<S>& hull, std::int32_t v, const Eigen::Matrix<S, 3, 1>& d)
@@ -130,10 +77,124 @@ std::int32_t supportLinear(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d)
     return bestIndex < hull.vertexCount() ? static_cast<std::int32_t>(bestIndex) : 0;
 }
 
+/// A direction with each component in all lanes.
+template <class S>
+struct LaneDirection
+{
+    explicit LaneDirection(const Eigen::Matrix<S, 3, 1>& d)
+        : x(Lanes<S>::fill(d[0])), y(Lanes<S>::fill(d[1])), z(Lanes<S>::fill(d[2]))
+    {
+    }
+    typename Lanes<S>::Vector x, y, z;
+};
+
+/// A vertex, the best of its neighbours, and the rounded products of both.
+template <class S>
+struct ClimbStep
+{
+    S height;
+    S bestHeight;
+    std::int32_t best;
+};
+
+/// Looks at the vertex and at seven or more neighbours in one pass.
+template <class S>
+inline ClimbStep<S> climbStep(const Hull<S>& hull, std::int32_t vertex, const LaneDirection<S>& d)
+{
+    using L = Lanes<S>;
+    using Vector = typename L::Vector;
+    constexpr int kVectors = 8 / L::kWidth;
+    ClimbStep<S> step = {S(0), -std::numeric_limits<S>::infinity(), vertex};
+    for (std::int32_t index = vertex; index >= 0;)
+    {
+        const NeighbourBlock<S>& block = hull.block(index);
+        Vector products[kVectors];
+        for (int k = 0; k < kVectors; ++k)
+        {
+            const int lane = k * L::kWidth;
+            products[k] =
+                L::load(&block.x[lane]) * d.x + L::load(&block.y[lane]) * d.y + L::load(&block.z[lane]) * d.z;
+        }
+        step.height = products[0][0];
+        products[0] = withoutLaneZero(products[0]);
+        Vector best = products[0];
+        for (int k = 1; k < kVectors; ++k)
+            best = best > products[k] ? best : products[k];
+        const S height = largestLane(best);
+        unsigned bits = 0x80u;  // a NaN equals nothing
+        for (int k = 0; k < kVectors; ++k)
+            bits |= (laneBits(products[k] == L::fill(height)) & ~(k == 0 ? 1u : 0u)) << (k * L::kWidth);
+        if (height > step.bestHeight)
+        {
+            step.bestHeight = height;
+            step.best = block.id[__builtin_ctz(bits)];
+        }
+        index = block.id[0];
+    }
+    return step;
+}
+
+/// True if no neighbour has a product within `band` of the vertex's: then it is the support vertex.
+///
+/// @param height [out] product of the vertex
+template <class S>
+inline bool isPeak(const Hull<S>& hull, std::int32_t vertex, const LaneDirection<S>& d, S band, S& height)
+{
+    using L = Lanes<S>;
+    constexpr int kVectors = 8 / L::kWidth;
+    unsigned near = 0;
+    std::int32_t index = vertex;
+    do
+    {
+        const NeighbourBlock<S>& block = hull.block(index);
+        typename L::Vector best =
+            L::load(&block.x[0]) * d.x + L::load(&block.y[0]) * d.y + L::load(&block.z[0]) * d.z;
+        height = best[0];
+        const typename L::Vector low = L::fill(height - band);
+        best = withoutLaneZero(best);
+        for (int k = 1; k < kVectors; ++k)
+        {
+            const int lane = k * L::kWidth;
+            const typename L::Vector products =
+                L::load(&block.x[lane]) * d.x + L::load(&block.y[lane]) * d.y + L::load(&block.z[lane]) * d.z;
+            best = best > products ? best : products;
+        }
+        near |= laneBits(best >= low);
+        index = block.id[0];
+    } while (index >= 0);
+    return near == 0;
+}
+
+/// A vertex and its rounded product.
+template <class S>
+struct SupportHit
+{
+    std::int32_t vertex;
+    S height;
+};
+
+template <class S>
+SupportHit<S> hitLinear(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d)
+{
+#ifdef __SSE2__
+    if constexpr (std::is_same_v<S, float>)
+    {
+        if (kHasAvx2)
+        {
+            const LinearMaximum best =
+                linearMaximumAvx2(hull.x(), hull.y(), hull.z(), hull.paddedCount(), d.data());
+            return {best.index < hull.vertexCount() ? best.index : 0, best.value};
+        }
+    }
+#endif
+    const std::int32_t vertex = supportLinear(hull, d);
+    return {vertex, supportProduct(hull, vertex, d)};
+}
+
 /// Hill climbing over the natural neighbours, as in the thesis without artificial ones; the comparator.
 template <class S>
-std::int32_t supportClimb(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d, std::int32_t start,
-                          SupportCounters* counters = nullptr)
+SupportHit<S> supportClimb(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d, std::int32_t start,
+                           SupportCounters* counters = nullptr)
 {
     const S band = hull.tieBand() * (std::abs(d[0]) + std::abs(d[1]) + std::abs(d[2]));
     std::int32_t vertex = start;
@@ -160,86 +221,38 @@ std::int32_t supportClimb(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d, 
             continue;
         }
         if (bestHeight < height - band)
-            return vertex;
+            return {vertex, height};
         if (counters != nullptr)
             ++counters->ties;
-        return supportLinear(hull, d);
+        return hitLinear(hull, d);
     }
 }
 
+/// Hill climbing over natural and artificial neighbours, with the vertex itself eight at a time. Cost: 4 ns a step where
+/// measured; from the support vertex of a direction a few degrees away it takes one or two steps at any size.
 template <class S>
-inline typename Lanes<S>::Vector blockProducts(const NeighbourBlock<S>& block, int lane,
-                                               const Eigen::Matrix<S, 3, 1>& d)
-{
-    using L = Lanes<S>;
-    return L::load(&block.x[lane]) * L::fill(d[0]) + L::load(&block.y[lane]) * L::fill(d[1]) +
-           L::load(&block.z[lane]) * L::fill(d[2]);
-}
-
-/// The best of the neighbours in the blocks of one vertex: its height, and the block that has it.
-template <class S>
-struct BlockMaximum
-{
-    S height;
-    const NeighbourBlock<S>* block;
-
-    /// The neighbour; found late, since most steps of a coherent climb only need to know that none is higher.
-    std::int32_t vertex(const Eigen::Matrix<S, 3, 1>& d) const
-    {
-        int lane = 0;
-        while (lane < 7 && !(block->x[lane] * d[0] + block->y[lane] * d[1] + block->z[lane] * d[2] == height))
-            ++lane;
-        return block->id[lane];
-    }
-};
-
-template <class S>
-inline BlockMaximum<S> blockMaximum(const NeighbourBlock<S>* block, const NeighbourBlock<S>* end,
-                                    const Eigen::Matrix<S, 3, 1>& d)
-{
-    using Vector = typename Lanes<S>::Vector;
-    BlockMaximum<S> result = {-std::numeric_limits<S>::infinity(), block};
-    for (; block != end; ++block)
-    {
-        Vector best = blockProducts(*block, 0, d);
-        for (int lane = Lanes<S>::kWidth; lane < 8; lane += Lanes<S>::kWidth)
-        {
-            const Vector products = blockProducts(*block, lane, d);
-            best = best > products ? best : products;
-        }
-        const S height = largestLane(best);
-        if (height > result.height)
-            result = {height, block};
-    }
-    return result;
-}
-
-/// Hill climbing over natural and artificial neighbours, eight at a time. Cost: 4 ns a step where measured; from the
-/// support vertex of a direction a few degrees away it takes one or two steps at any size.
-template <class S>
-std::int32_t supportClimbArtificial(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d, std::int32_t start,
-                                    SupportCounters* counters = nullptr)
+SupportHit<S> supportClimbArtificial(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d, std::int32_t start,
+                                     SupportCounters* counters = nullptr)
 {
     const S band = hull.tieBand() * (std::abs(d[0]) + std::abs(d[1]) + std::abs(d[2]));
+    const LaneDirection<S> lanes(d);
     std::int32_t vertex = start;
-    S height = supportProduct(hull, vertex, d);
     for (;;)
     {
-        const BlockMaximum<S> best = blockMaximum(hull.blocksBegin(vertex), hull.blocksEnd(vertex), d);
+        const ClimbStep<S> step = climbStep(hull, vertex, lanes);
         if (counters != nullptr)
             ++counters->steps;
         // Comparison order: if a product is NaN, neither of the first two holds, and the scan ends the search.
-        if (best.height > height)
+        if (step.bestHeight > step.height)
         {
-            vertex = best.vertex(d);
-            height = best.height;
+            vertex = step.best;
             continue;
         }
-        if (best.height < height - band)
-            return vertex;
+        if (step.bestHeight < step.height - band)
+            return {vertex, step.height};
         if (counters != nullptr)
             ++counters->ties;
-        return supportLinear(hull, d);
+        return hitLinear(hull, d);
     }
 }
 
@@ -253,10 +266,11 @@ std::int32_t cubeMapStart(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d)
     const S largest = std::abs(d[axis]);
     if (!(largest > S(0)))
         return 0;
+    const S scale = S(kCells / 2) / largest;
     const auto cell = [&](S value)
     {
         // A NaN fails the comparison and lands in the first cell.
-        const S place = (value / largest + S(1)) * S(kCells / 2);
+        const S place = value * scale + S(kCells / 2);
         return place > S(0) ? static_cast<int>(place < S(kCells) ? place : S(kCells - 1)) : 0;
     };
     const int side = 2 * axis + (d[axis] < S(0) ? 1 : 0);
@@ -264,34 +278,51 @@ std::int32_t cubeMapStart(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d)
 }
 
 template <class S>
-std::int32_t supportCubeMap(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d,
-                            SupportCounters* counters = nullptr)
+SupportHit<S> supportCubeMap(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d,
+                             SupportCounters* counters = nullptr)
 {
     return supportClimbArtificial(hull, d, cubeMapStart(hull, d), counters);
 }
 
-/// Up to this many vertices the scan beats the table and a climb for unrelated directions (SSE2: from 40 to 64).
-constexpr std::int32_t kLinearSupportMaximum = 48;
+/// Up to this many vertices the scan beats the table and a climb for unrelated directions, where measured.
+template <class S>
+std::int32_t linearSupportMaximum()
+{
+#ifdef __SSE2__
+    if (std::is_same_v<S, float> && kHasAvx2)
+        return 100;
+#endif
+    return 48;
+}
 
-/// Support vertex by the measured best method.
+/// Support vertex and its product by the measured best method.
 ///
 /// @param start a vertex, likely near the answer (last frame's), or -1
+template <class S>
+SupportHit<S> supportHit(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d, std::int32_t start = -1,
+                         SupportMethod method = SupportMethod::Automatic, SupportCounters* counters = nullptr)
+{
+    if (counters != nullptr)
+        ++counters->searches;
+    if (method == SupportMethod::Linear || !hull.hasNeighbours())
+        return hitLinear(hull, d);
+    const bool hasStart = start >= 0 && start < hull.vertexCount();
+    if (hasStart && (method == SupportMethod::Automatic || method == SupportMethod::ClimbArtificial))
+        return supportClimbArtificial(hull, d, start, counters);
+    if (method == SupportMethod::Climb)
+        return supportClimb(hull, d, hasStart ? start : 0, counters);
+    if (method == SupportMethod::ClimbArtificial)
+        return supportClimbArtificial(hull, d, 0, counters);
+    if (method == SupportMethod::CubeMap || hull.vertexCount() > linearSupportMaximum<S>())
+        return supportCubeMap(hull, d, counters);
+    return hitLinear(hull, d);
+}
+
 template <class S>
 std::int32_t supportVertex(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d, std::int32_t start = -1,
                            SupportMethod method = SupportMethod::Automatic,
                            SupportCounters* counters = nullptr)
 {
-    if (counters != nullptr)
-        ++counters->searches;
-    if (method == SupportMethod::Linear || !hull.hasNeighbours())
-        return supportLinear(hull, d);
-    const bool hasStart = start >= 0 && start < hull.vertexCount();
-    if (method == SupportMethod::Climb)
-        return supportClimb(hull, d, hasStart ? start : 0, counters);
-    if (method == SupportMethod::ClimbArtificial || (method == SupportMethod::Automatic && hasStart))
-        return supportClimbArtificial(hull, d, hasStart ? start : 0, counters);
-    if (method == SupportMethod::CubeMap || hull.vertexCount() > kLinearSupportMaximum)
-        return supportCubeMap(hull, d, counters);
-    return supportLinear(hull, d);
+    return supportHit(hull, d, start, method, counters).vertex;
 }
 }  // namespace cullet

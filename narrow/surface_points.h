@@ -58,16 +58,16 @@ private:
         SimplexPoints corners;
         for (int k = 0; k < 3; ++k)
             corners[k] = m_points[piece.corners[k]] - point;
-        const ClosestOnSimplex edge =
-            closer(closer(closestOnSegment(corners, 0, 1), closestOnSegment(corners, 1, 2)),
-                   closestOnSegment(corners, 2, 0));
-        ClosestOnSimplex inside = edge;
-        if (closestInsideTriangle(corners, 0, 1, 2, inside))
-        {
-            const auto& w = inside.weights;
-            inside.point = w[0] * corners[0] + w[1] * corners[1] + w[2] * corners[2];
-        }
-        return closer(edge, inside).point.norm();
+        ClosestOnSimplex best = nothingOnSimplex(corners, 3);
+        considerSegment(corners, 0, 1, best);
+        considerSegment(corners, 1, 2, best);
+        considerSegment(corners, 2, 0, best);
+        const double edge = best.point.norm();
+        best.length2 = std::numeric_limits<double>::infinity();
+        if (!considerInside(corners, 0, 1, 2, best))
+            return edge;
+        const std::array<double, 4> w = simplexWeights(corners, best.subset);
+        return std::min(edge, (w[0] * corners[0] + w[1] * corners[1] + w[2] * corners[2]).norm());
     }
 
     void attach(std::int32_t point, double depth)

@@ -40,25 +40,6 @@ inline btVector3 transposedProduct(const btMatrix3x3& m, const btVector3& v)
     return result;
 }
 
-/// Highest product with a direction among the neighbours of a vertex.
-inline btScalar highestNeighbour(const Hull<btScalar>& hull, std::int32_t vertex,
-                                 const Eigen::Matrix<btScalar, 3, 1>& direction)
-{
-    using L = Lanes<btScalar>;
-    const NeighbourBlock<btScalar>* block = hull.blocksBegin(vertex);
-    const NeighbourBlock<btScalar>* const end = hull.blocksEnd(vertex);
-    typename L::Vector best = blockProducts(*block, 0, direction);
-    for (; block != end; ++block)
-    {
-        for (int lane = 0; lane < 8; lane += L::kWidth)
-        {
-            const typename L::Vector products = blockProducts(*block, lane, direction);
-            best = best > products ? best : products;
-        }
-    }
-    return largestLane(best);
-}
-
 /// Highest product of a core's points with a direction, relative to its origin, and the vertex that has it.
 inline btScalar heightAlong(const StretchedHull& core, const btVector3& direction, std::int32_t& vertex)
 {
@@ -68,14 +49,16 @@ inline btScalar heightAlong(const StretchedHull& core, const btVector3& directio
     const bool isKnown = vertex < hull.vertexCount() && hull.hasNeighbours();
     if (isKnown)
     {
-        const btScalar height = supportProduct(hull, vertex, local);
+        btScalar height;
         const btScalar band = hull.tieBand() * local.cwiseAbs().sum();
         // The climb would end where it starts: in a coherent scene nearly always.
-        if (highestNeighbour(hull, vertex, local) < height - band)
+        if (isPeak(hull, vertex, LaneDirection<btScalar>(local), band, height))
             return height;
     }
-    vertex = isKnown ? supportClimbArtificial(hull, local, vertex) : supportLinear(hull, local);
-    return supportProduct(hull, vertex, local);
+    const SupportHit<btScalar> hit =
+        isKnown ? supportClimbArtificial(hull, local, vertex) : hitLinear(hull, local);
+    vertex = hit.vertex;
+    return hit.height;
 }
 
 inline btScalar sumOfMagnitudes(const btVector3& v)

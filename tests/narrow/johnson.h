@@ -16,8 +16,7 @@ namespace cullet::test
 inline ClosestOnSimplex closestByJohnson(const SimplexPoints& p, int count)
 {
     std::array<std::array<double, 4>, 16> cofactor = {};
-    ClosestOnSimplex best;
-    double bestLength2 = std::numeric_limits<double>::infinity();
+    ClosestOnSimplex best = nothingOnSimplex(p, count);
     for (unsigned subset = 1; subset < (1u << count); ++subset)
     {
         double sum = 0.0;
@@ -42,19 +41,16 @@ inline ClosestOnSimplex closestByJohnson(const SimplexPoints& p, int count)
         }
         if (!isPositive)
             continue;
-        ClosestOnSimplex candidate = {Eigen::Vector3d::Zero(), {}, subset, subset == 15u};
+        ClosestOnSimplex candidate = {Eigen::Vector3d::Zero(), 0.0, subset, subset == 15u};
         for (int i = 0; i < count; ++i)
         {
             if ((subset >> i & 1u) == 0)
                 continue;
-            candidate.weights[i] = cofactor[subset][i] / sum;
-            candidate.point += candidate.weights[i] * p[i];
+            candidate.point += cofactor[subset][i] / sum * p[i];
         }
-        if (candidate.point.squaredNorm() < bestLength2)
-        {
+        candidate.length2 = candidate.point.squaredNorm();
+        if (candidate.length2 < best.length2)
             best = candidate;
-            bestLength2 = candidate.point.squaredNorm();
-        }
     }
     return best;
 }

@@ -13,6 +13,11 @@
 /// the simplex is largest, and compare signs of lengths, areas and volumes there.
 namespace cullet::test
 {
+inline ClosestOnSimplex onSubset(const Eigen::Vector3d& point, unsigned subset)
+{
+    return {point, point.squaredNorm(), subset, false};
+}
+
 inline ClosestOnSimplex signedVolumesSegment(const SimplexPoints& p, int i, int j)
 {
     const Eigen::Vector3d edge = p[j] - p[i];
@@ -22,13 +27,10 @@ inline ClosestOnSimplex signedVolumesSegment(const SimplexPoints& p, int i, int 
     const double total = p[i][axis] - p[j][axis];
     const double weightI = (foot[axis] - p[j][axis]) / total;
     if (!(weightI > 0.0))
-        return closestOnVertex(p, j);
+        return onSubset(p[j], 1u << j);
     if (!(weightI < 1.0))
-        return closestOnVertex(p, i);
-    ClosestOnSimplex result = {foot, {}, (1u << i) | (1u << j)};
-    result.weights[i] = weightI;
-    result.weights[j] = 1.0 - weightI;
-    return result;
+        return onSubset(p[i], 1u << i);
+    return onSubset(foot, (1u << i) | (1u << j));
 }
 
 inline ClosestOnSimplex signedVolumesTriangle(const SimplexPoints& p, int i, int j, int k)
@@ -45,26 +47,16 @@ inline ClosestOnSimplex signedVolumesTriangle(const SimplexPoints& p, int i, int
     const std::array<double, 3> weight = {area(foot, p[j], p[k]) / total, area(p[i], foot, p[k]) / total,
                                           area(p[i], p[j], foot) / total};
     if (weight[0] > 0.0 && weight[1] > 0.0 && weight[2] > 0.0)
-    {
-        ClosestOnSimplex result = {foot, {}, (1u << i) | (1u << j) | (1u << k)};
-        result.weights[i] = weight[0];
-        result.weights[j] = weight[1];
-        result.weights[k] = weight[2];
-        return result;
-    }
-    ClosestOnSimplex best;
-    double bestLength2 = std::numeric_limits<double>::infinity();
+        return onSubset(foot, (1u << i) | (1u << j) | (1u << k));
+    ClosestOnSimplex best = nothingOnSimplex(p, 1);
     const std::array<std::array<int, 2>, 3> sides = {{{j, k}, {k, i}, {i, j}}};
     for (int side = 0; side < 3; ++side)
     {
         if (weight[side] > 0.0)
             continue;
         const ClosestOnSimplex candidate = signedVolumesSegment(p, sides[side][0], sides[side][1]);
-        if (candidate.point.squaredNorm() < bestLength2)
-        {
+        if (candidate.length2 < best.length2)
             best = candidate;
-            bestLength2 = candidate.point.squaredNorm();
-        }
     }
     return best;
 }
@@ -78,20 +70,16 @@ inline ClosestOnSimplex signedVolumesTetrahedron(const SimplexPoints& p)
     const std::array<double, 4> weight = {
         volume(o, p[1], p[2], p[3]) / total, volume(p[0], o, p[2], p[3]) / total,
         volume(p[0], p[1], o, p[3]) / total, volume(p[0], p[1], p[2], o) / total};
-    ClosestOnSimplex best;
+    ClosestOnSimplex best = nothingOnSimplex(p, 4);
     best.isInside = true;
-    double bestLength2 = std::numeric_limits<double>::infinity();
     for (int face = 0; face < 4; ++face)
     {
         if (weight[face] > 0.0)
             continue;
         const auto [i, j, k] = kTetrahedronFaces[face];
         const ClosestOnSimplex candidate = signedVolumesTriangle(p, i, j, k);
-        if (candidate.point.squaredNorm() < bestLength2)
-        {
+        if (candidate.length2 < best.length2)
             best = candidate;
-            bestLength2 = candidate.point.squaredNorm();
-        }
     }
     return best;
 }
@@ -102,7 +90,7 @@ inline ClosestOnSimplex closestBySignedVolumes(const SimplexPoints& p, int count
     switch (count)
     {
         case 1:
-            return closestOnVertex(p, 0);
+            return onSubset(p[0], 1u);
         case 2:
             return signedVolumesSegment(p, 0, 1);
         case 3:

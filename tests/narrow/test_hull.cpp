@@ -177,13 +177,15 @@ TYPED_TEST(HullOf, EveryVertexHasANeighbourBelowItsPlaneAndBlocksRepeatTheLists)
             std::set<int> fromLists, fromBlocks;
             for (const int u : hull.neighbours(v))
                 fromLists.insert(u);
-            for (auto block = hull.blocksBegin(v); block != hull.blocksEnd(v); ++block)
+            for (int index = v; index >= 0; index = hull.block(index).id[0])
             {
-                for (int lane = 0; lane < 8; ++lane)
+                const auto& block = hull.block(index);
+                EXPECT_EQ(block.y[0], hull.vertex(v).y());
+                for (int lane = 1; lane < 8; ++lane)
                 {
-                    fromBlocks.insert(block->id[lane]);
-                    EXPECT_EQ(block->x[lane], hull.vertex(block->id[lane]).x());
-                    EXPECT_EQ(block->z[lane], hull.vertex(block->id[lane]).z());
+                    fromBlocks.insert(block.id[lane]);
+                    EXPECT_EQ(block.x[lane], hull.vertex(block.id[lane]).x());
+                    EXPECT_EQ(block.z[lane], hull.vertex(block.id[lane]).z());
                 }
             }
             EXPECT_EQ(fromLists, fromBlocks);

@@ -21,6 +21,11 @@ double lengthOf(const ClosestOnSimplex& c)
     return c.isInside ? 0.0 : c.point.norm();
 }
 
+double segmentDistance(const Eigen::Vector3d& from, const Eigen::Vector3d& to)
+{
+    return closestOnSimplex({from, to}, 2).point.norm();
+}
+
 SimplexPoints randomSimplex(std::mt19937& engine, double shift)
 {
     SimplexPoints points;
@@ -36,13 +41,14 @@ void expectConsistent(const SimplexPoints& points, int count, const ClosestOnSim
         return;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     double total = 0.0;
+    const std::array<double, 4> weights = simplexWeights(points, c.subset);
     for (int i = 0; i < 4; ++i)
     {
-        EXPECT_GE(c.weights[i], 0.0);
-        EXPECT_EQ(c.weights[i] > 0.0, (c.subset >> i & 1u) != 0) << "point " << i << " of " << count;
-        total += c.weights[i];
+        EXPECT_GE(weights[i], 0.0);
+        EXPECT_EQ(weights[i] > 0.0, (c.subset >> i & 1u) != 0) << "point " << i << " of " << count;
+        total += weights[i];
         if (i < count)
-            sum += c.weights[i] * points[i];
+            sum += weights[i] * points[i];
     }
     EXPECT_NEAR(total, 1.0, 1e-12);
     EXPECT_LT((sum - c.point).norm(), 1e-12 * (1.0 + points[0].norm()));
@@ -182,11 +188,11 @@ TEST(Simplex, DegenerateSimplicesHaveFiniteAnswersAsGoodAsTheBestSubset)
             for (int i = 0; i < count; ++i)
             {
                 for (int j = 0; j < i; ++j)
-                    EXPECT_LE(c.point.norm(), closestOnSegment(p, i, j).point.norm() * (1.0 + 1e-12));
+                    EXPECT_LE(c.point.norm(), segmentDistance(p[i], p[j]) * (1.0 + 1e-12));
             }
             Eigen::Vector3d sum = Eigen::Vector3d::Zero();
             for (int i = 0; i < count; ++i)
-                sum += c.weights[i] * p[i];
+                sum += simplexWeights(p, c.subset)[i] * p[i];
             EXPECT_NEAR(sum.norm(), c.point.norm(), 1e-9);
         }
     }

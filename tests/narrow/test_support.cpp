@@ -178,10 +178,10 @@ TEST(Support, ArtificialNeighboursLeadOffEveryPlateau)
                 static_cast<std::int32_t>(engine() % static_cast<unsigned>(hull.vertexCount()));
             for (;;)
             {
-                const auto best = blockMaximum(hull.blocksBegin(vertex), hull.blocksEnd(vertex), d);
-                if (!(best.height > supportProduct(hull, vertex, d)))
+                const ClimbStep<double> step = climbStep(hull, vertex, LaneDirection<double>(d));
+                if (!(step.bestHeight > step.height))
                     break;
-                vertex = best.vertex(d);
+                vertex = step.best;
             }
             const double deficit =
                 supportProduct(hull, supportLinear(hull, d), d) - supportProduct(hull, vertex, d);

@@ -1,0 +1,106 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "narrow/lanes.h"
+#include "narrow/posed_hull.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+
+namespace cullet
+{
+/// The support of A - B against an axis v, in the scalar of the hulls.
+template <class S>
+struct AxisTest
+{
+    bool isProved = false;  ///< the shapes are farther apart along v than asked
+    S along = S(0);         ///< v.w for the support point w, rounded
+    std::int32_t vertexA = -1;
+    std::int32_t vertexB = -1;
+};
+
+/// Two posed hulls, for tests that are done in their own scalar with a bound of the rounding errors instead of points in
+/// double. What cannot be proved so is left to the search in double.
+///
+/// With u the unit of rounding, R the radius of a hull and F the Frobenius norm of its basis, a local direction is off
+/// by 3 u of the products of magnitudes that it sums up, and so is a height. By Cauchy and Schwarz the height is off by
+/// 6 u F R |v| together, the product with the offset by 4 u |v| times the offset, and adding up by 3 u of all. 10 u |v| times
+/// reach() covers it; u is eps / 2, and |v| <= sqrt(3). A coordinate of a point of A - B is off by 5 u reach().
+template <class S>
+class HullPair
+{
+public:
+    using Vector = typename Quad<S>::Vector;
+
+    HullPair(const PosedHull<S>& a, const PosedHull<S>& b)
+        : m_a(a),
+          m_b(b),
+          m_offset(b.originQuad() - a.originQuad()),
+          m_normA(norm(a)),
+          m_normB(norm(b)),
+          m_reach(m_normA * a.hull().reach() + m_normB * b.hull().reach() + std::abs(m_offset[0]) +
+                  std::abs(m_offset[1]) + std::abs(m_offset[2]))
+    {
+    }
+
+    const PosedHull<S>& a() const { return m_a; }
+    const PosedHull<S>& b() const { return m_b; }
+    const Vector& offset() const { return m_offset; }
+    /// Bounds every coordinate of A - B, and what it is made of.
+    S reach() const { return m_reach; }
+
+    /// Is the distance along an axis larger than the root of limit2? Two supports are all that a pair costs that is as
+    /// far apart as before.
+    ///
+    /// @param v world axes, from B to A; components beyond 1, or all tiny, are not tested
+    AxisTest<S> test(S vx, S vy, S vz, S limit2, std::int32_t startA, std::int32_t startB) const
+    {
+        AxisTest<S> test;
+        const S largest = std::max({std::abs(vx), std::abs(vy), std::abs(vz)});
+        if (!(largest > S(1e-8) && largest <= S(1)))
+            return test;
+        const Vector localB = m_b.row(0) * vx + m_b.row(1) * vy + m_b.row(2) * vz;
+        const Vector localA = -(m_a.row(0) * vx + m_a.row(1) * vy + m_a.row(2) * vz);
+        const SupportHit<S> hitA = support(m_a, localA, m_normA, startA);
+        const SupportHit<S> hitB = support(m_b, localB, m_normB, startB);
+        test.vertexA = hitA.vertex;
+        test.vertexB = hitB.vertex;
+        test.along = -(hitA.height + hitB.height) - (vx * m_offset[0] + vy * m_offset[1] + vz * m_offset[2]);
+        const S sure = test.along - S(8.7) * std::numeric_limits<S>::epsilon() * m_reach;
+        // A NaN makes the comparisons false.
+        test.isProved = sure > S(0) && sure * sure > limit2 * (vx * vx + vy * vy + vz * vz);
+        return test;
+    }
+
+private:
+    static S norm(const PosedHull<S>& shape)
+    {
+        const Vector squares =
+            shape.row(0) * shape.row(0) + shape.row(1) * shape.row(1) + shape.row(2) * shape.row(2);
+        return squareRoot(squares[0] + squares[1] + squares[2]);
+    }
+
+    /// @param norm of the basis
+    static SupportHit<S> support(const PosedHull<S>& shape, const Vector& d, S norm, std::int32_t start)
+    {
+        const Hull<S>& hull = shape.hull();
+        const Eigen::Matrix<S, 3, 1> direction(d[0], d[1], d[2]);
+        if (shape.method() == SupportMethod::Automatic && start >= 0 && start < hull.blockCount())
+        {
+            S height;
+            // The 1-norm of the direction is at most sqrt(3) F |v|; the band has room for rounding.
+            if (isPeak(hull, start, LaneDirection<S>(direction), hull.tieBand() * (S(3) * norm), height))
+                return {start, height};
+        }
+        return supportHit(hull, direction, start, shape.method());
+    }
+
+    const PosedHull<S>& m_a;
+    const PosedHull<S>& m_b;
+    Vector m_offset;
+    S m_normA, m_normB, m_reach;
+};
+}  // namespace cullet

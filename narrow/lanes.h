@@ -1,0 +1,149 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+#include <type_traits>
+#ifdef __SSE2__
+#include <emmintrin.h>
+#endif
+
+/// Vectors of lanes for the support searches: GCC's vector extension, with intrinsics only where it has no word for it.
+namespace cullet
+{
+/// Eight lanes as 16-byte vectors, the width that every x86-64 and ARMv8 has.
+template <class S>
+struct Lanes
+{
+    static constexpr int kWidth = static_cast<int>(16 / sizeof(S));
+    using Integer = std::conditional_t<sizeof(S) == 4, std::int32_t, std::int64_t>;
+    typedef S Vector __attribute__((vector_size(16)));
+    typedef Integer Mask __attribute__((vector_size(16)));  ///< what a comparison of two vectors gives
+
+    static Vector load(const S* p)
+    {
+        Vector v;
+        std::memcpy(&v, p, sizeof(v));
+        return v;
+    }
+    static Vector fill(S value) { return Vector{} + value; }
+    static Mask largest() { return Mask{} + std::numeric_limits<Integer>::max(); }
+    /// 0, 1, 2, ...
+    static Mask counting()
+    {
+        Mask lanes;
+        for (int lane = 0; lane < kWidth; ++lane)
+            lanes[lane] = lane;
+        return lanes;
+    }
+};
+
+/// Three coordinates and a fourth lane, or one coordinate of four points. For double without AVX the compiler takes two
+/// registers; such vectors are never arguments or results, since how these are passed depends on the compiler's options.
+template <class S>
+struct Quad
+{
+    typedef S Vector __attribute__((vector_size(4 * sizeof(S))));
+    typedef typename Lanes<S>::Integer Mask __attribute__((vector_size(4 * sizeof(S))));
+
+    static void makePositive(Vector& v)
+    {
+        constexpr typename Lanes<S>::Integer kMagnitude =
+            std::numeric_limits<typename Lanes<S>::Integer>::max();
+        v = reinterpret_cast<Vector>(reinterpret_cast<Mask>(v) & (Mask{} + kMagnitude));
+    }
+
+    static void replace(Vector& v, int lane, S value)
+    {
+        constexpr Mask kCounting = {0, 1, 2, 3};
+        const Mask isThis = kCounting == Mask{} + static_cast<typename Lanes<S>::Integer>(lane);
+        v = isThis ? Vector{} + value : v;
+    }
+
+    static int indexOfLargest(const Vector& v)
+    {
+        const int low = v[1] > v[0] ? 1 : 0;
+        const int high = v[3] > v[2] ? 3 : 2;
+        return v[high] > v[low] ? high : low;
+    }
+};
+
+/// Without the call that std::sqrt() makes for a negative argument, to set errno.
+inline float squareRoot(float x)
+{
+#ifdef __SSE2__
+    return _mm_cvtss_f32(_mm_sqrt_ss(_mm_set_ss(x)));
+#else
+    return std::sqrt(x);
+#endif
+}
+
+inline double squareRoot(double x)
+{
+#ifdef __SSE2__
+    return _mm_cvtsd_f64(_mm_sqrt_sd(_mm_setzero_pd(), _mm_set_sd(x)));
+#else
+    return std::sqrt(x);
+#endif
+}
+
+/// Bit i: lane i is set (all its bits are).
+inline unsigned laneBits(Lanes<float>::Mask m)
+{
+#ifdef __SSE2__
+    return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(m)));
+#else
+    return (m[0] & 1u) | (m[1] & 2u) | (m[2] & 4u) | (m[3] & 8u);
+#endif
+}
+
+inline unsigned laneBits(Lanes<double>::Mask m)
+{
+#ifdef __SSE2__
+    return static_cast<unsigned>(_mm_movemask_pd(reinterpret_cast<__m128d>(m)));
+#else
+    return static_cast<unsigned>((m[0] & 1) | (m[1] & 2));
+#endif
+}
+
+/// The same vector with lane 1 in the place of lane 0.
+inline Lanes<float>::Vector withoutLaneZero(Lanes<float>::Vector v)
+{
+    return __builtin_shufflevector(v, v, 1, 1, 2, 3);
+}
+
+inline Lanes<double>::Vector withoutLaneZero(Lanes<double>::Vector v)
+{
+    return __builtin_shufflevector(v, v, 1, 1);
+}
+
+/// Largest of the lanes; a NaN lane may or may not be passed over.
+inline float largestLane(Lanes<float>::Vector v)
+{
+    const Lanes<float>::Vector halves = __builtin_shufflevector(v, v, 2, 3, 0, 1);
+    v = v > halves ? v : halves;
+    const Lanes<float>::Vector pairs = __builtin_shufflevector(v, v, 1, 0, 3, 2);
+    v = v > pairs ? v : pairs;
+    return v[0];
+}
+
+inline double largestLane(Lanes<double>::Vector v)
+{
+    return v[0] > v[1] ? v[0] : v[1];
+}
+
+inline std::int32_t smallestLane(Lanes<float>::Mask v)
+{
+    const Lanes<float>::Mask halves = __builtin_shufflevector(v, v, 2, 3, 0, 1);
+    v = v < halves ? v : halves;
+    return v[0] < v[1] ? v[0] : v[1];
+}
+
+inline std::int64_t smallestLane(Lanes<double>::Mask v)
+{
+    return v[0] < v[1] ? v[0] : v[1];
+}
+}  // namespace cullet
