@@ -88,6 +88,11 @@ public:
     template <class Visit>
     void forEachNeighbour(std::uint32_t row, Visit visit) const;
 
+    /// The same for rows of its own level and of coarser ones, and for unbounded ones: searching from all rows finds all
+    /// pairs. Each pair of one level is found from both sides. For placements that store a box at one level only.
+    template <class Visit>
+    void forEachNeighbourAbove(std::uint32_t row, Visit visit) const;
+
     /// Calls visit(a, b) exactly once for every two rows that share cells, in any order. Those on the side list are not
     /// among them. Needs CellGridOptions::countsPairs.
     template <class Visit>
@@ -127,6 +132,8 @@ private:
                                                                 : grid.sizeExponent() == level;
     }
 
+    template <class Visit>
+    void searchGrid(const UniformGrid& grid, std::uint32_t row, Visit visit) const;
     CellRange searchRange(const Aabb& box, int level) const noexcept;
     bool isAtHome(const Aabb& box, int level) const noexcept;
     Level& levelWithGrid(int level);
@@ -176,12 +183,30 @@ void CellGrid::forEachNeighbour(std::uint32_t row, Visit visit) const
                 grid.forEachSharing(row, grid.sizeExponent() > own, visit);
             continue;
         }
-        grid.forEachInRange(searchRange(m_boxes[row].box, grid.sizeExponent()),
-                            [&](std::uint32_t other)
-                            {
-                                if (other != row)
-                                    visit(other);
-                            });
+        searchGrid(grid, row, visit);
     }
+}
+
+template <class Visit>
+void CellGrid::forEachNeighbourAbove(std::uint32_t row, Visit visit) const
+{
+    forEachBySideList(row, visit);
+    for (const auto& level : m_levels)
+    {
+        if (level->grid.sizeExponent() >= m_boxes[row].level)
+            searchGrid(level->grid, row, visit);
+    }
+}
+
+/// Calls visit(other) for the rows of a level that may overlap a row, for placements that store a box at one level.
+template <class Visit>
+void CellGrid::searchGrid(const UniformGrid& grid, std::uint32_t row, Visit visit) const
+{
+    grid.forEachInRange(searchRange(m_boxes[row].box, grid.sizeExponent()),
+                        [&](std::uint32_t other)
+                        {
+                            if (other != row)
+                                visit(other);
+                        });
 }
 }  // namespace cullet

@@ -33,6 +33,7 @@ CellGridOptions cellGridOptions(const GridOptions& options)
 CellGridBackend::CellGridBackend(const GridOptions& options)
     : m_grid(cellGridOptions(options)),
       m_countsPairs(cellGridOptions(options).countsPairs),
+      m_searchesUpwards(options.placement != GridPlacement::AllCoarser),
       m_rebuildFraction(options.rebuildFraction < 0 ? kAutomaticRebuildFraction : options.rebuildFraction)
 {
 }
@@ -58,6 +59,25 @@ void CellGridBackend::forEachPartner(std::uint32_t row, Visit visit) const
         m_grid.forEachNeighbour(row, visit);
 }
 
+/// Each box meets those of its own level and of coarser ones: where boxes are stored at one level only, a large box would
+/// have to look into very many small cells.
+void CellGridBackend::searchUpwards(const ProxyView& proxies)
+{
+    for (std::uint32_t row = 0; row < proxies.size; ++row)
+    {
+        const int level = m_grid.level(row);
+        if (level == CellGrid::kAbsent)
+            continue;
+        m_grid.forEachNeighbourAbove(row,
+                                     [&](std::uint32_t other)
+                                     {
+                                         const int otherLevel = m_grid.level(other);
+                                         if (otherLevel > level || (otherLevel == level && other < row))
+                                             m_pairs.test(proxies, row, other);
+                                     });
+    }
+}
+
 void CellGridBackend::rebuild(const ProxyView& proxies)
 {
     m_grid.clear();
@@ -65,10 +85,13 @@ void CellGridBackend::rebuild(const ProxyView& proxies)
     {
         if (!isValid(proxies.boxes[row]))
             continue;
-        // Each box meets those that were added before it.
         m_grid.addBox(row, proxies.boxes[row]);
-        forEachPartner(row, [&](std::uint32_t other) { m_pairs.test(proxies, row, other); });
+        // Each box meets those that were added before it.
+        if (!m_searchesUpwards)
+            forEachPartner(row, [&](std::uint32_t other) { m_pairs.test(proxies, row, other); });
     }
+    if (m_searchesUpwards)
+        searchUpwards(proxies);
     if (m_countsPairs)
         m_grid.forEachCounted([&](std::uint32_t a, std::uint32_t b) { m_pairs.test(proxies, a, b); });
     m_isFresh = false;

@@ -35,12 +35,14 @@ private:
     bool wantsRebuild(const ProxyView& proxies) const;
     template <class Visit>
     void forEachPartner(std::uint32_t row, Visit visit) const;
+    void searchUpwards(const ProxyView& proxies);
     void rebuild(const ProxyView& proxies);
     void updateChangedRows(const ProxyView& proxies);
     void fillStats();
 
     CellGrid m_grid;
     bool m_countsPairs;
+    bool m_searchesUpwards;  ///< in a rebuild
     double m_rebuildFraction;
     bool m_isFresh = true;  ///< the grid is void until the next rebuild
     float m_margin = 0.0f;  ///< of the last update

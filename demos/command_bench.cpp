@@ -4,6 +4,7 @@
 
 #include "demos/bench/event_scenes.h"
 #include "demos/bench/frames_bench.h"
+#include "demos/bench/named_backends.h"
 #include "demos/bench/world_bench.h"
 #include "demos/program/exit_code.h"
 #include "demos/program/interrupt.h"
@@ -11,6 +12,7 @@
 #include "demos/program/precision.h"
 #include "demos/scenes/box_scene.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <sstream>
@@ -76,6 +78,7 @@ Json toJson(const BroadOptions& options, bool hasBodies)
             {"budget", options.budget},
             {"seed", options.seed},
             {"resend", options.resend},
+            {"per_frame", options.perFrame},
             {"queries", options.queries},
             {"precision", ownPrecision()}};
 }
@@ -108,9 +111,20 @@ void runCases(const BroadOptions& options, bool hasBodies, ResultFile& file)
     }
 }
 
-int benchBroad(const BroadOptions& options, bool hasBodies, const FileOptions& files)
+/// Puts the names that "ablation" stands for in its place.
+void expandAblation(std::vector<std::string>& names)
+{
+    const auto found = std::find(names.begin(), names.end(), "ablation");
+    if (found == names.end())
+        return;
+    const std::vector<std::string> all = ablationNames();
+    names.insert(names.erase(found), all.begin(), all.end());
+}
+
+int benchBroad(BroadOptions options, bool hasBodies, const FileOptions& files)
 {
     requireReleaseBuild();
+    expandAblation(options.backends);
     for (const std::string& scene : options.scenes)
         requireKnownScene(scene);
     requireBackends(options);
@@ -168,7 +182,8 @@ void addBroad(CLI::App& bench, Action& chosen)
     CLI::Option* bodies = command->add_option("--bodies", options->bodies, "one or several numbers")
                               ->delimiter(',')
                               ->check(CLI::Range(1, 100000000));
-    command->add_option("--backend", options->backends, "one or several")
+    command
+        ->add_option("--backend", options->backends, "one or several; ablation: every CPU backend and option")
         ->delimiter(',')
         ->capture_default_str();
     command->add_option("--ids", options->ids, "order of the ids at the start: random, sorted")
@@ -190,6 +205,7 @@ void addBroad(CLI::App& bench, Action& chosen)
     command->add_option("--resend", options->resend, "1: hand over unmoved boxes too")->capture_default_str();
     command->add_option("--queries", options->queries,
                         "per frame, scene 'queries'; default 1, 100 and 100,000");
+    command->add_flag("--per-frame", options->perFrame, "a row for each timed frame too");
     command->add_flag("--quiet", options->quiet, "no progress bar");
     addFileOptions(*command, *files);
     command->callback([=, &chosen]

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "broad/backend.h"
 #include "broad/proxy_table.h"
+#include "demos/bench/named_backends.h"
 #include "demos/bench/subject.h"
 
 #include <algorithm>
@@ -17,32 +18,12 @@ namespace
 /// Bullet's default, so that both interfaces do the same work.
 constexpr float kMargin = 0.05f;
 
-std::unique_ptr<Backend> makeBackend(const SubjectRequest& request)
-{
-    GridOptions grid;
-    grid.threads = request.threads;
-    if (request.name == "grid")
-        return makeGridBackend(grid);
-    if (request.name == "brute")
-        return makeBruteForceBackend();
-    if (request.name == "grid-cells")
-    {
-        grid.layout = GridLayout::Cells;
-        return makeGridBackend(grid);
-    }
-    std::string why;
-    std::unique_ptr<Backend> backend = makeCudaPsapBackend({}, &why);
-    if (!backend)
-        throw std::runtime_error("backend cuda: " + why);
-    return backend;
-}
-
 /// Unique ids are rows + 1.
 class BackendSubject : public Subject
 {
 public:
     explicit BackendSubject(const SubjectRequest& request)
-        : m_backend(makeBackend(request)),
+        : m_backend(findBackend(request.name)->make(request.threads)),
           m_threads(request.threads > 0 ? request.threads
                                         : static_cast<int>(std::thread::hardware_concurrency()))
     {
@@ -106,6 +87,7 @@ public:
     std::uint64_t heldPairs() override { return m_pairs.size(); }
     int threads() const override { return m_threads; }
     std::string path() const override { return m_backend->stats().path; }
+    BackendStats counters() const override { return m_backend->stats(); }
 
 private:
     std::unique_ptr<Backend> m_backend;

@@ -53,15 +53,31 @@ void addMeasurement(Json& row, const PairDigest& digest, const std::vector<doubl
     row["mean_ms"] = times.mean;
 }
 
+void addCounters(Json& row, const BackendStats& counters)
+{
+    row["tests"] = counters.candidates;
+    row["entries"] = counters.entries;
+    row["cells_touched"] = counters.cellsTouched;
+    row["cells_visited"] = counters.cellsVisited;
+    row["most_tests"] = counters.mostTests;
+    row["false_pairs"] = counters.falsePairs;
+    row["swaps_x"] = counters.swaps[0];
+    row["swaps_y"] = counters.swaps[1];
+    row["swaps_z"] = counters.swaps[2];
+}
+
 void printRow(const Json& row)
 {
-    std::printf(
-        "%-26s %-8s %-14s %-7s %-6s %9u bodies %9llu pairs  median %11.4f  p90 %11.4f  min %11.4f ms\n",
-        row["benchmark"].get<std::string>().c_str(), row["scene"].get<std::string>().c_str(),
-        row["backend"].get<std::string>().c_str(), row["through"].get<std::string>().c_str(),
-        row["ids"].get<std::string>().c_str(), row["bodies"].get<unsigned>(),
-        row["pairs"].get<unsigned long long>(), row["median_ms"].get<double>(), row["p90_ms"].get<double>(),
-        row["min_ms"].get<double>());
+    std::printf("%-26s %-8s %-17s %-7s %-6s %9u bodies %9llu pairs  median %11.4f  p90 %11.4f  min %11.4f ms",
+                row["benchmark"].get<std::string>().c_str(), row["scene"].get<std::string>().c_str(),
+                row["backend"].get<std::string>().c_str(), row["through"].get<std::string>().c_str(),
+                row["ids"].get<std::string>().c_str(), row["bodies"].get<unsigned>(),
+                row["pairs"].get<unsigned long long>(), row["median_ms"].get<double>(),
+                row["p90_ms"].get<double>(), row["min_ms"].get<double>());
+    const unsigned long long tests = row.value("tests", 0ull);
+    if (tests != 0)
+        std::printf("  %8.2f tests a body", static_cast<double>(tests) / row["bodies"].get<double>());
+    std::printf("\n");
     std::fflush(stdout);
 }
 

@@ -27,6 +27,7 @@ struct BroadOptions
     double budget = 60.0;  ///< seconds that one backend may take in one case before its frames are cut short
     std::uint64_t seed = 12345;
     bool resend = false;        ///< hand over every box in every frame, also those that did not move
+    bool perFrame = false;      ///< a row for each timed frame too
     std::uint32_t queries = 0;  ///< per frame, for the scene "queries"; 0: 1, 100 and 100,000
     bool quiet = false;
 };
@@ -49,6 +50,10 @@ Json makeRow(const std::string& benchmark, const BroadCase& benchCase, const Sub
 
 /// Adds the measured columns: pairs, median_ms, p90_ms, min_ms, hash, mean_ms.
 void addMeasurement(Json& row, const PairDigest& digest, const std::vector<double>& milliseconds);
+
+/// Adds the columns of what an update counted: tests, entries, cells_touched, cells_visited, most_tests, false_pairs,
+/// swaps_x, swaps_y, swaps_z.
+void addCounters(Json& row, const BackendStats& counters);
 
 /// Prints the most important columns of a row.
 void printRow(const Json& row);

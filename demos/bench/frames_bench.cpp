@@ -39,6 +39,8 @@ struct Runner
     int digestFrame = 0;  ///< of the scene, counted from its start
     int checks = 0;
     std::string path;
+    BackendStats counters;  ///< of the last timed frame
+    std::vector<Json> frameRows;
 };
 
 /// The pairs of one frame that every backend has to show.
@@ -155,9 +157,12 @@ public:
             row["create_ms"] = runner.createMs;
             row["checks"] = runner.checks;
             row["checked_against"] = m_referee.isExact() ? "exact" : "each other";
+            addCounters(row, runner.counters);
             row["bytes_per_body"] = releaseAndMeasure(runner) / m_case.bodies;
             printRow(row);
             file.addRow(std::move(row));
+            for (Json& frameRow : runner.frameRows)
+                file.addRow(std::move(frameRow));
         }
     }
 
@@ -200,9 +205,24 @@ private:
         runner.wall.push_back(wall);
         runner.cpu.push_back(cpu);
         runner.path = runner.subject->path();
+        runner.counters = runner.subject->counters();
+        if (m_options.perFrame)
+            addFrameRow(runner, wall);
         const int frame = static_cast<int>(runner.wall.size());
         if (frame == 1 || frame == (m_timedFrames + 1) / 2 || isDone(runner))
             m_referee.check(runner, m_scene.boxes());
+    }
+
+    void addFrameRow(Runner& runner, double wall) const
+    {
+        Json row = makeRow("broad.frame", m_case, runner.request, runner.subject->threads());
+        row["pairs"] = runner.counters.pairs;
+        for (const char* column : {"median_ms", "p90_ms", "min_ms", "mean_ms"})
+            row[column] = wall;
+        row["frame"] = runner.wall.size();
+        row["path"] = runner.path;
+        addCounters(row, runner.counters);
+        runner.frameRows.push_back(std::move(row));
     }
 
     /// Bytes that the subject gives back to malloc when it goes.

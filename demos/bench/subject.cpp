@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "demos/bench/subject.h"
 
+#include "demos/bench/named_backends.h"
+
 #include <stdexcept>
 
 namespace cullet
@@ -25,17 +27,18 @@ const SubjectInfo& findSubject(const std::string& name)
 
 const std::vector<SubjectInfo>& subjectNames()
 {
-    static const std::vector<SubjectInfo> names = {
-        {"grid", "cullet: the hierarchical grid on the CPU, rows", true},
-        {"grid-cells", "cullet: the same with the lecture's cells", true},
-        {"brute", "cullet: every box against every other", true},
-        {"cuda", "cullet on an NVIDIA GPU", true},
-        {"auto", "cullet's own choice", false},
-        {"dbvt", "Bullet's btDbvtBroadphase as shipped", false},
-        {"dbvt-deferred", "btDbvtBroadphase with m_deferedcollide", false},
-        {"dbvt-m0", "btDbvtBroadphase with gDbvtMargin = 0", false},
-        {"axissweep", "Bullet's bt32BitAxisSweep3 without ray accelerator", false},
-    };
+    static const std::vector<SubjectInfo> names = []
+    {
+        std::vector<SubjectInfo> all;
+        for (const NamedBackend& backend : namedBackends())
+            all.push_back({backend.name, backend.summary, true});
+        all.push_back({"auto", "cullet's own choice", false});
+        all.push_back({"dbvt", "Bullet's btDbvtBroadphase as shipped", false});
+        all.push_back({"dbvt-deferred", "btDbvtBroadphase with m_deferedcollide", false});
+        all.push_back({"dbvt-m0", "btDbvtBroadphase with gDbvtMargin = 0", false});
+        all.push_back({"axissweep", "Bullet's bt32BitAxisSweep3 without ray accelerator", false});
+        return all;
+    }();
     return names;
 }
 

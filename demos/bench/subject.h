@@ -3,6 +3,7 @@
 #pragma once
 
 #include "broad/aabb.h"
+#include "broad/backend.h"
 #include "demos/scenes/exact_pairs.h"
 
 #include <cstdint>
@@ -53,6 +54,9 @@ public:
 
     /// Which way the last update took, for backends that have several; may be empty.
     virtual std::string path() const = 0;
+
+    /// What the last update counted; zeros for those that are measured through Bullet.
+    virtual BackendStats counters() const { return {}; }
 };
 
 /// Where the measured interface is.

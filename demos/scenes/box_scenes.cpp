@@ -15,6 +15,8 @@ const std::vector<BoxSceneInfo>& boxScenes()
         {"W3b", "W1 of which a fresh 5 % move in each frame", makeFreshMoversScene},
         {"W3fresh", "W1 of which a fresh tenth moves in each frame", makeFreshTenthScene},
         {"W4", "settled heap of unit boxes, all jitter by 0.01", makeSettledHeapScene},
+        {"settle", "the heap of W4 as it comes down along y, all at rest after 128 frames",
+         makeSettlingHeapScene},
         {"W5", "W1 in which every body teleports in each frame", makeTeleportScene},
         {"pile", "dense heap of turned boxes, 7.6 pairs per body, all drift", makeDriftingHeapScene},
         {"static", "W1 at rest, but for 100 movers", makeHundredMoversScene},

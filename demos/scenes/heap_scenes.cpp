@@ -61,6 +61,57 @@ std::vector<Ball> makeHeap(const BoxSceneOptions& options, const HeapShape& shap
     return balls;
 }
 
+/// Bodies that fall straight down onto their places in a heap and jitter there.
+class SettlingScene : public BoxScene
+{
+public:
+    /// @param balls where they start, kHighest above their places at most
+    SettlingScene(std::vector<Ball> balls, SplitMix64 random) : m_rest(std::move(balls)), m_random(random)
+    {
+        for (Ball& ball : m_rest)
+        {
+            m_boxes.push_back(boxOf(ball));
+            m_heights.push_back(startHeight(ball));
+            ball.centre[1] -= m_heights.back();
+        }
+    }
+
+    /// How far above its place a body starts: drawn from the place, so that the order of ids changes nothing.
+    static float startHeight(const Ball& ball)
+    {
+        const std::uint64_t place = static_cast<std::uint64_t>(bitsOf(ball.centre[0])) << 32;
+        return SplitMix64(place | bitsOf(ball.centre[2])).uniform(0.0f, kHighest);
+    }
+
+    void step() override
+    {
+        m_moved.resize(m_rest.size());
+        std::iota(m_moved.begin(), m_moved.end(), 0u);
+        for (float& height : m_heights)
+            height = std::fmax(height - kSpeed, 0.0f);
+        for (std::size_t row = 0; row < m_rest.size(); ++row)
+            m_boxes[row] = boxOf(jittered(row));
+    }
+
+private:
+    static constexpr float kHighest = 32.0f;
+    static constexpr float kSpeed = 0.25f;
+    static constexpr float kJitter = 0.01f;
+
+    Ball jittered(std::size_t row)
+    {
+        Ball ball = m_rest[row];
+        for (float& coordinate : ball.centre)
+            coordinate += m_random.uniform(-kJitter, kJitter);
+        ball.centre[1] += m_heights[row];
+        return ball;
+    }
+
+    std::vector<Ball> m_rest;
+    std::vector<float> m_heights;  ///< above the places
+    SplitMix64 m_random;
+};
+
 /// Bodies around fixed places: offset <- keep * offset + uniform(-push, push), per axis and frame.
 class HeapScene : public BoxScene
 {
@@ -110,6 +161,19 @@ std::unique_ptr<BoxScene> makeSettledHeapScene(const BoxSceneOptions& options)
         ball.half = 0.5f;
     orderBalls(balls, options);
     return std::make_unique<HeapScene>(std::move(balls), 0.0f, 0.01f, random);
+}
+
+std::unique_ptr<BoxScene> makeSettlingHeapScene(const BoxSceneOptions& options)
+{
+    SplitMix64 random(options.seed);
+    std::vector<Ball> balls = makeHeap(options, {1.1f, 0.98f, 0.04f}, random);
+    for (Ball& ball : balls)
+    {
+        ball.half = 0.5f;
+        ball.centre[1] += SettlingScene::startHeight(ball);
+    }
+    orderBalls(balls, options);
+    return std::make_unique<SettlingScene>(std::move(balls), random);
 }
 
 std::unique_ptr<BoxScene> makeDriftingHeapScene(const BoxSceneOptions& options)

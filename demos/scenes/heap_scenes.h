@@ -14,6 +14,11 @@ namespace cullet
 /// 0.01 of its place on each axis, so that nothing leaves a margin of 0.05.
 std::unique_ptr<BoxScene> makeSettledHeapScene(const BoxSceneOptions& options);
 
+/// The same heap as it comes down: bodies start up to 32 above their places, fall straight along y, 0.25 in a frame, and
+/// jitter by 0.01 on the way and at rest; all rest after 128 frames. More and more bounds come to lie at the same heights,
+/// which is the bad case of sweep and prune along y.
+std::unique_ptr<BoxScene> makeSettlingHeapScene(const BoxSceneOptions& options);
+
 /// A dense heap of turned unit boxes, whose bounds have edges from 1 to 1.52: about 7.6 pairs per body. Every body
 /// drifts a few hundredths around its place.
 std::unique_ptr<BoxScene> makeDriftingHeapScene(const BoxSceneOptions& options);

@@ -188,9 +188,13 @@ TEST(PsapOptions, PrincipalAxisSavesTestsInASlantedSlabAndCostsSomeElsewhere)
         EXPECT_EQ(principal.pairs, variance.pairs);
         EXPECT_GT(principal.pairs, 1000u);
         if (isSlanted)
+        {
             EXPECT_LT(2 * principal.tests, variance.tests) << "square cells across the slab are wasted on it";
+        }
         else
+        {
             EXPECT_GT(principal.tests, variance.tests) << "projections are longer than boxes";
+        }
     }
 }
 

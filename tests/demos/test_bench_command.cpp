@@ -61,6 +61,33 @@ TEST_F(BenchCommand, EveryBackendFindsTheSamePairsInEveryScene)
         EXPECT_EQ(found.size(), 1u) << scene;
 }
 
+TEST_F(BenchCommand, EveryBackendOfTheAblationFindsTheSamePairsAndCounts)
+{
+    const json document = runForJson(
+        "bench broad --scene settle --bodies 300 --backend ablation --frames 3 --warmup 1 --per-frame");
+    std::set<std::string> hashes;
+    std::map<std::string, int> frames;
+    for (const json& row : document["rows"])
+    {
+        if (row["benchmark"] == "broad.frame")
+        {
+            ++frames[row["backend"].get<std::string>()];
+            continue;
+        }
+        expectColumns(row);
+        hashes.insert(row["hash"].get<std::string>());
+        EXPECT_GT(row["tests"], 0) << row.dump();
+        if (row["backend"] == "sap")
+        {
+            EXPECT_GT(row["swaps_y"], row["swaps_x"]);
+        }
+    }
+    EXPECT_EQ(hashes.size(), 1u);
+    EXPECT_GT(frames.size(), 20u);
+    for (const auto& [backend, count] : frames)
+        EXPECT_EQ(count, 3) << backend;
+}
+
 TEST_F(BenchCommand, MeasuresThroughBulletInBothPrecisionsWithTheSamePairs)
 {
     std::set<std::string> hashes;

@@ -128,6 +128,7 @@ INSTANTIATE_TEST_SUITE_P(AllScenes, EveryScene,
                                          Promise{"W3b", 0.9, 1.05, kBodies / 20, 0x60345383cb3117efull},
                                          Promise{"W3fresh", 0.9, 1.05, kBodies / 10, 0xd9903ae22d374ebaull},
                                          Promise{"W4", 2.7, 3.4, kBodies, 0x2046dd33c58a7f03ull},
+                                         Promise{"settle", 0.55, 0.65, kBodies, 0x115961652e02ee6eull},
                                          Promise{"W5", 0.9, 1.05, kBodies, 0x36306b54bd75fbf7ull},
                                          Promise{"pile", 6.5, 8.5, kBodies, 0xac6dc12b76058055ull},
                                          Promise{"static", 0.9, 1.05, 100, 0x5fe11d8980377734ull}),
@@ -135,7 +136,7 @@ INSTANTIATE_TEST_SUITE_P(AllScenes, EveryScene,
 
 TEST(BoxScenes, AreAllUnderTest)
 {
-    EXPECT_EQ(boxScenes().size(), 9u) << "add the new scene to the list of promises";
+    EXPECT_EQ(boxScenes().size(), 10u) << "add the new scene to the list of promises";
 }
 
 TEST(BoxScenes, UnknownNamesGiveNull)

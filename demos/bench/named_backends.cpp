@@ -1,0 +1,184 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/bench/named_backends.h"
+
+#include <stdexcept>
+
+namespace cullet
+{
+namespace
+{
+using Made = std::unique_ptr<Backend>;
+
+template <class Change>
+Made makeCells(Change change)
+{
+    GridOptions options;
+    options.layout = GridLayout::Cells;
+    change(options);
+    return makeGridBackend(options);
+}
+
+template <class Change>
+Made makePsap(int threads, Change change)
+{
+    PsapOptions options;
+    options.executor = PsapExecutor::Threads;
+    options.threads = threads;
+    change(options);
+    return makeHostPsapBackend(options);
+}
+
+template <class Change>
+Made makeLiteral(int threads, Change change)
+{
+    return makePsap(threads,
+                    [&](PsapOptions& options)
+                    {
+                        options.variant = PsapVariant::Literal;
+                        change(options);
+                    });
+}
+
+Made makeGrid(int threads)
+{
+    GridOptions options;
+    options.threads = threads;
+    return makeGridBackend(options);
+}
+
+Made makeCuda(int)
+{
+    std::string why;
+    Made backend = makeCudaPsapBackend({}, &why);
+    if (!backend)
+        throw std::runtime_error("backend cuda: " + why);
+    return backend;
+}
+
+// Cells as many as Liu et al. take for scenes of this size, and enough for the shift to show its rounding.
+constexpr std::uint32_t kSomeCells = 1024;
+}  // namespace
+
+const std::vector<NamedBackend>& namedBackends()
+{
+    static const std::vector<NamedBackend> backends = {
+        {"grid", "cullet: the hierarchical grid on the CPU, rows", makeGrid},
+        {"grid-cells", "cullet: the same with the lecture's cells",
+         [](int) { return makeCells([](GridOptions&) {}); }},
+        {"brute", "cullet: every box against every other", [](int) { return makeBruteForceBackend(); }},
+        {"cuda", "cullet on an NVIDIA GPU", makeCuda},
+        {"cells-incremental", "cells, only changed ones are touched",
+         [](int) { return makeCells([](GridOptions& options) { options.rebuildFraction = 1; }); }},
+        {"cells-rebuild", "cells, cleared and filled in every update",
+         [](int) { return makeCells([](GridOptions& options) { options.rebuildFraction = 0; }); }},
+        {"cells-simple", "cells, a box that moved is removed and added",
+         [](int)
+         {
+             return makeCells(
+                 [](GridOptions& options)
+                 {
+                     options.rebuildFraction = 1;
+                     options.updatesByRemoveAndAdd = true;
+                 });
+         }},
+        {"cells-open", "cells in a hash with open addressing",
+         [](int)
+         { return makeCells([](GridOptions& options) { options.storage = GridStorage::OpenAddressing; }); }},
+        {"cells-array", "cells in an array that repeats in space",
+         [](int) { return makeCells([](GridOptions& options) { options.storage = GridStorage::Array; }); }},
+        {"cells-mirtich1", "Mirtich's first method: cells of a box's own level",
+         [](int)
+         { return makeCells([](GridOptions& options) { options.placement = GridPlacement::OwnLevel; }); }},
+        {"cells-mirtich2", "Mirtich's second method: all coarser levels, counted pairs",
+         [](int)
+         {
+             return makeCells(
+                 [](GridOptions& options)
+                 {
+                     options.countsPairs = true;
+                     options.rebuildFraction = 1;
+                 });
+         }},
+        {"cells-ericson", "Ericson's grid: one cell per box",
+         [](int)
+         { return makeCells([](GridOptions& options) { options.placement = GridPlacement::OnePoint; }); }},
+        {"legrand", "Le Grand's grid: sorted cell ids, cells as large as the largest box",
+         [](int) { return makeLeGrandBackend(); }},
+        {"sap", "incremental sweep and prune", [](int) { return makeSapBackend(); }},
+        {"psap", "subdivision and sweep and prune on CPU threads, rows",
+         [](int threads) { return makePsap(threads, [](PsapOptions&) {}); }},
+        {"psap-literal", "the thesis's steps; axis by variance, cells by extents",
+         [](int threads) { return makeLiteral(threads, [](PsapOptions&) {}); }},
+        {"psap-random", "psap-literal with a random axis",
+         [](int threads)
+         { return makeLiteral(threads, [](PsapOptions& options) { options.axis = PsapAxis::Random; }); }},
+        {"psap-principal", "psap-literal with the principal component as the axis",
+         [](int threads)
+         { return makeLiteral(threads, [](PsapOptions& options) { options.axis = PsapAxis::Principal; }); }},
+        {"psap-bits", "psap-literal with second-level bit strings",
+         [](int threads)
+         { return makeLiteral(threads, [](PsapOptions& options) { options.bitStrings = true; }); }},
+        {"psap-split", "psap-literal with work split by length",
+         [](int threads)
+         { return makeLiteral(threads, [](PsapOptions& options) { options.splitWork = true; }); }},
+        {"psap-thesis", "psap-literal with one cell per 64,000 boxes",
+         [](int threads)
+         { return makeLiteral(threads, [](PsapOptions& options) { options.cells = PsapCells::Thesis; }); }},
+        {"psap-thesis-bits", "psap-thesis with second-level bit strings",
+         [](int threads)
+         {
+             return makeLiteral(threads,
+                                [](PsapOptions& options)
+                                {
+                                    options.cells = PsapCells::Thesis;
+                                    options.bitStrings = true;
+                                });
+         }},
+        {"psap-1024", "psap-literal with 1,024 cells",
+         [](int threads)
+         {
+             return makeLiteral(threads,
+                                [](PsapOptions& options)
+                                {
+                                    options.cells = PsapCells::FixedCount;
+                                    options.cellCount = kSomeCells;
+                                });
+         }},
+        {"psap-shifted", "psap-1024 with the thesis's shift in float",
+         [](int threads)
+         {
+             return makePsap(threads,
+                             [](PsapOptions& options)
+                             {
+                                 options.variant = PsapVariant::Shifted;
+                                 options.cells = PsapCells::FixedCount;
+                                 options.cellCount = kSomeCells;
+                             });
+         }},
+    };
+    return backends;
+}
+
+const NamedBackend* findBackend(const std::string& name)
+{
+    for (const NamedBackend& backend : namedBackends())
+    {
+        if (name == backend.name)
+            return &backend;
+    }
+    return nullptr;
+}
+
+std::vector<std::string> ablationNames()
+{
+    std::vector<std::string> names;
+    for (const NamedBackend& backend : namedBackends())
+    {
+        const std::string name = backend.name;
+        if (name != "brute" && name != "cuda")
+            names.push_back(name);
+    }
+    return names;
+}
+}  // namespace cullet
