@@ -30,7 +30,7 @@ RowGridBackend::SettledOutcome RowGridBackend::updateSettled(const ProxyView& vi
     if (active > share * view.size + 8)
         return SettledOutcome::Refill;
     // Active boxes that came to rest are worth a refill.
-    if (m_wasted > 2 * SettlePolicy::kCostOfRefill * view.size && m_options.rebuildFraction < 0)
+    if (m_wasted > SettlePolicy::kCostOfSettling * view.size && m_options.rebuildFraction < 0)
         return SettledOutcome::Refill;
     m_policy.count(static_cast<std::size_t>(active), m_quiet.size());
     for (const std::uint32_t row : m_escaped)

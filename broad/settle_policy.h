@@ -25,7 +25,7 @@ public:
     /// A phase begins with `rows` boxes.
     void begin(std::size_t rows) noexcept
     {
-        m_refill = kCostOfRefill * static_cast<double>(rows);
+        m_moving = kCostOfMoving * static_cast<double>(rows);
         m_spent = kCostOfSettling * static_cast<double>(rows);
         m_saved = 0;
         m_isOpen = true;
@@ -38,7 +38,7 @@ public:
     void count(std::size_t active, std::size_t quiet) noexcept
     {
         m_spent += kCostOfActive * static_cast<double>(active) + kCostOfQuiet * static_cast<double>(quiet);
-        m_saved += m_refill;
+        m_saved += m_moving;
     }
 
     /// Whether the phase has cost less so far than moving mode would have.
@@ -54,18 +54,17 @@ public:
         m_nextWait = hasPaid() ? kShortestWait : std::min(2 * m_nextWait, kLongestWait);
     }
 
-    /// What a refill of everything is worth, in the same unit as the others: nanoseconds of a 2023 server core, of
-    /// which only the ratios matter.
-    static constexpr double kCostOfRefill = 120;
+    /// Per box, in nanoseconds of a 2023 server core, of which only the ratios matter.
+    static constexpr double kCostOfSettling = 290;
     static constexpr double kCostOfActive = 250;
 
 private:
-    static constexpr double kCostOfSettling = 290;
+    static constexpr double kCostOfMoving = 60;
     static constexpr double kCostOfQuiet = 15;
     static constexpr std::uint32_t kShortestWait = 32;
     static constexpr std::uint32_t kLongestWait = 256;
 
-    double m_refill = 0;
+    double m_moving = 0;
     double m_spent = 0;
     double m_saved = 0;
     bool m_isOpen = false;

@@ -53,8 +53,10 @@ void ProxyStore::refreshSomeFilters() noexcept
     {
         if (m_nextFilterRow >= size)
             m_nextFilterRow = 0;
-        if (isValid(m_table.box(m_nextFilterRow)))
-            refreshFilter(m_pool.at(m_nextFilterRow));
+        // The proxy first: nearly always that is all there is to read.
+        Proxy* const proxy = m_pool.at(m_nextFilterRow);
+        if (!proxy->hasKnownFilter() && isValid(m_table.box(m_nextFilterRow)))
+            refreshFilter(proxy);
         ++m_nextFilterRow;
     }
 }
