@@ -4,7 +4,7 @@
 
 namespace cullet
 {
-const FlatKernels kFlatKernelsBaseline = {"baseline", 192, findOverlaps};
+const FlatKernels kFlatKernelsBaseline = {"baseline", 128, findOverlaps};
 
 const FlatKernels& chooseFlatKernels(bool baseline)
 {
