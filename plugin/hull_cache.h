@@ -3,6 +3,7 @@
 #pragma once
 
 #include "narrow/hull.h"
+#include "plugin/isa_gjk.h"
 
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
 
@@ -46,13 +47,6 @@ struct HullRecord
     bool isPinned = false;
     /// Those in use, and the ones before, which another thread may still be comparing with.
     std::shared_ptr<const HullContents> current, previous;
-};
-
-struct HullCacheStats
-{
-    std::uint64_t shapes = 0;       ///< addresses known
-    std::uint64_t graphs = 0;       ///< different point sets among them
-    std::uint64_t buildsTotal = 0;  ///< graphs built
 };
 
 /// Hull graphs of Bullet's hull shapes, shared by every pair and every world of the process.
@@ -142,15 +136,5 @@ private:
 
     HullRecord* m_record = nullptr;
 };
-
-/// Builds the graph of a shape now instead of in the first query (about 1 ms for 1,000 points), and keeps it until
-/// invalidate(). Call when a level is loaded.
-void prepare(const btConvexHullShape& shape);
-
-/// Takes back prepare(), and lets the next query look at the points again. Needed for nothing else: edited, deleted and
-/// reallocated shapes are recognised by their points.
-void invalidate(const btConvexHullShape& shape);
-
-HullCacheStats hullCacheStats();
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

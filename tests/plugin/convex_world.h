@@ -3,6 +3,7 @@
 #pragma once
 
 #include "plugin/convex_dispatcher.h"
+#include "plugin/hull_cache.h"
 #include "plugin/isa_gjk.h"
 #include "tests/plugin/broadphase_support.h"
 
