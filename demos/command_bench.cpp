@@ -10,6 +10,7 @@
 #include "demos/program/interrupt.h"
 #include "demos/program/machine.h"
 #include "demos/program/precision.h"
+#include "demos/scenes/body_world.h"
 #include "demos/scenes/box_scene.h"
 
 #include <algorithm>
@@ -162,6 +163,7 @@ int benchWorld(const WorldOptions& options, const FileOptions& files)
                      {"scene", options.scene},
                      {"bodies", options.bodies},
                      {"backend", options.backends},
+                     {"narrow", options.narrow},
                      {"threads", options.threads},
                      {"seed", options.seed},
                      {"precision", ownPrecision()}},
@@ -219,7 +221,7 @@ void addWorld(CLI::App& bench, Action& chosen)
     const auto files = std::make_shared<FileOptions>();
     const auto falling = std::make_shared<std::string>("20:30");
     const auto settled = std::make_shared<std::string>("180:200");
-    command->add_option("--scene", options->scene, "what falls: boxes or hulls of 20 points")
+    command->add_option("--scene", options->scene, "what falls: boxes or hulls")
         ->capture_default_str()
         ->check(CLI::IsMember({"boxes", "hulls"}));
     command->add_option("--bodies", options->bodies, "in each world")
@@ -228,6 +230,13 @@ void addWorld(CLI::App& bench, Action& chosen)
     command->add_option("--backend", options->backends, "one or several")
         ->delimiter(',')
         ->capture_default_str();
+    command->add_option("--narrow", options->narrow, "one or several: bullet, isa-gjk, dispatcher")
+        ->delimiter(',')
+        ->capture_default_str()
+        ->check(CLI::IsMember(narrowPhaseNames()));
+    command->add_option("--hull-points", options->hullPoints, "vertices of a hull")
+        ->capture_default_str()
+        ->check(CLI::Range(4, 10000));
     command->add_option("--threads", options->threads, "0: all cores")
         ->capture_default_str()
         ->check(CLI::Range(0, 4096));

@@ -35,12 +35,11 @@ struct Runner
 BodyShapes makeShapes(const WorldOptions& options)
 {
     constexpr std::size_t kHullKinds = 8;
-    constexpr std::size_t kHullPoints = 20;
     BodyShapes shapes;
     if (options.scene == "boxes")
         shapes.addBox(btScalar(1));
     else
-        for (const HullPoints& hull : makeRandomHulls(kHullKinds, kHullPoints, options.seed))
+        for (const HullPoints& hull : makeRandomHulls(kHullKinds, options.hullPoints, options.seed))
             shapes.addHull(hull);
     return shapes;
 }
@@ -51,6 +50,7 @@ std::vector<Runner> makeRunners(const WorldOptions& options, const BodyShapes& s
     world.bodies = options.bodies;
     world.seed = options.seed;
     world.sleeping = false;
+    world.threads = options.threads;
     std::vector<Runner> runners;
     for (const std::string& backend : options.backends)
     {
@@ -58,10 +58,14 @@ std::vector<Runner> makeRunners(const WorldOptions& options, const BodyShapes& s
         request.name = backend;
         request.threads = options.threads;
         request.mostProxies = options.bodies + 16;
-        Runner runner;
-        runner.world = std::make_unique<BodyWorld>(makeNamedBroadphase(request), shapes, world);
-        runner.windows.resize(options.windows.size());
-        runners.push_back(std::move(runner));
+        for (const std::string& narrow : options.narrow)
+        {
+            world.narrow = narrow;
+            Runner runner;
+            runner.world = std::make_unique<BodyWorld>(makeNamedBroadphase(request), shapes, world);
+            runner.windows.resize(options.windows.size());
+            runners.push_back(std::move(runner));
+        }
     }
     return runners;
 }
@@ -91,6 +95,7 @@ Json makeRow(const WorldOptions& options, const Runner& runner, std::size_t wind
     return {{"benchmark", "world." + sample.name + "." + options.windows[window].name},
             {"scene", options.scene},
             {"backend", runner.world->name()},
+            {"narrow", runner.world->narrow()},
             {"precision", ownPrecision()},
             {"threads", runner.world->broadphase().threads},
             {"bodies", options.bodies},
@@ -106,10 +111,11 @@ Json makeRow(const WorldOptions& options, const Runner& runner, std::size_t wind
 
 void printRow(const Json& row)
 {
-    std::printf("%-40s %-10s %8llu pairs %8llu touch  median %10.3f  mean %10.3f ms\n",
+    std::printf("%-40s %-10s %-10s %8llu pairs %8llu touch  median %10.3f  mean %10.3f ms\n",
                 row["benchmark"].get<std::string>().c_str(), row["backend"].get<std::string>().c_str(),
-                row["pairs"].get<unsigned long long>(), row["contact_pairs"].get<unsigned long long>(),
-                row["median_ms"].get<double>(), row["mean_ms"].get<double>());
+                row["narrow"].get<std::string>().c_str(), row["pairs"].get<unsigned long long>(),
+                row["contact_pairs"].get<unsigned long long>(), row["median_ms"].get<double>(),
+                row["mean_ms"].get<double>());
 }
 
 void report(const WorldOptions& options, const std::vector<Runner>& runners, ResultFile& file)

@@ -25,15 +25,17 @@ struct WorldOptions
 {
     std::string scene = "boxes";  ///< or "hulls"
     std::uint32_t bodies = 16384;
+    std::uint32_t hullPoints = 20;
     std::vector<std::string> backends = {"auto", "dbvt"};
+    std::vector<std::string> narrow = {"bullet"};  ///< each with each backend
     int threads = 0;
     std::uint64_t seed = 1;
     std::vector<StepWindow> windows = {{"falling", 20, 30}, {"settled", 180, 200}};
     bool quiet = false;
 };
 
-/// Benchmark "world.<phase>.<window>": whole steps of a Bullet world, phase by phase, one world per backend, in turns
-/// step by step. Bodies never sleep. A row per window, backend and StepSample.
+/// Benchmark "world.<phase>.<window>": whole steps of a Bullet world, phase by phase, one world per backend and
+/// narrow phase, in turns step by step. Bodies never sleep. A row per window, world and StepSample.
 void runWorldBench(const WorldOptions& options, ResultFile& file);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #include "demos/scenes/body_world.h"
 
+#include "demos/program/exit_code.h"
+#include "plugin/convex_dispatcher.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -45,13 +48,38 @@ std::uint32_t columnsFor(std::uint32_t bodies)
         std::clamp(std::cbrt(static_cast<double>(bodies)), 1.0, static_cast<double>(kLayers));
     return std::max(1u, static_cast<std::uint32_t>(std::ceil(std::sqrt(bodies / layers))));
 }
+
+std::unique_ptr<btCollisionDispatcher> makeDispatcher(const BodyWorldOptions& options,
+                                                      btDefaultCollisionConfiguration& configuration)
+{
+    if (options.narrow == "dispatcher")
+    {
+        DispatcherOptions own;
+        own.threads = options.threads;
+        return std::make_unique<Dispatcher>(&configuration, own);
+    }
+    auto dispatcher = std::make_unique<btCollisionDispatcher>(&configuration);
+    if (options.narrow == "isa-gjk")
+        registerIsaGjk(*dispatcher);
+    else if (options.narrow != "bullet")
+        throw ProgramError(kExitUsage, "no narrow phase '" + options.narrow + "'");
+    return dispatcher;
+}
 }  // namespace
 
+const std::vector<std::string>& narrowPhaseNames()
+{
+    static const std::vector<std::string> names = {"bullet", "isa-gjk", "dispatcher"};
+    return names;
+}
+
 BodyWorld::BodyWorld(NamedBroadphase broadphase, const BodyShapes& shapes, const BodyWorldOptions& options)
-    : m_options(options), m_broadphase(std::move(broadphase)), m_dispatcher(&m_configuration)
+    : m_options(options),
+      m_broadphase(std::move(broadphase)),
+      m_dispatcher(makeDispatcher(options, m_configuration))
 {
     const MarginScope margin(m_broadphase.margin);
-    m_world = std::make_unique<btDiscreteDynamicsWorld>(&m_dispatcher, m_broadphase.broadphase.get(),
+    m_world = std::make_unique<btDiscreteDynamicsWorld>(m_dispatcher.get(), m_broadphase.broadphase.get(),
                                                         &m_solver, &m_configuration);
     const std::uint32_t columns = columnsFor(options.bodies);
     const std::uint32_t layers = options.bodies / (columns * columns) + 1;
@@ -66,7 +94,7 @@ BodyWorld::~BodyWorld()
     while (cache.getNumOverlappingPairs() > 0)
     {
         const btBroadphasePair& last = cache.getOverlappingPairArray()[cache.getNumOverlappingPairs() - 1];
-        cache.removeOverlappingPair(last.m_pProxy0, last.m_pProxy1, &m_dispatcher);
+        cache.removeOverlappingPair(last.m_pProxy0, last.m_pProxy1, m_dispatcher.get());
     }
     for (const auto& body : m_bodies)
         m_world->removeRigidBody(body.get());
@@ -142,8 +170,8 @@ std::uint64_t BodyWorld::pairCount() const
 std::uint64_t BodyWorld::contactPairCount() const
 {
     std::uint64_t count = 0;
-    for (int i = 0; i < m_dispatcher.getNumManifolds(); ++i)
-        count += m_dispatcher.getManifoldByIndexInternal(i)->getNumContacts() > 0 ? 1 : 0;
+    for (int i = 0; i < m_dispatcher->getNumManifolds(); ++i)
+        count += m_dispatcher->getManifoldByIndexInternal(i)->getNumContacts() > 0 ? 1 : 0;
     return count;
 }
 

@@ -10,6 +10,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 namespace cullet
@@ -21,12 +22,17 @@ struct BodyWorldOptions
     std::uint32_t bodies = 4000;
     std::uint64_t seed = 1;
     btScalar dt = btScalar(1.0 / 60.0);
-    bool sleeping = true;  ///< let resting bodies fall asleep, as Bullet does by default
+    bool sleeping = true;           ///< let resting bodies fall asleep, as Bullet does by default
+    std::string narrow = "bullet";  ///< narrow phase: one of narrowPhaseNames()
+    int threads = 0;                ///< of the narrow phase "dispatcher"; 0: as many as the machine has
 };
+
+/// "bullet"; "isa-gjk": Bullet's dispatcher with registerIsaGjk(); "dispatcher": cullet::Dispatcher.
+const std::vector<std::string>& narrowPhaseNames();
 
 /// A Bullet world in which bodies of about one metre fall from a loose column onto a floor within four walls.
 ///
-/// Two worlds with the same options and shapes differ in their broad phase only. Mass 1 each, gravity -10, Bullet's
+/// Two worlds with the same shapes and options, but for the narrow phase, differ in what is named only. Mass 1 each, gravity -10, Bullet's
 /// defaults for everything else. The floor is the top of a static box at y = 0; the walls reach above the column.
 class BodyWorld
 {
@@ -42,6 +48,7 @@ public:
 
     const std::string& name() const noexcept { return m_broadphase.name; }
     const NamedBroadphase& broadphase() const noexcept { return m_broadphase; }
+    const std::string& narrow() const noexcept { return m_options.narrow; }
     btCollisionWorld& world() noexcept { return *m_world; }
 
     /// Pairs in the pair cache.
@@ -65,7 +72,7 @@ private:
     BodyWorldOptions m_options;
     NamedBroadphase m_broadphase;
     btDefaultCollisionConfiguration m_configuration;
-    btCollisionDispatcher m_dispatcher;
+    std::unique_ptr<btCollisionDispatcher> m_dispatcher;
     btSequentialImpulseConstraintSolver m_solver;
     std::unique_ptr<btDiscreteDynamicsWorld> m_world;
     std::vector<std::unique_ptr<btCollisionShape>> m_groundShapes;
