@@ -25,7 +25,7 @@ constexpr float kFarthestCell = 268435456.0f;
 ///
 /// Boxes whose gap is not above twice `grow` share a cell even where `grow` is lost in the rounding of large
 /// coordinates: that is what the units in the last place are for. Every step is monotone in the face, so that a cell is
-/// an interval of floats: see edgesOfCell().
+/// an interval of floats: see CellEdges.
 inline Int4 cellsOfFaces(Float4 faces, const CellRule& rule) noexcept
 {
     constexpr float kUlps = 0x1p-22f;

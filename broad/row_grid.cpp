@@ -16,7 +16,7 @@ namespace
 // Sizes are recorded of every so-manieth box only, and of all that do not fit the plan.
 constexpr std::uint32_t kSizeSampling = 8;
 constexpr std::uint32_t kLocateBlock = 128;
-constexpr std::size_t kTaskGrain = 8192;
+constexpr std::size_t kTaskGrain = 4096;
 constexpr std::uint32_t kRowsPerTask = 16;
 constexpr std::uint32_t kShortestFollow = 8;
 

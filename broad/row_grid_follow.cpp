@@ -14,7 +14,7 @@ namespace cullet
 {
 namespace
 {
-constexpr std::size_t kCompareGrain = 8192;
+constexpr std::size_t kCompareGrain = 4096;
 // Sizes and spans are not measured while rows are followed; the plan is looked at this often.
 constexpr std::uint32_t kLongestFollow = 128;
 
