@@ -218,7 +218,8 @@ bool isaGjkQuickly(const A&, const B&, H, GjkCache<S>&, Observer&, GjkResult<S>&
 /// Van den Bergen 1999, "A Fast and Robust GJK Implementation for Collision Detection of Convex Objects", section 5
 /// (ISA-GJK), and the thesis, Algorithm 3. Differences: the cache starts the search from the last axis (two climbs of
 /// one or two steps settle most pairs), from the last enclosing tetrahedron (no support at all), else from the last
-/// simplex; the solver works in double; maxDistance > 0 asks for a gap instead of any axis.
+/// simplex; the solver works in double; maxDistance > 0 asks for a gap instead of any axis. For hulls the last axis and
+/// the last tetrahedron are first tried in their own precision, with proof (hull_pair.h, tetrahedron_walk.h).
 ///
 /// @param maxDistance length unit of the world; 0, negative or NaN asks only whether the shapes overlap. The state is
 ///                    Separated if the distance is larger, Near if it is positive and not larger.
