@@ -6,6 +6,7 @@
 #include "plugin/isa_gjk_algorithm.h"
 
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 
 #include <algorithm>
 #include <exception>
@@ -101,12 +102,48 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairCache, co
     m_isaGjk.beginPass();
     m_idle.clear();
     m_idlePairs = 0;
-    const btBroadphasePair* pairs = pairCache->getOverlappingPairArrayPtr();
+    btBroadphasePair* pairs = pairCache->getOverlappingPairArrayPtr();
     if (getNearCallback() == m_ownNearCallback && info.m_dispatchFunc == btDispatcherInfo::DISPATCH_DISCRETE)
-        findIdlePairs(pairs, static_cast<std::size_t>(pairCache->getNumOverlappingPairs()));
+    {
+        const auto count = static_cast<std::size_t>(pairCache->getNumOverlappingPairs());
+        makeAlgorithms(pairs, count);
+        findIdlePairs(pairs, count);
+    }
     Callback callback(*this, pairs, info);
     pairCache->processAllOverlappingPairs(&callback, dispatcher, info);
     m_isaGjk.endPass();
+}
+
+/// What the near callback would do for a new pair, as far as the algorithm; only for those that may be idle at once.
+void Dispatcher::makeAlgorithms(btBroadphasePair* pairs, std::size_t count)
+{
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        btBroadphasePair& pair = pairs[i];
+        if (pair.m_algorithm != nullptr)
+            continue;
+        auto& a = *static_cast<btCollisionObject*>(pair.m_pProxy0->m_clientObject);
+        auto& b = *static_cast<btCollisionObject*>(pair.m_pProxy1->m_clientObject);
+        // Bullet's islands wake what shares a manifold, even an empty one, with a moving kinematic body.
+        if (a.isKinematicObject() || b.isKinematicObject() || !needsCollision(&a, &b))
+            continue;
+        const btCollisionObjectWrapper wrapA(nullptr, a.getCollisionShape(), &a, a.getWorldTransform(), -1,
+                                             -1);
+        const btCollisionObjectWrapper wrapB(nullptr, b.getCollisionShape(), &b, b.getWorldTransform(), -1,
+                                             -1);
+        pair.m_algorithm = findAlgorithm(&wrapA, &wrapB, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+        if (pair.m_algorithm != nullptr && typeid(*pair.m_algorithm) == typeid(IsaGjkAlgorithm))
+            static_cast<IsaGjkAlgorithm*>(pair.m_algorithm)->expect(breakingThresholdOf(a, b));
+    }
+}
+
+/// As in btCollisionDispatcher::getNewManifold().
+btScalar Dispatcher::breakingThresholdOf(const btCollisionObject& a, const btCollisionObject& b) const
+{
+    if ((m_dispatcherFlags & CD_USE_RELATIVE_CONTACT_BREAKING_THRESHOLD) == 0)
+        return gContactBreakingThreshold;
+    return btMin(a.getCollisionShape()->getContactBreakingThreshold(gContactBreakingThreshold),
+                 b.getCollisionShape()->getContactBreakingThreshold(gContactBreakingThreshold));
 }
 
 void Dispatcher::findIdlePairs(const btBroadphasePair* pairs, std::size_t count)

@@ -24,10 +24,13 @@ struct DispatcherOptions
 /// contacts on several threads, and lets Bullet's ordinary path handle the others one by one.
 ///
 /// Only what is known to change nothing is left out: pairs whose algorithm is an IsaGjkAlgorithm without contacts, whose
-/// shapes were too far apart in the last step and still are. The threads read bodies and shapes and write to these
-/// algorithms only, so that a Bullet library without thread support will do. Contacts, callbacks and their order are
-/// those of a plain dispatcher with registerIsaGjk(), bit by bit, for any number of threads; one thing differs: a
-/// callback during the dispatch that moves a body has its effect on idle pairs in the next step.
+/// shapes were too far apart in the last step, or are new, and are too far apart now. The threads read bodies and shapes
+/// and write to these algorithms only, so that a Bullet library without thread support will do. Contacts, callbacks and
+/// their order are the same for any number of threads.
+///
+/// A pair has no manifold before its shapes come close, unless a body is kinematic: Bullet makes one for every pair of
+/// overlapping boxes, and its islands and solver walk over all of them. A callback during the dispatch that moves a body
+/// has its effect on idle pairs in the next step.
 ///
 /// With a near callback of the application, or DISPATCH_CONTINUOUS, every pair takes Bullet's path.
 /// Shapes must not be edited during a dispatch.
@@ -48,6 +51,8 @@ public:
 private:
     class Callback;
 
+    void makeAlgorithms(btBroadphasePair* pairs, std::size_t count);
+    btScalar breakingThresholdOf(const btCollisionObject& a, const btCollisionObject& b) const;
     void findIdlePairs(const btBroadphasePair* pairs, std::size_t count);
     std::uint64_t findIdlePairs(const btBroadphasePair* pairs, std::size_t begin, std::size_t end);
 

@@ -228,7 +228,8 @@ void IsaGjkAlgorithm::processCollision(const btCollisionObjectWrapper* a, const 
 
 bool IsaGjkAlgorithm::isIdle(const btCollisionObject& a, const btCollisionObject& b)
 {
-    if (m_hasContacts || !m_ownsManifold || m_cache.state != GjkState::Separated)
+    const bool isNew = m_manifold == nullptr && m_cache.state == GjkState::NotConverged;
+    if (m_hasContacts || m_breakingThreshold < 0 || (m_cache.state != GjkState::Separated && !isNew))
         return false;
     const ConvexPair pair(a, b);
     const btScalar limit = pair.margins() + m_breakingThreshold;

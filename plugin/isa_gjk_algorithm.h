@@ -39,6 +39,11 @@ public:
                                    btManifoldResult* result) override;
     void getAllContactManifolds(btManifoldArray& manifolds) override;
 
+    /// Lets isIdle() answer before the first processCollision(), so that a pair that never touches needs no manifold.
+    ///
+    /// @param breakingThreshold that its manifold would have
+    void expect(btScalar breakingThreshold) { m_breakingThreshold = breakingThreshold; }
+
     /// True if processCollision() of these bodies would change nothing but what this remembers: the shapes are too far
     /// apart, and there is no contact to take back.
     ///
@@ -56,7 +61,7 @@ private:
     btPersistentManifold* m_manifold;
     HullUse m_hulls[2];
     GjkCache<btScalar> m_cache;
-    btScalar m_breakingThreshold = 0;
+    btScalar m_breakingThreshold = -1;  ///< negative: not known yet
     bool m_ownsManifold = false;
     bool m_closestOnly;
     bool m_hasContacts = false;
