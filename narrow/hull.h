@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "narrow/dk_hierarchy.h"
+
 #include <Eigen/Core>
 
 #include <array>
@@ -19,6 +21,13 @@ enum class HullKind : std::uint8_t
     Segment,    ///< collinear: all distinct points are vertices, no face
     Polygon,    ///< coplanar (exactly): all distinct points are vertices, two faces back to back
     Solid       ///< spans space: faces, neighbours and start table are filled
+};
+
+/// What a Hull gets on top of what every hull has.
+enum class HullExtra : std::uint8_t
+{
+    None,
+    Hierarchy  ///< Hull::hierarchy(), of a Solid
 };
 
 /// A vertex (lane 0) and seven of its neighbours with their coordinates inline, so that one step of a climb gathers
@@ -120,6 +129,9 @@ public:
     /// The first block of vertex i is block i.
     const Block& block(std::int32_t i) const { return m_blocks[i]; }
 
+    /// Not built unless asked for; see HullExtra.
+    const DkHierarchy& hierarchy() const { return m_hierarchy; }
+
     const std::vector<Face>& faces() const { return m_faces; }
     const std::vector<Edge>& edges() const { return m_edges; }
     Span faceVertices(std::int32_t face) const
@@ -164,6 +176,7 @@ private:
     std::vector<std::int32_t> m_source;
     std::vector<std::int32_t> m_neighbours, m_neighbourBegin, m_naturalEnd;
     std::vector<Block> m_blocks;
+    DkHierarchy m_hierarchy;
     std::vector<Face> m_faces;
     std::vector<Edge> m_edges;
     std::vector<std::int32_t> m_faceVertices, m_vertexFaces, m_vertexFaceBegin;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "narrow/dk_builder.h"
 #include "narrow/face_merger.h"
 #include "narrow/hull.h"
 #include "narrow/support.h"
@@ -31,9 +32,10 @@ public:
     using Vector = Eigen::Matrix<S, 3, 1>;
 
     /// @param points [count] x, y, z each
-    static Hull<S> build(const Vector* points, std::int32_t count)
+    static Hull<S> build(const Vector* points, std::int32_t count, HullExtra extra)
     {
         HullBuilder builder;
+        builder.m_extra = extra;
         builder.run(points, count);
         return std::move(builder.m_hull);
     }
@@ -198,6 +200,8 @@ private:
         m_hull.m_tieBand = static_cast<S>((6.5 * kEpsilon * m_radius + extra.slack()) * 1.01);
         storeBlocks();
         storeStartTable();
+        if (m_extra == HullExtra::Hierarchy)
+            storeHierarchy(surface);
     }
 
     void numberVertices(const Triangulation& surface, const SurfacePoints& extra)
@@ -383,9 +387,21 @@ private:
         }
     }
 
+    void storeHierarchy(const Triangulation& surface)
+    {
+        std::vector<Eigen::Vector3d> corners;
+        for (std::int32_t v = 0; v < m_hull.m_vertexCount; ++v)
+            corners.push_back(m_hull.vertex(v).template cast<double>());
+        std::vector<DkBuilder::Triangle> triangles;
+        for (const Triangulation::Triangle& t : surface.triangles())
+            triangles.push_back({m_vertexOf[t.vertex[0]], m_vertexOf[t.vertex[1]], m_vertexOf[t.vertex[2]]});
+        m_hull.m_hierarchy = DkBuilder::build(corners, triangles);
+    }
+
     std::int32_t pointCount() const { return static_cast<std::int32_t>(m_points.size()); }
 
     Hull<S> m_hull;
+    HullExtra m_extra = HullExtra::None;
     std::vector<Eigen::Vector3d> m_points;
     std::vector<std::int32_t> m_source;
     std::vector<std::int32_t> m_vertexOf;  ///< by point; -1 where the point is no vertex
@@ -396,14 +412,14 @@ private:
 /// position, O(n^2) for artificial neighbours, and O(k t) for k points on the surface that are not corners of its t
 /// triangles; about 1 ms for 1,000 vertices.
 template <class S>
-Hull<S> makeHull(const Eigen::Matrix<S, 3, 1>* points, std::int32_t count)
+Hull<S> makeHull(const Eigen::Matrix<S, 3, 1>* points, std::int32_t count, HullExtra extra = HullExtra::None)
 {
-    return HullBuilder<S>::build(points, count);
+    return HullBuilder<S>::build(points, count, extra);
 }
 
 template <class S>
-Hull<S> makeHull(const std::vector<Eigen::Matrix<S, 3, 1>>& points)
+Hull<S> makeHull(const std::vector<Eigen::Matrix<S, 3, 1>>& points, HullExtra extra = HullExtra::None)
 {
-    return HullBuilder<S>::build(points.data(), static_cast<std::int32_t>(points.size()));
+    return HullBuilder<S>::build(points.data(), static_cast<std::int32_t>(points.size()), extra);
 }
 }  // namespace cullet

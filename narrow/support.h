@@ -28,7 +28,8 @@ enum class SupportMethod : std::uint8_t
     Linear,           ///< scan of all vertices, O(n), without branches
     Climb,            ///< hill climbing over natural neighbours from the start vertex
     ClimbArtificial,  ///< hill climbing over natural and artificial neighbours, eight at a time
-    CubeMap           ///< climb as above from the start table's vertex for the direction
+    CubeMap,          ///< climb as above from the start table's vertex for the direction
+    DobkinKirkpatrick  ///< climb as above from the end of a descent through the hull's hierarchy, if it has one
 };
 
 /// Optional counters of a search.
@@ -284,6 +285,36 @@ SupportHit<S> supportCubeMap(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& 
     return supportClimbArtificial(hull, d, cubeMapStart(hull, d), counters);
 }
 
+/// Vertex at the end of a descent through the hull's hierarchy: the support vertex but for ties. Cost: O(log n).
+/// @pre the hierarchy is built
+template <class S>
+std::int32_t hierarchyStart(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d)
+{
+    const DkHierarchy& hierarchy = hull.hierarchy();
+    SupportHit<S> best = {hierarchy.top()[0], supportProduct(hull, hierarchy.top()[0], d)};
+    const auto look = [&](std::int32_t v)
+    {
+        const S height = supportProduct(hull, v, d);
+        if (height > best.height)
+            best = {v, height};
+    };
+    for (const std::int32_t v : hierarchy.top())
+        look(v);
+    for (std::int32_t level = hierarchy.levelCount() - 1; level >= 0; --level)
+    {
+        for (const std::int32_t v : hierarchy.removed(level, best.vertex))
+            look(v);
+    }
+    return best.vertex;
+}
+
+template <class S>
+SupportHit<S> supportHierarchy(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d,
+                               SupportCounters* counters = nullptr)
+{
+    return supportClimbArtificial(hull, d, hierarchyStart(hull, d), counters);
+}
+
 /// Up to this many vertices the scan beats the table and a climb for unrelated directions, where measured.
 template <class S>
 std::int32_t linearSupportMaximum()
@@ -313,6 +344,8 @@ SupportHit<S> supportHit(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d, s
         return supportClimb(hull, d, hasStart ? start : 0, counters);
     if (method == SupportMethod::ClimbArtificial)
         return supportClimbArtificial(hull, d, 0, counters);
+    if (method == SupportMethod::DobkinKirkpatrick && hull.hierarchy().isBuilt())
+        return supportHierarchy(hull, d, counters);
     if (method == SupportMethod::CubeMap || hull.vertexCount() > linearSupportMaximum<S>())
         return supportCubeMap(hull, d, counters);
     return hitLinear(hull, d);

@@ -36,11 +36,10 @@ struct NamedSupport
     SupportMethod method;
 };
 
-constexpr NamedSupport kSupports[] = {{"automatic", SupportMethod::Automatic},
-                                      {"linear", SupportMethod::Linear},
-                                      {"climb", SupportMethod::Climb},
-                                      {"climb-artificial", SupportMethod::ClimbArtificial},
-                                      {"cubemap", SupportMethod::CubeMap}};
+constexpr NamedSupport kSupports[] = {
+    {"automatic", SupportMethod::Automatic}, {"linear", SupportMethod::Linear},
+    {"climb", SupportMethod::Climb},         {"climb-artificial", SupportMethod::ClimbArtificial},
+    {"cubemap", SupportMethod::CubeMap},     {"dobkin-kirkpatrick", SupportMethod::DobkinKirkpatrick}};
 
 const std::vector<NamedPoints>& benchShapes()
 {
@@ -268,7 +267,7 @@ void addMeans(ResultFile& file)
 
 void runShape(const NarrowOptions& options, const NamedPoints& shape, ResultFile& file)
 {
-    const Hull<btScalar> hull = hullOf<btScalar>(shape.points);
+    const Hull<btScalar> hull = hullOf<btScalar>(shape.points, HullExtra::Hierarchy);
     for (const std::string& regimeName : options.regimes)
     {
         const NarrowRegime& regime = named(narrowRegimes(), regimeName);

@@ -31,9 +31,9 @@ std::vector<Eigen::Matrix<S, 3, 1>> castPoints(const Points& points)
 }
 
 template <class S>
-Hull<S> hullOf(const Points& points)
+Hull<S> hullOf(const Points& points, HullExtra extra = HullExtra::None)
 {
-    return makeHull(castPoints<S>(points));
+    return makeHull(castPoints<S>(points), extra);
 }
 
 inline Eigen::Vector3d randomDirection(std::mt19937& engine)

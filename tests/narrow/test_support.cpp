@@ -33,13 +33,17 @@ std::int32_t scanPoints(const std::vector<Eigen::Matrix<S, 3, 1>>& points, const
     return best;
 }
 
-constexpr SupportMethod kMethods[] = {SupportMethod::Automatic, SupportMethod::Linear, SupportMethod::Climb,
-                                      SupportMethod::ClimbArtificial, SupportMethod::CubeMap};
+constexpr SupportMethod kMethods[] = {SupportMethod::Automatic, SupportMethod::Linear,
+                                      SupportMethod::Climb,     SupportMethod::ClimbArtificial,
+                                      SupportMethod::CubeMap,   SupportMethod::DobkinKirkpatrick};
 
 template <class S>
 struct Comparison
 {
-    Comparison(const Points& given) : points(castPoints<S>(given)), hull(makeHull(points)) {}
+    Comparison(const Points& given)
+        : points(castPoints<S>(given)), hull(makeHull(points, HullExtra::Hierarchy))
+    {
+    }
 
     void check(const Eigen::Matrix<S, 3, 1>& d, std::int32_t start)
     {
@@ -219,13 +223,76 @@ TEST(Support, TheStartTableIsNearTheAnswer)
     EXPECT_LT(static_cast<double>(counters.steps) / static_cast<double>(counters.searches), 2.5);
 }
 
+TEST(Support, TheHierarchyLeadsToTheAnswerThroughLogarithmicallyManyLevels)
+{
+    for (const int subdivisions : {1, 2, 3, 4})
+    {
+        const Hull<double> hull = hullOf<double>(icoPoints(subdivisions), HullExtra::Hierarchy);
+        SCOPED_TRACE(hull.vertexCount());
+        const DkHierarchy& hierarchy = hull.hierarchy();
+        EXPECT_LE(hierarchy.top().size(), 16u);
+        EXPECT_LE(hierarchy.levelCount(), 5.0 * std::log2(hull.vertexCount() / 12.0));
+        std::mt19937 engine(8);
+        for (int i = 0; i < 2000; ++i)
+        {
+            const Eigen::Vector3d d = randomDirection(engine);
+            ASSERT_EQ(hierarchyStart(hull, d), supportLinear(hull, d));
+        }
+    }
+}
+
+TEST(Support, EveryCornerIsOnTopOfTheHierarchyOrRemovedOnce)
+{
+    for (const NamedPoints& shape : nastyShapes())
+    {
+        SCOPED_TRACE(shape.name);
+        const Hull<float> hull = hullOf<float>(shape.points, HullExtra::Hierarchy);
+        const DkHierarchy& hierarchy = hull.hierarchy();
+        ASSERT_TRUE(hierarchy.isBuilt());
+        std::vector<int> levels(static_cast<std::size_t>(hull.vertexCount()), -1);
+        std::vector<std::int32_t> finer = hierarchy.top();
+        for (const std::int32_t v : finer)
+            levels[v] = hierarchy.levelCount();
+        for (std::int32_t level = hierarchy.levelCount() - 1; level >= 0; --level)
+        {
+            const std::vector<std::int32_t> coarser = finer;
+            for (const std::int32_t v : coarser)
+            {
+                for (const std::int32_t u : hierarchy.removed(level, v))
+                {
+                    ASSERT_TRUE(levels[u] == -1 || levels[u] == level);
+                    if (levels[u] == -1)
+                        finer.push_back(u);
+                    levels[u] = level;
+                }
+            }
+            EXPECT_GT(finer.size(), coarser.size());
+        }
+        for (std::int32_t v = 0; v < hull.vertexCount(); ++v)
+            EXPECT_TRUE(levels[v] >= 0 || hull.facesOf(v).size() == 0);
+    }
+}
+
+TEST(Support, AHullWithoutAHierarchyIsSearchedAllTheSame)
+{
+    const Hull<float> hull = hullOf<float>(icoPoints(2));
+    ASSERT_FALSE(hull.hierarchy().isBuilt());
+    std::mt19937 engine(10);
+    for (int i = 0; i < 1000; ++i)
+    {
+        const Eigen::Vector3f d = randomDirection(engine).cast<float>();
+        ASSERT_EQ(supportVertex<float>(hull, d, -1, SupportMethod::DobkinKirkpatrick),
+                  supportLinear(hull, d));
+    }
+}
+
 TEST(Support, MeaninglessDirectionsEndWithAVertex)
 {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     for (const NamedPoints& shape : queryShapes())
     {
         SCOPED_TRACE(shape.name);
-        const Hull<float> hull = hullOf<float>(shape.points);
+        const Hull<float> hull = hullOf<float>(shape.points, HullExtra::Hierarchy);
         for (const SupportMethod method : kMethods)
         {
             EXPECT_EQ(supportVertex<float>(hull, Eigen::Vector3f::Zero(), 3, method), 0);
