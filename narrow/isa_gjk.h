@@ -17,8 +17,12 @@ template <class S, class A, class B, class Observer>
 class IsaGjk
 {
 public:
-    IsaGjk(const A& a, const B& b, double limit, GjkCache<S>& cache, Observer& observer)
-        : m_search(a, b), m_limit2(limit * limit), m_cache(cache), m_observer(observer)
+    IsaGjk(const A& a, const B& b, double limit, GjkCache<S>& cache, Observer& observer, int reflections)
+        : m_search(a, b),
+          m_limit2(limit * limit),
+          m_cache(cache),
+          m_observer(observer),
+          m_reflections(reflections)
     {
     }
 
@@ -34,6 +38,10 @@ public:
                               : m_search.supportAgainst(v, startOf(m_cache.startA), startOf(m_cache.startB));
         if (separates(v, v.squaredNorm(), first))
             return finishOnAxis(v, first);
+        Eigen::Vector3d reflected = v;
+        Support last = first;
+        if (reflect(reflected, last))
+            return finishOnAxis(reflected, last);
         m_search.seed(m_cache, &first);
         return iterate();
     }
@@ -58,6 +66,25 @@ private:
         const double along = v.dot(s.w);
         m_observer(v, along);
         return along > 0.0 && along * along > m_limit2 * length2;
+    }
+
+    /// Chung and Wang's steps: mirrors v in the plane across the support point w, which turns v.w < 0 into -v.w.
+    ///
+    /// @return true if v separates now, with s its support; the steps need not converge
+    bool reflect(Eigen::Vector3d& v, Support& s)
+    {
+        for (int i = 0; i < m_reflections; ++i)
+        {
+            const double along = v.dot(s.w);
+            // Positive: separated by less than maxDistance. A NaN makes the comparison false.
+            if (!(along < 0.0))
+                return false;
+            v -= 2.0 * along / s.w.squaredNorm() * s.w;
+            s = m_search.supportAgainst(v);
+            if (separates(v, v.squaredNorm(), s))
+                return true;
+        }
+        return false;
     }
 
     /// The remembered simplex stays: it is more likely near the next closest feature than the one point on the axis.
@@ -128,6 +155,7 @@ private:
     double m_limit2;
     GjkCache<S>& m_cache;
     Observer& m_observer;
+    int m_reflections;
     std::int32_t m_iterations = 0;
 };
 
@@ -147,9 +175,9 @@ std::array<float, 3> firstAxis(const A& a, const B& b)
 /// The search in double.
 template <class S, class A, class B, class Observer, class Shape>
 [[gnu::noinline]] GjkResult<S> isaGjkSearch(const A& a, const B& b, double limit, GjkCache<S>& cache,
-                                            Observer& observer, const AxisTest<Shape>& test)
+                                            Observer& observer, const AxisTest<Shape>& test, int reflections)
 {
-    return IsaGjk<S, A, B, Observer>(a, b, limit, cache, observer).run(test);
+    return IsaGjk<S, A, B, Observer>(a, b, limit, cache, observer, reflections).run(test);
 }
 
 /// From the remembered tetrahedron. Out of line, as the search in double, to keep the path of a separated pair short.
@@ -225,10 +253,14 @@ bool isaGjkQuickly(const A&, const B&, H, GjkCache<S>&, Observer&, GjkResult<S>&
 ///                    Separated if the distance is larger, Near if it is positive and not larger.
 /// @param cache       of this pair in this order; a default-constructed one for a pair without history
 /// @param observer    called after each support, see NoObserver
+/// @param reflections at most so many steps of Chung and Wang 1996, "Quick Collision Detection of Polytopes in Virtual
+///                    Environments", are tried when the cached axis has failed, before GJK. They find only axes, and
+///                    answer nothing by failing: the state is the same with any number of them.
 /// Cost: with a valid axis two coherent supports; else one support of each shape per simplex, 2 to 10 simplices.
 /// Errors: NotConverged; never loops, since |v| strictly decreases, and never returns a NaN.
 template <class S, class A, class B, class Observer>
-GjkResult<S> isaGjk(const A& a, const B& b, S maxDistance, GjkCache<S>& cache, Observer& observer)
+GjkResult<S> isaGjk(const A& a, const B& b, S maxDistance, GjkCache<S>& cache, Observer& observer,
+                    int reflections = 0)
 {
     using Scalar = typename ShapeScalar<A>::Type;
     const Scalar limit = maxDistance > S(0) ? static_cast<Scalar>(maxDistance) : Scalar(0);
@@ -238,7 +270,7 @@ GjkResult<S> isaGjk(const A& a, const B& b, S maxDistance, GjkCache<S>& cache, O
     AxisTest<Scalar> test;
     if (isaGjkQuickly(a, b, limit, cache, observer, result, test))
         return result;
-    return isaGjkSearch<S>(a, b, static_cast<double>(limit), cache, observer, test);
+    return isaGjkSearch<S>(a, b, static_cast<double>(limit), cache, observer, test, reflections);
 }
 
 template <class S, class A, class B>

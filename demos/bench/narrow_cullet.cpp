@@ -24,7 +24,10 @@ struct CountingObserver
 class CulletNarrow : public NarrowSubject
 {
 public:
-    explicit CulletNarrow(const NarrowRequest& request) : m_request(request) {}
+    CulletNarrow(const NarrowRequest& request, int reflections)
+        : m_request(request), m_reflections(reflections)
+    {
+    }
 
     void run(std::vector<NarrowAnswer>& answers) override
     {
@@ -50,7 +53,7 @@ private:
         {
             case NarrowQuery::Boolean:
                 return forAll([&](const Posed& a, const Posed& b, Cache& cache, NarrowAnswer& answer)
-                              { return answerBoolean(a, b, cache, answer, observer); },
+                              { return answerBoolean(a, b, cache, answer, observer, m_reflections); },
                               answers);
             case NarrowQuery::Distance:
                 return forAll([&](const Posed& a, const Posed& b, Cache& cache, NarrowAnswer& answer)
@@ -84,9 +87,9 @@ private:
 
     template <class Observer>
     static std::int32_t answerBoolean(const Posed& a, const Posed& b, Cache& cache, NarrowAnswer& answer,
-                                      Observer& observer)
+                                      Observer& observer, int reflections)
     {
-        const GjkResult<btScalar> result = isaGjk(a, b, btScalar(0), cache, observer);
+        const GjkResult<btScalar> result = isaGjk(a, b, btScalar(0), cache, observer, reflections);
         answer.isOverlapping = result.state == GjkState::Overlapping;
         return result.iterations;
     }
@@ -120,12 +123,23 @@ private:
     }
 
     NarrowRequest m_request;
+    int m_reflections;
 };
+
+/// Where shapes are near, one more step hardly finds more axes; where they overlap, each costs one support.
+constexpr int kReflections = 4;
 }  // namespace
 
 std::unique_ptr<NarrowSubject> makeCulletNarrow(const NarrowRequest& request)
 {
-    return std::make_unique<CulletNarrow>(request);
+    return std::make_unique<CulletNarrow>(request, 0);
+}
+
+std::unique_ptr<NarrowSubject> makeCulletReflectedNarrow(const NarrowRequest& request)
+{
+    if (request.query != NarrowQuery::Boolean)
+        return nullptr;
+    return std::make_unique<CulletNarrow>(request, kReflections);
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -10,6 +10,7 @@ const std::vector<NarrowSubjectInfo>& narrowSubjects()
 {
     static const std::vector<NarrowSubjectInfo> subjects = {
         {"cullet", "ISA-GJK, GJK and EPA of this library", true, makeCulletNarrow},
+        {"cullet-cw", "the same with Chung and Wang's steps; boolean only", true, makeCulletReflectedNarrow},
         {"bullet", "btGjkPairDetector with btGjkEpaPenetrationDepthSolver", false, makeBulletNarrow},
 #ifdef CULLET_BENCH_CCD
         {"ccd", "libccd: GJK (boolean), MPR (contacts); no distance", false, makeCcdNarrow},

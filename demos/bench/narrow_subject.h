@@ -71,6 +71,8 @@ struct NarrowSubjectInfo
 const std::vector<NarrowSubjectInfo>& narrowSubjects();
 
 std::unique_ptr<NarrowSubject> makeCulletNarrow(const NarrowRequest& request);
+/// With Chung and Wang's steps before GJK; nullptr but for booleans.
+std::unique_ptr<NarrowSubject> makeCulletReflectedNarrow(const NarrowRequest& request);
 std::unique_ptr<NarrowSubject> makeBulletNarrow(const NarrowRequest& request);
 std::unique_ptr<NarrowSubject> makeCcdNarrow(const NarrowRequest& request);
 std::unique_ptr<NarrowSubject> makeFclNarrow(const NarrowRequest& request);

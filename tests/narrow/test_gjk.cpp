@@ -7,7 +7,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <random>
 #include <vector>
@@ -133,6 +135,42 @@ TEST(Gjk, PointsSegmentsAndPolygonsAreShapesToo)
     cache = {};
     EXPECT_EQ(gjkDistance(at(square, 0, 0, 0), at(square, 0.5f, 0, 0), kInfinity, cache).state,
               GjkState::Overlapping);
+}
+
+TEST(Gjk, ReflectionsFindAxesAndChangeNoAnswer)
+{
+    const std::vector<NamedPoints> shapes = queryShapes();
+    std::vector<Hull<float>> hulls;
+    for (const NamedPoints& shape : shapes)
+        hulls.push_back(hullOf<float>(shape.points));
+    std::mt19937 engine(31);
+    NoObserver observer;
+    int separatedCount = 0, overlapCount = 0, savedCount = 0;
+    for (int i = 0; i < 3000; ++i)
+    {
+        const double gaps[] = {0.5, 0.06, 1e-3, 1e-5, -1e-4, -3e-3, -0.03, -0.2};
+        PairScene<float> scene = randomPair(hulls[engine() % hulls.size()], hulls[engine() % hulls.size()],
+                                            gaps[engine() % std::size(gaps)], 0.0, engine);
+        std::array<GjkCache<float>, 4> caches;
+        for (int frame = 0; frame < 5; ++frame)
+        {
+            const auto ask = [&](int reflections, GjkCache<float>& cache)
+            { return isaGjk(scene.posedA(), scene.posedB(), 0.0f, cache, observer, reflections); };
+            const GjkResult<float> expected = ask(0, caches[0]);
+            separatedCount += expected.state == GjkState::Separated;
+            overlapCount += expected.state == GjkState::Overlapping;
+            for (const int k : {1, 2, 3})
+            {
+                const GjkResult<float> result = ask(k * k, caches[k]);
+                ASSERT_EQ(result.state, expected.state) << "pair " << i << " frame " << frame << " k " << k;
+                savedCount += result.iterations == 0 && expected.iterations > 0;
+            }
+            moveALittle(scene, 0.01, engine);
+        }
+    }
+    EXPECT_GT(separatedCount, 3000);
+    EXPECT_GT(overlapCount, 3000);
+    EXPECT_GT(savedCount, 1000);
 }
 
 TEST(Gjk, BallsWithoutVerticesConvergeToo)
