@@ -33,6 +33,10 @@ endif()
 if(CULLET_SANITIZE)
     # Directory scope: a sanitizer has to see every translation unit of a program, not only the libraries.
     add_compile_options("$<$<COMPILE_LANGUAGE:CXX>:-fsanitize=${CULLET_SANITIZE};-fno-sanitize-recover=all;-fno-omit-frame-pointer>")
+    if(CULLET_SANITIZE MATCHES "address" AND CULLET_SANITIZE MATCHES "undefined")
+        # These two double the time to compile; AddressSanitizer stops at a null pointer by itself.
+        add_compile_options("$<$<COMPILE_LANGUAGE:CXX>:-fno-sanitize=null,alignment>")
+    endif()
     add_link_options("-fsanitize=${CULLET_SANITIZE}")
     if(CULLET_SANITIZE MATCHES "thread")
         # A oneTBB that ThreadSanitizer can see through; the headers there say why.
