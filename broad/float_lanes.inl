@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 //
 // `Lanes`: floats in the widest register of the instruction set that the including source is compiled for. To be included
-// by kernels, inside namespace cullet and after <immintrin.h>, in sources that include no header with shared inline code.
+// by kernels, inside namespace cullet and after <immintrin.h>.
 
 namespace
 {
@@ -12,10 +12,13 @@ struct Lanes
     using Value = __m512;
     using Mask = __mmask16;
     static constexpr std::uint32_t kWidth = 16;
+    static constexpr std::uint32_t kFull = 0xffff;
     static Value load(const float* p) { return _mm512_loadu_ps(p); }
+    static void store(float* p, Value v) { _mm512_storeu_ps(p, v); }
     static Value broadcast(float v) { return _mm512_set1_ps(v); }
     static Value subtract(Value a, Value b) { return _mm512_sub_ps(a, b); }
-    static Value larger(Value a, Value b) { return _mm512_max_ps(a, b); }
+    // Masked, because GCC 12 takes the undefined operand inside the plain one for a mistake (GCC bug 105593).
+    static Value larger(Value a, Value b) { return _mm512_mask_max_ps(a, kFull, a, b); }
     static Mask le(Value a, Value b) { return _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ); }
     static Mask both(Mask a, Mask b) { return static_cast<Mask>(a & b); }
     static std::uint32_t bits(Mask m) { return m; }
@@ -26,7 +29,9 @@ struct Lanes
     using Value = __m256;
     using Mask = __m256;
     static constexpr std::uint32_t kWidth = 8;
+    static constexpr std::uint32_t kFull = 0xff;
     static Value load(const float* p) { return _mm256_loadu_ps(p); }
+    static void store(float* p, Value v) { _mm256_storeu_ps(p, v); }
     static Value broadcast(float v) { return _mm256_set1_ps(v); }
     static Value subtract(Value a, Value b) { return _mm256_sub_ps(a, b); }
     static Value larger(Value a, Value b) { return _mm256_max_ps(a, b); }
@@ -40,7 +45,9 @@ struct Lanes
     using Value = __m128;
     using Mask = __m128;
     static constexpr std::uint32_t kWidth = 4;
+    static constexpr std::uint32_t kFull = 0xf;
     static Value load(const float* p) { return _mm_loadu_ps(p); }
+    static void store(float* p, Value v) { _mm_storeu_ps(p, v); }
     static Value broadcast(float v) { return _mm_set1_ps(v); }
     static Value subtract(Value a, Value b) { return _mm_sub_ps(a, b); }
     static Value larger(Value a, Value b) { return _mm_max_ps(a, b); }
@@ -55,7 +62,9 @@ struct Lanes
     using Value = float;
     using Mask = bool;
     static constexpr std::uint32_t kWidth = 1;
+    static constexpr std::uint32_t kFull = 1;
     static Value load(const float* p) { return *p; }
+    static void store(float* p, Value v) { *p = v; }
     static Value broadcast(float v) { return v; }
     static Value subtract(Value a, Value b) { return a - b; }
     static Value larger(Value a, Value b) { return a > b ? a : b; }

@@ -1,14 +1,61 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 //
-// Body of the row kernels. Each including file defines, in an anonymous namespace, `struct Lanes` with:
-//   Value, kWidth, kFull, load(const float*), broadcast(float), subtract, larger(Value, Value),
-//   Mask, le(Value, Value), bits(Mask),
-//   append(hits, gap, id, ids, out): hits that own their pair, with its gap, to the end of the buffer, which has room
-// Comparisons and single subtractions are all that is computed, so every width finds the same pairs.
+// Body of the row kernels; each including source is compiled for another instruction set. Comparisons and single
+// subtractions are all that is computed, so every width finds the same pairs.
+#include "broad/cell_rule.h"
+#include "broad/row_soa.h"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
+namespace cullet
+{
+#include "broad/float_lanes.inl"
 
 namespace
 {
+/// Writes the hits that own their pair, with its gap, to the end of the buffer, which has room.
+#if defined(__AVX512F__)
+/// Without a branch: whether a vector has hits is hard to predict.
+inline void append(std::uint32_t hits, Lanes::Value gap, FlaggedId id, const FlaggedId* ids, PairBuffer& out)
+{
+    const __m512i first = _mm512_set1_epi32(static_cast<int>(id));
+    const __m512i second = _mm512_loadu_si512(ids);
+    const Lanes::Mask owned =
+        _mm512_mask_cmpge_epu32_mask(static_cast<Lanes::Mask>(hits), _mm512_or_si512(first, second),
+                                     _mm512_set1_epi32(static_cast<int>(kOwnsPair)));
+    _mm512_storeu_si512(out.first + out.count, first);
+    _mm512_storeu_si512(out.second + out.count, _mm512_maskz_compress_epi32(owned, second));
+    _mm512_storeu_ps(out.gap + out.count, _mm512_maskz_compress_ps(owned, gap));
+    out.count += static_cast<std::uint32_t>(__builtin_popcount(owned));
+}
+#else
+inline void append(std::uint32_t hits, Lanes::Value gap, FlaggedId id, const FlaggedId* ids, PairBuffer& out)
+{
+    if (hits == 0)
+        return;
+    float gaps[Lanes::kWidth];
+    Lanes::store(gaps, gap);
+    do
+    {
+        const auto lane = static_cast<std::uint32_t>(__builtin_ctz(hits));
+        hits &= hits - 1;
+        out.first[out.count] = id;
+        out.second[out.count] = ids[lane];
+        out.gap[out.count] = gaps[lane];
+        // Unconditional store, conditional advance: duplicates over cells are about a quarter of all hits, which a
+        // branch would mispredict.
+        out.count += (id | ids[lane]) >= kOwnsPair ? 1u : 0u;
+    } while (hits != 0);
+}
+#endif
+
 /// Box of one entry, spread over all lanes.
 struct Query
 {
@@ -40,7 +87,7 @@ inline void sweep(const Query& query, FlaggedId id, const RowSoa& row, std::uint
         const std::uint32_t hits =
             Lanes::bits(Lanes::le(gap, near)) & ~Lanes::bits(Lanes::le(gap, deep)) & before;
         out.ensureRoom();
-        Lanes::append(hits, gap, id, row.id + j, out);
+        append(hits, gap, id, row.id + j, out);
         if (inside != Lanes::kFull)
         {
             out.tests += j + Lanes::kWidth - begin;
@@ -212,3 +259,4 @@ void layOut(const RowRecord* records, std::uint32_t count, RowSoa& row)
     row.count = count;
 }
 }  // namespace
+}  // namespace cullet
