@@ -94,7 +94,10 @@ Dispatcher::Dispatcher(btCollisionConfiguration* configuration, const Dispatcher
 {
 }
 
-Dispatcher::~Dispatcher() = default;
+Dispatcher::~Dispatcher()
+{
+    m_isaGjk.leave();
+}
 
 void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairCache, const btDispatcherInfo& info,
                                            btDispatcher* dispatcher)

@@ -46,6 +46,7 @@ IsaGjkRegistration::IsaGjkRegistration(btCollisionDispatcher& dispatcher, const 
 
 void IsaGjkRegistration::reset(btCollisionDispatcher& dispatcher, const IsaGjkOptions& options)
 {
+    m_leftTotal.load(std::memory_order_acquire);
     m_options = options;
     endPass();
     for (std::atomic<std::uint64_t>* counter :

@@ -58,6 +58,10 @@ public:
     /// See HullCache::hullOf().
     std::uint64_t pass() const { return m_pass; }
 
+    /// The last use by an algorithm or a dispatcher: what it did here happens before a reset(), since another thread may
+    /// make its dispatcher at the address of one that is gone.
+    void leave() noexcept { m_leftTotal.fetch_add(1, std::memory_order_release); }
+
     /// Bullet's own create function, whose multipoint settings may change at any time.
     const btConvexConvexAlgorithm::CreateFunc& stock() const { return *m_stock; }
 
@@ -87,6 +91,7 @@ private:
     IsaGjkOptions m_options;
     Counters m_counters;
     std::uint64_t m_pass = 0;
+    std::atomic<std::uint64_t> m_leftTotal{0};
     const btConvexConvexAlgorithm::CreateFunc* m_stock;
     btGjkEpaPenetrationDepthSolver m_depthSolver;
     btConvexConvexAlgorithm::CreateFunc m_ownStock{&m_depthSolver};

@@ -189,6 +189,7 @@ IsaGjkAlgorithm::~IsaGjkAlgorithm()
 {
     if (m_ownsManifold)
         m_dispatcher->releaseManifold(m_manifold);
+    m_isaGjk.leave();
 }
 
 void IsaGjkAlgorithm::getAllContactManifolds(btManifoldArray& manifolds)
