@@ -113,8 +113,9 @@ DropResult runDrop(const DropOptions& options, const BodyShapes& shapes)
         lastAudit = done;
     }
     result.interrupted = isInterrupted();
-    // An interrupted run gets its comparison too.
-    if (options.auditEvery != 0 && result.interrupted)
+    // An interrupted run gets its comparison too, unless a world has not looked for pairs yet.
+    const bool haveStepped = !result.cullet.steps.empty() && !result.dbvt.steps.empty();
+    if (options.auditEvery != 0 && result.interrupted && haveStepped)
         auditor.audit(result.audits);
     describeEnd(cullet, result.cullet);
     describeEnd(dbvt, result.dbvt);

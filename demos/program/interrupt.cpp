@@ -3,16 +3,39 @@
 #include "demos/program/interrupt.h"
 
 #include <csignal>
+#include <cstdint>
+#include <ctime>
 
 namespace cullet
 {
 namespace
 {
-volatile std::sig_atomic_t interruptCount = 0;
+// `timeout` and job runners send a signal to the process and again to its group, microseconds later: one request.
+constexpr std::int64_t kSameRequestNanoseconds = 200'000'000;
 
-void onSignal(int)
+volatile std::sig_atomic_t interruptCount = 0;
+volatile std::int64_t firstNanoseconds = 0;
+
+std::int64_t now()
 {
-    interruptCount = 1;
+    timespec time = {};
+    clock_gettime(CLOCK_MONOTONIC, &time);
+    return std::int64_t(time.tv_sec) * 1'000'000'000 + time.tv_nsec;
+}
+
+// Calls only what POSIX allows in a handler.
+void onSignal(int signal)
+{
+    if (interruptCount == 0)
+    {
+        firstNanoseconds = now();
+        interruptCount = 1;
+    }
+    else if (now() - firstNanoseconds > kSameRequestNanoseconds)
+    {
+        std::signal(signal, SIG_DFL);
+        std::raise(signal);
+    }
 }
 }  // namespace
 
@@ -20,8 +43,10 @@ void catchInterrupts()
 {
     struct sigaction action = {};
     action.sa_handler = onSignal;
-    // Once: the handler is gone when the second signal comes.
-    action.sa_flags = SA_RESTART | static_cast<int>(SA_RESETHAND);
+    action.sa_flags = SA_RESTART;
+    // The two signals do not interrupt each other's handling.
+    sigaddset(&action.sa_mask, SIGINT);
+    sigaddset(&action.sa_mask, SIGTERM);
     sigaction(SIGINT, &action, nullptr);
     sigaction(SIGTERM, &action, nullptr);
 }

@@ -159,6 +159,14 @@ TEST(RunCommand, PrintsWhatItHasWhenInterrupted)
     EXPECT_TRUE(contains(outcome.output, "agree")) << outcome.output;
 }
 
+TEST(RunCommand, InterruptedBeforeItsFirstStepItFindsNoFault)
+{
+    const Outcome outcome = runShell("timeout --preserve-status -s INT 0.1 " + std::string(CULLET_PROGRAM) +
+                                     " run --bodies 5000 --steps 100000000");
+    EXPECT_EQ(outcome.code, 130) << outcome.output;
+    EXPECT_FALSE(contains(outcome.output, "DISAGREE")) << outcome.output;
+}
+
 TEST(RunCommand, ExplainsWrongUsage)
 {
     EXPECT_EQ(runProgram("").code, 2);
