@@ -80,4 +80,18 @@ inline bool isInsideShell(const Aabb& box, const Aabb& reference, float slack) n
     return isTrueInAll(isNear(loadFloat4(now), loadFloat4(then)) &
                        isNear(loadFloat4(now + 2), loadFloat4(then + 2)));
 }
+
+/// How far apart two boxes may be at their references and still touch inside their shells. A little more than twice the
+/// slack, for the rounding of differences.
+inline float reachOfShells(float slack) noexcept
+{
+    return 2.0002f * slack;
+}
+
+/// Up to which gap of the references a held pair stays held (overlapsWithMargin()) inside the shells. A little less than
+/// it could be, for the same reason.
+inline float sureGapOf(float margin, float slack) noexcept
+{
+    return 1.9999f * margin - reachOfShells(slack);
+}
 }  // namespace cullet

@@ -4,8 +4,6 @@
 
 #include "broad/aabb_simd.h"
 #include "broad/known_rows.h"
-#include "broad/pair_diff.h"
-#include "broad/pair_keys.h"
 
 #include <algorithm>
 #include <limits>
@@ -25,8 +23,8 @@ try
     m_added.clear();
     m_removed.clear();
     updateOrThrow(proxies);
-    writeSorted(m_added, delta.added);
-    writeSorted(m_removed, delta.removed);
+    m_keySort.write(m_added, delta.added);
+    m_keySort.write(m_removed, delta.removed);
     m_stats.pairs += delta.added.size();
     m_stats.pairs -= delta.removed.size();
     return Status::Ok;
@@ -167,13 +165,10 @@ void FlatBackend::takeKnown(const ProxyView& view)
 {
     std::fill(m_limits.begin(), m_limits.end(), std::numeric_limits<float>::quiet_NaN());
     std::fill(m_held.begin(), m_held.end(), 0);
-    for (const RowPair& pair : findRowsOf(m_known, view))
-    {
-        if (pair.firstRow == kNoRow || pair.secondRow == kNoRow)
-            m_removed.push_back(pairKey(pair.ids));
-        else
-            flip(pair.firstRow, pair.secondRow);
-    }
+    std::vector<IdPair> held;
+    splitKnown(m_known, view, held, m_removed);
+    for (const IdPair pair : held)
+        flip(pair.a, pair.b);
     m_stats.pairs = m_known.size();
 }
 

@@ -5,6 +5,7 @@
 #include "broad/backend.h"
 #include "broad/flat_kernels.h"
 #include "broad/flat_shells.h"
+#include "broad/key_sort.h"
 
 #include <cstdint>
 #include <vector>
@@ -68,6 +69,7 @@ private:
     FlatShells m_shells;
     std::vector<std::uint64_t> m_added;    ///< keys
     std::vector<std::uint64_t> m_removed;  ///< keys
+    KeySort m_keySort;
     BackendStats m_stats;
 };
 }  // namespace cullet

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Zlib
 #include "broad/flat_shells.h"
 
-#include "broad/aabb_simd.h"
-
 #include <algorithm>
 
 namespace cullet
@@ -52,7 +50,7 @@ void FlatShells::begin(const ProxyView& view)
 void FlatShells::watch(const ProxyView& view, IdPair pair, bool isHeld)
 {
     const float gap = gapOf(view.boxes[pair.a], view.boxes[pair.b]);
-    if (!isHeld || gap > kMarginFactor * m_margin - reach())
+    if (!isHeld || gap > sureGapOf(m_margin, m_slack))
         m_watched.push_back(pair);
 }
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "broad/aabb_simd.h"
 #include "broad/backend.h"
 #include "broad/row_soa.h"
 
@@ -35,7 +36,7 @@ public:
     void begin(const ProxyView& view);
 
     /// How far apart two boxes may be and still touch inside their shells.
-    float reach() const noexcept { return kReachFactor * m_slack; }
+    float reach() const noexcept { return reachOfShells(m_slack); }
 
     /// Watches a pair that is held or within reach(), unless it is held and can not part.
     void watch(const ProxyView& view, IdPair pair, bool isHeld);
@@ -59,9 +60,6 @@ private:
         m_active.push_back(row);
     }
 
-    // A little more than the slack, and a little less than the margin, cover the rounding of differences.
-    static constexpr float kReachFactor = 2.0002f;
-    static constexpr float kMarginFactor = 1.9999f;
     static constexpr std::uint32_t kShortestPeriod = 8;
     static constexpr std::uint32_t kLongestPeriod = 128;
 

@@ -24,4 +24,16 @@ std::vector<RowPair> findRowsOf(const std::vector<Pair>& known, const ProxyView&
         pairs.push_back({pair, find(pair.first), find(pair.second)});
     return pairs;
 }
+
+void splitKnown(const std::vector<Pair>& known, const ProxyView& proxies, std::vector<IdPair>& held,
+                std::vector<std::uint64_t>& gone)
+{
+    for (const RowPair& pair : findRowsOf(known, proxies))
+    {
+        if (pair.firstRow == kNoRow || pair.secondRow == kNoRow)
+            gone.push_back(pairKey(pair.ids));
+        else
+            held.push_back({pair.firstRow, pair.secondRow});
+    }
+}
 }  // namespace cullet

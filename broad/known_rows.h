@@ -4,6 +4,7 @@
 
 #include "broad/backend.h"
 #include "broad/pair_diff.h"
+#include "broad/row_soa.h"
 
 #include <cstdint>
 #include <limits>
@@ -15,4 +16,9 @@ inline constexpr std::uint32_t kNoRow = std::numeric_limits<std::uint32_t>::max(
 
 /// The rows of pairs given to Backend::restart(); kNoRow for ids without a valid box. O(rows + pairs), none: O(1).
 std::vector<RowPair> findRowsOf(const std::vector<Pair>& known, const ProxyView& proxies);
+
+/// The same in two parts: appends the rows of pairs of valid boxes to `held`, and the keys of the others, which have
+/// left, to `gone`.
+void splitKnown(const std::vector<Pair>& known, const ProxyView& proxies, std::vector<IdPair>& held,
+                std::vector<std::uint64_t>& gone);
 }  // namespace cullet

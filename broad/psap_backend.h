@@ -3,6 +3,7 @@
 #pragma once
 
 #include "broad/backend.h"
+#include "broad/known_rows.h"
 #include "broad/log.h"
 #include "broad/psap_failure.h"
 #include "broad/psap_pipeline.h"
@@ -13,7 +14,6 @@
 #include <cstdio>
 #include <new>
 #include <stdexcept>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -129,29 +129,10 @@ private:
         m_dirtyCount = 0;
         m_retestAll = false;
         std::vector<IdPair> held;
-        findRowsOfKnown(view, held);
+        splitKnown(m_known, view, held, m_vanished);
         m_heldCount = held.size();
         m_exec.reserve(m_held, std::max<std::uint64_t>(m_heldCount, m_options.initialCapacity));
         m_exec.uploadNow(m_held.data(), held.data(), held.size());
-    }
-
-    void findRowsOfKnown(const ProxyView& view, std::vector<IdPair>& held)
-    {
-        std::unordered_map<std::uint32_t, std::uint32_t> rowOfId;
-        for (std::uint32_t row = 0; row < view.size && !m_known.empty(); ++row)
-        {
-            if (view.uniqueIds[row] != 0)
-                rowOfId.emplace(view.uniqueIds[row], row);
-        }
-        for (const Pair pair : m_known)
-        {
-            const auto a = rowOfId.find(pair.first);
-            const auto b = rowOfId.find(pair.second);
-            if (a == rowOfId.end() || b == rowOfId.end())
-                m_vanished.push_back(pairKey(pair));
-            else
-                held.push_back({a->second, b->second});
-        }
     }
 
     void reserveRows(std::uint64_t count, std::uint64_t used)

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "broad/known_rows.h"
 #include "broad/row_grid_backend.h"
 #include "broad/row_grid_sinks.h"
 
 #include <algorithm>
-#include <unordered_map>
 
 namespace cullet
 {
@@ -12,8 +12,6 @@ namespace
 {
 // A little more than the slack, and a little less than the margin, cover the rounding of sums and differences.
 constexpr float kGrowFactor = 1.0001f;
-constexpr float kSureFactor = 2.0002f;
-constexpr float kMarginFactor = 1.9999f;
 }  // namespace
 
 void RowGridBackend::collectHeld(std::vector<IdPair>& held)
@@ -34,23 +32,7 @@ void RowGridBackend::collectHeld(std::vector<IdPair>& held)
 /// Turns the pairs given to restart() into rows; those whose proxies are gone leave at once.
 void RowGridBackend::collectKnown(const ProxyView& view, std::vector<IdPair>& held)
 {
-    std::unordered_map<std::uint32_t, std::uint32_t> rowOfId;
-    if (!m_known.empty())
-        rowOfId.reserve(view.size);
-    for (std::uint32_t row = 0; row < view.size && !m_known.empty(); ++row)
-    {
-        if (view.uniqueIds[row] != 0)
-            rowOfId.emplace(view.uniqueIds[row], row);
-    }
-    for (const Pair pair : m_known)
-    {
-        const auto a = rowOfId.find(pair.first);
-        const auto b = rowOfId.find(pair.second);
-        if (a == rowOfId.end() || b == rowOfId.end())
-            m_removedKeys.push_back(pairKey(pair));
-        else
-            held.push_back({a->second, b->second});
-    }
+    splitKnown(m_known, view, held, m_removedKeys);
     m_stats.pairs = m_known.size();
     m_known.clear();
     m_known.shrink_to_fit();
@@ -130,7 +112,7 @@ void RowGridBackend::rebuildSettled(const ProxyView& view, const std::vector<IdP
     m_stats.path = "settle";
     m_slack = 0.5f * view.margin;
     m_settledMargin = view.margin;
-    m_sureGap = kMarginFactor * view.margin - kSureFactor * m_slack;
+    m_sureGap = sureGapOf(view.margin, m_slack);
     m_policy.begin(view.size);
     m_wasted = 0;
     for (std::uint32_t row = 0; row < view.size; ++row)

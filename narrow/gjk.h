@@ -72,12 +72,8 @@ private:
 
     GjkResult<S> finishStalled(const Support& s, double along)
     {
-        const double upper = std::sqrt(m_search.length2());
-        const double lower = along > 0.0 ? along / upper : 0.0;
-        // A NaN makes the comparison false.
-        if (!(upper - lower <= kGjkAccuracy * std::sqrt(m_search.size2())))
-            return finish(GjkState::NotConverged, nullptr);
-        return finish(lower > 0.0 ? GjkState::Near : GjkState::Overlapping, &s);
+        const GjkState state = m_search.stalledState(along);
+        return finish(state, state == GjkState::NotConverged ? nullptr : &s);
     }
 
     GjkResult<S> finish(GjkState state, const Support* along)

@@ -14,6 +14,9 @@
 
 namespace cullet
 {
+/// Largest relative width of the interval of possible distances that still counts as an answer when it stops shrinking.
+constexpr double kGjkAccuracy = 1e-7;
+
 /// The state that ISA-GJK, GJK and EPA share: a simplex in the Minkowski difference A - B and its point closest to the
 /// origin. World axes, relative to the origin of A, double.
 template <class A, class B>
@@ -41,6 +44,19 @@ public:
     bool isFinite() const { return m_sum2 <= std::numeric_limits<double>::max(); }
     /// Closest to the origin up to the rounding of coordinates. 1e-20: 1e-10 of the size.
     bool isTouching() const { return m_isInside || m_length2 <= 1e-20 * m_size2; }
+
+    /// What a search that stalled at a support with this v.w knows: |v| and v.w / |v| enclose the distance.
+    ///
+    /// @return NotConverged unless they are as close to each other as rounding lets them be
+    GjkState stalledState(double along) const
+    {
+        const double upper = std::sqrt(m_length2);
+        const double lower = along > 0.0 ? along / upper : 0.0;
+        // A NaN makes the comparison false.
+        if (!(upper - lower <= kGjkAccuracy * std::sqrt(m_size2)))
+            return GjkState::NotConverged;
+        return lower > 0.0 ? GjkState::Near : GjkState::Overlapping;
+    }
 
     Eigen::Vector3d centreDifference() const
     {
@@ -225,7 +241,4 @@ private:
 /// More simplices than any query needs: 36 was the largest number seen in some 3 million. Exceeding it is reported as
 /// NotConverged; the strict decrease of |v| would end the search in any case.
 constexpr std::int32_t kGjkIterationLimit = 200;
-
-/// Largest relative width of the interval of possible distances that still counts as an answer when it stops shrinking.
-constexpr double kGjkAccuracy = 1e-7;
 }  // namespace cullet

@@ -5,6 +5,7 @@
 #include "plugin/convex_dispatcher.h"
 #include "plugin/hull_cache.h"
 #include "plugin/isa_gjk.h"
+#include "tests/plugin/body_hash.h"
 #include "tests/plugin/broadphase_support.h"
 
 #include <btBulletDynamicsCommon.h>
@@ -12,7 +13,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <memory>
 #include <random>
 #include <vector>
@@ -123,25 +123,7 @@ public:
                                               { return !body->isStaticObject() && body->isActive(); }));
     }
     /// Fingerprint of all transforms, bit by bit.
-    std::uint64_t hash() const
-    {
-        std::uint64_t hash = 14695981039346656037ull;
-        for (const auto& body : bodies)
-        {
-            const btTransform& transform = body->getWorldTransform();
-            for (int axis = 0; axis < 3; ++axis)
-            {
-                for (const btScalar value : {transform.getOrigin()[axis], transform.getBasis()[axis][0],
-                                             transform.getBasis()[axis][1], transform.getBasis()[axis][2]})
-                {
-                    std::uint64_t bits = 0;
-                    std::memcpy(&bits, &value, sizeof(value));
-                    hash = (hash ^ bits) * 1099511628211ull;
-                }
-            }
-        }
-        return hash;
-    }
+    std::uint64_t hash() const { return hashOfBodies(bodies); }
 
     btDefaultCollisionConfiguration configuration;
 

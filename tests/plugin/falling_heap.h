@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "tests/plugin/body_hash.h"
 #include "tests/plugin/broadphase_support.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcherMt.h>
@@ -15,7 +16,6 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
-#include <cstring>
 #include <memory>
 #include <vector>
 
@@ -70,25 +70,7 @@ public:
         return sum / double(bodies.size() - 1);
     }
     /// Fingerprint of all transforms, bit by bit.
-    std::uint64_t hash() const
-    {
-        std::uint64_t hash = 14695981039346656037ull;
-        for (const auto& body : bodies)
-        {
-            const btTransform& transform = body->getWorldTransform();
-            for (int axis = 0; axis < 3; ++axis)
-            {
-                for (const btScalar value : {transform.getOrigin()[axis], transform.getBasis()[axis][0],
-                                             transform.getBasis()[axis][1], transform.getBasis()[axis][2]})
-                {
-                    std::uint64_t bits = 0;
-                    std::memcpy(&bits, &value, sizeof(value));
-                    hash = (hash ^ bits) * 1099511628211ull;
-                }
-            }
-        }
-        return hash;
-    }
+    std::uint64_t hash() const { return hashOfBodies(bodies); }
 
     std::vector<std::unique_ptr<btRigidBody>> bodies;
 
