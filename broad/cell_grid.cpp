@@ -212,6 +212,26 @@ const UniformGrid* CellGrid::grid(int level) const
     return nullptr;
 }
 
+void CellGrid::forEachCell(const CellVisitor& visit) const
+{
+    for (std::uint32_t level = 0; level < m_levels.size(); ++level)
+    {
+        const UniformGrid& grid = m_levels[level]->grid;
+        grid.forEachCell(
+            [&](const CellNumber& cell)
+            {
+                Aabb box;
+                for (int axis = 0; axis < 3; ++axis)
+                {
+                    const auto number = static_cast<double>(cell[axis]);
+                    box.min[axis] = static_cast<float>(std::ldexp(number, grid.sizeExponent()));
+                    box.max[axis] = static_cast<float>(std::ldexp(number + 1, grid.sizeExponent()));
+                }
+                visit(box, level);
+            });
+    }
+}
+
 CellGrid::Counters CellGrid::counters() const
 {
     Counters sum;

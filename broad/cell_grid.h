@@ -3,6 +3,7 @@
 #pragma once
 
 #include "broad/aabb.h"
+#include "broad/cell_source.h"
 #include "broad/uniform_grid.h"
 
 #include <cstdint>
@@ -107,6 +108,9 @@ public:
 
     /// The grid of a level, or null.
     const UniformGrid* grid(int level) const;
+
+    /// See CellSource.
+    void forEachCell(const CellVisitor& visit) const;
 
     Counters counters() const;
     std::uint64_t bytes() const;

@@ -21,7 +21,7 @@ namespace cullet
 /// changed, O(rows and their neighbours).
 std::unique_ptr<Backend> makeCellGridBackend(const GridOptions& options = {});
 
-class CellGridBackend final : public Backend
+class CellGridBackend final : public Backend, public CellSource
 {
 public:
     explicit CellGridBackend(const GridOptions& options);
@@ -30,6 +30,7 @@ public:
     void restart(const std::vector<Pair>& known) override;
     const char* name() const noexcept override { return "cells"; }
     BackendStats stats() const override { return m_stats; }
+    void forEachCell(const CellVisitor& visit) const override { m_grid.forEachCell(visit); }
 
 private:
     bool wantsRebuild(const ProxyView& proxies) const;

@@ -13,7 +13,7 @@ namespace cullet
 namespace
 {
 /// The default grid: flat arrays while there are a few hundred rows, the row grid from then on.
-class SizedGridBackend final : public Backend
+class SizedGridBackend final : public Backend, public CellSource
 {
 public:
     explicit SizedGridBackend(const GridOptions& options)
@@ -45,6 +45,11 @@ public:
 
     const char* name() const noexcept override { return "grid"; }
     BackendStats stats() const override { return current().stats(); }
+    void forEachCell(const CellVisitor& visit) const override
+    {
+        if (m_grid != nullptr)
+            m_grid->forEachCell(visit);
+    }
 
 private:
     std::uint32_t flatLimit() const

@@ -553,6 +553,26 @@ void RowGrid::query(const Aabb& box, FlaggedId id, unsigned worker, PairSink& si
     out.handOn();
 }
 
+void RowGrid::forEachCell(const CellVisitor& visit) const
+{
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    for (std::uint32_t row = 0; row < m_rows.capacity(); ++row)
+    {
+        const std::uint64_t cell = m_rows.cell(row);
+        if (cell == 0)
+            continue;
+        const std::int32_t level = levelOfCell(cell);
+        const float j = static_cast<float>(cellCoordinateJ(cell)),
+                    k = static_cast<float>(cellCoordinateK(cell));
+        Aabb box{{-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity}};
+        box.min[m_plan.tileAxisY] = j * m_plan.width[level];
+        box.max[m_plan.tileAxisY] = (j + 1) * m_plan.width[level];
+        box.min[m_plan.tileAxisZ] = k * m_plan.width[level];
+        box.max[m_plan.tileAxisZ] = (k + 1) * m_plan.width[level];
+        visit(box, static_cast<std::uint32_t>(level));
+    }
+}
+
 std::uint64_t RowGrid::bytes() const
 {
     std::uint64_t sum =

@@ -5,6 +5,7 @@
 #include "broad/aabb.h"
 #include "broad/backend.h"
 #include "broad/cell_rule.h"
+#include "broad/cell_source.h"
 #include "broad/grid_plan.h"
 #include "broad/row_builder.h"
 #include "broad/row_directory.h"
@@ -107,6 +108,9 @@ public:
     /// `box` itself should not be kept under `id`, or it is reported too. Safe from several threads with different
     /// workers.
     void query(const Aabb& box, FlaggedId id, unsigned worker, PairSink& sink) const;
+
+    /// The rows as boxes that are infinite along the sweep axis; see CellSource.
+    void forEachCell(const CellVisitor& visit) const;
 
     /// What the last scan did.
     std::uint64_t entryCount() const { return m_entryCount; }

@@ -170,6 +170,13 @@ void RowGridBackend::reportRemoved(const ProxyView& view, IdPair pair)
     m_removedKeys.push_back(pairKey(makePair(view.uniqueIds[pair.a], view.uniqueIds[pair.b])));
 }
 
+void RowGridBackend::forEachCell(const CellVisitor& visit) const
+{
+    m_grid.forEachCell(visit);
+    if (m_mode == Mode::Settled && !m_active.empty())
+        m_activeGrid.forEachCell(visit);
+}
+
 BackendStats RowGridBackend::stats() const
 {
     BackendStats stats = m_stats;

@@ -35,7 +35,7 @@ namespace cullet
 /// ones by queries. When too many are active, the whole is refilled.
 ///
 /// Both are exact: the pair set is that of Backend's definition, bit for bit.
-class RowGridBackend final : public Backend
+class RowGridBackend final : public Backend, public CellSource
 {
 public:
     explicit RowGridBackend(const GridOptions& options);
@@ -45,6 +45,7 @@ public:
     void restart(const std::vector<Pair>& known) override;
     const char* name() const noexcept override { return "grid"; }
     BackendStats stats() const override;
+    void forEachCell(const CellVisitor& visit) const override;
 
 private:
     enum class Mode : std::uint8_t

@@ -143,6 +143,13 @@ public:
     UniformGrid(int sizeExponent, const Options& options);
 
     int sizeExponent() const { return m_sizeExponent; }
+
+    /// Calls visit(cell number) for every cell that has an id.
+    template <class Visit>
+    void forEachCell(Visit visit) const
+    {
+        m_directory.forEach(visit);
+    }
     bool contains(std::uint32_t row) const
     {
         return row < m_boxes.size() && m_boxes[row].firstEntry != kNone;

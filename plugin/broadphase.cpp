@@ -5,6 +5,7 @@
 #include "broad/log.h"
 #include "broad/query_index.h"
 #include "plugin/backend_choice.h"
+#include "plugin/debug_draw.h"
 #include "plugin/ghost_watch.h"
 #include "plugin/pair_keeper.h"
 #include "plugin/proxy_store.h"
@@ -213,6 +214,16 @@ BroadphaseStats Broadphase::stats() const
     stats.bytes = m->store.bytes() + m->ghosts.bytes() + m->index->bytes();
     m->keeper.addTo(stats);
     return stats;
+}
+
+void Broadphase::debugDraw(btIDebugDraw& drawer) const
+{
+    debugDraw(drawer, {});
+}
+
+void Broadphase::debugDraw(btIDebugDraw& drawer, const DebugDrawOptions& options) const
+{
+    DebugDrawing(m->store, drawer, options).draw(*m->keeper.port().cache(), m->keeper.backend());
 }
 
 void Broadphase::setBackend(std::unique_ptr<Backend> backend)

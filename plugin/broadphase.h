@@ -10,12 +10,16 @@
 #include <cstdint>
 #include <memory>
 
+class btIDebugDraw;
+
 namespace cullet
 {
 class ProxyTable;
 
 inline namespace CULLET_PRECISION
 {
+struct DebugDrawOptions;
+
 enum class BackendChoice
 {
     Auto,   ///< the grid; CUDA for worlds of deviceBodies and more when a device answers
@@ -135,6 +139,10 @@ public:
     void printStats() override;
 
     BroadphaseStats stats() const;
+
+    /// Shows boxes, cells and pairs in the viewer of the application; see plugin/debug_draw.h.
+    void debugDraw(btIDebugDraw& drawer) const;
+    void debugDraw(btIDebugDraw& drawer, const DebugDrawOptions& options) const;
 
     /// Replaces the backend; the pairs stay as they are.
     void setBackend(std::unique_ptr<Backend> backend);

@@ -1,0 +1,58 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/backend.h"
+#include "plugin/proxy_store.h"
+
+#include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
+#include <LinearMath/btIDebugDraw.h>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+/// What Broadphase::debugDraw() draws, and in which colours (red, green, blue from 0 to 1).
+struct DebugDrawOptions
+{
+    bool boxes =
+        true;  ///< the box of every body; bodies in a pair of the pair cache have a colour of their own
+    bool cells =
+        false;          ///< the cells of the backend, see CellSource: rows reach from end to end of the world
+    bool pairs = true;  ///< a line for each pair in the pair cache
+    btVector3 boxColor = btVector3(btScalar(0.35), btScalar(0.55), btScalar(0.9));
+    btVector3 pairedBoxColor = btVector3(btScalar(0.95), btScalar(0.6), btScalar(0.2));
+    btVector3 cellColor = btVector3(btScalar(0.45), btScalar(0.45), btScalar(0.45));
+    btVector3 pairColor = btVector3(btScalar(0.9), btScalar(0.2), btScalar(0.3));
+};
+
+/// One call of Broadphase::debugDraw(), which says when it may be called; nothing is kept between calls.
+///
+/// Boxes are those of the last setAabb(), pairs and cells those of the last calculateOverlappingPairs(). Twelve lines for
+/// a box or a cell by btIDebugDraw::drawAabb(), and one for a pair by drawLine(): from the centre of one box to the
+/// centre of the other one, or to the nearest point of one that is more than eight times as large, such as a floor.
+/// Boxes and cells are cut at the bounds of all bounded boxes (those that reach no farther than 2^50), since a plane has
+/// a box without end; what is invalid or outside of the bounds is left out. There are cells where the backend is a
+/// CellSource: the grid on the CPU from a few hundred bodies on.
+///
+/// Cost: O(bodies + pairs + cells) calls of the drawer.
+class DebugDrawing
+{
+public:
+    DebugDrawing(const ProxyStore& store, btIDebugDraw& drawer, const DebugDrawOptions& options);
+
+    void draw(const btOverlappingPairCache& cache, const Backend& backend) const;
+
+private:
+    bool cut(btVector3& min, btVector3& max) const;
+    void drawBoxes(const btBroadphasePair* pairs, int pairCount) const;
+    void drawCells(const Backend& backend) const;
+    void drawPair(const btBroadphaseProxy& a, const btBroadphaseProxy& b) const;
+
+    const ProxyStore& m_store;
+    btIDebugDraw& m_drawer;
+    const DebugDrawOptions& m_options;
+    btVector3 m_min, m_max;  ///< bounds of all bounded boxes; min > max if there is none
+};
+}  // namespace CULLET_PRECISION
+}  // namespace cullet
