@@ -10,6 +10,7 @@
 #include "demos/program/interrupt.h"
 #include "demos/program/machine.h"
 #include "demos/program/precision.h"
+#include "demos/rivals/rival.h"
 #include "demos/scenes/body_world.h"
 #include "demos/scenes/box_scene.h"
 
@@ -112,20 +113,33 @@ void runCases(const BroadOptions& options, bool hasBodies, ResultFile& file)
     }
 }
 
-/// Puts the names that "ablation" stands for in its place.
-void expandAblation(std::vector<std::string>& names)
+/// Puts the names that `word` stands for in its place.
+void expandWord(std::vector<std::string>& names, const std::string& word, const std::vector<std::string>& all)
 {
-    const auto found = std::find(names.begin(), names.end(), "ablation");
+    const auto found = std::find(names.begin(), names.end(), word);
     if (found == names.end())
         return;
-    const std::vector<std::string> all = ablationNames();
     names.insert(names.erase(found), all.begin(), all.end());
+}
+
+void expandRivals(std::vector<std::string>& names)
+{
+    if (std::find(names.begin(), names.end(), "rivals") == names.end())
+        return;
+    expandWord(names, "rivals", builtRivals());
+    for (const RivalInfo& rival : rivals())
+    {
+        if (rival.make == nullptr)
+            std::fprintf(stderr, "cullet: without %s: install %s and build again\n", rival.name,
+                         rival.package);
+    }
 }
 
 int benchBroad(BroadOptions options, bool hasBodies, const FileOptions& files)
 {
     requireReleaseBuild();
-    expandAblation(options.backends);
+    expandWord(options.backends, "ablation", ablationNames());
+    expandRivals(options.backends);
     for (const std::string& scene : options.scenes)
         requireKnownScene(scene);
     requireBackends(options);
@@ -185,7 +199,9 @@ void addBroad(CLI::App& bench, Action& chosen)
                               ->delimiter(',')
                               ->check(CLI::Range(1, 100000000));
     command
-        ->add_option("--backend", options->backends, "one or several; ablation: every CPU backend and option")
+        ->add_option("--backend", options->backends,
+                     "one or several; ablation: every CPU backend and option; "
+                     "rivals: every other library")
         ->delimiter(',')
         ->capture_default_str();
     command->add_option("--ids", options->ids, "order of the ids at the start: random, sorted")

@@ -24,8 +24,19 @@ int printLists()
     std::puts("  hulls          random hulls of 20 points in their place");
     std::puts("Backends (--backend):");
     for (const SubjectInfo& subject : subjectNames())
-        std::printf("  %-14s %s%s\n", subject.name, subject.summary,
-                    subject.hasBackend ? "" : " [through bullet only]");
+    {
+        if (subject.package == nullptr)
+            std::printf("  %-14s %s%s\n", subject.name, subject.summary,
+                        subject.hasBackend ? "" : " [through bullet only]");
+    }
+    std::puts("Other libraries, for bench broad (--backend rivals: all that are built in):");
+    for (const SubjectInfo& subject : subjectNames())
+    {
+        if (subject.package != nullptr)
+            std::printf("  %-15s %s%s%s%s\n", subject.name, subject.summary,
+                        subject.isBuilt ? "" : " [not built in; install ",
+                        subject.isBuilt ? "" : subject.package, subject.isBuilt ? "" : " and build again]");
+    }
     return kExitOk;
 }
 }  // namespace

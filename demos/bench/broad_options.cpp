@@ -26,6 +26,7 @@ SubjectRequest requestFor(const BroadCase& benchCase, const std::string& backend
 Json makeRow(const std::string& benchmark, const BroadCase& benchCase, const SubjectRequest& request,
              int threads)
 {
+    const char* through = isThroughBullet(request) ? "bullet" : "backend";
     return {{"benchmark", benchmark},
             {"scene", benchCase.scene},
             {"backend", request.name},
@@ -39,7 +40,7 @@ Json makeRow(const std::string& benchmark, const BroadCase& benchCase, const Sub
             {"hash", ""},
             {"mean_ms", 0.0},
             {"ids", benchCase.sortedIds ? "sorted" : "random"},
-            {"through", isThroughBullet(request) ? "bullet" : "backend"}};
+            {"through", isRival(request.name) ? "own" : through}};
 }
 
 void addMeasurement(Json& row, const PairDigest& digest, const std::vector<double>& milliseconds)
@@ -77,6 +78,9 @@ void printRow(const Json& row)
     const unsigned long long tests = row.value("tests", 0ull);
     if (tests != 0)
         std::printf("  %8.2f tests a body", static_cast<double>(tests) / row["bodies"].get<double>());
+    if (row.value("wrong_checks", 0) != 0)
+        std::printf("  WRONG PAIRS in %d of %d checks", row["wrong_checks"].get<int>(),
+                    row["checks"].get<int>());
     std::printf("\n");
     std::fflush(stdout);
 }

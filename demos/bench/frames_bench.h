@@ -15,7 +15,8 @@ inline namespace CULLET_PRECISION
 /// and three timed ones, unless the user interrupts), and its column `frames` says so. The pairs that overlap are
 /// compared in the first, the middle and the last timed frame of each backend: with the exact ones up to 150,000
 /// bodies, beyond that with those of the first backend in that frame. Columns pairs and hash are those of the last
-/// comparison, in frame `hash_frame` of the scene; rows with the same frame have the same hash.
+/// comparison, in frame `hash_frame` of the scene; rows with the same frame have the same hash. A rival with other pairs
+/// goes on, and its row says in `wrong_checks` how often.
 ///
 /// @throws ProgramError (kExitDisagreement) when a backend's pairs are wrong, naming it and the frame
 void runFramesBench(const BroadCase& benchCase, ResultFile& file);

@@ -3,6 +3,7 @@
 #include "demos/bench/subject.h"
 
 #include "demos/bench/named_backends.h"
+#include "demos/rivals/rival.h"
 
 #include <stdexcept>
 
@@ -37,18 +38,28 @@ const std::vector<SubjectInfo>& subjectNames()
         all.push_back({"dbvt-deferred", "btDbvtBroadphase with m_deferedcollide", false});
         all.push_back({"dbvt-m0", "btDbvtBroadphase with gDbvtMargin = 0", false});
         all.push_back({"axissweep", "Bullet's bt32BitAxisSweep3 without ray accelerator", false});
+        for (const RivalInfo& rival : rivals())
+            all.push_back({rival.name, rival.summary, false, rival.package, rival.make != nullptr});
         return all;
     }();
     return names;
 }
 
+bool isRival(const std::string& name)
+{
+    return findSubject(name).package != nullptr;
+}
+
 bool isThroughBullet(const SubjectRequest& request)
 {
-    return request.through == Through::Bullet || !findSubject(request.name).hasBackend;
+    const SubjectInfo& info = findSubject(request.name);
+    return info.package == nullptr && (request.through == Through::Bullet || !info.hasBackend);
 }
 
 std::unique_ptr<Subject> makeSubject(const SubjectRequest& request)
 {
+    if (isRival(request.name))
+        return makeRivalSubject(request);
     return isThroughBullet(request) ? makeBulletSubject(request) : makeBackendSubject(request);
 }
 }  // namespace CULLET_PRECISION

@@ -70,7 +70,10 @@ struct SubjectInfo
 {
     const char* name;
     const char* summary;
-    bool hasBackend;  ///< exists without Bullet; the others are measured through Bullet always
+    bool
+        hasBackend;  ///< exists without Bullet; the others are measured through Bullet always, but for rivals
+    const char* package = nullptr;  ///< a rival: another library's broad phase; where to get that
+    bool isBuilt = true;            ///< false: this program was built without it
 };
 
 const std::vector<SubjectInfo>& subjectNames();
@@ -84,6 +87,9 @@ struct SubjectRequest
     ExactBox bounds;  ///< that no box ever leaves
 };
 
+/// Whether this is another library's broad phase (demos/rivals), which has an interface of its own.
+bool isRival(const std::string& name);
+
 /// Whether such a subject would be measured through Bullet.
 bool isThroughBullet(const SubjectRequest& request);
 
@@ -94,5 +100,6 @@ std::unique_ptr<Subject> makeSubject(const SubjectRequest& request);
 
 std::unique_ptr<Subject> makeBackendSubject(const SubjectRequest& request);
 std::unique_ptr<Subject> makeBulletSubject(const SubjectRequest& request);
+std::unique_ptr<Subject> makeRivalSubject(const SubjectRequest& request);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

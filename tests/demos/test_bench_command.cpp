@@ -88,6 +88,36 @@ TEST_F(BenchCommand, EveryBackendOfTheAblationFindsTheSamePairsAndCounts)
         EXPECT_EQ(count, 3) << backend;
 }
 
+TEST_F(BenchCommand, OtherLibrariesFindTheSamePairsOrAreNamedAsMissing)
+{
+    Outcome outcome;
+    const json document = runForJson(
+        "bench broad --scene W1,W2,W5 --bodies 300 --backend grid,rivals --frames 3 --warmup 1", &outcome);
+    ASSERT_EQ(outcome.code, 0) << outcome.output << outcome.errors;
+    std::map<std::string, std::set<std::string>> hashes;
+    std::set<std::string> measured;
+    for (const json& row : document["rows"])
+    {
+        expectColumns(row);
+        EXPECT_EQ(row["wrong_checks"], 0) << row.dump();
+        EXPECT_GT(row["pairs"], 0);
+        hashes[row["scene"]].insert(row["hash"].get<std::string>());
+        measured.insert(row["backend"].get<std::string>());
+    }
+    for (const auto& [scene, found] : hashes)
+        EXPECT_EQ(found.size(), 1u) << scene;
+    for (const char* rival : {"fcl-tree", "coal-tree", "ode-hash", "cgal", "embree"})
+    {
+        if (measured.count(rival) != 0)
+            continue;
+        EXPECT_TRUE(contains(outcome.errors, std::string("without ") + rival + ": install "))
+            << outcome.errors;
+        const Outcome refused = runProgram(std::string("bench broad --bodies 10 --backend ") + rival);
+        EXPECT_EQ(refused.code, 5);
+        EXPECT_TRUE(contains(refused.errors, "built without it")) << refused.errors;
+    }
+}
+
 TEST_F(BenchCommand, MeasuresThroughBulletInBothPrecisionsWithTheSamePairs)
 {
     std::set<std::string> hashes;
