@@ -71,6 +71,23 @@ struct StageTime
     double milliseconds;
 };
 
+/// Why the row grid took its path in the last update.
+///
+/// Costs are expected work in nanoseconds of a 2023 server core, of which only the ratios matter: they come from counts
+/// and no clock, so that every thread count and machine decides alike.
+struct GridDecision
+{
+    const char* reason = "";  ///< in words
+    std::uint32_t strays =
+        0;            ///< boxes that came into other cells, or are outside of their shells (settled mode)
+    double cost = 0;  ///< of the path that was taken
+    double otherCost = 0;      ///< of the best one that was not
+    float cellWidth = 0;       ///< of the finest level, world units
+    double planCost = 0;       ///< of a refill with the levels and widths of the plan
+    double oneLevelCost = 0;   ///< ... with one level of the best width
+    double allLevelsCost = 0;  ///< ... with a level for each octave of sizes, at most eight
+};
+
 /// What a backend did, for people and for benchmarks; all numbers are of the last update unless they say total.
 struct BackendStats
 {
@@ -88,6 +105,7 @@ struct BackendStats
     std::uint64_t falsePairs = 0;        ///< shifted sweep and prune: found by rounding alone, and dropped
     std::uint64_t swaps[3] = {0, 0, 0};  ///< sweep and prune: swaps of neighbouring limits, by axis
     std::uint64_t bytesMoved = 0;        ///< between the memory of the CPU and that of a device
+    GridDecision decision;               ///< rows of the grid
     std::vector<StageTime> stages;       ///< with PsapOptions::timeStages, in order
 };
 
@@ -165,6 +183,11 @@ struct GridOptions
     /// Fraction of moved rows above which the grid is cleared and rebuilt instead of updated; negative: automatic,
     /// 0: always rebuild, 1: rebuild only when forced to. Any value gives the same pairs.
     float rebuildFraction = -1.0f;
+    // GridLayout::Rows only, for comparisons with what the cost model chooses.
+    /// False: no shells around boxes that rest; every update goes over all rows.
+    bool settles = true;
+    /// Levels that the octaves of sizes are joined to, if there are as many; 0: chosen. Any value gives the same pairs.
+    std::uint32_t levels = 0;
     /// Slow-path switch for tests and comparisons: use no instructions beyond the x86-64 baseline.
     bool baselineSimd = false;
     /// Rows up to which every changed box is tested against all others, without a grid; kMeasured: where that is faster

@@ -139,11 +139,13 @@ void mergeEvenly(std::vector<Band>& bands)
     bands = std::move(merged);
 }
 
-/// Joins neighbouring bands while that is cheaper.
-void mergeGreedily(std::vector<Band>& bands, const World& world, float cellScale)
+/// Joins neighbouring bands while that is cheaper, or until there are as many levels as wanted.
+///
+/// @return cost of what is left
+double mergeGreedily(std::vector<Band>& bands, const World& world, const GridPlanLimits& limits)
 {
-    double cost = totalCost(bands, world, cellScale);
-    while (bands.size() > 1)
+    double cost = totalCost(bands, world, limits.cellScale);
+    while (bands.size() > std::max(limits.levels, 1u))
     {
         double bestCost = std::numeric_limits<double>::infinity();
         std::vector<Band> best;
@@ -152,18 +154,28 @@ void mergeGreedily(std::vector<Band>& bands, const World& world, float cellScale
             std::vector<Band> trial = bands;
             trial[i] = merge(bands[i], bands[i + 1]);
             trial.erase(trial.begin() + static_cast<std::ptrdiff_t>(i) + 1);
-            const double trialCost = totalCost(trial, world, cellScale);
+            const double trialCost = totalCost(trial, world, limits.cellScale);
             if (trialCost < bestCost)
             {
                 bestCost = trialCost;
                 best = std::move(trial);
             }
         }
-        if (bestCost >= cost)
-            return;
+        if (bestCost >= cost && limits.levels == 0)
+            return cost;
         bands = std::move(best);
         cost = bestCost;
     }
+    return cost;
+}
+
+/// All bands as one.
+double costOfOneLevel(const std::vector<Band>& bands, const World& world, float cellScale)
+{
+    Band all = bands.front();
+    for (std::size_t i = 1; i < bands.size(); ++i)
+        all = merge(all, bands[i]);
+    return totalCost({all}, world, cellScale);
 }
 }  // namespace
 
@@ -223,7 +235,7 @@ int chooseSweepAxis(const float span[3], int previous)
 }
 
 GridPlan makeGridPlan(const SizeHistogram& sizes, const float span[3], int sweepAxis, double density,
-                      float cellScale)
+                      const GridPlanLimits& limits)
 {
     GridPlan plan;
     plan.sweepAxis = sweepAxis;
@@ -239,12 +251,14 @@ GridPlan makeGridPlan(const SizeHistogram& sizes, const float span[3], int sweep
                          std::max<double>(span[plan.tileAxisY], largest),
                          std::max<double>(span[plan.tileAxisZ], largest), density};
     mergeEvenly(bands);
-    mergeGreedily(bands, world, cellScale);
+    plan.allLevelsCost = totalCost(bands, world, limits.cellScale);
+    plan.oneLevelCost = costOfOneLevel(bands, world, limits.cellScale);
+    plan.cost = mergeGreedily(bands, world, limits);
 
     plan.levelCount = static_cast<std::uint32_t>(bands.size());
     for (std::size_t level = 0; level < bands.size(); ++level)
     {
-        const LevelCost cost = bestLevel(bands, level, world, cellScale);
+        const LevelCost cost = bestLevel(bands, level, world, limits.cellScale);
         plan.width[level] = static_cast<float>(cost.width);
         plan.inverseWidth[level] = static_cast<float>(1.0 / cost.width);
         plan.predictedCandidates += cost.candidates;

@@ -119,7 +119,7 @@ void RowGrid::makePlan(const GridInput& input, const SizeHistogram& sizes)
     float span[3];
     measureSpans(input.boxes, input.ids, input.count, span);
     const int axis = chooseSweepAxis(span, m_hasPlan ? m_plan.sweepAxis : 0);
-    m_plan = makeGridPlan(sizes, span, axis, m_density, m_options.cellScale);
+    m_plan = makeGridPlan(sizes, span, axis, m_density, {m_options.cellScale, m_options.levels});
     m_planned = sizes;
     m_hasPlan = true;
 }

@@ -115,7 +115,7 @@ public:
     /// What the last scan did.
     std::uint64_t entryCount() const { return m_entryCount; }
     std::uint64_t testCount() const { return m_testCount; }
-    std::uint32_t levelCount() const { return m_plan.levelCount; }
+    const GridPlan& plan() const { return m_plan; }
     const std::vector<std::uint32_t>& unbounded() const { return m_unbounded; }
     std::uint64_t bytes() const;
 

@@ -71,6 +71,8 @@ void RowGridBackend::updateOrThrow(const ProxyView& view)
 
     if (m_restarted || hasRefiltered)
     {
+        decide(m_restarted ? "restarted" : "filter words changed", 0, SettlePolicy::kCostOfRefill * view.size,
+               0);
         rebuild(view, m_mode == Mode::Settled && !m_restarted);
     }
     else if (m_mode == Mode::Settled)
@@ -83,6 +85,8 @@ void RowGridBackend::updateOrThrow(const ProxyView& view)
     }
     else if (view.dirtyCount != 0 && shouldSettle(view))
     {
+        decide("most boxes rest", 0, SettlePolicy::kCostOfSettling * view.size,
+               SettlePolicy::kCostOfMoving * view.size);
         rebuild(view, true);
     }
     else
@@ -132,7 +136,7 @@ void RowGridBackend::prepareRows(const ProxyView& view)
 /// updates ago. Told by a sample; speed alone would not do, since a resting pile jitters fast without going anywhere.
 bool RowGridBackend::shouldSettle(const ProxyView& view)
 {
-    if (m_options.rebuildFraction == 0.0f)
+    if (!m_options.settles || m_options.rebuildFraction == 0.0f)
         return false;
     if (m_options.rebuildFraction >= 1.0f)
         return true;
@@ -182,7 +186,12 @@ BackendStats RowGridBackend::stats() const
     BackendStats stats = m_stats;
     stats.candidates = m_grid.testCount();
     stats.entries = m_grid.entryCount();
-    stats.levels = m_grid.levelCount();
+    const GridPlan& plan = m_grid.plan();
+    stats.levels = plan.levelCount;
+    stats.decision.cellWidth = plan.width[0];
+    stats.decision.planCost = plan.cost;
+    stats.decision.oneLevelCost = plan.oneLevelCost;
+    stats.decision.allLevelsCost = plan.allLevelsCost;
     stats.unbounded = m_grid.unbounded().size();
     stats.bytes =
         m_grid.bytes() + m_activeGrid.bytes() + m_settled.bytes() + m_separated.bytes() +

@@ -84,6 +84,13 @@ private:
     void prepareRows(const ProxyView& view);
     void rememberWords(const ProxyView& view, bool all);
     bool shouldSettle(const ProxyView& view);
+    void decide(const char* reason, std::size_t strays, double cost, double otherCost)
+    {
+        m_stats.decision.reason = reason;
+        m_stats.decision.strays = static_cast<std::uint32_t>(strays);
+        m_stats.decision.cost = cost;
+        m_stats.decision.otherCost = otherCost;
+    }
     static bool mayEnter(const ProxyView& view, IdPair pair)
     {
         return view.filters == nullptr || passesFilter(view.filters[pair.a], view.filters[pair.b]);
@@ -97,6 +104,7 @@ private:
     void listOverlapping(std::vector<IdPair>& held);
     bool isHeld(const ProxyView& view, IdPair pair) const;
     void scanMoving(const ProxyView& view, const GridMotion& motion, bool isListing, MovingSink& sink);
+    bool follow(const ProxyView& view, const GridInput& input, const GridMotion& motion);
     void takeMoving(const ProxyView& view, bool isListing, const MovingSink& sink);
     void part(const ProxyView& view, IdPair pair, bool isNear, std::vector<IdPair>& apart);
     void setApart(std::vector<IdPair>& apart);

@@ -16,8 +16,6 @@ constexpr float kGapFactor = 2.0625f;
 constexpr float kReachFactor = 1.0625f;
 // Share of boxes that may move farther than the reach of the grid; their pairs are told from a list.
 constexpr std::uint32_t kJumperShare = 64;
-// Share of strays from which a refill is cheaper than to insert them one by one.
-constexpr std::uint32_t kStrayShare = 4;
 // Updates with little motion until the reach shrinks.
 constexpr std::uint32_t kPatience = 32;
 constexpr std::size_t kCopyGrain = 16384;
@@ -180,8 +178,7 @@ void RowGridBackend::scanMoving(const ProxyView& view, const GridMotion& motion,
         input.near = kGapFactor * (isSame ? motion.largest : reachOf(m_reachOctave));
         input.deep = -input.near;
     }
-    const bool isFew = motion.strays.size() <= view.size / kStrayShare;
-    if (isFew && m_grid.follow(input, m_reference.data(), motion.strays))
+    if (follow(view, input, motion))
     {
         m_stats.path = "follow";
         m_grid.scanFollowed(input, sink);
@@ -195,12 +192,33 @@ void RowGridBackend::scanMoving(const ProxyView& view, const GridMotion& motion,
     m_scannedRows = view.size;
 }
 
+/// Brings the rows up to date if that is possible and expected to cost less than to refill them.
+bool RowGridBackend::follow(const ProxyView& view, const GridInput& input, const GridMotion& motion)
+{
+    const std::size_t strays = motion.strays.size();
+    const double following = SettlePolicy::kCostOfMoving * view.size + SettlePolicy::kCostOfStray * strays;
+    const double refilling = SettlePolicy::kCostOfRefill * view.size;
+    if (following > refilling || m_options.rebuildFraction == 0.0f)
+    {
+        decide("many boxes came into other cells", strays, refilling, following);
+        return false;
+    }
+    if (!m_grid.follow(input, m_reference.data(), motion.strays))
+    {
+        decide("the rows could not be kept", strays, refilling, following);
+        return false;
+    }
+    decide("few boxes came into other cells", strays, following, refilling);
+    return true;
+}
+
 void RowGridBackend::updateMoving(const ProxyView& view)
 {
     // The margin alone may have changed, so that held pairs that do not overlap are looked at even when nothing moved.
     if (view.dirtyCount == 0 && m_apart.empty())
     {
         m_stats.path = "idle";
+        decide("nothing changed", 0, 0, 0);
         return;
     }
     m_comparedOctave = m_reachOctave;

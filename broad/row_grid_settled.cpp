@@ -17,22 +17,36 @@ constexpr std::size_t kQueryGrain = 1024;
 RowGridBackend::SettledOutcome RowGridBackend::updateSettled(const ProxyView& view)
 {
     // What is sure was judged by the margin.
+    const double moving = SettlePolicy::kCostOfMoving * view.size;
+    const double settling = SettlePolicy::kCostOfSettling * view.size;
     if (view.margin != m_settledMargin)
+    {
+        decide("the margin changed", 0, settling, moving);
         return SettledOutcome::Refill;
+    }
     if (view.dirtyCount == 0)
     {
         m_stats.path = "idle";
+        decide("nothing changed", m_active.size(), 0, moving);
         return SettledOutcome::Done;
     }
     findEscaped(view);
     const double share = m_options.rebuildFraction >= 0 ? m_options.rebuildFraction : kActiveShare;
-    const double active = static_cast<double>(m_active.size() + m_escaped.size());
-    if (active > share * view.size + 8)
+    const std::size_t active = m_active.size() + m_escaped.size();
+    const double watching = SettlePolicy::costOfPhase(active, m_quiet.size());
+    if (static_cast<double>(active) > share * view.size + 8)
+    {
+        decide("too many boxes left their shells", active, moving, watching);
         return SettledOutcome::Refill;
+    }
     // Active boxes that came to rest are worth a refill.
-    if (m_wasted > SettlePolicy::kCostOfSettling * view.size && m_options.rebuildFraction < 0)
+    if (m_wasted > settling && m_options.rebuildFraction < 0)
+    {
+        decide("boxes outside of their shells came to rest", active, settling, watching);
         return SettledOutcome::Refill;
-    m_policy.count(static_cast<std::size_t>(active), m_quiet.size());
+    }
+    decide("most boxes rest", active, watching, moving);
+    m_policy.count(active, m_quiet.size());
     for (const std::uint32_t row : m_escaped)
         activate(row);
     m_stats.path = m_active.empty() ? "watch" : "incremental";

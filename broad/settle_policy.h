@@ -37,7 +37,7 @@ public:
     /// @param quiet  boxes that moved inside theirs
     void count(std::size_t active, std::size_t quiet) noexcept
     {
-        m_spent += kCostOfActive * static_cast<double>(active) + kCostOfQuiet * static_cast<double>(quiet);
+        m_spent += costOfPhase(active, quiet);
         m_saved += m_moving;
     }
 
@@ -54,13 +54,21 @@ public:
         m_nextWait = hasPaid() ? kShortestWait : std::min(2 * m_nextWait, kLongestWait);
     }
 
+    /// Of one update of a phase; see count().
+    static double costOfPhase(std::size_t active, std::size_t quiet) noexcept
+    {
+        return kCostOfActive * static_cast<double>(active) + kCostOfQuiet * static_cast<double>(quiet);
+    }
+
     /// Per box, in nanoseconds of a 2023 server core, of which only the ratios matter.
+    static constexpr double kCostOfMoving = 60;   ///< in kept rows
+    static constexpr double kCostOfStray = 200;   ///< more, for a box that came into other cells of them
+    static constexpr double kCostOfRefill = 110;  ///< in rows that are cleared first
     static constexpr double kCostOfSettling = 290;
     static constexpr double kCostOfActive = 250;
+    static constexpr double kCostOfQuiet = 15;
 
 private:
-    static constexpr double kCostOfMoving = 60;
-    static constexpr double kCostOfQuiet = 15;
     static constexpr std::uint32_t kShortestWait = 32;
     static constexpr std::uint32_t kLongestWait = 256;
 

@@ -65,6 +65,15 @@ void addCounters(Json& row, const BackendStats& counters)
     row["swaps_x"] = counters.swaps[0];
     row["swaps_y"] = counters.swaps[1];
     row["swaps_z"] = counters.swaps[2];
+    row["reason"] = counters.decision.reason;
+    row["levels"] = counters.levels;
+    row["strays"] = counters.decision.strays;
+    row["cost"] = counters.decision.cost;
+    row["other_cost"] = counters.decision.otherCost;
+    row["cell_width"] = counters.decision.cellWidth;
+    row["plan_cost"] = counters.decision.planCost;
+    row["one_level_cost"] = counters.decision.oneLevelCost;
+    row["all_levels_cost"] = counters.decision.allLevelsCost;
 }
 
 void printRow(const Json& row)

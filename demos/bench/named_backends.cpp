@@ -40,11 +40,28 @@ Made makeLiteral(int threads, Change change)
                     });
 }
 
-Made makeGrid(int threads)
+template <class Change>
+Made makeGrid(int threads, Change change)
 {
     GridOptions options;
     options.threads = threads;
+    change(options);
     return makeGridBackend(options);
+}
+
+/// A choice of the cost model fixed by the user.
+NamedBackend fixedWidth(const char* name, const char* what, float scale)
+{
+    return {name, what, [scale](int threads) {
+                return makeGrid(threads, [scale](GridOptions& options) { options.cellScale = scale; });
+            }};
+}
+
+NamedBackend fixedLevels(const char* name, const char* what, std::uint32_t levels)
+{
+    return {name, what, [levels](int threads) {
+                return makeGrid(threads, [levels](GridOptions& options) { options.levels = levels; });
+            }};
 }
 
 Made makeCuda(int)
@@ -56,6 +73,12 @@ Made makeCuda(int)
     return backend;
 }
 
+/// Whether the backend is the grid with one of its choices fixed.
+bool isChoice(const std::string& name)
+{
+    return name.rfind("grid-", 0) == 0 && name != "grid-cells";
+}
+
 // Cells as many as Liu et al. take for scenes of this size, and enough for the shift to show its rounding.
 constexpr std::uint32_t kSomeCells = 1024;
 }  // namespace
@@ -63,7 +86,8 @@ constexpr std::uint32_t kSomeCells = 1024;
 const std::vector<NamedBackend>& namedBackends()
 {
     static const std::vector<NamedBackend> backends = {
-        {"grid", "cullet: the hierarchical grid on the CPU, rows", makeGrid},
+        {"grid", "cullet: the hierarchical grid on the CPU, rows",
+         [](int threads) { return makeGrid(threads, [](GridOptions&) {}); }},
         {"grid-cells", "cullet: the same with the lecture's cells",
          [](int) { return makeCells([](GridOptions&) {}); }},
         {"brute", "cullet: every box against every other", [](int) { return makeBruteForceBackend(); }},
@@ -156,6 +180,22 @@ const std::vector<NamedBackend>& namedBackends()
                                  options.cellCount = kSomeCells;
                              });
          }},
+        {"grid-refill", "grid, rows cleared and filled in every update",
+         [](int threads)
+         { return makeGrid(threads, [](GridOptions& options) { options.rebuildFraction = 0; }); }},
+        {"grid-moving", "grid that never settles",
+         [](int threads)
+         { return makeGrid(threads, [](GridOptions& options) { options.settles = false; }); }},
+        {"grid-settled", "grid that always settles",
+         [](int threads)
+         { return makeGrid(threads, [](GridOptions& options) { options.rebuildFraction = 1; }); }},
+        fixedWidth("grid-width-1", "grid, cells as wide as the largest box of their level", 1),
+        fixedWidth("grid-width-2", "grid, cells twice as wide", 2),
+        fixedWidth("grid-width-4", "grid, cells four times as wide", 4),
+        fixedWidth("grid-width-8", "grid, cells eight times as wide", 8),
+        fixedLevels("grid-levels-1", "grid with one level", 1),
+        fixedLevels("grid-levels-2", "grid with two levels, where there are two octaves of sizes", 2),
+        fixedLevels("grid-levels-4", "grid with four levels, where there are four octaves of sizes", 4),
     };
     return backends;
 }
@@ -176,8 +216,19 @@ std::vector<std::string> ablationNames()
     for (const NamedBackend& backend : namedBackends())
     {
         const std::string name = backend.name;
-        if (name != "brute" && name != "cuda")
+        if (name != "brute" && name != "cuda" && !isChoice(name))
             names.push_back(name);
+    }
+    return names;
+}
+
+std::vector<std::string> choiceNames()
+{
+    std::vector<std::string> names = {"grid"};
+    for (const NamedBackend& backend : namedBackends())
+    {
+        if (isChoice(backend.name))
+            names.push_back(backend.name);
     }
     return names;
 }

@@ -4,6 +4,7 @@
 
 #include "broad/backend.h"
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -16,7 +17,7 @@ struct NamedBackend
     const char* name;
     const char* summary;
     /// @param threads 0: as many as the machine has; null or std::runtime_error when it cannot run here
-    std::unique_ptr<Backend> (*make)(int threads);
+    std::function<std::unique_ptr<Backend>(int threads)> make;
 };
 
 /// Every backend, the default one first.
@@ -27,4 +28,7 @@ const NamedBackend* findBackend(const std::string& name);
 
 /// What "ablation" stands for: all CPU backends but brute force.
 std::vector<std::string> ablationNames();
+
+/// What "choices" stands for: the grid, and the grid with one of the choices of its cost model fixed.
+std::vector<std::string> choiceNames();
 }  // namespace cullet

@@ -62,6 +62,21 @@ GridOptions withRebuildFraction(float fraction)
     options.rebuildFraction = fraction;
     return options;
 }
+
+GridOptions withLevels(std::uint32_t levels)
+{
+    GridOptions options;
+    options.levels = levels;
+    return options;
+}
+
+GridOptions withoutSettling()
+{
+    GridOptions options;
+    options.settles = false;
+    return options;
+}
+
 GridOptions withPlacement(GridPlacement placement)
 {
     GridOptions options;
@@ -106,6 +121,9 @@ const std::vector<BackendCase>& backendCases()
         grid("GridAlwaysRebuild", withRebuildFraction(0)),
         grid("GridRebuildAtThirty", withRebuildFraction(0.3f)),
         grid("GridNeverRebuild", withRebuildFraction(1)),
+        grid("GridNeverSettles", withoutSettling()),
+        grid("GridOneLevel", withLevels(1)),
+        grid("GridThreeLevels", withLevels(3)),
         grid("GridBaselineSimd", withBaselineSimd()),
         flat("Default", GridOptions::kMeasured),
         flat("FlatBaselineSimd", 1u << 20, true),

@@ -25,7 +25,7 @@ GridOptions alwaysMoving(int threads, bool baseline)
     GridOptions options;
     options.threads = threads;
     options.baselineSimd = baseline;
-    options.rebuildFraction = 0;  // never settle
+    options.settles = false;
     return options;
 }
 
@@ -123,6 +123,89 @@ TEST(RowFollow, ThreadsReportTheSameWhenWorkIsSharedOut)
     }
     EXPECT_STREQ(four.stats().path, "follow");
     EXPECT_GT(changes, 1000u);
+}
+
+/// Updates a grid of boxes of 1 in a cube and a single one of 64, all moved by `stride` between updates.
+BackendStats statsOfMotion(GridOptions options, float stride, int updates)
+{
+    options.threads = 1;
+    RowGridBackend grid(options);
+    ProxyTable table;
+    Random random(24);
+    std::vector<Aabb> boxes;
+    for (std::uint32_t i = 0; i < 3000; ++i)
+    {
+        const float size = i == 0 ? 64.0f : 1.0f;
+        Aabb box;
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            box.min[axis] = random.between(0.0f, 40.0f);
+            box.max[axis] = box.min[axis] + size;
+        }
+        boxes.push_back(box);
+        table.create(box, i + 1, {1, -1});
+    }
+    PairDelta delta;
+    for (int update = 0; update < updates; ++update)
+    {
+        EXPECT_EQ(grid.update(table.beginUpdate(0.0625f, false), delta), Status::Ok);
+        table.endUpdate();
+        for (std::uint32_t i = 0; i < boxes.size(); ++i)
+        {
+            const float shift = random.between(-stride, stride);
+            for (int axis = 0; axis < 3; ++axis)
+            {
+                boxes[i].min[axis] += shift;
+                boxes[i].max[axis] += shift;
+            }
+            table.setBox(i, boxes[i]);
+        }
+    }
+    return grid.stats();
+}
+
+TEST(GridDecision, TakesTheCheaperPathAndSaysWhy)
+{
+    const BackendStats drifting = statsOfMotion({}, 0.1f, 6);
+    EXPECT_STREQ(drifting.path, "follow");
+    EXPECT_STREQ(drifting.decision.reason, "few boxes came into other cells");
+    EXPECT_GT(drifting.decision.strays, 0u);
+    EXPECT_LT(drifting.decision.cost, drifting.decision.otherCost);
+
+    const BackendStats jumping = statsOfMotion({}, 30.0f, 6);
+    EXPECT_STREQ(jumping.path, "rebuild");
+    EXPECT_STREQ(jumping.decision.reason, "many boxes came into other cells");
+    EXPECT_GT(jumping.decision.strays, 3000u / 4);
+    EXPECT_LT(jumping.decision.cost, jumping.decision.otherCost);
+
+    const BackendStats resting = statsOfMotion({}, 0.001f, 12);
+    EXPECT_STREQ(resting.path, "watch");
+    EXPECT_STREQ(resting.decision.reason, "most boxes rest");
+    EXPECT_EQ(resting.decision.strays, 0u);
+    EXPECT_LT(resting.decision.cost, resting.decision.otherCost);
+}
+
+TEST(GridDecision, ThePlanIsNoDearerThanItsAlternatives)
+{
+    const BackendStats stats = statsOfMotion({}, 0.1f, 2);
+    EXPECT_GT(stats.decision.cellWidth, 0.0f);
+    EXPECT_GT(stats.decision.planCost, 0.0);
+    EXPECT_LE(stats.decision.planCost, stats.decision.oneLevelCost);
+    EXPECT_LE(stats.decision.planCost, stats.decision.allLevelsCost);
+}
+
+TEST(GridDecision, FixedChoicesAreKept)
+{
+    GridOptions options;
+    options.levels = 2;
+    EXPECT_EQ(statsOfMotion(options, 0.1f, 2).levels, 2u);
+    options.levels = 1;
+    EXPECT_EQ(statsOfMotion(options, 0.1f, 2).levels, 1u);
+    options.rebuildFraction = 0;
+    EXPECT_STREQ(statsOfMotion(options, 0.001f, 12).path, "rebuild");
+    options = GridOptions();
+    options.settles = false;
+    EXPECT_STREQ(statsOfMotion(options, 0.001f, 12).path, "follow");
 }
 
 TEST(KeySort, EqualsSortingByComparisons)
