@@ -11,8 +11,8 @@
 #include "demos/program/machine.h"
 #include "demos/program/precision.h"
 #include "demos/rivals/rival.h"
-#include "demos/scenes/body_world.h"
 #include "demos/scenes/box_scene.h"
+#include "demos/scenes/world_scene.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -255,9 +255,7 @@ void addWorld(CLI::App& bench, Action& chosen)
     const auto files = std::make_shared<FileOptions>();
     const auto falling = std::make_shared<std::string>("20:30");
     const auto settled = std::make_shared<std::string>("180:200");
-    command->add_option("--scene", options->scene, "what falls: boxes or hulls")
-        ->capture_default_str()
-        ->check(CLI::IsMember({"boxes", "hulls"}));
+    command->add_option("--scene", options->scene, "scene of bodies ('cullet list')")->capture_default_str();
     command->add_option("--bodies", options->bodies, "in each world")
         ->capture_default_str()
         ->check(CLI::Range(1, 10000000));

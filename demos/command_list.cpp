@@ -5,6 +5,7 @@
 #include "demos/commands.h"
 #include "demos/program/exit_code.h"
 #include "demos/scenes/box_scene.h"
+#include "demos/scenes/world_scene.h"
 
 #include <cstdio>
 
@@ -19,9 +20,9 @@ int printLists()
         std::printf("  %-14s %s\n", scene.name, scene.summary);
     for (const EventSceneInfo& scene : eventScenes())
         std::printf("  %-14s %s\n", scene.name, scene.summary);
-    std::puts("Scenes of bodies (bench world --scene):");
-    std::puts("  boxes          cubes of 1 m that fall from a column into a walled square");
-    std::puts("  hulls          random hulls of 20 points in their place");
+    std::puts("Scenes of bodies (run, bench world, record, render --scene):");
+    for (const WorldSceneInfo& scene : worldScenes())
+        std::printf("  %-14s %s\n", scene.name, scene.summary);
     std::puts("Backends (--backend):");
     for (const SubjectInfo& subject : subjectNames())
     {

@@ -6,7 +6,7 @@
 #include "demos/program/precision.h"
 #include "demos/program/progress.h"
 #include "demos/program/statistics.h"
-#include "demos/scenes/body_world.h"
+#include "demos/scenes/world_scene.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -28,41 +28,27 @@ struct WindowSample
 
 struct Runner
 {
-    std::unique_ptr<BodyWorld> world;
+    std::unique_ptr<WorldScene> world;
     std::vector<WindowSample> windows;
 };
 
-BodyShapes makeShapes(const WorldOptions& options)
+std::vector<Runner> makeRunners(const WorldOptions& options)
 {
-    constexpr std::size_t kHullKinds = 8;
-    BodyShapes shapes;
-    if (options.scene == "boxes")
-        shapes.addBox(btScalar(1));
-    else
-        for (const HullPoints& hull : makeRandomHulls(kHullKinds, options.hullPoints, options.seed))
-            shapes.addHull(hull);
-    return shapes;
-}
-
-std::vector<Runner> makeRunners(const WorldOptions& options, const BodyShapes& shapes)
-{
-    BodyWorldOptions world;
+    WorldSceneOptions world;
     world.bodies = options.bodies;
     world.seed = options.seed;
     world.sleeping = false;
     world.threads = options.threads;
+    world.hullPoints = options.hullPoints;
     std::vector<Runner> runners;
     for (const std::string& backend : options.backends)
     {
-        BroadphaseRequest request;
-        request.name = backend;
-        request.threads = options.threads;
-        request.mostProxies = options.bodies + 16;
+        world.backend = backend;
         for (const std::string& narrow : options.narrow)
         {
             world.narrow = narrow;
             Runner runner;
-            runner.world = std::make_unique<BodyWorld>(makeNamedBroadphase(request), shapes, world);
+            runner.world = makeWorldScene(options.scene, world);
             runner.windows.resize(options.windows.size());
             runners.push_back(std::move(runner));
         }
@@ -94,8 +80,8 @@ Json makeRow(const WorldOptions& options, const Runner& runner, std::size_t wind
     const WindowSample& state = runner.windows[window];
     return {{"benchmark", "world." + sample.name + "." + options.windows[window].name},
             {"scene", options.scene},
-            {"backend", runner.world->name()},
-            {"narrow", runner.world->narrow()},
+            {"backend", runner.world->broadphase().name},
+            {"narrow", runner.world->options().narrow},
             {"precision", ownPrecision()},
             {"threads", runner.world->broadphase().threads},
             {"bodies", options.bodies},
@@ -137,8 +123,7 @@ void report(const WorldOptions& options, const std::vector<Runner>& runners, Res
 
 void runWorldBench(const WorldOptions& options, ResultFile& file)
 {
-    const BodyShapes shapes = makeShapes(options);
-    std::vector<Runner> runners = makeRunners(options, shapes);
+    std::vector<Runner> runners = makeRunners(options);
     std::uint32_t steps = 0;
     for (const StepWindow& window : options.windows)
         steps = std::max(steps, window.end);

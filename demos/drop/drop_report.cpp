@@ -81,7 +81,7 @@ void addRows(const DropOptions& options, const DropResult& result, ResultFile& f
         {
             const Statistics times = summarise(sample.milliseconds);
             file.addRow({{"benchmark", "run." + sample.name},
-                         {"scene", "drop"},
+                         {"scene", options.scene},
                          {"backend", contender->backend},
                          {"precision", ownPrecision()},
                          {"threads", contender->threads},

@@ -21,21 +21,24 @@ constexpr std::uint32_t kBlock = 5;
 
 NamedBroadphase makeContender(const DropOptions& options, const std::string& name)
 {
-    BroadphaseRequest request;
-    request.name = name;
-    request.threads = options.threads;
-    request.mostProxies = options.world.bodies + 16;
-    return makeNamedBroadphase(request);
+    WorldSceneOptions world = options.world;
+    world.backend = name;
+    return makeNamedBroadphase(requestForScene(options.scene, world));
+}
+
+std::unique_ptr<WorldScene> makeContenderWorld(const DropOptions& options, const std::string& name)
+{
+    return makeWorldScene(options.scene, options.world, makeContender(options, name));
 }
 
 /// Compares the pairs of two worlds with each other and with the exact ones.
 class Auditor
 {
 public:
-    Auditor(const DropOptions& options, BodyWorld& cullet, BodyWorld& dbvt)
+    Auditor(const DropOptions& options, WorldScene& cullet, WorldScene& dbvt)
         : m_cullet(cullet),
           m_dbvt(dbvt),
-          m_shadowCullet(std::in_place, makeContender(options, options.backend),
+          m_shadowCullet(std::in_place, makeContender(options, options.world.backend),
                          collectProxies(cullet.world())),
           m_shadowDbvt(std::in_place, makeContender(options, "dbvt"), collectProxies(cullet.world()))
     {
@@ -61,23 +64,23 @@ public:
     }
 
 private:
-    BodyWorld& m_cullet;
-    BodyWorld& m_dbvt;
+    WorldScene& m_cullet;
+    WorldScene& m_dbvt;
     std::optional<ShadowBroadphase> m_shadowCullet;
     std::optional<ShadowBroadphase> m_shadowDbvt;
 };
 
-void runBlock(BodyWorld& world, std::uint32_t steps, ContenderResult& result)
+void runBlock(WorldScene& world, std::uint32_t steps, ContenderResult& result)
 {
     for (std::uint32_t i = 0; i < steps && !isInterrupted(); ++i)
         result.steps.push_back(world.step());
 }
 
-void describeEnd(BodyWorld& world, ContenderResult& result)
+void describeEnd(WorldScene& world, ContenderResult& result)
 {
     const NamedBroadphase& broadphase = world.broadphase();
-    result.name = world.name();
-    result.backend = broadphase.cullet != nullptr ? broadphase.cullet->stats().backendName : world.name();
+    result.name = broadphase.name;
+    result.backend = broadphase.cullet != nullptr ? broadphase.cullet->stats().backendName : broadphase.name;
     result.threads = broadphase.threads;
     result.pairs = world.pairCount();
     result.overlappingPairs = digestCache(world.world()).count;
@@ -87,10 +90,12 @@ void describeEnd(BodyWorld& world, ContenderResult& result)
 }
 }  // namespace
 
-DropResult runDrop(const DropOptions& options, const BodyShapes& shapes)
+DropResult runDrop(const DropOptions& options)
 {
-    BodyWorld cullet(makeContender(options, options.backend), shapes, options.world);
-    BodyWorld dbvt(makeContender(options, "dbvt"), shapes, options.world);
+    const std::unique_ptr<WorldScene> ownCullet = makeContenderWorld(options, options.world.backend);
+    const std::unique_ptr<WorldScene> ownDbvt = makeContenderWorld(options, "dbvt");
+    WorldScene& cullet = *ownCullet;
+    WorldScene& dbvt = *ownDbvt;
     Auditor auditor(options, cullet, dbvt);
     DropResult result;
     Progress progress("stepping", options.steps, options.quiet);

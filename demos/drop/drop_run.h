@@ -4,7 +4,7 @@
 
 #include "demos/drop/pair_audit.h"
 #include "demos/program/result_file.h"
-#include "demos/scenes/body_world.h"
+#include "demos/scenes/world_scene.h"
 
 #include <cstdint>
 #include <string>
@@ -16,11 +16,10 @@ inline namespace CULLET_PRECISION
 {
 struct DropOptions
 {
-    BodyWorldOptions world;
+    std::string scene = "drop";
+    WorldSceneOptions world;  ///< world.backend is the broad phase of the first world
     std::uint32_t steps = 180;
     std::uint32_t auditEvery = 20;  ///< steps between two comparisons of the pairs; 0: never
-    std::string backend = "auto";
-    int threads = 0;
     bool quiet = false;
 };
 
@@ -62,6 +61,8 @@ struct DropResult
 /// Steps two worlds that differ in their broad phase only, in alternating blocks of steps, and compares their pairs.
 ///
 /// Stops early, with what it has, when the user interrupts.
-DropResult runDrop(const DropOptions& options, const BodyShapes& shapes);
+///
+/// @throws std::invalid_argument for an unknown scene or backend
+DropResult runDrop(const DropOptions& options);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -13,14 +13,6 @@ namespace cullet
 {
 namespace
 {
-void requireWritable(const std::string& path)
-{
-    if (path.empty())
-        return;
-    if (!std::ofstream(path, std::ios::app))
-        throw ProgramError(kExitOutput, "result file '" + path + "': cannot be opened for writing");
-}
-
 void writeText(const std::string& path, const std::string& text)
 {
     if (path.empty())
@@ -65,6 +57,14 @@ std::string toHex(std::uint64_t hash)
     char text[20];
     std::snprintf(text, sizeof(text), "%016llx", static_cast<unsigned long long>(hash));
     return text;
+}
+
+void requireWritable(const std::string& path)
+{
+    if (path.empty())
+        return;
+    if (!std::ofstream(path, std::ios::app))
+        throw ProgramError(kExitOutput, "result file '" + path + "': cannot be opened for writing");
 }
 
 ResultFile::ResultFile(Json options, std::string jsonPath, std::string csvPath)

@@ -38,6 +38,9 @@ private:
     std::vector<Json> m_rows;
 };
 
+/// Throws ProgramError (kExitOutput) when a file cannot be opened for writing; an empty path is fine.
+void requireWritable(const std::string& path);
+
 /// The hash as it stands in result files: 16 hexadecimal digits.
 std::string toHex(std::uint64_t hash);
 }  // namespace cullet

@@ -3,8 +3,10 @@
 #pragma once
 
 #include "demos/scenes/mesh_hull.h"
+#include "demos/scenes/splitmix64.h"
 
 #include <BulletCollision/CollisionShapes/btCollisionShape.h>
+#include <LinearMath/btQuaternion.h>
 
 #include <memory>
 #include <string>
@@ -14,6 +16,9 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
+/// The hull with Bullet's margin around it.
+std::unique_ptr<btCollisionShape> makeHullShape(const HullPoints& hull);
+
 /// Shapes of about one metre that bodies share.
 class BodyShapes
 {
@@ -31,6 +36,15 @@ public:
 private:
     std::vector<std::unique_ptr<btCollisionShape>> m_shapes;
 };
+
+/// A rotation drawn uniformly.
+btQuaternion randomRotation(SplitMix64& random);
+
+/// A direction drawn uniformly, times `length`.
+btVector3 randomVector(SplitMix64& random, btScalar length);
+
+/// A sphere of 80 triangles: an icosahedron whose faces are split in four, 42 vertices at `radius`.
+HullPoints makeIcosphere(float radius);
 
 /// `count` random hulls with `points` vertices each, on spheres of diameter 1; the same for the same seed.
 std::vector<HullPoints> makeRandomHulls(std::size_t count, std::size_t points, std::uint64_t seed);

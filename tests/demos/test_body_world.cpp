@@ -24,9 +24,9 @@ BodyShapes makeShapes()
     return shapes;
 }
 
-BodyWorldOptions makeOptions(std::uint32_t bodies)
+WorldSceneOptions makeOptions(std::uint32_t bodies)
 {
-    BodyWorldOptions options;
+    WorldSceneOptions options;
     options.bodies = bodies;
     return options;
 }
@@ -41,9 +41,8 @@ NamedBroadphase byName(const std::string& name, int threads = 1)
 
 TEST(BodyWorld, IsTheSameBitForBitWithEveryBackendOfCullet)
 {
-    const BodyShapes shapes = makeShapes();
-    BodyWorld grid(byName("grid", 2), shapes, makeOptions(150));
-    BodyWorld brute(byName("brute"), shapes, makeOptions(150));
+    BodyWorld grid("test", byName("grid", 2), makeShapes(), makeOptions(150));
+    BodyWorld brute("test", byName("brute"), makeShapes(), makeOptions(150));
     const std::uint64_t start = grid.stateHash();
     for (int step = 0; step < 90; ++step)
     {
@@ -58,8 +57,7 @@ TEST(BodyWorld, IsTheSameBitForBitWithEveryBackendOfCullet)
 
 TEST(BodyWorld, KeepsItsBodiesWithinTheWalls)
 {
-    const BodyShapes shapes = makeShapes();
-    BodyWorld world(byName("grid"), shapes, makeOptions(100));
+    BodyWorld world("test", byName("grid"), makeShapes(), makeOptions(100));
     for (int step = 0; step < 180; ++step)
         world.step();
     EXPECT_GT(world.lowestHeight(), btScalar(0.1));
@@ -67,8 +65,7 @@ TEST(BodyWorld, KeepsItsBodiesWithinTheWalls)
 
 TEST(BodyWorld, PhasesAddUpToTheStep)
 {
-    const BodyShapes shapes = makeShapes();
-    BodyWorld world(byName("dbvt"), shapes, makeOptions(200));
+    BodyWorld world("test", byName("dbvt"), makeShapes(), makeOptions(200));
     double largestShare = 0.0;
     for (int step = 0; step < 30; ++step)
     {
@@ -91,8 +88,7 @@ TEST(BodyWorld, PhasesAddUpToTheStep)
 
 TEST(PairAudit, SeesEqualPairsInEqualWorldsAndAMissingOne)
 {
-    const BodyShapes shapes = makeShapes();
-    BodyWorld world(byName("grid"), shapes, makeOptions(120));
+    BodyWorld world("test", byName("grid"), makeShapes(), makeOptions(120));
     ShadowBroadphase shadow(byName("dbvt"), collectProxies(world.world()));
     for (int step = 0; step < 40; ++step)
         world.step();
@@ -149,8 +145,7 @@ TEST(BroadphaseFactory, AnswersAnUnknownNameWithTheKnownOnes)
 TEST(BroadphaseFactory, GivesDbvtItsMarginBackAfterAStep)
 {
     const btScalar before = gDbvtMargin;
-    const BodyShapes shapes = makeShapes();
-    BodyWorld world(byName("dbvt-m0"), shapes, makeOptions(20));
+    BodyWorld world("test", byName("dbvt-m0"), makeShapes(), makeOptions(20));
     world.step();
     EXPECT_EQ(gDbvtMargin, before);
     EXPECT_EQ(world.broadphase().margin, btScalar(0));

@@ -1,0 +1,32 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "demos/program/precision.h"
+#include "demos/scenes/world_scene.h"
+
+#include <CLI/CLI.hpp>
+#include <string>
+#include <vector>
+
+// The options of subcommands that step a scene of bodies: run, record, render.
+namespace cullet
+{
+struct SceneArguments
+{
+    std::string scene = "drop";
+    WorldSceneOptions world;
+    double dt = 1.0 / 60.0;
+    std::vector<std::string> meshes;
+    std::string precision = ownPrecision();
+};
+
+/// Adds --scene, --bodies, --seed, --dt, --backend, --threads, --narrow, --mesh, --file and --precision.
+void addSceneArguments(CLI::App& command, SceneArguments& arguments);
+
+/// What makeWorldScene() takes: reads the meshes and prints a line for each.
+///
+/// @throws std::invalid_argument for an unknown scene, listing the known ones; ProgramError (kExitInput) for a mesh that
+///         cannot be read
+WorldSceneOptions resolveScene(const SceneArguments& arguments);
+}  // namespace cullet
