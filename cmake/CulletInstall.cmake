@@ -24,3 +24,10 @@ install(FILES
     "${PROJECT_BINARY_DIR}/cullet-config-version.cmake"
     cmake/CulletBullet.cmake
     DESTINATION "${CULLET_PACKAGE_DIR}")
+
+# What LD_PRELOAD names, and beside it, in a folder of its own, what that opens.
+if(TARGET cullet_preload)
+    install(TARGETS cullet_preload LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}")
+    install(TARGETS cullet_preload_float32 cullet_preload_float64
+        LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}/cullet")
+endif()

@@ -3,8 +3,9 @@
 
 # cmake -DROOT=<source folder> -P check_includes.cmake
 #
-# Holds the arrows between the folders: plugin -> broad, narrow, cuda; cuda -> broad; broad and narrow know neither
-# Bullet nor CUDA nor each other. An include in quotes starts with the folder, so that a reader sees the arrow.
+# Holds the arrows between the folders: preload -> plugin; plugin -> broad, narrow, cuda; cuda -> broad; broad and narrow
+# know neither Bullet nor CUDA nor each other. An include in quotes starts with the folder, so that a reader sees the
+# arrow.
 
 cmake_minimum_required(VERSION 3.22)
 
@@ -53,6 +54,7 @@ list(FILTER found EXCLUDE REGEX "^broad/psap_principal\\.cpp: <Eigen/")
 check_folder(narrow MAY narrow NEVER "${bullet}" "${cuda}" "${test_only}")
 check_folder(cuda MAY cuda broad NEVER "${bullet}" "${eigen}" "${test_only}")
 check_folder(plugin MAY plugin broad narrow cuda NEVER "${cuda}" "${test_only}")
+check_folder(preload MAY preload plugin NEVER "${cuda}" "${test_only}")
 check_folder(demos MAY demos plugin broad narrow cuda NEVER "${kernels}" "${test_only}")
 check_folder(tests MAY tests demos plugin broad narrow cuda)
 

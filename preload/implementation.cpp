@@ -1,0 +1,89 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "preload/implementation.h"
+
+#include "plugin/isa_gjk.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionConfiguration.h>
+
+#include "preload/message.h"
+#include "preload/settings.h"
+#include "preload/stand_in.h"
+#include "preload/summary.h"
+#include <atomic>
+#include <exception>
+#include <memory>
+#include <new>
+
+namespace cullet::preload
+{
+namespace
+{
+/// A tree for queries alone: in btAxisSweep3, or in programs that walk it.
+bool isOnlyATree(btOverlappingPairCache* cache)
+{
+    return dynamic_cast<btNullPairCache*>(cache) != nullptr;
+}
+
+bool construct(void* memory, void* pairCache)
+{
+    auto* cache = static_cast<btOverlappingPairCache*>(pairCache);
+    if (!settings().replacesBroadphase || isOnlyATree(cache))
+        return false;
+    try
+    {
+        auto parts = std::make_unique<StandIn::Parts>(cache, settings());
+        new (memory) StandIn(std::move(parts));
+        return true;
+    }
+    catch (const std::exception& problem)
+    {
+        say("no broad phase (%s); Bullet's own is used", problem.what());
+        return false;
+    }
+}
+
+/// Whether hulls have Bullet's algorithm, and not one of the program's.
+bool hasStockAlgorithm(btCollisionDispatcher& dispatcher)
+{
+    auto* function = dispatcher.getCollisionConfiguration()->getCollisionAlgorithmCreateFunc(
+        CONVEX_HULL_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE);
+    return dynamic_cast<btConvexConvexAlgorithm::CreateFunc*>(function) != nullptr;
+}
+
+void adopt(void* memory)
+{
+    auto& dispatcher = *static_cast<btCollisionDispatcher*>(memory);
+    if (!settings().replacesNarrowPhase)
+        return;
+    try
+    {
+        if (!hasStockAlgorithm(dispatcher))
+        {
+            say("the program has a convex algorithm of its own, which stays");
+            return;
+        }
+        beforeRegistration(dispatcher);
+        afterRegistration(dispatcher, registerIsaGjk(dispatcher));
+    }
+    catch (const std::exception& problem)
+    {
+        say("no ISA-GJK (%s); Bullet's own algorithm is used", problem.what());
+    }
+}
+
+void summarise()
+{
+    if (settings().hasSummary)
+        writeSummary();
+}
+
+constexpr Implementation kImplementation{construct, adopt, summarise};
+}  // namespace
+}  // namespace cullet::preload
+
+extern "C" __attribute__((visibility("default"))) const cullet::preload::Implementation*
+cullet_preload_implementation()
+{
+    return &cullet::preload::kImplementation;
+}

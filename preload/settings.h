@@ -1,0 +1,21 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "plugin/broadphase.h"
+
+namespace cullet::preload
+{
+/// What the environment asks for; see docs/drop-in.md.
+struct Settings
+{
+    bool replacesBroadphase = true;   ///< CULLET_BACKEND is not dbvt
+    bool replacesNarrowPhase = true;  ///< CULLET_NARROW is not 0
+    bool fillsTrees = false;          ///< CULLET_TREES
+    bool hasSummary = false;          ///< CULLET_STATS
+    BroadphaseOptions broadphase;
+};
+
+/// Read from the environment in the first call, which says on stderr what it does not understand.
+const Settings& settings();
+}  // namespace cullet::preload

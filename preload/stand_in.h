@@ -1,0 +1,67 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "plugin/broadphase.h"
+
+#include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
+
+#include "preload/public_trees.h"
+#include "preload/settings.h"
+#include "preload/summary.h"
+#include <memory>
+
+namespace cullet::preload
+{
+/// A btDbvtBroadphase of the same size whose virtual functions lead to a cullet::Broadphase.
+///
+/// It lives in memory that the program has taken for Bullet's type. Its public fields are what Bullet's constructor
+/// leaves there: m_paircache is the pair cache in use, the trees are empty (see PublicTrees), all others are read by
+/// nobody.
+class StandIn final : public btDbvtBroadphase
+{
+public:
+    /// What does not fit into Bullet's type.
+    struct Parts
+    {
+        Parts(btOverlappingPairCache* cache, const Settings& settings)
+            : broadphase(cache, settings.broadphase)
+        {
+        }
+        Broadphase broadphase;
+        BroadphaseCounts counts;
+        std::unique_ptr<PublicTrees> trees;
+        bool hasWarned = false;
+    };
+
+    explicit StandIn(std::unique_ptr<Parts> parts);
+    ~StandIn() override;
+    StandIn(const StandIn&) = delete;
+    StandIn& operator=(const StandIn&) = delete;
+
+    btBroadphaseProxy* createProxy(const btVector3& aabbMin, const btVector3& aabbMax, int shapeType,
+                                   void* userPtr, int collisionFilterGroup, int collisionFilterMask,
+                                   btDispatcher* dispatcher) override;
+    void destroyProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher) override;
+    void setAabb(btBroadphaseProxy* proxy, const btVector3& aabbMin, const btVector3& aabbMax,
+                 btDispatcher* dispatcher) override;
+    void getAabb(btBroadphaseProxy* proxy, btVector3& aabbMin, btVector3& aabbMax) const override;
+    void rayTest(const btVector3& rayFrom, const btVector3& rayTo, btBroadphaseRayCallback& rayCallback,
+                 const btVector3& aabbMin, const btVector3& aabbMax) override;
+    void aabbTest(const btVector3& aabbMin, const btVector3& aabbMax,
+                  btBroadphaseAabbCallback& callback) override;
+    void calculateOverlappingPairs(btDispatcher* dispatcher) override;
+    btOverlappingPairCache* getOverlappingPairCache() override;
+    const btOverlappingPairCache* getOverlappingPairCache() const override;
+    void getBroadphaseAabb(btVector3& aabbMin, btVector3& aabbMax) const override;
+    void printStats() override;
+    void resetPool(btDispatcher* dispatcher) override;
+
+private:
+    Parts& parts() const;
+    void warnOfForeignCache();
+};
+
+static_assert(sizeof(StandIn) == sizeof(btDbvtBroadphase), "the program has taken no more memory");
+static_assert(alignof(StandIn) == alignof(btDbvtBroadphase), "the program has aligned its memory for Bullet");
+}  // namespace cullet::preload

@@ -1,0 +1,22 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// The program of plain_towers.cpp after its author has switched to cullet: what the preloaded library has to equal.
+
+#include "plugin/broadphase.h"
+#include "plugin/isa_gjk.h"
+#include "tests/preload/box_towers.h"
+
+#include <string>
+
+int main(int, char** arguments)
+{
+    btDefaultCollisionConfiguration configuration;
+    btCollisionDispatcher dispatcher(&configuration);
+    cullet::Broadphase broadphase;
+    if (arguments[1] == std::string("narrow"))
+        cullet::registerIsaGjk(dispatcher);
+    cullet::test::BoxTowers towers(dispatcher, broadphase, configuration);
+    towers.step(240);
+    towers.print();
+}

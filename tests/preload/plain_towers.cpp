@@ -1,0 +1,142 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// What a program that knows nothing of cullet does: linked with Bullet only. The argument says how it comes by its broad
+// phase.
+
+#include "tests/preload/box_towers.h"
+
+#include <cstdlib>
+#include <cstring>
+#include <new>
+#include <string>
+#include <sys/wait.h>
+#include <unistd.h>
+
+namespace cullet::test
+{
+namespace
+{
+struct DerivedBroadphase : btDbvtBroadphase
+{
+};
+
+int leavesOf(const btDbvt& tree)
+{
+    return tree.m_root == nullptr ? 0 : btDbvt::countLeaves(tree.m_root);
+}
+
+void run(btBroadphaseInterface& broadphase, int steps = 240)
+{
+    btDefaultCollisionConfiguration configuration;
+    btCollisionDispatcher dispatcher(&configuration);
+    BoxTowers towers(dispatcher, broadphase, configuration);
+    towers.step(steps);
+    if (const auto* dbvt = dynamic_cast<const btDbvtBroadphase*>(&broadphase))
+        std::printf("leaves %d\n", leavesOf(dbvt->m_sets[0]) + leavesOf(dbvt->m_sets[1]));
+    towers.print();
+}
+
+/// Every function of the type itself, which a compiler calls past the virtual table.
+void runDirectly()
+{
+    btDbvtBroadphase broadphase;
+    const btVector3 zero(0, 0, 0), one(1, 1, 1), half(btScalar(0.5), btScalar(0.5), btScalar(0.5));
+    btBroadphaseProxy* a = broadphase.createProxy(zero, one, 0, nullptr, 1, -1, nullptr);
+    btBroadphaseProxy* b = broadphase.createProxy(half, one, 0, nullptr, 1, -1, nullptr);
+    broadphase.collide(nullptr);
+    broadphase.optimize();
+    broadphase.performDeferredRemoval(nullptr);
+    std::printf("pairs %d\n", broadphase.getOverlappingPairCache()->getNumOverlappingPairs());
+    broadphase.setAabbForceUpdate(b, btScalar(4) * one, btScalar(5) * one, nullptr);
+    broadphase.calculateOverlappingPairs(nullptr);
+    std::printf("pairs %d\n", broadphase.getOverlappingPairCache()->getNumOverlappingPairs());
+    btVector3 low, high;
+    broadphase.getBroadphaseAabb(low, high);
+    std::printf("bounds %g %g\n", double(low.x()), double(high.x()));
+    broadphase.setAabb(b, zero, half, nullptr);
+    broadphase.getAabb(b, low, high);
+    std::printf("box %g %g\n", double(low.x()), double(high.x()));
+    broadphase.printStats();
+    broadphase.destroyProxy(a, nullptr);
+    broadphase.destroyProxy(b, nullptr);
+    broadphase.resetPool(nullptr);
+    a = broadphase.createProxy(zero, one, 0, nullptr, 1, -1, nullptr);
+    std::printf("id %d\n", a->m_uniqueId);
+    broadphase.destroyProxy(a, nullptr);
+}
+
+void runInMemoryOfItsOwn()
+{
+    void* memory = btAlignedAlloc(sizeof(btDbvtBroadphase), 16);
+    auto* broadphase = new (memory) btDbvtBroadphase;
+    run(*broadphase);
+    broadphase->~btDbvtBroadphase();
+    btAlignedFree(memory);
+}
+
+void runWithAForeignCache()
+{
+    btDbvtBroadphase broadphase;
+    btHashedOverlappingPairCache cache;
+    btOverlappingPairCache* own = broadphase.m_paircache;
+    broadphase.m_paircache = &cache;
+    broadphase.calculateOverlappingPairs(nullptr);
+    broadphase.m_paircache = own;
+}
+
+void runWithACacheOfItsOwn()
+{
+    btHashedOverlappingPairCache cache;
+    btDbvtBroadphase broadphase(&cache);
+    run(broadphase);
+}
+
+/// A child goes on with the world of its parent.
+void runInAChild()
+{
+    btDbvtBroadphase broadphase;
+    btDefaultCollisionConfiguration configuration;
+    btCollisionDispatcher dispatcher(&configuration);
+    BoxTowers towers(dispatcher, broadphase, configuration);
+    towers.step(100);
+    const pid_t child = fork();
+    if (child == 0)
+    {
+        towers.step(140);
+        towers.print();
+        std::exit(0);
+    }
+    int status = 0;
+    waitpid(child, &status, 0);
+    std::printf("child %d\n", status);
+}
+}  // namespace
+}  // namespace cullet::test
+
+extern "C" __attribute__((visibility("default"))) void runTowers(const char* how)
+{
+    using namespace cullet::test;
+    const std::string kind = how;
+    if (kind == "stack")
+    {
+        btDbvtBroadphase broadphase;
+        run(broadphase);
+    }
+    else if (kind == "heap")
+        run(*std::unique_ptr<btBroadphaseInterface>(new btDbvtBroadphase));
+    else if (kind == "memory")
+        runInMemoryOfItsOwn();
+    else if (kind == "derived")
+        run(*std::make_unique<DerivedBroadphase>());
+    else if (kind == "sweep")
+        run(*std::make_unique<btAxisSweep3>(btVector3(-50, -50, -50), btVector3(50, 50, 50)));
+    else if (kind == "cache")
+        runWithACacheOfItsOwn();
+    else if (kind == "foreign")
+        runWithAForeignCache();
+    else if (kind == "direct")
+        runDirectly();
+    else if (kind == "child")
+        runInAChild();
+}

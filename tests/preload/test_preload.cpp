@@ -1,0 +1,195 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <sstream>
+#include <stdio.h>
+#include <string>
+#include <vector>
+
+namespace cullet::test
+{
+namespace
+{
+/// What a program has printed, stderr included.
+struct Output
+{
+    std::string text;
+
+    bool has(const std::string& part) const { return text.find(part) != std::string::npos; }
+
+    /// The lines that begin with the word, without it.
+    std::vector<std::string> lines(const std::string& word) const
+    {
+        std::vector<std::string> result;
+        std::istringstream stream(text);
+        for (std::string line; std::getline(stream, line);)
+        {
+            if (line.compare(0, word.size() + 1, word + " ") == 0)
+                result.push_back(line.substr(word.size() + 1));
+        }
+        return result;
+    }
+    std::string line(const std::string& word) const
+    {
+        const std::vector<std::string> all = lines(word);
+        EXPECT_EQ(all.size(), 1u) << word << " in:\n" << text;
+        return all.empty() ? "" : all.front();
+    }
+};
+
+Output run(const std::string& command)
+{
+    Output output;
+    FILE* pipe = popen(("env -u LD_PRELOAD " + command + " 2>&1").c_str(), "r");
+    std::array<char, 4096> buffer;
+    while (const std::size_t count = fread(buffer.data(), 1, buffer.size(), pipe))
+        output.text.append(buffer.data(), count);
+    EXPECT_EQ(pclose(pipe), 0) << command << "\n" << output.text;
+    return output;
+}
+
+const std::string kPreloaded = std::string("LD_PRELOAD=") + CULLET_PRELOAD_LIBRARY + " ";
+const std::string kFolder = CULLET_PRELOAD_PROGRAMS "/";
+
+/// Both precisions, by the suffix of their programs.
+class PreloadedLibrary : public testing::TestWithParam<std::string>
+{
+protected:
+    std::string plain(const std::string& how) const
+    {
+        return kFolder + "plain_towers" + GetParam() + " " + how;
+    }
+    std::string linked(const std::string& how) const
+    {
+        return kFolder + "linked_towers" + GetParam() + " " + how;
+    }
+    static std::string hash(const std::string& command) { return run(command).line("hash"); }
+};
+
+TEST_P(PreloadedLibrary, GivesTheWorldOfAProgramThatIsLinkedWithCullet)
+{
+    EXPECT_EQ(hash(kPreloaded + plain("stack")), hash(linked("narrow")));
+    EXPECT_EQ(hash(kPreloaded + "CULLET_NARROW=0 " + plain("stack")), hash(linked("broad")));
+    EXPECT_NE(hash(linked("broad")), hash(plain("stack"))) << "the hash cannot tell cullet from Bullet";
+}
+
+TEST_P(PreloadedLibrary, StandsInWhereverTheProgramPutsItsBroadPhase)
+{
+    const std::string expected = hash(linked("narrow"));
+    for (const char* how : {"heap", "memory", "cache", "child"})
+        EXPECT_EQ(hash(kPreloaded + plain(how)), expected) << how;
+}
+
+TEST_P(PreloadedLibrary, LetsTheTowersStandWhereTheyStandWithBullet)
+{
+    const Output stock = run(plain("stack"));
+    for (const char* settings : {"", "CULLET_NARROW=0 ", "CULLET_BACKEND=brute "})
+    {
+        const Output own = run(kPreloaded + settings + plain("stack"));
+        EXPECT_EQ(own.line("touching"), stock.line("touching"));
+        EXPECT_EQ(own.line("touching"), "36") << "twelve towers of three boxes on the ground";
+        EXPECT_EQ(own.line("rays"), "12");
+        const std::vector<std::string> heights = own.lines("height"), stockHeights = stock.lines("height");
+        ASSERT_EQ(heights.size(), 36u);
+        // Penetration depths at rest depend on the order of the contacts.
+        for (std::size_t i = 0; i < heights.size(); ++i)
+            EXPECT_NEAR(std::stod(heights[i]), std::stod(stockHeights[i]), 0.01) << settings << i;
+    }
+}
+
+TEST_P(PreloadedLibrary, LeavesBulletAsItIsWhenAskedTo)
+{
+    const std::string stock = hash(plain("stack"));
+    EXPECT_EQ(hash(kPreloaded + "CULLET_DISABLE=1 " + plain("stack")), stock);
+    EXPECT_EQ(hash(kPreloaded + "CULLET_BACKEND=dbvt CULLET_NARROW=0 " + plain("stack")), stock);
+}
+
+TEST_P(PreloadedLibrary, CarriesCallsPastTheVirtualTable)
+{
+    const std::string stock = run(plain("direct")).text;
+    EXPECT_NE(stock.find("pairs 1\npairs 0\nbounds 0 5\nbox 0 0.5\nid 1"), std::string::npos) << stock;
+    EXPECT_EQ(run(kPreloaded + plain("direct")).text, stock);
+    EXPECT_EQ(run(kPreloaded + "CULLET_DISABLE=1 " + plain("direct")).text, stock);
+}
+
+TEST_P(PreloadedLibrary, RefusesDerivedClassesWithAMessage)
+{
+    const Output output = run(kPreloaded + "CULLET_NARROW=0 " + plain("derived"));
+    EXPECT_TRUE(output.has("derived from btDbvtBroadphase keeps Bullet's own")) << output.text;
+    EXPECT_EQ(output.line("hash"), hash(plain("derived")));
+}
+
+TEST_P(PreloadedLibrary, LeavesTheTreeInsideBulletsSweepAlone)
+{
+    const Output output = run(kPreloaded + "CULLET_NARROW=0 CULLET_STATS=1 " + plain("sweep"));
+    EXPECT_EQ(output.line("hash"), hash(plain("sweep")));
+    EXPECT_TRUE(output.has("broad phases: 0")) << output.text;
+}
+
+TEST_P(PreloadedLibrary, TellsOfAPairCacheThatItDoesNotFill)
+{
+    const Output output = run(kPreloaded + plain("foreign"));
+    EXPECT_TRUE(output.has("another pair cache")) << output.text;
+}
+
+TEST_P(PreloadedLibrary, FillsThePublicTreesWhenAskedTo)
+{
+    EXPECT_EQ(run(plain("stack")).line("leaves"), "37");
+    EXPECT_EQ(run(kPreloaded + plain("stack")).line("leaves"), "0");
+    const Output filled = run(kPreloaded + "CULLET_TREES=1 " + plain("stack"));
+    EXPECT_EQ(filled.line("leaves"), "37");
+    EXPECT_EQ(filled.line("hash"), hash(linked("narrow")));
+}
+
+TEST_P(PreloadedLibrary, NamesTheBackendsWhenItDoesNotKnowOne)
+{
+    const Output output = run(kPreloaded + "CULLET_BACKEND=quadtree " + plain("stack"));
+    EXPECT_TRUE(output.has("CULLET_BACKEND=quadtree")) << output.text;
+    EXPECT_TRUE(output.has("auto grid cuda brute dbvt")) << output.text;
+    EXPECT_EQ(output.line("hash"), hash(linked("narrow")));
+}
+
+TEST_P(PreloadedLibrary, SumsUpAtTheEndWhenAskedTo)
+{
+    const Output output = run(kPreloaded + "CULLET_STATS=1 CULLET_BACKEND=brute " + plain("stack"));
+    const std::string precision = GetParam().empty() ? "float" : "double";
+    EXPECT_TRUE(output.has("broad phases: 1 (" + precision + ", brute)")) << output.text;
+    EXPECT_TRUE(output.has("37 bodies")) << output.text;
+    EXPECT_TRUE(output.has("240 updates")) << output.text;
+    EXPECT_TRUE(output.has("12 queries")) << output.text;
+    EXPECT_TRUE(output.has("ISA-GJK in 1 dispatchers")) << output.text;
+    EXPECT_FALSE(run(kPreloaded + plain("stack")).has("cullet[")) << "says nothing unasked";
+}
+
+INSTANTIATE_TEST_SUITE_P(Precisions, PreloadedLibrary, testing::Values("", "-float64"),
+                         [](const testing::TestParamInfo<std::string>& precision)
+                         { return std::string(precision.param.empty() ? "Float" : "Double"); });
+
+TEST(PreloadedLibraryElsewhere, ProgramsWithoutBulletSeeNothingOfIt)
+{
+    EXPECT_EQ(run(kPreloaded + "CULLET_STATS=1 sh -c 'sh -c \"echo hello\"'").text, "hello\n");
+    EXPECT_EQ(run(kPreloaded + "CULLET_STATS=1 " + kFolder + "plugin_host").text, "");
+}
+
+TEST(PreloadedLibraryElsewhere, ServesPluginsOfBothPrecisionsInOneProcess)
+{
+    const std::string host =
+        kFolder + "plugin_host " + kFolder + "tower_plugin.so " + kFolder + "tower_plugin-float64.so";
+    const Output output = run(kPreloaded + "CULLET_STATS=1 " + host);
+    const std::vector<std::string> hashes = output.lines("hash");
+    ASSERT_EQ(hashes.size(), 4u) << output.text;
+    EXPECT_EQ(hashes[0], run(kFolder + "linked_towers narrow").line("hash"));
+    EXPECT_EQ(hashes[1], run(kFolder + "linked_towers-float64 narrow").line("hash"));
+    EXPECT_TRUE(output.has("broad phases: 1 (float")) << output.text;
+    EXPECT_TRUE(output.has("broad phases: 1 (double")) << output.text;
+    // Objects of Bullet's own, whose functions are told apart by the plug-in that calls them.
+    EXPECT_EQ(run(kPreloaded + "CULLET_BACKEND=dbvt CULLET_NARROW=0 " + host).lines("hash"),
+              run(host).lines("hash"));
+}
+}  // namespace
+}  // namespace cullet::test
