@@ -113,7 +113,6 @@ void runCases(const BroadOptions& options, bool hasBodies, ResultFile& file)
     }
 }
 
-<<<<<<< HEAD
 /// Puts the names that `word` stands for in its place.
 void expandWord(std::vector<std::string>& names, const std::string& word, const std::vector<std::string>& all)
 {
@@ -121,14 +120,6 @@ void expandWord(std::vector<std::string>& names, const std::string& word, const 
     if (found == names.end())
         return;
     names.insert(names.erase(found), all.begin(), all.end());
-=======
-/// Puts the names that a name stands for in its place.
-void expand(std::vector<std::string>& names, const char* group, const std::vector<std::string>& members)
-{
-    const auto found = std::find(names.begin(), names.end(), group);
-    if (found != names.end())
-        names.insert(names.erase(found), members.begin(), members.end());
->>>>>>> 20b70bd (broad: costs and reasons of the grid's decisions in stats(), and each choice fixed for comparison)
 }
 
 void expandRivals(std::vector<std::string>& names)
@@ -147,13 +138,9 @@ void expandRivals(std::vector<std::string>& names)
 int benchBroad(BroadOptions options, bool hasBodies, const FileOptions& files)
 {
     requireReleaseBuild();
-<<<<<<< HEAD
     expandWord(options.backends, "ablation", ablationNames());
+    expandWord(options.backends, "choices", choiceNames());
     expandRivals(options.backends);
-=======
-    expand(options.backends, "ablation", ablationNames());
-    expand(options.backends, "choices", choiceNames());
->>>>>>> 20b70bd (broad: costs and reasons of the grid's decisions in stats(), and each choice fixed for comparison)
     for (const std::string& scene : options.scenes)
         requireKnownScene(scene);
     requireBackends(options);
@@ -215,11 +202,7 @@ void addBroad(CLI::App& bench, Action& chosen)
     command
         ->add_option("--backend", options->backends,
                      "one or several; ablation: every CPU backend and option; "
-<<<<<<< HEAD
-                     "rivals: every other library")
-=======
-                     "choices: the grid, and with its choices fixed")
->>>>>>> 20b70bd (broad: costs and reasons of the grid's decisions in stats(), and each choice fixed for comparison)
+                     "choices: the grid, and with its choices fixed; rivals: every other library")
         ->delimiter(',')
         ->capture_default_str();
     command->add_option("--ids", options->ids, "order of the ids at the start: random, sorted")
