@@ -179,6 +179,7 @@ int benchWorld(const WorldOptions& options, const FileOptions& files)
                      {"bodies", options.bodies},
                      {"backend", options.backends},
                      {"narrow", options.narrow},
+                     {"update", options.updates},
                      {"threads", options.threads},
                      {"seed", options.seed},
                      {"precision", ownPrecision()}},
@@ -249,6 +250,10 @@ void addWorld(CLI::App& bench, Action& chosen)
         ->delimiter(',')
         ->capture_default_str()
         ->check(CLI::IsMember(narrowPhaseNames()));
+    command->add_option("--update", options->updates, "of the boxes, one or both: bullet, parallel")
+        ->delimiter(',')
+        ->capture_default_str()
+        ->check(CLI::IsMember(boxUpdateNames()));
     command->add_option("--hull-points", options->hullPoints, "vertices of a hull")
         ->capture_default_str()
         ->check(CLI::Range(4, 10000));

@@ -236,6 +236,12 @@ void Broadphase::setGhostPairsImmediate(bool immediate)
     m->keeper.port().setGhosts(immediate);
 }
 
+bool Broadphase::canSetAabbsConcurrently()
+{
+    m->ghosts.look();
+    return m->ghosts.count() == 0;
+}
+
 const Backend& Broadphase::backend() const
 {
     return m->keeper.backend();

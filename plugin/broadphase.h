@@ -151,6 +151,9 @@ public:
     /// it, which such a cache cannot be asked. Without this, pairs of its ghosts appear in calculateOverlappingPairs().
     void setGhostPairsImmediate(bool immediate);
 
+    /// Whether setAabb() of different proxies may run concurrently now: there is no ghost.
+    bool canSetAabbsConcurrently();
+
     const Backend& backend() const;
     const ProxyTable& table() const;
 

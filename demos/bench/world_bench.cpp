@@ -46,11 +46,15 @@ std::vector<Runner> makeRunners(const WorldOptions& options)
         world.backend = backend;
         for (const std::string& narrow : options.narrow)
         {
-            world.narrow = narrow;
-            Runner runner;
-            runner.world = makeWorldScene(options.scene, world);
-            runner.windows.resize(options.windows.size());
-            runners.push_back(std::move(runner));
+            for (const std::string& update : options.updates)
+            {
+                world.narrow = narrow;
+                world.update = update;
+                Runner runner;
+                runner.world = makeWorldScene(options.scene, world);
+                runner.windows.resize(options.windows.size());
+                runners.push_back(std::move(runner));
+            }
         }
     }
     return runners;
@@ -82,6 +86,7 @@ Json makeRow(const WorldOptions& options, const Runner& runner, std::size_t wind
             {"scene", options.scene},
             {"backend", runner.world->broadphase().name},
             {"narrow", runner.world->options().narrow},
+            {"update", runner.world->options().update},
             {"precision", ownPrecision()},
             {"threads", runner.world->broadphase().threads},
             {"bodies", options.bodies},
@@ -97,11 +102,11 @@ Json makeRow(const WorldOptions& options, const Runner& runner, std::size_t wind
 
 void printRow(const Json& row)
 {
-    std::printf("%-40s %-10s %-10s %8llu pairs %8llu touch  median %10.3f  mean %10.3f ms\n",
+    std::printf("%-40s %-10s %-10s %-8s %8llu pairs %8llu touch  median %10.3f  mean %10.3f ms\n",
                 row["benchmark"].get<std::string>().c_str(), row["backend"].get<std::string>().c_str(),
-                row["narrow"].get<std::string>().c_str(), row["pairs"].get<unsigned long long>(),
-                row["contact_pairs"].get<unsigned long long>(), row["median_ms"].get<double>(),
-                row["mean_ms"].get<double>());
+                row["narrow"].get<std::string>().c_str(), row["update"].get<std::string>().c_str(),
+                row["pairs"].get<unsigned long long>(), row["contact_pairs"].get<unsigned long long>(),
+                row["median_ms"].get<double>(), row["mean_ms"].get<double>());
 }
 
 void report(const WorldOptions& options, const std::vector<Runner>& runners, ResultFile& file)

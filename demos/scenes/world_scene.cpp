@@ -4,6 +4,7 @@
 
 #include "demos/program/exit_code.h"
 #include "plugin/convex_dispatcher.h"
+#include "plugin/world.h"
 
 #include <BulletCollision/CollisionDispatch/btGhostObject.h>
 
@@ -31,7 +32,38 @@ std::unique_ptr<btCollisionDispatcher> makeDispatcher(const WorldSceneOptions& o
         throw ProgramError(kExitUsage, "no narrow phase '" + options.narrow + "'");
     return dispatcher;
 }
+
+std::unique_ptr<btDiscreteDynamicsWorld> makeParallelRigidWorld(btDispatcher& dispatcher,
+                                                                btBroadphaseInterface& broadphase,
+                                                                btConstraintSolver& solver,
+                                                                btCollisionConfiguration& configuration,
+                                                                int threads)
+{
+    auto world =
+        std::make_unique<World<btDiscreteDynamicsWorld>>(&dispatcher, &broadphase, &solver, &configuration);
+    world->setUpdateThreads(threads);
+    return world;
+}
+
+std::unique_ptr<btDiscreteDynamicsWorld> makeWorld(const WorldKind& kind, const WorldSceneOptions& options,
+                                                   btDispatcher& dispatcher,
+                                                   btBroadphaseInterface& broadphase,
+                                                   btConstraintSolver& solver,
+                                                   btCollisionConfiguration& configuration)
+{
+    if (options.update == "bullet")
+        return kind.makeWorld(dispatcher, broadphase, solver, configuration);
+    if (options.update != "parallel" || kind.makeParallelWorld == nullptr)
+        throw ProgramError(kExitUsage, "no update of boxes '" + options.update + "' in this scene");
+    return kind.makeParallelWorld(dispatcher, broadphase, solver, configuration, options.threads);
+}
 }  // namespace
+
+const std::vector<std::string>& boxUpdateNames()
+{
+    static const std::vector<std::string> names = {"bullet", "parallel"};
+    return names;
+}
 
 const std::vector<std::string>& narrowPhaseNames()
 {
@@ -46,7 +78,8 @@ const WorldKind& rigidWorld()
                                       btConstraintSolver& solver, btCollisionConfiguration& configuration) {
                                        return std::make_unique<btDiscreteDynamicsWorld>(
                                            &dispatcher, &broadphase, &solver, &configuration);
-                                   }};
+                                   },
+                                   makeParallelRigidWorld};
     return kind;
 }
 
@@ -76,7 +109,7 @@ WorldScene::WorldScene(std::string name, NamedBroadphase broadphase, const World
       m_dispatcher(makeDispatcher(options, *m_configuration))
 {
     const MarginScope margin(m_broadphase.margin);
-    m_world = kind.makeWorld(*m_dispatcher, *m_broadphase.broadphase, m_solver, *m_configuration);
+    m_world = makeWorld(kind, options, *m_dispatcher, *m_broadphase.broadphase, m_solver, *m_configuration);
 }
 
 WorldScene::~WorldScene()

@@ -27,7 +27,8 @@ struct WorldSceneOptions
     bool sleeping = true;                ///< let resting bodies fall asleep, as Bullet does by default
     std::string narrow = "bullet";       ///< narrow phase: one of narrowPhaseNames()
     std::string backend = "auto";        ///< broad phase: one of broadphaseNames()
-    int threads = 0;                     ///< of the broad and the narrow phase; 0: as many as the machine has
+    std::string update = "bullet";       ///< of the boxes: one of boxUpdateNames()
+    int threads = 0;                     ///< of all three; 0: as many as the machine has
     std::vector<HullPoints> hulls;       ///< shapes for the scenes that take meshes
     std::size_t hullPoints = 20;         ///< vertices of a random hull
     std::string file;                    ///< the .bullet file of scene "file"
@@ -36,12 +37,20 @@ struct WorldSceneOptions
 /// "bullet"; "isa-gjk": Bullet's dispatcher with registerIsaGjk(); "dispatcher": cullet::Dispatcher.
 const std::vector<std::string>& narrowPhaseNames();
 
+/// "bullet"; "parallel": cullet::World.
+const std::vector<std::string>& boxUpdateNames();
+
 /// Which classes of Bullet a scene is built from.
 struct WorldKind
 {
     std::unique_ptr<btDefaultCollisionConfiguration> (*makeConfiguration)();
     std::unique_ptr<btDiscreteDynamicsWorld> (*makeWorld)(btDispatcher&, btBroadphaseInterface&,
                                                           btConstraintSolver&, btCollisionConfiguration&);
+    /// The same with boxes updated by so many threads; null: the scene has no such world.
+    std::unique_ptr<btDiscreteDynamicsWorld> (*makeParallelWorld)(btDispatcher&, btBroadphaseInterface&,
+                                                                  btConstraintSolver&,
+                                                                  btCollisionConfiguration&,
+                                                                  int threads) = nullptr;
 };
 
 /// btDefaultCollisionConfiguration and btDiscreteDynamicsWorld.
@@ -171,7 +180,8 @@ BroadphaseRequest requestForScene(std::string_view name, const WorldSceneOptions
 /// Makes a scene with the broad phase options.backend.
 ///
 /// @throws std::invalid_argument for an unknown scene, backend or narrow phase, listing the known ones; ProgramError
-///         (kExitInput) for a file that cannot be read; std::runtime_error when a backend cannot run here
+///         (kExitInput) for a file that cannot be read, (kExitUsage) for an update that the scene does not have;
+///         std::runtime_error when a backend cannot run here
 std::unique_ptr<WorldScene> makeWorldScene(std::string_view name, const WorldSceneOptions& options);
 
 /// The same with a broad phase of the caller's, options.backend is not read.

@@ -249,6 +249,12 @@ TEST_F(BenchCommand, MeasuresWholeSteps)
             EXPECT_GT(row["median_ms"], 0.0);
         }
     }
+    const json both = runForJson(
+        "bench world --bodies 600 --falling 2:5 --settled 5:6 --backend grid --update bullet,parallel");
+    ASSERT_EQ(both["rows"].size(), 2u * 2u * 9u);
+    for (std::size_t row = 0; row < 9; ++row)
+        EXPECT_EQ(both["rows"][row]["hash"], both["rows"][row + 9]["hash"]);
+    EXPECT_EQ(both["rows"][9]["update"], "parallel");
     EXPECT_EQ(runProgram("bench world --falling 5:2").code, 2);
     EXPECT_EQ(runProgram("bench world --backend nothing").code, 2);
 }

@@ -1,0 +1,168 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "plugin/world_boxes.h"
+
+#include "broad/worker_pool.h"
+#include "plugin/broadphase.h"
+#include "plugin/pure_aabb.h"
+
+#include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+#include <LinearMath/btQuickprof.h>
+
+#include <algorithm>
+#include <typeinfo>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+/// What the world's settings are during one update.
+class WorldBoxes::Job
+{
+public:
+    Job(btCollisionWorld& ofWorld, BoxRule rule)
+        : world(ofWorld),
+          objects(ofWorld.getCollisionObjectArray()),
+          m_rule(rule),
+          m_all(ofWorld.getForceUpdateAllAabbs()),
+          m_continuous(ofWorld.getDispatchInfo().m_useContinuous),
+          m_threshold(gContactBreakingThreshold, gContactBreakingThreshold, gContactBreakingThreshold)
+    {
+        btBroadphaseInterface* broadphase = ofWorld.getBroadphase();
+        // By address, as in pure_aabb.cpp.
+        if (&typeid(*broadphase) != &typeid(Broadphase))
+            return;
+        auto* own = static_cast<Broadphase*>(broadphase);
+        m_setter = own->canSetAabbsConcurrently() ? own : nullptr;
+    }
+
+    bool setsConcurrently() const { return m_setter != nullptr; }
+
+    /// The part of an object's update that is safe on any thread.
+    Rest run(btCollisionObject& object, Box& box) const
+    {
+        const Rest rest = m_rule == BoxRule::Simple ? computeSimple(object, box) : compute(object, box);
+        if (rest != Rest::Set || m_setter == nullptr)
+            return rest;
+        m_setter->setAabb(object.getBroadphaseHandle(), box.min, box.max, world.getDispatcher());
+        return Rest::Done;
+    }
+
+    /// Everything, as Bullet does it.
+    void runWhole(btCollisionObject& object) const
+    {
+        if (m_rule == BoxRule::Collision)
+        {
+            world.updateSingleAabb(&object);
+            return;
+        }
+        Box box;
+        object.getCollisionShape()->getAabb(object.getWorldTransform(), box.min, box.max);
+        set(object, box);
+    }
+
+    void set(btCollisionObject& object, const Box& box) const
+    {
+        world.getBroadphase()->setAabb(object.getBroadphaseHandle(), box.min, box.max, world.getDispatcher());
+    }
+
+    btCollisionWorld& world;
+    const btCollisionObjectArray& objects;
+
+private:
+    /// btCollisionWorld::updateSingleAabb() without its last part. Oversized boxes are left to it, since it deactivates
+    /// the body and warns.
+    Rest compute(const btCollisionObject& object, Box& box) const
+    {
+        if (!m_all && !object.isActive())
+            return Rest::Nothing;
+        const btCollisionShape& shape = *object.getCollisionShape();
+        if (!hasPureAabb(shape))
+            return Rest::Whole;
+        addBox(shape, object.getWorldTransform(), box);
+        if (m_continuous && object.getInternalType() == btCollisionObject::CO_RIGID_BODY &&
+            !object.isStaticOrKinematicObject())
+        {
+            Box predicted;
+            addBox(shape, object.getInterpolationWorldTransform(), predicted);
+            box.min.setMin(predicted.min);
+            box.max.setMax(predicted.max);
+        }
+        const bool isUsual = object.isStaticObject() || (box.max - box.min).length2() < btScalar(1e12);
+        return isUsual ? Rest::Set : Rest::Whole;
+    }
+
+    Rest computeSimple(const btCollisionObject& object, Box& box) const
+    {
+        if (btRigidBody::upcast(&object) == nullptr || !object.isActive() || object.isStaticObject())
+            return Rest::Nothing;
+        const btCollisionShape& shape = *object.getCollisionShape();
+        if (!hasPureAabb(shape))
+            return Rest::Whole;
+        shape.getAabb(object.getWorldTransform(), box.min, box.max);
+        return Rest::Set;
+    }
+
+    void addBox(const btCollisionShape& shape, const btTransform& transform, Box& box) const
+    {
+        shape.getAabb(transform, box.min, box.max);
+        box.min -= m_threshold;
+        box.max += m_threshold;
+    }
+
+    BoxRule m_rule;
+    bool m_all;
+    bool m_continuous;
+    btVector3 m_threshold;
+    Broadphase* m_setter = nullptr;  ///< null: boxes are set by the calling thread
+};
+
+WorldBoxes::WorldBoxes() : m_workers(std::make_unique<WorkerPool>(0)) {}
+
+WorldBoxes::~WorldBoxes() = default;
+
+void WorldBoxes::setThreads(int threads)
+{
+    m_workers = std::make_unique<WorkerPool>(threads);
+}
+
+bool WorldBoxes::update(btCollisionWorld& world, BoxRule rule)
+{
+    const auto count = static_cast<std::size_t>(world.getNumCollisionObjects());
+    if (m_workers->threads() == 1 || count < 2 * kGrain)
+        return false;
+    BT_PROFILE("updateAabbs");
+    const Job job(world, rule);
+    m_rest.resize(count);
+    m_boxes.resize(count);
+    const auto tasks = static_cast<unsigned>((count + kGrain - 1) / kGrain);
+    m_workers->run(tasks,
+                   [&](unsigned task)
+                   {
+                       const std::size_t end = std::min(count, (task + 1) * kGrain);
+                       for (std::size_t i = task * kGrain; i < end; ++i)
+                           m_rest[i] = job.run(*job.objects[static_cast<int>(i)], m_boxes[i]);
+                   });
+    finish(job);
+    return true;
+}
+
+void WorldBoxes::finish(const Job& job)
+{
+    m_stats = {};
+    m_stats.hasParallelSets = job.setsConcurrently();
+    for (std::size_t i = 0; i < m_rest.size(); ++i)
+    {
+        const Rest rest = m_rest[i];
+        btCollisionObject& object = *job.objects[static_cast<int>(i)];
+        if (rest == Rest::Set)
+            job.set(object, m_boxes[i]);
+        else if (rest == Rest::Whole)
+            job.runWhole(object);
+        m_stats.parallelBoxes += rest == Rest::Set || rest == Rest::Done;
+        m_stats.serialBoxes += rest == Rest::Whole;
+    }
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

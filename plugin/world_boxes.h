@@ -1,0 +1,87 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace cullet
+{
+class WorkerPool;
+
+inline namespace CULLET_PRECISION
+{
+/// Which boxes a world brings up to date, and how.
+enum class BoxRule : std::uint8_t
+{
+    Collision,  ///< btCollisionWorld::updateAabbs(), which all worlds but one inherit
+    Simple      ///< btSimpleDynamicsWorld::updateAabbs(): active bodies, without threshold and prediction
+};
+
+/// What the last update did.
+struct WorldBoxesStats
+{
+    std::uint64_t parallelBoxes = 0;  ///< boxes computed on the threads
+    std::uint64_t serialBoxes =
+        0;  ///< boxes of shapes that are not known to be safe there, and oversized ones
+    bool hasParallelSets = false;  ///< the broad phase took the boxes from the threads, too
+};
+
+/// Brings the boxes of all objects of a world up to date on several threads: the work behind World<Base>.
+///
+/// The threads only read objects and shapes, so that a Bullet library without thread support will do. A box is computed
+/// there when its shape is exactly of one of Bullet's classes whose getAabb() writes to nothing: box, sphere, capsule,
+/// cylinder, cone, convex hull, multi-sphere, triangle, tetrahedron, convex mesh, compound, plane, triangle mesh, scaled
+/// mesh, terrain and the empty shape. All others are handled one by one on the calling thread: shapes of the application,
+/// those derived from Bullet's, those that ask another shape (Minkowski sum, uniform scaling, 2D hull), GImpact meshes
+/// and soft bodies.
+///
+/// cullet::Broadphase takes boxes from the threads directly while it has no ghosts; any other broad phase gets them
+/// from the calling thread, by ascending index, as from Bullet.
+class WorldBoxes
+{
+public:
+    /// Objects per task. Below two tasks Bullet's own function is as fast.
+    static constexpr std::size_t kGrain = 256;
+
+    WorldBoxes();
+    ~WorldBoxes();
+
+    /// @param threads 0: as many as the machine has
+    void setThreads(int threads);
+
+    /// Does what the world's own updateAabbs() does, bit for bit.
+    ///
+    /// @return false: nothing was done, because there are too few objects or threads for it to pay
+    bool update(btCollisionWorld& world, BoxRule rule);
+
+    const WorldBoxesStats& stats() const { return m_stats; }
+
+private:
+    struct Box
+    {
+        btVector3 min, max;
+    };
+    /// What is left to do for an object after the parallel loop.
+    enum class Rest : std::uint8_t
+    {
+        Nothing,
+        Set,    ///< its box is computed
+        Whole,  ///< everything, on the calling thread
+        Done    ///< its box is set
+    };
+    class Job;
+
+    void finish(const Job& job);
+
+    std::unique_ptr<WorkerPool> m_workers;
+    std::vector<Box> m_boxes;
+    std::vector<Rest> m_rest;
+    WorldBoxesStats m_stats;
+};
+}  // namespace CULLET_PRECISION
+}  // namespace cullet
