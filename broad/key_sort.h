@@ -9,14 +9,16 @@
 
 namespace cullet
 {
-/// Sorts keys of pairs (pairKey()) and writes them as pairs: by comparisons when they are few, else by radix sort on as
-/// many bits as the ids have.
+/// Sorts keys of pairs (pairKey(), PairSet::keyOf()): by comparisons when they are few, else by radix sort on as many
+/// bits as the ids have.
 ///
-/// Cost: O(keys) for more than a few hundred; memory is kept between calls.
+/// Cost: O(keys) for more than a few hundred; one pass over keys in order. Memory is kept between calls.
 class KeySort
 {
 public:
-    /// @param keys  [in, out] left in no order
+    void sort(std::vector<std::uint64_t>& keys);
+
+    /// @param keys  [in, out] sorted
     /// @param pairs [out] overwritten
     void write(std::vector<std::uint64_t>& keys, std::vector<Pair>& pairs);
 

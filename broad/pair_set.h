@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -13,7 +14,8 @@ class PairSet
 public:
     static std::uint64_t keyOf(std::uint32_t a, std::uint32_t b)
     {
-        return a < b ? static_cast<std::uint64_t>(a) << 32 | b : static_cast<std::uint64_t>(b) << 32 | a;
+        // Minimum and maximum instead of a branch, which would be hard to predict.
+        return static_cast<std::uint64_t>(std::min(a, b)) << 32 | std::max(a, b);
     }
 
     /// Empties the set and makes room for `count` pairs.

@@ -199,7 +199,7 @@ BackendStats RowGridBackend::stats() const
         m_despite.bytes() +
         (m_apart.capacity() + m_overlapping.capacity() + m_activePairs.capacity()) * sizeof(IdPair) +
         (m_active.capacity() + m_quiet.capacity() + m_escaped.capacity()) * sizeof(std::uint32_t) +
-        (m_addedKeys.capacity() + m_removedKeys.capacity()) * sizeof(std::uint64_t);
+        (m_addedKeys.capacity() + m_removedKeys.capacity() + m_foundKeys.capacity()) * sizeof(std::uint64_t);
     return stats;
 }
 }  // namespace cullet

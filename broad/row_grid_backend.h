@@ -68,6 +68,7 @@ private:
     };
 
     class MovingSink;
+    class JumpedSink;
 
     /// Octave of the smallest reach: 2^-63, so that its multiples are no denormals, which are slow.
     static constexpr std::uint32_t kLeastReach = 64;
@@ -103,11 +104,18 @@ private:
     void chooseReach(const GridMotion& motion, std::uint32_t rows);
     void listOverlapping(std::vector<IdPair>& held);
     bool isHeld(const ProxyView& view, IdPair pair) const;
-    void scanMoving(const ProxyView& view, const GridMotion& motion, bool isListing, MovingSink& sink);
+    void scanMoving(const ProxyView& view, const GridMotion& motion, bool isListing, PairSink& sink);
     bool follow(const ProxyView& view, const GridInput& input, const GridMotion& motion);
     void takeMoving(const ProxyView& view, bool isListing, const MovingSink& sink);
     void part(const ProxyView& view, IdPair pair, bool isNear, std::vector<IdPair>& apart);
+    void partUnlessOverlapping(const ProxyView& view, IdPair pair, std::vector<IdPair>& apart);
     void setApart(std::vector<IdPair>& apart);
+
+    // row_grid_jumped.cpp: the same when most boxes jumped
+    void updateJumped(const ProxyView& view);
+    void takeFound(const JumpedSink& sink);
+    void sortOverlapping();
+    void findDeparted(const ProxyView& view, std::vector<IdPair>& departed);
 
     // row_grid_rebuild.cpp: from any state, with a hash of what was held
     void rebuild(const ProxyView& view, bool settle);
@@ -146,6 +154,8 @@ private:
     PairSet m_separated;                ///< the same
     std::vector<IdPair> m_overlapping;  ///< held pairs that overlap, while m_hasOverlapping
     bool m_hasOverlapping = false;
+    bool m_isOverlappingSorted = false;      ///< by row, the lower one first
+    std::vector<std::uint64_t> m_foundKeys;  ///< when most boxes jumped: those that m_overlapping is to be
     GridMotion m_motion;
     std::uint32_t m_reachOctave = kLeastReach;     ///< see chooseReach()
     std::uint32_t m_comparedOctave = kLeastReach;  ///< that m_motion was measured with

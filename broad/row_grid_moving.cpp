@@ -16,6 +16,8 @@ constexpr float kGapFactor = 2.0625f;
 constexpr float kReachFactor = 1.0625f;
 // Share of boxes that may move farther than the reach of the grid; their pairs are told from a list.
 constexpr std::uint32_t kJumperShare = 64;
+// Share of such boxes from which all pairs are found anew.
+constexpr std::uint32_t kJumpedShare = 2;
 // Updates with little motion until the reach shrinks.
 constexpr std::uint32_t kPatience = 32;
 constexpr std::size_t kCopyGrain = 16384;
@@ -165,7 +167,7 @@ void RowGridBackend::chooseReach(const GridMotion& motion, std::uint32_t rows)
 }
 
 void RowGridBackend::scanMoving(const ProxyView& view, const GridMotion& motion, bool isListing,
-                                MovingSink& sink)
+                                PairSink& sink)
 {
     GridInput input;
     input.boxes = view.boxes;
@@ -225,13 +227,20 @@ void RowGridBackend::updateMoving(const ProxyView& view)
     m_grid.compare(view.boxes, m_reference.data(), view.dirty, view.dirtyCount, reachOf(m_reachOctave),
                    m_motion);
     chooseReach(m_motion, view.size);
-    const bool isListing = countFrom(m_motion, m_reachOctave) != 0;
+    const std::uint32_t jumpers = countFrom(m_motion, m_reachOctave);
+    const bool isListing = jumpers != 0;
     if (isListing && !m_hasOverlapping)
         listOverlapping(m_overlapping);
-
-    MovingSink sink(*this, view, m_workers.threads(), isListing);
-    scanMoving(view, m_motion, isListing, sink);
-    takeMoving(view, isListing, sink);
+    if (jumpers > view.size / kJumpedShare)
+    {
+        updateJumped(view);
+    }
+    else
+    {
+        MovingSink sink(*this, view, m_workers.threads(), isListing);
+        scanMoving(view, m_motion, isListing, sink);
+        takeMoving(view, isListing, sink);
+    }
     const unsigned tasks = m_workers.tasksFor(view.dirtyCount, kCopyGrain);
     m_workers.run(tasks,
                   [&](unsigned task)
@@ -253,26 +262,28 @@ void RowGridBackend::part(const ProxyView& view, IdPair pair, bool isNear, std::
         reportRemoved(view, pair);
 }
 
+void RowGridBackend::partUnlessOverlapping(const ProxyView& view, IdPair pair, std::vector<IdPair>& apart)
+{
+    const Aabb& a = view.boxes[pair.a];
+    const Aabb& b = view.boxes[pair.b];
+    const bool valid = isValid(a) && isValid(b);
+    if (!valid || !overlapsBranchless(a, b))
+        part(view, pair, valid && overlapsWithMargin(a, b, view.margin), apart);
+}
+
 void RowGridBackend::takeMoving(const ProxyView& view, bool isListing, const MovingSink& sink)
 {
     std::vector<IdPair> apart;
-    const auto partUnlessOverlapping = [&](IdPair pair)
-    {
-        const Aabb& a = view.boxes[pair.a];
-        const Aabb& b = view.boxes[pair.b];
-        const bool valid = isValid(a) && isValid(b);
-        if (!valid || !overlapsBranchless(a, b))
-            part(view, pair, valid && overlapsWithMargin(a, b, view.margin), apart);
-    };
     for (const IdPair pair : m_apart)
-        partUnlessOverlapping(pair);
+        partUnlessOverlapping(view, pair, apart);
     if (isListing)
     {
         for (const IdPair pair : m_overlapping)
-            partUnlessOverlapping(pair);
+            partUnlessOverlapping(view, pair, apart);
     }
     m_overlapping.clear();
     m_hasOverlapping = isListing;
+    m_isOverlappingSorted = false;
     const float limit = 2.0f * view.margin;
     for (const MovingSink::List& list : sink.lists())
     {

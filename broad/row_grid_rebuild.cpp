@@ -48,6 +48,7 @@ void RowGridBackend::rebuild(const ProxyView& view, bool settle)
     m_restarted = false;
     m_overlapping.clear();
     m_hasOverlapping = false;
+    m_isOverlappingSorted = false;
     m_despite.reset(0);
     m_apart.clear();
     m_activePairs.clear();

@@ -90,6 +90,39 @@ TEST_P(RowFollow, DriftingWorldsThatAreNowAndThenStirredEqualTheOracle)
     EXPECT_GT(world.counts().destroyed, 50u);
 }
 
+TEST_P(RowFollow, WorldsInWhichMostBoxesJumpEqualTheOracle)
+{
+    GridOptions gridOptions = GetParam().options;
+    gridOptions.cellScale = 1;  // cells so narrow that no jump is within their reach
+    BackendSession session{std::make_unique<RowGridBackend>(gridOptions)};
+    RandomWorldOptions options = driftingWorld();
+    for (float& coordinate : options.shift)
+        coordinate = GetParam().shift;
+    options.isSnapped = GetParam().isSnapped;
+    RandomWorld world(25, options, session.table);
+    std::map<std::string, int> reasons;
+    for (int step = 0; step < 120; ++step)
+    {
+        SCOPED_TRACE("seed 25, step " + std::to_string(step));
+        // Series of jumps, alone and among events, with calm updates and single jumps between them; margins that keep
+        // pairs over a jump.
+        const bool isJump = step % 16 < 7;
+        session.margin = step % 32 < 16 ? 0.0625f : 1.0f;
+        world.options.teleport = isJump ? 0.8f : step % 5 == 3 ? 0.004f : 0.0f;
+        world.options.refilter = step % 17 == 11 ? 0.05f : 0.0f;
+        world.options.destroy = world.options.special = step % 7 == 3 ? 0.05f : 0.0f;
+        world.step();
+        ASSERT_TRUE(session.step());
+        ++reasons[session.backend().stats().decision.reason];
+    }
+    EXPECT_GT(reasons["most boxes jumped"], 30);
+    EXPECT_GT(reasons["few boxes came into other cells"], 20);
+    EXPECT_GT(session.addedTotal(), 20000u);
+    EXPECT_GT(session.removedTotal(), 20000u);
+    EXPECT_GT(world.counts().refiltered, 20u);
+    EXPECT_GT(world.counts().destroyed, 50u);
+}
+
 INSTANTIATE_TEST_SUITE_P(Grids, RowFollow,
                          testing::Values(FollowCase{"OneThread", alwaysMoving(1, false), 0, true},
                                          FollowCase{"TwoThreads", alwaysMoving(2, false), 0, true},
