@@ -3,6 +3,7 @@
 #pragma once
 
 #include "broad/aabb.h"
+#include "broad/api.h"
 #include "broad/pair.h"
 
 #include <cstddef>
@@ -117,7 +118,7 @@ struct BackendStats
 /// of them is empty. The filter is asked only when a pair is about to enter. Lower id first in each pair.
 ///
 /// Threads: one update at a time; a backend may use threads of its own inside it. Different backends are independent.
-class Backend
+class CULLET_API Backend
 {
 public:
     virtual ~Backend() = default;
@@ -267,20 +268,21 @@ struct PsapOptions
     bool timeStages = false;  ///< BackendStats::stages; the device's clock around each stage
 };
 
-std::unique_ptr<Backend> makeGridBackend(const GridOptions& options = {});
+CULLET_API std::unique_ptr<Backend> makeGridBackend(const GridOptions& options = {});
 
 /// Tests every pair of boxes in every update: O(n^2), the oracle of the tests, and fine below about 100 boxes.
-std::unique_ptr<Backend> makeBruteForceBackend();
+CULLET_API std::unique_ptr<Backend> makeBruteForceBackend();
 
 /// Incremental sweep and prune, the lecture's: for comparison, and for scenes that move a little and evenly.
-std::unique_ptr<Backend> makeSapBackend();
+CULLET_API std::unique_ptr<Backend> makeSapBackend();
 
 /// Le Grand's uniform grid (GPU Gems 3) on one thread: for comparison, on boxes of one size.
-std::unique_ptr<Backend> makeLeGrandBackend();
+CULLET_API std::unique_ptr<Backend> makeLeGrandBackend();
 
 /// The steps of the CUDA backend run by the CPU: the reference of that backend, and the thesis's algorithm for study.
-std::unique_ptr<Backend> makeHostPsapBackend(const PsapOptions& options = {});
+CULLET_API std::unique_ptr<Backend> makeHostPsapBackend(const PsapOptions& options = {});
 
 /// The CUDA backend, or null with the reason in words in `*why`: no device, driver too old, built without CUDA.
-std::unique_ptr<Backend> makeCudaPsapBackend(const PsapOptions& options = {}, std::string* why = nullptr);
+CULLET_API std::unique_ptr<Backend> makeCudaPsapBackend(const PsapOptions& options = {},
+                                                        std::string* why = nullptr);
 }  // namespace cullet

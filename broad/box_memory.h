@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "broad/api.h"
 #include "broad/huge_vector.h"
 
 #include <atomic>
@@ -12,7 +13,8 @@ namespace cullet
 /// Called with the address of memory that is about to be given back. No exception may leave it. Any thread.
 using BoxMemoryRelease = void (*)(const void* memory);
 
-inline std::atomic<BoxMemoryRelease>& boxMemoryRelease() noexcept
+/// One in the process, also when boxes are allocated outside of the shared library.
+CULLET_API inline std::atomic<BoxMemoryRelease>& boxMemoryRelease() noexcept
 {
     static std::atomic<BoxMemoryRelease> release{nullptr};
     return release;

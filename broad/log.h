@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "broad/api.h"
+
 namespace cullet
 {
 enum class LogLevel
@@ -17,17 +19,17 @@ using LogFunction = void (*)(LogLevel level, const char* message);
 /// Sends messages to `function`; null brings the default back, which prints warnings and errors to stderr.
 ///
 /// Nothing is logged per step or per pair: numbers are in the statistics.
-void setLogFunction(LogFunction function) noexcept;
+CULLET_API void setLogFunction(LogFunction function) noexcept;
 
-void log(LogLevel level, const char* message) noexcept;
+CULLET_API void log(LogLevel level, const char* message) noexcept;
 
 /// Receives a broken contract: the condition, what to do about it, and where. Return true to stop in the debugger.
 using AssertHandler = bool (*)(const char* condition, const char* hint, const char* file, int line);
 
 /// Replaces the handler of CULLET_ASSERT; null brings the default back, which logs an error and stops.
-void setAssertHandler(AssertHandler handler) noexcept;
+CULLET_API void setAssertHandler(AssertHandler handler) noexcept;
 
-bool reportAssertion(const char* condition, const char* hint, const char* file, int line) noexcept;
+CULLET_API bool reportAssertion(const char* condition, const char* hint, const char* file, int line) noexcept;
 }  // namespace cullet
 
 /// Checks what a caller has promised. Release builds (NDEBUG) do not evaluate the condition: there the broken promise

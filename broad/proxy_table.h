@@ -3,6 +3,7 @@
 #pragma once
 
 #include "broad/aabb.h"
+#include "broad/api.h"
 #include "broad/backend.h"
 #include "broad/box_memory.h"
 
@@ -24,7 +25,7 @@ using ProxyId = std::uint32_t;
 /// (collectQueryChanges). Marking a row costs two byte stores.
 ///
 /// Threads: setBox() of *different* rows may run concurrently; everything else is for one thread at a time.
-class ProxyTable
+class CULLET_API ProxyTable
 {
 public:
     /// Adds a row. Amortised O(1).

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "broad/aabb.h"
+#include "broad/id_pair.h"
 
 #include <cstdint>
 #include <limits>
@@ -36,13 +37,6 @@ struct RowSoa
     float* z1;
     FlaggedId* id;
     std::uint32_t count;
-};
-
-/// Two rows of the proxy table, unordered, found to overlap.
-struct IdPair
-{
-    std::uint32_t a;
-    std::uint32_t b;
 };
 
 /// No gap is below this.

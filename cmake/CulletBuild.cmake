@@ -78,21 +78,60 @@ function(cullet_library_defaults target)
         "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/cullet>")
 endfunction()
 
+# cullet_public_headers(<header>...): what users may include, of the current folder. Listed without those of the folder that
+# they do not need: an installed header that nobody may use is a promise.
+function(cullet_public_headers)
+    file(RELATIVE_PATH folder "${PROJECT_SOURCE_DIR}" "${CMAKE_CURRENT_SOURCE_DIR}")
+    list(TRANSFORM ARGN PREPEND "${folder}/")
+    set_property(GLOBAL APPEND PROPERTY CULLET_PUBLIC_HEADERS ${ARGN})
+endfunction()
+
+# cullet_library_part(<target> [PAIRED])
+#
+# Puts the objects of a library into the shared and the static library that get installed (CulletLibraries.cmake), and
+# hides what CULLET_API does not mark. PAIRED: <target> goes into the one of float32, <target>-float64 into the other;
+# else <target> goes into both, and into the archive without Bullet.
+function(cullet_library_part target)
+    cmake_parse_arguments(PARSE_ARGV 1 arg "PAIRED" "" "")
+    if(arg_PAIRED)
+        set_property(GLOBAL APPEND PROPERTY CULLET_PAIRED_PARTS ${target})
+        set(targets ${target} ${target}-float64)
+    else()
+        set_property(GLOBAL APPEND PROPERTY CULLET_PARTS ${target})
+        set(targets ${target})
+    endif()
+    foreach(part IN LISTS targets)
+        if(TARGET ${part})
+            set_target_properties(${part} PROPERTIES
+                CXX_VISIBILITY_PRESET hidden CUDA_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+            # Position independent code would otherwise keep the compiler from inlining what another library might
+            # replace.
+            target_compile_options(${part} PRIVATE "$<$<COMPILE_LANGUAGE:CXX>:-fno-semantic-interposition>")
+        endif()
+    endforeach()
+endfunction()
+
+# cullet_precision_names(float|double <suffix> <precision>): "" and float32, or -float64 and float64.
+function(cullet_precision_names scalar suffix precision)
+    if(scalar STREQUAL "float")
+        set(${suffix} "" PARENT_SCOPE)
+        set(${precision} float32 PARENT_SCOPE)
+    else()
+        set(${suffix} "-float64" PARENT_SCOPE)
+        set(${precision} float64 PARENT_SCOPE)
+    endif()
+endfunction()
+
 # cullet_add_per_precision(LIBRARY|EXECUTABLE <name> SOURCES <file>... [LINK <target>...] [LINK_PAIRED <target>...])
 #
 # Makes <name> for Bullet's float build and <name>-float64 for its double build from the same sources. A target under
 # LINK_PAIRED is linked as <target> or <target>-float64, one under LINK as it is. Both Bullet builds use the same symbol
-# names, so a program holds one precision only.
+# names, so a program holds one precision only. Precisions that CULLET_PRECISIONS leaves out are left out here.
 function(cullet_add_per_precision kind name)
     cmake_parse_arguments(PARSE_ARGV 2 arg "" "" "SOURCES;LINK;LINK_PAIRED")
-    foreach(precision float32 float64)
-        if(precision STREQUAL "float32")
-            set(suffix "")
-            set(bullet bullet::float)
-        else()
-            set(suffix "-float64")
-            set(bullet bullet::double)
-        endif()
+    foreach(scalar IN LISTS CULLET_PRECISIONS)
+        set(bullet bullet::${scalar})
+        cullet_precision_names(${scalar} suffix precision)
         set(target ${name}${suffix})
         if(kind STREQUAL "LIBRARY")
             add_library(${target} STATIC ${arg_SOURCES})
@@ -103,8 +142,8 @@ function(cullet_add_per_precision kind name)
             target_link_libraries(${target} PRIVATE cullet_flags)
             set(scope PRIVATE)
         endif()
-        # PUBLIC: the inline namespace in the headers carries the precision, so that a mix-up fails to link.
-        target_compile_definitions(${target} ${scope} CULLET_PRECISION=${precision})
+        # Users' files get the same from plugin/precision.h, by what Bullet is compiled with.
+        target_compile_definitions(${target} PRIVATE CULLET_PRECISION=${precision})
         target_link_libraries(${target} ${scope} ${bullet} ${arg_LINK})
         foreach(paired IN LISTS arg_LINK_PAIRED)
             target_link_libraries(${target} ${scope} ${paired}${suffix})

@@ -1,20 +1,51 @@
 # SPDX-FileCopyrightText: the cullet authors
 # SPDX-License-Identifier: Zlib
 
-# What `cmake --install` puts where, so that find_package(cullet) gives the same target names as add_subdirectory.
+# What `cmake --install` puts where, in three components that are also the three Debian packages:
+#
+#   runtime      libcullet.so.N, libcullet-float64.so.N
+#   development  headers, links and archives, CMake package, pkg-config files
+#   tools        the program `cullet`, and libcullet-preload.so
+#
+# A new part joins the install set in its own CMakeLists.txt, not here:
+#   cullet_public_headers(<header>...)     headers of the folder, to include/cullet/<folder>/ and into the API reference
+#   cullet_library_part(<target> [PAIRED]) its objects become part of libcullet.so and libcullet.a; what users call is
+#                                          marked CULLET_API, or named cullet_* in C
+#   install(TARGETS ... COMPONENT runtime) a library of its own, or tools for a program (with install(FILES ... man1))
 
 include_guard(GLOBAL)
 include(CMakePackageConfigHelpers)
 
 set(CULLET_PACKAGE_DIR "${CMAKE_INSTALL_LIBDIR}/cmake/cullet")
-install(TARGETS cullet_broad cullet_narrow cullet_cuda cullet_plugin cullet_plugin-float64
+
+# One export file per linkage: find_package(cullet) loads one of them.
+foreach(linkage shared static)
+    set(targets "")
+    foreach(scalar IN LISTS CULLET_PRECISIONS)
+        cullet_precision_names(${scalar} suffix precision)
+        set_target_properties(cullet_${linkage}${suffix} PROPERTIES EXPORT_NAME plugin${suffix})
+        list(APPEND targets cullet_${linkage}${suffix})
+    endforeach()
+    install(TARGETS ${targets}
+        EXPORT cullet-${linkage}-targets
+        LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT runtime NAMELINK_COMPONENT development
+        ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development)
+    install(EXPORT cullet-${linkage}-targets
+        NAMESPACE cullet:: DESTINATION "${CULLET_PACKAGE_DIR}" COMPONENT development)
+endforeach()
+set_target_properties(cullet_static_broad PROPERTIES EXPORT_NAME broad)
+set_target_properties(cullet_narrow PROPERTIES EXPORT_NAME narrow)
+install(TARGETS cullet_static_broad cullet_narrow
     EXPORT cullet-targets
-    ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}")
-# cuda/ has no public header: its factory is declared in broad/backend.h.
-install(DIRECTORY broad narrow plugin
-    DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/cullet"
-    FILES_MATCHING PATTERN "*.h")
-install(EXPORT cullet-targets NAMESPACE cullet:: DESTINATION "${CULLET_PACKAGE_DIR}")
+    ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development)
+install(EXPORT cullet-targets NAMESPACE cullet:: DESTINATION "${CULLET_PACKAGE_DIR}" COMPONENT development)
+
+get_property(headers GLOBAL PROPERTY CULLET_PUBLIC_HEADERS)
+foreach(header IN LISTS headers)
+    get_filename_component(folder "${header}" DIRECTORY)
+    install(FILES "${header}" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/cullet/${folder}" COMPONENT development)
+endforeach()
+
 configure_package_config_file(cmake/cullet-config.cmake.in "${PROJECT_BINARY_DIR}/cullet-config.cmake"
     INSTALL_DESTINATION "${CULLET_PACKAGE_DIR}")
 # Before 1.0 a minor version may change the interface.
@@ -23,11 +54,24 @@ install(FILES
     "${PROJECT_BINARY_DIR}/cullet-config.cmake"
     "${PROJECT_BINARY_DIR}/cullet-config-version.cmake"
     cmake/CulletBullet.cmake
-    DESTINATION "${CULLET_PACKAGE_DIR}")
+    DESTINATION "${CULLET_PACKAGE_DIR}" COMPONENT development)
+
+# Relative to the file itself, so that a prefix can be moved.
+file(RELATIVE_PATH prefix_from_pc "/${CMAKE_INSTALL_LIBDIR}/pkgconfig" "/")
+foreach(scalar IN LISTS CULLET_PRECISIONS)
+    cullet_precision_names(${scalar} suffix precision)
+    configure_file(cmake/cullet.pc.in "${PROJECT_BINARY_DIR}/cullet${suffix}.pc" @ONLY)
+    install(FILES "${PROJECT_BINARY_DIR}/cullet${suffix}.pc"
+        DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig" COMPONENT development)
+endforeach()
+
+if(CULLET_DEMOS)
+    install(TARGETS cullet cullet-float64 RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT tools)
+endif()
 
 # What LD_PRELOAD names, and beside it, in a folder of its own, what that opens.
 if(TARGET cullet_preload)
-    install(TARGETS cullet_preload LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}")
+    install(TARGETS cullet_preload LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT tools)
     install(TARGETS cullet_preload_float32 cullet_preload_float64
-        LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}/cullet")
+        LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}/cullet" COMPONENT tools)
 endif()

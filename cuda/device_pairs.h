@@ -3,8 +3,9 @@
 #pragma once
 
 #include "broad/aabb.h"
+#include "broad/api.h"
 #include "broad/backend.h"
-#include "broad/row_soa.h"
+#include "broad/id_pair.h"
 
 #include <cstdint>
 #include <memory>
@@ -26,7 +27,7 @@ struct DevicePairs
 ///
 /// enqueue() only puts work on the stream (the literal variant waits once in the middle); collect() waits for it. In
 /// between the caller may put more work on the stream, but must not change the boxes.
-class DevicePairFinder
+class CULLET_API DevicePairFinder
 {
 public:
     virtual ~DevicePairFinder() = default;
@@ -45,6 +46,6 @@ public:
 
 /// @param stream the caller's cudaStream_t on options.device; null: a stream of its own, which collect() waits for
 /// @return null, with the reason in `*why`, where makeCudaPsapBackend() returns null too
-std::unique_ptr<DevicePairFinder> makeDevicePairFinder(const PsapOptions& options, CUstream_st* stream,
-                                                       std::string* why);
+CULLET_API std::unique_ptr<DevicePairFinder> makeDevicePairFinder(const PsapOptions& options,
+                                                                  CUstream_st* stream, std::string* why);
 }  // namespace cullet

@@ -2,7 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "broad/api.h"
 #include "broad/backend.h"
+#include "plugin/precision.h"
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseInterface.h>
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
@@ -80,7 +82,7 @@ struct BroadphaseStats
 /// one thread at a time. Different broad phases are independent.
 ///
 /// Errors: no exception but std::bad_alloc leaves a member function.
-class Broadphase final : public btBroadphaseInterface
+class CULLET_API Broadphase final : public btBroadphaseInterface
 {
 public:
     /// @param cache  pair cache of the caller, which must outlive this object; null: an own PairCache
@@ -140,7 +142,7 @@ public:
 
     BroadphaseStats stats() const;
 
-    /// Shows boxes, cells and pairs in the viewer of the application; see plugin/debug_draw.h.
+    /// Shows boxes, cells and pairs in the viewer of the application; see plugin/debug_draw_options.h.
     void debugDraw(btIDebugDraw& drawer) const;
     void debugDraw(btIDebugDraw& drawer, const DebugDrawOptions& options) const;
 

@@ -34,7 +34,7 @@ struct DispatcherOptions
 ///
 /// With a near callback of the application, or DISPATCH_CONTINUOUS, every pair takes Bullet's path.
 /// Shapes must not be edited during a dispatch.
-class Dispatcher : public btCollisionDispatcher
+class CULLET_API Dispatcher : public btCollisionDispatcher
 {
 public:
     /// @param configuration must outlive this object

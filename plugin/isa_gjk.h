@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "broad/api.h"
+#include "plugin/precision.h"
+
 #include <BulletCollision/CollisionDispatch/btCollisionCreateFunc.h>
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <BulletCollision/CollisionDispatch/btConvexConvexAlgorithm.h>
@@ -37,7 +40,7 @@ struct IsaGjkStats
 };
 
 /// What all pairs of one dispatcher have in common: create functions, options, counters.
-class IsaGjkRegistration
+class CULLET_API IsaGjkRegistration
 {
 public:
     /// @param dispatcher its configuration has to outlive it, as Bullet demands
@@ -112,7 +115,8 @@ private:
 /// @return counters and options; lives as long as the process. Registering again for a dispatcher at the same address
 ///         gives the same object, with counters at zero.
 /// Errors: std::bad_alloc.
-IsaGjkRegistration& registerIsaGjk(btCollisionDispatcher& dispatcher, const IsaGjkOptions& options = {});
+CULLET_API IsaGjkRegistration& registerIsaGjk(btCollisionDispatcher& dispatcher,
+                                              const IsaGjkOptions& options = {});
 
 struct HullCacheStats
 {
@@ -123,12 +127,12 @@ struct HullCacheStats
 
 /// Builds the graph of a shape now instead of in the first query (about 1 ms for 1,000 points), and keeps it until
 /// invalidate(). Call when a level is loaded.
-void prepare(const btConvexHullShape& shape);
+CULLET_API void prepare(const btConvexHullShape& shape);
 
 /// Takes back prepare(), and lets the next query look at the points again. Needed for nothing else: edited, deleted and
 /// reallocated shapes are recognised by their points.
-void invalidate(const btConvexHullShape& shape);
+CULLET_API void invalidate(const btConvexHullShape& shape);
 
-HullCacheStats hullCacheStats();
+CULLET_API HullCacheStats hullCacheStats();
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

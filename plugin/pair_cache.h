@@ -2,10 +2,12 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "broad/api.h"
 #include "broad/pair.h"
 #include "plugin/pair_hash.h"
 #include "plugin/pair_links.h"
 #include "plugin/pair_order.h"
+#include "plugin/precision.h"
 
 #include <BulletCollision/BroadphaseCollision/btDispatcher.h>
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
@@ -67,7 +69,7 @@ struct PairCacheStats
 /// Memory: 57 to 62 bytes per pair (32 pair, 16 links, 9 to 14 hash) and 12 per proxy with pairs, plus the usual slack of
 /// growing arrays (a factor 1.5, none after reserve()); 24 more per pair once pairs were ordered (deterministic
 /// processing or sortOverlappingPairs). It never shrinks.
-class PairCache final : public btOverlappingPairCache
+class CULLET_API PairCache final : public btOverlappingPairCache
 {
 public:
     PairCache() = default;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "broad/pair.h"
+#include "plugin/precision.h"
 #include "plugin/uid_directory.h"
 
 #include <algorithm>

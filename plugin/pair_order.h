@@ -3,6 +3,7 @@
 #pragma once
 
 #include "broad/pair.h"
+#include "plugin/precision.h"
 
 #include <cstddef>
 #include <cstdint>

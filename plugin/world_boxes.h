@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "broad/api.h"
+#include "plugin/precision.h"
+
 #include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
 
 #include <cstddef>
@@ -42,7 +45,7 @@ struct WorldBoxesStats
 ///
 /// cullet::Broadphase takes boxes from the threads directly while it has no ghosts; any other broad phase gets them
 /// from the calling thread, by ascending index, as from Bullet.
-class WorldBoxes
+class CULLET_API WorldBoxes
 {
 public:
     /// Objects per task. Below two tasks Bullet's own function is as fast.

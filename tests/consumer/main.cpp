@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 
 // Uses cullet as a user does: compiles if the headers are found under their installed name, links if the libraries bring
-// what they need, and passes if a ball comes to rest on the ground of a world with cullet's broad phase.
+// what they need, and passes if a ball comes to rest on the ground of a world with cullet's classes.
 
 #include <btBulletDynamicsCommon.h>
 
@@ -10,16 +10,20 @@
 #include <cstdio>
 #include <cullet/broad/backend.h>
 #include <cullet/plugin/broadphase.h>
+#include <cullet/plugin/convex_dispatcher.h>
+#include <cullet/plugin/pair_cache.h>
+#include <cullet/plugin/world.h>
 #include <memory>
 #include <string>
 
 int main()
 {
     btDefaultCollisionConfiguration configuration;
-    btCollisionDispatcher dispatcher(&configuration);
-    cullet::Broadphase broadphase;
+    cullet::Dispatcher dispatcher(&configuration);
+    cullet::PairCache pairs;
+    cullet::Broadphase broadphase(&pairs);
     btSequentialImpulseConstraintSolver solver;
-    btDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
+    cullet::World<btDiscreteDynamicsWorld> world(&dispatcher, &broadphase, &solver, &configuration);
 
     btBoxShape groundShape(btVector3(10, 1, 10));
     btRigidBody ground(btRigidBody::btRigidBodyConstructionInfo(0, nullptr, &groundShape));

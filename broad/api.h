@@ -1,0 +1,9 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+/// Marks what users of the shared library may call or derive from; everything else is hidden inside it.
+///
+/// Goes on whole classes (so that their vtable and type information are one in the process) and on free functions that
+/// are not inline. Templates and inline functions need none.
+#define CULLET_API __attribute__((visibility("default")))
