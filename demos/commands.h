@@ -14,5 +14,6 @@ using Action = std::function<int()>;
 
 void addRunCommand(CLI::App& program, Action& chosen);
 void addBenchCommand(CLI::App& program, Action& chosen);
+void addFigureCommand(CLI::App& program, Action& chosen);
 void addListCommand(CLI::App& program, Action& chosen);
 }  // namespace cullet

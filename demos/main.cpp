@@ -21,6 +21,7 @@ int parseAndRun(int argc, char** argv)
     cullet::Action chosen;
     cullet::addRunCommand(program, chosen);
     cullet::addBenchCommand(program, chosen);
+    cullet::addFigureCommand(program, chosen);
     cullet::addListCommand(program, chosen);
     try
     {

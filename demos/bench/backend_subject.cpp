@@ -23,7 +23,7 @@ class BackendSubject : public Subject
 {
 public:
     explicit BackendSubject(const SubjectRequest& request)
-        : m_backend(findBackend(request.name)->make(request.threads)),
+        : m_backend(makeBackend(request.name, request.threads)),
           m_threads(request.threads > 0 ? request.threads
                                         : static_cast<int>(std::thread::hardware_concurrency()))
     {

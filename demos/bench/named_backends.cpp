@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "demos/bench/named_backends.h"
 
+#include <algorithm>
+#include <cstdlib>
 #include <stdexcept>
 
 namespace cullet
@@ -64,10 +66,10 @@ NamedBackend fixedLevels(const char* name, const char* what, std::uint32_t level
             }};
 }
 
-Made makeCuda(int)
+Made makeCuda(const PsapOptions& options)
 {
     std::string why;
-    Made backend = makeCudaPsapBackend({}, &why);
+    Made backend = makeCudaPsapBackend(options, &why);
     if (!backend)
         throw std::runtime_error("backend cuda: " + why);
     return backend;
@@ -77,6 +79,33 @@ Made makeCuda(int)
 bool isChoice(const std::string& name)
 {
     return name.rfind("grid-", 0) == 0 && name != "grid-cells";
+}
+
+template <class Change>
+Made makeCudaLiteral(Change change)
+{
+    PsapOptions options;
+    options.variant = PsapVariant::Literal;
+    change(options);
+    return makeCuda(options);
+}
+
+void setCells(PsapOptions& options, double count)
+{
+    options.cells = PsapCells::FixedCount;
+    options.cellCount = static_cast<std::uint32_t>(std::min(std::max(count, 1.0), 1e9));
+}
+
+/// The number behind the colon.
+double numberOf(const std::string& name)
+{
+    const std::string text = name.substr(name.find(':') + 1);
+    char* end = nullptr;
+    const double number = std::strtod(text.c_str(), &end);
+    if (text.empty() || *end != '\0' || !(number > 0.0) || !(number < 1e9))
+        throw std::invalid_argument("backend '" + name +
+                                    "': a number > 0 and < 1e9 expected after the colon");
+    return number;
 }
 
 // Cells as many as Liu et al. take for scenes of this size, and enough for the shift to show its rounding.
@@ -91,7 +120,12 @@ const std::vector<NamedBackend>& namedBackends()
         {"grid-cells", "cullet: the same with the lecture's cells",
          [](int) { return makeCells([](GridOptions&) {}); }},
         {"brute", "cullet: every box against every other", [](int) { return makeBruteForceBackend(); }},
-        {"cuda", "cullet on an NVIDIA GPU", makeCuda},
+        {"cuda", "cullet on an NVIDIA GPU", [](int) { return makeCuda({}); }},
+        {"cuda-literal", "psap-literal on an NVIDIA GPU",
+         [](int) { return makeCudaLiteral([](PsapOptions&) {}); }},
+        {"cuda-thesis", "psap-thesis on an NVIDIA GPU",
+         [](int)
+         { return makeCudaLiteral([](PsapOptions& options) { options.cells = PsapCells::Thesis; }); }},
         {"cells-incremental", "cells, only changed ones are touched",
          [](int) { return makeCells([](GridOptions& options) { options.rebuildFraction = 1; }); }},
         {"cells-rebuild", "cells, cleared and filled in every update",
@@ -200,12 +234,46 @@ const std::vector<NamedBackend>& namedBackends()
     return backends;
 }
 
-const NamedBackend* findBackend(const std::string& name)
+const std::vector<NumberedBackend>& numberedBackends()
+{
+    static const std::vector<NumberedBackend> backends = {
+        {"psap-cells:N", "psap-literal with N cells",
+         [](int threads, double number)
+         { return makeLiteral(threads, [=](PsapOptions& options) { setCells(options, number); }); }},
+        {"psap-rows:N", "psap with rows of N largest boxes width",
+         [](int threads, double number) {
+             return makePsap(threads,
+                             [=](PsapOptions& options) { options.cellScale = static_cast<float>(number); });
+         }},
+        {"grid-rows:N", "grid with rows of N largest boxes width",
+         [](int threads, double number) {
+             return makeGrid(threads,
+                             [=](GridOptions& options) { options.cellScale = static_cast<float>(number); });
+         }},
+        {"cuda-cells:N", "psap-cells:N on an NVIDIA GPU",
+         [](int, double number)
+         { return makeCudaLiteral([=](PsapOptions& options) { setCells(options, number); }); }},
+    };
+    return backends;
+}
+
+std::string listedName(const std::string& name)
+{
+    const std::size_t colon = name.find(':');
+    return colon == std::string::npos ? name : name.substr(0, colon) + ":N";
+}
+
+std::unique_ptr<Backend> makeBackend(const std::string& name, int threads)
 {
     for (const NamedBackend& backend : namedBackends())
     {
         if (name == backend.name)
-            return &backend;
+            return backend.make(threads);
+    }
+    for (const NumberedBackend& backend : numberedBackends())
+    {
+        if (listedName(name) == backend.name)
+            return backend.make(threads, numberOf(name));
     }
     return nullptr;
 }
@@ -216,7 +284,7 @@ std::vector<std::string> ablationNames()
     for (const NamedBackend& backend : namedBackends())
     {
         const std::string name = backend.name;
-        if (name != "brute" && name != "cuda" && !isChoice(name))
+        if (name != "brute" && name.compare(0, 4, "cuda") != 0 && !isChoice(name))
             names.push_back(name);
     }
     return names;

@@ -20,11 +20,26 @@ struct NamedBackend
     std::function<std::unique_ptr<Backend>(int threads)> make;
 };
 
-/// Every backend, the default one first.
+/// Every backend without a number, the default one first.
 const std::vector<NamedBackend>& namedBackends();
 
-/// The backend of that name, or null.
-const NamedBackend* findBackend(const std::string& name);
+/// A backend whose name ends in a number of the user's: "psap-cells:900".
+struct NumberedBackend
+{
+    const char* name;  ///< ends in ":N"
+    const char* summary;
+    std::unique_ptr<Backend> (*make)(int threads, double number);
+};
+
+const std::vector<NumberedBackend>& numberedBackends();
+
+/// The name as the lists have it: "psap-cells:900" becomes "psap-cells:N".
+std::string listedName(const std::string& name);
+
+/// @param threads as in NamedBackend::make
+/// @return null when it cannot run here, or there is no such backend
+/// @throws std::invalid_argument for a number that is none or not positive; std::runtime_error as in NamedBackend::make
+std::unique_ptr<Backend> makeBackend(const std::string& name, int threads);
 
 /// What "ablation" stands for: all CPU backends but brute force.
 std::vector<std::string> ablationNames();

@@ -18,7 +18,7 @@ const SubjectInfo& findSubject(const std::string& name)
     std::string known;
     for (const SubjectInfo& info : subjectNames())
     {
-        if (name == info.name)
+        if (listedName(name) == info.name)
             return info;
         known += std::string(known.empty() ? "" : ", ") + info.name;
     }
@@ -32,6 +32,8 @@ const std::vector<SubjectInfo>& subjectNames()
     {
         std::vector<SubjectInfo> all;
         for (const NamedBackend& backend : namedBackends())
+            all.push_back({backend.name, backend.summary, true});
+        for (const NumberedBackend& backend : numberedBackends())
             all.push_back({backend.name, backend.summary, true});
         all.push_back({"auto", "cullet's own choice", false});
         all.push_back({"dbvt", "Bullet's btDbvtBroadphase as shipped", false});

@@ -1,20 +1,28 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: the cullet authors
 # SPDX-License-Identifier: Zlib
-"""Draws the figures of docs/figures from the data files of one machine (needs python3-matplotlib).
+"""Draws figures from measured data (needs python3-matplotlib).
 
-usage: plot.py RESULTS_FOLDER OUT_FOLDER      e.g. demos/plots/plot.py demos/results/nvidia-h200 docs/figures
+usage: plot.py --figures FOLDER [NAME...] [--to OUT_FOLDER]
+           what `cullet figure` has measured: NAME.svg and NAME.png for every NAME.csv in FOLDER
+       plot.py RESULTS_FOLDER OUT_FOLDER
+           scaling, threads and settling of docs/figures, e.g. plot.py demos/results/nvidia-h200 docs/figures
 """
 import csv
 import glob
 import os
 import sys
 
-import matplotlib
+try:
+    import matplotlib
+except ImportError:
+    sys.exit("plot.py: no matplotlib for this Python (Debian: apt install python3-matplotlib, then /usr/bin/python3)")
 
 matplotlib.use("Agg")
 matplotlib.rcParams["svg.hashsalt"] = "cullet"  # the same bytes in every run
 import matplotlib.pyplot as plt
+
+import figures
 
 
 def read(folder, pattern):
@@ -91,7 +99,35 @@ def draw_settling(source, target):
     save(figure, target, "settling")
 
 
+def draw_figures(source, target, names):
+    """SVG and PNG of `cullet figure`'s CSV files; a file without rows is left out."""
+    names = names or [name for name in figures.DRAWN if os.path.exists(os.path.join(source, name + ".csv"))]
+    if not names:
+        sys.exit(f"plot.py: no CSV file of `cullet figure` in {source}")
+    os.makedirs(target, exist_ok=True)
+    for name in names:
+        if name not in figures.DRAWN:
+            sys.exit(f"plot.py: unknown figure {name}; known: {', '.join(figures.DRAWN)}")
+        rows = read(source, name)
+        if not rows:
+            print(f"plot.py: {name}.csv has no rows", file=sys.stderr)
+            continue
+        figure = figures.draw(name, rows)
+        figure.savefig(os.path.join(target, name + ".svg"), metadata={"Date": None})
+        figure.savefig(os.path.join(target, name + ".png"), dpi=100, metadata={"Software": None})
+        plt.close(figure)
+
+
 def main():
+    if len(sys.argv) > 2 and sys.argv[1] == "--figures":
+        source, *names = sys.argv[2:]
+        target = source
+        if "--to" in names[:-1]:
+            place = names.index("--to")
+            target = names[place + 1]
+            del names[place:place + 2]
+        draw_figures(source, target, names)
+        return
     if len(sys.argv) != 3:
         sys.exit(__doc__)
     source, target = sys.argv[1:]

@@ -1,0 +1,129 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/command_bench.h"
+#include "demos/figures/figure.h"
+#include "demos/figures/plots.h"
+#include "demos/program/exit_code.h"
+#include "demos/program/interrupt.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+namespace cullet
+{
+namespace
+{
+struct FigureCommand
+{
+    std::vector<std::string> names;
+    std::string out = "figures";
+    bool noPlots = false;
+    std::string precision = ownPrecision();
+    FigureOptions options;
+};
+
+std::vector<std::string> knownNames()
+{
+    std::vector<std::string> names;
+    for (const FigureInfo& figure : figures())
+        names.emplace_back(figure.name);
+    names.emplace_back("all");
+    return names;
+}
+
+std::vector<const FigureInfo*> chosenFigures(const std::vector<std::string>& names)
+{
+    std::vector<const FigureInfo*> chosen;
+    for (const FigureInfo& figure : figures())
+    {
+        for (const std::string& name : names)
+        {
+            if (name == figure.name || name == "all")
+            {
+                chosen.push_back(&figure);
+                break;
+            }
+        }
+    }
+    return chosen;
+}
+
+void makeFolder(const std::string& path)
+{
+    std::error_code error;
+    std::filesystem::create_directories(path, error);
+    if (error)
+        throw ProgramError(kExitOutput, "folder '" + path + "': " + error.message());
+}
+
+/// @return whether there is something to draw
+bool measureFigure(const FigureInfo& figure, const FigureCommand& command)
+{
+    const std::string path = command.out + "/" + figureFileName(figure.name) + ".csv";
+    ResultFile file({{"command", "figure"}, {"figure", figure.name}}, "", path);
+    try
+    {
+        figure.measure(command.options, file);
+    }
+    catch (const ProgramError&)
+    {
+        file.save();
+        throw;
+    }
+    file.save();
+    return !file.rows().empty();
+}
+
+int runFigures(const FigureCommand& command)
+{
+    requireReleaseBuild();
+    makeFolder(command.out);
+    printHead();
+    const std::vector<const FigureInfo*> chosen = chosenFigures(command.names);
+    std::vector<std::string> files;
+    for (std::size_t i = 0; i < chosen.size() && !isInterrupted(); ++i)
+    {
+        std::fprintf(stderr, "figure %s (%zu of %zu): %s\n", chosen[i]->name, i + 1, chosen.size(),
+                     chosen[i]->summary);
+        if (measureFigure(*chosen[i], command))
+            files.push_back(figureFileName(chosen[i]->name));
+    }
+    if (!files.empty() && !command.noPlots)
+        drawFigures(command.out, files);
+    return isInterrupted() ? kExitInterrupted : kExitOk;
+}
+}  // namespace
+
+void addFigureCommand(CLI::App& program, Action& chosen)
+{
+    CLI::App* command = program.add_subcommand(
+        "figure", "Measure and draw the thesis's figures and others: CSV, SVG and PNG");
+    std::string footer = "Figures:\n";
+    for (const FigureInfo& figure : figures())
+    {
+        footer += std::string("  ") + figure.name + std::string(10 - std::string(figure.name).size(), ' ') +
+                  figure.summary + "\n";
+    }
+    footer += "Examples:\n  cullet figure 10 --quick\n  cullet figure all --out /tmp/figures";
+    command->footer(footer);
+    const auto settings = std::make_shared<FigureCommand>();
+    command->add_option("name", settings->names, "one or several, or all")
+        ->required()
+        ->check(CLI::IsMember(knownNames()));
+    command->add_flag("--quick", settings->options.quick, "smaller worlds, fewer frames");
+    command->add_option("--out", settings->out, "folder for the files")->capture_default_str();
+    command->add_flag("--no-plots", settings->noPlots, "CSV files only");
+    command->add_option("--bodies", settings->options.bodies, "sizes of worlds instead of the figure's own")
+        ->delimiter(',')
+        ->check(CLI::Range(2, 100000000));
+    command->add_option("--most", settings->options.most, "leave out larger worlds")
+        ->check(CLI::Range(1000, 100000000));
+    command->add_option("--precision", settings->precision, "of Bullet")
+        ->capture_default_str()
+        ->check(CLI::IsMember({"float", "double"}));
+    command->add_option("--seed", settings->options.seed, "of the scenes")->capture_default_str();
+    command->add_flag("--quiet", settings->options.quiet, "no progress bar");
+    command->callback([=, &chosen] { chosen = [=] { return runFigures(*settings); }; });
+}
+}  // namespace cullet

@@ -1,0 +1,220 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/bench/broad_options.h"
+#include "demos/bench/frames_bench.h"
+#include "demos/figures/figure.h"
+#include "demos/program/interrupt.h"
+#include "demos/scenes/box_scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <map>
+#include <thread>
+
+// The figures that are made of `bench broad`: each case is measured by runFramesBench(), with its checks of the pairs.
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+using Names = std::vector<std::string>;
+
+/// Cubes, so that they are evenly spaced on the thesis's cubic axis.
+const std::vector<std::uint32_t> kCubes = {1000,   8000,   27000,   64000,   125000,
+                                           216000, 512000, 1000000, 4096000, 16777216};
+
+BroadOptions broadOptions(const FigureOptions& options, const Names& backends)
+{
+    BroadOptions broad;
+    broad.backends = backends;
+    broad.threads = 1;
+    broad.frames = options.quick ? 5 : 9;
+    broad.warmup = options.quick ? 1 : 3;
+    broad.budget = options.quick ? 1.0 : 6.0;
+    broad.seed = options.seed;
+    broad.quiet = options.quiet;
+    return broad;
+}
+
+void measure(const BroadOptions& broad, const std::string& scene, std::uint32_t bodies, ResultFile& file)
+{
+    if (!isInterrupted())
+        runFramesBench({broad, scene, bodies, false}, file);
+}
+
+/// Side of the cube that a scene fills.
+double sideOf(const std::string& scene, std::uint32_t bodies, std::uint64_t seed)
+{
+    const auto boxes = findBoxScene(scene)->make({bodies, false, seed});
+    double side = 0.0;
+    for (const Aabb& box : boxes->boxes())
+        side = std::max({side, double(box.max[0]), double(box.max[1]), double(box.max[2])});
+    return side;
+}
+
+/// "psap-cells:N" for square cells of this edge.
+std::string cellsOfEdge(const std::string& prefix, double side, double edge)
+{
+    const double across = std::max(1.0, std::ceil(side / edge));
+    return prefix + std::to_string(static_cast<std::uint64_t>(across * across));
+}
+
+/// The thesis's fixed cells: one and a half times as wide as a sphere of radius 1.
+constexpr double kFixedEdge = 3.0;
+
+Names backendsOfFigure10(std::uint32_t bodies, std::uint64_t seed)
+{
+    constexpr std::uint32_t kMostOnCpu = 4096000;
+    constexpr std::uint32_t kMostByThesisOnCpu = 216000;
+    constexpr std::uint32_t kMostByThesisOnGpu = 1000000;
+    const double side = sideOf("W1", bodies, seed);
+    Names names;
+    if (bodies <= kMostByThesisOnCpu)
+        names.emplace_back("psap-thesis");
+    if (bodies <= kMostOnCpu)
+        names.insert(names.end(), {cellsOfEdge("psap-cells:", side, kFixedEdge), "psap-literal", "psap"});
+    names.emplace_back("grid");
+    if (!hasCudaDevice())
+        return names;
+    if (bodies <= kMostByThesisOnGpu)
+        names.emplace_back("cuda-thesis");
+    names.insert(names.end(), {cellsOfEdge("cuda-cells:", side, kFixedEdge), "cuda-literal", "cuda"});
+    return names;
+}
+
+struct Line
+{
+    double sumX = 0, sumY = 0, sumXX = 0, sumXY = 0;
+    int count = 0;
+
+    void add(double x, double y)
+    {
+        sumX += x;
+        sumY += y;
+        sumXX += x * x;
+        sumXY += x * y;
+        ++count;
+    }
+
+    double slope() const { return (count * sumXY - sumX * sumY) / (count * sumXX - sumX * sumX); }
+};
+
+/// Exponent of time against bodies by least squares of the logarithms, for each backend with two sizes or more.
+std::map<std::string, Line> fitExponents(const std::vector<Json>& rows)
+{
+    std::map<std::string, Line> lines;
+    for (const Json& row : rows)
+        lines[row["backend"].get<std::string>() + " through " + row["through"].get<std::string>()].add(
+            std::log(row["bodies"].get<double>()), std::log(row["median_ms"].get<double>()));
+    return lines;
+}
+
+void addWithExponents(const ResultFile& measured, ResultFile& file)
+{
+    const std::map<std::string, Line> lines = fitExponents(measured.rows());
+    for (Json row : measured.rows())
+    {
+        const Line& line =
+            lines.at(row["backend"].get<std::string>() + " through " + row["through"].get<std::string>());
+        row["exponent"] = line.count < 2 ? Json() : Json(line.slope());
+        file.addRow(std::move(row));
+    }
+    for (const auto& [name, line] : lines)
+    {
+        if (line.count >= 2)
+            std::printf("%-28s time grows as bodies^%.2f\n", name.c_str(), line.slope());
+    }
+}
+}  // namespace
+
+void measureFigure10(const FigureOptions& options, ResultFile& file)
+{
+    for (const std::uint32_t bodies : sizesOf(options, kCubes, 64000, 1000000))
+    {
+        const BroadOptions broad = broadOptions(options, backendsOfFigure10(bodies, options.seed));
+        measure(broad, "W1", bodies, file);
+    }
+}
+
+void measureCellSize(const FigureOptions& options, ResultFile& file)
+{
+    constexpr double kBoxSide = 2.0;
+    for (const std::uint32_t bodies : sizesOf(options, {16000, 64000}, 16000, 64000))
+    {
+        const double side = sideOf("W1", bodies, options.seed);
+        std::map<std::string, double> edges = {{"psap-thesis", 0.0}, {"psap-literal", 0.0}, {"grid", 0.0}};
+        for (const double edge : {1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 20.0})
+        {
+            edges[cellsOfEdge("psap-cells:", side, edge * kBoxSide)] = edge;
+            Json width = edge;
+            edges["grid-rows:" + width.dump()] = edge;
+        }
+        Names names;
+        std::transform(edges.begin(), edges.end(), std::back_inserter(names),
+                       [](const auto& entry) { return entry.first; });
+        ResultFile measured({}, "", "");
+        measure(broadOptions(options, names), "W1", bodies, measured);
+        for (Json row : measured.rows())
+        {
+            const double edge = edges.at(row["backend"]);
+            row["cell_edge"] = edge == 0.0 ? Json() : Json(edge);
+            file.addRow(std::move(row));
+        }
+    }
+}
+
+void measureScaling(const FigureOptions& options, ResultFile& file)
+{
+    constexpr std::uint32_t kMostThroughBullet = 1000000;
+    const std::uint32_t mostForTree = options.quick ? 16000 : 256000;
+    ResultFile measured({}, "", "");
+    for (const std::uint32_t bodies :
+         sizesOf(options, {1000, 4000, 16000, 64000, 256000, 1000000, 4000000, 16000000}, 64000, 4000000))
+    {
+        BroadOptions broad = broadOptions(options, {"grid"});
+        if (hasCudaDevice())
+            broad.backends.emplace_back("cuda");
+        measure(broad, "W1", bodies, measured);
+        broad.through = "bullet";
+        broad.backends = {"grid"};
+        if (bodies <= mostForTree)
+            broad.backends.insert(broad.backends.end(), {"dbvt", "dbvt-deferred"});
+        if (bodies <= kMostThroughBullet)
+            measure(broad, "W1", bodies, measured);
+    }
+    addWithExponents(measured, file);
+}
+
+void measureCrossover(const FigureOptions& options, ResultFile& file)
+{
+    Names names = {"grid"};
+    if (hasCudaDevice())
+        names.emplace_back("cuda");
+    for (const char* scene : {"W1", "W3fresh"})
+    {
+        for (const std::uint32_t bodies :
+             sizesOf(options, {512, 1024, 2048, 4096, 8192, 16384, 32768, 65536}, 16384, 65536))
+            measure(broadOptions(options, names), scene, bodies, file);
+    }
+}
+
+void measureThreads(const FigureOptions& options, ResultFile& file)
+{
+    const int cores = static_cast<int>(std::thread::hardware_concurrency());
+    for (const char* scene : {"W1", "W2", "W5"})
+    {
+        for (const std::uint32_t bodies : sizesOf(options, {64000, 1000000}, 64000, 1000000))
+        {
+            for (int threads = 1; threads <= cores; threads *= 2)
+            {
+                BroadOptions broad = broadOptions(options, {"grid"});
+                broad.threads = threads;
+                measure(broad, scene, bodies, file);
+            }
+        }
+    }
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,71 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/figures/figure.h"
+
+#include "broad/backend.h"
+
+#include <algorithm>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+const std::vector<FigureInfo>& figures()
+{
+    static const std::vector<FigureInfo> all = {
+        {"10", "time against bodies: the thesis's cells, cells of size 3, and ours", measureFigure10},
+        {"11", "ISA-GJK against triangles, with and without hill climbing", measureFigure11},
+        {"12", "pairs against bodies, beside what probability expects", measureFigure12},
+        {"13", "broad and narrow phase of the whole system against bodies", measureFigure13},
+        {"cell-size", "time against the size of a cell", measureCellSize},
+        {"scaling", "time against bodies, with fitted exponents, beside DBVT", measureScaling},
+        {"phases", "share of each phase of Bullet's step, before and after", measurePhases},
+        {"crossover", "where a GPU begins to pay", measureCrossover},
+        {"threads", "speed-up by threads", measureThreads},
+    };
+    return all;
+}
+
+const FigureInfo* findFigure(const std::string& name)
+{
+    for (const FigureInfo& figure : figures())
+    {
+        if (name == figure.name)
+            return &figure;
+    }
+    return nullptr;
+}
+
+std::string figureFileName(const std::string& name)
+{
+    const bool isOfTheThesis = name.find_first_not_of("0123456789") == std::string::npos;
+    return isOfTheThesis ? "figure" + name : name;
+}
+
+bool hasCudaDevice()
+{
+    static const bool answer = []
+    {
+        std::string why;
+        return makeCudaPsapBackend({}, &why) != nullptr;
+    }();
+    return answer;
+}
+
+std::vector<std::uint32_t> sizesOf(const FigureOptions& options, const std::vector<std::uint32_t>& own,
+                                   std::uint32_t quick, std::uint32_t most)
+{
+    if (!options.bodies.empty())
+        return options.bodies;
+    std::uint32_t limit = hasCudaDevice() ? own.back() : most;
+    if (options.quick)
+        limit = quick;
+    if (options.most != 0)
+        limit = options.most;
+    std::vector<std::uint32_t> sizes;
+    std::copy_if(own.begin(), own.end(), std::back_inserter(sizes),
+                 [limit](std::uint32_t bodies) { return bodies <= limit; });
+    return sizes;
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

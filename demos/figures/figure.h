@@ -1,0 +1,66 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "demos/program/result_file.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+/// Options of `cullet figure`.
+struct FigureOptions
+{
+    bool quick = false;                 ///< smaller worlds and fewer frames
+    std::vector<std::uint32_t> bodies;  ///< instead of the figure's own sizes; ascending
+    std::uint32_t most = 0;             ///< leaves out larger worlds; 0: a limit of the figure's own
+    std::uint64_t seed = 12345;
+    bool quiet = false;
+};
+
+/// A figure: what it measures goes into one result file, which demos/plots/plot.py draws.
+struct FigureInfo
+{
+    const char* name;
+    const char* summary;
+    /// Stops early, with what it has, when the user interrupts.
+    void (*measure)(const FigureOptions& options, ResultFile& file);
+};
+
+/// Every figure, in the order of `figure all`.
+const std::vector<FigureInfo>& figures();
+
+/// The figure of that name ("10", "cell-size"), or null.
+const FigureInfo* findFigure(const std::string& name);
+
+/// Name of the files of a figure, without ending: "figure10", "cell-size".
+std::string figureFileName(const std::string& name);
+
+/// Whether a CUDA device answers.
+bool hasCudaDevice();
+
+/// The sizes of worlds that a figure measures.
+///
+/// @param own   the figure's own, ascending
+/// @param quick those of them that --quick keeps are not larger
+/// @param most  the figure's own limit where no GPU answers
+std::vector<std::uint32_t> sizesOf(const FigureOptions& options, const std::vector<std::uint32_t>& own,
+                                   std::uint32_t quick, std::uint32_t most);
+
+// What the figures show is told in docs/results.md.
+
+void measureFigure10(const FigureOptions& options, ResultFile& file);
+void measureFigure11(const FigureOptions& options, ResultFile& file);
+void measureFigure12(const FigureOptions& options, ResultFile& file);
+void measureFigure13(const FigureOptions& options, ResultFile& file);
+void measureCellSize(const FigureOptions& options, ResultFile& file);
+void measureScaling(const FigureOptions& options, ResultFile& file);
+void measurePhases(const FigureOptions& options, ResultFile& file);
+void measureCrossover(const FigureOptions& options, ResultFile& file);
+void measureThreads(const FigureOptions& options, ResultFile& file);
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

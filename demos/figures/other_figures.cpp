@@ -1,0 +1,46 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/bench/narrow_bench.h"
+#include "demos/bench/world_bench.h"
+#include "demos/figures/figure.h"
+
+// The figures that are made of `bench narrow` and `bench world`.
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+void measureFigure11(const FigureOptions& options, ResultFile& file)
+{
+    NarrowOptions narrow;
+    narrow.shapes = {"ico12", "ico42", "ico162", "ico642"};
+    if (!options.quick)
+        narrow.shapes.emplace_back("ico2562");
+    narrow.regimes = {"separated", "overlapping"};
+    narrow.algorithms = {"cullet"};
+    narrow.temperatures = {"cold"};
+    narrow.supports = {"linear", "climb", "climb-artificial", "cubemap", "automatic"};
+    narrow.repetitions = options.quick ? 2 : 5;
+    narrow.seed = static_cast<unsigned>(options.seed);
+    runNarrowBench(narrow, file);
+}
+
+void measurePhases(const FigureOptions& options, ResultFile& file)
+{
+    WorldOptions world;
+    world.backends = {"dbvt", "grid"};
+    world.narrow = {"bullet", "dispatcher"};
+    world.threads = 1;
+    world.seed = options.seed;
+    world.quiet = options.quiet;
+    world.windows = {{"falling", 20, 30}, {"settled", 180, 200}};
+    if (options.quick)
+        world.windows = {{"falling", 5, 10}, {"settled", 50, 60}};
+    world.bodies = sizesOf(options, {1000, 8000}, 1000, 8000).back();
+    for (const char* scene : {"boxes", "hulls"})
+    {
+        world.scene = scene;
+        runWorldBench(world, file);
+    }
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

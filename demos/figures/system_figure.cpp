@@ -1,0 +1,239 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "broad/proxy_table.h"
+#include "demos/bench/named_backends.h"
+#include "demos/figures/figure.h"
+#include "demos/program/exit_code.h"
+#include "demos/program/interrupt.h"
+#include "demos/program/precision.h"
+#include "demos/program/progress.h"
+#include "demos/program/statistics.h"
+#include "demos/program/stopwatch.h"
+#include "demos/scenes/box_scene.h"
+#include "demos/scenes/exact_pairs.h"
+#include "demos/scenes/hull_points.h"
+#include "narrow/isa_gjk.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <deque>
+#include <iterator>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+constexpr float kMargin = 0.05f;  // Bullet's default
+
+/// The thesis's bodies: spheres of 80 triangles, each turned at random.
+class Spheres
+{
+public:
+    Spheres(std::size_t count, std::uint64_t seed) : m_hull(hullOf<float>(icoPoints(1)))
+    {
+        std::mt19937 engine(static_cast<unsigned>(seed));
+        for (std::size_t i = 0; i < count; ++i)
+            m_bases.push_back(randomRotation(engine).cast<float>());
+    }
+
+    PosedHull<float> posed(std::uint32_t row, const Aabb& box, SupportMethod method) const
+    {
+        const Eigen::Vector3f low(box.min[0], box.min[1], box.min[2]);
+        const Eigen::Vector3f high(box.max[0], box.max[1], box.max[2]);
+        return {m_hull, m_bases[row], 0.5f * (low + high), method};
+    }
+
+private:
+    Hull<float> m_hull;
+    std::vector<Eigen::Matrix3f> m_bases;
+};
+
+struct Configuration
+{
+    const char* name;
+    const char* broad;
+    SupportMethod support;
+    bool isWarm;  ///< a pair remembers its last query
+};
+
+/// A broad phase that keeps the list of its pairs, and a narrow phase that asks each of them.
+class System
+{
+public:
+    explicit System(const Configuration& configuration)
+        : m_configuration(configuration), m_backend(makeBackend(configuration.broad, 1))
+    {
+    }
+
+    const Configuration& configuration() const { return m_configuration; }
+    std::vector<double> broadMs, narrowMs;
+    PairDigest touching;
+    std::size_t pairCount() const { return m_pairs.size(); }
+
+    void create(const std::vector<Aabb>& boxes)
+    {
+        for (const Aabb& box : boxes)
+            m_table.create(box, m_table.size() + 1, {1, -1});
+    }
+
+    /// @return wall time of both phases
+    void step(const BoxScene& scene, const Spheres& spheres, bool isTimed)
+    {
+        const Stopwatch broad;
+        for (const std::uint32_t row : scene.moved())
+            m_table.setBox(row, scene.boxes()[row]);
+        updatePairs();
+        const double broadTime = broad.wallMs();
+        const Stopwatch narrow;
+        askAll(scene.boxes(), spheres);
+        if (!isTimed)
+            return;
+        broadMs.push_back(broadTime);
+        narrowMs.push_back(narrow.wallMs());
+    }
+
+private:
+    void updatePairs()
+    {
+        const Status status = m_backend->update(m_table.beginUpdate(kMargin, false), m_delta);
+        m_table.endUpdate();
+        if (status != Status::Ok)
+            throw std::runtime_error(std::string("backend ") + m_configuration.broad + " failed");
+        m_next.clear();
+        std::set_difference(m_pairs.begin(), m_pairs.end(), m_delta.removed.begin(), m_delta.removed.end(),
+                            std::back_inserter(m_next));
+        const auto middle = static_cast<std::ptrdiff_t>(m_next.size());
+        m_next.insert(m_next.end(), m_delta.added.begin(), m_delta.added.end());
+        std::inplace_merge(m_next.begin(), m_next.begin() + middle, m_next.end());
+        m_pairs.swap(m_next);
+    }
+
+    /// The caches of the last frame's pairs go with those that are still there.
+    void followPairs()
+    {
+        m_nextCaches.assign(m_pairs.size(), {});
+        std::size_t old = 0;
+        for (std::size_t i = 0; i < m_pairs.size() && m_configuration.isWarm; ++i)
+        {
+            while (old < m_cachedPairs.size() && m_cachedPairs[old] < m_pairs[i])
+                ++old;
+            if (old < m_cachedPairs.size() && m_cachedPairs[old] == m_pairs[i])
+                m_nextCaches[i] = m_caches[old];
+        }
+        m_caches.swap(m_nextCaches);
+        m_cachedPairs = m_pairs;
+    }
+
+    void askAll(const std::vector<Aabb>& boxes, const Spheres& spheres)
+    {
+        followPairs();
+        touching = {};
+        for (std::size_t i = 0; i < m_pairs.size(); ++i)
+        {
+            const std::uint32_t a = m_pairs[i].first - 1;
+            const std::uint32_t b = m_pairs[i].second - 1;
+            const auto result =
+                isaGjk(spheres.posed(a, boxes[a], m_configuration.support),
+                       spheres.posed(b, boxes[b], m_configuration.support), 0.0f, m_caches[i]);
+            if (result.state == GjkState::Overlapping)
+                touching.add(m_pairs[i]);
+        }
+    }
+
+    Configuration m_configuration;
+    std::unique_ptr<Backend> m_backend;
+    ProxyTable m_table;
+    PairDelta m_delta;
+    std::vector<Pair> m_pairs, m_next, m_cachedPairs;  ///< unique ids are rows + 1
+    std::vector<GjkCache<float>> m_caches, m_nextCaches;
+};
+
+void requireSameAnswers(const std::deque<System>& systems, std::uint32_t bodies)
+{
+    for (const System& system : systems)
+    {
+        if (system.touching != systems.front().touching || system.pairCount() != systems.front().pairCount())
+            throw ProgramError(kExitDisagreement, "figure 13 with " + std::to_string(bodies) +
+                                                      " bodies: " + systems.front().configuration().name +
+                                                      " and " + system.configuration().name + " differ");
+    }
+}
+
+void addRow(const System& system, const char* phase, const std::vector<double>& times, std::uint32_t bodies,
+            ResultFile& file)
+{
+    const Statistics statistics = summarise(times);
+    std::printf("%-8s %-7s %-8s %8u bodies %9zu pairs %8llu touch  median %10.3f ms\n", "system",
+                system.configuration().name, phase, bodies, system.pairCount(),
+                static_cast<unsigned long long>(system.touching.count), statistics.median);
+    file.addRow({{"benchmark", std::string("figure13.") + phase},
+                 {"scene", "W1"},
+                 {"backend", system.configuration().broad},
+                 {"precision", ownPrecision()},
+                 {"threads", 1},
+                 {"bodies", bodies},
+                 {"pairs", system.pairCount()},
+                 {"median_ms", statistics.median},
+                 {"p90_ms", statistics.p90},
+                 {"min_ms", statistics.min},
+                 {"hash", toHex(system.touching.hash)},
+                 {"system", system.configuration().name},
+                 {"touching_pairs", system.touching.count}});
+}
+
+std::deque<System> makeSystems(std::uint32_t bodies)
+{
+    constexpr std::uint32_t kMostByThesis = 216000;
+    std::deque<System> systems;
+    if (bodies <= kMostByThesis)
+        systems.emplace_back(Configuration{"thesis", "psap-thesis", SupportMethod::Climb, false});
+    systems.emplace_back(Configuration{"cullet", "grid", SupportMethod::Automatic, true});
+    if (hasCudaDevice())
+        systems.emplace_back(Configuration{"cuda", "cuda", SupportMethod::Automatic, true});
+    return systems;
+}
+
+void measureSize(const FigureOptions& options, std::uint32_t bodies, ResultFile& file)
+{
+    constexpr int kWarmFrames = 2;
+    const int frames = kWarmFrames + (options.quick ? 3 : 7);
+    const auto scene = findBoxScene("W1")->make({bodies, false, options.seed});
+    const Spheres spheres(bodies, options.seed);
+    std::deque<System> systems = makeSystems(bodies);
+    for (System& system : systems)
+        system.create(scene->boxes());
+    Progress progress("figure 13 " + std::to_string(bodies), static_cast<std::uint64_t>(frames),
+                      options.quiet);
+    for (int frame = 0; frame < frames && !isInterrupted(); ++frame)
+    {
+        scene->step();
+        for (std::size_t i = 0; i < systems.size(); ++i)
+            systems[(i + static_cast<std::size_t>(frame)) % systems.size()].step(*scene, spheres,
+                                                                                 frame >= kWarmFrames);
+        requireSameAnswers(systems, bodies);
+        progress.show(static_cast<std::uint64_t>(frame + 1));
+    }
+    for (const System& system : systems)
+    {
+        if (system.broadMs.empty())
+            continue;
+        addRow(system, "broad", system.broadMs, bodies, file);
+        addRow(system, "narrow", system.narrowMs, bodies, file);
+    }
+}
+}  // namespace
+
+void measureFigure13(const FigureOptions& options, ResultFile& file)
+{
+    const std::vector<std::uint32_t> sizes = sizesOf(
+        options, {1000, 8000, 27000, 64000, 125000, 216000, 512000, 1000000, 4096000}, 64000, 1000000);
+    for (const std::uint32_t bodies : sizes)
+    {
+        if (!isInterrupted())
+            measureSize(options, bodies, file);
+    }
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet
