@@ -28,7 +28,8 @@ struct NamedQuery
 
 constexpr NamedQuery kQueries[] = {{"boolean", NarrowQuery::Boolean},
                                    {"distance", NarrowQuery::Distance},
-                                   {"contacts", NarrowQuery::Contacts}};
+                                   {"contacts", NarrowQuery::Contacts},
+                                   {"algorithm", NarrowQuery::Algorithm}};
 
 struct NamedSupport
 {

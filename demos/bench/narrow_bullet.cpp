@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "demos/bench/narrow_shape.h"
 #include "demos/bench/narrow_subject.h"
 
-#include <BulletCollision/CollisionShapes/btConvexHullShape.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>
 #include <BulletCollision/NarrowPhaseCollision/btPointCollector.h>
@@ -14,25 +14,13 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-btTransform transformOf(const Pose<btScalar>& pose)
-{
-    const auto& m = pose.basis;
-    return btTransform(
-        btMatrix3x3(m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2)),
-        btVector3(pose.origin.x(), pose.origin.y(), pose.origin.z()));
-}
-
 /// Bullet's detector as its convex algorithm calls it, with margin 0. It has one answer for all three queries.
 class BulletNarrow : public NarrowSubject
 {
 public:
     explicit BulletNarrow(const NarrowRequest& request)
     {
-        const Hull<btScalar>& hull = request.trajectories.hull();
-        for (int v = 0; v < hull.vertexCount(); ++v)
-            m_shape.addPoint(btVector3(hull.vertex(v).x(), hull.vertex(v).y(), hull.vertex(v).z()), false);
-        m_shape.recalcLocalAabb();
-        m_shape.setMargin(btScalar(0));
+        fillShape(request.trajectories.hull(), m_shape);
         for (const PairScene<btScalar>& scene : request.trajectories.scenes())
         {
             btGjkPairDetector::ClosestPointInput input;
@@ -69,6 +57,8 @@ private:
 
 std::unique_ptr<NarrowSubject> makeBulletNarrow(const NarrowRequest& request)
 {
+    if (request.query == NarrowQuery::Algorithm)
+        return makeAlgorithmNarrow(request, false);
     return std::make_unique<BulletNarrow>(request);
 }
 }  // namespace CULLET_PRECISION

@@ -16,6 +16,11 @@ constexpr double kLargestError = 1e-4;
 /// Of the queries of a trajectory, the share whose depths are checked.
 constexpr std::size_t kDepthStride = 101;
 constexpr int kMostVerticesOfDepth = 200;
+
+bool asksForContacts(NarrowQuery query)
+{
+    return query == NarrowQuery::Contacts || query == NarrowQuery::Algorithm;
+}
 }  // namespace
 
 NarrowErrors NarrowCheck::check(const std::vector<NarrowAnswer>& answers)
@@ -23,7 +28,7 @@ NarrowErrors NarrowCheck::check(const std::vector<NarrowAnswer>& answers)
     NarrowErrors errors;
     for (std::size_t i = 0; i < answers.size(); ++i)
     {
-        if (isBooleanWrong(i, answers[i]))
+        if (isBooleanWrong(i, answers[i]) || isContactMissing(i, answers[i]))
         {
             ++errors.wrong;
             continue;
@@ -43,6 +48,12 @@ bool NarrowCheck::isBooleanWrong(std::size_t query, const NarrowAnswer& answer)
     return (truth.isInside ? depth(query) : static_cast<double>(truth.upper)) >= kUndecided;
 }
 
+bool NarrowCheck::isContactMissing(std::size_t query, const NarrowAnswer& answer) const
+{
+    const double gap = static_cast<double>(m_trajectories.truth(query).upper);
+    return asksForContacts(m_query) && std::isnan(answer.distance) && gap < kContactDistance - kUndecided;
+}
+
 double NarrowCheck::errorOf(std::size_t query, const NarrowAnswer& answer)
 {
     const Bounds& truth = m_trajectories.truth(query);
@@ -53,7 +64,7 @@ double NarrowCheck::errorOf(std::size_t query, const NarrowAnswer& answer)
         return std::abs(answer.distance - static_cast<double>(truth.upper));
     const bool isSampled =
         query % kDepthStride == 0 && m_trajectories.hull().vertexCount() <= kMostVerticesOfDepth;
-    return m_query == NarrowQuery::Contacts && isSampled ? std::abs(answer.distance + depth(query)) : 0.0;
+    return asksForContacts(m_query) && isSampled ? std::abs(answer.distance + depth(query)) : 0.0;
 }
 
 double NarrowCheck::depth(std::size_t query)

@@ -15,8 +15,8 @@ inline namespace CULLET_PRECISION
 /// How far a library's answers are from the truth.
 struct NarrowErrors
 {
-    /// Booleans that are wrong though the gap or the depth is 1e-6 of the size or more, and distances and depths that
-    /// are off by more than 1e-4.
+    /// Booleans that are wrong though the gap or the depth is 1e-6 of the size or more, contacts that are missing, and
+    /// distances and depths that are off by more than 1e-4.
     std::int64_t wrong = 0;
     double largest = 0.0;  ///< error of a distance or a depth
 };
@@ -34,6 +34,7 @@ public:
 
 private:
     bool isBooleanWrong(std::size_t query, const NarrowAnswer& answer);
+    bool isContactMissing(std::size_t query, const NarrowAnswer& answer) const;
     /// Of the distance or depth; 0 where it is not checked.
     double errorOf(std::size_t query, const NarrowAnswer& answer);
     double depth(std::size_t query);

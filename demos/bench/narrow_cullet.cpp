@@ -132,6 +132,8 @@ constexpr int kReflections = 4;
 
 std::unique_ptr<NarrowSubject> makeCulletNarrow(const NarrowRequest& request)
 {
+    if (request.query == NarrowQuery::Algorithm)
+        return makeAlgorithmNarrow(request, true);
     return std::make_unique<CulletNarrow>(request, 0);
 }
 

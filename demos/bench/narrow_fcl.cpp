@@ -80,6 +80,8 @@ private:
 
 std::unique_ptr<NarrowSubject> makeFclNarrow(const NarrowRequest& request)
 {
+    if (request.query == NarrowQuery::Algorithm)
+        return nullptr;
     return std::make_unique<FclNarrow>(request);
 }
 }  // namespace CULLET_PRECISION

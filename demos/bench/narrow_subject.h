@@ -19,7 +19,8 @@ enum class NarrowQuery
 {
     Boolean,   ///< do the shapes overlap?
     Distance,  ///< how far apart are they; 0 if they overlap
-    Contacts  ///< normal, points and signed distance of one contact, if the shapes are nearer than kContactDistance
+    Contacts,  ///< normal, points and signed distance of one contact, if the shapes are nearer than kContactDistance
+    Algorithm  ///< all that Bullet's dispatcher asks of a pair: the points of its manifold, brought up to date
 };
 
 constexpr double kContactDistance = 0.02;  ///< Bullet's gContactBreakingThreshold
@@ -74,6 +75,8 @@ std::unique_ptr<NarrowSubject> makeCulletNarrow(const NarrowRequest& request);
 /// With Chung and Wang's steps before GJK; nullptr but for booleans.
 std::unique_ptr<NarrowSubject> makeCulletReflectedNarrow(const NarrowRequest& request);
 std::unique_ptr<NarrowSubject> makeBulletNarrow(const NarrowRequest& request);
+/// The algorithm of a pair in Bullet's dispatcher: ISA-GJK's, or Bullet's own, which always keeps its manifold.
+std::unique_ptr<NarrowSubject> makeAlgorithmNarrow(const NarrowRequest& request, bool isIsaGjk);
 std::unique_ptr<NarrowSubject> makeCcdNarrow(const NarrowRequest& request);
 std::unique_ptr<NarrowSubject> makeFclNarrow(const NarrowRequest& request);
 }  // namespace CULLET_PRECISION
