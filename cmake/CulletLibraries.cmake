@@ -60,7 +60,9 @@ function(cullet_add_shared target name)
         VERSION ${PROJECT_VERSION}
         SOVERSION ${CULLET_SOVERSION}
         LINK_DEPENDS "${CULLET_SYMBOLS}")
-    target_link_options(${target} PRIVATE "LINKER:--version-script=${CULLET_SYMBOLS},-Bsymbolic-functions")
+    # nodelete: Bullet's dispatchers keep functions of the library, and oneTBB its threads, when a program closes it.
+    target_link_options(${target} PRIVATE
+        "LINKER:--version-script=${CULLET_SYMBOLS},-Bsymbolic-functions,-z,nodelete")
     if(NOT CULLET_SANITIZE)
         target_link_options(${target} PRIVATE "LINKER:--no-undefined")
     endif()

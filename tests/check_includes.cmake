@@ -3,9 +3,9 @@
 
 # cmake -DROOT=<source folder> -P check_includes.cmake
 #
-# Holds the arrows between the folders: preload -> plugin; plugin -> broad, narrow, cuda; cuda -> broad; broad and narrow
-# know neither Bullet nor CUDA nor each other. An include in quotes starts with the folder, so that a reader sees the
-# arrow.
+# Holds the arrows between the folders: preload, abi -> plugin; plugin -> broad, narrow, cuda; cuda -> broad; broad and
+# narrow know neither Bullet nor CUDA nor each other. An include in quotes starts with the folder, so that a reader sees
+# the arrow.
 
 cmake_minimum_required(VERSION 3.22)
 
@@ -55,8 +55,9 @@ check_folder(narrow MAY narrow NEVER "${bullet}" "${cuda}" "${test_only}")
 check_folder(cuda MAY cuda broad NEVER "${bullet}" "${eigen}" "${test_only}")
 check_folder(plugin MAY plugin broad narrow cuda NEVER "${cuda}" "${test_only}")
 check_folder(preload MAY preload plugin NEVER "${cuda}" "${test_only}")
+check_folder(abi MAY abi plugin broad narrow cuda NEVER "${cuda}" "${test_only}")
 check_folder(demos MAY demos plugin broad narrow cuda NEVER "${kernels}" "${test_only}")
-check_folder(tests MAY tests demos plugin broad narrow cuda)
+check_folder(tests MAY tests demos abi plugin broad narrow cuda)
 
 # Only nvcc finds cub and thrust in every toolkit: CUDA 13 moved them where a host compiler does not look.
 file(GLOB_RECURSE files RELATIVE "${ROOT}" "${ROOT}/cuda/*.h" "${ROOT}/cuda/*.cpp")

@@ -1,0 +1,160 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "abi/box_set.h"
+
+#include "broad/log.h"
+
+#include "abi/status.h"
+#include <algorithm>
+#include <cstring>
+#include <iterator>
+#include <utility>
+
+namespace cullet::abi
+{
+Aabb BoxArray::at(std::size_t index) const
+{
+    // The caller's stride need not keep floats aligned.
+    Aabb box;
+    std::memcpy(&box, reinterpret_cast<const unsigned char*>(first) + index * stride, sizeof(box));
+    return box;
+}
+
+BoxSet::BoxSet(std::unique_ptr<Backend> backend, int threads, float margin)
+    : m_backend(std::move(backend)), m_threads(threads), m_margin(margin)
+{
+}
+
+bool BoxSet::add(BoxArray boxes, std::uint32_t count, std::uint32_t* ids)
+{
+    require(count <= kMostBoxes - std::min(m_table.size(), kMostBoxes), CULLET_ERROR_ARGUMENT,
+            "more than 2^30 boxes");
+    require(count <= ~std::uint32_t{0} - m_nextId, CULLET_ERROR_ARGUMENT, "no ids left");
+    std::vector<ProxyId> rows;
+    rows.reserve(count);
+    bool areValid = true;
+    try
+    {
+        for (std::uint32_t i = 0; i < count; ++i)
+        {
+            const Aabb box = boxes.at(i);
+            rows.push_back(m_table.create(box, m_nextId + i, {1, -1}));
+            m_directory.insert(m_nextId + i, rows.back());
+            areValid = areValid && isValid(box);
+        }
+    }
+    catch (...)
+    {
+        for (const ProxyId row : rows)
+        {
+            if (m_directory.find(m_table.uniqueId(row)) == row)
+                m_directory.erase(m_table.uniqueId(row));
+            m_table.destroy(row);
+        }
+        m_nextId += count;  // the backend may have seen some
+        throw;
+    }
+    for (std::uint32_t i = 0; i < count; ++i)
+        ids[i] = m_nextId++;
+    return areValid;
+}
+
+void BoxSet::requireIds(const std::uint32_t* ids, std::uint32_t count) const
+{
+    for (std::uint32_t i = 0; i < count; ++i)
+    {
+        if (m_directory.find(ids[i]) == UidDirectory::kNoRow)
+            throw Failure{CULLET_ERROR_ID, "no box with id " + std::to_string(ids[i])};
+    }
+}
+
+bool BoxSet::move(const std::uint32_t* ids, BoxArray boxes, std::uint32_t count)
+{
+    requireIds(ids, count);
+    bool areValid = true;
+    for (std::uint32_t i = 0; i < count; ++i)
+    {
+        const Aabb box = boxes.at(i);
+        const ProxyId row = m_directory.find(ids[i]);
+        areValid = areValid && isValid(box);
+        if (std::memcmp(&box, &m_table.box(row), sizeof(box)) != 0)
+            m_table.setBox(row, box);
+    }
+    return areValid;
+}
+
+void BoxSet::setFilters(const std::uint32_t* ids, const cullet_filter* filters, std::uint32_t count)
+{
+    requireIds(ids, count);
+    for (std::uint32_t i = 0; i < count; ++i)
+        m_table.setFilter(m_directory.find(ids[i]), {filters[i].group, filters[i].mask});
+}
+
+void BoxSet::remove(const std::uint32_t* ids, std::uint32_t count)
+{
+    requireIds(ids, count);
+    std::vector<std::uint32_t> sorted(ids, ids + count);
+    std::sort(sorted.begin(), sorted.end());
+    const auto twice = std::adjacent_find(sorted.begin(), sorted.end());
+    if (twice != sorted.end())
+        throw Failure{CULLET_ERROR_ID, "id " + std::to_string(*twice) + " is named twice"};
+    for (const std::uint32_t id : sorted)
+    {
+        m_table.destroy(m_directory.find(id));
+        m_directory.erase(id);
+    }
+}
+
+Status BoxSet::tryUpdate()
+{
+    return m_backend->update(m_table.beginUpdate(m_margin, true), m_delta);
+}
+
+void BoxSet::update()
+{
+    Status status = tryUpdate();
+    if (status != Status::Ok)
+    {
+        log(LogLevel::Warning, "a backend failed; the grid on the CPU goes on");
+        GridOptions options;
+        options.threads = m_threads;
+        m_backend = makeGridBackend(options);
+        m_backend->restart(m_pairs);
+        ++m_fallbacks;
+        status = tryUpdate();
+    }
+    if (status != Status::Ok)
+    {
+        // Pairs and changes stay as they were, so that the next update may succeed.
+        m_backend->restart(m_pairs);
+        throw Failure{CULLET_ERROR_MEMORY, "out of memory in an update"};
+    }
+    m_table.endUpdate();
+    applyDelta();
+}
+
+/// Two passes over sorted arrays; pairs of a box set are far fewer than the tests that found them.
+void BoxSet::applyDelta()
+{
+    if (m_delta.added.empty() && m_delta.removed.empty())
+        return;
+    const auto& [added, removed] = m_delta;
+    m_pairs.erase(
+        std::set_difference(m_pairs.begin(), m_pairs.end(), removed.begin(), removed.end(), m_pairs.begin()),
+        m_pairs.end());
+    m_merged.clear();
+    m_merged.reserve(m_pairs.size() + added.size());
+    std::merge(m_pairs.begin(), m_pairs.end(), added.begin(), added.end(), std::back_inserter(m_merged));
+    m_pairs.swap(m_merged);
+}
+
+void BoxSet::fill(cullet_box_set_stats& stats) const
+{
+    stats.boxes = m_table.liveCount();
+    stats.pairs = m_pairs.size();
+    stats.fallbacks = m_fallbacks;
+    stats.bytes = m_table.bytes() + m_directory.bytes() + m_backend->stats().bytes +
+                  (m_pairs.capacity() + m_merged.capacity()) * sizeof(Pair);
+    stats.backend = m_backend->name();
+}
+}  // namespace cullet::abi

@@ -1,0 +1,62 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/backend.h"
+#include "broad/proxy_table.h"
+#include "plugin/uid_directory.h"
+
+#include "abi/cullet.h"
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace cullet::abi
+{
+/// Boxes of a caller, six floats each, any number of bytes apart.
+struct BoxArray
+{
+    const float* first;
+    std::size_t stride;
+
+    Aabb at(std::size_t index) const;
+};
+
+/// A table of boxes with ids, a backend, and the pairs it found. Failures are thrown, with nothing done.
+class BoxSet
+{
+public:
+    BoxSet(std::unique_ptr<Backend> backend, int threads, float margin);
+
+    /// @return whether all boxes can overlap something
+    bool add(BoxArray boxes, std::uint32_t count, std::uint32_t* ids);
+    bool move(const std::uint32_t* ids, BoxArray boxes, std::uint32_t count);
+    void setFilters(const std::uint32_t* ids, const cullet_filter* filters, std::uint32_t count);
+    void remove(const std::uint32_t* ids, std::uint32_t count);
+
+    void update();
+    const PairDelta& delta() const { return m_delta; }
+    const std::vector<Pair>& pairs() const { return m_pairs; }
+
+    void fill(cullet_box_set_stats& stats) const;
+
+private:
+    void requireIds(const std::uint32_t* ids, std::uint32_t count) const;
+    Status tryUpdate();
+    void applyDelta();
+
+    static constexpr std::uint32_t kMostBoxes = 1u << 30;
+
+    ProxyTable m_table;
+    UidDirectory m_directory;
+    std::unique_ptr<Backend> m_backend;
+    int m_threads;
+    float m_margin;
+    std::uint32_t m_nextId = 1;
+    std::uint64_t m_fallbacks = 0;
+    PairDelta m_delta;
+    std::vector<Pair> m_pairs;
+    std::vector<Pair> m_merged;  ///< room that applyDelta() uses again
+};
+}  // namespace cullet::abi

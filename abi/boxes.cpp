@@ -1,0 +1,166 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// Functions of the interface that find pairs of boxes in the memory of the CPU.
+#include "abi/box_set.h"
+#include "abi/status.h"
+
+using namespace cullet;
+using namespace cullet::abi;
+
+struct cullet_box_set
+{
+    BoxSet set;
+};
+
+namespace
+{
+static_assert(sizeof(cullet_pair) == sizeof(Pair), "pairs are handed out as they are");
+
+std::unique_ptr<Backend> makeBackend(std::int32_t choice, int threads)
+{
+    GridOptions grid;
+    grid.threads = threads;
+    if (choice == CULLET_BACKEND_AUTO || choice == CULLET_BACKEND_GRID)
+        return makeGridBackend(grid);
+    if (choice == CULLET_BACKEND_BRUTE)
+        return makeBruteForceBackend();
+    require(choice == CULLET_BACKEND_CUDA, CULLET_ERROR_ARGUMENT,
+            "backend: one of CULLET_BACKEND_* expected");
+    std::string why;
+    if (std::unique_ptr<Backend> cuda = makeCudaPsapBackend({}, &why))
+        return cuda;
+    throw Failure{CULLET_ERROR_NO_DEVICE, "no CUDA backend: " + why};
+}
+
+/// @pre count > 0
+BoxArray toArray(const float* boxes, std::size_t stride)
+{
+    requirePointer(boxes, "boxes is NULL");
+    require(stride == 0 || stride >= sizeof(Aabb), CULLET_ERROR_SIZE, "stride: at least 24 bytes expected");
+    return {boxes, stride == 0 ? sizeof(Aabb) : stride};
+}
+
+cullet_pairs toPairs(const std::vector<Pair>& pairs)
+{
+    return {reinterpret_cast<const cullet_pair*>(pairs.data()), pairs.size()};
+}
+}  // namespace
+
+cullet_status cullet_box_set_create(const cullet_box_set_options* options, cullet_box_set** set)
+{
+    return guarded(
+        [&]
+        {
+            requirePointer(set, "set is NULL");
+            const auto known = readOptions<sizeof(cullet_box_set_options)>(options);
+            require(known.margin >= 0, CULLET_ERROR_ARGUMENT, "margin: not negative and no NaN expected");
+            const int threads = checkedThreads(known.threads);
+            *set = new cullet_box_set{BoxSet(makeBackend(known.backend, threads), threads, known.margin)};
+            return CULLET_OK;
+        });
+}
+
+void cullet_box_set_destroy(cullet_box_set* set)
+{
+    delete set;
+}
+
+cullet_status cullet_box_set_add(cullet_box_set* set, const float* boxes, size_t stride, uint32_t count,
+                                 uint32_t* ids)
+{
+    return guarded(
+        [&]
+        {
+            requirePointer(set, "set is NULL");
+            if (count == 0)
+                return CULLET_OK;
+            requirePointer(ids, "ids is NULL");
+            return set->set.add(toArray(boxes, stride), count, ids) ? CULLET_OK : CULLET_EMPTY_BOXES;
+        });
+}
+
+cullet_status cullet_box_set_move(cullet_box_set* set, const uint32_t* ids, const float* boxes, size_t stride,
+                                  uint32_t count)
+{
+    return guarded(
+        [&]
+        {
+            requirePointer(set, "set is NULL");
+            if (count == 0)
+                return CULLET_OK;
+            requirePointer(ids, "ids is NULL");
+            return set->set.move(ids, toArray(boxes, stride), count) ? CULLET_OK : CULLET_EMPTY_BOXES;
+        });
+}
+
+cullet_status cullet_box_set_filter(cullet_box_set* set, const uint32_t* ids, const cullet_filter* filters,
+                                    uint32_t count)
+{
+    return guarded(
+        [&]
+        {
+            requirePointer(set, "set is NULL");
+            if (count == 0)
+                return CULLET_OK;
+            requirePointer(ids, "ids is NULL");
+            requirePointer(filters, "filters is NULL");
+            set->set.setFilters(ids, filters, count);
+            return CULLET_OK;
+        });
+}
+
+cullet_status cullet_box_set_remove(cullet_box_set* set, const uint32_t* ids, uint32_t count)
+{
+    return guarded(
+        [&]
+        {
+            requirePointer(set, "set is NULL");
+            if (count == 0)
+                return CULLET_OK;
+            requirePointer(ids, "ids is NULL");
+            set->set.remove(ids, count);
+            return CULLET_OK;
+        });
+}
+
+cullet_status cullet_box_set_update(cullet_box_set* set, cullet_pairs* added, cullet_pairs* removed)
+{
+    return guarded(
+        [&]
+        {
+            requirePointer(set, "set is NULL");
+            set->set.update();
+            if (added != nullptr)
+                *added = toPairs(set->set.delta().added);
+            if (removed != nullptr)
+                *removed = toPairs(set->set.delta().removed);
+            return CULLET_OK;
+        });
+}
+
+cullet_status cullet_box_set_pairs(const cullet_box_set* set, cullet_pairs* pairs)
+{
+    return guarded(
+        [&]
+        {
+            requirePointer(set, "set is NULL");
+            requirePointer(pairs, "pairs is NULL");
+            *pairs = toPairs(set->set.pairs());
+            return CULLET_OK;
+        });
+}
+
+cullet_status cullet_box_set_get_stats(const cullet_box_set* set, cullet_box_set_stats* stats)
+{
+    return guarded(
+        [&]
+        {
+            requirePointer(set, "set is NULL");
+            requireResult<sizeof(cullet_box_set_stats)>(stats);
+            cullet_box_set_stats known{};
+            set->set.fill(known);
+            writeResult(known, stats);
+            return CULLET_OK;
+        });
+}

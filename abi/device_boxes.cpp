@@ -1,0 +1,83 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// Functions of the interface that find pairs of boxes in the memory of a GPU.
+#include "cuda/device_pairs.h"
+
+#include "abi/status.h"
+#include <memory>
+#include <string>
+
+using namespace cullet;
+using namespace cullet::abi;
+
+struct cullet_device_finder
+{
+    std::unique_ptr<DevicePairFinder> finder;
+};
+
+namespace
+{
+static_assert(sizeof(cullet_pair) == sizeof(IdPair), "pairs are handed out as they are");
+
+constexpr std::uint64_t kMostBoxes = 1u << 30;
+
+void requireOk(Status status)
+{
+    require(status != Status::OutOfMemory, CULLET_ERROR_MEMORY, "out of memory on the device");
+    require(status == Status::Ok, CULLET_ERROR_DEVICE, "the device failed");
+}
+}  // namespace
+
+cullet_status cullet_device_finder_create(const cullet_device_finder_options* options,
+                                          cullet_device_finder** finder)
+{
+    return guarded(
+        [&]
+        {
+            requirePointer(finder, "finder is NULL");
+            const auto known = readOptions<sizeof(cullet_device_finder_options)>(options);
+            require(known.device >= 0, CULLET_ERROR_ARGUMENT, "device: an ordinal from 0 on expected");
+            PsapOptions psap;
+            psap.device = known.device;
+            std::string why;
+            auto made = makeDevicePairFinder(psap, static_cast<CUstream_st*>(known.stream), &why);
+            if (made == nullptr)
+                throw Failure{CULLET_ERROR_NO_DEVICE, "no CUDA device: " + why};
+            *finder = new cullet_device_finder{std::move(made)};
+            return CULLET_OK;
+        });
+}
+
+void cullet_device_finder_destroy(cullet_device_finder* finder)
+{
+    delete finder;
+}
+
+cullet_status cullet_device_finder_enqueue(cullet_device_finder* finder, const float* device_boxes,
+                                           uint64_t count)
+{
+    return guarded(
+        [&]
+        {
+            requirePointer(finder, "finder is NULL");
+            require(count == 0 || device_boxes != nullptr, CULLET_ERROR_NULL, "device_boxes is NULL");
+            require(count < kMostBoxes, CULLET_ERROR_ARGUMENT, "2^30 boxes or more");
+            requireOk(finder->finder->enqueue(reinterpret_cast<const Aabb*>(device_boxes), count));
+            return CULLET_OK;
+        });
+}
+
+cullet_status cullet_device_finder_collect(cullet_device_finder* finder, cullet_pairs* device_pairs)
+{
+    return guarded(
+        [&]
+        {
+            requirePointer(finder, "finder is NULL");
+            requirePointer(device_pairs, "device_pairs is NULL");
+            DevicePairs found;
+            requireOk(finder->finder->collect(found));
+            *device_pairs = {reinterpret_cast<const cullet_pair*>(found.pairs), found.count};
+            return CULLET_OK;
+        });
+}

@@ -1,0 +1,101 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "abi/cullet.h"
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <exception>
+#include <new>
+#include <string>
+
+namespace cullet::abi
+{
+/// What a function of the interface fails with; the text becomes cullet_last_error().
+struct Failure
+{
+    cullet_status status;
+    std::string text;
+};
+
+/// Keeps the text for the thread. @return status
+cullet_status fail(cullet_status status, const char* text) noexcept;
+
+inline void require(bool condition, cullet_status status, const char* text)
+{
+    if (!condition)
+        throw Failure{status, text};
+}
+
+inline void requirePointer(const void* pointer, const char* text)
+{
+    require(pointer != nullptr, CULLET_ERROR_NULL, text);
+}
+
+/// Runs the body of a function of the interface and turns what it throws into a status.
+template <class Body>
+cullet_status guarded(const Body& body) noexcept
+{
+    try
+    {
+        return body();
+    }
+    catch (const Failure& failure)
+    {
+        return fail(failure.status, failure.text.c_str());
+    }
+    catch (const std::bad_alloc&)
+    {
+        return fail(CULLET_ERROR_MEMORY, "out of memory");
+    }
+    catch (const std::exception& error)
+    {
+        return fail(CULLET_ERROR_INTERNAL, error.what());
+    }
+    catch (...)
+    {
+        return fail(CULLET_ERROR_INTERNAL, "unknown exception");
+    }
+}
+
+/// The options of a caller as this library knows them: members beyond his are zero, those beyond the library's must be.
+///
+/// @tparam kFirstSize sizeof(Options) when the struct came into the interface
+template <std::size_t kFirstSize, class Options>
+Options readOptions(const Options* options)
+{
+    Options known{};
+    if (options == nullptr)
+        return known;
+    require(options->size >= kFirstSize, CULLET_ERROR_SIZE, "options: set size to sizeof the struct");
+    const auto* bytes = reinterpret_cast<const unsigned char*>(options);
+    for (std::size_t i = sizeof(Options); i < options->size; ++i)
+        require(bytes[i] == 0, CULLET_ERROR_SIZE, "options: a member is set that this library does not know");
+    std::memcpy(&known, options, options->size < sizeof(Options) ? options->size : sizeof(Options));
+    return known;
+}
+
+template <std::size_t kFirstSize, class Result>
+void requireResult(const Result* result)
+{
+    requirePointer(result, "the result is NULL");
+    require(result->size >= kFirstSize, CULLET_ERROR_SIZE, "result: set size to sizeof the struct");
+}
+
+/// Writes as much of a result as the caller has room for. @pre requireResult()
+template <class Result>
+void writeResult(Result known, Result* result)
+{
+    const std::uint32_t size = result->size;
+    known.size = size;
+    std::memcpy(result, &known, size < sizeof(Result) ? size : sizeof(Result));
+}
+
+/// @return threads, or 0 for "as many as the machine has"
+inline int checkedThreads(std::int32_t threads)
+{
+    require(threads >= 0 && threads <= 4096, CULLET_ERROR_ARGUMENT, "threads: 0 to 4096 expected");
+    return threads;
+}
+}  // namespace cullet::abi
