@@ -175,7 +175,7 @@ def phases(rows):
             left = 0.0
             for colour, phase in enumerate(PHASES):
                 hit = chosen(some, benchmark=f"world.{phase}.{window}")
-                width = float(hit[0]["median_ms"]) if hit else 0.0
+                width = float(hit[0]["min_ms"]) if hit else 0.0
                 axis.barh(3 - place, width, left=left, color=f"C{colour}", label=phase if place == 0 else None)
                 left += width
         axis.set_yticks(range(4), ["cullet, both", "DBVT + cullet's narrow", "cullet's broad + Bullet's", "Bullet as shipped"])
@@ -183,7 +183,7 @@ def phases(rows):
         axis.grid(True, axis="x", alpha=0.3)
     figure.legend(*axes[0][0].get_legend_handles_labels(), loc="lower center", ncol=7, fontsize=8)
     for axis in axes[1]:
-        axis.set_xlabel("ms per step")
+        axis.set_xlabel("ms, the least of the steps")
     bodies = human(float(rows[0]["bodies"])) if rows else ""
     return figure, f"Phases of Bullet's step, {bodies} bodies, one thread"
 
@@ -224,14 +224,14 @@ def threads(rows):
     figure, axis = plt.subplots(figsize=(6.4, 4.2))
     for scene in ("W1", "W2", "W5"):
         for bodies, style in zip(sorted({row["bodies"] for row in rows}, key=int), ("o--", "o-")):
-            counts, times = points(chosen(rows, scene=scene, bodies=bodies), "threads", "median_ms")
+            counts, times = points(chosen(rows, scene=scene, bodies=bodies), "threads", "min_ms")
             if times:
                 axis.plot(counts, [times[0] / time for time in times], style, label=f"{scene}, {human(float(bodies))}")
     counts = sorted({int(row["threads"]) for row in rows})
     axis.set_xscale("log", base=2)
     axis.set_xticks(counts, [str(count) for count in counts])
     axis.set_xlabel("threads")
-    axis.set_ylabel("times as fast as one thread (wall time)")
+    axis.set_ylabel("times as fast as one thread (least wall time)")
     axis.grid(True, alpha=0.3)
     axis.legend(fontsize=8)
     return figure, "Threads, cullet's grid"
