@@ -6,7 +6,8 @@
 usage: plot.py --figures FOLDER [NAME...] [--to OUT_FOLDER]
            what `cullet figure` has measured: NAME.svg and NAME.png for every NAME.csv in FOLDER
        plot.py RESULTS_FOLDER OUT_FOLDER
-           scaling, threads and settling of docs/figures, e.g. plot.py demos/results/nvidia-h200 docs/figures
+           the figures of other measurements, those whose data are in the folder: scaling, threads, settling, device,
+           rivals; e.g. plot.py demos/results/nvidia-h200 docs/figures
 """
 import csv
 import glob
@@ -26,10 +27,8 @@ import figures
 
 
 def read(folder, pattern):
-    """Rows of all CSV files of that name pattern; an error when there is none."""
+    """Rows of all CSV files of that name pattern."""
     names = sorted(glob.glob(os.path.join(folder, pattern + ".csv")))
-    if not names:
-        sys.exit(f"plot.py: no {pattern}.csv in {folder}")
     rows = []
     for name in names:
         with open(name, newline="") as file:
@@ -48,9 +47,9 @@ def series(rows, x, y="median_ms"):
     return [point[0] for point in points], [point[1] for point in points]
 
 
-def draw_scaling(source, target):
+def draw_scaling(rows, target):
     """Time of a frame through Bullet against the number of bodies, cullet's grid and DBVT."""
-    rows = [row for row in read(source, "broad_bullet*") if row["ids"] == "random"]
+    rows = [row for row in rows if row["ids"] == "random"]
     scenes = ["W1", "W2", "W3", "W4", "W5", "pile"]
     figure, axes = plt.subplots(2, 3, figsize=(11, 6.5), sharex=True, sharey=True)
     for scene, axis in zip(scenes, axes.flat):
@@ -65,9 +64,8 @@ def draw_scaling(source, target):
     save(figure, target, "scaling")
 
 
-def draw_threads(source, target):
+def draw_threads(rows, target):
     """Speed-up of the grid by threads."""
-    rows = read(source, "broad_threads_*")
     figure, axis = plt.subplots(figsize=(6, 4.2))
     for scene in ("W1", "W2", "W5"):
         for bodies, style in (("65536", "o--"), ("1000000", "o-")):
@@ -84,9 +82,9 @@ def draw_threads(source, target):
     save(figure, target, "threads")
 
 
-def draw_settling(source, target):
+def draw_settling(rows, target):
     """Sweep and prune on a heap that settles: swaps per frame on each axis."""
-    rows = [row for row in read(source, "sap_settling")
+    rows = [row for row in rows
             if row["benchmark"] == "broad.frame" and row["backend"] == "sap"]
     figure, axis = plt.subplots(figsize=(6, 4.2))
     for name in ("x", "y", "z"):
@@ -97,6 +95,61 @@ def draw_settling(source, target):
     axis.grid(True, alpha=0.3)
     axis.legend()
     save(figure, target, "settling")
+
+
+def draw_device(rows, target):
+    """The complete pair set on a GPU, boxes and pairs in its memory: the thesis's cells, ours, and rows."""
+    figure, axis = plt.subplots(figsize=(7, 4.6))
+    names = {"literal-thesis-cells": ("s--", "thesis's steps, N/64000 cells"),
+             "literal": ("v-", "thesis's steps, our cells"), "rows": ("D-", "cullet's rows"),
+             "rows-update-all-move": ("o:", "cullet, boxes and changes in CPU memory")}
+    for variant, (style, label) in names.items():
+        chosen = [row for row in rows if row["scene"] == "W1" and row["variant"] == variant]
+        column = "end_to_end_ms" if "update" in variant else "gpu_ms"
+        axis.plot(*series(chosen, "bodies", column), style, label=label, markersize=5)
+    figures.cubic_axis(axis, max(float(row["bodies"]) for row in rows))
+    axis.set_yscale("log")
+    axis.set_ylabel("ms per frame")
+    axis.legend(fontsize=8)
+    figure.suptitle(f"W1 on an {rows[0]['gpu']}", fontsize=10)
+    save(figure, target, "device")
+
+
+def draw_rivals(rows, target):
+    """How many times longer than cullet's grid other broad phases take on the same boxes in the same run."""
+    figure, axes = plt.subplots(1, 5, figsize=(13, 4.8), sharex=True, sharey=True)
+    grid = {(row["scene"], row["bodies"]): figures.time_of(row) for row in rows if row["backend"] == "grid"}
+    names = list(dict.fromkeys(row["backend"] for row in rows if row["backend"] != "grid"))[::-1]
+    labels = {"auto": "grid through Bullet"}
+    for axis, scene in zip(axes, ("W1", "W2", "W3", "W4", "W5")):
+        for bodies, marker in (("4000", "o"), ("16000", "s"), ("64000", "D")):
+            chosen = [row for row in rows if row["scene"] == scene and row["bodies"] == bodies and row["backend"] != "grid"]
+            for wrong in (False, True):
+                some = [row for row in chosen if (row.get("wrong_checks", "0") not in ("", "0")) == wrong]
+                axis.plot([figures.time_of(row) / grid[scene, bodies] for row in some],
+                          [names.index(row["backend"]) for row in some], "x" if wrong else marker,
+                          color="red" if wrong else None, label=None if wrong else figures.human(float(bodies)))
+        axis.axvline(1.0, color="k", linewidth=0.8)
+        axis.set_xscale("log")
+        axis.set_title(scene)
+        axis.set_yticks(range(len(names)), [labels.get(name, name) for name in names])
+        axis.grid(True, alpha=0.3)
+    axes[0].legend(fontsize=8, title="bodies")
+    figure.supxlabel("times as long as cullet's grid, one thread (left of 1: faster; red cross: wrong pairs)", fontsize=9)
+    save(figure, target, "rivals")
+
+
+def draw_results(source, target):
+    """Every figure whose data are in the folder of a machine."""
+    drawn = (("broad_bullet*", draw_scaling), ("broad_threads_*", draw_threads), ("sap_settling", draw_settling),
+             ("cuda", draw_device), ("rivals*", draw_rivals))
+    os.makedirs(target, exist_ok=True)
+    for pattern, draw in drawn:
+        rows = read(source, pattern)
+        if rows:
+            draw(rows, target)
+        else:
+            print(f"plot.py: no {pattern}.csv in {source}", file=sys.stderr)
 
 
 def draw_figures(source, target, names):
@@ -130,10 +183,7 @@ def main():
         return
     if len(sys.argv) != 3:
         sys.exit(__doc__)
-    source, target = sys.argv[1:]
-    os.makedirs(target, exist_ok=True)
-    for draw in (draw_scaling, draw_threads, draw_settling):
-        draw(source, target)
+    draw_results(*sys.argv[1:])
 
 
 if __name__ == "__main__":
