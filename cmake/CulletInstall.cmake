@@ -68,10 +68,3 @@ endforeach()
 if(CULLET_DEMOS)
     install(TARGETS cullet cullet-float64 RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT tools)
 endif()
-
-# What LD_PRELOAD names, and beside it, in a folder of its own, what that opens.
-if(TARGET cullet_preload)
-    install(TARGETS cullet_preload LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT tools)
-    install(TARGETS cullet_preload_float32 cullet_preload_float64
-        LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}/cullet" COMPONENT tools)
-endif()
