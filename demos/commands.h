@@ -16,4 +16,5 @@ void addRunCommand(CLI::App& program, Action& chosen);
 void addBenchCommand(CLI::App& program, Action& chosen);
 void addFigureCommand(CLI::App& program, Action& chosen);
 void addListCommand(CLI::App& program, Action& chosen);
+void addRenderCommand(CLI::App& program, Action& chosen);
 }  // namespace cullet

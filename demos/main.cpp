@@ -23,6 +23,7 @@ int parseAndRun(int argc, char** argv)
     cullet::addBenchCommand(program, chosen);
     cullet::addFigureCommand(program, chosen);
     cullet::addListCommand(program, chosen);
+    cullet::addRenderCommand(program, chosen);
     try
     {
         program.parse(argc, argv);

@@ -1,0 +1,194 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/commands.h"
+#include "demos/program/exit_code.h"
+#include "demos/program/interrupt.h"
+#include "demos/program/progress.h"
+#include "demos/render/animation.h"
+#include "demos/render/gltf.h"
+#include "demos/render/painter.h"
+#include "demos/render/scene_film.h"
+#include "demos/scene_arguments.h"
+
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+
+namespace cullet
+{
+namespace
+{
+struct RenderOptions
+{
+    SceneArguments scene;
+    SceneFilmOptions film;
+    std::string size = "960x540";
+    int width = 0, height = 0;  ///< `size` in numbers
+    std::vector<float> camera;
+    float orbit = 0;
+    double framesPerSecond = 0;
+    std::string folder, animation, gltf;
+    bool quiet = false;
+};
+
+void parseSize(RenderOptions& options)
+{
+    char after = 0;
+    const int found = std::sscanf(options.size.c_str(), "%dx%d%c", &options.width, &options.height, &after);
+    const auto isFine = [](int pixels) { return pixels >= 16 && pixels <= Painter::kMostPixels; };
+    if (found != 2 || !isFine(options.width) || !isFine(options.height))
+        throw std::invalid_argument("--size takes WIDTHxHEIGHT, 16 to 4096 pixels each, not " + options.size);
+}
+
+/// A folder for frames that nobody asked to keep; gone with this object.
+class TemporaryFolder
+{
+public:
+    TemporaryFolder()
+    {
+        std::string name = (std::filesystem::temp_directory_path() / "cullet_frames_XXXXXX").string();
+        if (mkdtemp(name.data()) == nullptr)
+            throw ProgramError(kExitOutput, "cannot make a folder in " + name);
+        path = name;
+    }
+    ~TemporaryFolder()
+    {
+        std::error_code ignored;
+        std::filesystem::remove_all(path, ignored);
+    }
+    TemporaryFolder(const TemporaryFolder&) = delete;
+    TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+    std::string path;
+};
+
+/// Finds mistakes before minutes of work.
+void checkOutputs(const RenderOptions& options)
+{
+    const bool wantsPictures = !options.folder.empty() || !options.animation.empty();
+    if (!wantsPictures && options.gltf.empty())
+        throw std::invalid_argument("say what to write: --out DIR, --animate FILE or --gltf FILE");
+    if (!options.animation.empty())
+        checkAnimation(options.animation);
+    if (wantsPictures)
+        Painter(Film(), options.width, options.height);
+    std::error_code failure;
+    if (!options.folder.empty() && !std::filesystem::create_directories(options.folder, failure) && failure)
+        throw ProgramError(kExitOutput,
+                           "cannot make the folder " + options.folder + ": " + failure.message());
+}
+
+Film makeFilm(RenderOptions& options)
+{
+    options.film.scene = options.scene.scene;
+    options.film.world = resolveScene(options.scene);
+    Progress progress("steps", static_cast<std::uint64_t>(options.film.steps), options.quiet);
+    return filmScene(options.film,
+                     [&](int step)
+                     {
+                         progress.show(static_cast<std::uint64_t>(step));
+                         return !isInterrupted();
+                     });
+}
+
+void paintFrames(const RenderOptions& options, const Film& film, const std::string& folder)
+{
+    CameraWish wish = options.camera.empty() ? CameraWish() : parseCamera(options.camera);
+    wish.orbit = options.orbit;
+    Progress progress("frames", film.frames.size(), options.quiet);
+    paintFilm(film, options.width, options.height, wish,
+              [&](const Image& image, std::size_t number)
+              {
+                  writePng(image, framePath(folder, number));
+                  progress.show(number + 1);
+              });
+}
+
+double frameRate(const RenderOptions& options)
+{
+    return options.framesPerSecond > 0 ? options.framesPerSecond
+                                       : 1 / (options.scene.dt * options.film.every);
+}
+
+int renderCommand(RenderOptions options)
+{
+    parseSize(options);
+    if (!options.camera.empty())
+        parseCamera(options.camera);
+    requireWorldScene(options.scene.scene);
+    checkOutputs(options);
+    const Film film = makeFilm(options);
+    std::printf("%zu frames, %u bodies; colours: %s\n", film.frames.size(), film.bodyCount,
+                describeLegend().c_str());
+    if (!options.gltf.empty())
+        writeGltf(film, options.gltf);
+    if (!options.folder.empty() || !options.animation.empty())
+    {
+        std::unique_ptr<TemporaryFolder> own;
+        if (options.folder.empty())
+            own = std::make_unique<TemporaryFolder>();
+        const std::string folder = own != nullptr ? own->path : options.folder;
+        paintFrames(options, film, folder);
+        if (!options.animation.empty())
+            joinFrames(folder, frameRate(options), options.animation);
+    }
+    for (const std::string& path : {options.folder, options.animation, options.gltf})
+    {
+        if (!path.empty())
+            std::printf("wrote %s\n", path.c_str());
+    }
+    return isInterrupted() ? kExitInterrupted : kExitOk;
+}
+
+void addFilmOptions(CLI::App& command, RenderOptions& options)
+{
+    command.add_option("--steps", options.film.steps, "steps of the scene")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 100000000));
+    command.add_option("--every", options.film.every, "steps from one frame to the next")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 1000000));
+    command.add_option("--start", options.film.start, "steps before the first frame")
+        ->capture_default_str()
+        ->check(CLI::Range(0, 100000000));
+    command.add_flag("--boxes", options.film.overlay.boxes, "draw the boxes of the broad phase");
+    command.add_flag("--cells", options.film.overlay.cells, "draw the cells of its grid");
+    command.add_flag("--pairs", options.film.overlay.pairs, "draw a line for each pair");
+}
+
+void addPictureOptions(CLI::App& command, RenderOptions& options)
+{
+    command.add_option("--size", options.size, "of the pictures, pixels")->capture_default_str();
+    command
+        .add_option("--camera", options.camera,
+                    "YAW,PITCH[,ZOOM] in degrees around what moves, or EYE,TARGET as six numbers")
+        ->delimiter(',');
+    command.add_option("--orbit", options.orbit, "degrees that the camera goes round")->capture_default_str();
+    command.add_option("--fps", options.framesPerSecond, "of the animation; default: real time")
+        ->check(CLI::Range(0.1, 1000.0));
+    command.add_option("--out", options.folder, "write frames as PNG to this folder");
+    command.add_option("--animate", options.animation,
+                       "write an animation, .gif or .mp4 (by the program ffmpeg)");
+    command.add_option("--gltf", options.gltf, "write bodies and their motion as glTF 2.0, .gltf and .bin");
+    command.add_flag("--quiet", options.quiet, "no progress bar");
+}
+}  // namespace
+
+void addRenderCommand(CLI::App& program, Action& chosen)
+{
+    CLI::App* command =
+        program.add_subcommand("render", "Draw a scene to pictures and animations, without a display");
+    command->footer("Colours: " + describeLegend() +
+                    ".\n"
+                    "Examples:\n"
+                    "  cullet render --scene drop --bodies 400 --animate drop.gif\n"
+                    "  cullet render --scene W1 --bodies 500 --steps 0 --cells --pairs --out frames\n"
+                    "  cullet render --scene drop --bodies 400 --gltf drop.gltf\n");
+    const auto options = std::make_shared<RenderOptions>();
+    addSceneArguments(*command, options->scene);
+    addFilmOptions(*command, *options);
+    addPictureOptions(*command, *options);
+    command->callback([options, &chosen] { chosen = [options] { return renderCommand(*options); }; });
+}
+}  // namespace cullet

@@ -1,0 +1,21 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "demos/render/film.h"
+
+#include <string>
+
+namespace cullet
+{
+/// Writes a film as glTF 2.0: FILE.gltf (JSON) and FILE.bin beside it, for any viewer, Blender or a browser.
+///
+/// A node for each body and mesh; bodies that move have an animation of translation and rotation with a key at each
+/// frame, linear in between. Those that come and go, and the frames of a soft body, are shown by steps of the scale.
+/// glTF knows no materials that change, so that a body has the colour of its last state. Lines of boxes, cells and
+/// pairs are not written.
+///
+/// @param path ends in .gltf
+/// @throws std::invalid_argument for another ending; ProgramError (kExitOutput) when a file cannot be written
+void writeGltf(const Film& film, const std::string& path);
+}  // namespace cullet

@@ -1,0 +1,57 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "demos/render/camera.h"
+#include "demos/render/film.h"
+#include "demos/render/image.h"
+
+#include <memory>
+
+namespace cullet
+{
+/// Draws frames of a film without a display, by Mesa's software renderer (OSMesa).
+///
+/// Lit by a sun with shadows and a sky; floors carry a grid of lines as wide as a power of ten or its half. Static boxes between
+/// the eye and what is framed are painted nearly transparent. Edges are smooth: each pixel is the mean of 9 samples. The
+/// same film gives the same picture in every run; other processors and versions of Mesa differ in the last bits.
+///
+/// Cost: about 0.2 s for 480 x 270 pixels on two cores, and 1 microsecond a body and triangle.
+class Painter
+{
+public:
+    static constexpr int kMostPixels = 4096;  ///< width and height of a picture
+
+    /// @param film must outlive the painter
+    /// @throws std::runtime_error when there is no renderer in this build, or when it does not start
+    Painter(const Film& film, int width, int height);
+    ~Painter();
+    Painter(const Painter&) = delete;
+    Painter& operator=(const Painter&) = delete;
+
+    /// @param frame of the film, with all bodies as `state` has them
+    Image paint(const FilmFrame& frame, const FilmState& state, const Camera& camera);
+
+private:
+    struct Parts;
+    std::unique_ptr<Parts> m;
+};
+
+/// Whether this build has a renderer.
+bool hasPainter();
+
+/// All frames of a film; calls take(image, number of the frame).
+template <class Take>
+void paintFilm(const Film& film, int width, int height, const CameraWish& wish, Take take)
+{
+    const std::vector<Camera> cameras =
+        aimCameras(film, wish, static_cast<float>(width) / static_cast<float>(height));
+    Painter painter(film, width, height);
+    FilmState state(film);
+    for (std::size_t number = 0; number < film.frames.size(); ++number)
+    {
+        state.apply(film.frames[number]);
+        take(painter.paint(film.frames[number], state, cameras[number]), number);
+    }
+}
+}  // namespace cullet

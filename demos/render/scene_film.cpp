@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/render/scene_film.h"
+
+#include "demos/render/world_filmer.h"
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+DebugDrawOptions SceneFilmOptions::nothingDrawn()
+{
+    DebugDrawOptions options;
+    options.boxes = options.cells = options.pairs = false;
+    return options;
+}
+
+Film filmScene(const SceneFilmOptions& options, const std::function<bool(int)>& step)
+{
+    const auto scene = makeWorldScene(options.scene, options.world);
+    Film film;
+    WorldFilmer filmer(film, options.overlay);
+    if (options.start == 0)
+        filmer.shoot(scene->world(), 0);
+    for (int number = 1; number <= options.steps && step(number); ++number)
+    {
+        scene->step();
+        if (number >= options.start && (number - options.start) % options.every == 0)
+            filmer.shoot(scene->world(), (number - options.start) * static_cast<double>(options.world.dt));
+    }
+    return film;
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,222 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/render/world_filmer.h"
+
+#include <BulletSoftBody/btSoftBody.h>
+#include <btBulletDynamicsCommon.h>
+
+#include <algorithm>
+#include <tuple>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+/// Takes lines and draws nothing.
+class LineTaker : public btIDebugDraw
+{
+public:
+    void drawLine(const btVector3& from, const btVector3& to, const btVector3& color) override
+    {
+        lines.push_back({toEigen(from), toEigen(to), toEigen(color)});
+    }
+    void drawContactPoint(const btVector3&, const btVector3&, btScalar, int, const btVector3&) override {}
+    void reportErrorWarning(const char*) override {}
+    void draw3dText(const btVector3&, const char*) override {}
+    void setDebugMode(int) override {}
+    int getDebugMode() const override { return DBG_DrawAabb; }
+
+    std::vector<FilmLine> lines;
+};
+
+bool isSame(const BodyChange& a, const BodyChange& b)
+{
+    return a.mesh == b.mesh && a.state == b.state && a.pose.position == b.pose.position &&
+           a.pose.scale == b.pose.scale && a.pose.rotation == b.pose.rotation;
+}
+
+bool touches(const btPersistentManifold& manifold)
+{
+    for (int i = 0; i < manifold.getNumContacts(); ++i)
+    {
+        if (manifold.getContactPoint(i).getDistance() <= 0)
+            return true;
+    }
+    return false;
+}
+
+/// Smooth normals, since a soft body is bent and not folded.
+DrawMesh makeSoftMesh(const btSoftBody& soft)
+{
+    DrawMesh mesh;
+    const btSoftBody::Node* const nodes = soft.m_nodes.size() > 0 ? &soft.m_nodes[0] : nullptr;
+    for (int i = 0; i < soft.m_nodes.size(); ++i)
+    {
+        mesh.positions.push_back(toEigen(nodes[i].m_x));
+        mesh.normals.push_back(toEigen(nodes[i].m_n));
+    }
+    for (int i = 0; i < soft.m_faces.size(); ++i)
+    {
+        for (const btSoftBody::Node* node : soft.m_faces[i].m_n)
+            mesh.triangles.push_back(static_cast<std::uint32_t>(node - nodes));
+    }
+    return mesh;
+}
+}  // namespace
+
+std::vector<FilmLine> drawnLines(const Broadphase& broadphase, const DebugDrawOptions& options)
+{
+    LineTaker taker;
+    broadphase.debugDraw(taker, options);
+    return std::move(taker.lines);
+}
+
+WorldFilmer::WorldFilmer(Film& film, const DebugDrawOptions& overlay)
+    : m_film(film), m_overlay(overlay), m_meshes(film)
+{
+}
+
+std::uint32_t WorldFilmer::numberOf(const btCollisionObject* object)
+{
+    const auto [found, isNew] = m_numbers.emplace(object, m_film.bodyCount);
+    if (isNew)
+    {
+        ++m_film.bodyCount;
+        m_looks.emplace_back().body = found->second;
+        m_meetings.push_back(kNone);
+        m_seenIn.push_back(0);
+    }
+    return found->second;
+}
+
+void WorldFilmer::meet(const btCollisionObject* object, Meeting meeting)
+{
+    const auto found = m_numbers.find(object);
+    if (found != m_numbers.end())
+        m_meetings[found->second] = std::max(m_meetings[found->second], meeting);
+}
+
+void WorldFilmer::meetObjects(const btCollisionWorld& world)
+{
+    std::fill(m_meetings.begin(), m_meetings.end(), kNone);
+    const btOverlappingPairCache* cache = world.getBroadphase()->getOverlappingPairCache();
+    const btBroadphasePair* pairs = cache->getOverlappingPairArrayPtr();
+    for (int i = 0; i < cache->getNumOverlappingPairs(); ++i)
+    {
+        for (const btBroadphaseProxy* proxy : {pairs[i].m_pProxy0, pairs[i].m_pProxy1})
+            meet(static_cast<const btCollisionObject*>(proxy->m_clientObject), kPair);
+    }
+    const btDispatcher* dispatcher = world.getDispatcher();
+    for (int i = 0; i < dispatcher->getNumManifolds(); ++i)
+    {
+        const btPersistentManifold* manifold =
+            const_cast<btDispatcher*>(dispatcher)->getManifoldByIndexInternal(i);
+        if (!touches(*manifold))
+            continue;
+        meet(manifold->getBody0(), kContact);
+        meet(manifold->getBody1(), kContact);
+    }
+}
+
+BodyState WorldFilmer::stateOf(const btCollisionObject& object, std::uint32_t body) const
+{
+    if (object.getInternalType() == btCollisionObject::CO_GHOST_OBJECT)
+        return BodyState::Ghost;
+    if (object.isStaticObject())
+        return BodyState::Static;
+    if (!object.isActive())
+        return BodyState::Asleep;
+    const btSoftBody* const soft = btSoftBody::upcast(&object);
+    if (m_meetings[body] == kContact ||
+        (soft != nullptr && soft->m_rcontacts.size() + soft->m_scontacts.size() > 0))
+        return BodyState::Touching;
+    return m_meetings[body] == kPair ? BodyState::Near : BodyState::Separated;
+}
+
+void WorldFilmer::lookAtSoftBody(const btSoftBody& soft, BodyChange& look)
+{
+    const BodyChange& before = m_looks[look.body];
+    DrawMesh mesh = makeSoftMesh(soft);
+    look.mesh = before.mesh;
+    if (before.state != BodyState::Hidden && m_film.meshes[before.mesh].positions == mesh.positions)
+        return;
+    look.mesh = static_cast<std::uint32_t>(m_film.meshes.size());
+    m_film.meshes.push_back(std::move(mesh));
+}
+
+BodyChange WorldFilmer::lookAt(const btCollisionObject& object, std::uint32_t body)
+{
+    BodyChange look;
+    look.body = body;
+    look.state = stateOf(object, body);
+    if (const btSoftBody* const soft = btSoftBody::upcast(&object))
+    {
+        lookAtSoftBody(*soft, look);
+        return look;
+    }
+    const ShapeMeshes::Look shape = m_meshes.look(*object.getCollisionShape(), m_planeSize);
+    const btQuaternion turn = object.getWorldTransform().getRotation();
+    look.mesh = shape.mesh;
+    look.pose.scale = shape.scale;
+    look.pose.position = toEigen(object.getWorldTransform().getOrigin());
+    look.pose.rotation = {static_cast<float>(turn.x()), static_cast<float>(turn.y()),
+                          static_cast<float>(turn.z()), static_cast<float>(turn.w())};
+    return look;
+}
+
+/// An endless plane is drawn some ten times as large as the world is at the start.
+void WorldFilmer::setPlaneSize(const btCollisionWorld& world)
+{
+    constexpr btScalar kEndless = btScalar(0x1p50);
+    btScalar farthest = 1;
+    const btCollisionObjectArray& objects = world.getCollisionObjectArray();
+    for (int i = 0; i < objects.size(); ++i)
+    {
+        const btBroadphaseProxy* proxy = objects[i]->getBroadphaseHandle();
+        const btScalar reach = proxy->m_aabbMax.absolute().length() + proxy->m_aabbMin.absolute().length();
+        if (reach < kEndless)
+            farthest = std::max(farthest, reach);
+    }
+    m_planeSize = 20 * farthest;
+}
+
+void WorldFilmer::shoot(const btCollisionWorld& world, double time)
+{
+    const btCollisionObjectArray& objects = world.getCollisionObjectArray();
+    if (m_planeSize == 0)
+        setPlaneSize(world);
+    for (int i = 0; i < objects.size(); ++i)
+        numberOf(objects[i]);
+    meetObjects(world);
+
+    FilmFrame frame;
+    frame.time = time;
+    const std::size_t now = m_film.frames.size() + 1;
+    for (int i = 0; i < objects.size(); ++i)
+    {
+        const std::uint32_t body = numberOf(objects[i]);
+        m_seenIn[body] = now;
+        const BodyChange look = lookAt(*objects[i], body);
+        if (isSame(look, m_looks[body]))
+            continue;
+        frame.changes.push_back(look);
+        m_looks[body] = look;
+    }
+    for (std::uint32_t body = 0; body < m_film.bodyCount; ++body)
+    {
+        if (m_seenIn[body] == now || m_looks[body].state == BodyState::Hidden)
+            continue;
+        m_looks[body].state = BodyState::Hidden;
+        frame.changes.push_back(m_looks[body]);
+    }
+    const auto byBody = [](const BodyChange& a, const BodyChange& b) { return a.body < b.body; };
+    std::sort(frame.changes.begin(), frame.changes.end(), byBody);
+    const auto* const own = dynamic_cast<const Broadphase*>(world.getBroadphase());
+    if (own != nullptr && (m_overlay.boxes || m_overlay.cells || m_overlay.pairs))
+        frame.lines = drawnLines(*own, m_overlay);
+    m_film.frames.push_back(std::move(frame));
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

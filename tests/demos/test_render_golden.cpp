@@ -1,0 +1,125 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/render/painter.h"
+#include "demos/render/scene_film.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+
+// Small pictures of all scenes against stored ones. CULLET_WRITE_GOLDEN=1 in the environment writes them anew; look at
+// them before they go in.
+namespace cullet
+{
+namespace
+{
+constexpr int kWidth = 160, kHeight = 90;
+
+// Other vector widths and another renderer (softpipe) differ from the stored pictures by a mean of up to 0.1 and in one
+// square by up to 3; see MovedBodyAndChangedColourAreSeen for what has to be above.
+constexpr double kMean = 0.5, kLargest = 8;
+
+struct Picture
+{
+    const char* scene;
+    std::uint32_t bodies;
+    int steps;  ///< few, so that last bits of sin and cos on other processors have no time to grow
+};
+
+constexpr Picture kPictures[] = {
+    {"drop", 120, 45}, {"boxes", 120, 45}, {"hulls", 120, 45}, {"thesis", 150, 20}, {"W1", 150, 20},
+    {"W2", 150, 20},   {"W3", 150, 20},    {"W4", 300, 20},    {"W5", 150, 3},
+};
+
+Film filmOf(const Picture& picture)
+{
+    SceneFilmOptions options;
+    options.scene = picture.scene;
+    options.world.bodies = picture.bodies;
+    options.world.threads = 1;
+    options.steps = picture.steps;
+    options.every = 2;
+    return filmScene(options, [](int) { return true; });
+}
+
+/// The last frame.
+Image paintLast(const Film& film)
+{
+    FilmState state(film);
+    for (const FilmFrame& frame : film.frames)
+        state.apply(frame);
+    Painter painter(film, kWidth, kHeight);
+    return painter.paint(film.frames.back(), state,
+                         aimCameras(film, {}, static_cast<float>(kWidth) / kHeight).back());
+}
+
+class RenderGolden : public testing::TestWithParam<Picture>
+{
+};
+}  // namespace
+
+TEST_P(RenderGolden, LastFrameLooksAsStored)
+{
+    if (!hasPainter())
+        GTEST_SKIP() << "built without a renderer (libosmesa6-dev, libpng-dev)";
+    const Image image = paintLast(filmOf(GetParam()));
+    const std::string stored = std::string(CULLET_GOLDEN_FOLDER) + "/" + GetParam().scene + ".png";
+    if (std::getenv("CULLET_WRITE_GOLDEN") != nullptr)
+        writePng(image, stored);
+    const ImageDifference difference = compareImages(image, readPng(stored));
+    RecordProperty("difference", std::to_string(difference.mean) + " " + std::to_string(difference.largest));
+    const std::string seen =
+        std::filesystem::temp_directory_path() / (std::string(GetParam().scene) + ".png");
+    if (difference.mean > kMean || difference.largest > kLargest)
+    {
+        writePng(image, seen);
+        ADD_FAILURE() << "mean difference " << difference.mean << ", largest in a square "
+                      << difference.largest << "; stored: " << stored << ", seen: " << seen;
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, RenderGolden, testing::ValuesIn(kPictures),
+                         [](const auto& test) { return std::string(test.param.scene); });
+
+TEST(Render, SamePictureInEachRunAndMovedBodyAndChangedColourAreSeen)
+{
+    if (!hasPainter())
+        GTEST_SKIP() << "built without a renderer (libosmesa6-dev, libpng-dev)";
+    const Film film = filmOf({"boxes", 120, 45});
+    const Image image = paintLast(film);
+    EXPECT_EQ(image.pixels, paintLast(film).pixels) << "the same film twice";
+
+    // One of 120 bodies that is in sight.
+    const std::uint32_t body = film.bodyCount - 1;
+    Film moved = film;
+    BodyChange& last = moved.frames.back().changes.back();
+    ASSERT_EQ(last.body, body);
+    last.pose.position.x() += 0.7f;
+    const ImageDifference motion = compareImages(image, paintLast(moved));
+    EXPECT_GT(motion.largest, 2 * kLargest);
+
+    Film coloured = film;
+    BodyState& state = coloured.frames.back().changes.back().state;
+    state = state == BodyState::Touching ? BodyState::Near : BodyState::Touching;
+    const ImageDifference colour = compareImages(image, paintLast(coloured));
+    EXPECT_GT(colour.largest, 2 * kLargest);
+    RecordProperty("motion", std::to_string(motion.largest));
+    RecordProperty("colour", std::to_string(colour.largest));
+}
+
+TEST(Render, ComparisonOfPicturesCountsMeanAndWorstSquare)
+{
+    Image black{16, 16, std::vector<std::uint8_t>(16 * 16 * 3)}, other = black;
+    for (int y = 0; y < 8; ++y)
+    {
+        for (int x = 0; x < 24; ++x)
+            other.pixels[static_cast<std::size_t>(48 * y + x)] = 100;
+    }
+    const ImageDifference difference = compareImages(black, other);
+    EXPECT_NEAR(difference.mean, 25, 1e-9);
+    EXPECT_NEAR(difference.largest, 100, 1e-9);
+    EXPECT_THROW(compareImages(black, shrink(black, 2)), std::invalid_argument);
+    EXPECT_EQ(shrink(other, 8).pixels, (std::vector<std::uint8_t>{100, 100, 100, 0, 0, 0, 0, 0, 0, 0, 0, 0}));
+}
+}  // namespace cullet
