@@ -11,7 +11,9 @@
 #include <new>
 #include <string>
 #include <sys/wait.h>
+#include <thread>
 #include <unistd.h>
+#include <vector>
 
 namespace cullet::test
 {
@@ -111,6 +113,19 @@ void runInAChild()
     waitpid(child, &status, 0);
     std::printf("child %d\n", status);
 }
+void runInThreads()
+{
+    std::vector<std::thread> threads;
+    for (int i = 0; i < 4; ++i)
+        threads.emplace_back(
+            []
+            {
+                btDbvtBroadphase broadphase;
+                run(broadphase);
+            });
+    for (std::thread& thread : threads)
+        thread.join();
+}
 }  // namespace
 }  // namespace cullet::test
 
@@ -137,6 +152,8 @@ extern "C" __attribute__((visibility("default"))) void runTowers(const char* how
         runWithAForeignCache();
     else if (kind == "direct")
         runDirectly();
+    else if (kind == "threads")
+        runInThreads();
     else if (kind == "child")
         runInAChild();
 }

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// A program without Bullet that opens plug-ins with it, which may be of different precisions.
+// A program without Bullet that opens plug-ins with it, which may be of different precisions, closes them, and opens them
+// again.
 
 #include <cstdio>
 #include <dlfcn.h>
@@ -17,6 +18,7 @@ int main(int count, char** files)
             return 1;
         }
         reinterpret_cast<void (*)(const char*)>(dlsym(plugin, "runTowers"))("stack");
+        dlclose(plugin);
     }
     for (int i = 1; i < count; ++i)
         reinterpret_cast<void (*)(const char*)>(dlsym(dlopen(files[i], RTLD_NOW | RTLD_LOCAL), "runTowers"))(

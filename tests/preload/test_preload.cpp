@@ -85,6 +85,12 @@ TEST_P(PreloadedLibrary, StandsInWhereverTheProgramPutsItsBroadPhase)
         EXPECT_EQ(hash(kPreloaded + plain(how)), expected) << how;
 }
 
+TEST_P(PreloadedLibrary, ServesThreadsThatMakeTheirWorldsAtTheSameTime)
+{
+    EXPECT_EQ(run(kPreloaded + plain("threads")).lines("hash"),
+              std::vector<std::string>(4, hash(linked("narrow"))));
+}
+
 TEST_P(PreloadedLibrary, LetsTheTowersStandWhereTheyStandWithBullet)
 {
     const Output stock = run(plain("stack"));
