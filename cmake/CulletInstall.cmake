@@ -41,6 +41,9 @@ install(TARGETS cullet_static_broad cullet_narrow
 install(EXPORT cullet-targets NAMESPACE cullet:: DESTINATION "${CULLET_PACKAGE_DIR}" COMPONENT development)
 
 get_property(headers GLOBAL PROPERTY CULLET_PUBLIC_HEADERS)
+# For the API reference.
+string(REPLACE ";" "\n" lines "${headers}")
+file(WRITE "${PROJECT_BINARY_DIR}/public-headers.txt" "${lines}\nabi/cullet.h\n")
 foreach(header IN LISTS headers)
     get_filename_component(folder "${header}" DIRECTORY)
     install(FILES "${header}" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}/cullet/${folder}" COMPONENT development)

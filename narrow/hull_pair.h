@@ -55,7 +55,7 @@ public:
     /// Is the distance along an axis larger than the root of limit2? Two supports are all that a pair costs that is as
     /// far apart as before.
     ///
-    /// @param v world axes, from B to A; components beyond 1, or all tiny, are not tested
+    /// @param vx x, with vy and vz the axis in world axes, from B to A; components beyond 1, or all tiny, are not tested
     AxisTest<S> test(S vx, S vy, S vz, S limit2, std::int32_t startA, std::int32_t startB) const
     {
         AxisTest<S> test;
