@@ -31,32 +31,32 @@ public:
 
     /// @param tetrahedron four points that are not coplanar, around the origin
     /// @param size        unit of the tolerances
-    Polytope(const std::array<Eigen::Vector3d, 4>& tetrahedron, double size) : m_size(size)
+    Polytope(const std::array<Eigen::Vector3d, 4>& tetrahedron, double size) : m_tolerance(1e-13 * size)
     {
         std::copy(tetrahedron.begin(), tetrahedron.end(), m_vertices.begin());
         m_vertexCount = 4;
+        m_faceCount = 4;
         const Eigen::Vector3d& d = tetrahedron[3];
         const double volume = (tetrahedron[0] - d).dot((tetrahedron[1] - d).cross(tetrahedron[2] - d));
         // Counter-clockwise from outside if the volume is positive, else with two corners swapped.
         const std::int16_t i = volume > 0.0 ? 0 : 1;
         const std::int16_t j = volume > 0.0 ? 1 : 0;
-        addFace(i, j, 2);
-        addFace(j, i, 3);
-        addFace(2, j, 3);
-        addFace(i, 2, 3);
+        setFace(0, i, j, 2);
+        setFace(1, j, i, 3);
+        setFace(2, 2, j, 3);
+        setFace(3, i, 2, 3);
     }
 
     bool isValid() const { return m_isValid; }
 
-    const Face& closestFace() const
+    Face closestFace() const
     {
         int best = 0;
         for (int i = 1; i < m_faceCount; ++i)
-        {
-            if (m_faces[i].distance < m_faces[best].distance)
-                best = i;
-        }
-        return m_faces[best];
+            best = m_squares[i] < m_squares[best] ? i : best;
+        const Eigen::Vector3d scaled(m_x[best], m_y[best], m_z[best]);
+        const Eigen::Vector3d normal = scaled / scaled.norm();
+        return {normal, normal.dot(m_vertices[m_corners[best][0]]), m_corners[best]};
     }
 
     /// Adds a point outside of the surface.
@@ -67,18 +67,16 @@ public:
         if (vertex == kMaxVertices || !collectHorizon(point))
             return -1;
         m_vertices[m_vertexCount++] = point;
-        int kept = 0;
-        for (int i = 0; i < m_faceCount; ++i)
-        {
-            if (m_isVisible[i])
-                continue;
-            if (kept != i)
-                m_faces[kept] = m_faces[i];
-            ++kept;
-        }
-        m_faceCount = kept;
+        // New faces take the places of those that the point sees; then the last ones fill what is left of these.
         for (int i = 0; i < m_edgeCount && m_isValid; ++i)
-            addFace(m_edges[i][0], m_edges[i][1], static_cast<std::int16_t>(vertex));
+        {
+            const int place = i < m_visibleCount ? m_visible[i] : m_faceCount++;
+            m_isValid = m_isValid && place < kMaxFaces;
+            if (m_isValid)
+                setFace(place, m_edges[i][0], m_edges[i][1], static_cast<std::int16_t>(vertex));
+        }
+        for (int i = m_visibleCount - 1; i >= m_edgeCount; --i)
+            moveFace(--m_faceCount, m_visible[i]);
         return m_isValid ? vertex : -1;
     }
 
@@ -96,37 +94,58 @@ public:
     }
 
 private:
-    void addFace(std::int16_t i, std::int16_t j, std::int16_t k)
+    /// Normals stay as long as twice the area of their face: one root and one division for each face instead of six.
+    void setFace(int place, std::int16_t i, std::int16_t j, std::int16_t k)
     {
         const Eigen::Vector3d ij = m_vertices[j] - m_vertices[i];
         const Eigen::Vector3d ik = m_vertices[k] - m_vertices[i];
-        const Eigen::Vector3d scaled = ij.cross(ik);
-        const double length = scaled.norm();
+        const Eigen::Vector3d normal = ij.cross(ik);
+        const double square = normal.squaredNorm();
         // 1e-12: a relative height below which the direction of the normal is mostly rounding.
-        if (m_faceCount == kMaxFaces || !(length > 1e-12 * ij.norm() * ik.norm()))
+        if (!(square > 1e-24 * ij.squaredNorm() * ik.squaredNorm()))
         {
             m_isValid = false;
             return;
         }
-        const Eigen::Vector3d normal = scaled / length;
-        m_faces[m_faceCount++] = {normal, normal.dot(m_vertices[i]), {i, j, k}};
+        const double offset = normal.dot(m_vertices[i]);
+        m_x[place] = normal.x();
+        m_y[place] = normal.y();
+        m_z[place] = normal.z();
+        m_limits[place] = offset + m_tolerance * std::sqrt(square);
+        m_squares[place] = offset * std::abs(offset) / square;
+        m_corners[place] = {i, j, k};
+    }
+
+    void moveFace(int from, int to)
+    {
+        m_x[to] = m_x[from];
+        m_y[to] = m_y[from];
+        m_z[to] = m_z[from];
+        m_limits[to] = m_limits[from];
+        m_squares[to] = m_squares[from];
+        m_corners[to] = m_corners[from];
     }
 
     /// The edges between faces that the point sees and others; they must form one closed walk.
     bool collectHorizon(const Eigen::Vector3d& point)
     {
-        m_edgeCount = 0;
+        const double x = point.x(), y = point.y(), z = point.z();
+        std::array<double, kMaxFaces> heights;
+        for (int i = 0; i < m_faceCount; ++i)
+            heights[i] = m_x[i] * x + m_y[i] * y + m_z[i] * z - m_limits[i];
+        m_visibleCount = 0;
         for (int i = 0; i < m_faceCount; ++i)
         {
-            const Face& face = m_faces[i];
-            m_isVisible[i] = face.normal.dot(point) - face.distance > 1e-13 * m_size;
-            if (!m_isVisible[i])
-                continue;
-            for (int k = 0; k < 3; ++k)
-            {
-                if (!toggleEdge(face.vertex[k], face.vertex[(k + 1) % 3]))
-                    return false;
-            }
+            m_visible[m_visibleCount] = static_cast<std::int16_t>(i);
+            m_visibleCount += heights[i] > 0.0 ? 1 : 0;
+        }
+        m_edgeCount = 0;
+        for (int i = 0; i < m_visibleCount; ++i)
+        {
+            const std::array<std::int16_t, 3>& corners = m_corners[m_visible[i]];
+            if (!toggleEdge(corners[0], corners[1]) || !toggleEdge(corners[1], corners[2]) ||
+                !toggleEdge(corners[2], corners[0]))
+                return false;
         }
         return isOneWalk();
     }
@@ -151,7 +170,7 @@ private:
     bool isOneWalk() const
     {
         std::array<std::int16_t, kMaxVertices> next;
-        next.fill(-1);
+        std::fill_n(next.begin(), m_vertexCount, std::int16_t(-1));
         for (int i = 0; i < m_edgeCount; ++i)
         {
             if (next[m_edges[i][0]] >= 0)
@@ -171,12 +190,16 @@ private:
     }
 
     std::array<Eigen::Vector3d, kMaxVertices> m_vertices;
-    std::array<Face, kMaxFaces> m_faces;
-    std::array<bool, kMaxFaces> m_isVisible;
+    // By face: its normal, the product with the normal above which a point sees it, and its squared distance from the
+    // origin with the sign of the distance.
+    std::array<double, kMaxFaces> m_x, m_y, m_z, m_limits, m_squares;
+    std::array<std::array<std::int16_t, 3>, kMaxFaces> m_corners;
+    std::array<std::int16_t, kMaxFaces + 1> m_visible;
     std::array<std::array<std::int16_t, 2>, 3 * kMaxVertices> m_edges;
-    double m_size;
+    double m_tolerance;
     int m_vertexCount = 0;
     int m_faceCount = 0;
+    int m_visibleCount = 0;
     int m_edgeCount = 0;
     bool m_isValid = true;
 };
