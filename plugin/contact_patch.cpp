@@ -54,12 +54,12 @@ Matrix3d cofactors(const Matrix3d& m, bool& isMirrored)
 class FeatureFinder
 {
 public:
-    FeatureFinder(const PosedShape& shape, const Vector3d& shift, const Vector3d& direction)
-        : m_shape(shape), m_shift(shift), m_direction(direction)
+    FeatureFinder(const PosedShape& shape, const Vector3d& shift, const Vector3d& direction, Feature& feature)
+        : m_shape(shape), m_shift(shift), m_direction(direction), m_feature(feature)
     {
     }
 
-    Feature find()
+    void find()
     {
         const Hull<btScalar>& hull = m_shape.hull();
         if (hull.kind() == HullKind::Segment && hull.vertexCount() == 2)
@@ -69,7 +69,6 @@ public:
         }
         if (hull.kind() == HullKind::Polygon || hull.kind() == HullKind::Solid)
             findFace();
-        return m_feature;
     }
 
 private:
@@ -80,6 +79,7 @@ private:
         const Hull<btScalar>& hull = m_shape.hull();
         bool isMirrored;
         m_cofactors = cofactors(m_shape.basis(), isMirrored);
+        m_local = m_cofactors.transpose() * m_direction;
         std::int32_t best = -1;
         const auto faces = hull.facesOf(m_shape.support(m_direction, -1).vertex);
         for (const std::int32_t face : faces)
@@ -87,19 +87,27 @@ private:
         // A vertex inside a face is no corner of any.
         for (std::int32_t face = 0; faces.size() == 0 && face < std::int32_t(hull.faces().size()); ++face)
             consider(face, best);
-        if (best >= 0)
-            takeCorners(hull.faceVertices(best), isMirrored);
+        if (best < 0)
+            return;
+        m_feature.normal = normalOf(best).stableNormalized();
+        m_feature.alignment = m_feature.normal.dot(m_direction);
+        takeCorners(hull.faceVertices(best), isMirrored);
     }
 
+    Vector3d normalOf(std::int32_t face) const { return m_cofactors * localNormal(face); }
+    const Vector3d& localNormal(std::int32_t face) const
+    {
+        return m_shape.hull().faces()[static_cast<std::size_t>(face)].normal;
+    }
+
+    /// Compares squares of cosines: no root for each face.
     void consider(std::int32_t face, std::int32_t& best)
     {
-        const Vector3d normal =
-            (m_cofactors * m_shape.hull().faces()[static_cast<std::size_t>(face)].normal).stableNormalized();
-        const double alignment = normal.dot(m_direction);
-        if (!(alignment > m_feature.alignment))
+        const double along = localNormal(face).dot(m_local);
+        const double square = along * along / normalOf(face).squaredNorm();
+        if (!(along > 0.0 && square > m_alignment2))
             return;
-        m_feature.alignment = alignment;
-        m_feature.normal = normal;
+        m_alignment2 = square;
         best = face;
     }
 
@@ -116,40 +124,46 @@ private:
     const PosedShape& m_shape;
     Vector3d m_shift, m_direction;
     Matrix3d m_cofactors;
-    Feature m_feature;
+    Vector3d m_local;  ///< the direction in the frame of the hull, as long as the cofactors make it
+    double m_alignment2 = 0.0;
+    Feature& m_feature;
 };
 
 /// Keeps the side of the plane where inward . (x - base) >= 0.
 void clip(const Polygon& in, const Vector3d& base, const Vector3d& inward, Polygon& out)
 {
     out.count = 0;
+    double height = inward.dot(in[0] - base);
     for (int i = 0; i < in.count; ++i)
     {
         const Vector3d& here = in[i];
-        const Vector3d& next = in[(i + 1) % in.count];
-        const double heightHere = inward.dot(here - base);
-        const double heightNext = inward.dot(next - base);
+        const Vector3d& next = in[i + 1 < in.count ? i + 1 : 0];
+        const double heightHere = height;
+        height = inward.dot(next - base);
         if (heightHere >= 0.0)
             out.add(here);
-        if ((heightHere >= 0.0) != (heightNext >= 0.0))
-            out.add(here + heightHere / (heightHere - heightNext) * (next - here));
+        if ((heightHere >= 0.0) != (height >= 0.0))
+            out.add(here + heightHere / (heightHere - height) * (next - here));
     }
 }
 
 /// Corners of `face` inside the prism over `reference` along the reference's direction.
-Polygon clipToPrism(const Polygon& face, const Feature& reference, const Vector3d& direction)
+///
+/// @param buffers scratch; the result may be one of them
+const Polygon& clipToPrism(const Polygon& face, const Feature& reference, const Vector3d& direction,
+                           std::array<Polygon, 2>& buffers)
 {
-    Polygon buffers[2] = {face, {}};
-    int current = 0;
+    const Polygon* current = &face;
     const Polygon& base = reference.corners;
     // A convex polygon grows by one corner per plane at most, a segment to three points.
-    for (int i = 0; i < base.count && buffers[current].count > 0; ++i)
+    for (int i = 0; i < base.count && current->count > 0; ++i)
     {
-        const Vector3d edge = base[(i + 1) % base.count] - base[i];
-        clip(buffers[current], base[i], direction.cross(edge), buffers[1 - current]);
-        current = 1 - current;
+        const Vector3d edge = base[i + 1 < base.count ? i + 1 : 0] - base[i];
+        Polygon& next = buffers[static_cast<std::size_t>(i % 2)];
+        clip(*current, base[i], direction.cross(edge), next);
+        current = &next;
     }
-    return buffers[current];
+    return *current;
 }
 
 /// Candidate points, reduced to four at the end.
@@ -245,15 +259,17 @@ constexpr double kSteepest = 0.05;
 ContactPatch makeContactPatch(const PosedShape& a, const PosedShape& b, const Touch& touch, double limit)
 {
     PatchBuilder builder(touch, limit);
-    const Feature ofA = FeatureFinder(a, Vector3d::Zero(), -touch.normal).find();
-    const Feature ofB = FeatureFinder(b, b.origin() - a.origin(), touch.normal).find();
+    Feature ofA, ofB;
+    FeatureFinder(a, Vector3d::Zero(), -touch.normal, ofA).find();
+    FeatureFinder(b, b.origin() - a.origin(), touch.normal, ofB).find();
     const bool isAReference = ofA.alignment >= ofB.alignment;
     const Feature& reference = isAReference ? ofA : ofB;
     const Feature& other = isAReference ? ofB : ofA;
     if (reference.alignment > kSteepest && other.corners.count >= 2)
     {
         const Vector3d direction = isAReference ? Vector3d(-touch.normal) : touch.normal;
-        const Polygon clipped = clipToPrism(other.corners, reference, direction);
+        std::array<Polygon, 2> buffers;
+        const Polygon& clipped = clipToPrism(other.corners, reference, direction, buffers);
         for (int i = 0; i < clipped.count; ++i)
         {
             const double height =
