@@ -69,6 +69,8 @@ void checkOutputs(const RenderOptions& options)
     const bool wantsPictures = !options.folder.empty() || !options.animation.empty();
     if (!wantsPictures && options.gltf.empty())
         throw std::invalid_argument("say what to write: --out DIR, --animate FILE or --gltf FILE");
+    if (!options.gltf.empty())
+        checkGltf(options.gltf);
     if (!options.animation.empty())
         checkAnimation(options.animation);
     if (wantsPictures)

@@ -290,11 +290,16 @@ void writeFile(const std::string& path, const char* data, std::size_t size)
 }
 }  // namespace
 
+void checkGltf(const std::string& path)
+{
+    if (std::filesystem::path(path).extension() != ".gltf")
+        throw std::invalid_argument("--gltf takes a file that ends in .gltf, not " + path);
+}
+
 void writeGltf(const Film& film, const std::string& path)
 {
+    checkGltf(path);
     std::filesystem::path binary(path);
-    if (binary.extension() != ".gltf")
-        throw std::invalid_argument("--gltf takes a file that ends in .gltf, not " + path);
     binary.replace_extension(".bin");
     const GltfWriter writer(film, binary.filename().string());
     const std::string text = writer.document().dump();

@@ -8,6 +8,9 @@
 
 namespace cullet
 {
+/// Throws std::invalid_argument unless the file ends in .gltf.
+void checkGltf(const std::string& path);
+
 /// Writes a film as glTF 2.0: FILE.gltf (JSON) and FILE.bin beside it, for any viewer, Blender or a browser.
 ///
 /// A node for each body and mesh; bodies that move have an animation of translation and rotation with a key at each
@@ -15,7 +18,6 @@ namespace cullet
 /// glTF knows no materials that change, so that a body has the colour of its last state. Lines of boxes, cells and
 /// pairs are not written.
 ///
-/// @param path ends in .gltf
-/// @throws std::invalid_argument for another ending; ProgramError (kExitOutput) when a file cannot be written
+/// @throws as checkGltf(); ProgramError (kExitOutput) when a file cannot be written
 void writeGltf(const Film& film, const std::string& path);
 }  // namespace cullet

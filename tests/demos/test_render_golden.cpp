@@ -16,9 +16,9 @@ namespace
 {
 constexpr int kWidth = 160, kHeight = 90;
 
-// Other vector widths and another renderer (softpipe) differ from the stored pictures by a mean of up to 0.1 and in one
-// square by up to 3; see MovedBodyAndChangedColourAreSeen for what has to be above.
-constexpr double kMean = 0.5, kLargest = 8;
+// Mesa's llvmpipe gives the stored pictures bit by bit, on any number of threads and width of vectors; its softpipe
+// differs by a mean of up to 0.8 and in one square by up to 2.1. What has to be above is in the tests below.
+constexpr double kMean = 1.2, kLargest = 5;
 
 struct Picture
 {

@@ -1,0 +1,139 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/program/exit_code.h"
+#include "demos/render/animation.h"
+#include "demos/render/painter.h"
+#include "tests/demos/program.h"
+
+#include <filesystem>
+
+namespace cullet
+{
+namespace
+{
+/// A folder that is gone after the test.
+struct Folder
+{
+    ~Folder() { std::filesystem::remove_all(path); }
+    std::string file(const std::string& name) const { return path + "/" + name; }
+    std::string path = temporaryPath("render");
+};
+
+const std::string kSmall = "render --scene boxes --bodies 20 --quiet --size 64x36 ";
+
+bool hasFfmpeg()
+{
+    return runShell("ffmpeg -version").code == 0;
+}
+
+/// Frames of a GIF: graphic control extensions.
+std::size_t gifFrames(const std::string& bytes)
+{
+    std::size_t count = 0;
+    for (std::size_t at = 0; (at = bytes.find("\x21\xF9\x04", at)) != std::string::npos; ++at)
+        ++count;
+    return count;
+}
+}  // namespace
+
+TEST(RenderCommand, WritesAPictureForEachFrameInWhichBodiesFall)
+{
+    if (!hasPainter())
+        GTEST_SKIP() << "built without a renderer (libosmesa6-dev, libpng-dev)";
+    const Folder folder;
+    const Outcome outcome = runProgram(kSmall + "--steps 50 --every 20 --out " + folder.path);
+    ASSERT_EQ(outcome.code, kExitOk) << outcome.errors;
+    EXPECT_TRUE(contains(outcome.output, "3 frames")) << outcome.output;
+    EXPECT_TRUE(contains(outcome.output, "touching red")) << "the legend";
+    for (std::size_t frame = 0; frame < 3; ++frame)
+    {
+        const Image image = readPng(framePath(folder.path, frame));
+        EXPECT_EQ(image.width, 64);
+        EXPECT_EQ(image.height, 36);
+    }
+    EXPECT_FALSE(std::filesystem::exists(framePath(folder.path, 3)));
+    const ImageDifference motion =
+        compareImages(readPng(framePath(folder.path, 0)), readPng(framePath(folder.path, 2)));
+    EXPECT_GT(motion.mean, 1);
+}
+
+TEST(RenderCommand, OverlaysChangeThePicture)
+{
+    if (!hasPainter())
+        GTEST_SKIP() << "built without a renderer (libosmesa6-dev, libpng-dev)";
+    const Folder folder;
+    for (const std::string overlay : {"", "boxes", "pairs"})
+    {
+        const std::string option = overlay.empty() ? "" : " --" + overlay;
+        ASSERT_EQ(
+            runProgram(kSmall + "--steps 20 --start 20" + option + " --out " + folder.file("x" + overlay))
+                .code,
+            0);
+    }
+    const auto picture = [&](const std::string& name)
+    { return readPng(framePath(folder.file("x" + name), 0)); };
+    EXPECT_GT(compareImages(picture(""), picture("boxes")).largest, 10);
+    EXPECT_GT(compareImages(picture(""), picture("pairs")).largest, 10);
+}
+
+TEST(RenderCommand, JoinsFramesToAnAnimationWhereFfmpegIs)
+{
+    if (!hasPainter() || !hasFfmpeg())
+        GTEST_SKIP() << "needs a renderer (libosmesa6-dev, libpng-dev) and ffmpeg";
+    const Folder folder;
+    std::filesystem::create_directories(folder.path);
+    const Outcome outcome = runProgram(kSmall + "--steps 6 --every 2 --animate " + folder.file("a.gif"));
+    ASSERT_EQ(outcome.code, kExitOk) << outcome.errors;
+    const std::string gif = readText(folder.file("a.gif"));
+    ASSERT_GT(gif.size(), 10u);
+    EXPECT_EQ(gif.substr(0, 6), "GIF89a");
+    EXPECT_EQ(static_cast<unsigned char>(gif[6]), 64);
+    EXPECT_EQ(static_cast<unsigned char>(gif[8]), 36);
+    EXPECT_EQ(gifFrames(gif), 4u);
+}
+
+TEST(RenderCommand, SaysThatFfmpegIsMissingBeforeAnyWork)
+{
+    if (!hasPainter())
+        GTEST_SKIP() << "built without a renderer (libosmesa6-dev, libpng-dev)";
+    const Outcome outcome =
+        runShell("PATH=/nowhere " + std::string(CULLET_PROGRAM) + " " + kSmall + "--animate a.gif");
+    EXPECT_EQ(outcome.code, kExitUnavailable);
+    EXPECT_TRUE(contains(outcome.errors, "ffmpeg")) << outcome.errors;
+    EXPECT_FALSE(std::filesystem::exists("a.gif"));
+}
+
+TEST(RenderCommand, ExportNeedsNoRenderer)
+{
+    const Folder folder;
+    std::filesystem::create_directories(folder.path);
+    const Outcome outcome = runProgram(kSmall + "--steps 10 --gltf " + folder.file("a.gltf"));
+    ASSERT_EQ(outcome.code, kExitOk) << outcome.errors;
+    const auto gltf = nlohmann::json::parse(readText(folder.file("a.gltf")));
+    EXPECT_EQ(gltf["buffers"][0]["uri"], "a.bin");
+    EXPECT_EQ(gltf["buffers"][0]["byteLength"], std::filesystem::file_size(folder.file("a.bin")));
+    EXPECT_GE(gltf["nodes"].size(), 20u);
+    EXPECT_GE(gltf["animations"][0]["channels"].size(), 20u) << "all bodies fall";
+}
+
+TEST(RenderCommand, RefusesWhatItCannotDoInWords)
+{
+    const auto refuses = [](const std::string& arguments, int code, const std::string& word)
+    {
+        const Outcome outcome = runProgram("render --quiet " + arguments);
+        EXPECT_EQ(outcome.code, code) << arguments;
+        EXPECT_TRUE(contains(outcome.errors, word)) << arguments << ": " << outcome.errors;
+    };
+    refuses("", kExitUsage, "--animate");
+    refuses("--scene nosuch --out x", kExitUsage, "W1");
+    refuses("--size 64 --out x", kExitUsage, "WIDTHxHEIGHT");
+    refuses("--size 64x99999 --out x", kExitUsage, "4096");
+    refuses("--camera 1 --out x", kExitUsage, "YAW,PITCH");
+    refuses("--animate x.avi", kExitUsage, ".mp4");
+    refuses("--gltf x.obj", kExitUsage, ".gltf");
+    if (hasPainter())
+        refuses("--out /proc/x", kExitOutput, "/proc/x");
+    else
+        refuses("--out x", kExitUnavailable, "libosmesa6-dev");
+}
+}  // namespace cullet
