@@ -15,6 +15,9 @@ using Action = std::function<int()>;
 void addRunCommand(CLI::App& program, Action& chosen);
 void addBenchCommand(CLI::App& program, Action& chosen);
 void addFigureCommand(CLI::App& program, Action& chosen);
+void addRecordCommand(CLI::App& program, Action& chosen);
+void addReplayCommand(CLI::App& program, Action& chosen);
+void addVerifyCommand(CLI::App& program, Action& chosen);
 void addListCommand(CLI::App& program, Action& chosen);
 void addRenderCommand(CLI::App& program, Action& chosen);
 }  // namespace cullet

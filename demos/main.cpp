@@ -22,6 +22,9 @@ int parseAndRun(int argc, char** argv)
     cullet::addRunCommand(program, chosen);
     cullet::addBenchCommand(program, chosen);
     cullet::addFigureCommand(program, chosen);
+    cullet::addRecordCommand(program, chosen);
+    cullet::addReplayCommand(program, chosen);
+    cullet::addVerifyCommand(program, chosen);
     cullet::addListCommand(program, chosen);
     cullet::addRenderCommand(program, chosen);
     try

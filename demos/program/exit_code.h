@@ -13,15 +13,15 @@ enum ExitCode : int
     kExitOk = 0,
     kExitDisagreement = 1,  ///< two broad phases found different pairs, or a check of the result failed
     kExitUsage = 2,         ///< unknown option or name, or a value out of range
-    kExitInput = 3,         ///< a mesh file is missing, broken or useless
-    kExitOutput = 4,        ///< a result file cannot be written
+    kExitInput = 3,         ///< a mesh, world or recording file is missing, broken or useless
+    kExitOutput = 4,        ///< a file cannot be written
     kExitUnavailable =
         5,  ///< no such device, no timings from a debug build, or no program of the other precision
     kExitInterrupted = 130  ///< Ctrl-C; what was measured until then has been printed and written
 };
 
 inline constexpr const char* kExitCodeHelp =
-    "Exit codes: 0 ok, 1 the pairs disagree, 2 usage, 3 mesh file, 4 result file, 5 not available here, "
+    "Exit codes: 0 ok, 1 the pairs disagree, 2 usage, 3 input file, 4 output file, 5 not available here, "
     "130 interrupted (what was measured is printed)";
 
 /// A problem that ends the program: one line for the user, and the code.

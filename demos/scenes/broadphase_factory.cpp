@@ -2,10 +2,12 @@
 // SPDX-License-Identifier: Zlib
 #include "demos/scenes/broadphase_factory.h"
 
+#include "demos/bench/named_backends.h"
 #include "plugin/broadphase.h"
 
 #include <BulletCollision/BroadphaseCollision/btAxisSweep3.h>
 
+#include <algorithm>
 #include <stdexcept>
 #include <thread>
 
@@ -15,12 +17,8 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-NamedBroadphase makeCullet(const BroadphaseRequest& request, BackendChoice choice)
+NamedBroadphase nameCullet(const BroadphaseRequest& request, std::unique_ptr<Broadphase> broadphase)
 {
-    BroadphaseOptions options;
-    options.backend = choice;
-    options.threads = request.threads;
-    auto broadphase = std::make_unique<Broadphase>(options);
     NamedBroadphase result;
     result.name = request.name;
     result.cullet = broadphase.get();
@@ -28,6 +26,23 @@ NamedBroadphase makeCullet(const BroadphaseRequest& request, BackendChoice choic
     const unsigned int cores = std::thread::hardware_concurrency();
     result.threads = request.threads > 0 ? request.threads : static_cast<int>(cores);
     return result;
+}
+
+NamedBroadphase makeCullet(const BroadphaseRequest& request, BackendChoice choice)
+{
+    BroadphaseOptions options;
+    options.backend = choice;
+    options.threads = request.threads;
+    return nameCullet(request, std::make_unique<Broadphase>(options));
+}
+
+/// cullet::Broadphase around one of the backends that only benchmarks know.
+NamedBroadphase makeCullet(const BroadphaseRequest& request, const NamedBackend& named)
+{
+    std::unique_ptr<Backend> backend = named.make(request.threads);
+    if (!backend)
+        throw std::runtime_error("backend " + request.name + " cannot run here");
+    return nameCullet(request, std::make_unique<Broadphase>(std::move(backend)));
 }
 
 /// "cuda" by name means a device: without one, timings of the fallback would go under the wrong name.
@@ -64,16 +79,27 @@ NamedBroadphase makeAxisSweep(const BroadphaseRequest& request)
 
 const std::vector<BroadphaseInfo>& broadphaseNames()
 {
-    static const std::vector<BroadphaseInfo> names = {
-        {"auto", "cullet: CUDA when a device answers, else the grid"},
-        {"cuda", "cullet on an NVIDIA GPU"},
-        {"grid", "cullet: the hierarchical grid on the CPU"},
-        {"brute", "cullet: every box against every other"},
-        {"dbvt", "Bullet's btDbvtBroadphase as shipped"},
-        {"dbvt-deferred", "btDbvtBroadphase with m_deferedcollide"},
-        {"dbvt-m0", "btDbvtBroadphase with gDbvtMargin = 0"},
-        {"axissweep", "Bullet's bt32BitAxisSweep3 without ray accelerator"},
-    };
+    static const std::vector<BroadphaseInfo> names = []
+    {
+        std::vector<BroadphaseInfo> all = {
+            {"auto", "cullet: CUDA when a device answers, else the grid"},
+            {"cuda", "cullet on an NVIDIA GPU"},
+            {"grid", "cullet: the hierarchical grid on the CPU"},
+            {"brute", "cullet: every box against every other"},
+            {"dbvt", "Bullet's btDbvtBroadphase as shipped"},
+            {"dbvt-deferred", "btDbvtBroadphase with m_deferedcollide"},
+            {"dbvt-m0", "btDbvtBroadphase with gDbvtMargin = 0"},
+            {"axissweep", "Bullet's bt32BitAxisSweep3 without ray accelerator"},
+        };
+        for (const NamedBackend& backend : namedBackends())
+        {
+            const auto isNamed = [&](const BroadphaseInfo& info)
+            { return std::string(info.name) == backend.name; };
+            if (std::none_of(all.begin(), all.end(), isNamed))
+                all.push_back({backend.name, backend.summary});
+        }
+        return all;
+    }();
     return names;
 }
 
@@ -92,6 +118,8 @@ NamedBroadphase makeNamedBroadphase(const BroadphaseRequest& request)
         result = makeDbvt(request, request.name == "dbvt-deferred");
     else if (request.name == "axissweep")
         result = makeAxisSweep(request);
+    else if (const NamedBackend* backend = findBackend(request.name))
+        result = makeCullet(request, *backend);
     else
     {
         std::string known;

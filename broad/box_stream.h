@@ -1,0 +1,130 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+// Files that hold what a broad phase was told: boxes that come, move and go, frame by frame. docs/recording-format.md
+// describes them byte by byte. The library cullet::box_stream reads and writes them; it needs zlib.
+namespace cullet
+{
+/// A box in the precision in which it was recorded; a float is kept exactly. Length unit of the recorded world. May be
+/// empty (min > max, or a NaN), as in Aabb.
+struct StreamBox
+{
+    double min[3];
+    double max[3];
+};
+
+/// One call of a broad phase.
+struct BoxEvent
+{
+    enum class Kind : std::uint8_t
+    {
+        Create = 1,  ///< id, box, group, mask
+        Destroy,     ///< id
+        Set,         ///< id, box: also a box that is the same as before
+        Filter,      ///< id, group, mask: changed without a call, seen before the next frame
+        Frame        ///< pairs are to be found now
+    };
+
+    Kind kind = Kind::Frame;
+    std::uint32_t id = 0;
+    std::int32_t group = 0;
+    std::int32_t mask = 0;
+    StreamBox box = {};
+};
+
+/// Size of a recorded coordinate, in bytes.
+enum class StreamPrecision : std::uint8_t
+{
+    Float = 4,
+    Double = 8
+};
+
+/// What the head of a file says.
+struct BoxStreamInfo
+{
+    StreamPrecision precision = StreamPrecision::Float;
+    std::uint64_t frames = 0;
+    std::uint64_t events = 0;  ///< frames included
+    std::uint32_t ids = 0;     ///< every id is below
+};
+
+/// Writes a recording. Ids are chosen by the caller: the smallest that no live box has, so that they stay dense.
+///
+/// Nothing throws but std::bad_alloc. The first failure (a full disk) is kept in error(), and all later calls do nothing.
+/// Cost: O(1) per event, and zlib's fastest compression, per block of at most 1 MiB.
+class BoxStreamWriter
+{
+public:
+    /// Opens the file for writing; error() tells whether it could.
+    BoxStreamWriter(const std::string& path, StreamPrecision precision);
+
+    /// Finishes, if finish() was not called.
+    ~BoxStreamWriter();
+    BoxStreamWriter(const BoxStreamWriter&) = delete;
+    BoxStreamWriter& operator=(const BoxStreamWriter&) = delete;
+
+    void create(std::uint32_t id, const StreamBox& box, std::int32_t group, std::int32_t mask);
+    void destroy(std::uint32_t id);
+    void set(std::uint32_t id, const StreamBox& box);
+    void filter(std::uint32_t id, std::int32_t group, std::int32_t mask);
+    void frame();
+
+    /// Writes what is left and the counts into the head. A file without it is refused by the reader.
+    ///
+    /// @returns whether everything is in the file
+    bool finish();
+
+    /// One line that names the file and the reason; empty while all is well.
+    const std::string& error() const noexcept;
+
+    const BoxStreamInfo& info() const noexcept;
+
+private:
+    struct Parts;
+    std::unique_ptr<Parts> m;
+};
+
+/// Reads a recording and trusts nothing in it: each checksum, length, count and id is checked before it is used.
+///
+/// Memory: a block of 1 MiB and a few words per id; ids are dense, so no number in the file alone makes it large.
+class BoxStreamReader
+{
+public:
+    enum class Next
+    {
+        Event,
+        End,   ///< the file ends where it has to
+        Error  ///< see error(); the events so far are good
+    };
+
+    /// @returns null when the file cannot be opened or its head is not one; `why` is then one line with its name
+    static std::unique_ptr<BoxStreamReader> open(const std::string& path, std::string& why);
+
+    ~BoxStreamReader();
+    BoxStreamReader(const BoxStreamReader&) = delete;
+    BoxStreamReader& operator=(const BoxStreamReader&) = delete;
+
+    const BoxStreamInfo& info() const noexcept;
+
+    /// Reads one event into `event`. A Create has a free id, every other kind but Frame a live one.
+    Next next(BoxEvent& event);
+
+    /// Replaces `events` by those up to the next Frame, without it. End: no Frame came, `events` holds what is after the
+    /// last one.
+    Next nextFrame(std::vector<BoxEvent>& events);
+
+    /// One line that names the file, the place and the reason; empty while all is well.
+    const std::string& error() const noexcept;
+
+private:
+    struct Parts;
+    explicit BoxStreamReader(std::unique_ptr<Parts> parts);
+    std::unique_ptr<Parts> m;
+};
+}  // namespace cullet

@@ -1,0 +1,47 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "demos/recording/recording_file.h"
+#include "demos/scenes/broadphase_factory.h"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+/// Something that finds the pairs of a recording.
+class Player
+{
+public:
+    virtual ~Player() = default;
+
+    virtual const std::string& name() const = 0;
+    virtual int threads() const = 0;
+
+    /// Hands over the events before a frame. Timed.
+    virtual void apply(const std::vector<BoxEvent>& events) = 0;
+
+    /// Finds the pairs. Timed.
+    virtual void findPairs() = 0;
+
+    /// The pairs of ids that are held and are pairs of these boxes now, sorted. A margin may keep more.
+    virtual std::vector<Pair> pairs(const RecordedBoxes& boxes) = 0;
+
+    /// Pairs held, those that a margin keeps included.
+    virtual std::uint64_t heldPairs() = 0;
+};
+
+/// A broad phase by name (broadphaseNames()) behind Bullet's interface; "exact": the referee, all pairs anew by a sweep.
+///
+/// @throws std::invalid_argument for an unknown name; std::runtime_error when it cannot run here
+std::unique_ptr<Player> makePlayer(const std::string& name, int threads, const RecordingSummary& summary);
+
+/// One for each name.
+std::vector<std::unique_ptr<Player>> makePlayers(const std::vector<std::string>& names, int threads,
+                                                 const RecordingSummary& summary);
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

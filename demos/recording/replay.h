@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "demos/program/result_file.h"
+#include "demos/recording/player.h"
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+/// Options of `cullet replay` and `cullet verify`.
+struct ReplayOptions
+{
+    std::string path;
+    std::vector<std::string> backends;
+    int threads = 0;
+    std::uint64_t frames = 0;  ///< at most; 0: all
+    bool quiet = false;
+};
+
+struct ReplayResult
+{
+    std::uint64_t frames = 0;
+    /// What differed first, in words; empty when all found the same pairs in all frames.
+    std::string difference;
+};
+
+/// Prints what is in a recording.
+void printSummary(const std::string& path, const RecordingSummary& summary);
+
+/// Plays a recording to all backends, frame by frame in turns, and adds rows "replay.setAabb" (everything handed over),
+/// "replay.calculateOverlappingPairs" and "replay.frame" (both) for each, in the form of all benchmarks.
+///
+/// `hash` is over the overlapping pairs of all frames; the pair sets are compared, outside of the times, in each frame.
+/// Stops early, with what it has, when the user interrupts.
+ReplayResult runReplay(const ReplayOptions& options, ResultFile& file);
+
+/// Compares the overlapping pairs of all players with those of the first, in each frame, and stops at the first
+/// difference: frame, pair, who has it, and both boxes. Adds a row "verify" for each player.
+ReplayResult runVerify(const ReplayOptions& options, RecordingFile& recording,
+                       const std::vector<std::unique_ptr<Player>>& players, ResultFile& file);
+}  // namespace CULLET_PRECISION
+}  // namespace cullet
