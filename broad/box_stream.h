@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <iosfwd>
 #include <memory>
 #include <string>
 #include <vector>
@@ -105,6 +106,10 @@ public:
 
     /// @returns null when the file cannot be opened or its head is not one; `why` is then one line with its name
     static std::unique_ptr<BoxStreamReader> open(const std::string& path, std::string& why);
+
+    /// The same from a stream, which errors call `name`.
+    static std::unique_ptr<BoxStreamReader> open(std::unique_ptr<std::istream> stream,
+                                                 const std::string& name, std::string& why);
 
     ~BoxStreamReader();
     BoxStreamReader(const BoxStreamReader&) = delete;

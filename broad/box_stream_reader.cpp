@@ -14,7 +14,7 @@ using namespace box_stream;
 struct BoxStreamReader::Parts
 {
     std::string path;
-    std::ifstream file;
+    std::unique_ptr<std::istream> file;
     std::string error;
     BoxStreamInfo info;
     Bytes block;
@@ -34,8 +34,8 @@ struct BoxStreamReader::Parts
 
     bool read(std::uint8_t* bytes, std::size_t count)
     {
-        file.read(reinterpret_cast<char*>(bytes), static_cast<std::streamsize>(count));
-        return static_cast<std::size_t>(file.gcount()) == count;
+        file->read(reinterpret_cast<char*>(bytes), static_cast<std::streamsize>(count));
+        return static_cast<std::size_t>(file->gcount()) == count;
     }
 
     Next readBlock();
@@ -86,7 +86,7 @@ BoxStreamReader::Next BoxStreamReader::Parts::finish()
 
 BoxStreamReader::Next BoxStreamReader::Parts::readBlock()
 {
-    if (file.peek() == std::ifstream::traits_type::eof())
+    if (file->peek() == std::ifstream::traits_type::eof())
         return finish();
     block.resize(kBlockHeadSize);
     if (!read(block.data(), kBlockHeadSize))
@@ -187,29 +187,26 @@ BoxStreamReader::Next BoxStreamReader::Parts::decode(BoxEvent& event)
 
 std::unique_ptr<BoxStreamReader> BoxStreamReader::open(const std::string& path, std::string& why)
 {
+    auto file = std::make_unique<std::ifstream>(path, std::ios::binary);
+    if (*file)
+        return open(std::move(file), path, why);
+    why = "recording '" + path + "': " + std::strerror(errno);
+    return nullptr;
+}
+
+std::unique_ptr<BoxStreamReader> BoxStreamReader::open(std::unique_ptr<std::istream> stream,
+                                                       const std::string& name, std::string& why)
+{
     auto parts = std::make_unique<Parts>();
-    parts->path = path;
-    why = "recording '" + path + "': ";
-    parts->file.open(path, std::ios::binary);
+    parts->path = name;
+    parts->file = std::move(stream);
     Bytes head(kHeadSize);
-    if (!parts->file)
-    {
-        why += std::strerror(errno);
-        return nullptr;
-    }
-    if (!parts->read(head.data(), head.size()))
-    {
-        why += "too short for a recording";
-        return nullptr;
-    }
-    const std::string reason = decodeHead(head.data(), parts->info);
-    if (!reason.empty())
-    {
-        why += reason;
-        return nullptr;
-    }
-    why.clear();
-    return std::unique_ptr<BoxStreamReader>(new BoxStreamReader(std::move(parts)));
+    why = parts->read(head.data(), head.size()) ? decodeHead(head.data(), parts->info)
+                                                : "too short for a recording";
+    if (why.empty())
+        return std::unique_ptr<BoxStreamReader>(new BoxStreamReader(std::move(parts)));
+    why = "recording '" + name + "': " + why;
+    return nullptr;
 }
 
 BoxStreamReader::BoxStreamReader(std::unique_ptr<Parts> parts) : m(std::move(parts)) {}

@@ -19,6 +19,7 @@ inline void addReplayArguments(CLI::App& command, ReplayOptions& options)
         .add_option("--backend", options.backends,
                     "one or several ('cullet list'); exact: sort and sweep anew")
         ->delimiter(',')
+        ->allow_extra_args(false)
         ->capture_default_str();
     command.add_option("--threads", options.threads, "of the CPU backends; 0: all cores")
         ->capture_default_str()
