@@ -36,15 +36,6 @@ NamedBroadphase makeCullet(const BroadphaseRequest& request, BackendChoice choic
     return nameCullet(request, std::make_unique<Broadphase>(options));
 }
 
-/// cullet::Broadphase around one of the backends that only benchmarks know.
-NamedBroadphase makeCullet(const BroadphaseRequest& request, const NamedBackend& named)
-{
-    std::unique_ptr<Backend> backend = named.make(request.threads);
-    if (!backend)
-        throw std::runtime_error("backend " + request.name + " cannot run here");
-    return nameCullet(request, std::make_unique<Broadphase>(std::move(backend)));
-}
-
 /// "cuda" by name means a device: without one, timings of the fallback would go under the wrong name.
 NamedBroadphase makeCuda(const BroadphaseRequest& request)
 {
@@ -118,8 +109,9 @@ NamedBroadphase makeNamedBroadphase(const BroadphaseRequest& request)
         result = makeDbvt(request, request.name == "dbvt-deferred");
     else if (request.name == "axissweep")
         result = makeAxisSweep(request);
-    else if (const NamedBackend* backend = findBackend(request.name))
-        result = makeCullet(request, *backend);
+    else if (std::unique_ptr<Backend> backend = makeBackend(request.name, request.threads))
+        // One that only benchmarks know.
+        result = nameCullet(request, std::make_unique<Broadphase>(std::move(backend)));
     else
     {
         std::string known;
