@@ -20,13 +20,15 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// By address: type_info of a class that was compiled without RTTI is null and must not be looked into. Two copies of
-/// one class's, as in a program with two Bullets, count as different.
+/// Classes without a function in Bullet's library, such as btCapsuleShapeX, have a type_info in every library with hidden
+/// visibility; hence a comparison by name, which type_info does.
 template <class... Shapes>
 bool isExactly(const btCollisionShape& shape)
 {
-    const std::type_info* const type = &typeid(shape);
-    return ((type == &typeid(Shapes)) || ...);
+    // The virtual table of a class that was compiled without RTTI has null here, which the compiler does not expect.
+    const std::type_info* const volatile place = &typeid(shape);
+    const std::type_info* const type = place;
+    return type != nullptr && ((*type == typeid(Shapes)) || ...);
 }
 }  // namespace
 

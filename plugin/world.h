@@ -29,7 +29,7 @@ class World : public Base
 public:
     using Base::Base;
 
-    /// @param threads 0, the default: as many as the machine has; 1: Base's own function
+    /// @param threads 0, the default: as many as the machine has
     void setUpdateThreads(int threads) { m_boxes.setThreads(threads); }
 
     void updateAabbs() override
@@ -38,7 +38,7 @@ public:
             Base::updateAabbs();
     }
 
-    /// What the last updateAabbs() that used threads did.
+    /// What the last updateAabbs() of 512 objects or more did; below, it is Base's own.
     const WorldBoxesStats& updateStats() const { return m_boxes.stats(); }
 
 private:

@@ -17,6 +17,31 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
+namespace
+{
+/// Objects between the first touch of an object's proxy and its use; the object itself comes as many sooner. Memory is
+/// what an update waits for: a third of its time on one thread.
+constexpr std::size_t kAhead = 8;
+
+/// Transforms, handle, shape, flags and activation are in the first lines of an object.
+void prefetchObject(const btCollisionObject* object)
+{
+    constexpr std::size_t kUsed = 2 * sizeof(btTransform) + 10 * sizeof(btVector3);
+    const auto* bytes = reinterpret_cast<const char*>(object);
+    for (std::size_t at = 0; at < kUsed; at += 64)
+        __builtin_prefetch(bytes + at);
+}
+
+void prefetchAhead(const btCollisionObjectArray& objects, std::size_t index)
+{
+    const auto count = static_cast<std::size_t>(objects.size());
+    if (index + 2 * kAhead < count)
+        prefetchObject(objects[static_cast<int>(index + 2 * kAhead)]);
+    if (index + kAhead < count)
+        __builtin_prefetch(objects[static_cast<int>(index + kAhead)]->getBroadphaseHandle(), 1);
+}
+}  // namespace
+
 /// What the world's settings are during one update.
 class WorldBoxes::Job
 {
@@ -30,7 +55,7 @@ public:
           m_threshold(gContactBreakingThreshold, gContactBreakingThreshold, gContactBreakingThreshold)
     {
         btBroadphaseInterface* broadphase = ofWorld.getBroadphase();
-        // By address, as in pure_aabb.cpp.
+        // By address: null for a class that was compiled without RTTI.
         if (&typeid(*broadphase) != &typeid(Broadphase))
             return;
         auto* own = static_cast<Broadphase*>(broadphase);
@@ -130,19 +155,23 @@ void WorldBoxes::setThreads(int threads)
 bool WorldBoxes::update(btCollisionWorld& world, BoxRule rule)
 {
     const auto count = static_cast<std::size_t>(world.getNumCollisionObjects());
-    if (m_workers->threads() == 1 || count < 2 * kGrain)
+    if (count < 2 * kGrain)
         return false;
     BT_PROFILE("updateAabbs");
     const Job job(world, rule);
     m_rest.resize(count);
     m_boxes.resize(count);
-    const auto tasks = static_cast<unsigned>((count + kGrain - 1) / kGrain);
-    m_workers->run(tasks,
+    // More tasks than threads, since shapes differ in cost.
+    const std::size_t grain = m_workers->threads() == 1 ? count : kGrain;
+    m_workers->run(static_cast<unsigned>((count + grain - 1) / grain),
                    [&](unsigned task)
                    {
-                       const std::size_t end = std::min(count, (task + 1) * kGrain);
-                       for (std::size_t i = task * kGrain; i < end; ++i)
+                       const std::size_t end = std::min(count, (task + 1) * grain);
+                       for (std::size_t i = task * grain; i < end; ++i)
+                       {
+                           prefetchAhead(job.objects, i);
                            m_rest[i] = job.run(*job.objects[static_cast<int>(i)], m_boxes[i]);
+                       }
                    });
     finish(job);
     return true;

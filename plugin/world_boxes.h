@@ -48,7 +48,7 @@ struct WorldBoxesStats
 class CULLET_API WorldBoxes
 {
 public:
-    /// Objects per task. Below two tasks Bullet's own function is as fast.
+    /// Objects per task. Below two of them Bullet's own function is as fast.
     static constexpr std::size_t kGrain = 256;
 
     WorldBoxes();
@@ -59,7 +59,7 @@ public:
 
     /// Does what the world's own updateAabbs() does, bit for bit.
     ///
-    /// @return false: nothing was done, because there are too few objects or threads for it to pay
+    /// @return false: nothing was done, because there are too few objects for it to pay
     bool update(btCollisionWorld& world, BoxRule rule);
 
     const WorldBoxesStats& stats() const { return m_stats; }

@@ -155,8 +155,8 @@ std::vector<std::uint64_t> history(std::unique_ptr<btBroadphaseInterface> broadp
     EXPECT_EQ(crowd.shapes.lazy->foreignCalls, 0) << "a shape of the application was asked on another thread";
     if constexpr (kIsOurs)
     {
-        EXPECT_EQ(stage.world.updateStats().parallelBoxes > 200, threads > 1);
-        EXPECT_EQ(stage.world.updateStats().serialBoxes > 20, threads > 1);
+        EXPECT_GT(stage.world.updateStats().parallelBoxes, 200u);
+        EXPECT_GT(stage.world.updateStats().serialBoxes, 20u);
     }
     return hashes;
 }
@@ -196,9 +196,9 @@ void leaveSleepersAlone(btCollisionWorld& world)
 
 TEST(ParallelWorlds, AnyNumberOfThreadsGivesTheSame)
 {
-    const auto one = history<Discrete::Parallel>(std::make_unique<Broadphase>(), 1);
-    for (const int threads : {2, 8})
-        EXPECT_EQ(history<Discrete::Parallel>(std::make_unique<Broadphase>(), threads), one) << threads;
+    const auto serial = history<Discrete::Serial>(std::make_unique<Broadphase>(), 0);
+    for (const int threads : {1, 2, 8})
+        EXPECT_EQ(history<Discrete::Parallel>(std::make_unique<Broadphase>(), threads), serial) << threads;
 }
 
 TEST(ParallelWorlds, SettingsOfTheWorldAreFollowed)
