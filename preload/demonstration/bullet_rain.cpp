@@ -33,56 +33,79 @@ void makeHull(btConvexHullShape& hull, std::mt19937& random)
     for (int i = 0; i < 32; ++i)
         hull.addPoint(btVector3(normal(random), normal(random), normal(random)).normalized() * btScalar(0.4));
 }
+
+class Rain
+{
+public:
+    explicit Rain(int bodyCount)
+    {
+        m_world.setGravity(btVector3(0, -10, 0));
+        makeHull(m_hull, m_random);
+        add(m_terrain, 0, btVector3(0, 0, 0));
+        std::uniform_real_distribution<btScalar> across(-60, 60), up(3, 20);
+        for (int i = 0; i < bodyCount; ++i)
+        {
+            const btScalar x = across(m_random), y = up(m_random), z = across(m_random);
+            add(i % 2 ? static_cast<btCollisionShape&>(m_hull) : m_ball, 1, btVector3(x, y, z));
+        }
+    }
+    ~Rain()
+    {
+        for (auto& body : m_bodies)
+            m_world.removeRigidBody(body.get());
+    }
+    Rain(const Rain&) = delete;
+    Rain& operator=(const Rain&) = delete;
+
+    double millisecondsOfAStep()
+    {
+        const auto start = std::chrono::steady_clock::now();
+        m_world.stepSimulation(btScalar(1) / 60, 0);
+        return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+    }
+    void addTo(Result& result) const
+    {
+        for (const auto& body : m_bodies)
+        {
+            const btVector3& at = body->getWorldTransform().getOrigin();
+            result.add(double(at.x()), double(at.y()), double(at.z()));
+        }
+    }
+
+private:
+    void add(btCollisionShape& shape, btScalar mass, const btVector3& at)
+    {
+        btVector3 inertia(0, 0, 0);
+        if (mass > 0)
+            shape.calculateLocalInertia(mass, inertia);
+        m_bodies.push_back(std::make_unique<btRigidBody>(mass, nullptr, &shape, inertia));
+        m_bodies.back()->setWorldTransform(btTransform(btQuaternion::getIdentity(), at));
+        m_world.addRigidBody(m_bodies.back().get());
+    }
+
+    std::mt19937 m_random{1};
+    std::vector<btScalar> m_heights = hills();
+    btHeightfieldTerrainShape m_terrain{kSide, kSide, m_heights.data(), 1, -2, 2, 1, PHY_FLOAT, false};
+    btSphereShape m_ball{btScalar(0.4)};
+    btConvexHullShape m_hull;
+    btDefaultCollisionConfiguration m_configuration;
+    btCollisionDispatcher m_dispatcher{&m_configuration};
+    btDbvtBroadphase m_broadphase;
+    btSequentialImpulseConstraintSolver m_solver;
+    btDiscreteDynamicsWorld m_world{&m_dispatcher, &m_broadphase, &m_solver, &m_configuration};
+    std::vector<std::unique_ptr<btRigidBody>> m_bodies;
+};
 }  // namespace
 
 int main(int count, char** arguments)
 {
-    const int bodyCount = count > 1 ? std::atoi(arguments[1]) : 4000;
-    const int steps = count > 2 ? std::atoi(arguments[2]) : 60;
-    btDefaultCollisionConfiguration configuration;
-    btCollisionDispatcher dispatcher(&configuration);
-    btDbvtBroadphase broadphase;
-    btSequentialImpulseConstraintSolver solver;
-    btDiscreteDynamicsWorld world(&dispatcher, &broadphase, &solver, &configuration);
-    world.setGravity(btVector3(0, -10, 0));
-
-    std::mt19937 random(1);
-    std::vector<btScalar> heights = hills();
-    btHeightfieldTerrainShape terrain(kSide, kSide, heights.data(), 1, -2, 2, 1, PHY_FLOAT, false);
-    btSphereShape ball(btScalar(0.4));
-    btConvexHullShape hull;
-    makeHull(hull, random);
-    std::vector<std::unique_ptr<btRigidBody>> bodies;
-    bodies.push_back(std::make_unique<btRigidBody>(btScalar(0), nullptr, &terrain));
-    std::uniform_real_distribution<btScalar> across(-60, 60), up(3, 20);
-    for (int i = 0; i < bodyCount; ++i)
-    {
-        btCollisionShape* shape = i % 2 ? static_cast<btCollisionShape*>(&hull) : &ball;
-        btVector3 inertia;
-        shape->calculateLocalInertia(1, inertia);
-        bodies.push_back(std::make_unique<btRigidBody>(btScalar(1), nullptr, shape, inertia));
-        const btVector3 at(across(random), up(random), across(random));
-        bodies.back()->setWorldTransform(btTransform(btQuaternion::getIdentity(), at));
-    }
-    for (auto& body : bodies)
-        world.addRigidBody(body.get());
-
-    std::vector<double> times;
-    for (int i = 0; i < steps; ++i)
-    {
-        const auto start = std::chrono::steady_clock::now();
-        world.stepSimulation(btScalar(1) / 60, 0);
-        times.push_back(
-            std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count());
-    }
-    std::nth_element(times.begin(), times.begin() + steps / 2, times.end());
-    std::printf("step %.2f ms\n", times[std::size_t(steps / 2)]);
+    Rain rain(count > 1 ? std::atoi(arguments[1]) : 4000);
+    std::vector<double> times(count > 2 ? std::size_t(std::atoi(arguments[2])) : 60);
+    for (double& time : times)
+        time = rain.millisecondsOfAStep();
+    std::nth_element(times.begin(), times.begin() + std::ptrdiff_t(times.size() / 2), times.end());
+    std::printf("step %.2f ms\n", times[times.size() / 2]);
     Result result;
-    for (auto& body : bodies)
-    {
-        const btVector3 at = body->getWorldTransform().getOrigin();
-        result.add(double(at.x()), double(at.y()), double(at.z()));
-        world.removeRigidBody(body.get());
-    }
+    rain.addTo(result);
     result.print();
 }

@@ -182,6 +182,16 @@ TEST(PreloadedLibraryElsewhere, ProgramsWithoutBulletSeeNothingOfIt)
     EXPECT_EQ(run(kPreloaded + "CULLET_STATS=1 " + kFolder + "plugin_host").text, "");
 }
 
+TEST(PreloadedLibraryElsewhere, LeavesABulletAloneThatAPluginExports)
+{
+    const Output output = run(kPreloaded + kFolder + "plugin_host " + kFolder + "foreign_bullet.so " +
+                              kFolder + "tower_plugin.so");
+    EXPECT_EQ(output.lines("foreign"), std::vector<std::string>(2, "7")) << output.text;
+    EXPECT_TRUE(output.has("foreign_bullet.so: not the Bullet library that cullet was built for"))
+        << output.text;
+    EXPECT_EQ(output.lines("hash").front(), run(kFolder + "linked_towers narrow").line("hash"));
+}
+
 TEST(PreloadedLibraryElsewhere, ServesPluginsOfBothPrecisionsInOneProcess)
 {
     const std::string host =
