@@ -115,24 +115,33 @@ def draw_device(rows, target):
     save(figure, target, "device")
 
 
+def ratios_to_grid(rows):
+    """Of each row but the grid's: scene, bodies, backend, time over that of the grid in the same run, wrong pairs or not."""
+    grid = {}
+    for row in rows:
+        case = (row["scene"], row["bodies"])
+        if row["backend"] == "grid":  # the first backend of each case
+            grid[case] = figures.time_of(row)
+            continue
+        yield (*case, row["backend"], figures.time_of(row) / grid[case], row.get("wrong_checks", "0") not in ("", "0"))
+
+
 def draw_rivals(rows, target):
     """How many times longer than cullet's grid other broad phases take on the same boxes in the same run."""
     figure, axes = plt.subplots(1, 5, figsize=(13, 4.8), sharex=True, sharey=True)
-    grid = {(row["scene"], row["bodies"]): figures.time_of(row) for row in rows if row["backend"] == "grid"}
-    names = list(dict.fromkeys(row["backend"] for row in rows if row["backend"] != "grid"))[::-1]
-    labels = {"auto": "grid through Bullet"}
+    ratios = list(ratios_to_grid(rows))
+    names = list(dict.fromkeys(backend for _, _, backend, _, _ in ratios))[::-1]
     for axis, scene in zip(axes, ("W1", "W2", "W3", "W4", "W5")):
         for bodies, marker in (("4000", "o"), ("16000", "s"), ("64000", "D")):
-            chosen = [row for row in rows if row["scene"] == scene and row["bodies"] == bodies and row["backend"] != "grid"]
             for wrong in (False, True):
-                some = [row for row in chosen if (row.get("wrong_checks", "0") not in ("", "0")) == wrong]
-                axis.plot([figures.time_of(row) / grid[scene, bodies] for row in some],
-                          [names.index(row["backend"]) for row in some], "x" if wrong else marker,
+                some = [(ratio, names.index(backend)) for place, count, backend, ratio, is_wrong in ratios
+                        if (place, count, is_wrong) == (scene, bodies, wrong)]
+                axis.plot([x for x, _ in some], [y for _, y in some], "x" if wrong else marker, markersize=5,
                           color="red" if wrong else None, label=None if wrong else figures.human(float(bodies)))
         axis.axvline(1.0, color="k", linewidth=0.8)
         axis.set_xscale("log")
         axis.set_title(scene)
-        axis.set_yticks(range(len(names)), [labels.get(name, name) for name in names])
+        axis.set_yticks(range(len(names)), ["grid through Bullet" if name == "auto" else name for name in names])
         axis.grid(True, alpha=0.3)
     axes[0].legend(fontsize=8, title="bodies")
     figure.supxlabel("times as long as cullet's grid, one thread (left of 1: faster; red cross: wrong pairs)", fontsize=9)

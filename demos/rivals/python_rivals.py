@@ -136,7 +136,7 @@ def makers(count, device):
 
     worlds = np.zeros(count, np.int32)
     yield "newton-sap", by_newton(newton.geometry.BroadPhaseSAP(worlds, device=device))
-    if count <= 20000:
+    if count <= 5000:
         yield "newton-allpairs", by_newton(newton.geometry.BroadPhaseAllPairs(worlds, device=device))
     yield "warp-bvh", by_bvh
 
