@@ -39,6 +39,8 @@ btBroadphaseProxy* StandIn::createProxy(const btVector3& aabbMin, const btVector
         aabbMin, aabbMax, shapeType, userPtr, collisionFilterGroup, collisionFilterMask, dispatcher);
     if (parts().trees)
         parts().trees->insert(*proxy);
+    BroadphaseCounts& counts = parts().counts;
+    counts.mostBodies = std::max(counts.mostBodies, ++counts.bodies);
     return proxy;
 }
 
@@ -46,6 +48,7 @@ void StandIn::destroyProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher)
 {
     if (parts().trees)
         parts().trees->remove(*proxy);
+    --parts().counts.bodies;
     parts().broadphase.destroyProxy(proxy, dispatcher);
 }
 
@@ -88,7 +91,6 @@ void StandIn::calculateOverlappingPairs(btDispatcher* dispatcher)
     BroadphaseCounts& counts = own.counts;
     counts.updateSeconds += std::chrono::duration<double>(Clock::now() - start).count();
     ++counts.updates;
-    counts.mostBodies = std::max<std::uint64_t>(counts.mostBodies, own.broadphase.stats().bodies);
     counts.mostPairs = std::max<std::uint64_t>(
         counts.mostPairs, own.broadphase.getOverlappingPairCache()->getNumOverlappingPairs());
 }

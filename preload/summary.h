@@ -15,6 +15,7 @@ struct BroadphaseCounts
 {
     std::atomic<std::uint64_t> queries{0};  ///< rays, sweeps and boxes; these may come from several threads
     std::uint64_t updates = 0;
+    std::uint64_t bodies = 0;  ///< living ones
     std::uint64_t mostBodies = 0;
     std::uint64_t mostPairs = 0;
     double updateSeconds = 0;  ///< 0 unless a summary is asked for
