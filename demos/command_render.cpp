@@ -7,7 +7,7 @@
 #include "demos/render/animation.h"
 #include "demos/render/gltf.h"
 #include "demos/render/painter.h"
-#include "demos/render/scene_film.h"
+#include "demos/render/recording_film.h"
 #include "demos/scene_arguments.h"
 
 #include <cstdio>
@@ -23,6 +23,7 @@ struct RenderOptions
 {
     SceneArguments scene;
     SceneFilmOptions film;
+    std::string recording;  ///< instead of a scene
     std::string size = "960x540";
     int width = 0, height = 0;  ///< `size` in numbers
     std::vector<float> camera;
@@ -83,15 +84,18 @@ void checkOutputs(const RenderOptions& options)
 
 Film makeFilm(RenderOptions& options)
 {
+    Progress progress("steps", static_cast<std::uint64_t>(options.film.steps) + 1, options.quiet);
+    const auto goOn = [&](int step)
+    {
+        progress.show(static_cast<std::uint64_t>(step));
+        return !isInterrupted();
+    };
+    options.film.world.dt = btScalar(options.scene.dt);
+    if (!options.recording.empty())
+        return filmRecording(options.recording, options.film, goOn);
     options.film.scene = options.scene.scene;
     options.film.world = resolveScene(options.scene);
-    Progress progress("steps", static_cast<std::uint64_t>(options.film.steps), options.quiet);
-    return filmScene(options.film,
-                     [&](int step)
-                     {
-                         progress.show(static_cast<std::uint64_t>(step));
-                         return !isInterrupted();
-                     });
+    return filmScene(options.film, goOn);
 }
 
 void paintFrames(const RenderOptions& options, const Film& film, const std::string& folder)
@@ -145,7 +149,9 @@ int renderCommand(RenderOptions options)
 
 void addFilmOptions(CLI::App& command, RenderOptions& options)
 {
-    command.add_option("--steps", options.film.steps, "steps of the scene")
+    command.add_option("--recording", options.recording,
+                       "draw the boxes of this recording instead of a scene");
+    command.add_option("--steps", options.film.steps, "steps of the scene, or frames of the recording")
         ->capture_default_str()
         ->check(CLI::Range(0, 100000000));
     command.add_option("--every", options.film.every, "steps from one frame to the next")
@@ -179,13 +185,14 @@ void addPictureOptions(CLI::App& command, RenderOptions& options)
 
 void addRenderCommand(CLI::App& program, Action& chosen)
 {
-    CLI::App* command =
-        program.add_subcommand("render", "Draw a scene to pictures and animations, without a display");
+    CLI::App* command = program.add_subcommand(
+        "render", "Draw a scene or a recording to pictures and animations, without a display");
     command->footer("Colours: " + describeLegend() +
                     ".\n"
                     "Examples:\n"
                     "  cullet render --scene drop --bodies 400 --animate drop.gif\n"
                     "  cullet render --scene W1 --bodies 500 --steps 0 --cells --pairs --out frames\n"
+                    "  cullet render --recording drop.cbx --boxes --animate drop.mp4\n"
                     "  cullet render --scene drop --bodies 400 --gltf drop.gltf\n");
     const auto options = std::make_shared<RenderOptions>();
     addSceneArguments(*command, options->scene);

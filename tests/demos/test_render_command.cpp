@@ -103,6 +103,33 @@ TEST(RenderCommand, SaysThatFfmpegIsMissingBeforeAnyWork)
     EXPECT_FALSE(std::filesystem::exists("a.gif"));
 }
 
+TEST(RenderCommand, ARecordingHasTheBoxesOfItsScene)
+{
+    const Folder folder;
+    std::filesystem::create_directories(folder.path);
+    const std::string recording = folder.file("a.cbx");
+    const Outcome recorded =
+        runProgram("record --quiet --scene boxes --bodies 20 --steps 30 --out " + recording);
+    ASSERT_EQ(recorded.code, kExitOk) << recorded.errors;
+    const Outcome outcome =
+        runProgram("render --quiet --every 10 --recording " + recording + " --gltf " + folder.file("a.gltf"));
+    ASSERT_EQ(outcome.code, kExitOk) << outcome.errors;
+    EXPECT_TRUE(contains(outcome.output, "25 bodies"))
+        << "20 boxes, the floor and four walls: " << outcome.output;
+    const auto gltf = nlohmann::json::parse(readText(folder.file("a.gltf")));
+    EXPECT_EQ(gltf["nodes"].size(), 25u);
+    std::size_t moving = 0;
+    for (const auto& channel : gltf["animations"][0]["channels"])
+        moving += channel["target"]["path"] == "translation" ? 1 : 0;
+    EXPECT_EQ(moving, 20u);
+
+    std::filesystem::resize_file(recording, std::filesystem::file_size(recording) - 3);
+    const Outcome broken =
+        runProgram("render --quiet --recording " + recording + " --gltf " + folder.file("a.gltf"));
+    EXPECT_EQ(broken.code, kExitInput);
+    EXPECT_TRUE(contains(broken.errors, recording)) << broken.errors;
+}
+
 TEST(RenderCommand, ExportNeedsNoRenderer)
 {
     const Folder folder;
