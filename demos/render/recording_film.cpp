@@ -20,7 +20,8 @@ bool isSameBox(const StreamBox& a, const StreamBox& b)
     return std::memcmp(&a, &b, sizeof a) == 0;
 }
 
-/// Which boxes change while they are there, by the order in which they are created; an id is used again.
+/// Which boxes change after their first frame, by the order in which they are created; an id is used again. Before it,
+/// Bullet sets each box once more, a little larger.
 std::vector<bool> findMovers(const std::string& path)
 {
     RecordingFile file(path);
@@ -30,6 +31,7 @@ std::vector<bool> findMovers(const std::string& path)
     std::vector<BoxEvent> events;
     while (file.nextFrame(events))
     {
+        const std::size_t known = moves.size();
         for (const BoxEvent& event : events)
         {
             if (event.kind == BoxEvent::Kind::Create)
@@ -40,6 +42,8 @@ std::vector<bool> findMovers(const std::string& path)
                 boxes[event.id] = event.box;
                 moves.push_back(false);
             }
+            else if (event.kind == BoxEvent::Kind::Set && numbers[event.id] >= known)
+                boxes[event.id] = event.box;
             else if (event.kind == BoxEvent::Kind::Set && !isSameBox(boxes[event.id], event.box))
                 moves[numbers[event.id]] = true;
         }

@@ -118,7 +118,16 @@ TEST(RenderCommand, ARecordingHasTheBoxesOfItsScene)
         << "20 boxes, the floor and four walls: " << outcome.output;
     const auto gltf = nlohmann::json::parse(readText(folder.file("a.gltf")));
     EXPECT_EQ(gltf["nodes"].size(), 25u);
-    std::size_t moving = 0;
+    std::size_t still = 0, moving = 0;
+    for (const auto& node : gltf["nodes"])
+    {
+        const auto& mesh = gltf["meshes"].at(node["mesh"].get<std::size_t>());
+        still += gltf["materials"].at(mesh["primitives"][0]["material"].get<std::size_t>())["name"] ==
+                         "static grey"
+                     ? 1
+                     : 0;
+    }
+    EXPECT_EQ(still, 5u);
     for (const auto& channel : gltf["animations"][0]["channels"])
         moving += channel["target"]["path"] == "translation" ? 1 : 0;
     EXPECT_EQ(moving, 20u);
