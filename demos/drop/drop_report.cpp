@@ -60,7 +60,7 @@ void printReport(const DropOptions& options, const DropResult& result)
 {
     const std::size_t steps = std::min(result.cullet.steps.size(), result.dbvt.steps.size());
     std::printf("%u bodies, %zu of %u steps%s, %s precision; cullet runs '%s' with %d threads\n",
-                options.world.bodies, steps, options.steps, result.interrupted ? " (interrupted)" : "",
+                result.bodies, steps, options.steps, result.interrupted ? " (interrupted)" : "",
                 ownPrecision().c_str(), result.cullet.backend.c_str(), result.cullet.threads);
     printTimes(result);
     printCount("pairs at the end", result.cullet.pairs, result.dbvt.pairs);
@@ -85,7 +85,7 @@ void addRows(const DropOptions& options, const DropResult& result, ResultFile& f
                          {"backend", contender->backend},
                          {"precision", ownPrecision()},
                          {"threads", contender->threads},
-                         {"bodies", options.world.bodies},
+                         {"bodies", result.bodies},
                          {"pairs", contender->pairs},
                          {"median_ms", times.median},
                          {"p90_ms", times.p90},

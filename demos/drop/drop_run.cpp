@@ -36,17 +36,17 @@ class Auditor
 {
 public:
     Auditor(const DropOptions& options, WorldScene& cullet, WorldScene& dbvt)
-        : m_cullet(cullet),
-          m_dbvt(dbvt),
-          m_shadowCullet(std::in_place, makeContender(options, options.world.backend),
-                         collectProxies(cullet.world())),
-          m_shadowDbvt(std::in_place, makeContender(options, "dbvt"), collectProxies(cullet.world()))
+        : m_options(options), m_cullet(cullet), m_dbvt(dbvt)
     {
+        makeShadows(collectProxies(cullet.world()));
     }
 
     void audit(AuditCounts& counts)
     {
         const std::vector<AuditedProxy> proxies = collectProxies(m_cullet.world());
+        // Bodies have come, gone or changed places.
+        if (!m_shadowCullet->fits(proxies))
+            makeShadows(proxies);
         const PairDigest exact = digestExact(proxies);
         const PairDigest own = digestCache(m_cullet.world());
         ++counts.audits;
@@ -64,6 +64,13 @@ public:
     }
 
 private:
+    void makeShadows(const std::vector<AuditedProxy>& proxies)
+    {
+        m_shadowCullet.emplace(makeContender(m_options, m_options.world.backend), proxies);
+        m_shadowDbvt.emplace(makeContender(m_options, "dbvt"), proxies);
+    }
+
+    const DropOptions& m_options;
     WorldScene& m_cullet;
     WorldScene& m_dbvt;
     std::optional<ShadowBroadphase> m_shadowCullet;
@@ -122,6 +129,7 @@ DropResult runDrop(const DropOptions& options)
     const bool haveStepped = !result.cullet.steps.empty() && !result.dbvt.steps.empty();
     if (options.auditEvery != 0 && result.interrupted && haveStepped)
         auditor.audit(result.audits);
+    result.bodies = cullet.options().bodies;
     describeEnd(cullet, result.cullet);
     describeEnd(dbvt, result.dbvt);
     auditor.measureMemory(result);

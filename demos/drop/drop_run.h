@@ -55,6 +55,7 @@ struct DropResult
     ContenderResult cullet;
     ContenderResult dbvt;
     AuditCounts audits;
+    std::uint32_t bodies = 0;
     bool interrupted = false;
 };
 

@@ -4,6 +4,8 @@
 
 #include "demos/program/heap_usage.h"
 
+#include <algorithm>
+
 namespace cullet
 {
 inline namespace CULLET_PRECISION
@@ -99,6 +101,13 @@ ShadowBroadphase::~ShadowBroadphase()
 {
     if (m_broadphase.broadphase)
         release();
+}
+
+bool ShadowBroadphase::fits(const std::vector<AuditedProxy>& proxies) const
+{
+    const auto isSame = [](const btBroadphaseProxy* own, const AuditedProxy& other)
+    { return own->m_collisionFilterGroup == other.group && own->m_collisionFilterMask == other.mask; };
+    return std::equal(m_proxies.begin(), m_proxies.end(), proxies.begin(), proxies.end(), isSame);
 }
 
 PairDigest ShadowBroadphase::update(const std::vector<AuditedProxy>& proxies)

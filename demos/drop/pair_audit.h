@@ -40,6 +40,9 @@ public:
     ShadowBroadphase(NamedBroadphase broadphase, const std::vector<AuditedProxy>& proxies);
     ~ShadowBroadphase();
 
+    /// Whether these are the proxies that it was made with, with other boxes.
+    bool fits(const std::vector<AuditedProxy>& proxies) const;
+
     /// Takes over the boxes and returns the pairs whose boxes overlap now.
     PairDigest update(const std::vector<AuditedProxy>& proxies);
 

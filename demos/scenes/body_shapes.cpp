@@ -49,7 +49,7 @@ btQuaternion randomRotation(SplitMix64& random)
 
 btVector3 randomVector(SplitMix64& random, btScalar length)
 {
-    btVector3 vector;
+    btVector3 vector(0, 0, 0);
     do
     {
         for (int axis = 0; axis < 3; ++axis)

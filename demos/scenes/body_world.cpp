@@ -15,7 +15,6 @@ namespace
 {
 constexpr btScalar kSpacing = btScalar(1.3);
 constexpr std::uint32_t kLayers = 16;
-constexpr btScalar kWall = btScalar(1);
 
 /// Bodies along each side of a square layer, for a column of at most kLayers layers.
 std::uint32_t columnsFor(std::uint32_t bodies)
@@ -32,22 +31,8 @@ BodyWorld::BodyWorld(std::string name, NamedBroadphase broadphase, BodyShapes sh
 {
     const std::uint32_t columns = columnsFor(options.bodies);
     const std::uint32_t layers = options.bodies / (columns * columns) + 1;
-    addGround(btScalar(columns) * kSpacing / 2 + btScalar(0.5), btScalar(layers + 4) * kSpacing);
+    addWalledFloor(btScalar(columns) * kSpacing / 2 + btScalar(0.5), btScalar(layers + 4) * kSpacing);
     addBodies(keep(std::make_unique<BodyShapes>(std::move(shapes))));
-}
-
-void BodyWorld::addGround(btScalar halfWidth, btScalar height)
-{
-    const btScalar outer = halfWidth + kWall;
-    addStaticBox(btVector3(outer, kWall, outer), btVector3(0, -kWall, 0));
-    const btVector3 alongX(kWall / 2, height / 2, outer);
-    const btVector3 alongZ(outer, height / 2, kWall / 2);
-    const btScalar offset = halfWidth + kWall / 2;
-    for (const btScalar sign : {btScalar(-1), btScalar(1)})
-    {
-        addStaticBox(alongX, btVector3(sign * offset, height / 2, 0));
-        addStaticBox(alongZ, btVector3(0, height / 2, sign * offset));
-    }
 }
 
 void BodyWorld::addBodies(const BodyShapes& shapes)

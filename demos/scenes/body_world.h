@@ -23,7 +23,6 @@ public:
               const WorldSceneOptions& options);
 
 private:
-    void addGround(btScalar halfWidth, btScalar height);
     void addBodies(const BodyShapes& shapes);
 };
 

@@ -149,6 +149,21 @@ btRigidBody& WorldScene::addStaticBox(const btVector3& halfExtents, const btVect
     return addBody(makeShape<btBoxShape>(halfExtents), 0, transformAt(centre));
 }
 
+void WorldScene::addWalledFloor(btScalar halfWidth, btScalar height)
+{
+    constexpr btScalar kWall = 1;
+    const btScalar outer = halfWidth + kWall;
+    addStaticBox(btVector3(outer, kWall, outer), btVector3(0, -kWall, 0));
+    const btVector3 alongX(kWall / 2, height / 2, outer);
+    const btVector3 alongZ(outer, height / 2, kWall / 2);
+    const btScalar offset = halfWidth + kWall / 2;
+    for (const btScalar sign : {btScalar(-1), btScalar(1)})
+    {
+        addStaticBox(alongX, btVector3(sign * offset, height / 2, 0));
+        addStaticBox(alongZ, btVector3(0, height / 2, sign * offset));
+    }
+}
+
 btRigidBody& WorldScene::addFloor()
 {
     return addBody(makeShape<btStaticPlaneShape>(btVector3(0, 1, 0), btScalar(0)), 0,

@@ -126,11 +126,17 @@ protected:
     /// Adds a static box.
     btRigidBody& addStaticBox(const btVector3& halfExtents, const btVector3& centre);
 
+    /// Adds a floor whose top is y = 0, and four walls around the square from -halfWidth to halfWidth, of static boxes.
+    void addWalledFloor(btScalar halfWidth, btScalar height);
+
     /// Adds the plane y = 0, as a static body.
     btRigidBody& addFloor();
 
     /// Adds an object that takes part in the broad and the narrow phase and has no mass, velocity or response.
     btCollisionObject& addObject(btCollisionShape& shape, const btTransform& transform);
+
+    /// For a scene that learns only now how many bodies it has.
+    void setBodyCount(std::uint32_t count) { m_options.bodies = count; }
 
     /// Installs Bullet's ghost pair callback.
     void allowGhosts();

@@ -1,7 +1,13 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "demos/scenes/actor_worlds.h"
 #include "demos/scenes/body_world.h"
+#include "demos/scenes/file_world.h"
 #include "demos/scenes/flying_world.h"
+#include "demos/scenes/heap_worlds.h"
+#include "demos/scenes/soft_world.h"
+#include "demos/scenes/space_worlds.h"
+#include "demos/scenes/structure_worlds.h"
 #include "demos/scenes/world_scene.h"
 
 #include <stdexcept>
@@ -26,6 +32,19 @@ const std::vector<WorldSceneInfo>& worldScenes()
         {"W3", "W1 of which the same 5 % move in every step", 4000, 1e4, makeFlyingScene},
         {"W4", "settled heap of unit boxes, all jitter by 0.01; no response", 4000, 1e4, makeFlyingScene},
         {"W5", "W1 in which every body teleports in each step", 4000, 1e4, makeFlyingScene},
+        {"pour", "boxes and spheres are poured into a walled square, the oldest leave", 2000, 1e3,
+         makePourScene},
+        {"pile", "cubes in a dense heap on an open floor", 4000, 1e3, makePileScene},
+        {"wall", "a ball flies into a wall of bricks", 1000, 1e3, makeWallScene},
+        {"domino", "dominoes along a spiral, the first one falls", 500, 1e3, makeDominoScene},
+        {"cards", "houses of cards, four storeys each", 260, 1e3, makeCardsScene},
+        {"static", "a million static cubes and 100 that fly among them", 1000000, 1e4, makeStaticScene},
+        {"planet", "boxes over six decades of size go round a planet", 10000, 1e7, makePlanetScene},
+        {"stampede", "ray-cast vehicles over bumps, each with a ghost around it", 400, 1e4,
+         makeStampedeScene},
+        {"soft", "soft balls and rigid cubes fall into a walled square", 64, 1e3, makeSoftScene},
+        {"crowd", "kinematic characters walk through each other's ways", 400, 1e3, makeCrowdScene},
+        {"file", "rigid bodies and constraints of a .bullet file (--file)", 100000, 1e5, makeFileScene},
     };
     return scenes;
 }
