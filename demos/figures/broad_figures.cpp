@@ -119,8 +119,12 @@ std::map<std::string, Line> fitExponents(const std::vector<Json>& rows)
 
 void addWithExponents(const ResultFile& measured, ResultFile& file)
 {
-    const std::map<std::string, Line> lines = fitExponents(measured.rows());
-    for (Json row : measured.rows())
+    // An interrupted case has backends without a frame.
+    std::vector<Json> rows = measured.rows();
+    rows.erase(std::remove_if(rows.begin(), rows.end(), [](const Json& row) { return row["frames"] == 0; }),
+               rows.end());
+    const std::map<std::string, Line> lines = fitExponents(rows);
+    for (Json& row : rows)
     {
         const Line& line =
             lines.at(row["backend"].get<std::string>() + " through " + row["through"].get<std::string>());

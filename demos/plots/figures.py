@@ -242,7 +242,8 @@ DRAWN = {"figure10": figure10, "figure11": figure11, "figure12": figure12, "figu
 
 
 def draw(name, rows):
-    """The figure of that name, with its title and the machine."""
+    """The figure of that name, with its title and the machine; an interrupted run has rows without a frame."""
+    rows = [row for row in rows if row.get("frames") != "0"]
     figure, title = DRAWN[name](rows)
     figure.suptitle(f"{title}\n{machine(rows)}", fontsize=10)
     figure.tight_layout(rect=(0, 0.05, 1, 1) if name == "phases" else None)

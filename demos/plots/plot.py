@@ -171,7 +171,7 @@ def draw_figures(source, target, names):
         if name not in figures.DRAWN:
             sys.exit(f"plot.py: unknown figure {name}; known: {', '.join(figures.DRAWN)}")
         rows = read(source, name)
-        if not rows:
+        if all(row.get("frames") == "0" for row in rows):
             print(f"plot.py: {name}.csv has no rows", file=sys.stderr)
             continue
         figure = figures.draw(name, rows)
