@@ -117,7 +117,7 @@ private:
     std::unique_ptr<btSoftBody> m_cloth;
 };
 
-constexpr int kSteps = 15;
+constexpr int kSteps = 10;
 
 /// Prepares a world after its crowd and guest are in it.
 using Prepare = void (*)(btCollisionWorld&);
