@@ -24,7 +24,7 @@ constexpr std::size_t kGrain = 256;
 /// Pairs between the first touch of a pair's memory and its use.
 constexpr std::size_t kAhead = 12;
 
-void prefetchBytes(const void* object, std::size_t from, std::size_t to)
+[[gnu::always_inline]] inline void prefetchBytes(const void* object, std::size_t from, std::size_t to)
 {
     const auto* bytes = static_cast<const char*>(object);
     for (std::size_t at = from; at < to; at += 64)
@@ -33,7 +33,7 @@ void prefetchBytes(const void* object, std::size_t from, std::size_t to)
 }
 
 /// The algorithm and the proxies of a pair that comes later; the bodies of one that comes sooner.
-void prefetch(const btBroadphasePair& later, const btBroadphasePair& sooner)
+[[gnu::always_inline]] inline void prefetch(const btBroadphasePair& later, const btBroadphasePair& sooner)
 {
     prefetchBytes(later.m_algorithm, 0, sizeof(IsaGjkAlgorithm));
     __builtin_prefetch(later.m_pProxy0);
