@@ -54,6 +54,7 @@ set(CPACK_DEBIAN_TOOLS_PACKAGE_NAME cullet-tools)
 set(CPACK_DEBIAN_TOOLS_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_TOOLS_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_TOOLS_PACKAGE_RECOMMENDS glmark2-data)
+set(CPACK_DEBIAN_TOOLS_PACKAGE_CONTROL_EXTRA "${PROJECT_SOURCE_DIR}/packaging/debian/triggers")
 set(CPACK_COMPONENT_TOOLS_DESCRIPTION "broad and narrow phase for Bullet, programs
  cullet takes the place of btDbvtBroadphase and btCollisionDispatcher in
  programs that use the Bullet physics library. This package has the program
