@@ -16,6 +16,9 @@
 include_guard(GLOBAL)
 include(CMakePackageConfigHelpers)
 
+# Everything of the components runtime and development, without programs and tests.
+add_custom_target(cullet_libraries)
+
 set(CULLET_PACKAGE_DIR "${CMAKE_INSTALL_LIBDIR}/cmake/cullet")
 
 # One export file per linkage: find_package(cullet) loads one of them.
@@ -26,6 +29,7 @@ foreach(linkage shared static)
         set_target_properties(cullet_${linkage}${suffix} PROPERTIES EXPORT_NAME plugin${suffix})
         list(APPEND targets cullet_${linkage}${suffix})
     endforeach()
+    add_dependencies(cullet_libraries ${targets})
     install(TARGETS ${targets}
         EXPORT cullet-${linkage}-targets
         LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT runtime NAMELINK_COMPONENT development
@@ -35,6 +39,7 @@ foreach(linkage shared static)
 endforeach()
 set_target_properties(cullet_static_broad PROPERTIES EXPORT_NAME broad)
 set_target_properties(cullet_narrow PROPERTIES EXPORT_NAME narrow)
+add_dependencies(cullet_libraries cullet_static_broad)
 install(TARGETS cullet_static_broad cullet_narrow
     EXPORT cullet-targets
     ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development)
@@ -47,6 +52,7 @@ if(TARGET cullet_recording)
         cullet_precision_names(${scalar} suffix precision)
         list(APPEND targets cullet_recording${suffix})
     endforeach()
+    add_dependencies(cullet_libraries ${targets})
     install(TARGETS ${targets}
         EXPORT cullet-recording-targets
         ARCHIVE DESTINATION "${CMAKE_INSTALL_LIBDIR}" COMPONENT development)
