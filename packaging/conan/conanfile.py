@@ -3,8 +3,8 @@
 
 """Conan 2 recipe. From the root of the source tree:
 
-    conan create packaging/conan                            # dependencies from Conan Center
-    conan create packaging/conan -o cullet/*:system=True    # dependencies of the system, as Debian's
+    conan create packaging/conan                              # dependencies from Conan Center
+    conan create packaging/conan -o "cullet/*:system=True"  # dependencies of the system, as Debian's
 """
 
 import os
