@@ -4,7 +4,7 @@
 """Conan 2 recipe. From the root of the source tree:
 
     conan create packaging/conan                              # dependencies from Conan Center
-    conan create packaging/conan -o "cullet/*:system=True"  # dependencies of the system, as Debian's
+    conan create packaging/conan -o "cullet/*:system=True"    # dependencies of the system, as Debian's
 """
 
 import os
@@ -52,6 +52,8 @@ class CulletConan(ConanFile):
         toolchain = CMakeToolchain(self)
         toolchain.cache_variables["CULLET_CUDA"] = "ON" if self.options.cuda else "OFF"
         toolchain.cache_variables["CULLET_PRECISIONS"] = self._scalar()
+        # For programs that are linked with the system's Bullet.
+        toolchain.cache_variables["CULLET_PRELOAD"] = False
         toolchain.cache_variables["CULLET_TESTS"] = False
         toolchain.cache_variables["CULLET_DEMOS"] = False
         toolchain.generate()

@@ -21,6 +21,7 @@ vcpkg_cmake_configure(
     OPTIONS
         ${options}
         -DCULLET_PRECISIONS=${precision}
+        -DCULLET_PRELOAD=OFF
         -DCULLET_TESTS=OFF
         -DCULLET_DEMOS=OFF)
 vcpkg_cmake_install()
