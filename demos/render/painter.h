@@ -16,7 +16,7 @@ namespace cullet
 /// the eye and what is framed are painted nearly transparent. Edges are smooth: each pixel is the mean of 9 samples. The
 /// same film gives the same picture in every run; other processors and versions of Mesa differ in the last bits.
 ///
-/// Cost: about 0.2 s for 480 x 270 pixels on two cores, and 1 microsecond a body and triangle.
+/// Cost: about 0.15 s of one core for 480 x 270 pixels, and half a microsecond a triangle.
 class Painter
 {
 public:
