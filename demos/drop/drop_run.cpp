@@ -103,6 +103,13 @@ DropResult runDrop(const DropOptions& options)
     const std::unique_ptr<WorldScene> ownDbvt = makeContenderWorld(options, "dbvt");
     WorldScene& cullet = *ownCullet;
     WorldScene& dbvt = *ownDbvt;
+    std::optional<TraceFile> trace;
+    if (!options.trace.empty())
+    {
+        trace.emplace(options.trace);
+        cullet.setTrace({&*trace, 1, cullet.broadphase().name});
+        dbvt.setTrace({&*trace, 2, dbvt.broadphase().name});
+    }
     Auditor auditor(options, cullet, dbvt);
     DropResult result;
     Progress progress("stepping", options.steps, options.quiet);

@@ -6,12 +6,14 @@
 #include "demos/program/precision.h"
 #include "demos/program/progress.h"
 #include "demos/program/statistics.h"
-#include "demos/program/stopwatch.h"
+#include "demos/program/trace_file.h"
 #include "demos/recording/pair_difference.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 
 namespace cullet
 {
@@ -27,18 +29,26 @@ struct Contender
     std::vector<double> frame;
     FrameHash hash;
     std::vector<Pair> pairs;
+    TraceLane trace;
 };
 
 void playFrame(Contender& contender, const std::vector<BoxEvent>& events, const RecordedBoxes& boxes)
 {
-    const Stopwatch watch;
+    using Clock = TraceFile::Clock;
+    const auto milliseconds = [](Clock::duration time)
+    { return std::chrono::duration<double, std::milli>(time).count(); };
+    const Clock::time_point start = Clock::now();
     contender.player->apply(events);
-    const double applied = watch.wallMs();
+    const Clock::time_point applied = Clock::now();
     contender.player->findPairs();
-    const double done = watch.wallMs();
-    contender.apply.push_back(applied);
-    contender.find.push_back(done - applied);
-    contender.frame.push_back(done);
+    const Clock::time_point done = Clock::now();
+    contender.apply.push_back(milliseconds(applied - start));
+    contender.find.push_back(milliseconds(done - applied));
+    contender.frame.push_back(milliseconds(done - start));
+    contender.trace.begin("setAabb", start);
+    contender.trace.end(applied);
+    contender.trace.begin("calculateOverlappingPairs", applied);
+    contender.trace.end(done);
     contender.pairs = contender.player->pairs(boxes);
     contender.hash.add(contender.pairs);
 }
@@ -99,8 +109,14 @@ ReplayResult runReplay(const ReplayOptions& options, ResultFile& file)
     const std::vector<std::unique_ptr<Player>> players =
         makePlayers(options.backends, options.threads, summary);
     std::vector<Contender> contenders(players.size());
+    std::optional<TraceFile> trace;
+    if (!options.trace.empty())
+        trace.emplace(options.trace);
     for (std::size_t i = 0; i < players.size(); ++i)
+    {
         contenders[i].player = players[i].get();
+        contenders[i].trace = {trace ? &*trace : nullptr, static_cast<int>(i) + 1, players[i]->name()};
+    }
     const std::uint64_t wanted = framesToPlay(options, summary);
     ReplayResult result;
     RecordedBoxes boxes;

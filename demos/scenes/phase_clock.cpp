@@ -63,13 +63,15 @@ std::vector<StepSample> samplesOf(const std::vector<PhaseTimes>& steps)
     return samples;
 }
 
-PhaseClock::PhaseClock()
-    : m_previousEnter(btGetCurrentEnterProfileZoneFunc()),
+PhaseClock::PhaseClock(TraceLane& trace)
+    : m_trace(trace),
+      m_previousEnter(btGetCurrentEnterProfileZoneFunc()),
       m_previousLeave(btGetCurrentLeaveProfileZoneFunc()),
       m_stack{Phase::Rest},
       m_last(Clock::now())
 {
     running = this;
+    m_trace.begin("step", m_last);
     btSetCustomEnterProfileZoneFunc(onEnter);
     btSetCustomLeaveProfileZoneFunc(onLeave);
 }
@@ -84,6 +86,7 @@ PhaseClock::~PhaseClock()
 PhaseTimes PhaseClock::finish()
 {
     charge();
+    m_trace.end(m_last);
     return m_times;
 }
 
@@ -118,12 +121,14 @@ Phase PhaseClock::phaseOfZone(const char* zone)
 void PhaseClock::onEnter(const char* zone)
 {
     running->charge();
+    running->m_trace.begin(zone, running->m_last);
     running->m_stack.push_back(running->phaseOfZone(zone));
 }
 
 void PhaseClock::onLeave()
 {
     running->charge();
+    running->m_trace.end(running->m_last);
     running->m_stack.pop_back();
 }
 }  // namespace CULLET_PRECISION

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "demos/program/trace_file.h"
+
 #include <LinearMath/btQuickprof.h>
 
 #include <array>
@@ -52,11 +54,11 @@ std::vector<StepSample> samplesOf(const std::vector<PhaseTimes>& steps);
 class PhaseClock
 {
 public:
-    /// Runs `step` and returns what it spent where.
+    /// Runs `step` and returns what it spent where; every zone, with a phase or not, goes to the trace.
     template <class Step>
-    static PhaseTimes measure(Step step)
+    static PhaseTimes measure(TraceLane& trace, Step step)
     {
-        PhaseClock clock;
+        PhaseClock clock(trace);
         step();
         return clock.finish();
     }
@@ -64,7 +66,7 @@ public:
 private:
     using Clock = std::chrono::steady_clock;
 
-    PhaseClock();
+    explicit PhaseClock(TraceLane& trace);
     ~PhaseClock();
     PhaseTimes finish();
 
@@ -73,6 +75,7 @@ private:
     void charge();
     Phase phaseOfZone(const char* zone);
 
+    TraceLane& m_trace;
     btEnterProfileZoneFunc* m_previousEnter;
     btLeaveProfileZoneFunc* m_previousLeave;
     std::vector<Phase> m_stack;

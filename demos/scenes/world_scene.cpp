@@ -192,12 +192,12 @@ PhaseTimes WorldScene::step()
     const MarginScope margin(m_broadphase.margin);
     direct();
     // Zero substeps: exactly one step, of length dt.
-    return PhaseClock::measure(
-        [this]
-        {
-            change();
-            m_world->stepSimulation(m_options.dt, 0);
-        });
+    return PhaseClock::measure(m_trace,
+                               [this]
+                               {
+                                   change();
+                                   m_world->stepSimulation(m_options.dt, 0);
+                               });
 }
 
 std::uint64_t WorldScene::pairCount() const

@@ -72,6 +72,9 @@ public:
     /// removing bodies, which is in Phase::Rest.
     PhaseTimes step();
 
+    /// From now on every step writes the zones of Bullet's profiler there.
+    void setTrace(TraceLane trace) { m_trace = std::move(trace); }
+
     const std::string& name() const noexcept { return m_name; }
     btDiscreteDynamicsWorld& world() noexcept { return *m_world; }
     const btDiscreteDynamicsWorld& world() const noexcept { return *m_world; }
@@ -145,6 +148,7 @@ private:
     std::string m_name;
     WorldSceneOptions m_options;
     NamedBroadphase m_broadphase;
+    TraceLane m_trace;
     std::unique_ptr<btDefaultCollisionConfiguration> m_configuration;
     std::unique_ptr<btCollisionDispatcher> m_dispatcher;
     btSequentialImpulseConstraintSolver m_solver;

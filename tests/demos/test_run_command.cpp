@@ -100,6 +100,46 @@ TEST(RunCommand, WritesCsvWithOneLinePerRow)
     EXPECT_EQ(rows, 18) << "seven phases, the broad phase and the step, of two worlds";
 }
 
+TEST(RunCommand, TracesEveryPhaseOfEveryStep)
+{
+    const std::string path = temporaryPath("trace.json");
+    const json document =
+        runForJson("run --scene boxes --bodies 30 --steps 10 --check 0 --backend grid --trace " + path);
+    const json trace = json::parse(readText(path), nullptr, false);
+    std::remove(path.c_str());
+    ASSERT_TRUE(trace.is_array());
+    std::map<std::string, int> counts;
+    double steps = 0.0;
+    for (const json& event : trace)
+    {
+        const bool isSpan = event["ph"] == "X";
+        ++counts[isSpan ? event["name"].get<std::string>() + " " + std::to_string(event["tid"].get<int>())
+                        : event["args"]["name"].get<std::string>()];
+        if (isSpan && event["name"] == "step" && event["tid"] == 1)
+            steps += event["dur"].get<double>();
+    }
+    EXPECT_EQ(counts["grid"], 1);
+    EXPECT_EQ(counts["dbvt"], 1);
+    for (const char* name : {"step 1", "step 2", "calculateOverlappingPairs 1", "updateAabbs 2",
+                             "dispatchAllCollisionPairs 2", "solveConstraints 1"})
+        EXPECT_EQ(counts[name], 10) << name;
+    const double mean = rowsByName(document)["grid run.step"]["mean_ms"].get<double>();
+    EXPECT_NEAR(steps / 1e4, mean, 0.05 * mean) << "of ten steps, in microseconds";
+    EXPECT_EQ(runProgram("run --bodies 5 --steps 1 --trace /nowhere/t.json").code, 4);
+}
+
+TEST(RunCommand, ClosesItsTraceWhenInterrupted)
+{
+    const std::string path = temporaryPath("interrupted.json");
+    const Outcome outcome = runShell("timeout --preserve-status -s INT 1 " + std::string(CULLET_PROGRAM) +
+                                     " run --scene boxes --bodies 20 --steps 100000000 --trace " + path);
+    EXPECT_EQ(outcome.code, 130);
+    const json trace = json::parse(readText(path), nullptr, false);
+    std::remove(path.c_str());
+    ASSERT_TRUE(trace.is_array());
+    EXPECT_GT(trace.size(), 10u);
+}
+
 TEST(RunCommand, NamesAMissingMesh)
 {
     const Outcome outcome = runProgram("run --mesh /nowhere/rabbit.obj");

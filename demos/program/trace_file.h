@@ -1,0 +1,67 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include <chrono>
+#include <fstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace cullet
+{
+/// Spans of time as a Chrome trace (a JSON array of complete events), which Perfetto and chrome://tracing show.
+///
+/// Written as it comes; nothing is kept in memory. The destructor closes the array, also when an exception or Ctrl-C ends
+/// the run; of a process that was killed, the viewers read what is there.
+class TraceFile
+{
+public:
+    /// @throws ProgramError (kExitOutput) when the file cannot be opened
+    explicit TraceFile(const std::string& path);
+    ~TraceFile();
+    TraceFile(const TraceFile&) = delete;
+    TraceFile& operator=(const TraceFile&) = delete;
+
+    using Clock = std::chrono::steady_clock;
+
+    /// Names a row of the picture.
+    void nameLane(int lane, const std::string& name);
+
+    void addSpan(int lane, const char* name, Clock::time_point begin, Clock::time_point end);
+
+private:
+    void beginEvent();
+
+    std::ofstream m_file;
+    Clock::time_point m_start;
+    bool m_isFirst = true;
+};
+
+/// One row of a trace: spans that lie within each other. Without a file it does nothing.
+class TraceLane
+{
+public:
+    TraceLane() = default;
+    TraceLane(TraceFile* file, int lane, const std::string& name);
+
+    void begin(const char* name, TraceFile::Clock::time_point now)
+    {
+        if (m_file != nullptr)
+            m_open.emplace_back(name, now);
+    }
+
+    void end(TraceFile::Clock::time_point now)
+    {
+        if (m_open.empty())
+            return;
+        m_file->addSpan(m_lane, m_open.back().first, m_open.back().second, now);
+        m_open.pop_back();
+    }
+
+private:
+    TraceFile* m_file = nullptr;
+    int m_lane = 0;
+    std::vector<std::pair<const char*, TraceFile::Clock::time_point>> m_open;
+};
+}  // namespace cullet
