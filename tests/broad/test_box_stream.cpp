@@ -274,7 +274,7 @@ Bytes hostile(const std::vector<Bytes>& blocks, const BoxStreamInfo& info)
 TEST(BoxStream, RefusesIdsThatAreNotThereAndEventsThatAreCutOff)
 {
     Bytes create = {1};
-    box_stream::put(create, 0, 12 + 24);
+    create.resize(1 + 12 + 24);
     Bytes farId = create;
     farId[4] = 0x7f;
     Bytes twice = create;
