@@ -14,7 +14,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdio>
+#include <memory>
 #include <string>
+#include <thread>
+#include <vector>
 
 namespace cullet::test
 {
@@ -50,6 +54,35 @@ std::uint64_t streamOf(Backend& backend, SceneKind kind, std::uint32_t count, in
             table.setBox(body, scene.boxes()[body]);
     }
     return hash.value();
+}
+
+TEST(CudaScenes, BackendsOnAllDevicesAndThreadsGiveTheSamePairsSideBySide)
+{
+    int deviceCount = 0;
+    ASSERT_EQ(cudaGetDeviceCount(&deviceCount), cudaSuccess);
+    const std::uint64_t expected = streamOf(*makeGridBackend(), SceneKind::ManySizes, 1u << 14, 12);
+    // Two of each device, so that threads meet on one.
+    std::vector<std::uint64_t> streams(2 * static_cast<std::size_t>(deviceCount), 0);
+    std::vector<std::thread> threads;
+    for (std::size_t i = 0; i < streams.size(); ++i)
+    {
+        threads.emplace_back(
+            [&streams, i]
+            {
+                PsapOptions options;
+                options.device = static_cast<int>(i / 2);
+                std::string why;
+                const std::unique_ptr<Backend> backend = makeCudaPsapBackend(options, &why);
+                ASSERT_NE(backend, nullptr) << why;
+                streams[i] = streamOf(*backend, SceneKind::ManySizes, 1u << 14, 12);
+            });
+    }
+    for (std::thread& thread : threads)
+        thread.join();
+    for (std::size_t i = 0; i < streams.size(); ++i)
+        EXPECT_EQ(streams[i], expected) << "device " << i / 2;
+    RecordProperty("devices", deviceCount);
+    std::printf("%d devices, %zu backends at once\n", deviceCount, streams.size());
 }
 
 TEST(CudaScenes, PairStreamsEqualThoseOfTheGridUpToAMillionBoxes)
