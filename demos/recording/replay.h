@@ -21,7 +21,7 @@ struct ReplayOptions
     int threads = 0;
     std::uint64_t frames = 0;  ///< at most; 0: all
     bool quiet = false;
-    std::string trace;  ///< file for a Chrome trace of runReplay(); empty: none
+    std::string trace = {};  ///< file for a Chrome trace of runReplay(); empty: none
 };
 
 struct ReplayResult
