@@ -115,6 +115,9 @@ void report(const WorldOptions& options, const std::vector<Runner>& runners, Res
     {
         for (const Runner& runner : runners)
         {
+            // Interrupted before this window.
+            if (runner.windows[window].steps.empty())
+                continue;
             for (const StepSample& sample : samplesOf(runner.windows[window].steps))
             {
                 Json row = makeRow(options, runner, window, sample);

@@ -5,6 +5,7 @@
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>
 #include <gtest/gtest.h>
 
+#include <ostream>
 #include <string>
 
 namespace cullet::test
@@ -57,6 +58,9 @@ void compare(int steps, const Build& build, Outcome& stock, Outcome& ours)
 {
     stock = run(Narrow::Stock, steps, build);
     ours = run(Narrow::Dispatcher, steps, build);
+    // Side by side in the test's report (--gtest_output=xml).
+    testing::Test::RecordProperty("bullet", testing::PrintToString(stock));
+    testing::Test::RecordProperty("cullet", testing::PrintToString(ours));
     // Within the noise of a simulation that any rounding changes.
     EXPECT_LE(ours.deepest, 1.5 * stock.deepest + 0.01) << stock << '\n' << ours;
     EXPECT_LE(ours.lateEnergy, 2 * stock.lateEnergy + 1e-3) << stock << '\n' << ours;
@@ -129,29 +133,32 @@ TEST(IsaGjkWorlds, StackOfFiveHullsStandsWithoutEverSleeping)
     EXPECT_LT(ours.lateEnergy, 1e-4) << stock << '\n' << ours;
 }
 
-TEST(IsaGjkWorlds, WallOfHullBricksStands)
+TEST(IsaGjkWorlds, WallOfFiveHundredHullBricksStands)
 {
+    constexpr int kRows = 10;
+    constexpr int kColumns = 50;
+    const double left = -1.085 * kColumns / 2;
     const auto brick = makeHullShape(boxPoints(0.5, 0.25, 0.25));
     const auto half = makeHullShape(boxPoints(0.23, 0.25, 0.25));
     Outcome stock, ours;
     const auto build = [&](ConvexWorld& world)
     {
         addGround(world);
-        for (int row = 0; row < 10; ++row)
+        for (int row = 0; row < kRows; ++row)
         {
             const double y = 0.29 * (1 + 2 * row);
-            for (int i = 0; i < 10; ++i)
-                world.add(brick.get(), 1, vec(1.085 * (i + 0.5 * (row % 2)), y, 0));
+            for (int i = 0; i < kColumns; ++i)
+                world.add(brick.get(), 1, vec(left + 1.085 * (i + 0.5 * (row % 2)), y, 0));
             if (row % 2 == 1)
             {
-                world.add(half.get(), 0.5, vec(-0.27, y, 0));
+                world.add(half.get(), 0.5, vec(left - 0.27, y, 0));
                 continue;
             }
-            world.add(half.get(), 0.5, vec(1.085 * 9.5 + 0.27, y, 0));
+            world.add(half.get(), 0.5, vec(left + 1.085 * (kColumns - 0.5) + 0.27, y, 0));
         }
     };
     compare(240, build, stock, ours);
-    EXPECT_NEAR(ours.topHeight, 0.29 * 19, 0.1) << stock << '\n' << ours;
+    EXPECT_NEAR(ours.topHeight, 0.29 * (2 * kRows - 1), 0.1) << stock << '\n' << ours;
     EXPECT_LT(ours.topShift, 0.2) << stock << '\n' << ours;
 }
 
