@@ -194,6 +194,11 @@ void addBroad(CLI::App& bench, Action& chosen)
 {
     CLI::App* command =
         bench.add_subcommand("broad", "Broad phases alone, all on the same boxes ('cullet list')");
+    command->footer(
+        "Examples:\n"
+        "  cullet bench broad --scene W1 --bodies 65536 --backend grid,dbvt\n"
+        "  cullet bench broad --scene W1,W5 --bodies 4000 --backend grid,rivals --json rivals.json\n"
+        "  cullet bench broad --scene W2 --bodies 16000 --backend ablation --csv ablation.csv\n");
     const auto options = std::make_shared<BroadOptions>();
     const auto files = std::make_shared<FileOptions>();
     command->add_option("--scene", options->scenes, "one or several")->delimiter(',')->capture_default_str();
@@ -235,6 +240,10 @@ void addBroad(CLI::App& bench, Action& chosen)
 void addWorld(CLI::App& bench, Action& chosen)
 {
     CLI::App* command = bench.add_subcommand("world", "Whole steps of a Bullet world, phase by phase");
+    command->footer(
+        "Examples:\n"
+        "  cullet bench world --scene hulls --bodies 4000 --backend grid,dbvt\n"
+        "  cullet bench world --scene hulls --backend grid --narrow bullet,isa-gjk,dispatcher\n");
     const auto options = std::make_shared<WorldOptions>();
     const auto files = std::make_shared<FileOptions>();
     const auto falling = std::make_shared<std::string>("20:30");

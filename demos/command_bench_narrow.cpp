@@ -45,6 +45,10 @@ void addNarrowBench(CLI::App& bench, Action& chosen)
 {
     CLI::App* command =
         bench.add_subcommand("narrow", "Queries on pairs of convex hulls, against other libraries");
+    command->footer(
+        "Examples:\n"
+        "  cullet bench narrow --shape ico42 --regime separated,near --query boolean,distance\n"
+        "  cullet bench narrow --query algorithm --algorithm cullet,bullet --csv contacts.csv\n");
     const auto options = std::make_shared<NarrowOptions>();
     const auto files = std::make_shared<FileOptions>();
     addList(*command, "--shape", options->shapes, "one or several", narrowShapeNames());
@@ -59,6 +63,7 @@ void addNarrowBench(CLI::App& bench, Action& chosen)
         ->capture_default_str()
         ->check(CLI::Range(1, 100000));
     command->add_option("--seed", options->seed, "of the trajectories")->capture_default_str();
+    command->add_flag("--quiet", options->quiet, "no progress bar");
     addFileOptions(*command, *files);
     command->callback([=, &chosen] { chosen = [=] { return benchNarrow(*options, *files); }; });
 }

@@ -45,6 +45,7 @@ int printLists()
 void addListCommand(CLI::App& program, Action& chosen)
 {
     CLI::App* command = program.add_subcommand("list", "Print the scenes and the backends");
+    command->footer("Example:\n  cullet list | less\n");
     command->callback([&chosen] { chosen = printLists; });
 }
 }  // namespace cullet

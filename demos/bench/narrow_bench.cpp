@@ -5,6 +5,7 @@
 #include "demos/bench/narrow_check.h"
 #include "demos/program/interrupt.h"
 #include "demos/program/precision.h"
+#include "demos/program/progress.h"
 #include "demos/program/statistics.h"
 #include "demos/program/stopwatch.h"
 
@@ -266,7 +267,7 @@ void addMeans(ResultFile& file)
     }
 }
 
-void runShape(const NarrowOptions& options, const NamedPoints& shape, ResultFile& file)
+void runShape(const NarrowOptions& options, const NamedPoints& shape, Progress& progress, ResultFile& file)
 {
     const Hull<btScalar> hull = hullOf<btScalar>(shape.points, HullExtra::Hierarchy);
     for (const std::string& regimeName : options.regimes)
@@ -278,6 +279,7 @@ void runShape(const NarrowOptions& options, const NamedPoints& shape, ResultFile
             if (isInterrupted())
                 return;
             runCase({options, shape, regime, named(kQueries, queryName), trajectories}, file);
+            progress.advance();
         }
     }
 }
@@ -301,8 +303,12 @@ std::vector<std::string> narrowQueryNames()
 void runNarrowBench(const NarrowOptions& options, ResultFile& file)
 {
     printHeader();
-    for (const std::string& name : options.shapes)
-        runShape(options, named(benchShapes(), name), file);
+    {
+        Progress progress("narrow", options.shapes.size() * options.regimes.size() * options.queries.size(),
+                          options.quiet);
+        for (const std::string& name : options.shapes)
+            runShape(options, named(benchShapes(), name), progress, file);
+    }
     addMeans(file);
 }
 }  // namespace CULLET_PRECISION

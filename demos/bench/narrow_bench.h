@@ -24,6 +24,7 @@ struct NarrowOptions
     std::vector<std::string> supports = {"automatic"};
     int repetitions = 9;
     unsigned seed = 12345;
+    bool quiet = false;
 };
 
 std::vector<std::string> narrowShapeNames();

@@ -24,11 +24,15 @@ public:
     /// Says that `done` of the steps are over. Redraws ten times a second at most.
     void show(std::uint64_t done);
 
+    /// Says that one more step is over.
+    void advance() { show(++m_done); }
+
 private:
     using Clock = std::chrono::steady_clock;
 
     std::string m_label;
     std::uint64_t m_total;
+    std::uint64_t m_done = 0;  ///< by advance()
     bool m_enabled;
     Clock::time_point m_start;
     Clock::time_point m_drawn;
