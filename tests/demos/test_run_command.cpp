@@ -191,7 +191,7 @@ TEST(RunCommand, ShowsItsProgressOnATerminalOnly)
 
 TEST(RunCommand, PrintsWhatItHasWhenInterrupted)
 {
-    const Outcome outcome = runShell("timeout --preserve-status -s INT 3 " + std::string(CULLET_PROGRAM) +
+    const Outcome outcome = runShell("timeout --preserve-status -s INT 5 " + std::string(CULLET_PROGRAM) +
                                      " run --bodies 50 --steps 100000000");
     EXPECT_EQ(outcome.code, 130);
     EXPECT_TRUE(contains(outcome.output, "(interrupted)")) << outcome.output;
