@@ -45,6 +45,22 @@ cullet_pairs toPairs(const std::vector<Pair>& pairs)
 {
     return {reinterpret_cast<const cullet_pair*>(pairs.data()), pairs.size()};
 }
+
+/// Runs `change` unless there is nothing to do, once what all functions that take ids have in common is checked.
+template <class Change>
+cullet_status withIds(const cullet_box_set* set, const std::uint32_t* ids, std::uint32_t count,
+                      const Change& change)
+{
+    return guarded(
+        [&]() -> cullet_status
+        {
+            requirePointer(set, "set is NULL");
+            if (count == 0)
+                return CULLET_OK;
+            requirePointer(ids, "ids is NULL");
+            return change();
+        });
+}
 }  // namespace
 
 cullet_status cullet_box_set_create(const cullet_box_set_options* options, cullet_box_set** set)
@@ -69,59 +85,39 @@ void cullet_box_set_destroy(cullet_box_set* set)
 cullet_status cullet_box_set_add(cullet_box_set* set, const float* boxes, size_t stride, uint32_t count,
                                  uint32_t* ids)
 {
-    return guarded(
-        [&]
-        {
-            requirePointer(set, "set is NULL");
-            if (count == 0)
-                return CULLET_OK;
-            requirePointer(ids, "ids is NULL");
-            return set->set.add(toArray(boxes, stride), count, ids) ? CULLET_OK : CULLET_EMPTY_BOXES;
-        });
+    return withIds(
+        set, ids, count,
+        [&] { return set->set.add(toArray(boxes, stride), count, ids) ? CULLET_OK : CULLET_EMPTY_BOXES; });
 }
 
 cullet_status cullet_box_set_move(cullet_box_set* set, const uint32_t* ids, const float* boxes, size_t stride,
                                   uint32_t count)
 {
-    return guarded(
-        [&]
-        {
-            requirePointer(set, "set is NULL");
-            if (count == 0)
-                return CULLET_OK;
-            requirePointer(ids, "ids is NULL");
-            return set->set.move(ids, toArray(boxes, stride), count) ? CULLET_OK : CULLET_EMPTY_BOXES;
-        });
+    return withIds(
+        set, ids, count,
+        [&] { return set->set.move(ids, toArray(boxes, stride), count) ? CULLET_OK : CULLET_EMPTY_BOXES; });
 }
 
 cullet_status cullet_box_set_filter(cullet_box_set* set, const uint32_t* ids, const cullet_filter* filters,
                                     uint32_t count)
 {
-    return guarded(
-        [&]
-        {
-            requirePointer(set, "set is NULL");
-            if (count == 0)
-                return CULLET_OK;
-            requirePointer(ids, "ids is NULL");
-            requirePointer(filters, "filters is NULL");
-            set->set.setFilters(ids, filters, count);
-            return CULLET_OK;
-        });
+    return withIds(set, ids, count,
+                   [&]
+                   {
+                       requirePointer(filters, "filters is NULL");
+                       set->set.setFilters(ids, filters, count);
+                       return CULLET_OK;
+                   });
 }
 
 cullet_status cullet_box_set_remove(cullet_box_set* set, const uint32_t* ids, uint32_t count)
 {
-    return guarded(
-        [&]
-        {
-            requirePointer(set, "set is NULL");
-            if (count == 0)
-                return CULLET_OK;
-            requirePointer(ids, "ids is NULL");
-            set->set.remove(ids, count);
-            return CULLET_OK;
-        });
+    return withIds(set, ids, count,
+                   [&]
+                   {
+                       set->set.remove(ids, count);
+                       return CULLET_OK;
+                   });
 }
 
 cullet_status cullet_box_set_update(cullet_box_set* set, cullet_pairs* added, cullet_pairs* removed)
