@@ -325,7 +325,7 @@ CULLET_C_API cullet_status cullet_device_finder_enqueue(cullet_device_finder* fi
  *
  *  @param device_pairs  [out] `data` is device memory, valid until the next enqueue: indices of boxes from 0 on, the lower
  *                       or the higher one first, each pair once, in no order. Boxes with a NaN or min > max have none.
- *  Errors: NULL, DEVICE, MEMORY. Per handle. */
+ *  Errors: NULL, DEVICE, MEMORY, ARGUMENT (the last enqueue failed, or there was none). Per handle. */
 CULLET_C_API cullet_status cullet_device_finder_collect(cullet_device_finder* finder,
                                                         cullet_pairs* device_pairs);
 

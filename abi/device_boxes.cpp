@@ -14,6 +14,7 @@ using namespace cullet::abi;
 struct cullet_device_finder
 {
     std::unique_ptr<DevicePairFinder> finder;
+    bool hasSearch = false;
 };
 
 namespace
@@ -63,7 +64,9 @@ cullet_status cullet_device_finder_enqueue(cullet_device_finder* finder, const f
             requirePointer(finder, "finder is NULL");
             require(count == 0 || device_boxes != nullptr, CULLET_ERROR_NULL, "device_boxes is NULL");
             require(count < kMostBoxes, CULLET_ERROR_ARGUMENT, "2^30 boxes or more");
+            finder->hasSearch = false;
             requireOk(finder->finder->enqueue(reinterpret_cast<const Aabb*>(device_boxes), count));
+            finder->hasSearch = true;
             return CULLET_OK;
         });
 }
@@ -75,6 +78,7 @@ cullet_status cullet_device_finder_collect(cullet_device_finder* finder, cullet_
         {
             requirePointer(finder, "finder is NULL");
             requirePointer(device_pairs, "device_pairs is NULL");
+            require(finder->hasSearch, CULLET_ERROR_ARGUMENT, "no enqueue before, or it failed");
             DevicePairs found;
             requireOk(finder->finder->collect(found));
             *device_pairs = {reinterpret_cast<const cullet_pair*>(found.pairs), found.count};
