@@ -236,6 +236,29 @@ static void testBadOptions(void)
     CHECK(finder == NULL);
 }
 
+static cullet_device_finder* lateFinder = NULL;
+static cullet_box_set* lateSet = NULL;
+
+static void destroyLate(void)
+{
+    cullet_device_finder_destroy(lateFinder);
+    cullet_box_set_destroy(lateSet);
+}
+
+/* What is destroyed after main(), when the CUDA runtime has gone: a crash there is the exit status of this program. */
+static void testLateEnd(void)
+{
+    const cullet_box_set_options options = {sizeof(options), CULLET_BACKEND_CUDA, 0, 0.0f};
+    static uint32_t ids[1000];
+    cullet_pairs pairs = {NULL, 0};
+    placeBoxes(1000, 8.0f, 1.0f);
+    CHECK(cullet_device_finder_create(NULL, &lateFinder) == CULLET_OK);
+    searchAndCheck("until the end", lateFinder, 1000, 200);
+    CHECK(cullet_box_set_create(&options, &lateSet) == CULLET_OK);
+    CHECK(cullet_box_set_add(lateSet, boxes[0], 0, 1000, ids) == CULLET_OK);
+    CHECK(cullet_box_set_update(lateSet, &pairs, NULL) == CULLET_OK && pairs.count >= 200);
+}
+
 /* @return 0 with a device, else the exit status of the program. */
 static int findDevice(void)
 {
@@ -252,6 +275,8 @@ static int findDevice(void)
 
 int main(void)
 {
+    /* Before the first call of CUDA, whose own handlers then run earlier. */
+    atexit(destroyLate);
     const int status = findDevice();
     if (status != 0)
         return status;
@@ -262,6 +287,7 @@ int main(void)
     testTwoFinders();
     testBadCalls();
     testBadOptions();
+    testLateEnd();
     CHECK(cudaGetLastError() == cudaSuccess);
     CHECK(cudaFree(deviceBoxes) == cudaSuccess);
     return finish("device");

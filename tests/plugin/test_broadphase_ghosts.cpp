@@ -142,6 +142,32 @@ TEST(BroadphaseGhosts, EveryWayOfLeavingIsReportedOnce)
     EXPECT_FALSE(scene.callback.sawNullDispatcher);
 }
 
+TEST(BroadphaseGhosts, WorldThatGoesReportsThePairsItStillHasOnce)
+{
+    btDefaultCollisionConfiguration configuration;
+    btCollisionDispatcher dispatcher(&configuration);
+    CheckedGhostCallback callback;
+    Broadphase broadphase(bruteOptions());
+    broadphase.getOverlappingPairCache()->setInternalGhostPairCallback(&callback);
+    btSphereShape shape(1);
+    btPairCachingGhostObject ghost;
+    btCollisionObject body, other;
+    {
+        btCollisionWorld world(&dispatcher, &broadphase, &configuration);
+        for (btCollisionObject* object : {static_cast<btCollisionObject*>(&ghost), &body, &other})
+        {
+            object->setCollisionShape(&shape);
+            world.addCollisionObject(object);
+        }
+        world.performDiscreteCollisionDetection();
+        EXPECT_EQ(callback.live.size(), 3u);
+    }
+    EXPECT_EQ(callback.removedCount, 3);
+    EXPECT_TRUE(callback.live.empty());
+    EXPECT_FALSE(callback.sawNullDispatcher);
+    EXPECT_EQ(ghost.getNumOverlappingObjects(), 0);
+}
+
 TEST(BroadphaseGhosts, ProvisionalPairBecomesAnOrdinaryOneInTheUpdate)
 {
     GhostWorld scene;

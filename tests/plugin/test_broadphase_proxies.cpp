@@ -223,6 +223,22 @@ TEST(Broadphase, CanBeDeletedWithLivingProxies)
     broadphase.reset();
 }
 
+TEST(Broadphase, MayGoAfterMain)
+{
+    // A crash in its destructor is the exit status of this program.
+    static Broadphase last(
+        []
+        {
+            BroadphaseOptions options;
+            options.threads = 2;
+            return options;
+        }());
+    for (int i = 0; i < 5000; ++i)
+        addCube(last, vec(0.9 * i, 0, 0));
+    EXPECT_EQ(updatedPairs(last).size(), 4999u);
+    EXPECT_EQ(boxHits(last, vec(-1, -1, -1), vec(0, 1, 1)), (Ids{1}));
+}
+
 TEST(Broadphase, SeveralBroadPhasesAreIndependent)
 {
     Broadphase one(bruteOptions());
