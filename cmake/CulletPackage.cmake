@@ -6,7 +6,8 @@
 
 include_guard(GLOBAL)
 
-set(CULLET_MAINTAINER "the cullet authors <cullet@packages.invalid>" CACHE STRING "Maintainer field of Debian packages")
+# Nobody's address, and it says so (RFC 2606). Who distributes packages puts their own here: packaging/README.md.
+set(CULLET_MAINTAINER "the cullet authors <cullet@packages.invalid>" CACHE STRING "Maintainer of the Debian packages")
 mark_as_advanced(CULLET_MAINTAINER)
 
 set(library_package "libcullet${CULLET_SOVERSION}")
@@ -36,10 +37,10 @@ set(CPACK_DEBIAN_RUNTIME_PACKAGE_SECTION libs)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_RUNTIME_PACKAGE_CONTROL_EXTRA "${PROJECT_SOURCE_DIR}/packaging/debian/triggers")
 set(CPACK_COMPONENT_RUNTIME_DESCRIPTION "broad and narrow phase for Bullet, shared libraries
- cullet takes the place of btDbvtBroadphase and btCollisionDispatcher in
- programs that use the Bullet physics library: faster, with exact pairs, and
- with the same result on every machine. This package has the libraries for
- Bullet in single and in double precision.")
+cullet takes the place of btDbvtBroadphase and btCollisionDispatcher in
+programs that use the Bullet physics library: faster, with exact pairs, and
+with the same result on every machine. This package has the libraries for
+Bullet in single and in double precision.")
 
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libcullet-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
@@ -48,9 +49,9 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
 # For the recording component only.
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS zlib1g-dev)
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "broad and narrow phase for Bullet, development files
- cullet takes the place of btDbvtBroadphase and btCollisionDispatcher in
- programs that use the Bullet physics library. This package has the headers,
- the archives, and what CMake and pkg-config need.")
+cullet takes the place of btDbvtBroadphase and btCollisionDispatcher in
+programs that use the Bullet physics library. This package has the headers,
+the archives, and what CMake and pkg-config need.")
 
 set(CPACK_DEBIAN_TOOLS_PACKAGE_NAME cullet-tools)
 set(CPACK_DEBIAN_TOOLS_PACKAGE_SECTION science)
@@ -58,17 +59,18 @@ set(CPACK_DEBIAN_TOOLS_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_TOOLS_PACKAGE_RECOMMENDS glmark2-data)
 set(CPACK_DEBIAN_TOOLS_PACKAGE_CONTROL_EXTRA "${PROJECT_SOURCE_DIR}/packaging/debian/triggers")
 set(CPACK_COMPONENT_TOOLS_DESCRIPTION "broad and narrow phase for Bullet, programs
- cullet takes the place of btDbvtBroadphase and btCollisionDispatcher in
- programs that use the Bullet physics library. This package has the program
- cullet, which drops bodies and measures, and libcullet-preload.so, which
- gives cullet to programs without compiling them again.")
+cullet takes the place of btDbvtBroadphase and btCollisionDispatcher in
+programs that use the Bullet physics library. This package has the program
+cullet, which drops bodies and measures, and libcullet-preload.so, which
+gives cullet to programs without compiling them again.")
 
 # What Debian wants beside the files, in the packages only.
 find_program(CULLET_GZIP gzip)
 mark_as_advanced(CULLET_GZIP)
 if(CULLET_GZIP)
     # -n: no time of day, so that the same sources give the same package.
-    execute_process(COMMAND "${CULLET_GZIP}" -9nc "${PROJECT_SOURCE_DIR}/packaging/debian/changelog"
+    configure_file(packaging/debian/changelog "${PROJECT_BINARY_DIR}/changelog" @ONLY)
+    execute_process(COMMAND "${CULLET_GZIP}" -9nc "${PROJECT_BINARY_DIR}/changelog"
         OUTPUT_FILE "${PROJECT_BINARY_DIR}/changelog.gz" COMMAND_ERROR_IS_FATAL ANY)
     execute_process(COMMAND "${CULLET_GZIP}" -9nc "${PROJECT_SOURCE_DIR}/packaging/man/cullet.1"
         OUTPUT_FILE "${PROJECT_BINARY_DIR}/cullet.1.gz" COMMAND_ERROR_IS_FATAL ANY)
