@@ -14,9 +14,10 @@ if(CULLET_CUDA)
     if(NOT DEFINED CMAKE_CUDA_ARCHITECTURES)
         set(CMAKE_CUDA_ARCHITECTURES 75 80 90)
     endif()
-    # NVIDIA's own packages leave nvcc outside PATH.
+    # NVIDIA's own packages leave nvcc outside PATH, and so does cmake/install_cuda.sh.
     if(NOT DEFINED CMAKE_CUDA_COMPILER AND NOT DEFINED ENV{CUDACXX})
-        find_program(CULLET_NVCC nvcc PATHS /usr/local/cuda/bin)
+        find_program(CULLET_NVCC nvcc PATHS /usr/local/cuda/bin
+            "${PROJECT_SOURCE_DIR}/build/cuda-toolkit/nvidia/cu13/bin")
         mark_as_advanced(CULLET_NVCC)
         if(CULLET_NVCC)
             set(CMAKE_CUDA_COMPILER "${CULLET_NVCC}")

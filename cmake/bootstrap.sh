@@ -12,6 +12,8 @@
 set -euo pipefail
 
 CULLET_ROOT=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+# Where cmake/install_cuda.sh puts CUDA 13, and CulletCuda.cmake looks for it.
+CULLET_TOOLKIT=$CULLET_ROOT/build/cuda-toolkit/nvidia/cu13
 
 # zlib1g-dev: the CMake package of libassimp-dev names libz.so and the Debian package does not depend on it.
 CULLET_PACKAGES=(
@@ -82,13 +84,27 @@ nvcc_path()
     if [ -n "${CUDACXX:-}" ]; then
         command -v "$CUDACXX"
     else
-        PATH=$PATH:/usr/local/cuda/bin command -v nvcc
+        PATH=$PATH:/usr/local/cuda/bin:$CULLET_TOOLKIT/bin command -v nvcc
     fi
 }
 
 has_nvidia_gpu()
 {
     [ -e /proc/driver/nvidia/version ] || [ -e /dev/nvidiactl ] || [ -e /dev/dxg ]
+}
+
+# offer_cuda: on a terminal asks whether to install nvcc, elsewhere says how.
+offer_cuda()
+{
+    local answer=no
+    say "there is an NVIDIA GPU and no nvcc: without it, cullet is built without CUDA"
+    if [ -t 0 ] && [ -t 2 ]; then
+        read -r -p "cullet: install the CUDA toolkit now, under NVIDIA's licence (cmake/install_cuda.sh)? [y/N] " answer
+    fi
+    case $answer in
+        [yY]*) "$CULLET_ROOT/cmake/install_cuda.sh" || say "going on without CUDA" ;;
+        *) say "to use the GPU, run cmake/install_cuda.sh, or install CUDA 11.8 or later yourself, and try again" ;;
+    esac
 }
 
 job_count()
@@ -128,6 +144,9 @@ prepare()
     need_packages "${CULLET_PACKAGES[@]}"
     preset=${CULLET_PRESET:-$1}
     if [ -z "${CULLET_PRESET:-}" ]; then
+        if ! nvcc_path >/dev/null && has_nvidia_gpu; then
+            offer_cuda
+        fi
         if nvcc_path >/dev/null; then
             if configure cuda; then
                 preset=cuda
@@ -135,9 +154,6 @@ prepare()
             fi
             # An nvcc that does not accept the installed C++ compiler, most often.
             say "the CUDA build cannot be configured (see above); going on without CUDA"
-        elif has_nvidia_gpu; then
-            say "there is an NVIDIA GPU and no nvcc: building without CUDA. To use the GPU, enable Debian's non-free" \
-                "section and run: apt-get install nvidia-cuda-toolkit"
         fi
     fi
     configure "$preset" || die "the configure step failed"
