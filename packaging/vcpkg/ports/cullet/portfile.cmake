@@ -28,10 +28,19 @@ vcpkg_cmake_install()
 vcpkg_cmake_config_fixup(CONFIG_PATH lib/cmake/cullet)
 vcpkg_fixup_pkgconfig()
 
-# One linkage per triplet, as vcpkg wants it.
+# One linkage per triplet, as vcpkg wants it; the broad phase without Bullet and recordings are archives in both.
 if(VCPKG_LIBRARY_LINKAGE STREQUAL "static")
-    file(GLOB others "${CURRENT_PACKAGES_DIR}/lib/libcullet*.so*" "${CURRENT_PACKAGES_DIR}/debug/lib/libcullet*.so*")
-    file(REMOVE ${others})
+    set(other shared)
+    set(pattern "libcullet*.so*")
+else()
+    set(other static)
+    set(pattern "libcullet*.a")
 endif()
+file(GLOB others
+    "${CURRENT_PACKAGES_DIR}/lib/${pattern}"
+    "${CURRENT_PACKAGES_DIR}/debug/lib/${pattern}"
+    "${CURRENT_PACKAGES_DIR}/share/cullet/cullet-${other}-targets*.cmake")
+list(FILTER others EXCLUDE REGEX "libcullet_[a-z_]+(-float64)?\\.a$")
+file(REMOVE ${others})
 file(REMOVE_RECURSE "${CURRENT_PACKAGES_DIR}/debug/include" "${CURRENT_PACKAGES_DIR}/debug/share")
 vcpkg_install_copyright(FILE_LIST "${SOURCE_PATH}/LICENSE")
