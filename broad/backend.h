@@ -153,7 +153,8 @@ enum class GridPlacement
 {
     AllCoarser,  ///< all cells that it touches, at its level and at all coarser ones: the lecture's; Mirtich's second
     OwnLevel,  ///< all cells that it touches, at its own level: Mirtich 1997, first method
-    OnePoint   ///< the one cell of its lowest corner, at its own level: Ericson 2005, section 7.2
+    OnePoint,  ///< the one cell of its lowest corner, at its own level: Ericson 2005, section 7.2
+    OneGrid  ///< all cells that it touches, in one grid whose cells fit the mean box: the lecture's uniform grid
 };
 
 /// How the lecture's cells are found. The pairs are the same.
@@ -218,11 +219,12 @@ enum class PsapAxis
                ///< Variance instead.
 };
 
-/// How many cells the literal variant cuts the two other axes into. The pairs are the same.
+/// How many cells the literal variant cuts the two other axes into, at least: they are nearly square, in full columns.
+/// The pairs are the same.
 enum class PsapCells
 {
     Automatic,   ///< cells about three mean extents wide
-    Thesis,      ///< one per 64,000 boxes
+    Thesis,      ///< one per 64,000 boxes, rounded up: the thesis's ceil(N / 64000)
     FixedCount,  ///< PsapOptions::cellCount
 };
 

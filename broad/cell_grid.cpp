@@ -56,7 +56,34 @@ int levelOfBox(const Aabb& box, double b) noexcept
     return std::max(level, finestLevelWithin(reach));
 }
 
+int levelOfMeanBox(const Aabb* boxes, std::uint32_t count, double b) noexcept
+{
+    double sum = 0;
+    double bounded = 0;
+    int level = CellGrid::kFinestLevel;
+    for (std::uint32_t row = 0; row < count; ++row)
+    {
+        if (!isValid(boxes[row]) || levelOfBox(boxes[row], b) == CellGrid::kUnbounded)
+            continue;
+        sum += sizeOf(boxes[row]);
+        ++bounded;
+        level = std::max(level, finestLevelWithin(reachOf(boxes[row])));
+    }
+    const double cell = bounded > 0 ? sum / bounded / b : 0;
+    while (level < CellGrid::kCoarsestLevel && std::ldexp(1.0, level) < cell)
+        ++level;
+    return level;
+}
+
 CellGrid::CellGrid(const CellGridOptions& options) : m_options(options) {}
+
+int CellGrid::levelOf(const Aabb& box) const noexcept
+{
+    const int own = levelOfBox(box, m_options.b);
+    if (m_options.placement != GridPlacement::OneGrid || own == kUnbounded)
+        return own;
+    return cellsOf(box, m_commonLevel).count() <= kMostCells ? m_commonLevel : kUnbounded;
+}
 
 bool CellGrid::isAtHome(const Aabb& box, int level) const noexcept
 {

@@ -31,6 +31,10 @@ struct CellGridOptions
 /// CellGrid::kFinestLevel to CellGrid::kCoarsestLevel, or CellGrid::kUnbounded.
 int levelOfBox(const Aabb& box, double b) noexcept;
 
+/// The level for GridPlacement::OneGrid: cells at least as large as the mean box times 1 / b, whose numbers do not saturate.
+/// Of boxes that are all invalid or unbounded: CellGrid::kFinestLevel.
+int levelOfMeanBox(const Aabb* boxes, std::uint32_t count, double b) noexcept;
+
 /// Hierarchical uniform grid: one UniformGrid for each resolution in use, cell sizes 2^level.
 ///
 /// "Hierarchical Uniform Grid" of Lecture 4, Broad Phase. Res(A) there is -level here, size is the largest extent. A box
@@ -42,6 +46,9 @@ int levelOfBox(const Aabb& box, double b) noexcept;
 /// origin has a level as if it were about 1 large). Boxes that reach infinity or need more than kCoarsestLevel are
 /// *unbounded*: they are kept on a side list and reported with everybody.
 ///
+/// With GridPlacement::OneGrid there is one level for all, setCommonLevel(), and boxes of more than kMostCells cells count as
+/// unbounded.
+///
 /// Cost: a box touches at most 8 cells in each grid (a = 0.5, b = 1). A new level costs O(boxes of finer levels).
 class CellGrid
 {
@@ -50,6 +57,7 @@ public:
     static constexpr int kCoarsestLevel = 127;
     static constexpr int kUnbounded = kCoarsestLevel + 1;  ///< level of boxes on the side list
     static constexpr int kAbsent = kCoarsestLevel + 2;     ///< level of rows without a box
+    static constexpr double kMostCells = 4096;             ///< of a box, with GridPlacement::OneGrid
 
     struct Counters
     {
@@ -63,8 +71,11 @@ public:
 
     explicit CellGrid(const CellGridOptions& options = {});
 
+    /// The one level of GridPlacement::OneGrid. @pre there is no box in the grid
+    void setCommonLevel(int level) noexcept { m_commonLevel = level; }
+
     /// Level of a valid box that is not in the grid yet.
-    int levelOf(const Aabb& box) const noexcept { return levelOfBox(box, m_options.b); }
+    int levelOf(const Aabb& box) const noexcept;
 
     /// Level of a row's box, kUnbounded or kAbsent.
     int level(std::uint32_t row) const noexcept
@@ -136,6 +147,13 @@ private:
                                                                 : grid.sizeExponent() == level;
     }
 
+    /// Whether boxes that overlap have a cell in common.
+    bool sharesCells() const noexcept
+    {
+        return m_options.placement == GridPlacement::AllCoarser ||
+               m_options.placement == GridPlacement::OneGrid;
+    }
+
     template <class Visit>
     void searchGrid(const UniformGrid& grid, std::uint32_t row, Visit visit) const;
     CellRange searchRange(const Aabb& box, int level) const noexcept;
@@ -146,6 +164,7 @@ private:
     void removeFromSideList(std::uint32_t row);
 
     CellGridOptions m_options;
+    int m_commonLevel = kFinestLevel;
     std::vector<StoredBox> m_boxes;                ///< by row
     std::vector<std::unique_ptr<Level>> m_levels;  ///< in use, fine to coarse
     std::vector<std::uint32_t> m_unbounded;        ///< rows
@@ -180,10 +199,10 @@ void CellGrid::forEachNeighbour(std::uint32_t row, Visit visit) const
     for (const auto& level : m_levels)
     {
         const UniformGrid& grid = level->grid;
-        if (m_options.placement == GridPlacement::AllCoarser)
+        if (sharesCells())
         {
             // In its own grid the box is bold and meets all ids; in coarser ones it is regular and meets the bold ones.
-            if (grid.sizeExponent() >= own)
+            if (stores(grid, own))
                 grid.forEachSharing(row, grid.sizeExponent() > own, visit);
             continue;
         }

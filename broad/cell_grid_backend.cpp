@@ -21,8 +21,11 @@ CellGridOptions cellGridOptions(const GridOptions& options)
     result.placement = options.placement;
     result.updatesByRemoveAndAdd = options.updatesByRemoveAndAdd;
     result.countsPairs = options.countsPairs && options.placement == GridPlacement::AllCoarser;
-    // Boxes of up to half a cell, stored in one: partners lie in at most 2 x 2 x 2 cells of their own level.
-    const float automatic = options.placement == GridPlacement::OnePoint ? 2.0f : 1.0f;
+    // Boxes of up to half a cell, stored in one: partners lie in at most 2 x 2 x 2 cells of their own level. And in one
+    // grid for all half the boxes are larger than the mean.
+    const bool isWide =
+        options.placement == GridPlacement::OnePoint || options.placement == GridPlacement::OneGrid;
+    const float automatic = isWide ? 2.0f : 1.0f;
     const float scale = options.cellScale > 0 ? std::max(options.cellScale, kSmallestCellScale) : automatic;
     result.b = 1.0 / static_cast<double>(scale);
     result.a = result.b / 2;
@@ -32,8 +35,11 @@ CellGridOptions cellGridOptions(const GridOptions& options)
 
 CellGridBackend::CellGridBackend(const GridOptions& options)
     : m_grid(cellGridOptions(options)),
+      m_b(cellGridOptions(options).b),
       m_countsPairs(cellGridOptions(options).countsPairs),
-      m_searchesUpwards(options.placement != GridPlacement::AllCoarser),
+      m_hasOneGrid(options.placement == GridPlacement::OneGrid),
+      m_searchesUpwards(options.placement == GridPlacement::OwnLevel ||
+                        options.placement == GridPlacement::OnePoint),
       m_rebuildFraction(options.rebuildFraction < 0 ? kAutomaticRebuildFraction : options.rebuildFraction)
 {
 }
@@ -81,6 +87,8 @@ void CellGridBackend::searchUpwards(const ProxyView& proxies)
 void CellGridBackend::rebuild(const ProxyView& proxies)
 {
     m_grid.clear();
+    if (m_hasOneGrid)
+        m_grid.setCommonLevel(levelOfMeanBox(proxies.boxes, proxies.size, m_b));
     for (std::uint32_t row = 0; row < proxies.size; ++row)
     {
         if (!isValid(proxies.boxes[row]))

@@ -15,7 +15,8 @@ namespace cullet
 /// The lecture's grid as a backend: clear first, fast second. What makeGridBackend() returns for GridLayout::Cells.
 ///
 /// Uses the options of its layout and bucketCount, cellScale (cells of cellScale times the largest box of the level, at
-/// least 1/8; 0: 1, or 2 for GridPlacement::OnePoint) and rebuildFraction; runs on one thread.
+/// least 1/8; 0: 1, or 2 for GridPlacement::OnePoint; for GridPlacement::OneGrid cellScale, or 2, times the mean box, chosen
+/// in each rebuild) and rebuildFraction; runs on one thread.
 ///
 /// Cost: O(rows that changed and their neighbours, plus pairs held) or, when more than rebuildFraction of the rows
 /// changed, O(rows and their neighbours).
@@ -42,7 +43,9 @@ private:
     void fillStats();
 
     CellGrid m_grid;
+    double m_b;  ///< of CellGridOptions
     bool m_countsPairs;
+    bool m_hasOneGrid;
     bool m_searchesUpwards;  ///< in a rebuild
     double m_rebuildFraction;
     bool m_isFresh = true;  ///< the grid is void until the next rebuild

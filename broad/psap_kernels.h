@@ -107,11 +107,11 @@ struct PlanCells
         }
         else
         {
-            // Square cells, as many as asked for.
-            const double count = rule == PsapCells::Thesis ? n / kThesisBoxesPerCell : fixedCount;
-            countU = sideV > 0 ? sqrt(count * sideU / sideV) : count;
-            countU = limited(countU);
-            countV = count / countU;
+            // Nearly square cells: at least as many as asked for, and more only to fill the last column.
+            const double count = rule == PsapCells::Thesis ? ceil(n / kThesisBoxesPerCell) : fixedCount;
+            countU = sideV > 0 ? floor(sqrt(count * sideU / sideV) + 0.5) : count;
+            countU = limited(countU < count ? countU : count);
+            countV = ceil(count / countU);
         }
         plan->axes = axes;
         plan->countU = limited(countU);

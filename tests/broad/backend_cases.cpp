@@ -84,6 +84,14 @@ GridOptions withPlacement(GridPlacement placement)
     return options;
 }
 
+GridOptions withOneGrid(float rebuildFraction, float cellScale = 0)
+{
+    GridOptions options = withPlacement(GridPlacement::OneGrid);
+    options.rebuildFraction = rebuildFraction;
+    options.cellScale = cellScale;
+    return options;
+}
+
 GridOptions withStorage(GridStorage storage, std::uint32_t bucketCount = 0)
 {
     GridOptions options = withBuckets(bucketCount);
@@ -141,6 +149,8 @@ const std::vector<BackendCase>& backendCases()
         cells("CellsArrayOfSixtyFour", withStorage(GridStorage::Array, 64)),
         cells("CellsOwnLevel", withPlacement(GridPlacement::OwnLevel)),
         cells("CellsOnePoint", withPlacement(GridPlacement::OnePoint)),
+        cells("UniformGrid", withOneGrid(1)),
+        cells("UniformGridAlwaysRebuild", withOneGrid(0, 0.5f)),
         cells("CellsCountedPairs", withCountedPairs(-1)),
         cells("CellsCountedPairsNeverRebuild", withCountedPairs(1)),
         {"LeGrand", [] { return makeLeGrandBackend(); }},

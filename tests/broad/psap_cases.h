@@ -87,6 +87,13 @@ inline std::vector<BackendCase> psapCases(
                 change(options);
             });
     };
+    addLiteral("LiteralAxisX", [](PsapOptions& options) { options.axis = PsapAxis::X; });
+    addLiteral("LiteralAxisRandom",
+               [](PsapOptions& options)
+               {
+                   options.axis = PsapAxis::Random;
+                   options.seed = 9;
+               });
     addLiteral("LiteralPrincipal", [](PsapOptions& options) { options.axis = PsapAxis::Principal; });
     addLiteral("LiteralBitStrings", [](PsapOptions& options) { options.bitStrings = true; });
     addLiteral("LiteralSplitWork",

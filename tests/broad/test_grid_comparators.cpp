@@ -223,30 +223,57 @@ TEST(MirtichsMethods, TheSecondOneTouchesSeveralTimesFewerCellsInACoherentScene)
 
 TEST(CellGridBackend, TouchesOnlyTheCellsThatChange)
 {
+    for (const GridPlacement placement : {GridPlacement::AllCoarser, GridPlacement::OneGrid})
+    {
+        GridOptions options;
+        options.layout = GridLayout::Cells;
+        options.placement = placement;
+        options.cellScale = 1;
+        options.rebuildFraction = 1;
+        BackendSession session{makeGridBackend(options)};
+        // Size 1, and the mean is 1: cells of size 1; each box lies in 2 x 1 x 1 of them.
+        for (int i = 0; i < 100; ++i)
+            session.add({{3.0f * static_cast<float>(i) + 0.5f, 0.25f, 0.25f},
+                         {3.0f * static_cast<float>(i) + 1.5f, 0.75f, 0.75f}});
+        ASSERT_TRUE(session.step());
+        EXPECT_EQ(session.backend().stats().cellsTouched, 200u);
+        const auto move = [&](float x, float y)
+        {
+            session.table.setBox(7, translated(session.table.box(7), x, y, 0));
+            EXPECT_TRUE(session.step());
+            return session.backend().stats().cellsTouched;
+        };
+        EXPECT_EQ(move(0.25f, 0), 0u) << "within its cells";
+        EXPECT_EQ(move(1, 0), 2u) << "leaves one and enters one";
+        EXPECT_EQ(move(0, 0.5f), 2u) << "enters two and leaves none";
+        EXPECT_EQ(move(0, 0), 0u);
+        ASSERT_TRUE(session.step());
+        EXPECT_EQ(session.backend().stats().cellsTouched, 0u);
+        EXPECT_STREQ(session.backend().stats().path, "idle");
+    }
+}
+
+TEST(CellGridBackend, OneGridFitsTheMeanBoxAndPutsGiantsAside)
+{
     GridOptions options;
     options.layout = GridLayout::Cells;
-    options.rebuildFraction = 1;
+    options.placement = GridPlacement::OneGrid;
     BackendSession session{makeGridBackend(options)};
-    // Size 1 at level 0: cells of size 1; each box lies in 2 x 1 x 1 of them.
-    for (int i = 0; i < 100; ++i)
-        session.add({{3.0f * static_cast<float>(i) + 0.5f, 0.25f, 0.25f},
-                     {3.0f * static_cast<float>(i) + 1.5f, 0.75f, 0.75f}});
+    for (int i = 0; i < 1000; ++i)
+        session.add(boxAt(static_cast<float>(i), 0, 0, 0.25f));
+    session.add(boxAt(500, 0, 0, 1));  // four times as large as the others: in the same grid
     ASSERT_TRUE(session.step());
-    EXPECT_EQ(session.backend().stats().cellsTouched, 200u);
-    const auto move = [&](float x, float y)
-    {
-        session.table.setBox(7, translated(session.table.box(7), x, y, 0));
-        EXPECT_TRUE(session.step());
-        return session.backend().stats().cellsTouched;
-    };
-    EXPECT_EQ(move(0.25f, 0), 0u) << "within its cells";
-    EXPECT_EQ(move(1, 0), 2u) << "leaves one and enters one";
-    EXPECT_EQ(move(0, 0.5f), 2u) << "enters two and leaves none";
-    EXPECT_EQ(move(0, 0), 0u);
+    EXPECT_EQ(session.backend().stats().levels, 1u);
+    EXPECT_EQ(session.backend().stats().unbounded, 0u);
+    const std::uint64_t tests = session.backend().stats().candidates;
+    session.add(boxAt(500, 0, 0, 40));  // 80^3 cells and more
     ASSERT_TRUE(session.step());
-    EXPECT_EQ(session.backend().stats().cellsTouched, 0u);
-    EXPECT_STREQ(session.backend().stats().path, "idle");
+    EXPECT_EQ(session.backend().stats().levels, 1u);
+    EXPECT_EQ(session.backend().stats().unbounded, 1u);
+    EXPECT_EQ(session.backend().stats().candidates, 1001u) << "only the new box, which meets everybody";
+    EXPECT_LT(tests, 8000u);
 }
+
 TEST(LeGrandBackend, CellsAreUnevenWorkWhenSizesOrPlacesAre)
 {
     SCOPED_TRACE("seed 6");

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 namespace cullet::test
@@ -195,6 +196,83 @@ TEST(PsapOptions, PrincipalAxisSavesTestsInASlantedSlabAndCostsSomeElsewhere)
         {
             EXPECT_GT(principal.tests, variance.tests) << "projections are longer than boxes";
         }
+    }
+}
+
+TEST(RadixSort, OrdersFloatsByTheirKeysAndKeepsEqualOnes)
+{
+    SCOPED_TRACE("seed 8");
+    Random random(8);
+    std::vector<float> values = {0.0f,    -0.0f, kInfinity, -kInfinity, 1e-45f,
+                                 -1e-45f, 3e38f, -3e38f,    1.0f,       std::nextafter(1.0f, 2.0f)};
+    while (values.size() < 5000)
+        values.push_back(random.chance(0.2f) ? values[random.below(10)] : random.between(-1e6f, 1e6f));
+    std::vector<std::uint32_t> keys, sortedKeys(values.size()), rows(values.size()),
+        sortedRows(values.size());
+    for (const float value : values)
+        keys.push_back(psap::orderedBits(value));
+    std::iota(rows.begin(), rows.end(), 0u);
+    psap::HostExec exec(PsapOptions{});
+    exec.sortPairs(keys.data(), sortedKeys.data(), rows.data(), sortedRows.data(), keys.size(), 32);
+    int equalCount = 0;
+    for (std::size_t i = 1; i < sortedRows.size(); ++i)
+    {
+        const float before = values[sortedRows[i - 1]];
+        const float after = values[sortedRows[i]];
+        ASSERT_LE(before, after);
+        if (before == after)
+        {
+            ASSERT_LT(sortedRows[i - 1], sortedRows[i])
+                << "equal ones, -0 and 0 among them, keep their order";
+            ++equalCount;
+        }
+    }
+    EXPECT_GT(equalCount, 500);
+}
+
+/// The cells of `count` boxes spread over a room whose sides are `u` and `v` across the sweep axis.
+psap::CellPlan planFor(PsapCells rule, std::uint64_t count, float u, float v, std::uint32_t cellCount = 1)
+{
+    psap::Moments moments;
+    moments.reset();
+    for (const Aabb& corner : {boxAt(0, 0, 0, 1), boxAt(100, u, v, 1)})
+        moments.add(corner);
+    moments.count = count;
+    const psap::SizeClasses sizes = {};
+    psap::CellPlan plan = {};
+    psap::PlanCells{&moments, &sizes, PsapAxis::X, rule, cellCount, &plan}(0);
+    return plan;
+}
+
+TEST(PsapOptions, ThesisHasOneCellPer64000BoxesRoundedUp)
+{
+    const auto cells = [](std::uint64_t boxes, float u = 100)
+    {
+        const psap::CellPlan plan = planFor(PsapCells::Thesis, boxes, u, 100);
+        return std::uint64_t{plan.countU} * plan.countV;
+    };
+    EXPECT_EQ(cells(0), 1u);
+    EXPECT_EQ(cells(1), 1u);
+    EXPECT_EQ(cells(64000), 1u);
+    EXPECT_EQ(cells(64001), 2u);
+    EXPECT_EQ(cells(125000), 2u);
+    EXPECT_EQ(cells(4 * 64000), 4u);
+    EXPECT_EQ(cells(4 * 64000 + 1), 6u) << "five, and one more to fill the columns";
+    EXPECT_EQ(cells(1000000), 16u);
+    EXPECT_EQ(cells(1000000, 100000), 16u) << "no more columns than cells";
+    EXPECT_EQ(cells(1000000, 0), 16u);
+}
+
+TEST(PsapOptions, FixedCountsAreReachedInNearlySquareCells)
+{
+    for (const std::uint32_t wanted : {1u, 5u, 20u, 1000u, 5000u})
+    {
+        SCOPED_TRACE(wanted);
+        const psap::CellPlan plan = planFor(PsapCells::FixedCount, 100000, 100, 200, wanted);
+        EXPECT_GE(plan.countU * plan.countV, wanted);
+        EXPECT_LT(plan.countU * plan.countV, wanted + plan.countU);
+        EXPECT_GE(plan.countV, plan.countU);
+        EXPECT_LE(plan.countV, 5 * plan.countU);
     }
 }
 
