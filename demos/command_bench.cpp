@@ -75,6 +75,7 @@ Json toJson(const BroadOptions& options, bool hasBodies)
             {"ids", options.ids},
             {"through", options.through},
             {"threads", options.threads},
+            {"margin", options.margin},
             {"frames", options.frames},
             {"warmup", options.warmup},
             {"budget", options.budget},
@@ -221,6 +222,9 @@ void addBroad(CLI::App& bench, Action& chosen)
     command->add_option("--threads", options->threads, "0: all cores")
         ->capture_default_str()
         ->check(CLI::Range(0, 4096));
+    command->add_option("--margin", options->margin, "of pairs that are held, without Bullet; 0: exact pairs")
+        ->capture_default_str()
+        ->check(CLI::Range(0.0, 1e6));
     command->add_option("--frames", options->frames, "timed frames; 0: 10 or 12")
         ->check(CLI::Range(0, 1000000));
     command->add_option("--warmup", options->warmup, "frames before; default 4 or 12")

@@ -15,15 +15,13 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// Bullet's default, so that both interfaces do the same work.
-constexpr float kMargin = 0.05f;
-
 /// Unique ids are rows + 1.
 class BackendSubject : public Subject
 {
 public:
     explicit BackendSubject(const SubjectRequest& request)
         : m_backend(makeBackend(request.name, request.threads)),
+          m_margin(request.margin),
           m_threads(request.threads > 0 ? request.threads
                                         : static_cast<int>(std::thread::hardware_concurrency()))
     {
@@ -48,7 +46,7 @@ public:
 
     void findPairs() override
     {
-        const Status status = m_backend->update(m_table.beginUpdate(kMargin, false), m_delta);
+        const Status status = m_backend->update(m_table.beginUpdate(m_margin, false), m_delta);
         m_table.endUpdate();
         if (status != Status::Ok)
             throw std::runtime_error(std::string("backend ") + m_backend->name() + " failed");
@@ -91,6 +89,7 @@ public:
 
 private:
     std::unique_ptr<Backend> m_backend;
+    float m_margin;
     int m_threads;
     ProxyTable m_table;
     PairDelta m_delta;

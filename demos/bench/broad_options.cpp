@@ -18,6 +18,7 @@ SubjectRequest requestFor(const BroadCase& benchCase, const std::string& backend
     request.name = backend;
     request.through = benchCase.options.through == "bullet" ? Through::Bullet : Through::Backend;
     request.threads = benchCase.options.threads;
+    request.margin = benchCase.options.margin;
     request.bodies = benchCase.bodies;
     request.bounds = bounds;
     return request;

@@ -22,6 +22,7 @@ struct BroadOptions
     std::vector<std::string> ids = {"random"};
     std::string through = "backend";
     int threads = 0;
+    float margin = 0.05f;  ///< of pairs that are held, cullet's backends; Bullet's own has its global
     int frames = 0;        ///< timed frames; 0: 12, or 10 from 200,000 bodies on
     int warmup = -1;       ///< frames before; negative: 12, or 4 from 200,000 bodies on
     double budget = 60.0;  ///< seconds that one backend may take in one case before its frames are cut short

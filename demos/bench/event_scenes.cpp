@@ -13,6 +13,8 @@ const std::vector<EventSceneInfo>& eventScenes()
         {"spot", "bodies created at one spot, then moved apart", 3000, runSpotBench},
         {"remove", "a tenth of the bodies of W1 removed in one frame", 100000, runRemoveBench},
         {"queries", "rays, boxes and sweeps on W1, at rest and moving", 100000, runQueryBench},
+        {"extremes", "scenes that nothing divides, each against a balanced one of as many pairs", 16000,
+         runExtremesBench},
     };
     return scenes;
 }

@@ -8,7 +8,7 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// A benchmark of one event instead of a sequence of frames.
+/// A benchmark of another kind than the frames of one scene: of one event, of queries, of scenes against each other.
 struct EventSceneInfo
 {
     const char* name;
@@ -39,5 +39,12 @@ void runRemoveBench(const BroadCase& benchCase, ResultFile& file);
 /// update_median_ms that of handing over the boxes and finding pairs before them. Always through Bullet's interface.
 /// The hash is that of the exact hits of the last frame and has to be the same for all backends.
 void runQueryBench(const BroadCase& benchCase, ResultFile& file);
+
+/// "broad.update" on every scene that nothing divides (cell, line, diagonal, point, cover, decades), in turn with a
+/// balanced one of about as many pairs, NAME-balanced: equal cubes, uniform in a cube. Both have benchCase.bodies, but
+/// where nearly all bodies overlap each other there are only so many that their pairs are 32 per body of the balanced
+/// scene. cpu_ratio and wall_ratio are median times of the extreme scene over those of the balanced one. Checked as
+/// runFramesBench() does.
+void runExtremesBench(const BroadCase& benchCase, ResultFile& file);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

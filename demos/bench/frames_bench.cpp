@@ -129,48 +129,40 @@ public:
         m_runners.push_back(std::move(runner));
     }
 
-    void run()
+    /// Goes on to the next frame of the scene, if any backend still has frames to do.
+    void runFrame()
     {
-        Progress progress(m_case.scene + " " + std::to_string(m_case.bodies), m_timedFrames + m_warmFrames,
-                          m_options.quiet);
-        for (int frame = 1; !isOver() && !isInterrupted(); ++frame)
+        if (isOver())
+            return;
+        ++m_frame;
+        m_scene.step();
+        m_referee.startFrame(m_frame);
+        for (std::size_t i = 0; i < m_runners.size(); ++i)
         {
-            m_scene.step();
-            m_referee.startFrame(frame);
-            for (std::size_t i = 0; i < m_runners.size(); ++i)
-            {
-                Runner& runner = m_runners[(i + static_cast<std::size_t>(frame)) % m_runners.size()];
-                if (!isDone(runner) && !isInterrupted())
-                    runFrame(runner);
-            }
-            progress.show(static_cast<std::uint64_t>(frame));
+            Runner& runner = m_runners[(i + static_cast<std::size_t>(m_frame)) % m_runners.size()];
+            if (!isDone(runner) && !isInterrupted())
+                runFrame(runner);
         }
     }
 
-    void report(ResultFile& file)
+    bool isOver() const
     {
+        return std::all_of(m_runners.begin(), m_runners.end(), [this](const Runner& r) { return isDone(r); });
+    }
+
+    int framesPlanned() const { return m_timedFrames + m_warmFrames; }
+
+    /// The rows of all backends; they are of no use afterwards.
+    std::vector<Json> report()
+    {
+        std::vector<Json> rows;
         for (Runner& runner : m_runners)
         {
-            Json row = makeRow("broad.update", m_case, runner.request, runner.subject->threads());
-            addMeasurement(row, runner.digest, runner.wall);
-            row["cpu_median_ms"] = summarise(runner.cpu).median;
-            row["frames"] = runner.wall.size();
-            row["warmup_frames"] = runner.warmFrames;
-            row["hash_frame"] = runner.digestFrame;
-            row["path"] = runner.path;
-            row["resend"] = m_options.resend;
-            row["held_pairs"] = runner.subject->heldPairs();
-            row["create_ms"] = runner.createMs;
-            row["checks"] = runner.checks;
-            row["wrong_checks"] = runner.wrongChecks;
-            row["checked_against"] = m_referee.isExact() ? "exact" : "each other";
-            addCounters(row, runner.counters);
-            row["bytes_per_body"] = releaseAndMeasure(runner) / m_case.bodies;
-            printRow(row);
-            file.addRow(std::move(row));
+            rows.push_back(rowOf(runner));
             for (Json& frameRow : runner.frameRows)
-                file.addRow(std::move(frameRow));
+                rows.push_back(std::move(frameRow));
         }
+        return rows;
     }
 
 private:
@@ -180,11 +172,6 @@ private:
         if (timed >= m_timedFrames)
             return true;
         return timed >= kFewestTimedFrames && runner.spentMs > m_options.budget * 1e3;
-    }
-
-    bool isOver() const
-    {
-        return std::all_of(m_runners.begin(), m_runners.end(), [this](const Runner& r) { return isDone(r); });
     }
 
     bool isWarm(const Runner& runner) const
@@ -220,6 +207,26 @@ private:
             m_referee.check(runner, m_scene.boxes());
     }
 
+    Json rowOf(Runner& runner) const
+    {
+        Json row = makeRow("broad.update", m_case, runner.request, runner.subject->threads());
+        addMeasurement(row, runner.digest, runner.wall);
+        row["cpu_median_ms"] = summarise(runner.cpu).median;
+        row["frames"] = runner.wall.size();
+        row["warmup_frames"] = runner.warmFrames;
+        row["hash_frame"] = runner.digestFrame;
+        row["path"] = runner.path;
+        row["resend"] = m_options.resend;
+        row["held_pairs"] = runner.subject->heldPairs();
+        row["create_ms"] = runner.createMs;
+        row["checks"] = runner.checks;
+        row["wrong_checks"] = runner.wrongChecks;
+        row["checked_against"] = m_referee.isExact() ? "exact" : "each other";
+        addCounters(row, runner.counters);
+        row["bytes_per_body"] = releaseAndMeasure(runner) / m_case.bodies;
+        return row;
+    }
+
     void addFrameRow(Runner& runner, double wall) const
     {
         Json row = makeRow("broad.frame", m_case, runner.request, runner.subject->threads());
@@ -246,6 +253,7 @@ private:
     const BroadOptions& m_options;
     BoxScene& m_scene;
     Referee m_referee;
+    int m_frame = 0;
     int m_timedFrames;
     int m_warmFrames;
     std::vector<std::uint32_t> m_allRows;
@@ -256,12 +264,40 @@ private:
 void runFramesBench(const BroadCase& benchCase, ResultFile& file)
 {
     const BoxSceneInfo* info = findBoxScene(benchCase.scene);
-    const auto scene = info->make({benchCase.bodies, benchCase.sortedIds, benchCase.options.seed});
-    FramesBench bench(benchCase, *scene);
-    for (const std::string& backend : benchCase.options.backends)
-        bench.add(backend);
-    bench.run();
-    bench.report(file);
+    std::vector<FramesCase> cases;
+    cases.push_back({benchCase, info->make({benchCase.bodies, benchCase.sortedIds, benchCase.options.seed})});
+    std::vector<std::vector<Json>> rows = measureInTurn(cases);
+    for (Json& row : rows.front())
+    {
+        if (row["benchmark"] == "broad.update")
+            printRow(row);
+        file.addRow(std::move(row));
+    }
+}
+
+std::vector<std::vector<Json>> measureInTurn(std::vector<FramesCase>& cases)
+{
+    std::vector<std::unique_ptr<FramesBench>> benches;
+    for (FramesCase& each : cases)
+    {
+        benches.push_back(std::make_unique<FramesBench>(each.benchCase, *each.scene));
+        for (const std::string& backend : each.benchCase.options.backends)
+            benches.back()->add(backend);
+    }
+    const BroadCase& first = cases.front().benchCase;
+    Progress progress(first.scene + " " + std::to_string(first.bodies), benches.front()->framesPlanned(),
+                      first.options.quiet);
+    const auto isOver = [](const auto& bench) { return bench->isOver(); };
+    while (!std::all_of(benches.begin(), benches.end(), isOver) && !isInterrupted())
+    {
+        for (const auto& bench : benches)
+            bench->runFrame();
+        progress.advance();
+    }
+    std::vector<std::vector<Json>> rows;
+    for (const auto& bench : benches)
+        rows.push_back(bench->report());
+    return rows;
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

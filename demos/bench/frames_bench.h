@@ -3,6 +3,10 @@
 #pragma once
 
 #include "demos/bench/broad_options.h"
+#include "demos/scenes/box_scene.h"
+
+#include <memory>
+#include <vector>
 
 namespace cullet
 {
@@ -20,5 +24,18 @@ inline namespace CULLET_PRECISION
 ///
 /// @throws ProgramError (kExitDisagreement) when a backend's pairs are wrong, naming it and the frame
 void runFramesBench(const BroadCase& benchCase, ResultFile& file);
+
+/// A case and the scene that it runs on, which need not be one of boxScenes().
+struct FramesCase
+{
+    BroadCase benchCase;
+    std::unique_ptr<BoxScene> scene;
+};
+
+/// The same for several cases in turn, a frame of each, so that their times can be compared on a busy machine.
+///
+/// @return the rows of each case
+/// @throws ProgramError as runFramesBench()
+std::vector<std::vector<Json>> measureInTurn(std::vector<FramesCase>& cases);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

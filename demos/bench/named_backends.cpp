@@ -126,6 +126,16 @@ const std::vector<NamedBackend>& namedBackends()
         {"cuda-thesis", "psap-thesis on an NVIDIA GPU",
          [](int)
          { return makeCudaLiteral([](PsapOptions& options) { options.cells = PsapCells::Thesis; }); }},
+        {"uniform", "the lecture's uniform grid: one size of cells for all boxes, only changed cells touched",
+         [](int)
+         {
+             return makeCells(
+                 [](GridOptions& options)
+                 {
+                     options.placement = GridPlacement::OneGrid;
+                     options.rebuildFraction = 1;
+                 });
+         }},
         {"cells-incremental", "cells, only changed ones are touched",
          [](int) { return makeCells([](GridOptions& options) { options.rebuildFraction = 1; }); }},
         {"cells-rebuild", "cells, cleared and filled in every update",
@@ -168,6 +178,9 @@ const std::vector<NamedBackend>& namedBackends()
          [](int threads) { return makePsap(threads, [](PsapOptions&) {}); }},
         {"psap-literal", "the thesis's steps; axis by variance, cells by extents",
          [](int threads) { return makeLiteral(threads, [](PsapOptions&) {}); }},
+        {"psap-x", "psap-literal along the x axis",
+         [](int threads)
+         { return makeLiteral(threads, [](PsapOptions& options) { options.axis = PsapAxis::X; }); }},
         {"psap-random", "psap-literal with a random axis",
          [](int threads)
          { return makeLiteral(threads, [](PsapOptions& options) { options.axis = PsapAxis::Random; }); }},

@@ -83,6 +83,8 @@ struct SubjectRequest
     std::string name;
     Through through = Through::Backend;
     int threads = 0;  ///< 0: as many as the machine has
+    float margin =
+        0.05f;  ///< of the interface to backends; Bullet's default, so that both interfaces do the same work
     std::uint32_t bodies = 0;
     ExactBox bounds;  ///< that no box ever leaves
 };

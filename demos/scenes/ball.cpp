@@ -66,6 +66,24 @@ Aabb boxOf(const Ball& ball) noexcept
     return box;
 }
 
+void flyAndBounce(Ball& ball, float side) noexcept
+{
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        ball.centre[axis] += ball.velocity[axis];
+        if (ball.centre[axis] < 0.0f)
+            ball.velocity[axis] = std::fabs(ball.velocity[axis]);
+        if (ball.centre[axis] > side)
+            ball.velocity[axis] = -std::fabs(ball.velocity[axis]);
+    }
+}
+
+float logUniform(double least, float decades, SplitMix64& random) noexcept
+{
+    const double power = static_cast<double>(random.uniform(0.0f, decades));
+    return static_cast<float>(least * std::exp(power * 2.302585092994046));
+}
+
 void setRandomVelocity(Ball& ball, float speed, SplitMix64& random) noexcept
 {
     float squared = 0.0f;

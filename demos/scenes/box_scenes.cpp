@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 #include "demos/scenes/box_scene.h"
+#include "demos/scenes/extreme_scenes.h"
 #include "demos/scenes/heap_scenes.h"
 #include "demos/scenes/uniform_scenes.h"
 
@@ -20,6 +21,12 @@ const std::vector<BoxSceneInfo>& boxScenes()
         {"W5", "W1 in which every body teleports in each frame", makeTeleportScene},
         {"pile", "dense heap of turned boxes, 7.6 pairs per body, all drift", makeDriftingHeapScene},
         {"static", "W1 at rest, but for 100 movers", makeHundredMoversScene},
+        {"cell", "all in one cell of a grid, 7 of 10 pairs of bodies overlap", makeOneCellScene},
+        {"line", "all on the x axis, 4 pairs per body", makeLineScene},
+        {"diagonal", "all on a line oblique to the axes, 4 pairs per body", makeDiagonalScene},
+        {"point", "all at one point, every pair of bodies overlaps", makeOnePointScene},
+        {"cover", "W1 and one box over everything", makeCoverScene},
+        {"decades", "edges log-uniform from 0.001 to 1000, about 4 pairs per body", makeSixDecadesScene},
     };
     return scenes;
 }

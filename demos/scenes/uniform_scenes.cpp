@@ -50,16 +50,8 @@ protected:
 
     void fly(std::uint32_t row)
     {
-        Ball& ball = m_balls[row];
-        for (int axis = 0; axis < 3; ++axis)
-        {
-            ball.centre[axis] += ball.velocity[axis];
-            if (ball.centre[axis] < 0.0f)
-                ball.velocity[axis] = std::fabs(ball.velocity[axis]);
-            if (ball.centre[axis] > m_side)
-                ball.velocity[axis] = -std::fabs(ball.velocity[axis]);
-        }
-        m_boxes[row] = boxOf(ball);
+        flyAndBounce(m_balls[row], m_side);
+        m_boxes[row] = boxOf(m_balls[row]);
     }
 
     /// `count` different rows, ascending. Partial Fisher-Yates on a lasting permutation: O(count log count).
@@ -165,12 +157,7 @@ std::unique_ptr<BoxScene> makeUniformScene(const BoxSceneOptions& options)
 
 std::unique_ptr<BoxScene> makeTwoSizesScene(const BoxSceneOptions& options)
 {
-    const auto halfEdge = [](SplitMix64& random)
-    {
-        // In double and rounded once, so that the last bit of the C library's exp does not show.
-        const double decades = static_cast<double>(random.uniform(0.0f, 3.0f));
-        return static_cast<float>(0.05 * std::exp(decades * 2.302585092994046));
-    };
+    const auto halfEdge = [](SplitMix64& random) { return logUniform(0.05, 3.0f, random); };
     return std::make_unique<FlyingScene>(options, kTwoSizesVolume, options.bodies, halfEdge);
 }
 

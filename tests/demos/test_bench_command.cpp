@@ -40,12 +40,13 @@ TEST_F(BenchCommand, EveryBackendFindsTheSamePairsInEveryScene)
 {
     Outcome outcome;
     const json document = runForJson(
-        "bench broad --scene W1,W2,W3,W3b,W3fresh,W4,W5,pile,static --bodies 300 "
+        "bench broad --scene W1,W2,W3,W3b,W3fresh,W4,W5,pile,static,cell,line,diagonal,point,cover,decades "
+        "--bodies 300 "
         "--backend grid,grid-cells,brute,dbvt,dbvt-deferred,dbvt-m0,axissweep --frames 3 "
         "--warmup 1",
         &outcome);
     ASSERT_EQ(outcome.code, 0) << outcome.output << outcome.errors;
-    ASSERT_EQ(document["rows"].size(), 9u * 7u);
+    ASSERT_EQ(document["rows"].size(), 15u * 7u);
     std::map<std::string, std::set<std::string>> hashes;
     for (const json& row : document["rows"])
     {
@@ -86,6 +87,46 @@ TEST_F(BenchCommand, EveryBackendOfTheAblationFindsTheSamePairsAndCounts)
     EXPECT_GT(frames.size(), 20u);
     for (const auto& [backend, count] : frames)
         EXPECT_EQ(count, 3) << backend;
+}
+
+TEST_F(BenchCommand, ComparesScenesThatNothingDividesWithBalancedOnesOfAsManyPairs)
+{
+    Outcome outcome;
+    const json document = runForJson(
+        "bench broad --scene extremes --bodies 4000 --backend grid,grid-cells,psap --frames 3 --warmup 2 "
+        "--threads 1",
+        &outcome);
+    ASSERT_EQ(outcome.code, 0) << outcome.output << outcome.errors;
+    ASSERT_EQ(document["rows"].size(), 6u * 2u * 3u);
+    std::map<std::string, double> pairs;
+    for (const json& row : document["rows"])
+    {
+        expectColumns(row);
+        EXPECT_EQ(row["checked_against"], "exact");
+        EXPECT_EQ(row["checks"], 3);
+        pairs[row["scene"]] = row["pairs"];
+        const bool isBalanced = contains(row["scene"].get<std::string>(), "-balanced");
+        EXPECT_EQ(row.contains("cpu_ratio"), !isBalanced);
+        if (!isBalanced)
+        {
+            EXPECT_GT(row["cpu_ratio"], 0.0);
+            EXPECT_GT(row["wall_ratio"], 0.0);
+        }
+    }
+    for (const char* scene : {"cell", "line", "diagonal", "point", "cover", "decades"})
+        EXPECT_NEAR(pairs[std::string(scene) + "-balanced"] / pairs[scene], 1.0, 0.1) << scene;
+}
+
+TEST_F(BenchCommand, MarginOfZeroHoldsNoPairThatDoesNotOverlap)
+{
+    for (const std::string margin : {"0", "0.5"})
+    {
+        const json document = runForJson(
+            "bench broad --scene W1 --bodies 600 --backend grid,psap --frames 3 --margin " + margin);
+        ASSERT_EQ(document["rows"].size(), 2u);
+        for (const json& row : document["rows"])
+            EXPECT_EQ(row["held_pairs"] == row["pairs"], margin == "0") << row.dump();
+    }
 }
 
 TEST_F(BenchCommand, OtherLibrariesFindTheSamePairsOrAreNamedAsMissing)
