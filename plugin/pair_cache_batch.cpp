@@ -3,9 +3,7 @@
 //
 // Changes of the pair cache in batches. What the next pairs of a batch will touch is asked from memory while the pair at
 // hand is worked on: in a large cache nearly all the time goes into waiting for random cache lines.
-#include "plugin/pair_cache.h"
-
-#include <BulletCollision/BroadphaseCollision/btBroadphaseProxy.h>
+#include "plugin/pair_cache_parts.h"
 
 namespace cullet
 {
@@ -17,11 +15,6 @@ namespace
 constexpr std::size_t kStage1 = 32;
 constexpr std::size_t kStage2 = 20;
 constexpr std::size_t kStage3 = 10;
-
-std::uint32_t idOf(const btBroadphaseProxy* proxy)
-{
-    return static_cast<std::uint32_t>(proxy->m_uniqueId);
-}
 
 /// As the hash holds it: the lower id first.
 std::uint64_t hashOf(const btBroadphaseProxy* proxy0, const btBroadphaseProxy* proxy1)

@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+// What the files of PairCache share: ids, the search, and the cursor that follows a pair. For those files only.
+
+#include "plugin/pair_cache.h"
+
+#include <BulletCollision/BroadphaseCollision/btBroadphaseProxy.h>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+inline std::uint32_t idOf(const btBroadphaseProxy* proxy)
+{
+    return static_cast<std::uint32_t>(proxy->m_uniqueId);
+}
+
+inline Pair idsOf(const ProxyPair& sorted)
+{
+    return {idOf(sorted.first), idOf(sorted.second)};
+}
+
+inline Pair idsOf(const btBroadphasePair& pair)
+{
+    return {idOf(pair.m_pProxy0), idOf(pair.m_pProxy1)};
+}
+
+/// The comparison of btBroadphasePair's constructor.
+inline ProxyPair sortById(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1)
+{
+    return proxy0->m_uniqueId < proxy1->m_uniqueId ? ProxyPair{proxy0, proxy1} : ProxyPair{proxy1, proxy0};
+}
+
+class PairCache::Cursor
+{
+public:
+    // Not inlined: GCC 12 would warn of a dangling pointer in m_cursors, although the destructor takes it out.
+    [[gnu::noinline]] Cursor(PairCache& cache, std::uint32_t pair)
+        : index(pair), m_cache(cache), m_outer(cache.m_cursors)
+    {
+        cache.m_cursors = this;
+    }
+    ~Cursor() { m_cache.m_cursors = m_outer; }
+    Cursor(const Cursor&) = delete;
+    Cursor& operator=(const Cursor&) = delete;
+
+    void moved(std::uint32_t from, std::uint32_t to)
+    {
+        if (index == from)
+            index = to;
+    }
+    Cursor* outer() const { return m_outer; }
+
+    std::uint32_t index;  // kNone once the pair is gone
+
+private:
+    PairCache& m_cache;
+    Cursor* m_outer;
+};
+
+inline std::uint32_t PairCache::indexOf(const ProxyPair& sorted) const
+{
+    return m_hash.find(hashOfPair(idsOf(sorted)),
+                       [&](std::uint32_t index)
+                       {
+                           const btBroadphasePair& pair = m_pairs[static_cast<int>(index)];
+                           return pair.m_pProxy0 == sorted.first && pair.m_pProxy1 == sorted.second;
+                       });
+}
+
+inline std::uint32_t PairCache::indexOf(Pair ids) const
+{
+    return m_hash.find(hashOfPair(ids),
+                       [&](std::uint32_t index) { return idsOf(m_pairs[static_cast<int>(index)]) == ids; });
+}
+
+inline btBroadphasePair* PairCache::pairAt(std::uint32_t index)
+{
+    return index != kNone ? &m_pairs[static_cast<int>(index)] : nullptr;
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet
