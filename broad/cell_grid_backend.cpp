@@ -21,8 +21,8 @@ CellGridOptions cellGridOptions(const GridOptions& options)
     result.placement = options.placement;
     result.updatesByRemoveAndAdd = options.updatesByRemoveAndAdd;
     result.countsPairs = options.countsPairs && options.placement == GridPlacement::AllCoarser;
-    // Boxes of up to half a cell, stored in one: partners lie in at most 2 x 2 x 2 cells of their own level. And in one
-    // grid for all half the boxes are larger than the mean.
+    // Boxes of up to half a cell, stored in one: partners lie in at most 2 x 2 x 2 cells of their own level. In one grid
+    // for all sizes many boxes are larger than the mean.
     const bool isWide =
         options.placement == GridPlacement::OnePoint || options.placement == GridPlacement::OneGrid;
     const float automatic = isWide ? 2.0f : 1.0f;
