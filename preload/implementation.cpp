@@ -25,14 +25,14 @@ bool isOnlyATree(btOverlappingPairCache* cache)
     return dynamic_cast<btNullPairCache*>(cache) != nullptr;
 }
 
-bool construct(void* memory, void* pairCache)
+bool construct(void* memory, void* pairCache, bool needsTrees)
 {
     auto* cache = static_cast<btOverlappingPairCache*>(pairCache);
     if (!settings().replacesBroadphase || isOnlyATree(cache))
         return false;
     try
     {
-        auto parts = std::make_unique<StandIn::Parts>(cache, settings());
+        auto parts = std::make_unique<StandIn::Parts>(cache, settings(), needsTrees);
         new (memory) StandIn(std::move(parts));
         return true;
     }

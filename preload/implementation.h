@@ -11,8 +11,9 @@ struct Implementation
     ///
     /// @param memory sizeof(btDbvtBroadphase) bytes of the program's
     /// @param cache  the btOverlappingPairCache of the program's, or null
+    /// @param needsTrees the program may look into the public trees
     /// @return false: the memory is as it was, and Bullet's constructor has to run
-    bool (*construct)(void* memory, void* cache);
+    bool (*construct)(void* memory, void* cache, bool needsTrees);
 
     /// Registers ISA-GJK with a btCollisionDispatcher that Bullet's constructor has made.
     void (*adopt)(void* dispatcher);

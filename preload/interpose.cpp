@@ -9,6 +9,7 @@
 
 #include "preload/bullet_library.h"
 #include "preload/message.h"
+#include "preload/tree_users.h"
 #include <atomic>
 
 // Also where everything else is hidden.
@@ -66,9 +67,10 @@ Result callBullet(Function function, const void* caller, Arguments... arguments)
     return call<Result>(cullet::preload::knownLibraryFor(caller), function, arguments...);
 }
 
-bool construct(const BulletLibrary& bullet, void* memory, void* cache)
+bool construct(const BulletLibrary& bullet, const void* caller, void* memory, void* cache)
 {
-    if (bullet.implementation == nullptr || !bullet.implementation->construct(memory, cache))
+    if (bullet.implementation == nullptr ||
+        !bullet.implementation->construct(memory, cache, cullet::preload::namesTrees(caller)))
         return false;
     rememberTable(tableOf(memory));
     return true;
@@ -85,8 +87,9 @@ void sayDerivedOnce()
 CULLET_EXPORT void culletConstruct(void* self, void* cache) asm(CULLET_CONSTRUCT);
 CULLET_EXPORT void culletConstruct(void* self, void* cache)
 {
-    const BulletLibrary& bullet = cullet::preload::libraryFor(CULLET_CALLER);
-    if (!construct(bullet, self, cache))
+    const void* caller = CULLET_CALLER;
+    const BulletLibrary& bullet = cullet::preload::libraryFor(caller);
+    if (!construct(bullet, caller, self, cache))
         call<void>(bullet, Function::Construct, self, cache);
 }
 

@@ -10,12 +10,15 @@ namespace cullet::preload
 {
 namespace
 {
-bool isSet(const char* name, bool otherwise)
+bool isGiven(const char* name)
 {
     const char* value = std::getenv(name);
-    if (value == nullptr || value[0] == '\0')
-        return otherwise;
-    return std::strcmp(value, "0") != 0;
+    return value != nullptr && value[0] != '\0';
+}
+
+bool isSet(const char* name, bool otherwise)
+{
+    return isGiven(name) ? std::strcmp(std::getenv(name), "0") != 0 : otherwise;
 }
 
 void readBackend(Settings& result)
@@ -49,7 +52,8 @@ Settings read()
 {
     Settings result;
     result.replacesNarrowPhase = isSet("CULLET_NARROW", true);
-    result.fillsTrees = isSet("CULLET_TREES", false);
+    if (isGiven("CULLET_TREES"))
+        result.fillsTrees = isSet("CULLET_TREES", false);
     result.hasSummary = isSet("CULLET_STATS", false);
     readBackend(result);
     return result;

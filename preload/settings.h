@@ -4,6 +4,8 @@
 
 #include "plugin/broadphase.h"
 
+#include <optional>
+
 namespace cullet::preload
 {
 /// What the environment asks for; see docs/drop-in.md.
@@ -11,7 +13,7 @@ struct Settings
 {
     bool replacesBroadphase = true;   ///< CULLET_BACKEND is not dbvt
     bool replacesNarrowPhase = true;  ///< CULLET_NARROW is not 0
-    bool fillsTrees = false;          ///< CULLET_TREES
+    std::optional<bool> fillsTrees;   ///< CULLET_TREES; else as the program seems to need them
     bool hasSummary = false;          ///< CULLET_STATS
     BroadphaseOptions broadphase;
 };

@@ -13,7 +13,7 @@ namespace cullet::preload
 StandIn::StandIn(std::unique_ptr<Parts> parts) : btDbvtBroadphase(parts->broadphase.getOverlappingPairCache())
 {
     begin(parts->counts, parts->broadphase);
-    if (settings().fillsTrees)
+    if (parts->fillsTrees)
         parts->trees = std::make_unique<PublicTrees>(m_sets[DYNAMIC_SET]);
     // The spare node of a tree that stays empty: a pointer that nobody but the tree itself looks at.
     m_sets[FIXED_SET].m_free = reinterpret_cast<btDbvtNode*>(parts.release());

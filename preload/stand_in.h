@@ -16,7 +16,8 @@ namespace cullet::preload
 /// A btDbvtBroadphase of the same size whose virtual functions lead to a cullet::Broadphase.
 ///
 /// It lives in memory that the program has taken for Bullet's type. Its public fields are what Bullet's constructor
-/// leaves there: m_paircache is the pair cache in use, the trees are empty (see PublicTrees), all others are read by
+/// leaves there: m_paircache is the pair cache in use, the trees are empty unless somebody needs them (see
+/// PublicTrees), all others are read by
 /// nobody.
 class StandIn final : public btDbvtBroadphase
 {
@@ -24,12 +25,13 @@ public:
     /// What does not fit into Bullet's type.
     struct Parts
     {
-        Parts(btOverlappingPairCache* cache, const Settings& settings)
-            : broadphase(cache, settings.broadphase)
+        Parts(btOverlappingPairCache* cache, const Settings& settings, bool needsTrees)
+            : broadphase(cache, settings.broadphase), fillsTrees(settings.fillsTrees.value_or(needsTrees))
         {
         }
         Broadphase broadphase;
         BroadphaseCounts counts;
+        bool fillsTrees;
         std::unique_ptr<PublicTrees> trees;
         bool hasWarned = false;
     };

@@ -152,6 +152,14 @@ TEST_P(PreloadedLibrary, FillsThePublicTreesWhenAskedTo)
     EXPECT_EQ(filled.line("hash"), hash(linked("narrow")));
 }
 
+TEST_P(PreloadedLibrary, FillsThePublicTreesForProgramsThatNameTheirFunctions)
+{
+    const std::string walker = kFolder + "tree_walker" + GetParam();
+    EXPECT_EQ(run(walker).line("found"), "3 1 3");
+    EXPECT_EQ(run(kPreloaded + walker).line("found"), "3 1 3");
+    EXPECT_EQ(run(kPreloaded + "CULLET_TREES=0 " + walker).line("found"), "0 0 0");
+}
+
 TEST_P(PreloadedLibrary, NamesTheBackendsWhenItDoesNotKnowOne)
 {
     const Output output = run(kPreloaded + "CULLET_BACKEND=quadtree " + plain("stack"));
