@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "narrow/depth_memory.h"
 #include "narrow/exact_penetration.h"
 #include "narrow/gjk_search.h"
 #include "narrow/gjk_types.h"
@@ -37,14 +38,24 @@ struct PenetrationResult
     Vector axis = Vector::Zero();  ///< unit, from B to A, world axes: A moved by depth * axis only touches
     Vector pointA = Vector::Zero();  ///< deepest point of A, world axes, relative to the origin of A
     Vector pointB = Vector::Zero();  ///< deepest point of B, same frame; pointB - pointA = depth * axis
+    std::int32_t vertexA = -1;       ///< support vertex of A against the axis, -1: not known
+    std::int32_t vertexB = -1;       ///< support vertex of B along the axis, -1: not known
 };
 
 /// Expanding polytope algorithm on one pair.
+///
+/// **The remembered surface.** Its corners are pairs of vertices, which are points of A - B wherever the shapes are now;
+/// so the tetrahedra between the origin and its triangles are parts of A - B, which is convex. If the origin is on the
+/// inner side of every triangle, these tetrahedra cover all directions, as the surface is closed, and A - B contains
+/// the ball around the origin up to the closest plane of a triangle: the depth is at least that distance, just as in a
+/// polytope. The dual gap bounds it from above. So one support proves the depth as long as the closest triangle stays one of
+/// the surface of A - B; otherwise the expansion goes on from there.
 template <class S, class A, class B>
 class Penetration
 {
 public:
-    Penetration(const A& a, const B& b, GjkCache<S>& cache) : m_a(a), m_b(b), m_search(a, b), m_cache(cache)
+    Penetration(const A& a, const B& b, GjkCache<S>& cache, DepthMemory* memory)
+        : m_a(a), m_b(b), m_search(a, b), m_cache(cache), m_memory(memory)
     {
     }
 
@@ -56,8 +67,23 @@ public:
         Eigen::Vector3d normal;
         if (!completeTetrahedron(normal))
             return finishFlat(normal);
-        if (!expand())
+        Polytope polytope(size());
+        polytope.setTetrahedron({m_seed[0].w, m_seed[1].w, m_seed[2].w, m_seed[3].w});
+        std::copy(m_seed.begin(), m_seed.end(), m_supports.begin());
+        if (!expand(polytope))
             solveExactly();
+        return m_result;
+    }
+
+    /// From the remembered surface only. Forgets it if that is of no use, and the state is NotConverged.
+    PenetrationResult<S> recall()
+    {
+        m_isRecalled = true;
+        if (!expandMemory())
+        {
+            m_result = PenetrationResult<S>();
+            m_memory->vertexCount = 0;
+        }
         return m_result;
     }
 
@@ -151,44 +177,135 @@ private:
         return m_result;
     }
 
-    bool expand()
+    bool expandMemory()
+    {
+        const DepthMemory& memory = *m_memory;
+        for (int i = 0; i < memory.vertexCount; ++i)
+        {
+            if (memory.verticesA[i] >= m_a.vertexCount() || memory.verticesB[i] >= m_b.vertexCount())
+                return false;
+            m_supports[i] = m_search.supportOf(memory.verticesA[i], memory.verticesB[i]);
+        }
+        if (memory.vertexCount == 0 || !m_search.isFinite())
+            return false;
+        Polytope polytope(size());
+        for (int i = 0; i < memory.vertexCount; ++i)
+            polytope.addVertex(m_supports[i].w);
+        for (int i = 0; i < memory.faceCount; ++i)
+            polytope.addFace(memory.corners(i));
+        m_result.state = GjkState::Overlapping;
+        return expand(polytope);
+    }
+
+    /// @return false if the answer could not be proved
+    bool expand(Polytope& polytope)
     {
         const double scale = size();
-        Polytope polytope({m_seed[0].w, m_seed[1].w, m_seed[2].w, m_seed[3].w}, scale);
-        std::array<Eigen::Vector3d, Polytope::kMaxVertices> pointsOfA;
-        for (int i = 0; i < 4; ++i)
-            pointsOfA[i] = m_seed[i].a;
         while (polytope.isValid())
         {
             const Polytope::Face face = polytope.closestFace();
-            const Support s = m_search.supportAgainst(-face.normal);
-            const double gap = face.normal.dot(s.w) - face.distance;
+            // Beyond a face of the remembered surface. A NaN makes the comparison false.
+            if (!(face.distance > -kFlat * scale))
+                return false;
+            const Support& corner = m_supports[face.vertex[0]];
+            const Support s =
+                m_isRecalled ? m_search.supportAgainst(-face.scaledNormal, corner.vertexA, corner.vertexB)
+                             : m_search.supportAgainst(-face.scaledNormal);
+            const double gap = face.scaledNormal.dot(s.w) / face.length - face.distance;
             const bool isDone = gap <= kGapWanted * scale;
             const int vertex = isDone ? -1 : polytope.add(s.w);
             if (vertex >= 0)
             {
-                pointsOfA[vertex] = s.a;
+                m_supports[vertex] = s;
                 ++m_result.iterations;
                 continue;
             }
             // A NaN makes the comparison false.
             if (!(gap <= kGapAccepted * scale))
                 return false;
-            store(face.normal, face.distance + std::max(gap, 0.0), std::max(gap, 0.0));
-            const Eigen::Vector3d weights = polytope.weights(face);
-            Eigen::Vector3d pointA = Eigen::Vector3d::Zero();
-            for (int k = 0; k < 3; ++k)
-                pointA += weights[k] * pointsOfA[face.vertex[k]];
-            storePoints(pointA);
-            m_result.method = PenetrationMethod::Expansion;
+            finish(polytope, face, std::max(gap, 0.0), s);
             return true;
         }
         return false;
     }
 
-    /// @param normal outer normal of A - B, along which B comes out
-    void store(const Eigen::Vector3d& normal, double depth, double gap)
+    /// @param along support along the face's normal
+    void finish(Polytope& polytope, const Polytope::Face& face, double gap, const Support& along)
     {
+        const Eigen::Vector3d normal = face.scaledNormal / face.length;
+        store(normal, face.distance + gap, gap, along);
+        const Eigen::Vector3d weights = polytope.weights(face);
+        Eigen::Vector3d pointA = Eigen::Vector3d::Zero();
+        for (int k = 0; k < 3; ++k)
+            pointA += weights[k] * m_supports[face.vertex[k]].a;
+        storePoints(pointA);
+        m_result.method = PenetrationMethod::Expansion;
+        if (m_isRecalled)
+            rememberTriangle(face, -normal, along);
+        if (m_memory != nullptr && m_result.iterations > 0)
+            remember(polytope, face);
+    }
+
+    /// For the query that finds the shapes apart again.
+    void rememberTriangle(const Polytope::Face& face, const Eigen::Vector3d& axis, const Support& along)
+    {
+        m_cache.state = GjkState::Overlapping;
+        m_cache.count = 3;
+        for (int k = 0; k < 3; ++k)
+        {
+            const Support& corner = m_supports[face.vertex[k]];
+            m_cache.verticesA[k] = narrowId<S>(corner.vertexA);
+            m_cache.verticesB[k] = narrowId<S>(corner.vertexB);
+        }
+        Search::rememberAxis(axis, along.vertexA, along.vertexB, m_cache);
+    }
+
+    /// Keeps the surface that proves the depth; if there is no room for it, a smaller one inside that does so too.
+    void remember(Polytope& polytope, const Polytope::Face& face)
+    {
+        if (polytope.faceCount() > DepthMemory::kFaces)
+            shrink(polytope, face);
+        DepthMemory& memory = *m_memory;
+        memory.vertexCount = memory.faceCount = 0;
+        if (polytope.faceCount() > DepthMemory::kFaces)
+            return;
+        std::array<std::int16_t, Polytope::kMaxVertices> places;
+        std::fill_n(places.begin(), polytope.vertexCount(), std::int16_t(-1));
+        int count = 0;
+        for (int i = 0; i < polytope.faceCount(); ++i)
+        {
+            for (const std::int16_t v : polytope.corners(i))
+            {
+                if (places[v] >= 0)
+                    continue;
+                places[v] = static_cast<std::int16_t>(count);
+                memory.verticesA[count] = narrowId<S>(m_supports[v].vertexA);
+                memory.verticesB[count++] = narrowId<S>(m_supports[v].vertexB);
+            }
+            const Polytope::Corners& c = polytope.corners(i);
+            memory.setCorners(i, places[c[0]], places[c[1]], places[c[2]]);
+        }
+        memory.vertexCount = static_cast<std::uint8_t>(count);
+        memory.faceCount = static_cast<std::uint8_t>(polytope.faceCount());
+    }
+
+    /// With some room to move, so that what is cut off does not come into the way in the next query.
+    void shrink(Polytope& polytope, const Polytope::Face& face)
+    {
+        const double reach = 1.2 * face.distance + 0.005 * size();
+        for (std::int16_t v = 0; v < polytope.vertexCount(); ++v)
+        {
+            if (v != face.vertex[0] && v != face.vertex[1] && v != face.vertex[2])
+                polytope.removeVertex(v, reach * reach);
+        }
+    }
+
+    /// @param normal outer normal of A - B, along which B comes out
+    /// @param along support along the normal
+    void store(const Eigen::Vector3d& normal, double depth, double gap, const Support& along)
+    {
+        m_result.vertexA = along.vertexA;
+        m_result.vertexB = along.vertexB;
         m_result.depth = static_cast<S>(std::max(depth, 0.0));
         m_result.dualGap = static_cast<S>(gap);
         m_result.axis = (-normal).template cast<S>();
@@ -209,8 +326,8 @@ private:
             m_result = PenetrationResult<S>();
             return;
         }
-        store(normal, depth, 0.0);
         const Support s = m_search.supportAgainst(-normal);
+        store(normal, depth, 0.0, s);
         storePoints(s.a);
         m_result.method = PenetrationMethod::Exact;
     }
@@ -219,7 +336,10 @@ private:
     const B& m_b;
     Search m_search;
     GjkCache<S>& m_cache;
+    DepthMemory* m_memory;
+    bool m_isRecalled = false;
     std::array<Support, 4> m_seed;
+    std::array<Support, Polytope::kMaxVertices> m_supports;  ///< of the polytope's vertices
     PenetrationResult<S> m_result;
 };
 
@@ -231,11 +351,22 @@ private:
 /// such a proof all faces and pairs of edges are examined (exact_penetration.h, hulls only).
 ///
 /// @param cache of this pair in this order, best after a query that said Overlapping
+/// @param memory of this pair in this order, or null: gets what rememberedPenetration() starts from
 /// Cost: about one support of each shape and a scan of the polytope's faces per point, 5 to 60 points.
 /// Errors: NotConverged for shapes that are no hulls when the expansion fails, and for inputs that are not finite.
 template <class S, class A, class B>
-PenetrationResult<S> penetration(const A& a, const B& b, GjkCache<S>& cache)
+PenetrationResult<S> penetration(const A& a, const B& b, GjkCache<S>& cache, DepthMemory* memory = nullptr)
 {
-    return Penetration<S, A, B>(a, b, cache).run();
+    return Penetration<S, A, B>(a, b, cache, memory).run();
+}
+
+/// The same from what the last query left in `memory`, without a query that says Overlapping before.
+///
+/// @return NotConverged if that is not enough, or the shapes do not overlap any more; then `memory` is empty
+/// Cost: one support of each shape and the placing of up to eleven points, as long as the closest feature stays.
+template <class S, class A, class B>
+PenetrationResult<S> rememberedPenetration(const A& a, const B& b, GjkCache<S>& cache, DepthMemory& memory)
+{
+    return Penetration<S, A, B>(a, b, cache, &memory).recall();
 }
 }  // namespace cullet

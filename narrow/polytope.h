@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "narrow/lanes.h"
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
@@ -9,54 +11,68 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 namespace cullet
 {
-/// Convex polytope around the origin that grows by points: the state of the expanding polytope algorithm.
+/// Closed surface of triangles around the origin that grows by points: the state of the expanding polytope algorithm.
 ///
-/// Fixed capacity on the stack: no allocation. add() refuses what would break the surface, and the caller has to find
-/// its answer in another way.
+/// Convex as long as it has grown from a tetrahedron. Fixed capacity on the stack: no allocation. add() refuses what
+/// would break the surface, and the caller has to find its answer in another way.
 class Polytope
 {
 public:
-    static constexpr int kMaxVertices = 132;
+    static constexpr int kMaxVertices = 128;
     static constexpr int kMaxFaces = 2 * kMaxVertices;
+
+    using Corners = std::array<std::int16_t, 3>;
 
     struct Face
     {
-        Eigen::Vector3d normal;  ///< unit, outward
-        double distance;         ///< of its plane from the origin; at least 0 up to rounding
-        std::array<std::int16_t, 3> vertex;
+        Eigen::Vector3d scaledNormal;  ///< outward
+        double length;                 ///< of the scaled normal
+        double distance;               ///< of its plane from the origin; at least 0 up to rounding
+        Corners vertex;
     };
 
-    /// @param tetrahedron four points that are not coplanar, around the origin
-    /// @param size        unit of the tolerances
-    Polytope(const std::array<Eigen::Vector3d, 4>& tetrahedron, double size) : m_tolerance(1e-13 * size)
+    /// No points yet.
+    ///
+    /// @param size unit of the tolerances
+    explicit Polytope(double size) : m_tolerance(1e-13 * size) {}
+
+    /// Four points that are not coplanar, around the origin.
+    void setTetrahedron(const std::array<Eigen::Vector3d, 4>& tetrahedron)
     {
-        std::copy(tetrahedron.begin(), tetrahedron.end(), m_vertices.begin());
-        m_vertexCount = 4;
-        m_faceCount = 4;
+        for (const Eigen::Vector3d& point : tetrahedron)
+            addVertex(point);
         const Eigen::Vector3d& d = tetrahedron[3];
         const double volume = (tetrahedron[0] - d).dot((tetrahedron[1] - d).cross(tetrahedron[2] - d));
         // Counter-clockwise from outside if the volume is positive, else with two corners swapped.
         const std::int16_t i = volume > 0.0 ? 0 : 1;
         const std::int16_t j = volume > 0.0 ? 1 : 0;
-        setFace(0, i, j, 2);
-        setFace(1, j, i, 3);
-        setFace(2, 2, j, 3);
-        setFace(3, i, 2, 3);
+        addFace({i, j, 2});
+        addFace({j, i, 3});
+        addFace({2, j, 3});
+        addFace({i, 2, 3});
     }
 
-    bool isValid() const { return m_isValid; }
+    /// A corner of faces to come.
+    void addVertex(const Eigen::Vector3d& point) { m_vertices[m_vertexCount++] = point; }
 
-    Face closestFace() const
+    /// @param corners counter-clockwise from outside; the caller sees to it that the faces close the surface
+    void addFace(const Corners& corners) { setFace(m_faceCount++, corners); }
+
+    bool isValid() const { return m_isValid; }
+    int vertexCount() const { return m_vertexCount; }
+    int faceCount() const { return m_faceCount; }
+    const Corners& corners(int face) const { return m_corners[face]; }
+
+    Face closestFace()
     {
-        int best = 0;
-        for (int i = 1; i < m_faceCount; ++i)
-            best = m_squares[i] < m_squares[best] ? i : best;
+        const int best = closest();
         const Eigen::Vector3d scaled(m_x[best], m_y[best], m_z[best]);
-        const Eigen::Vector3d normal = scaled / scaled.norm();
-        return {normal, normal.dot(m_vertices[m_corners[best][0]]), m_corners[best]};
+        const double length = squareRoot(scaled.squaredNorm());
+        return {scaled, length, scaled.dot(m_vertices[m_corners[best][0]]) / length, m_corners[best]};
     }
 
     /// Adds a point outside of the surface.
@@ -66,18 +82,37 @@ public:
         const int vertex = m_vertexCount;
         if (vertex == kMaxVertices || !collectHorizon(point))
             return -1;
-        m_vertices[m_vertexCount++] = point;
-        // New faces take the places of those that the point sees; then the last ones fill what is left of these.
-        for (int i = 0; i < m_edgeCount && m_isValid; ++i)
-        {
-            const int place = i < m_visibleCount ? m_visible[i] : m_faceCount++;
-            m_isValid = m_isValid && place < kMaxFaces;
-            if (m_isValid)
-                setFace(place, m_edges[i][0], m_edges[i][1], static_cast<std::int16_t>(vertex));
-        }
-        for (int i = m_visibleCount - 1; i >= m_edgeCount; --i)
-            moveFace(--m_faceCount, m_visible[i]);
+        addVertex(point);
+        m_isValid = m_faceCount + m_horizonCount - m_visibleCount <= kMaxFaces && setFan(point, vertex);
         return m_isValid ? vertex : -1;
+    }
+
+    /// Takes out a vertex and closes the hole with a fan, if no new face is closer to the origin than the root of
+    /// `square`. The surface stays closed and around the origin; it need not stay convex.
+    bool removeVertex(std::int16_t vertex, double square)
+    {
+        m_visibleCount = 0;
+        for (int i = 0; i < m_faceCount; ++i)
+        {
+            const Corners& c = m_corners[i];
+            const bool isCorner = (c[0] == vertex) | (c[1] == vertex) | (c[2] == vertex);
+            m_visible[m_visibleCount] = static_cast<std::int16_t>(i);
+            m_visibleCount += isCorner ? 1 : 0;
+        }
+        std::int16_t apex = 0;
+        for (int i = 0; i < m_visibleCount; ++i)
+        {
+            const Corners& c = m_corners[m_visible[i]];
+            const int at = c[0] == vertex ? 0 : c[1] == vertex ? 1 : 2;
+            apex = c[(at + 1) % 3];
+            m_next[apex] = c[(at + 2) % 3];
+        }
+        for (int attempt = 0; attempt < m_visibleCount; ++attempt, apex = m_next[apex])
+        {
+            if (closeWithFan(apex, square))
+                return true;
+        }
+        return false;
     }
 
     /// Weights of the corners at the foot of the origin on the face, not negative.
@@ -86,34 +121,66 @@ public:
         const Eigen::Vector3d& a = m_vertices[face.vertex[0]];
         const Eigen::Vector3d& b = m_vertices[face.vertex[1]];
         const Eigen::Vector3d& c = m_vertices[face.vertex[2]];
-        Eigen::Vector3d w(face.normal.dot(b.cross(c)), face.normal.dot(c.cross(a)),
-                          face.normal.dot(a.cross(b)));
+        const Eigen::Vector3d& n = face.scaledNormal;
+        Eigen::Vector3d w(n.dot(b.cross(c)), n.dot(c.cross(a)), n.dot(a.cross(b)));
         w = w.cwiseMax(0.0);
         const double sum = w.sum();
         return sum > 0.0 ? Eigen::Vector3d(w / sum) : Eigen::Vector3d::Constant(1.0 / 3.0);
     }
 
 private:
-    /// Normals stay as long as twice the area of their face: one root and one division for each face instead of six.
-    void setFace(int place, std::int16_t i, std::int16_t j, std::int16_t k)
+    /// A face is too thin for its normal to mean anything below this square of a sine: mostly rounding.
+    static constexpr double kThinnest = 1e-24;
+
+    using Row = std::array<double, kMaxFaces + 4>;
+    using Ring = std::array<double, kMaxVertices + 2>;
+
+    /// The face with the smallest square, in four lanes and without a branch.
+    int closest()
     {
-        const Eigen::Vector3d ij = m_vertices[j] - m_vertices[i];
-        const Eigen::Vector3d ik = m_vertices[k] - m_vertices[i];
+        using L = Lanes<double>;
+        for (int i = m_faceCount; i % (2 * L::kWidth) != 0; ++i)
+            m_squares[i] = std::numeric_limits<double>::infinity();
+        L::Vector low0 = L::load(&m_squares[0]), low1 = L::load(&m_squares[L::kWidth]);
+        L::Mask where0 = L::counting(), where1 = where0 + L::kWidth;
+        L::Mask index0 = where0, index1 = where1;
+        for (int i = 2 * L::kWidth; i < m_faceCount; i += 2 * L::kWidth)
+        {
+            const L::Vector s0 = L::load(&m_squares[i]), s1 = L::load(&m_squares[i + L::kWidth]);
+            index0 += 2 * L::kWidth;
+            index1 += 2 * L::kWidth;
+            where0 = s0 < low0 ? index0 : where0;
+            where1 = s1 < low1 ? index1 : where1;
+            low0 = s0 < low0 ? s0 : low0;
+            low1 = s1 < low1 ? s1 : low1;
+        }
+        where0 = low1 < low0 ? where1 : where0;
+        low0 = low1 < low0 ? low1 : low0;
+        return static_cast<int>(low0[1] < low0[0] ? where0[1] : where0[0]);
+    }
+
+    /// Normals stay as long as twice the area of their face: one division for each face instead of a root and four.
+    void setFace(int place, const Corners& corners)
+    {
+        const Eigen::Vector3d& first = m_vertices[corners[0]];
+        const Eigen::Vector3d ij = m_vertices[corners[1]] - first;
+        const Eigen::Vector3d ik = m_vertices[corners[2]] - first;
         const Eigen::Vector3d normal = ij.cross(ik);
         const double square = normal.squaredNorm();
-        // 1e-12: a relative height below which the direction of the normal is mostly rounding.
-        if (!(square > 1e-24 * ij.squaredNorm() * ik.squaredNorm()))
-        {
-            m_isValid = false;
-            return;
-        }
-        const double offset = normal.dot(m_vertices[i]);
+        m_isValid = m_isValid && square > kThinnest * ij.squaredNorm() * ik.squaredNorm();
+        const double offset = normal.dot(first);
         m_x[place] = normal.x();
         m_y[place] = normal.y();
         m_z[place] = normal.z();
-        m_limits[place] = offset + m_tolerance * std::sqrt(square);
+        m_limits[place] = limitOf(offset, normal.x(), normal.y(), normal.z());
         m_squares[place] = offset * std::abs(offset) / square;
-        m_corners[place] = {i, j, k};
+        m_corners[place] = corners;
+    }
+
+    /// With the sum of magnitudes in the place of the length, which needs a root: at most 1.8 times as much.
+    double limitOf(double offset, double x, double y, double z) const
+    {
+        return offset + m_tolerance * (std::abs(x) + std::abs(y) + std::abs(z));
     }
 
     void moveFace(int from, int to)
@@ -126,11 +193,78 @@ private:
         m_corners[to] = m_corners[from];
     }
 
-    /// The edges between faces that the point sees and others; they must form one closed walk.
-    bool collectHorizon(const Eigen::Vector3d& point)
+    /// Puts a face between the new vertex and each edge of the horizon: in the places of the visible faces, then behind
+    /// the others; or the last faces fill the places that are left.
+    ///
+    /// @return false if a face is too thin
+    bool setFan(const Eigen::Vector3d& point, int vertex)
+    {
+        const int count = m_horizonCount;
+        Ring x, y, z, square;
+        for (int i = 0; i < count; ++i)
+        {
+            const Eigen::Vector3d& v = m_vertices[m_horizon[i]];
+            x[i] = v.x() - point.x();
+            y[i] = v.y() - point.y();
+            z[i] = v.z() - point.z();
+            square[i] = x[i] * x[i] + y[i] * y[i] + z[i] * z[i];
+        }
+        x[count] = x[0];
+        y[count] = y[0];
+        z[count] = z[0];
+        square[count] = square[0];
+        m_horizon[count] = m_horizon[0];
+        bool isSolid = true;
+        for (int i = 0; i < count; ++i)
+        {
+            const double nx = y[i] * z[i + 1] - z[i] * y[i + 1];
+            const double ny = z[i] * x[i + 1] - x[i] * z[i + 1];
+            const double nz = x[i] * y[i + 1] - y[i] * x[i + 1];
+            const double area2 = nx * nx + ny * ny + nz * nz;
+            const double offset = nx * point.x() + ny * point.y() + nz * point.z();
+            isSolid = isSolid && area2 > kThinnest * square[i] * square[i + 1];
+            const int place = i < m_visibleCount ? m_visible[i] : m_faceCount++;
+            m_x[place] = nx;
+            m_y[place] = ny;
+            m_z[place] = nz;
+            m_limits[place] = limitOf(offset, nx, ny, nz);
+            m_squares[place] = offset * std::abs(offset) / area2;
+            m_corners[place] = {m_horizon[i], m_horizon[i + 1], static_cast<std::int16_t>(vertex)};
+        }
+        for (int i = m_visibleCount - 1; i >= count; --i)
+            moveFace(--m_faceCount, m_visible[i]);
+        return isSolid;
+    }
+
+    /// Replaces the visible faces by a fan over the walk m_next around them; two faces fewer.
+    bool closeWithFan(std::int16_t apex, double square)
+    {
+        const int count = m_visibleCount - 2;
+        const int scratch = m_faceCount;
+        if (count < 1 || scratch + count > kMaxFaces)
+            return false;
+        std::int16_t corner = m_next[apex];
+        for (int i = 0; i < count; ++i, corner = m_next[corner])
+        {
+            setFace(scratch + i, {apex, corner, m_next[corner]});
+            // A NaN makes the comparison false.
+            if (!m_isValid || !(m_squares[scratch + i] >= square))
+            {
+                m_isValid = true;
+                return false;
+            }
+        }
+        for (int i = 0; i < count; ++i)
+            moveFace(scratch + i, m_visible[i]);
+        for (int i = m_visibleCount - 1; i >= count; --i)
+            moveFace(--m_faceCount, m_visible[i]);
+        return true;
+    }
+
+    void collectVisible(const Eigen::Vector3d& point)
     {
         const double x = point.x(), y = point.y(), z = point.z();
-        std::array<double, kMaxFaces> heights;
+        Row heights;
         for (int i = 0; i < m_faceCount; ++i)
             heights[i] = m_x[i] * x + m_y[i] * y + m_z[i] * z - m_limits[i];
         m_visibleCount = 0;
@@ -139,68 +273,70 @@ private:
             m_visible[m_visibleCount] = static_cast<std::int16_t>(i);
             m_visibleCount += heights[i] > 0.0 ? 1 : 0;
         }
-        m_edgeCount = 0;
+    }
+
+    /// The walk along the edges between faces that the point sees and others. @return false unless there is one
+    bool collectHorizon(const Eigen::Vector3d& point)
+    {
+        collectVisible(point);
+        // By vertex: a bit for every vertex that an edge of a visible face leads to.
+        std::array<std::array<std::uint64_t, 2>, kMaxVertices> ends;
         for (int i = 0; i < m_visibleCount; ++i)
         {
-            const std::array<std::int16_t, 3>& corners = m_corners[m_visible[i]];
-            if (!toggleEdge(corners[0], corners[1]) || !toggleEdge(corners[1], corners[2]) ||
-                !toggleEdge(corners[2], corners[0]))
-                return false;
+            for (const std::int16_t corner : m_corners[m_visible[i]])
+                ends[corner] = {0, 0};
         }
-        return isOneWalk();
-    }
-
-    /// An edge whose other side is visible too is no horizon.
-    bool toggleEdge(std::int16_t from, std::int16_t to)
-    {
-        for (int i = 0; i < m_edgeCount; ++i)
+        for (int i = 0; i < m_visibleCount; ++i)
         {
-            if (m_edges[i][0] == to && m_edges[i][1] == from)
+            const Corners& c = m_corners[m_visible[i]];
+            for (int k = 0; k < 3; ++k)
+                ends[c[k]][c[(k + 1) % 3] >> 6] |= std::uint64_t(1) << (c[(k + 1) % 3] & 63);
+        }
+        // An edge whose other side is visible too is no horizon.
+        int edgeCount = 0;
+        std::int16_t start = 0;
+        for (int i = 0; i < m_visibleCount; ++i)
+        {
+            const Corners& c = m_corners[m_visible[i]];
+            for (int k = 0; k < 3; ++k)
             {
-                m_edges[i] = m_edges[--m_edgeCount];
-                return true;
+                const std::int16_t from = c[k], to = c[(k + 1) % 3];
+                // Without a branch, since every second edge is one.
+                const bool isHorizon = (ends[to][from >> 6] >> (from & 63) & 1) == 0;
+                m_next[from] = isHorizon ? to : m_next[from];
+                start = isHorizon ? from : start;
+                edgeCount += isHorizon ? 1 : 0;
             }
         }
-        if (m_edgeCount == static_cast<int>(m_edges.size()))
-            return false;
-        m_edges[m_edgeCount++] = {from, to};
-        return true;
+        return edgeCount >= 3 && walkHorizon(start, edgeCount);
     }
 
-    bool isOneWalk() const
+    /// @return false unless all edges form one walk: each vertex has one edge then, and those met have one
+    bool walkHorizon(std::int16_t start, int edgeCount)
     {
-        std::array<std::int16_t, kMaxVertices> next;
-        std::fill_n(next.begin(), m_vertexCount, std::int16_t(-1));
-        for (int i = 0; i < m_edgeCount; ++i)
-        {
-            if (next[m_edges[i][0]] >= 0)
-                return false;
-            next[m_edges[i][0]] = m_edges[i][1];
-        }
-        if (m_edgeCount < 3)
-            return false;
-        int length = 0;
-        std::int16_t vertex = m_edges[0][0];
+        m_horizonCount = 0;
+        std::int16_t vertex = start;
         do
         {
-            vertex = next[vertex];
-            ++length;
-        } while (vertex >= 0 && vertex != m_edges[0][0] && length <= m_edgeCount);
-        return vertex >= 0 && length == m_edgeCount;
+            m_horizon[m_horizonCount++] = vertex;
+            vertex = m_next[vertex];
+        } while (vertex != start && m_horizonCount < edgeCount);
+        return vertex == start && m_horizonCount == edgeCount;
     }
 
     std::array<Eigen::Vector3d, kMaxVertices> m_vertices;
     // By face: its normal, the product with the normal above which a point sees it, and its squared distance from the
     // origin with the sign of the distance.
-    std::array<double, kMaxFaces> m_x, m_y, m_z, m_limits, m_squares;
-    std::array<std::array<std::int16_t, 3>, kMaxFaces> m_corners;
-    std::array<std::int16_t, kMaxFaces + 1> m_visible;
-    std::array<std::array<std::int16_t, 2>, 3 * kMaxVertices> m_edges;
+    Row m_x, m_y, m_z, m_limits, m_squares;
+    std::array<Corners, kMaxFaces + 4> m_corners;
+    std::array<std::int16_t, kMaxFaces + 4> m_visible;
+    std::array<std::int16_t, kMaxVertices + 1> m_horizon;  ///< vertices in the order of the walk
+    std::array<std::int16_t, kMaxVertices> m_next;         ///< by vertex: the one after it on a walk
     double m_tolerance;
     int m_vertexCount = 0;
     int m_faceCount = 0;
     int m_visibleCount = 0;
-    int m_edgeCount = 0;
+    int m_horizonCount = 0;
     bool m_isValid = true;
 };
 }  // namespace cullet

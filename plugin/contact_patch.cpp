@@ -12,229 +12,302 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr int kMostCorners = 16;
 
-/// Corners of a convex polygon, or the ends of a segment. Clipping by a plane adds one corner at most.
+/// Two tangents of the contact and its normal: the frame in which a patch is made, with its origin in that of A.
+struct Frame
+{
+    explicit Frame(const Vector3d& normal) : axes{Vector3d(), Vector3d(), normal}
+    {
+        // Duff et al. 2017, "Building an Orthonormal Basis, Revisited": without a root or a branch for special cases.
+        const double sign = std::copysign(1.0, normal.z());
+        const double a = -1.0 / (sign + normal.z());
+        const double b = normal.x() * normal.y() * a;
+        axes[0] = {1.0 + sign * normal.x() * normal.x() * a, sign * b, -sign * normal.x()};
+        axes[1] = {b, sign + normal.y() * normal.y() * a, -normal.y()};
+    }
+
+    Vector3d local(const Vector3d& v) const { return {axes[0].dot(v), axes[1].dot(v), axes[2].dot(v)}; }
+    Vector3d world(double x, double y, double z) const { return x * axes[0] + y * axes[1] + z * axes[2]; }
+
+    std::array<Vector3d, 3> axes;
+};
+
+/// Corners of a convex polygon, or the ends of a segment, in the frame of the contact. Clipping by a plane adds one corner
+/// at most.
 struct Polygon
 {
-    std::array<Vector3d, 2 * kMostCorners> points;
-    int count = 0;
+    using Coordinates = std::array<double, 2 * kMostCorners>;
 
     /// More corners than there is room for can only come from rounding, and are next to another.
-    void add(const Vector3d& point)
+    void add(double px, double py, double pz)
     {
-        if (count < int(points.size()))
-            points[static_cast<std::size_t>(count++)] = point;
+        if (count == int(x.size()))
+            return;
+        const auto i = static_cast<std::size_t>(count++);
+        x[i] = px;
+        y[i] = py;
+        z[i] = pz;
     }
-    const Vector3d& operator[](int i) const { return points[static_cast<std::size_t>(i)]; }
+
+    Coordinates x, y, z;
+    int count = 0;
 };
 
-/// The face of a core that looks along a direction.
+/// The face of a core that looks along a direction, in the frame of the contact.
 struct Feature
 {
-    Polygon corners;  ///< counter-clockwise seen against `normal`; less than three: an edge, or a corner
-    Vector3d normal = Vector3d::Zero();  ///< unit, outward; zero without a face
+    Polygon corners;    ///< seen against `normal`, less than three: an edge, or a corner
+    double turn = 1.0;  ///< 1: counter-clockwise seen from the tip of the contact's normal; -1: clockwise
+    Vector3d normal = Vector3d::Zero();  ///< outward, of any length; zero without a face
     double alignment = 0.0;              ///< cosine between the normal and the direction
 };
-
-/// Normals turn with the cofactors of the basis, and keep their side under a mirrored one.
-Matrix3d cofactors(const Matrix3d& m, bool& isMirrored)
-{
-    Matrix3d c;
-    c << m.col(1).cross(m.col(2)), m.col(2).cross(m.col(0)), m.col(0).cross(m.col(1));
-    isMirrored = c.col(0).dot(m.col(0)) < 0.0;
-    if (isMirrored)
-        c = -c;
-    return c;
-}
 
 class FeatureFinder
 {
 public:
-    FeatureFinder(const PosedShape& shape, const Vector3d& shift, const Vector3d& direction, Feature& feature)
-        : m_shape(shape), m_shift(shift), m_direction(direction), m_feature(feature)
+    /// @param side   1 to look along the contact's normal, -1 to look against it
+    /// @param vertex support vertex along that direction, or -1
+    FeatureFinder(const PosedShape& shape, const Frame& frame, const Vector3d& shift, double side,
+                  std::int32_t vertex, Feature& feature)
+        : m_shape(shape),
+          m_frame(frame),
+          m_shift(frame.local(shift)),
+          m_side(side),
+          m_vertex(vertex),
+          m_feature(feature)
     {
     }
 
     void find()
     {
         const Hull<btScalar>& hull = m_shape.hull();
-        if (hull.kind() == HullKind::Segment && hull.vertexCount() == 2)
-        {
-            m_feature.corners.add(place(0));
-            m_feature.corners.add(place(1));
-        }
-        if (hull.kind() == HullKind::Polygon || hull.kind() == HullKind::Solid)
-            findFace();
+        const bool isSegment = hull.kind() == HullKind::Segment && hull.vertexCount() == 2;
+        if (!isSegment && hull.kind() != HullKind::Polygon && hull.kind() != HullKind::Solid)
+            return;
+        for (int k = 0; k < 3; ++k)
+            m_columns[k] = m_frame.local({m_shape.row(0)[k], m_shape.row(1)[k], m_shape.row(2)[k]});
+        if (!isSegment)
+            return findFace();
+        addCorner(0);
+        addCorner(1);
     }
 
 private:
-    Vector3d place(std::int32_t vertex) const { return m_shape.point(vertex) + m_shift; }
+    void addCorner(std::int32_t vertex)
+    {
+        const Hull<btScalar>& hull = m_shape.hull();
+        const double x = hull.x()[vertex], y = hull.y()[vertex], z = hull.z()[vertex];
+        const Vector3d p = m_columns[0] * x + m_columns[1] * y + m_columns[2] * z + m_shift;
+        m_feature.corners.add(p.x(), p.y(), p.z());
+    }
 
     void findFace()
     {
         const Hull<btScalar>& hull = m_shape.hull();
-        bool isMirrored;
-        m_cofactors = cofactors(m_shape.basis(), isMirrored);
-        m_local = m_cofactors.transpose() * m_direction;
-        std::int32_t best = -1;
-        const auto faces = hull.facesOf(m_shape.support(m_direction, -1).vertex);
+        turnNormals();
+        if (m_vertex < 0)
+            m_vertex = m_shape.support(m_side * m_frame.axes[2], -1).vertex;
+        const auto faces = hull.facesOf(m_vertex);
+        Best best;
         for (const std::int32_t face : faces)
             consider(face, best);
         // A vertex inside a face is no corner of any.
         for (std::int32_t face = 0; faces.size() == 0 && face < std::int32_t(hull.faces().size()); ++face)
             consider(face, best);
-        if (best < 0)
+        if (best.face < 0)
             return;
-        m_feature.normal = normalOf(best).stableNormalized();
-        m_feature.alignment = m_feature.normal.dot(m_direction);
-        takeCorners(hull.faceVertices(best), isMirrored);
-    }
-
-    Vector3d normalOf(std::int32_t face) const { return m_cofactors * localNormal(face); }
-    const Vector3d& localNormal(std::int32_t face) const
-    {
-        return m_shape.hull().faces()[static_cast<std::size_t>(face)].normal;
-    }
-
-    /// Compares squares of cosines: no root for each face.
-    void consider(std::int32_t face, std::int32_t& best)
-    {
-        const double along = localNormal(face).dot(m_local);
-        const double square = along * along / normalOf(face).squaredNorm();
-        if (!(along > 0.0 && square > m_alignment2))
-            return;
-        m_alignment2 = square;
-        best = face;
-    }
-
-    void takeCorners(const Hull<btScalar>::Span& corners, bool isMirrored)
-    {
+        const Vector3d& n = hull.faces()[static_cast<std::size_t>(best.face)].normal;
+        m_feature.normal = m_normals[0] * n.x() + m_normals[1] * n.y() + m_normals[2] * n.z();
+        m_feature.alignment = std::sqrt(best.score);
+        const auto corners = hull.faceVertices(best.face);
         const std::int32_t count = std::min<std::int32_t>(corners.size(), kMostCorners);
         for (std::int32_t i = 0; i < count; ++i)
-        {
-            const std::int32_t step = isMirrored ? count - 1 - i : i;
-            m_feature.corners.add(place(corners[step * corners.size() / count]));
-        }
+            addCorner(corners[count == corners.size() ? i : i * corners.size() / count]);
+    }
+
+    /// Normals turn with the cofactors of the basis, and keep their side under a mirrored one.
+    void turnNormals()
+    {
+        for (int k = 0; k < 3; ++k)
+            m_normals[k] = m_columns[(k + 1) % 3].cross(m_columns[(k + 2) % 3]);
+        m_feature.turn = m_side;
+        if (m_normals[0].dot(m_columns[0]) >= 0.0)
+            return;
+        m_feature.turn = -m_side;
+        for (Vector3d& normal : m_normals)
+            normal = -normal;
+    }
+
+    struct Best
+    {
+        std::int32_t face = -1;
+        double score = 0.0;  ///< square of the cosine
+    };
+
+    /// Without a branch, since no processor can guess which face is better.
+    void consider(std::int32_t face, Best& best) const
+    {
+        const Vector3d& n = m_shape.hull().faces()[static_cast<std::size_t>(face)].normal;
+        const Vector3d normal = m_normals[0] * n.x() + m_normals[1] * n.y() + m_normals[2] * n.z();
+        const double along = m_side * normal.z();
+        const double score = along * std::abs(along) / normal.squaredNorm();
+        best.face = score > best.score ? face : best.face;
+        best.score = std::max(best.score, score);
     }
 
     const PosedShape& m_shape;
-    Vector3d m_shift, m_direction;
-    Matrix3d m_cofactors;
-    Vector3d m_local;  ///< the direction in the frame of the hull, as long as the cofactors make it
-    double m_alignment2 = 0.0;
+    const Frame& m_frame;
+    Vector3d m_shift;
+    double m_side;
+    std::int32_t m_vertex;
+    std::array<Vector3d, 3> m_columns;  ///< of the basis
+    std::array<Vector3d, 3> m_normals;  ///< of the matrix that turns normals
     Feature& m_feature;
 };
 
-/// Keeps the side of the plane where inward . (x - base) >= 0.
-void clip(const Polygon& in, const Vector3d& base, const Vector3d& inward, Polygon& out)
+/// Keeps what lies on the inner side of an edge (x, y) + t (dx, dy); `turn` as in Feature.
+///
+/// @return false if nothing was cut off, and `out` is as before
+bool clip(const Polygon& in, double x, double y, double dx, double dy, Polygon& out)
 {
-    out.count = 0;
-    double height = inward.dot(in[0] - base);
-    for (int i = 0; i < in.count; ++i)
+    Polygon::Coordinates heights;
+    const auto count = static_cast<std::size_t>(in.count);
+    double lowest = 0.0;
+    for (std::size_t i = 0; i < count; ++i)
     {
-        const Vector3d& here = in[i];
-        const Vector3d& next = in[i + 1 < in.count ? i + 1 : 0];
-        const double heightHere = height;
-        height = inward.dot(next - base);
-        if (heightHere >= 0.0)
-            out.add(here);
-        if ((heightHere >= 0.0) != (height >= 0.0))
-            out.add(here + heightHere / (heightHere - height) * (next - here));
+        heights[i] = dx * (in.y[i] - y) - dy * (in.x[i] - x);
+        lowest = std::min(lowest, heights[i]);
     }
+    if (lowest >= 0.0)
+        return false;
+    out.count = 0;
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        if (heights[i] >= 0.0)
+            out.add(in.x[i], in.y[i], in.z[i]);
+        // A segment has no edge back to its first end.
+        const std::size_t next = i + 1 < count ? i + 1 : 0;
+        if ((heights[i] >= 0.0) == (heights[next] >= 0.0) || (next == 0 && count == 2))
+            continue;
+        const double t = heights[i] / (heights[i] - heights[next]);
+        out.add(in.x[i] + t * (in.x[next] - in.x[i]), in.y[i] + t * (in.y[next] - in.y[i]),
+                in.z[i] + t * (in.z[next] - in.z[i]));
+    }
+    return true;
 }
 
-/// Corners of `face` inside the prism over `reference` along the reference's direction.
+/// Corners of `face` inside the prism over `reference` along the contact's normal.
 ///
 /// @param buffers scratch; the result may be one of them
-const Polygon& clipToPrism(const Polygon& face, const Feature& reference, const Vector3d& direction,
-                           std::array<Polygon, 2>& buffers)
+const Polygon& clipToPrism(const Polygon& face, const Feature& reference, std::array<Polygon, 2>& buffers)
 {
     const Polygon* current = &face;
+    Polygon* out = buffers.data();
     const Polygon& base = reference.corners;
-    // A convex polygon grows by one corner per plane at most, a segment to three points.
-    for (int i = 0; i < base.count && current->count > 0; ++i)
+    const auto count = static_cast<std::size_t>(base.count);
+    // A convex polygon grows by one corner per plane at most.
+    for (std::size_t i = 0; i < count && current->count > 0; ++i)
     {
-        const Vector3d edge = base[i + 1 < base.count ? i + 1 : 0] - base[i];
-        Polygon& next = buffers[static_cast<std::size_t>(i % 2)];
-        clip(*current, base[i], direction.cross(edge), next);
-        current = &next;
+        const std::size_t next = i + 1 < count ? i + 1 : 0;
+        const double dx = reference.turn * (base.x[next] - base.x[i]);
+        const double dy = reference.turn * (base.y[next] - base.y[i]);
+        if (!clip(*current, base.x[i], base.y[i], dx, dy, *out))
+            continue;
+        current = out;
+        out = out == buffers.data() ? &buffers[1] : buffers.data();
     }
     return *current;
 }
 
-/// Candidate points, reduced to four at the end.
+/// Candidate points in the frame of the contact, z on B, reduced to four at the end.
 class PatchBuilder
 {
 public:
-    PatchBuilder(const Touch& touch, double limit)
-        : m_touch(touch), m_limit(limit), m_tolerance(1e-3 * (limit - touch.distance))
+    PatchBuilder(const Touch& touch, const Frame& frame, double limit)
+        : m_touch(touch), m_frame(frame), m_limit(limit), m_tolerance(1e-3 * (limit - touch.distance))
     {
     }
 
-    void add(const Vector3d& onB, double distance)
+    void add(double x, double y, double z, double distance)
     {
         if (!(distance <= m_limit))
             return;
-        m_points[static_cast<std::size_t>(m_count++)] = {onB, distance};
+        m_points[static_cast<std::size_t>(m_count++)] = {x, y, z, distance};
         m_deepest = std::min(m_deepest, distance);
     }
 
     /// The touch itself, unless a candidate is as deep.
     void addTouch()
     {
-        if (!(m_deepest <= m_touch.distance + 0.1 * m_tolerance))
-            add(m_touch.onB, m_touch.distance);
+        if (m_deepest <= m_touch.distance + 0.1 * m_tolerance)
+            return;
+        const Vector3d p = m_frame.local(m_touch.onB);
+        add(p.x(), p.y(), p.z(), m_touch.distance);
     }
 
     ContactPatch reduce() const
     {
         ContactPatch patch;
-        const auto take = [&](int i)
-        { patch.points[static_cast<std::size_t>(patch.count++)] = m_points[static_cast<std::size_t>(i)]; };
         if (m_count <= 4)
         {
             for (int i = 0; i < m_count; ++i)
-                take(i);
-            return patch;
+                take(i, patch);
         }
-        // The deepest, the farthest from it, and the farthest on either side of the line through both. A candidate has
-        // to be better by a margin, so that noise does not choose other points in every frame.
-        const int first = best([&](int i) { return m_deepest - at(i).distance; }, m_tolerance);
-        const Vector3d& p = at(first).onB;
-        const auto farness = [&](int i) { return (at(i).onB - p).norm(); };
-        const double size = farness(best(farness, 0.0));
-        const int second = best(farness, 1e-3 * size);
-        const Vector3d side = m_touch.normal.cross(at(second).onB - p);
-        const auto left = [&](int i) { return side.dot(at(i).onB - p); };
-        const auto right = [&](int i) { return -left(i); };
-        const double smallest = 1e-3 * size * size;
-        const int third = best(left, smallest);
-        const int fourth = best(right, smallest);
-        take(first);
-        if (second != first)
-            take(second);
-        if (left(third) > smallest)
-            take(third);
-        if (right(fourth) > smallest)
-            take(fourth);
+        else
+            takeFour(patch);
         return patch;
     }
 
 private:
-    const ContactPoint& at(int i) const { return m_points[static_cast<std::size_t>(i)]; }
+    struct Candidate
+    {
+        double x, y, z, distance;
+    };
+
+    /// The deepest, the farthest from it, and the farthest on either side of the line through both. A candidate has to
+    /// be better by a margin, so that noise does not choose other points in every frame.
+    void takeFour(ContactPatch& patch) const
+    {
+        const int first = best([&](const Candidate& c) { return m_deepest - c.distance; }, m_tolerance);
+        const Candidate& p = at(first);
+        const auto farness2 = [&](const Candidate& c)
+        { return (c.x - p.x) * (c.x - p.x) + (c.y - p.y) * (c.y - p.y); };
+        const double size2 = farness2(at(best(farness2, 0.0)));
+        const int second = best(farness2, 2e-3 * size2);
+        const double dx = at(second).x - p.x, dy = at(second).y - p.y;
+        const auto left = [&](const Candidate& c) { return dx * (c.y - p.y) - dy * (c.x - p.x); };
+        const auto right = [&](const Candidate& c) { return -left(c); };
+        const double smallest = 1e-3 * size2;
+        const int third = best(left, smallest);
+        const int fourth = best(right, smallest);
+        take(first, patch);
+        if (second != first)
+            take(second, patch);
+        if (left(at(third)) > smallest)
+            take(third, patch);
+        if (right(at(fourth)) > smallest)
+            take(fourth, patch);
+    }
+
+    const Candidate& at(int i) const { return m_points[static_cast<std::size_t>(i)]; }
+
+    void take(int i, ContactPatch& patch) const
+    {
+        const Candidate& c = at(i);
+        patch.points[static_cast<std::size_t>(patch.count++)] = {m_frame.world(c.x, c.y, c.z), c.distance};
+    }
 
     template <class Score>
     int best(const Score& score, double margin) const
     {
         int found = 0;
-        double highest = score(0);
+        double highest = score(at(0));
         for (int i = 1; i < m_count; ++i)
         {
-            const double s = score(i);
+            const double s = score(at(i));
             if (s > highest + margin)
             {
                 found = i;
@@ -245,10 +318,11 @@ private:
     }
 
     const Touch& m_touch;
+    const Frame& m_frame;
     double m_limit;
     double m_tolerance;
     double m_deepest = HUGE_VAL;
-    std::array<ContactPoint, 2 * kMostCorners + 1> m_points;
+    std::array<Candidate, 2 * kMostCorners + 1> m_points;
     int m_count = 0;
 };
 
@@ -258,26 +332,29 @@ constexpr double kSteepest = 0.05;
 
 ContactPatch makeContactPatch(const PosedShape& a, const PosedShape& b, const Touch& touch, double limit)
 {
-    PatchBuilder builder(touch, limit);
+    const Frame frame(touch.normal);
+    PatchBuilder builder(touch, frame, limit);
     Feature ofA, ofB;
-    FeatureFinder(a, Vector3d::Zero(), -touch.normal, ofA).find();
-    FeatureFinder(b, b.origin() - a.origin(), touch.normal, ofB).find();
+    FeatureFinder(a, frame, Vector3d::Zero(), -1.0, touch.vertexA, ofA).find();
+    FeatureFinder(b, frame, b.origin() - a.origin(), 1.0, touch.vertexB, ofB).find();
     const bool isAReference = ofA.alignment >= ofB.alignment;
     const Feature& reference = isAReference ? ofA : ofB;
     const Feature& other = isAReference ? ofB : ofA;
     if (reference.alignment > kSteepest && other.corners.count >= 2)
     {
-        const Vector3d direction = isAReference ? Vector3d(-touch.normal) : touch.normal;
         std::array<Polygon, 2> buffers;
-        const Polygon& clipped = clipToPrism(other.corners, reference, direction, buffers);
-        for (int i = 0; i < clipped.count; ++i)
+        const Polygon& clipped = clipToPrism(other.corners, reference, buffers);
+        const Polygon& base = reference.corners;
+        const double slopeX = reference.normal.x() / reference.normal.z();
+        const double slopeY = reference.normal.y() / reference.normal.z();
+        for (std::size_t i = 0; i < static_cast<std::size_t>(clipped.count); ++i)
         {
-            const double height =
-                reference.normal.dot(reference.corners[0] - clipped[i]) / reference.normal.dot(touch.normal);
+            const double x = clipped.x[i], y = clipped.y[i], z = clipped.z[i];
+            const double plane = base.z[0] - slopeX * (x - base.x[0]) - slopeY * (y - base.y[0]);
             if (isAReference)
-                builder.add(clipped[i], height);
+                builder.add(x, y, z, plane - z);
             else
-                builder.add(clipped[i] + height * touch.normal, -height);
+                builder.add(x, y, plane, z - plane);
         }
     }
     builder.addTouch();

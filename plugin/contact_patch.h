@@ -5,6 +5,7 @@
 #include "plugin/convex_shape.h"
 
 #include <array>
+#include <cstdint>
 
 namespace cullet
 {
@@ -13,9 +14,11 @@ inline namespace CULLET_PRECISION
 /// Where two cores are closest or deepest. World axes, relative to the origin of A.
 struct Touch
 {
-    Eigen::Vector3d normal;  ///< unit, from B to A
-    double distance;         ///< of the cores along the normal; negative: depth
-    Eigen::Vector3d onB;     ///< closest or deepest point of B
+    Eigen::Vector3d normal;     ///< unit, from B to A
+    double distance;            ///< of the cores along the normal; negative: depth
+    Eigen::Vector3d onB;        ///< closest or deepest point of B
+    std::int32_t vertexA = -1;  ///< support vertex of A against the normal, -1: not known
+    std::int32_t vertexB = -1;  ///< support vertex of B along the normal, -1: not known
 };
 
 struct ContactPoint
@@ -42,7 +45,7 @@ struct ContactPatch
 /// For a corner, an edge of a capsule or a sphere, the patch has one or two points.
 ///
 /// @param limit length unit of the world, at least touch.distance; points farther apart are left out
-/// Cost: two supports and O(p q) for faces of p and q corners; no allocation.
+/// Cost: O(p q) for faces of p and q corners, and two supports where the touch does not name the vertices; no allocation.
 ContactPatch makeContactPatch(const PosedShape& a, const PosedShape& b, const Touch& touch, double limit);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

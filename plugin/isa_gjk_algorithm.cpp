@@ -151,25 +151,49 @@ bool usesSeparatingAxisTest(const ConvexPair& pair, const btDispatcherInfo& info
            (pair.b.features() != nullptr || pair.b.kind == ConvexKind::Triangle);
 }
 
-/// Distance or depth of two polytopes.
-///
-/// @param touch [out] valid for Near and Overlapping
-GjkState measure(const ConvexCores& cores, btScalar limit, GjkCache<btScalar>& cache, Touch& touch)
+Touch touchAt(const ConvexCores& cores, const PenetrationResult<btScalar>& deep)
 {
-    const GjkResult<btScalar> near = gjkDistance(*cores.a, *cores.b, limit, cache);
-    touch = {near.axis.cast<double>(), double(near.distance), near.pointB.cast<double>()};
-    if (near.state != GjkState::Overlapping)
-        return near.state;
-    const PenetrationResult<btScalar> deep = penetration(*cores.a, *cores.b, cache);
-    // The two queries may disagree about shapes that only touch.
-    if (deep.state != GjkState::Overlapping)
-        return GjkState::NotConverged;
-    touch = {deep.axis.cast<double>(), -double(deep.depth), deep.pointB.cast<double>()};
+    Touch touch = {deep.axis.cast<double>().normalized(), -double(deep.depth), deep.pointB.cast<double>(),
+                   deep.vertexA, deep.vertexB};
     const Eigen::Vector3d apart =
         cores.a->centre() - cores.b->centre() + cores.a->origin() - cores.b->origin();
     // Without volume both normals are right; Bullet's is the one that keeps the centres apart.
     if (deep.method == PenetrationMethod::Flat && touch.normal.dot(apart) < 0.0)
+    {
         touch.normal = -touch.normal;
+        touch.vertexA = touch.vertexB = -1;
+    }
+    return touch;
+}
+
+/// Distance or depth of two polytopes.
+///
+/// @param memory null: the pair will not be asked again
+/// @param touch  [out] valid for Near and Overlapping
+GjkState measure(const ConvexCores& cores, btScalar limit, GjkCache<btScalar>& cache, DepthMemory* memory,
+                 Touch& touch)
+{
+    if (memory != nullptr && memory->vertexCount > 0)
+    {
+        const PenetrationResult<btScalar> deep = rememberedPenetration(*cores.a, *cores.b, cache, *memory);
+        if (deep.state == GjkState::Overlapping)
+        {
+            touch = touchAt(cores, deep);
+            return deep.state;
+        }
+    }
+    const GjkResult<btScalar> near = gjkDistance(*cores.a, *cores.b, limit, cache);
+    const auto vertexOf = [](std::uint16_t id)
+    { return id == GjkCache<btScalar>::kUnknown ? -1 : std::int32_t(id); };
+    touch = {near.axis.cast<double>().normalized(), double(near.distance), near.pointB.cast<double>(),
+             vertexOf(cache.startA), vertexOf(cache.startB)};
+    if (near.state != GjkState::Overlapping)
+        return near.state;
+    const PenetrationResult<btScalar> deep = penetration(*cores.a, *cores.b, cache, memory);
+    // The two queries may disagree about shapes that only touch.
+    if (deep.state != GjkState::Overlapping)
+        return GjkState::NotConverged;
+    touch = touchAt(cores, deep);
     return GjkState::Overlapping;
 }
 }  // namespace
@@ -289,7 +313,11 @@ try
     }
     Touch touch;
     if (mayTouch)
-        state = measure(cores, limit, m_cache, touch);
+    {
+        // The algorithm of a mesh's triangle lives for one query.
+        const bool isKept = pair.a.kind != ConvexKind::Triangle && pair.b.kind != ConvexKind::Triangle;
+        state = measure(cores, limit, m_cache, isKept ? &m_depth : nullptr, touch);
+    }
     if (state == GjkState::Separated || state == GjkState::NotConverged)
     {
         count(state == GjkState::Separated ? counters.separated : counters.notConverged);

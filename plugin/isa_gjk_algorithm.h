@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "narrow/depth_memory.h"
 #include "narrow/gjk_types.h"
 #include "plugin/hull_cache.h"
 #include "plugin/isa_gjk.h"
@@ -20,7 +21,7 @@ struct Touch;
 /// The contacts of one pair of convex shapes; takes the place of btConvexConvexAlgorithm. See registerIsaGjk().
 ///
 /// Shapes and transforms are read anew in every call; between calls it keeps the manifold, the separating axis or
-/// simplex of the last query, and the graphs of the two hulls. All of that is checked when it is used, so that a body
+/// simplex of the last query, what proved its depth, and the graphs of the two hulls. All of that is checked when it is used, so that a body
 /// may change its shape, order or place at any time.
 class IsaGjkAlgorithm final : public btActivatingCollisionAlgorithm
 {
@@ -61,6 +62,7 @@ private:
     btPersistentManifold* m_manifold;
     HullUse m_hulls[2];
     GjkCache<btScalar> m_cache;
+    DepthMemory m_depth;
     btScalar m_breakingThreshold = -1;  ///< negative: not known yet
     bool m_ownsManifold = false;
     bool m_closestOnly;

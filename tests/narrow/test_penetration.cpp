@@ -116,6 +116,43 @@ TEST(Penetration, TheExactSearchTakesOverWhenThePolytopeIsFull)
     EXPECT_NEAR(result.depth, 2.0 * inner, 1e-5);
 }
 
+TEST(Penetration, WhatIsRememberedOfAnotherPairIsForgottenOrGivesTheSameDepth)
+{
+    const std::vector<Hull<float>> hulls = {hullOf<float>(icoPoints(1)),
+                                            hullOf<float>(boxPoints(0.5, 0.6, 0.7))};
+    std::mt19937 engine(41);
+    int usedCount = 0, forgottenCount = 0;
+    DepthMemory memory;
+    PairScene<float> scene;
+    for (int i = 0; i < 2000; ++i)
+    {
+        SCOPED_TRACE(i);
+        // Every fourth query is about another pair, and the others about one that jumps.
+        if (i % 4 == 0)
+            scene = randomPair(hulls[engine() % 2], hulls[engine() % 2], -0.1, 0.0, engine);
+        else
+            moveALittle(scene, 0.1, engine);
+        const PosedHull<float> a = scene.posedA();
+        const PosedHull<float> b = scene.posedB();
+        GjkCache<float> cache;
+        const bool wasEmpty = memory.vertexCount == 0;
+        const PenetrationResult<float> result = rememberedPenetration(a, b, cache, memory);
+        if (result.state == GjkState::Overlapping)
+        {
+            GjkCache<float> other;
+            EXPECT_NEAR(result.depth, penetration(a, b, other).depth, 1e-5f);
+            ++usedCount;
+            continue;
+        }
+        EXPECT_EQ(result.state, GjkState::NotConverged);
+        EXPECT_EQ(memory.vertexCount, 0);
+        forgottenCount += wasEmpty ? 0 : 1;
+        penetration(a, b, cache, &memory);
+    }
+    EXPECT_GT(usedCount, 100);
+    EXPECT_GT(forgottenCount, 100);
+}
+
 TEST(Penetration, InputsThatAreNotFiniteDoNotConverge)
 {
     const Hull<float> hull = hullOf<float>(icoPoints(1));
@@ -172,20 +209,43 @@ TEST(ExactPenetration, NoDirectionSeparatesSooner)
 
 struct DepthTally
 {
-    std::int64_t queries = 0, exact = 0, unanswered = 0, deep = 0, shallow = 0;
+    std::int64_t queries = 0, exact = 0, unanswered = 0, deep = 0, shallow = 0, remembered = 0, atOnce = 0;
     double worstDepth = 0.0;
     double worstGap = 0.0;
     double worstPoint = 0.0;
 };
 
 template <class S>
-void checkDepth(const PairScene<S>& scene, GjkCache<S>& cache, DepthTally& tally)
+PenetrationResult<S> depthOf(const PairScene<S>& scene, GjkCache<S>& cache, DepthMemory& memory,
+                             DepthTally& tally)
 {
     const PosedHull<S> a = scene.posedA();
     const PosedHull<S> b = scene.posedB();
+    const PenetrationResult<S> remembered = rememberedPenetration(a, b, cache, memory);
+    if (remembered.state == GjkState::Overlapping)
+    {
+        ++tally.remembered;
+        tally.atOnce += remembered.iterations == 0;
+        return remembered;
+    }
+    EXPECT_EQ(memory.vertexCount, 0);
     if (isaGjk(a, b, S(0), cache).state != GjkState::Overlapping)
+    {
+        PenetrationResult<S> none;
+        none.state = GjkState::Separated;
+        return none;
+    }
+    return penetration(a, b, cache, &memory);
+}
+
+template <class S>
+void checkDepth(const PairScene<S>& scene, GjkCache<S>& cache, DepthMemory& memory, DepthTally& tally)
+{
+    const PosedHull<S> a = scene.posedA();
+    const PosedHull<S> b = scene.posedB();
+    const PenetrationResult<S> result = depthOf(scene, cache, memory, tally);
+    if (result.state == GjkState::Separated)
         return;
-    const PenetrationResult<S> result = penetration(a, b, cache);
     if (result.state != GjkState::Overlapping)
     {
         ++tally.unanswered;
@@ -227,9 +287,10 @@ DepthTally checkDepths(bool isThin, int rounds, unsigned seed)
         SCOPED_TRACE(testing::Message() << shapes[a].name << " " << shapes[b].name << " query " << i);
         PairScene<S> scene = randomPair(hulls[a], hulls[b], gaps[engine() % std::size(gaps)], 0.0, engine);
         GjkCache<S> cache;
-        checkDepth(scene, cache, tally);
+        DepthMemory memory;
+        checkDepth(scene, cache, memory, tally);
         moveALittle(scene, 0.005, engine);
-        checkDepth(scene, cache, tally);
+        checkDepth(scene, cache, memory, tally);
     }
     return tally;
 }
@@ -247,6 +308,10 @@ void expectGood(const DepthTally& tally, double tolerance, const char* name)
     EXPECT_LE(tally.worstPoint, tolerance) << name;
     EXPECT_GT(tally.deep, tally.queries / 20) << name;
     EXPECT_GT(tally.shallow, tally.queries / 20) << name;
+    // From the surface that the query before has left, and from its closest face alone.
+    EXPECT_GT(tally.remembered, tally.queries / 4) << name;
+    EXPECT_GT(tally.atOnce, tally.remembered / 4) << name;
+    EXPECT_GT(tally.remembered - tally.atOnce, tally.remembered / 10) << name;
     // The fallback is the exception.
     EXPECT_LT(tally.exact, tally.queries / 10) << name;
 }
