@@ -18,13 +18,26 @@ constexpr double kCostOfCandidate = 0.25;  // one lane of the forward scan
 
 constexpr double kWidthSteps[] = {1, 1.5, 2, 3, 4, 6, 8, 12, 16, 24, 32, 64, 128, 256, 1024, 4096};
 
-/// A range of octaves that share one level.
+/// A range of octaves that share one level, with mean extents: tiled t, along the sweep s. Means of products are not
+/// products of means: where a level holds sizes over decades, few large boxes make most of the entries and tests.
 struct Band
 {
     double count = 0;
-    double tile = 0;   // mean tiled extent
-    double sweep = 0;  // mean sweep extent
+    double tile = 0;        // t
+    double sweep = 0;       // s
+    double tile2 = 0;       // t^2
+    double tileSweep = 0;   // t s
+    double tile2Sweep = 0;  // t^2 s
     std::int32_t top = 0;
+
+    /// Mean entries of a box in rows of a width.
+    double copies(double width) const { return 1 + 2 * tile / width + tile2 / (width * width); }
+
+    /// Mean extent of an entry, not of a box, along the sweep axis.
+    double entrySweep(double width) const
+    {
+        return (sweep + 2 * tileSweep / width + tile2Sweep / (width * width)) / copies(width);
+    }
 };
 
 struct World
@@ -46,42 +59,38 @@ Band merge(const Band& a, const Band& b)
 {
     Band merged;
     merged.count = a.count + b.count;
-    merged.tile = (a.tile * a.count + b.tile * b.count) / merged.count;
-    merged.sweep = (a.sweep * a.count + b.sweep * b.count) / merged.count;
+    for (double Band::*const mean :
+         {&Band::tile, &Band::sweep, &Band::tile2, &Band::tileSweep, &Band::tile2Sweep})
+        merged.*mean = (a.*mean * a.count + b.*mean * b.count) / merged.count;
     merged.top = std::max(a.top, b.top);
     return merged;
 }
 
 /// Share of the cross-section that a row and the boxes that stick out of it cover, at most all.
-double sectionShare(double width, double tile, const World& world)
+double sectionShare(double width, const Band& band, const World& world)
 {
-    return std::min(1.0, (width + tile) / world.tileSpanY) * std::min(1.0, (width + tile) / world.tileSpanZ);
-}
-
-double copies(double tile, double width)
-{
-    return (1 + tile / width) * (1 + tile / width);
+    const double side = width * std::sqrt(band.copies(width));
+    return std::min(1.0, side / world.tileSpanY) * std::min(1.0, side / world.tileSpanZ);
 }
 
 /// Cost of one level of width `width`: its own boxes, and the finer ones that are regular in it.
 LevelCost costOfLevel(const std::vector<Band>& bands, std::size_t level, double width, const World& world)
 {
     const Band& own = bands[level];
-    const double entries = own.count * copies(own.tile, width);
+    const double entries = own.count * own.copies(width);
+    const double sweep = own.entrySweep(width);
     const double perSpan = world.density / world.sweepSpan;
     LevelCost cost;
     cost.width = width;
-    cost.candidates =
-        entries * own.count * sectionShare(width, own.tile, world) * std::min(1.0, own.sweep * perSpan);
+    cost.candidates = entries * own.count * sectionShare(width, own, world) * std::min(1.0, sweep * perSpan);
     cost.nanoseconds = entries * kCostOfEntry;
     for (std::size_t finer = 0; finer < level; ++finer)
     {
         const Band& other = bands[finer];
-        const double occupied = std::min(1.0, own.count * sectionShare(width, own.tile, world));
-        cost.nanoseconds +=
-            other.count * (kCostOfProbe + copies(other.tile, width) * occupied * kCostOfEntry);
-        cost.candidates += entries * other.count * sectionShare(width, other.tile, world) *
-                           std::min(1.0, (own.sweep + other.sweep) * perSpan);
+        const double occupied = std::min(1.0, own.count * sectionShare(width, own, world));
+        cost.nanoseconds += other.count * (kCostOfProbe + other.copies(width) * occupied * kCostOfEntry);
+        cost.candidates += entries * other.count * sectionShare(width, other, world) *
+                           std::min(1.0, (sweep + other.entrySweep(width)) * perSpan);
     }
     cost.nanoseconds += cost.candidates * kCostOfCandidate;
     return cost;
@@ -118,8 +127,11 @@ std::vector<Band> occupiedOctaves(const SizeHistogram& sizes)
         const SizeHistogram::Bin& bin = sizes.bins[static_cast<std::size_t>(o)];
         if (bin.count == 0)
             continue;
-        bands.push_back({static_cast<double>(bin.count), bin.tileSum / bin.count, bin.sweepSum / bin.count,
-                         o + kLowestOctave});
+        // Within an octave extents differ by a factor of two at most.
+        const double tile = bin.tileSum / bin.count;
+        const double sweep = bin.sweepSum / bin.count;
+        bands.push_back({static_cast<double>(bin.count), tile, sweep, tile * tile, tile * sweep,
+                         tile * tile * sweep, o + kLowestOctave});
     }
     return bands;
 }
