@@ -4,77 +4,295 @@
 
 #include "broad/vector_room.h"
 
-#include <algorithm>
+#include <array>
 
 namespace cullet
 {
 namespace
 {
-constexpr std::size_t kFewKeys = 384;
-constexpr std::uint32_t kWidestDigit = 12;  // 16 KiB of offsets for a pass
+constexpr std::size_t kFewKeys = 24;      // sorted by insertion
+constexpr std::size_t kOneBucket = 1024;  // keys that are not distributed among threads
+constexpr std::size_t kKeysPerBucket = 128;
+constexpr std::uint32_t kMostBuckets = 1024;
+constexpr std::uint32_t kMostDigits = 2048;
+constexpr std::size_t kWriteGrain = 8192;
 
-std::uint32_t bitsOf(std::uint64_t value)
+std::uint32_t powerOfTwoFrom(std::size_t value, std::uint32_t most)
 {
-    return value == 0 ? 1u : 64u - static_cast<std::uint32_t>(__builtin_clzll(value));
+    std::uint32_t power = 1;
+    while (power < value && power < most)
+        power *= 2;
+    return power;
+}
+
+/// By how much values below or equal `range` are shifted to come below `count`, a power of two above 1.
+std::uint32_t shiftFor(std::uint64_t range, std::uint32_t count)
+{
+    std::uint32_t shift = 0;
+    while (range >> shift >= count)
+        ++shift;
+    return shift;
+}
+
+void sortByInsertion(std::uint64_t* keys, std::size_t count)
+{
+    for (std::size_t i = 1; i < count; ++i)
+    {
+        const std::uint64_t key = keys[i];
+        std::size_t j = i;
+        for (; j > 0 && keys[j - 1] > key; --j)
+            keys[j] = keys[j - 1];
+        keys[j] = key;
+    }
+}
+
+void sortKeys(std::uint64_t* from, std::uint64_t* to, std::size_t count);
+
+/// Sorts the digits that got more keys than an insertion sort is for.
+void sortFullDigits(std::uint64_t* from, std::uint64_t* to, const std::uint32_t* ends, std::uint32_t digits)
+{
+    std::uint32_t begin = 0;
+    for (std::uint32_t digit = 0; digit < digits; ++digit)
+    {
+        const std::uint32_t size = ends[digit] - begin;
+        if (size > kFewKeys)
+        {
+            std::copy_n(to + begin, size, from + begin);
+            sortKeys(from + begin, to + begin, size);
+        }
+        begin = ends[digit];
+    }
+}
+
+/// Sorts `from` into `to`; `from` is overwritten.
+void sortKeys(std::uint64_t* from, std::uint64_t* to, std::size_t count)
+{
+    std::uint64_t lowest = ~std::uint64_t{0};
+    std::uint64_t highest = 0;
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        lowest = std::min(lowest, from[i]);
+        highest = std::max(highest, from[i]);
+    }
+    if (count <= kFewKeys || lowest == highest)
+    {
+        std::copy_n(from, count, to);
+        sortByInsertion(to, count);
+        return;
+    }
+    const std::uint32_t digits = powerOfTwoFrom(count, kMostDigits);
+    const std::uint32_t shift = shiftFor(highest - lowest, digits);
+    std::array<std::uint32_t, kMostDigits> offsets;
+    std::fill_n(offsets.begin(), digits, 0);
+    for (std::size_t i = 0; i < count; ++i)
+        ++offsets[(from[i] - lowest) >> shift];
+    std::uint32_t sum = 0;
+    std::uint32_t most = 0;
+    for (std::uint32_t digit = 0; digit < digits; ++digit)
+    {
+        const std::uint32_t size = offsets[digit];
+        offsets[digit] = sum;
+        sum += size;
+        most = std::max(most, size);
+    }
+    for (std::size_t i = 0; i < count; ++i)
+        to[offsets[(from[i] - lowest) >> shift]++] = from[i];
+    if (most > kFewKeys)
+        sortFullDigits(from, to, offsets.data(), digits);
+    sortByInsertion(to, count);
+}
+
+std::size_t countOf(const std::vector<KeyList>& lists)
+{
+    std::size_t count = 0;
+    for (const KeyList& list : lists)
+        count += list.size();
+    return count;
 }
 }  // namespace
 
-/// Sorts by the lowest `bits` bits, least significant digit first; all digits are counted in one pass.
-void KeySort::sortByRadix(std::vector<std::uint64_t>& keys, std::uint32_t bits)
+struct KeySort::Piece
 {
-    const std::uint32_t passes = (bits + kWidestDigit - 1) / kWidestDigit;
-    const std::uint32_t width = (bits + passes - 1) / passes;
-    const std::uint64_t mask = (std::uint64_t{1} << width) - 1;
-    m_swap.resize(keys.size());
-    m_offsets.assign(std::size_t{passes} << width, 0);
-    for (std::uint64_t key : keys)
+    const std::uint64_t* begin;
+    const std::uint64_t* end;
+    const std::uint64_t* first;  ///< of all that are in order
+    const std::uint64_t* last;
+
+    /// Calls take(key) for the keys that differ from both neighbours.
+    template <class Take>
+    void forEachSingle(Take take) const
     {
-        for (std::uint32_t pass = 0; pass < passes; ++pass, key >>= width)
-            ++m_offsets[(std::size_t{pass} << width) + (key & mask)];
-    }
-    for (std::uint32_t pass = 0; pass < passes; ++pass)
-    {
-        std::uint32_t* const offsets = m_offsets.data() + (std::size_t{pass} << width);
-        std::uint32_t sum = 0;
-        for (std::uint64_t digit = 0; digit <= mask; ++digit)
+        for (const std::uint64_t* key = begin; key != end; ++key)
         {
-            const std::uint32_t size = offsets[digit];
-            offsets[digit] = sum;
-            sum += size;
+            const bool isDouble = (key != first && key[-1] == *key) || (key + 1 != last && key[1] == *key);
+            if (!isDouble)
+                take(*key);
         }
-        for (const std::uint64_t key : keys)
-            m_swap[offsets[key >> (pass * width) & mask]++] = key;
-        keys.swap(m_swap);
     }
+
+    std::size_t countSingle() const
+    {
+        std::size_t count = 0;
+        forEachSingle([&](std::uint64_t) { ++count; });
+        return count;
+    }
+};
+
+void KeyList::trim()
+{
+    constexpr std::size_t kSmall = 4096;
+    if (m_keys.size() > kSmall && m_keys.size() / 8 > m_count)
+        std::vector<std::uint64_t>(m_keys.begin(), m_keys.begin() + static_cast<std::ptrdiff_t>(m_count))
+            .swap(m_keys);
 }
 
-void KeySort::sort(std::vector<std::uint64_t>& keys)
+bool KeySort::areInOrder(const std::vector<KeyList>& lists)
 {
-    if (std::is_sorted(keys.begin(), keys.end()))
-        return;
-    if (keys.size() < kFewKeys)
+    std::uint64_t highest = 0;
+    for (const KeyList& list : lists)
     {
-        std::sort(keys.begin(), keys.end());
+        if (!list.isSorted() || (list.size() != 0 && list.lowest() <= highest))
+            return false;
+        highest = std::max(highest, list.highest());
+    }
+    return true;
+}
+
+KeySort::Cut KeySort::cutOf(const std::vector<KeyList>& lists, std::size_t count)
+{
+    std::uint64_t lowest = ~std::uint64_t{0};
+    std::uint64_t highest = 0;
+    for (const KeyList& list : lists)
+    {
+        lowest = std::min(lowest, list.lowest());
+        highest = std::max(highest, list.highest());
+    }
+    const std::uint32_t buckets =
+        count < kOneBucket ? 1u : powerOfTwoFrom(count / kKeysPerBucket, kMostBuckets);
+    return {lowest, count == 0 ? 0u : shiftFor(highest - lowest, buckets), buckets};
+}
+
+/// Brings the keys of all lists together by bucket; the last list's offsets are the ends of the buckets then.
+void KeySort::part(WorkerPool& workers, const std::vector<KeyList>& lists, const Cut& cut)
+{
+    const auto tasks = static_cast<unsigned>(lists.size());
+    const auto forEachList = [&](auto visit)
+    {
+        workers.run(tasks, [&](unsigned task)
+                    { visit(lists[task], m_offsets.data() + std::size_t{task} * cut.buckets); });
+    };
+    m_offsets.assign(lists.size() * cut.buckets, 0);
+    forEachList(
+        [&](const KeyList& keys, std::uint32_t* counts)
+        {
+            for (const std::uint64_t key : keys)
+                ++counts[cut.bucketOf(key)];
+        });
+    std::uint32_t sum = 0;
+    for (std::size_t bucket = 0; bucket < cut.buckets; ++bucket)
+    {
+        for (std::size_t list = 0; list < lists.size(); ++list)
+        {
+            std::uint32_t& slot = m_offsets[list * cut.buckets + bucket];
+            const std::uint32_t size = slot;
+            slot = sum;
+            sum += size;
+        }
+    }
+    forEachList(
+        [&](const KeyList& keys, std::uint32_t* next)
+        {
+            for (const std::uint64_t key : keys)
+                m_parted[next[cut.bucketOf(key)]++] = key;
+        });
+}
+
+void KeySort::sort(WorkerPool& workers, const std::vector<KeyList>& lists, std::vector<std::uint64_t>& sorted)
+{
+    const std::size_t count = countOf(lists);
+    sorted.resize(count);
+    m_parted.resize(count);
+    if (count < kOneBucket)
+    {
+        auto to = m_parted.begin();
+        for (const KeyList& list : lists)
+            to = std::copy(list.begin(), list.end(), to);
+        sortKeys(m_parted.data(), sorted.data(), count);
         return;
     }
-    std::uint64_t ids = 0;
-    for (const std::uint64_t key : keys)
-        ids |= key | key >> 32;
-    // Both ids packed without the bits that no id has.
-    const std::uint32_t bits = bitsOf(ids & 0xffffffff);
-    for (std::uint64_t& key : keys)
-        key = key >> 32 << bits | (key & 0xffffffff);
-    sortByRadix(keys, 2 * bits);
-    const std::uint64_t mask = (std::uint64_t{1} << bits) - 1;
-    for (std::uint64_t& key : keys)
-        key = key >> bits << 32 | (key & mask);
-    trimRoom(m_swap);
+    const Cut cut = cutOf(lists, count);
+    part(workers, lists, cut);
+    const std::uint32_t* const ends = m_offsets.data() + (lists.size() - 1) * cut.buckets;
+    const unsigned tasks = std::min(cut.buckets, workers.threads() == 1 ? 1 : 8 * workers.threads());
+    workers.run(tasks,
+                [&](unsigned task)
+                {
+                    const TaskRange range(cut.buckets, task, tasks);
+                    std::uint32_t begin = range.begin == 0 ? 0 : ends[range.begin - 1];
+                    for (std::uint32_t bucket = range.begin; bucket < range.end; ++bucket)
+                    {
+                        sortKeys(m_parted.data() + begin, sorted.data() + begin, ends[bucket] - begin);
+                        begin = ends[bucket];
+                    }
+                });
+    trimRoom(m_parted);
+}
+
+/// All keys in order: those of the lists themselves, or sorted ones.
+std::vector<KeySort::Piece> KeySort::sortedPieces(WorkerPool& workers, const std::vector<KeyList>& lists)
+{
+    std::vector<Piece> pieces;
+    if (areInOrder(lists))
+    {
+        for (const KeyList& list : lists)
+            pieces.push_back({list.begin(), list.end(), list.begin(), list.end()});
+        return pieces;
+    }
+    sort(workers, lists, m_sorted);
+    const std::uint64_t* const first = m_sorted.data();
+    const unsigned tasks = workers.tasksFor(m_sorted.size(), kWriteGrain);
+    for (unsigned task = 0; task < tasks; ++task)
+    {
+        const TaskRange range(m_sorted.size(), task, tasks);
+        pieces.push_back({first + range.begin, first + range.end, first, first + m_sorted.size()});
+    }
+    return pieces;
+}
+
+void KeySort::write(WorkerPool& workers, const std::vector<KeyList>& lists, std::vector<Pair>& pairs)
+{
+    const std::vector<Piece> pieces = sortedPieces(workers, lists);
+    const bool isLarge = workers.tasksFor(countOf(lists), kWriteGrain) != 1;
+    const auto tasks = isLarge ? static_cast<unsigned>(pieces.size()) : 1u;
+    const auto forEachPiece = [&](auto visit)
+    {
+        workers.run(tasks,
+                    [&](unsigned task)
+                    {
+                        for (std::size_t piece = task; piece < pieces.size(); piece += tasks)
+                            visit(piece);
+                    });
+    };
+    std::vector<std::size_t> ends(pieces.size());
+    forEachPiece([&](std::size_t piece) { ends[piece] = pieces[piece].countSingle(); });
+    for (std::size_t piece = 1; piece < pieces.size(); ++piece)
+        ends[piece] += ends[piece - 1];
+    pairs.resize(ends.back());
+    forEachPiece(
+        [&](std::size_t piece)
+        {
+            Pair* to = pairs.data() + (piece == 0 ? 0 : ends[piece - 1]);
+            pieces[piece].forEachSingle([&](std::uint64_t key) { *to++ = pairOfKey(key); });
+        });
+    trimRoom(m_sorted);
 }
 
 void KeySort::write(std::vector<std::uint64_t>& keys, std::vector<Pair>& pairs)
 {
-    sort(keys);
+    m_sorted.resize(keys.size());
+    sortKeys(keys.data(), m_sorted.data(), keys.size());
     pairs.resize(keys.size());
-    std::transform(keys.begin(), keys.end(), pairs.begin(), pairOfKey);
+    std::transform(m_sorted.begin(), m_sorted.end(), pairs.begin(), pairOfKey);
+    trimRoom(m_sorted);
 }
 }  // namespace cullet

@@ -3,29 +3,119 @@
 #pragma once
 
 #include "broad/pair.h"
+#include "broad/worker_pool.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
 namespace cullet
 {
-/// Sorts keys of pairs (pairKey(), PairSet::keyOf()): by comparisons when they are few, else by radix sort on as many
-/// bits as the ids have.
+/// Keys of pairs (pairKey(), PairSet::keyOf()) from one thread, in any order.
+class alignas(64) KeyList
+{
+public:
+    void clear()
+    {
+        m_count = 0;
+        m_lowest = ~std::uint64_t{0};
+        m_highest = 0;
+        m_isSorted = true;
+    }
+
+    /// Before as many calls of pushIf().
+    void makeRoom(std::size_t count)
+    {
+        if (m_count + count >= m_keys.size())
+            m_keys.resize(2 * m_keys.size() + count + 64);
+    }
+
+    /// Writes in any case, without a branch; the key counts if `isWanted`.
+    void pushIf(std::uint64_t key, bool isWanted)
+    {
+        m_keys[m_count] = key;
+        m_count += isWanted ? 1u : 0u;
+        m_isSorted = m_isSorted && (key >= m_highest || !isWanted);
+        m_lowest = std::min(m_lowest, isWanted ? key : m_lowest);
+        m_highest = std::max(m_highest, isWanted ? key : 0);
+    }
+
+    void push(std::uint64_t key)
+    {
+        makeRoom(1);
+        pushIf(key, true);
+    }
+
+    const std::uint64_t* begin() const { return m_keys.data(); }
+    const std::uint64_t* end() const { return m_keys.data() + m_count; }
+    std::size_t size() const { return m_count; }
+    std::uint64_t lowest() const { return m_lowest; }    ///< of no keys: the largest number
+    std::uint64_t highest() const { return m_highest; }  ///< of no keys: 0
+    bool isSorted() const { return m_isSorted; }
+
+    /// Gives back room that is hardly used.
+    void trim();
+    std::uint64_t bytes() const { return m_keys.capacity() * sizeof(std::uint64_t); }
+
+private:
+    std::vector<std::uint64_t> m_keys;
+    std::size_t m_count = 0;
+    std::uint64_t m_lowest = ~std::uint64_t{0};
+    std::uint64_t m_highest = 0;
+    bool m_isSorted = true;
+};
+
+/// Sorts keys of pairs: distributes them evenly by value, over buckets in parallel and then inside each bucket, until an
+/// insertion sort is left. The result does not depend on the number of threads or lists.
 ///
-/// Cost: O(keys) for more than a few hundred; one pass over keys in order. Memory is kept between calls.
+/// Cost: O(keys), also for crowded values. Lists that are sorted, and one behind the other, are only copied. Memory is kept
+/// between calls.
 class KeySort
 {
 public:
-    void sort(std::vector<std::uint64_t>& keys);
+    /// @param sorted [out] overwritten with all keys of the lists
+    void sort(WorkerPool& workers, const std::vector<KeyList>& lists, std::vector<std::uint64_t>& sorted);
 
-    /// @param keys  [in, out] sorted
+    /// The same as pairs; a key that the lists hold twice is left out altogether.
+    ///
+    /// @param pairs [out] overwritten
+    void write(WorkerPool& workers, const std::vector<KeyList>& lists, std::vector<Pair>& pairs);
+
+    /// In the calling thread; doubles stay.
+    ///
+    /// @param keys  [in, out] contents are lost
     /// @param pairs [out] overwritten
     void write(std::vector<std::uint64_t>& keys, std::vector<Pair>& pairs);
 
-private:
-    void sortByRadix(std::vector<std::uint64_t>& keys, std::uint32_t bits);
+    std::uint64_t bytes() const
+    {
+        return (m_parted.capacity() + m_sorted.capacity()) * sizeof(std::uint64_t);
+    }
 
-    std::vector<std::uint64_t> m_swap;
-    std::vector<std::uint32_t> m_offsets;
+private:
+    /// How values are cut into buckets.
+    struct Cut
+    {
+        std::uint64_t lowest;
+        std::uint32_t shift;
+        std::uint32_t buckets;  ///< a power of two
+
+        std::size_t bucketOf(std::uint64_t key) const
+        {
+            return static_cast<std::size_t>((key - lowest) >> shift);
+        }
+    };
+
+    struct Piece;  ///< of keys in order
+
+    std::vector<Piece> sortedPieces(WorkerPool& workers, const std::vector<KeyList>& lists);
+    static Cut cutOf(const std::vector<KeyList>& lists, std::size_t count);
+    static bool areInOrder(const std::vector<KeyList>& lists);
+    void part(WorkerPool& workers, const std::vector<KeyList>& lists, const Cut& cut);
+
+    std::vector<std::uint64_t> m_parted;  // by bucket
+    std::vector<std::uint64_t> m_sorted;
+    std::vector<std::uint32_t>
+        m_offsets;  // [lists][buckets] where the next key of a list goes; in the end, ends
 };
 }  // namespace cullet

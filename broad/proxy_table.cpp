@@ -18,13 +18,12 @@ void forEachSetByte(const std::uint8_t* bytes, std::uint32_t begin, std::uint32_
         std::uint64_t word = 0;
         const std::uint32_t width = std::min<std::uint32_t>(8, end - row);
         std::memcpy(&word, bytes + row, width);
-        if (word != 0)
+        // Where all are set, as in a world that moves, none is looked at: the classic test for a zero byte.
+        const bool areAllSet = ((word - 0x0101010101010101u) & ~word & 0x8080808080808080u) == 0;
+        for (std::uint32_t i = 0; i < width && word != 0; ++i)
         {
-            for (std::uint32_t i = 0; i < width; ++i)
-            {
-                if (bytes[row + i] != 0)
-                    visit(row + i);
-            }
+            if (areAllSet || bytes[row + i] != 0)
+                visit(row + i);
         }
         row += width;
     }
@@ -116,8 +115,15 @@ ProxyView ProxyTable::beginUpdate(float margin, bool useFilter)
 
 void ProxyTable::endUpdate()
 {
-    for (const ProxyId row : m_dirty)
-        m_changes[row] = kRowUnchanged;
+    if (m_dirty.size() == m_changes.size())
+    {
+        std::fill(m_changes.begin(), m_changes.end(), std::uint8_t{kRowUnchanged});
+    }
+    else
+    {
+        for (const ProxyId row : m_dirty)
+            m_changes[row] = kRowUnchanged;
+    }
     for (std::uint32_t block = 0; block < m_blocks.size(); ++block)
         unmarkBlock(block, kBlockForUpdate);
     for (const ProxyId row : m_quarantine)

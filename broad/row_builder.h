@@ -27,34 +27,21 @@ private:
     std::vector<float> m_floats;
 };
 
-/// Brings the ids of a row into the order of their lower bounds on the sweep axis and lays their boxes out.
+/// Brings the boxes of a row into the order of their lower bounds on the sweep axis and lays them out.
 ///
 /// The order is exact, because the kernels end a scan at the first x0 beyond an interval: a truncated key would lose
-/// pairs. Ids in no order are sorted by 16-bit places first, evenly spaced over the row; where places tell too little
-/// apart, by comparisons. Ids that were sorted in the last update are nearly so now, and an insertion sort, part of
-/// gatherRow(), is enough.
+/// pairs.
 class RowBuilder
 {
 public:
-    /// Sorts ids in any order.
-    void sort(FlaggedId* ids, std::uint32_t count, const Aabb* boxes, int sweepAxis);
-
-    /// Lays out the boxes of nearly sorted ids, and writes the ids back in order.
+    /// Lays out the boxes of the ids, and writes the ids back in order.
     ///
     /// @param row [in, out] room for count + 5 boxes and for a multiple of four ids; on return those inside the cell
     void build(const RowKernels& kernels, const RowSource& source, RowSoa& row);
 
-    std::uint64_t bytes() const;
+    std::uint64_t bytes() const { return m_records.capacity() * sizeof(RowRecord); }
 
 private:
-    void makeRoom(std::uint32_t count);
-    const std::uint32_t* sortByKey(std::uint32_t count);
-    const std::uint32_t* sortByPlace(std::uint32_t count, float lowest, float highest);
-
-    std::vector<float> m_starts;         // [count] lower bounds on the sweep axis, input order
-    std::vector<std::uint32_t> m_order;  // [count] input positions, sorted; and scratch of the same size
-    std::vector<std::uint32_t> m_swap;
-    std::vector<std::uint64_t> m_keys;
     std::vector<RowRecord> m_records;
 };
 

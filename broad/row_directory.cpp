@@ -4,8 +4,10 @@
 
 namespace cullet
 {
-void RowDirectory::reset(std::uint32_t capacity, std::uint32_t bucketCount)
+void RowDirectory::reset(std::uint32_t capacity, std::uint32_t bucketCount, const CellWindow& window)
 {
+    m_window = window;
+    m_windowCount = window.count();
     if (capacity > m_room)
     {
         m_cells = std::make_unique<std::atomic<std::uint64_t>[]>(capacity);
@@ -28,7 +30,7 @@ std::uint32_t RowDirectory::findOrInsertFrom(std::uint32_t slot, std::uint64_t c
     {
         std::uint64_t seen = m_cells[slot].load(std::memory_order_relaxed);
         if (seen == cell)
-            return slot;
+            return m_windowCount + slot;
         if (seen != 0)
             continue;
         if (m_count.load(std::memory_order_relaxed) > m_capacity / 4 * 3)
@@ -36,21 +38,23 @@ std::uint32_t RowDirectory::findOrInsertFrom(std::uint32_t slot, std::uint64_t c
         if (m_cells[slot].compare_exchange_strong(seen, cell, std::memory_order_relaxed))
         {
             m_count.fetch_add(1, std::memory_order_relaxed);
-            return slot;
+            return m_windowCount + slot;
         }
         // Another thread took the slot, perhaps for the same cell.
         if (seen == cell)
-            return slot;
+            return m_windowCount + slot;
     }
 }
 
 std::uint32_t RowDirectory::find(std::uint64_t cell) const
 {
+    if (isInWindow(cell))
+        return rowInWindow(cell);
     for (std::uint32_t slot = homeOf(cell);; slot = (slot + 1) & m_mask)
     {
         const std::uint64_t seen = m_cells[slot].load(std::memory_order_relaxed);
         if (seen == cell)
-            return slot;
+            return m_windowCount + slot;
         if (seen == 0)
             return kNone;
     }

@@ -34,11 +34,37 @@ inline std::int32_t cellCoordinateK(std::uint64_t cell) noexcept
     return static_cast<std::int32_t>(cell & 0x3fffffff) - (1 << 29);
 }
 
+/// Cells of the finest level that are looked up by their place in a rectangle instead of by hash.
+struct CellWindow
+{
+    std::int32_t j0 = 0;
+    std::int32_t k0 = 0;
+    std::uint32_t countJ = 0;
+    std::uint32_t countK = 0;
+
+    std::uint32_t count() const { return countJ * countK; }
+    bool contains(std::int32_t j, std::int32_t k) const
+    {
+        return static_cast<std::uint32_t>(j - j0) < countJ && static_cast<std::uint32_t>(k - k0) < countK;
+    }
+    std::uint32_t row(std::int32_t j, std::int32_t k) const
+    {
+        return static_cast<std::uint32_t>(j - j0) * countK + static_cast<std::uint32_t>(k - k0);
+    }
+    std::uint64_t cell(std::uint32_t row) const
+    {
+        return packCell(0, j0 + static_cast<std::int32_t>(row / countK),
+                        k0 + static_cast<std::int32_t>(row % countK));
+    }
+};
+
 /// Spatial hash from cells to row numbers: hash(i, j, k) = (i p1 xor j p2 xor k p3) mod n.
 ///
 /// Lecture 4, "Spatial Hashing", with Teschner's primes in unsigned arithmetic and the level as third coordinate. A
 /// bucket overflows into the next ones (linear probing). Cells are compared on every lookup, so that any number of
 /// buckets, even one, is exact. The number of a row is its place in the table: below capacity(), with gaps.
+///
+/// Cells of a window need neither hash nor comparison, and the rows of neighbours are near each other: they come first.
 ///
 /// Threads: findOrInsert() may run concurrently with itself; the other members may not run beside it.
 class RowDirectory
@@ -50,26 +76,45 @@ public:
     ///
     /// @param capacity    a power of two; three quarters of it can be used
     /// @param bucketCount 0: as many as the capacity
-    void reset(std::uint32_t capacity, std::uint32_t bucketCount);
+    /// @param window      its cells are not counted in the capacity
+    void reset(std::uint32_t capacity, std::uint32_t bucketCount, const CellWindow& window);
 
     /// Number of the row of a cell, a new one if the cell has none yet; kNone when the room is used up.
     std::uint32_t findOrInsert(std::uint64_t cell)
     {
+        if (isInWindow(cell))
+            return rowInWindow(cell);
         const std::uint32_t home = homeOf(cell);
-        return m_cells[home].load(std::memory_order_relaxed) == cell ? home : findOrInsertFrom(home, cell);
+        const bool isThere = m_cells[home].load(std::memory_order_relaxed) == cell;
+        return isThere ? m_windowCount + home : findOrInsertFrom(home, cell);
     }
 
-    /// Number of the row of a cell, or kNone.
+    /// Number of the row of a cell, or kNone. Cells of the window always have a row, perhaps an empty one.
     std::uint32_t find(std::uint64_t cell) const;
 
-    std::uint32_t capacity() const { return m_capacity; }
-    std::uint32_t count() const { return m_count.load(std::memory_order_relaxed); }
+    const CellWindow& window() const { return m_window; }
+    std::uint32_t capacity() const { return m_windowCount + m_capacity; }
+    std::uint32_t hashCapacity() const { return m_capacity; }
+    std::uint32_t count() const { return m_windowCount + m_count.load(std::memory_order_relaxed); }
 
     /// The cell of a row, 0 for a gap.
-    std::uint64_t cell(std::uint32_t row) const { return m_cells[row].load(std::memory_order_relaxed); }
+    std::uint64_t cell(std::uint32_t row) const
+    {
+        return row < m_windowCount ? m_window.cell(row)
+                                   : m_cells[row - m_windowCount].load(std::memory_order_relaxed);
+    }
     std::uint64_t bytes() const { return static_cast<std::uint64_t>(m_room) * sizeof(std::uint64_t); }
 
 private:
+    bool isInWindow(std::uint64_t cell) const
+    {
+        return levelOfCell(cell) == 0 && m_window.contains(cellCoordinateJ(cell), cellCoordinateK(cell));
+    }
+    std::uint32_t rowInWindow(std::uint64_t cell) const
+    {
+        return m_window.row(cellCoordinateJ(cell), cellCoordinateK(cell));
+    }
+
     std::uint32_t homeOf(std::uint64_t cell) const
     {
         const std::uint32_t hash = static_cast<std::uint32_t>(cell >> 30 & 0x3fffffff) * 73856093u ^
@@ -83,7 +128,9 @@ private:
     std::uint32_t findOrInsertFrom(std::uint32_t slot, std::uint64_t cell);
 
     std::unique_ptr<std::atomic<std::uint64_t>[]> m_cells;
-    std::atomic<std::uint32_t> m_count{0};
+    CellWindow m_window;
+    std::uint32_t m_windowCount = 0;
+    std::atomic<std::uint32_t> m_count{0};  ///< outside of the window
     std::uint32_t m_room = 0;
     std::uint32_t m_capacity = 0;
     std::uint32_t m_mask = 0;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "broad/aabb.h"
+#include "broad/aabb_simd.h"
 #include "broad/backend.h"
 #include "broad/cell_rule.h"
 #include "broad/cell_source.h"
@@ -136,10 +137,16 @@ private:
         void clear() { m_count = 0; }
         void makeRoom(std::size_t entries)
         {
-            if (m_count + entries > m_entries.size())
+            if (m_count + entries >= m_entries.size())
                 m_entries.resize(2 * m_entries.size() + entries + 1024);
         }
-        void push(Entry entry) { m_entries[m_count++] = entry; }
+        /// Writes in any case, without a branch; the entry counts if `isWanted`.
+        void push(Entry entry, bool isWanted)
+        {
+            m_entries[m_count] = entry;
+            m_count += isWanted ? 1u : 0u;
+        }
+        std::size_t size() const { return m_count; }
         const Entry* begin() const { return m_entries.data(); }
         const Entry* end() const { return m_entries.data() + m_count; }
         std::uint64_t bytes() const { return m_entries.capacity() * sizeof(Entry); }
@@ -186,7 +193,7 @@ private:
         std::uint32_t begin;
         std::uint32_t count;
         std::uint32_t room;
-        std::uint32_t sortedCount;  ///< of the last scan; others were added since
+        std::uint32_t sortedCount;  ///< by the last scan; others were added since
     };
 
     /// One pass over the rows.
@@ -195,8 +202,14 @@ private:
         const GridInput& input;
         PairSink& sink;
         RowUse use;
-        bool isSorted;
         bool isFollowed;  ///< cells of boxes have changed
+    };
+
+    /// Where pairs of a scan or query go.
+    struct SinkContext
+    {
+        PairSink* sink;
+        unsigned worker;
     };
 
     /// A box that is to be inserted.
@@ -207,15 +220,21 @@ private:
         std::int32_t level;
     };
 
+    template <int kSweepAxis>
     std::uint32_t locate(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task,
                          Located* block) const;
     static Aabb grown(const Aabb& box, float grow);
     static std::int64_t cellCountOf(const CellRange& cells);
     CellRule ruleOf(float grow, std::uint32_t level) const { return {grow, m_plan.inverseWidth[level]}; }
+    Float4 tileOf(const Aabb& box) const;
     CellRange cellsOf(const Aabb& box, const CellRule& rule) const;
-    std::size_t octaveIndex(const Aabb& box) const;
-    void recordSize(const Aabb& box, std::size_t octave, Task& task) const;
-    bool insertBold(std::uint32_t id, const CellRange& cells, std::int32_t level, Task& task);
+    static std::size_t octaveIndex(Float4 tile);
+    static void recordSize(Float4 tile, Float4 sweep, Task& task);
+    void sampleInput(const GridInput& input);
+    CellWindow chooseWindow(std::vector<std::int32_t>& js, std::vector<std::int32_t>& ks,
+                            std::uint32_t boxes) const;
+    bool insertByHash(const Located& box, Task& task);
+    bool insertBold(const Located* block, std::uint32_t count, Task& task);
     enum class BoxKind
     {
         Empty,
@@ -250,7 +269,8 @@ private:
     bool followStray(const GridInput& input, const Aabb& before, std::uint32_t id);
     bool addToRow(std::uint64_t cell, std::uint32_t id);
     const CellEdges& edgesOf(std::uint32_t row);
-    PairBuffer& prepareBuffer(unsigned worker, const GridInput& input, void* context) const;
+    static void handToSink(void* context, const PairBuffer& found);
+    PairBuffer& prepareBuffer(const GridInput& input, SinkContext& context) const;
     void scanUnbounded(const GridInput& input, PairSink& sink);
     void queryLevel(const RowSoa& query, const Aabb& box, std::uint32_t level, PairBuffer& out) const;
     void queryRow(const RowSoa& query, std::uint32_t row, PairBuffer& out) const;
@@ -262,6 +282,9 @@ private:
     SizeHistogram m_planned;  // sizes that the plan was made for
     double m_density = 1;
     bool m_hasPlan = false;
+    CellWindow m_window;
+    float m_sweepLow = 0;  // most boxes begin between the two
+    float m_sweepHigh = 0;
     RowDirectory m_rows;
     std::uint32_t m_rowRoom = 256;
     unsigned m_taskCount = 1;

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Zlib
 #include "broad/row_grid_backend.h"
 
-#include "broad/vector_room.h"
-
 #include <algorithm>
 #include <cmath>
 #include <new>
@@ -15,13 +13,33 @@ namespace
 // Updates that a settled grid has to last to be worth its refill.
 constexpr std::uint32_t kQuietUpdates = 4;
 constexpr std::uint32_t kAnchorSample = 256;
+
+/// What happened to any row.
+std::uint8_t changesOf(const ProxyView& view)
+{
+    std::uint8_t changes = 0;
+    // Rows that did not change have no bits, and reading all in order is faster than picking many.
+    if (view.dirtyCount > view.size / 8)
+    {
+        for (std::uint32_t row = 0; row < view.size; ++row)
+            changes = static_cast<std::uint8_t>(changes | view.changes[row]);
+        return changes;
+    }
+    for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
+        changes = static_cast<std::uint8_t>(changes | view.changes[view.dirty[i]]);
+    return changes;
+}
 }  // namespace
 
 RowGridBackend::RowGridBackend(const GridOptions& options)
     : m_options(options),
       m_workers(options.threads),
       m_grid(options, m_workers),
-      m_activeGrid(options, m_workers)
+      m_activeGrid(options, m_workers),
+      m_found(m_workers.threads()),
+      m_news(m_workers.threads()),
+      m_added(m_workers.threads()),
+      m_removed(m_workers.threads())
 {
 }
 
@@ -35,17 +53,21 @@ void RowGridBackend::restart(const std::vector<Pair>& known)
 
 Status RowGridBackend::update(const ProxyView& proxies, PairDelta& delta)
 {
-    delta.added.clear();
-    delta.removed.clear();
-    m_addedKeys.clear();
-    m_removedKeys.clear();
+    for (unsigned worker = 0; worker < m_workers.threads(); ++worker)
+    {
+        m_added[worker].clear();
+        m_removed[worker].clear();
+    }
     try
     {
         updateOrThrow(proxies);
-        m_sort.write(m_addedKeys, delta.added);
-        m_sort.write(m_removedKeys, delta.removed);
-        trimRoom(m_addedKeys);
-        trimRoom(m_removedKeys);
+        m_sort.write(m_workers, m_added, delta.added);
+        m_sort.write(m_workers, m_removed, delta.removed);
+        for (unsigned worker = 0; worker < m_workers.threads(); ++worker)
+        {
+            m_added[worker].trim();
+            m_removed[worker].trim();
+        }
     }
     catch (const std::bad_alloc&)
     {
@@ -64,10 +86,9 @@ void RowGridBackend::updateOrThrow(const ProxyView& view)
     const bool filterChanged = m_hadFilter != (view.filters != nullptr);
     m_hadFilter = view.filters != nullptr;
     const bool isNewToWords = filterChanged || m_restarted;
-    prepareRows(view);
-    bool hasRefiltered = filterChanged;
-    for (std::uint32_t i = 0; i < view.dirtyCount && !hasRefiltered; ++i)
-        hasRefiltered = (view.changes[view.dirty[i]] & kRowRefiltered) != 0;
+    const std::uint8_t changes = changesOf(view);
+    prepareRows(view, (changes & kRowCreated) != 0);
+    const bool hasRefiltered = filterChanged || (changes & kRowRefiltered) != 0;
 
     if (m_restarted || hasRefiltered)
     {
@@ -117,14 +138,14 @@ void RowGridBackend::rememberWords(const ProxyView& view, bool all)
     }
 }
 
-void RowGridBackend::prepareRows(const ProxyView& view)
+void RowGridBackend::prepareRows(const ProxyView& view, bool hasCreated)
 {
     if (m_reference.size() < view.size)
     {
         m_reference.resize(view.size, remembered(kEmptyAabb));
         m_states.resize(view.size, RowState::Absent);
     }
-    for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
+    for (std::uint32_t i = 0; i < view.dirtyCount && hasCreated; ++i)
     {
         const std::uint32_t row = view.dirty[i];
         if ((view.changes[row] & kRowCreated) != 0)
@@ -164,16 +185,6 @@ bool RowGridBackend::shouldSettle(const ProxyView& view)
     return false;
 }
 
-void RowGridBackend::reportAdded(const ProxyView& view, IdPair pair)
-{
-    m_addedKeys.push_back(pairKey(makePair(view.uniqueIds[pair.a], view.uniqueIds[pair.b])));
-}
-
-void RowGridBackend::reportRemoved(const ProxyView& view, IdPair pair)
-{
-    m_removedKeys.push_back(pairKey(makePair(view.uniqueIds[pair.a], view.uniqueIds[pair.b])));
-}
-
 void RowGridBackend::forEachCell(const CellVisitor& visit) const
 {
     m_grid.forEachCell(visit);
@@ -194,12 +205,17 @@ BackendStats RowGridBackend::stats() const
     stats.decision.allLevelsCost = plan.allLevelsCost;
     stats.unbounded = m_grid.unbounded().size();
     stats.bytes =
-        m_grid.bytes() + m_activeGrid.bytes() + m_settled.bytes() + m_separated.bytes() +
+        m_grid.bytes() + m_activeGrid.bytes() + m_settled.bytes() + m_sort.bytes() +
         m_reference.capacity() * sizeof(Aabb) + m_states.capacity() + m_words.capacity() * sizeof(Filter) +
         m_despite.bytes() +
-        (m_apart.capacity() + m_overlapping.capacity() + m_activePairs.capacity()) * sizeof(IdPair) +
-        (m_active.capacity() + m_quiet.capacity() + m_escaped.capacity()) * sizeof(std::uint32_t) +
-        (m_addedKeys.capacity() + m_removedKeys.capacity() + m_foundKeys.capacity()) * sizeof(std::uint64_t);
+        (m_apart.capacity() + m_overlapping.capacity() + m_sorted.capacity() + m_activePairs.capacity()) *
+            sizeof(IdPair) +
+        (m_active.capacity() + m_quiet.capacity() + m_escaped.capacity()) * sizeof(std::uint32_t);
+    for (unsigned worker = 0; worker < m_workers.threads(); ++worker)
+    {
+        stats.bytes += m_added[worker].bytes() + m_removed[worker].bytes() + m_found[worker].bytes() +
+                       m_news[worker].held.bytes() + m_news[worker].apart.capacity() * sizeof(IdPair);
+    }
     return stats;
 }
 }  // namespace cullet

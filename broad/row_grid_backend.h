@@ -70,6 +70,16 @@ private:
     class MovingSink;
     class JumpedSink;
 
+    /// What one thread finds out about pairs in the moving mode, besides m_added and m_removed.
+    struct alignas(64) PairNews
+    {
+        std::vector<IdPair> apart;           ///< held, overlap with the margin only
+        KeyList held;                        ///< overlap and are held; when they are listed
+        std::vector<std::uint64_t> despite;  ///< ... although the filter words reject them
+        std::vector<std::uint64_t> lifted;   ///< were such, and part
+        std::vector<std::uint64_t> kept;     ///< when most boxes jumped: overlap as before
+    };
+
     /// Octave of the smallest reach: 2^-63, so that its multiples are no denormals, which are slow.
     static constexpr std::uint32_t kLeastReach = 64;
 
@@ -82,7 +92,7 @@ private:
 
     // row_grid_backend.cpp: what every update does, and which way it goes
     void updateOrThrow(const ProxyView& view);
-    void prepareRows(const ProxyView& view);
+    void prepareRows(const ProxyView& view, bool hasCreated);
     void rememberWords(const ProxyView& view, bool all);
     bool shouldSettle(const ProxyView& view);
     void decide(const char* reason, std::size_t strays, double cost, double otherCost)
@@ -96,26 +106,49 @@ private:
     {
         return view.filters == nullptr || passesFilter(view.filters[pair.a], view.filters[pair.b]);
     }
-    void reportAdded(const ProxyView& view, IdPair pair);
-    void reportRemoved(const ProxyView& view, IdPair pair);
+    static IdPair rowsOf(std::uint64_t key)
+    {
+        return {static_cast<std::uint32_t>(key >> 32), static_cast<std::uint32_t>(key)};
+    }
+    static std::uint64_t idsOf(const ProxyView& view, IdPair pair)
+    {
+        return pairKey(makePair(view.uniqueIds[pair.a], view.uniqueIds[pair.b]));
+    }
+    void reportAdded(const ProxyView& view, IdPair pair) { m_added[0].push(idsOf(view, pair)); }
+    void reportRemoved(const ProxyView& view, IdPair pair) { m_removed[0].push(idsOf(view, pair)); }
 
     // row_grid_moving.cpp
     void updateMoving(const ProxyView& view);
     void chooseReach(const GridMotion& motion, std::uint32_t rows);
-    void listOverlapping(std::vector<IdPair>& held);
-    bool isHeld(const ProxyView& view, IdPair pair) const;
-    void scanMoving(const ProxyView& view, const GridMotion& motion, bool isListing, PairSink& sink);
-    bool follow(const ProxyView& view, const GridInput& input, const GridMotion& motion);
-    void takeMoving(const ProxyView& view, bool isListing, const MovingSink& sink);
-    void part(const ProxyView& view, IdPair pair, bool isNear, std::vector<IdPair>& apart);
-    void partUnlessOverlapping(const ProxyView& view, IdPair pair, std::vector<IdPair>& apart);
-    void setApart(std::vector<IdPair>& apart);
+    static bool isOverlapping(const ProxyView& view, IdPair pair)
+    {
+        const Aabb& a = view.boxes[pair.a];
+        const Aabb& b = view.boxes[pair.b];
+        return isValid(a) && isValid(b) && overlapsBranchless(a, b);
+    }
+    /// overlapsWithMargin() without branches.
+    static bool isNear(const ProxyView& view, IdPair pair)
+    {
+        const Aabb& a = view.boxes[pair.a];
+        const Aabb& b = view.boxes[pair.b];
+        return gapOf(a, b) <= 2.0f * view.margin && isValid(a) && isValid(b);
+    }
+    bool isReachable(std::uint32_t octave) const;
+    bool areStillJumping(const ProxyView& view);
+    void listOverlapping(std::vector<std::uint64_t>& held);
+    bool scanMoving(const ProxyView& view, bool isListing, bool mayFollow, PairSink& sink);
+    bool follow(const ProxyView& view, const GridInput& input);
+    void clearNews();
+    void examineApart(const ProxyView& view);
+    void examineOverlapping(const ProxyView& view);
+    void part(const ProxyView& view, IdPair pair, bool isNear, unsigned worker);
+    void takeNews(bool isListing);
+    void rememberBoxes(const ProxyView& view);
 
     // row_grid_jumped.cpp: the same when most boxes jumped
-    void updateJumped(const ProxyView& view);
-    void takeFound(const JumpedSink& sink);
+    void updateJumped(const ProxyView& view, bool isSure);
     void sortOverlapping();
-    void findDeparted(const ProxyView& view, std::vector<IdPair>& departed);
+    void compareLists(const ProxyView& view, TaskRange rows, unsigned worker);
 
     // row_grid_rebuild.cpp: from any state, with a hash of what was held
     void rebuild(const ProxyView& view, bool settle);
@@ -149,13 +182,16 @@ private:
     std::vector<Filter> m_words;  ///< [rows] filter words as of the last update; empty without filter
 
     // Moving. Held are the pairs that overlap and pass the filter, and these:
-    PairSet m_despite;                  ///< overlap, held although the words reject them by now
-    std::vector<IdPair> m_apart;        ///< overlap with the margin only
-    PairSet m_separated;                ///< the same
-    std::vector<IdPair> m_overlapping;  ///< held pairs that overlap, while m_hasOverlapping
+    PairSet m_despite;                         ///< overlap, held although the words reject them by now
+    std::vector<IdPair> m_apart;               ///< overlap with the margin only
+    std::vector<std::uint64_t> m_overlapping;  ///< held pairs that overlap, while m_hasOverlapping
     bool m_hasOverlapping = false;
-    bool m_isOverlappingSorted = false;      ///< by row, the lower one first
-    std::vector<std::uint64_t> m_foundKeys;  ///< when most boxes jumped: those that m_overlapping is to be
+    bool m_isOverlappingSorted = false;  ///< by row, the lower one first
+    bool m_hasJumped = false;            ///< most boxes did in the last update, so that the grid was refilled
+    std::vector<KeyList> m_found;  ///< [threads] when most boxes jumped: pairs that overlap and are held
+    std::vector<std::uint64_t> m_sorted;  ///< the same, what m_overlapping is to be
+    std::vector<std::uint32_t> m_masks;   ///< [rows] scratch of the comparison of both
+    std::vector<PairNews> m_news;         ///< [threads]
     GridMotion m_motion;
     std::uint32_t m_reachOctave = kLeastReach;     ///< see chooseReach()
     std::uint32_t m_comparedOctave = kLeastReach;  ///< that m_motion was measured with
@@ -177,8 +213,9 @@ private:
     std::uint32_t m_anchorStride = 1;
     std::uint32_t m_anchorAge = 0;
 
-    std::vector<std::uint64_t> m_addedKeys;
-    std::vector<std::uint64_t> m_removedKeys;
+    // Keys by id, [threads]. A pair that comes back, kept by the margin, is among the added ones twice, which cancels.
+    std::vector<KeyList> m_added;
+    std::vector<KeyList> m_removed;
     KeySort m_sort;
     BackendStats m_stats;
 };

@@ -207,7 +207,7 @@ bool RowGrid::follow(const GridInput& input, const Aabb* before, const std::vect
 
 void RowGrid::scanFollowed(const GridInput& input, PairSink& sink)
 {
-    scanRows({input, sink, RowUse::Follow, true, true});
+    scanRows({input, sink, RowUse::Follow, true});
     m_entryCount = 0;
     for (const RowList& list : m_bold)
         m_entryCount += list.count;
@@ -217,6 +217,6 @@ void RowGrid::scanFollowed(const GridInput& input, PairSink& sink)
 
 void RowGrid::scanAgain(const GridInput& input, PairSink& sink)
 {
-    scanRows({input, sink, RowUse::Follow, true, false});
+    scanRows({input, sink, RowUse::Follow, false});
 }
 }  // namespace cullet

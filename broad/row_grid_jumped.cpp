@@ -6,17 +6,29 @@
 #include "broad/row_grid_backend.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace cullet
 {
 namespace
 {
 // Pairs whose boxes are on their way from memory.
-constexpr std::size_t kPrefetch = 12;
+constexpr std::ptrdiff_t kPrefetch = 12;
+constexpr std::size_t kCompareGrain = 4096;
 
-IdPair rowsOf(std::uint64_t key)
+/// The sorted keys whose lower row is in the range.
+std::pair<const std::uint64_t*, const std::uint64_t*> keysOfRows(const std::vector<std::uint64_t>& keys,
+                                                                 TaskRange rows)
 {
-    return {static_cast<std::uint32_t>(key >> 32), static_cast<std::uint32_t>(key)};
+    const std::uint64_t* const end = keys.data() + keys.size();
+    const std::uint64_t* const from = std::lower_bound(keys.data(), end, std::uint64_t{rows.begin} << 32);
+    return {from, std::lower_bound(from, end, std::uint64_t{rows.end} << 32)};
+}
+
+/// One of 32 bits by the upper row.
+std::uint32_t maskOf(std::uint64_t key)
+{
+    return 1u << (static_cast<std::uint32_t>(key) * 2654435769u >> 27);
 }
 }  // namespace
 
@@ -24,107 +36,91 @@ IdPair rowsOf(std::uint64_t key)
 class RowGridBackend::JumpedSink final : public PairSink
 {
 public:
-    struct alignas(64) List
-    {
-        std::vector<std::uint64_t> held;     ///< keys by row
-        std::vector<std::uint64_t> despite;  ///< of those, the ones that the filter words reject
-    };
-
-    JumpedSink(const RowGridBackend& backend, const ProxyView& view, unsigned workers)
-        : m_backend(backend), m_view(view), m_lists(workers)
-    {
-    }
+    JumpedSink(RowGridBackend& backend, const ProxyView& view) : m_backend(backend), m_view(view) {}
 
     void take(unsigned worker, const PairBuffer& found) override
     {
-        List& list = m_lists[worker];
+        KeyList& list = m_backend.m_found[worker];
+        list.makeRoom(found.count);
         for (std::uint32_t i = 0; i < found.count; ++i)
         {
             const IdPair pair = found.pair(i);
             const std::uint64_t key = PairSet::keyOf(pair.a, pair.b);
-            const bool passes = mayEnter(m_view, pair);
-            if (!passes && !m_backend.m_despite.contains(key) && !m_backend.m_separated.contains(key))
-                continue;
-            list.held.push_back(key);
-            if (!passes)
-                list.despite.push_back(key);
+            // Pairs that come back have been looked at by examineApart().
+            list.pushIf(key, mayEnter(m_view, pair) || m_backend.m_despite.contains(key));
         }
     }
 
-    const std::vector<List>& lists() const { return m_lists; }
-
 private:
-    const RowGridBackend& m_backend;
+    RowGridBackend& m_backend;
     const ProxyView& m_view;
-    std::vector<List> m_lists;
 };
-
-void RowGridBackend::takeFound(const JumpedSink& sink)
-{
-    m_foundKeys.clear();
-    for (const JumpedSink::List& list : sink.lists())
-    {
-        m_foundKeys.insert(m_foundKeys.end(), list.held.begin(), list.held.end());
-        for (const std::uint64_t key : list.despite)
-            m_despite.insert(key);
-    }
-    m_sort.sort(m_foundKeys);
-}
 
 void RowGridBackend::sortOverlapping()
 {
     if (m_isOverlappingSorted)
         return;
-    std::vector<std::uint64_t> keys;
-    keys.reserve(m_overlapping.size());
-    for (const IdPair pair : m_overlapping)
-        keys.push_back(PairSet::keyOf(pair.a, pair.b));
-    m_sort.sort(keys);
-    std::transform(keys.begin(), keys.end(), m_overlapping.begin(), rowsOf);
+    for (const std::uint64_t key : m_overlapping)
+        m_found[0].push(key);
+    m_sort.sort(m_workers, m_found, m_overlapping);
+    m_found[0].clear();
 }
 
-/// Merges what overlapped with what was found: tells what is new, and lists what does not overlap any more.
-void RowGridBackend::findDeparted(const ProxyView& view, std::vector<IdPair>& departed)
+/// Compares a part of what was found with what overlapped before, both sorted.
+///
+/// Hardly a pair is in both. Which may be is told by masks, 32 bits for each row, instead of a merge, whose branches nobody
+/// could predict.
+void RowGridBackend::compareLists(const ProxyView& view, TaskRange rows, unsigned worker)
 {
-    auto old = m_overlapping.begin();
-    for (const std::uint64_t key : m_foundKeys)
+    const auto [old, oldEnd] = keysOfRows(m_overlapping, rows);
+    const auto [found, foundEnd] = keysOfRows(m_sorted, rows);
+    std::fill(m_masks.begin() + rows.begin, m_masks.begin() + rows.end, 0u);
+    for (const std::uint64_t* key = old; key != oldEnd; ++key)
+        m_masks[*key >> 32] |= maskOf(*key);
+    m_added[worker].makeRoom(static_cast<std::size_t>(foundEnd - found));
+    std::vector<std::uint64_t>& kept = m_news[worker].kept;
+    for (const std::uint64_t* key = found; key != foundEnd; ++key)
     {
-        for (; old != m_overlapping.end() && PairSet::keyOf(old->a, old->b) < key; ++old)
-            departed.push_back(*old);
-        if (old != m_overlapping.end() && PairSet::keyOf(old->a, old->b) == key)
-            ++old;
-        // Pairs that the margin kept come nearer again.
-        else if (!m_separated.contains(key))
-            reportAdded(view, rowsOf(key));
+        const bool isKept =
+            (m_masks[*key >> 32] & maskOf(*key)) != 0 && std::binary_search(old, oldEnd, *key);
+        if (isKept)
+            kept.push_back(*key);
+        m_added[worker].pushIf(idsOf(view, rowsOf(*key)), !isKept && mayEnter(view, rowsOf(*key)));
     }
-    departed.insert(departed.end(), old, m_overlapping.end());
-}
-
-void RowGridBackend::updateJumped(const ProxyView& view)
-{
-    JumpedSink sink(*this, view, m_workers.threads());
-    scanMoving(view, m_motion, true, sink);
-    m_stats.decision.reason = "most boxes jumped";
-    takeFound(sink);
-    sortOverlapping();
-    std::vector<IdPair> departed;
-    departed.reserve(m_overlapping.size());
-    findDeparted(view, departed);
-
-    std::vector<IdPair> apart;
-    for (const IdPair pair : m_apart)
-        partUnlessOverlapping(view, pair, apart);
-    for (std::size_t i = 0; i < departed.size(); ++i)
+    auto nextKept = kept.begin();
+    for (const std::uint64_t* key = old; key != oldEnd; ++key)
     {
-        const IdPair ahead = departed[std::min(i + kPrefetch, departed.size() - 1)];
-        __builtin_prefetch(view.boxes + ahead.a);
+        const IdPair ahead = rowsOf(key[std::min(kPrefetch, oldEnd - key - 1)]);
         __builtin_prefetch(view.boxes + ahead.b);
-        partUnlessOverlapping(view, departed[i], apart);
+        if (nextKept != kept.end() && *nextKept == *key)
+            ++nextKept;
+        else
+            part(view, rowsOf(*key), isNear(view, rowsOf(*key)), worker);
     }
-    setApart(apart);
-    m_overlapping.resize(m_foundKeys.size());
-    std::transform(m_foundKeys.begin(), m_foundKeys.end(), m_overlapping.begin(), rowsOf);
-    m_hasOverlapping = true;
+}
+
+/// @param isSure whether that was told by a sample, so that strays are not known
+void RowGridBackend::updateJumped(const ProxyView& view, bool isSure)
+{
+    for (KeyList& list : m_found)
+        list.clear();
+    sortOverlapping();
+    JumpedSink sink(*this, view);
+    if (isSure)
+    {
+        const double refilling = SettlePolicy::kCostOfRefill * view.size;
+        decide("", view.dirtyCount, refilling, refilling + SettlePolicy::kCostOfStray * view.dirtyCount);
+    }
+    m_hasJumped = scanMoving(view, true, !isSure, sink);
+    m_stats.decision.reason = "most boxes jumped";
+    m_sort.sort(m_workers, m_found, m_sorted);
+    m_masks.resize(view.size);
+    const unsigned tasks = m_workers.tasksFor(m_sorted.size(), kCompareGrain);
+    m_workers.run(tasks, [&](unsigned task) { compareLists(view, TaskRange(view.size, task, tasks), task); });
+    takeNews(true);
+    m_overlapping.swap(m_sorted);
     m_isOverlappingSorted = true;
+    for (KeyList& list : m_found)
+        list.trim();
 }
 }  // namespace cullet

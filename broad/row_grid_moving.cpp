@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "broad/row_grid_backend.h"
 #include "broad/row_grid_sinks.h"
+#include "broad/vector_room.h"
 
 #include <algorithm>
 #include <cstring>
@@ -18,11 +19,19 @@ constexpr float kReachFactor = 1.0625f;
 constexpr std::uint32_t kJumperShare = 64;
 // Share of such boxes from which all pairs are found anew.
 constexpr std::uint32_t kJumpedShare = 2;
+constexpr std::uint32_t kJumpSample = 256;
 // Updates with little motion until the reach shrinks.
 constexpr std::uint32_t kPatience = 32;
 constexpr std::size_t kCopyGrain = 16384;
 // Pairs whose boxes are on their way from memory.
 constexpr std::uint32_t kPrefetch = 12;
+constexpr std::size_t kPairGrain = 2048;
+
+void prefetch(const Aabb* boxes, IdPair pair)
+{
+    __builtin_prefetch(boxes + pair.a);
+    __builtin_prefetch(boxes + pair.b);
+}
 
 /// Largest float below 2^(octave - 127): all motions of lower octaves are within it.
 float reachOf(std::uint32_t octave)
@@ -61,82 +70,60 @@ std::uint32_t octaveAbove(const GridMotion& motion, std::uint32_t few)
 class RowGridBackend::MovingSink final : public PairSink
 {
 public:
-    struct alignas(64) List
-    {
-        std::vector<IdPair> added;
-        std::vector<IdPair> parted;     ///< held, do not overlap any more
-        std::vector<float> partedGaps;  ///< of those
-        std::vector<IdPair> despite;    ///< held although the filter words reject them
-        std::vector<IdPair> held;       ///< when listing: overlap and are held
-    };
-
-    MovingSink(const RowGridBackend& backend, const ProxyView& view, unsigned workers, bool isListing)
-        : m_backend(backend), m_view(view), m_isListing(isListing), m_lists(workers)
+    MovingSink(RowGridBackend& backend, const ProxyView& view, bool isListing)
+        : m_backend(backend), m_view(view), m_isListing(isListing)
     {
     }
 
     void take(unsigned worker, const PairBuffer& found) override
     {
         const Aabb* const before = m_backend.m_reference.data();
+        if (m_isListing)
+            m_backend.m_news[worker].held.makeRoom(found.count);
         for (std::uint32_t i = 0; i < found.count; ++i)
         {
-            const IdPair ahead = found.pair(std::min(i + kPrefetch, found.count - 1));
-            __builtin_prefetch(before + ahead.a);
-            __builtin_prefetch(before + ahead.b);
+            prefetch(before, found.pair(std::min(i + kPrefetch, found.count - 1)));
             const IdPair pair = found.pair(i);
             const bool overlapped = overlapsBranchless(before[pair.a], before[pair.b]);
-            if (m_isListing || overlapped != (found.gap[i] <= 0.0f))
-                examine(m_lists[worker], pair, found.gap[i], overlapped);
+            const bool overlaps = found.gap[i] <= 0.0f;
+            if (m_isListing)
+                list(m_backend.m_news[worker].held, pair);
+            if (overlapped != overlaps)
+                examine(worker, pair, found.gap[i]);
         }
     }
-
-    const std::vector<List>& lists() const { return m_lists; }
 
 private:
-    void examine(List& list, IdPair pair, float gap, bool overlapped)
+    // Pairs that come back have been looked at by examineApart().
+    bool isHeld(IdPair pair) const
     {
-        const bool overlaps = gap <= 0.0f;
-        if (overlapped && !m_backend.isHeld(m_view, pair))
-            return;
-        if (!overlaps)
+        return mayEnter(m_view, pair) || m_backend.m_despite.contains(PairSet::keyOf(pair.a, pair.b));
+    }
+
+    void list(KeyList& held, IdPair pair) const { held.pushIf(PairSet::keyOf(pair.a, pair.b), isHeld(pair)); }
+
+    void examine(unsigned worker, IdPair pair, float gap)
+    {
+        if (gap > 0.0f)
         {
-            list.parted.push_back(pair);
-            list.partedGaps.push_back(gap);
-            return;
+            if (isHeld(pair))
+                m_backend.part(m_view, pair, gap <= 2.0f * m_view.margin, worker);
         }
-        if (!overlapped && !enter(list, pair))
-            return;
-        if (m_isListing)
-            list.held.push_back(pair);
+        else if (mayEnter(m_view, pair))
+        {
+            m_backend.m_added[worker].push(idsOf(m_view, pair));
+        }
     }
 
-    /// Whether a pair that begins to overlap is held from now on.
-    bool enter(List& list, IdPair pair)
-    {
-        const bool passes = mayEnter(m_view, pair);
-        const bool isKept = m_backend.m_separated.contains(PairSet::keyOf(pair.a, pair.b));
-        if (isKept && !passes)
-            list.despite.push_back(pair);
-        if (!isKept && passes)
-            list.added.push_back(pair);
-        return isKept || passes;
-    }
-
-    const RowGridBackend& m_backend;
+    RowGridBackend& m_backend;
     const ProxyView& m_view;
     const bool m_isListing;
-    std::vector<List> m_lists;
 };
 
-/// Whether a pair that overlapped in the last update was held then; nothing changed filter words since.
-bool RowGridBackend::isHeld(const ProxyView& view, IdPair pair) const
-{
-    return mayEnter(view, pair) || m_despite.contains(PairSet::keyOf(pair.a, pair.b));
-}
-
 /// Pairs that overlapped in the last update and were held, by the boxes and filter words of then.
-void RowGridBackend::listOverlapping(std::vector<IdPair>& held)
+void RowGridBackend::listOverlapping(std::vector<std::uint64_t>& held)
 {
+    held.clear();
     CollectingSink sink(m_workers.threads());
     GridInput input;
     input.boxes = m_reference.data();
@@ -145,9 +132,9 @@ void RowGridBackend::listOverlapping(std::vector<IdPair>& held)
     sink.forEach(
         [&](IdPair pair)
         {
-            if (m_words.empty() || passesFilter(m_words[pair.a], m_words[pair.b]) ||
-                m_despite.contains(PairSet::keyOf(pair.a, pair.b)))
-                held.push_back(pair);
+            const std::uint64_t key = PairSet::keyOf(pair.a, pair.b);
+            if (m_words.empty() || passesFilter(m_words[pair.a], m_words[pair.b]) || m_despite.contains(key))
+                held.push_back(key);
         });
 }
 
@@ -161,13 +148,20 @@ void RowGridBackend::chooseReach(const GridMotion& motion, std::uint32_t rows)
     m_calmUpdates = isEnough && octave + 2 < m_reachOctave ? m_calmUpdates + 1 : 0;
     if (isEnough && m_calmUpdates < kPatience)
         return;
-    if (reachOf(octave) < 0.125f * m_grid.finestWidth())
+    if (isReachable(octave))
         m_reachOctave = octave;
     m_calmUpdates = 0;
 }
 
-void RowGridBackend::scanMoving(const ProxyView& view, const GridMotion& motion, bool isListing,
-                                PairSink& sink)
+/// Whether cells are wide enough for such a reach.
+bool RowGridBackend::isReachable(std::uint32_t octave) const
+{
+    return reachOf(octave) < 0.125f * m_grid.finestWidth();
+}
+
+/// @param mayFollow whether it is known which boxes came into other cells
+/// @return whether the grid was refilled
+bool RowGridBackend::scanMoving(const ProxyView& view, bool isListing, bool mayFollow, PairSink& sink)
 {
     GridInput input;
     input.boxes = view.boxes;
@@ -177,27 +171,26 @@ void RowGridBackend::scanMoving(const ProxyView& view, const GridMotion& motion,
     {
         // What the grid was compared with may have been a shorter reach than the one chosen now.
         const bool isSame = m_comparedOctave == m_reachOctave;
-        input.near = kGapFactor * (isSame ? motion.largest : reachOf(m_reachOctave));
+        input.near = kGapFactor * (isSame ? m_motion.largest : reachOf(m_reachOctave));
         input.deep = -input.near;
     }
-    if (follow(view, input, motion))
+    m_scannedRows = view.size;
+    if (mayFollow && follow(view, input))
     {
         m_stats.path = "follow";
         m_grid.scanFollowed(input, sink);
+        return false;
     }
-    else
-    {
-        m_stats.path = "rebuild";
-        ++m_stats.rebuildsTotal;
-        m_grid.scan(input, sink, RowUse::Follow);
-    }
-    m_scannedRows = view.size;
+    m_stats.path = "rebuild";
+    ++m_stats.rebuildsTotal;
+    m_grid.scan(input, sink, RowUse::Follow);
+    return true;
 }
 
 /// Brings the rows up to date if that is possible and expected to cost less than to refill them.
-bool RowGridBackend::follow(const ProxyView& view, const GridInput& input, const GridMotion& motion)
+bool RowGridBackend::follow(const ProxyView& view, const GridInput& input)
 {
-    const std::size_t strays = motion.strays.size();
+    const std::size_t strays = m_motion.strays.size();
     const double following = SettlePolicy::kCostOfMoving * view.size + SettlePolicy::kCostOfStray * strays;
     const double refilling = SettlePolicy::kCostOfRefill * view.size;
     if (following > refilling || m_options.rebuildFraction == 0.0f)
@@ -205,7 +198,7 @@ bool RowGridBackend::follow(const ProxyView& view, const GridInput& input, const
         decide("many boxes came into other cells", strays, refilling, following);
         return false;
     }
-    if (!m_grid.follow(input, m_reference.data(), motion.strays))
+    if (!m_grid.follow(input, m_reference.data(), m_motion.strays))
     {
         decide("the rows could not be kept", strays, refilling, following);
         return false;
@@ -223,24 +216,56 @@ void RowGridBackend::updateMoving(const ProxyView& view)
         decide("nothing changed", 0, 0, 0);
         return;
     }
-    m_comparedOctave = m_reachOctave;
-    m_grid.compare(view.boxes, m_reference.data(), view.dirty, view.dirtyCount, reachOf(m_reachOctave),
-                   m_motion);
-    chooseReach(m_motion, view.size);
+    const bool isSure = areStillJumping(view);
+    if (!isSure)
+    {
+        m_comparedOctave = m_reachOctave;
+        m_grid.compare(view.boxes, m_reference.data(), view.dirty, view.dirtyCount, reachOf(m_reachOctave),
+                       m_motion);
+        chooseReach(m_motion, view.size);
+    }
     const std::uint32_t jumpers = countFrom(m_motion, m_reachOctave);
     const bool isListing = jumpers != 0;
     if (isListing && !m_hasOverlapping)
         listOverlapping(m_overlapping);
-    if (jumpers > view.size / kJumpedShare)
+    clearNews();
+    examineApart(view);
+    m_hasJumped = false;
+    if (isSure || jumpers > view.size / kJumpedShare)
     {
-        updateJumped(view);
+        updateJumped(view, isSure);
     }
     else
     {
-        MovingSink sink(*this, view, m_workers.threads(), isListing);
-        scanMoving(view, m_motion, isListing, sink);
-        takeMoving(view, isListing, sink);
+        if (isListing)
+            examineOverlapping(view);
+        MovingSink sink(*this, view, isListing);
+        scanMoving(view, isListing, true, sink);
+        takeNews(isListing);
     }
+    rememberBoxes(view);
+}
+
+/// Whether most boxes jump as in the last update, as far as a sample tells: then they need not be compared one by one.
+bool RowGridBackend::areStillJumping(const ProxyView& view)
+{
+    if (!m_hasJumped || view.dirtyCount <= view.size / kJumpedShare)
+        return false;
+    std::vector<std::uint32_t> sample;
+    const std::uint32_t stride = view.dirtyCount / kJumpSample + 1;
+    for (std::uint32_t i = 0; i < view.dirtyCount; i += stride)
+        sample.push_back(view.dirty[i]);
+    const auto count = static_cast<std::uint32_t>(sample.size());
+    m_grid.compare(view.boxes, m_reference.data(), sample.data(), count, reachOf(m_reachOctave), m_motion);
+    // Boxes that move as far as cells can reach are worth another look.
+    if (isReachable(octaveAbove(m_motion, count / kJumperShare)))
+        return false;
+    const std::uint64_t jumpers = countFrom(m_motion, m_reachOctave);
+    return jumpers * view.dirtyCount > std::uint64_t{count} * (view.size / kJumpedShare);
+}
+
+void RowGridBackend::rememberBoxes(const ProxyView& view)
+{
     const unsigned tasks = m_workers.tasksFor(view.dirtyCount, kCopyGrain);
     m_workers.run(tasks,
                   [&](unsigned task)
@@ -251,59 +276,91 @@ void RowGridBackend::updateMoving(const ProxyView& view)
                   });
 }
 
-/// A held pair that does not overlap any more: stays while the margin allows it.
-void RowGridBackend::part(const ProxyView& view, IdPair pair, bool isNear, std::vector<IdPair>& apart)
+void RowGridBackend::clearNews()
 {
-    if (!m_despite.isEmpty())
-        m_despite.erase(PairSet::keyOf(pair.a, pair.b));
-    if (isNear)
-        apart.push_back(pair);
-    else
-        reportRemoved(view, pair);
-}
-
-void RowGridBackend::partUnlessOverlapping(const ProxyView& view, IdPair pair, std::vector<IdPair>& apart)
-{
-    const Aabb& a = view.boxes[pair.a];
-    const Aabb& b = view.boxes[pair.b];
-    const bool valid = isValid(a) && isValid(b);
-    if (!valid || !overlapsBranchless(a, b))
-        part(view, pair, valid && overlapsWithMargin(a, b, view.margin), apart);
-}
-
-void RowGridBackend::takeMoving(const ProxyView& view, bool isListing, const MovingSink& sink)
-{
-    std::vector<IdPair> apart;
-    for (const IdPair pair : m_apart)
-        partUnlessOverlapping(view, pair, apart);
-    if (isListing)
+    for (PairNews& news : m_news)
     {
-        for (const IdPair pair : m_overlapping)
-            partUnlessOverlapping(view, pair, apart);
+        news.apart.clear();
+        news.held.clear();
+        news.despite.clear();
+        news.lifted.clear();
+        news.kept.clear();
     }
+}
+
+/// A held pair that does not overlap any more: stays while the margin allows it.
+void RowGridBackend::part(const ProxyView& view, IdPair pair, bool isNear, unsigned worker)
+{
+    if (!m_despite.isEmpty() && m_despite.contains(PairSet::keyOf(pair.a, pair.b)))
+        m_news[worker].lifted.push_back(PairSet::keyOf(pair.a, pair.b));
+    if (isNear)
+        m_news[worker].apart.push_back(pair);
+    else
+        m_removed[worker].push(idsOf(view, pair));
+}
+
+/// What became of the pairs that the margin alone held. Those that overlap again will be found by the scan as new.
+void RowGridBackend::examineApart(const ProxyView& view)
+{
+    const unsigned tasks = m_workers.tasksFor(m_apart.size(), kPairGrain);
+    m_workers.run(tasks,
+                  [&](unsigned task)
+                  {
+                      const TaskRange range(m_apart.size(), task, tasks);
+                      for (std::uint32_t i = range.begin; i < range.end; ++i)
+                      {
+                          prefetch(view.boxes, m_apart[std::min(i + kPrefetch, range.end - 1)]);
+                          const IdPair pair = m_apart[i];
+                          if (!isOverlapping(view, pair))
+                              part(view, pair, isNear(view, pair), task);
+                          else if (mayEnter(view, pair))
+                              m_added[task].push(idsOf(view, pair));
+                          else
+                              m_news[task].despite.push_back(PairSet::keyOf(pair.a, pair.b));
+                      }
+                  });
+    for (const PairNews& news : m_news)
+    {
+        for (const std::uint64_t key : news.despite)
+            m_despite.insert(key);
+    }
+}
+
+/// Pairs that overlapped and part, where boxes jumped and so the scan alone would miss them.
+void RowGridBackend::examineOverlapping(const ProxyView& view)
+{
+    const unsigned tasks = m_workers.tasksFor(m_overlapping.size(), kPairGrain);
+    m_workers.run(tasks,
+                  [&](unsigned task)
+                  {
+                      const TaskRange range(m_overlapping.size(), task, tasks);
+                      for (std::uint32_t i = range.begin; i < range.end; ++i)
+                      {
+                          prefetch(view.boxes, rowsOf(m_overlapping[std::min(i + kPrefetch, range.end - 1)]));
+                          const IdPair pair = rowsOf(m_overlapping[i]);
+                          if (!isOverlapping(view, pair))
+                              part(view, pair, isNear(view, pair), task);
+                      }
+                  });
+}
+
+/// Brings together what the threads found out.
+void RowGridBackend::takeNews(bool isListing)
+{
+    m_apart.clear();
     m_overlapping.clear();
     m_hasOverlapping = isListing;
     m_isOverlappingSorted = false;
-    const float limit = 2.0f * view.margin;
-    for (const MovingSink::List& list : sink.lists())
+    for (PairNews& news : m_news)
     {
-        for (std::size_t i = 0; i < list.parted.size(); ++i)
-            part(view, list.parted[i], list.partedGaps[i] <= limit, apart);
-        for (const IdPair pair : list.despite)
-            m_despite.insert(PairSet::keyOf(pair.a, pair.b));
-        for (const IdPair pair : list.added)
-            reportAdded(view, pair);
-        m_overlapping.insert(m_overlapping.end(), list.held.begin(), list.held.end());
+        m_apart.insert(m_apart.end(), news.apart.begin(), news.apart.end());
+        m_overlapping.insert(m_overlapping.end(), news.held.begin(), news.held.end());
+        for (const std::uint64_t key : news.lifted)
+            m_despite.erase(key);
+        trimRoom(news.apart);
+        news.held.trim();
     }
-    setApart(apart);
-}
-
-/// Replaces the held pairs that do not overlap.
-void RowGridBackend::setApart(std::vector<IdPair>& apart)
-{
-    m_apart.swap(apart);
-    m_separated.reset(m_apart.size());
-    for (const IdPair pair : m_apart)
-        m_separated.insert(PairSet::keyOf(pair.a, pair.b));
+    trimRoom(m_apart);
+    trimRoom(m_overlapping);
 }
 }  // namespace cullet

@@ -18,11 +18,11 @@ void RowGridBackend::collectHeld(std::vector<IdPair>& held)
 {
     if (m_mode == Mode::Moving)
     {
-        if (m_hasOverlapping)
-            held = m_overlapping;
-        else
-            listOverlapping(held);
-        held.insert(held.end(), m_apart.begin(), m_apart.end());
+        if (!m_hasOverlapping)
+            listOverlapping(m_overlapping);
+        held = m_apart;
+        for (const std::uint64_t key : m_overlapping)
+            held.push_back(rowsOf(key));
         return;
     }
     m_settled.forEachHeld([&](IdPair pair) { held.push_back(pair); });
@@ -32,7 +32,10 @@ void RowGridBackend::collectHeld(std::vector<IdPair>& held)
 /// Turns the pairs given to restart() into rows; those whose proxies are gone leave at once.
 void RowGridBackend::collectKnown(const ProxyView& view, std::vector<IdPair>& held)
 {
-    splitKnown(m_known, view, held, m_removedKeys);
+    std::vector<std::uint64_t> gone;
+    splitKnown(m_known, view, held, gone);
+    for (const std::uint64_t key : gone)
+        m_removed[0].push(key);
     m_stats.pairs = m_known.size();
     m_known.clear();
     m_known.shrink_to_fit();
@@ -49,12 +52,12 @@ void RowGridBackend::rebuild(const ProxyView& view, bool settle)
     m_overlapping.clear();
     m_hasOverlapping = false;
     m_isOverlappingSorted = false;
+    m_hasJumped = false;
     m_despite.reset(0);
     m_apart.clear();
     m_activePairs.clear();
     m_active.clear();
     m_settled.clear();
-    m_separated.reset(0);
     std::transform(view.boxes, view.boxes + view.size, m_reference.begin(), remembered);
     if (settle)
         rebuildSettled(view, held);
@@ -89,7 +92,6 @@ void RowGridBackend::rebuildMoving(const ProxyView& view, const std::vector<IdPa
             if (!wasHeld && passes)
                 reportAdded(view, pair);
         });
-    std::vector<IdPair> apart;
     for (const IdPair pair : held)
     {
         const Aabb& a = view.boxes[pair.a];
@@ -102,9 +104,8 @@ void RowGridBackend::rebuildMoving(const ProxyView& view, const std::vector<IdPa
             reportRemoved(view, pair);
             continue;
         }
-        apart.push_back(pair);
+        m_apart.push_back(pair);
     }
-    setApart(apart);
 }
 
 void RowGridBackend::rebuildSettled(const ProxyView& view, const std::vector<IdPair>& held)

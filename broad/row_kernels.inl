@@ -134,6 +134,111 @@ struct BeginsBefore
     bool operator()(const RowRecord& a, const RowRecord& b) const { return a.x0 < b.x0; }
 };
 
+constexpr std::uint32_t kFewRecords = 32;  // sorted by insertion
+constexpr std::uint32_t kMostPlaces = 4096;
+constexpr int kDeepestSort = 4;
+
+inline void sortByInsertion(RowRecord* records, std::uint32_t count)
+{
+    for (std::uint32_t i = 1; i < count; ++i)
+    {
+        if (!(records[i - 1].x0 > records[i].x0))
+            continue;
+        const RowRecord record = records[i];
+        std::uint32_t j = i;
+        for (; j > 0 && records[j - 1].x0 > record.x0; --j)
+            records[j] = records[j - 1];
+        records[j] = record;
+    }
+}
+
+/// Places evenly spaced between two x0; the outer ones hold what is beyond. Rounding is monotone at every step, so places
+/// never contradict the floats; they only tell fewer apart.
+struct Places
+{
+    float lowest;
+    float scale;
+    std::uint32_t count = 2 * kFewRecords;
+
+    Places(float low, float high, std::uint32_t size) : lowest(low)
+    {
+        while (count < size && count < kMostPlaces)
+            count *= 2;
+        scale = static_cast<float>(count) / (high - low);
+    }
+
+    /// False where all are at one spot, or too near to each other or too far apart for floats.
+    bool areUseful() const { return scale > 0 && scale < std::numeric_limits<float>::infinity(); }
+
+    std::uint32_t of(float x0) const
+    {
+        const float place = (x0 - lowest) * scale;
+        // NaN, where the scale is of no use, becomes 0.
+        const float notBelow = place > 0.0f ? place : 0.0f;
+        const float last = static_cast<float>(count - 1);
+        return static_cast<std::uint32_t>(static_cast<std::int32_t>(notBelow < last ? notBelow : last));
+    }
+};
+
+/// Places between the lowest and the highest record.
+inline Places placesOf(const RowRecord* records, std::uint32_t count)
+{
+    float lowest = std::numeric_limits<float>::infinity();
+    float highest = -lowest;
+    for (std::uint32_t i = 0; i < count; ++i)
+    {
+        lowest = records[i].x0 < lowest ? records[i].x0 : lowest;
+        highest = records[i].x0 > highest ? records[i].x0 : highest;
+    }
+    return {lowest, highest, count};
+}
+
+/// Turns counts into exclusive sums; the largest count.
+inline std::uint32_t sumUp(std::uint32_t* counts, std::uint32_t size)
+{
+    std::uint32_t sum = 0;
+    std::uint32_t most = 0;
+    for (std::uint32_t i = 0; i < size; ++i)
+    {
+        const std::uint32_t count = counts[i];
+        counts[i] = sum;
+        sum += count;
+        most = count > most ? count : most;
+    }
+    return most;
+}
+
+/// Sorts `from` into `to` by x0, and uses `from` as scratch: by places, those that hold many in the same way again, and
+/// in the end by insertion.
+void sortByPlace(RowRecord* from, RowRecord* to, std::uint32_t count, int depth)
+{
+    const Places places = placesOf(from, count);
+    if (depth == 0 || !places.areUseful())
+    {
+        std::memcpy(to, from, count * sizeof *to);
+        std::sort(to, to + count, BeginsBefore());
+        return;
+    }
+    std::uint32_t offsets[kMostPlaces];
+    std::memset(offsets, 0, places.count * sizeof *offsets);
+    for (std::uint32_t i = 0; i < count; ++i)
+        ++offsets[from[i].place = places.of(from[i].x0)];
+    const std::uint32_t most = sumUp(offsets, places.count);
+    for (std::uint32_t i = 0; i < count; ++i)
+        to[offsets[from[i].place]++] = from[i];
+    // Offsets are ends by now.
+    for (std::uint32_t place = 0, begin = 0; place < places.count && most > kFewRecords;
+         begin = offsets[place++])
+    {
+        const std::uint32_t size = offsets[place] - begin;
+        if (size <= kFewRecords)
+            continue;
+        std::memcpy(from + begin, to + begin, size * sizeof *to);
+        sortByPlace(from + begin, to + begin, size, depth - 1);
+    }
+    sortByInsertion(to, count);
+}
+
 /// Flags of a box in a cell; false when it does not touch the cell.
 inline bool findFlags(Float4 tile, Float4 low, Float4 high, FlaggedId& flags)
 {
@@ -149,9 +254,11 @@ inline bool findFlags(Float4 tile, Float4 low, Float4 high, FlaggedId& flags)
 // Boxes that are on their way from memory.
 constexpr std::uint32_t kPrefetch = 16;
 
-/// Appends the boxes of the ids [begin, end) to `to`, in order of x0 unless too many are out of it; the end.
-template <int kSweepAxis, bool kEdges>
-RowRecord* gatherRange(const RowSource& source, std::uint32_t begin, std::uint32_t end, RowRecord* to)
+/// Appends the boxes of the ids [begin, end) to `to`; the end. Without places in order of x0, unless too many are out of it;
+/// with places unsorted, the places in the records and counted.
+template <int kSweepAxis, bool kEdges, bool kPlaces>
+RowRecord* gatherRange(const RowSource& source, std::uint32_t begin, std::uint32_t end, RowRecord* to,
+                       const Places& places, std::uint32_t* counts)
 {
     const Float4 outward = Float4{-1.0f, 1.0f, -1.0f, 1.0f} * source.grow;
     const Float4 low = kEdges ? loadFloat4(source.edges->low) : Float4{};
@@ -175,14 +282,16 @@ RowRecord* gatherRange(const RowSource& source, std::uint32_t begin, std::uint32
         const Float4 sweepFaces = faces.sweep + outward;
         const float x0 = sweepFaces[0];
         RowRecord* place = to++;
-        for (; place != first && place[-1].x0 > x0 && movesLeft != 0; --place, --movesLeft)
+        for (; !kPlaces && place != first && place[-1].x0 > x0 && movesLeft != 0; --place, --movesLeft)
             place[0] = place[-1];
         std::memcpy(place->tile, &tile, sizeof tile);
         place->x0 = x0;
         place->x1 = sweepFaces[1];
         place->id = id;
+        if (kPlaces)
+            ++counts[place->place = places.of(x0)];
     }
-    if (movesLeft == 0)
+    if (!kPlaces && movesLeft == 0)
         std::sort(first, to, BeginsBefore());
     return to;
 }
@@ -195,11 +304,38 @@ inline void mergeFew(RowRecord* first, RowRecord* middle, RowRecord* end)
         *--to = middle != first && middle[-1].x0 > few[-1].x0 ? *--middle : *--few;
 }
 
+/// Boxes in any order, by places evenly spaced over the usual range of all rows; rows that are crowded there, by their own.
+template <int kSweepAxis, bool kEdges>
+std::uint32_t gatherUnsorted(const RowSource& source, RowRecord* records)
+{
+    const Places places(source.sweepLow, source.sweepHigh, source.count);
+    std::uint32_t offsets[kMostPlaces];
+    std::memset(offsets, 0, places.count * sizeof *offsets);
+    RowRecord* const from = records + source.count;
+    RowRecord* const end =
+        gatherRange<kSweepAxis, kEdges, true>(source, 0, source.count, from, places, offsets);
+    const auto count = static_cast<std::uint32_t>(end - from);
+    if (sumUp(offsets, places.count) > kFewRecords)
+    {
+        sortByPlace(from, records, count, kDeepestSort);
+        return count;
+    }
+    for (std::uint32_t i = 0; i < count; ++i)
+        records[offsets[from[i].place]++] = from[i];
+    sortByInsertion(records, count);
+    return count;
+}
+
 template <int kSweepAxis, bool kEdges>
 std::uint32_t gatherAlong(const RowSource& source, RowRecord* records)
 {
-    RowRecord* const middle = gatherRange<kSweepAxis, kEdges>(source, 0, source.sortedCount, records);
-    RowRecord* const end = gatherRange<kSweepAxis, kEdges>(source, source.sortedCount, source.count, middle);
+    if (source.sortedCount == 0 && source.count > kFewRecords)
+        return gatherUnsorted<kSweepAxis, kEdges>(source, records);
+    const Places none(0, 0, 0);
+    RowRecord* const middle =
+        gatherRange<kSweepAxis, kEdges, false>(source, 0, source.sortedCount, records, none, nullptr);
+    RowRecord* const end = gatherRange<kSweepAxis, kEdges, false>(source, source.sortedCount, source.count,
+                                                                  middle, none, nullptr);
     mergeFew(records, middle, end);
     return static_cast<std::uint32_t>(end - records);
 }

@@ -22,6 +22,11 @@ inline constexpr FlaggedId kStartsHereY = 1u << kIdBits;
 inline constexpr FlaggedId kStartsHereZ = 1u << (kIdBits + 1);
 inline constexpr FlaggedId kOwnsPair = kStartsHereY | kStartsHereZ;
 
+inline FlaggedId flagged(std::uint32_t id, bool startsY, bool startsZ)
+{
+    return id | (startsY ? kStartsHereY : 0u) | (startsZ ? kStartsHereZ : 0u);
+}
+
 /// The boxes of one row (a cell of the two tiled axes), sorted by `x0`, as structure of arrays.
 ///
 /// x is the sweep axis, y and z the tiled ones, whatever world axes these are. One sentinel with x0 = +infinity follows
@@ -82,7 +87,7 @@ struct RowRecord
     float tile[4];  ///< min, max of the first tiled axis, then of the second
     float x0, x1;
     FlaggedId id;
-    std::uint32_t unused;
+    std::uint32_t place;  ///< for sorting
 };
 
 /// The cell of a row as bounds of the tiled faces {min, max, min, max} of boxes.
@@ -96,12 +101,13 @@ struct CellEdges
 /// What gatherRow() needs.
 struct RowSource
 {
-    const FlaggedId* ids;  ///< [count] nearly sorted, and then some more in any order
+    const FlaggedId* ids;  ///< [count] the first sortedCount nearly sorted by x0, the others in any order
     std::uint32_t count;
     std::uint32_t sortedCount;
     const Aabb* boxes;
     int sweepAxis;
-    float grow;  ///< of the boxes in the record
+    float sweepLow, sweepHigh;  ///< where most boxes begin; a guess costs time only
+    float grow;                 ///< of the boxes in the record
     /// Null: the flags of the ids hold. Else they are made anew for this cell, and boxes outside of it are left out.
     const CellEdges* edges;
 };

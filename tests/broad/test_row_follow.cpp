@@ -241,6 +241,76 @@ TEST(GridDecision, FixedChoicesAreKept)
     EXPECT_STREQ(statsOfMotion(options, 0.001f, 12).path, "follow");
 }
 
+/// Keys of one distribution on some lists; the first ones once more, which takes them away.
+std::vector<Pair> fillLists(Random& random, std::uint32_t ids, std::uint32_t firsts, std::size_t count,
+                            std::vector<KeyList>& lists)
+{
+    std::vector<std::uint64_t> keys;
+    for (std::size_t i = 0; i < count; ++i)
+        keys.push_back(std::uint64_t{ids - 1 - random.below(firsts)} << 32 | random.below(ids));
+    std::sort(keys.begin(), keys.end());
+    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+    const std::size_t twice = keys.size() / 3;
+    std::vector<Pair> expected(keys.size() - twice);
+    std::transform(keys.begin() + static_cast<std::ptrdiff_t>(twice), keys.end(), expected.begin(),
+                   pairOfKey);
+    keys.insert(keys.end(), keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(twice));
+    for (KeyList& list : lists)
+        list.clear();
+    for (std::size_t i = keys.size(); i > 0; --i)
+    {
+        std::swap(keys[i - 1], keys[random.below(static_cast<std::uint32_t>(i))]);
+        lists[random.below(static_cast<std::uint32_t>(lists.size()))].push(keys[i - 1]);
+    }
+    return expected;
+}
+
+TEST(KeySort, ListsAreSortedAndDoublesTakenOut)
+{
+    Random random(26);
+    KeySort sort;
+    for (const int threads : {1, 3})
+    {
+        WorkerPool workers(threads);
+        std::vector<KeyList> lists(static_cast<std::size_t>(threads));
+        for (const std::size_t count : {0u, 1u, 30u, 1000u, 40000u})
+        {
+            for (const std::uint32_t ids : {300u, 70000u, 0xffffffffu})
+            {
+                for (const std::uint32_t firsts : {1u, 200u, ids})
+                {
+                    const std::vector<Pair> expected = fillLists(random, ids, firsts, count, lists);
+                    std::vector<Pair> pairs(3);
+                    sort.write(workers, lists, pairs);
+                    EXPECT_EQ(pairs, expected)
+                        << threads << " threads, " << count << " keys, ids below " << ids;
+                }
+            }
+        }
+    }
+}
+
+TEST(KeySort, ListsInOrderAreTakenAsTheyAre)
+{
+    KeySort sort;
+    WorkerPool workers(2);
+    std::vector<KeyList> lists(2);
+    std::vector<Pair> expected;
+    for (std::uint32_t i = 0; i < 50000; ++i)
+    {
+        expected.push_back({1 + i / 2, 70000 + i});
+        lists[i / 25000].push(pairKey(expected.back()));
+    }
+    std::vector<Pair> pairs;
+    sort.write(workers, lists, pairs);
+    EXPECT_EQ(pairs, expected);
+    // A double, one of each list.
+    lists[1].push(pairKey(expected[7]));
+    expected.erase(expected.begin() + 7);
+    sort.write(workers, lists, pairs);
+    EXPECT_EQ(pairs, expected);
+}
+
 TEST(KeySort, EqualsSortingByComparisons)
 {
     Random random(23);

@@ -1,0 +1,92 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+//
+// The rows of the last scan, asked about single boxes.
+#include "broad/row_grid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace cullet
+{
+void RowGrid::queryRow(const RowSoa& query, std::uint32_t row, PairBuffer& out) const
+{
+    const std::uint32_t count = m_bold[row].count;
+    const RowSoa kept = m_kept.row(keptOffset(row), m_boldIds.data() + m_bold[row].begin, count);
+    // No kept interval is longer than m_longest, so none that begins before `from` reaches the query; rounded down.
+    float from = query.x0[0] - m_longest[row];
+    from -= std::abs(from) * 1e-6f;
+    const std::uint32_t begin =
+        static_cast<std::uint32_t>(std::lower_bound(kept.x0, kept.x0 + count, from) - kept.x0);
+    if (count != 0)
+        m_kernels.scanOne(query, 0, kept, begin, out);
+}
+
+void RowGrid::queryLevel(const RowSoa& query, const Aabb& box, std::uint32_t level, PairBuffer& out) const
+{
+    const CellRange cells = cellsOf(box, ruleOf(0.0f, level));
+    const std::uint32_t id = query.id[0] & kIdMask;
+    const auto visit = [&](std::uint32_t row, std::int32_t j, std::int32_t k)
+    {
+        query.id[0] = flagged(id, j == cells.j0, k == cells.k0);
+        queryRow(query, row, out);
+    };
+    if (cellCountOf(cells) > m_rows.count())
+    {
+        for (std::uint32_t row = 0; row < m_rows.capacity(); ++row)
+        {
+            const std::uint64_t cell = m_rows.cell(row);
+            const std::int32_t j = cellCoordinateJ(cell);
+            const std::int32_t k = cellCoordinateK(cell);
+            if (levelOfCell(cell) == static_cast<std::int32_t>(level) && cells.contains(j, k))
+                visit(row, j, k);
+        }
+        return;
+    }
+    for (std::int32_t j = cells.j0; j <= cells.j1; ++j)
+    {
+        for (std::int32_t k = cells.k0; k <= cells.k1; ++k)
+        {
+            const std::uint32_t row = m_rows.find(packCell(static_cast<std::int32_t>(level), j, k));
+            if (row != RowDirectory::kNone)
+                visit(row, j, k);
+        }
+    }
+}
+
+void RowGrid::query(const Aabb& box, FlaggedId id, unsigned worker, PairSink& sink) const
+{
+    // Finite, or the sentinel at the end of a row would count as inside.
+    float x0 = box.min[m_plan.sweepAxis];
+    float x1 = std::min(box.max[m_plan.sweepAxis], std::numeric_limits<float>::max());
+    float y0 = box.min[m_plan.tileAxisY], y1 = box.max[m_plan.tileAxisY];
+    float z0 = box.min[m_plan.tileAxisZ], z1 = box.max[m_plan.tileAxisZ];
+    const RowSoa soa = {&x0, &x1, &y0, &y1, &z0, &z1, &id, 1};
+    SinkContext context = {&sink, worker};
+    PairBuffer& out = prepareBuffer(GridInput{}, context);
+    for (std::uint32_t level = 0; level < m_plan.levelCount; ++level)
+        queryLevel(soa, box, level, out);
+    out.handOn();
+}
+
+void RowGrid::forEachCell(const CellVisitor& visit) const
+{
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    for (std::uint32_t row = 0; row < m_rows.capacity(); ++row)
+    {
+        const std::uint64_t cell = m_rows.cell(row);
+        if (cell == 0 || m_bold[row].count == 0)
+            continue;
+        const std::int32_t level = levelOfCell(cell);
+        const float j = static_cast<float>(cellCoordinateJ(cell)),
+                    k = static_cast<float>(cellCoordinateK(cell));
+        Aabb box{{-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity}};
+        box.min[m_plan.tileAxisY] = j * m_plan.width[level];
+        box.max[m_plan.tileAxisY] = (j + 1) * m_plan.width[level];
+        box.min[m_plan.tileAxisZ] = k * m_plan.width[level];
+        box.max[m_plan.tileAxisZ] = (k + 1) * m_plan.width[level];
+        visit(box, static_cast<std::uint32_t>(level));
+    }
+}
+}  // namespace cullet
