@@ -373,6 +373,15 @@ bool BoxTree::fits(std::uint32_t slot, const Aabb& box) const noexcept
     return contains(limitsOf(slot / 8), box);
 }
 
+bool BoxTree::holds(std::uint32_t slot, const Aabb& box) const noexcept
+{
+    const Aabb stored = laneBox(m_nodes[slot / 8], slot % 8);
+    bool isFilled = true;
+    for (int axis = 0; axis < 3; ++axis)
+        isFilled &= stored.max[axis] - stored.min[axis] <= 2.0f * (box.max[axis] - box.min[axis]);
+    return isFilled && contains(stored, box);
+}
+
 void BoxTree::move(std::uint32_t slot, const Aabb& box) noexcept
 {
     std::uint32_t index = slot / 8;

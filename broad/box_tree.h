@@ -46,6 +46,9 @@ public:
     /// within the leaf's box grown by about its own size.
     bool fits(std::uint32_t slot, const Aabb& box) const noexcept;
 
+    /// True when a valid box lies within what is stored for the slot and fills half of it or more on each axis. O(1).
+    bool holds(std::uint32_t slot, const Aabb& box) const noexcept;
+
     /// Changes the box of one slot and of every node above it that it changes. O(depth).
     void move(std::uint32_t slot, const Aabb& box) noexcept;
 

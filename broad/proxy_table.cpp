@@ -13,19 +13,23 @@ namespace
 template <class Visit>
 void forEachSetByte(const std::uint8_t* bytes, std::uint32_t begin, std::uint32_t end, Visit visit)
 {
-    for (std::uint32_t row = begin; row < end;)
+    std::uint32_t row = begin;
+    for (; end - row >= 8; row += 8)
     {
         std::uint64_t word = 0;
-        const std::uint32_t width = std::min<std::uint32_t>(8, end - row);
-        std::memcpy(&word, bytes + row, width);
+        std::memcpy(&word, bytes + row, sizeof(word));
         // Where all are set, as in a world that moves, none is looked at: the classic test for a zero byte.
         const bool areAllSet = ((word - 0x0101010101010101u) & ~word & 0x8080808080808080u) == 0;
-        for (std::uint32_t i = 0; i < width && word != 0; ++i)
+        for (std::uint32_t i = 0; i < 8 && word != 0; ++i)
         {
             if (areAllSet || bytes[row + i] != 0)
                 visit(row + i);
         }
-        row += width;
+    }
+    for (; row < end; ++row)
+    {
+        if (bytes[row] != 0)
+            visit(row);
     }
 }
 }  // namespace

@@ -53,7 +53,7 @@ public:
     Filter filter(ProxyId row) const noexcept { return m_filters[row]; }
     std::uint8_t changes(ProxyId row) const noexcept { return m_changes[row]; }
 
-    /// Collects the rows changed since endUpdate(), ascending. O(size / 512 + changed blocks).
+    /// Collects the rows changed since endUpdate(), ascending. O(size / 128 + changed blocks).
     ///
     /// @param margin    copied into the view
     /// @param useFilter whether the backend may drop pairs by group and mask (false while a filter callback decides)
@@ -74,7 +74,7 @@ public:
     std::uint64_t bytes() const noexcept;
 
 private:
-    static constexpr std::uint32_t kBlockShift = 9;  // 512 rows share one "something changed here" byte
+    static constexpr std::uint32_t kBlockShift = 7;  // 128 rows share one "something changed here" byte
 
     static constexpr std::uint8_t kBlockForUpdate = 1;
     static constexpr std::uint8_t kBlockForQueries = 2;
@@ -104,7 +104,7 @@ private:
     std::vector<Filter> m_filters;
     std::vector<std::uint8_t> m_changes;
     std::vector<std::uint8_t> m_queryChanges;
-    std::vector<std::atomic<std::uint8_t>> m_blocks;  // which readers have changes to see in each 512 rows
+    std::vector<std::atomic<std::uint8_t>> m_blocks;  // which readers have changes to see in each 128 rows
     std::atomic<bool> m_queryDirty{false};
     std::vector<ProxyId> m_dirty;
     std::vector<ProxyId> m_free;

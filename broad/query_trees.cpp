@@ -22,6 +22,19 @@ constexpr std::uint32_t kSyncsBetweenBuilds = 10;
 constexpr double kWorn = 1.4;
 constexpr double kVeryWorn = 3.0;
 
+/// Room for a few steps of a slow body, so that not each of them changes the tree.
+Aabb padded(Aabb box) noexcept
+{
+    constexpr float kShare = 1.0f / 8.0f;
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        const float pad = kShare * (box.max[axis] - box.min[axis]);
+        box.min[axis] -= pad;
+        box.max[axis] += pad;
+    }
+    return box;
+}
+
 bool isBounded(const Aabb& box) noexcept
 {
     return box.min[0] >= -kTreeReach && box.min[1] >= -kTreeReach && box.min[2] >= -kTreeReach &&
@@ -98,9 +111,11 @@ void QueryTrees::refitMain(const ProxyTable& table)
 void QueryTrees::moveInMain(ProxyId row, const Aabb& box)
 {
     const std::uint32_t slot = m_places[row];
+    if (m_main.holds(slot, box))
+        return;
     if (m_main.fits(slot, box))
     {
-        m_main.move(slot, box);
+        m_main.move(slot, padded(box));
         return;
     }
     m_main.remove(slot);

@@ -68,7 +68,7 @@ void GhostWatch::addPairsNear(Proxy& proxy, const QueryIndex& index)
     touched.clear();
     const auto note = [&](std::uint32_t other)
     {
-        if (other != row)
+        if (other != row && overlaps(m_store.table().box(other), box))
             touched.push_back(m_store.table().uniqueId(other));
     };
     if (isOneOfThem)

@@ -181,6 +181,20 @@ TEST(BoxTree, ARefitKeepsNeighboursAndLetsFarAwayAndEmptyRowsGo)
     EXPECT_NEAR(tree.leafArea(), tree.leafAreaAtBuild(), 0.1 * tree.leafAreaAtBuild());
 }
 
+TEST(BoxTree, ASlotHoldsWhatLiesInItsBoxAndFillsHalfOfIt)
+{
+    const std::vector<Aabb> boxes = {{{0, 0, 0}, {4, 4, 4}}};
+    BoxTree tree;
+    tree.build(boxes.data(), firstRows(1));
+    const std::uint32_t slot = 0;
+    ASSERT_EQ(tree.rowAt(slot), 0u);
+    EXPECT_TRUE(tree.holds(slot, boxes[0]));
+    EXPECT_TRUE(tree.holds(slot, {{1, 0, 2}, {3, 4, 4}}));
+    EXPECT_FALSE(tree.holds(slot, {{1, 0, 2}, {3, 4, 3.9f}})) << "less than half along z";
+    EXPECT_FALSE(tree.holds(slot, {{0, 0, 0}, {4, 4.1f, 4}})) << "sticks out";
+    EXPECT_FALSE(tree.holds(slot, kEmptyAabb));
+}
+
 TEST(BoxTree, ALargeBoxDoesNotSpoilLeavesOfSmallOnes)
 {
     std::vector<Aabb> boxes;
