@@ -11,12 +11,13 @@
 #include "demos/program/machine.h"
 #include "demos/program/precision.h"
 #include "demos/rivals/rival.h"
+#include "demos/scene_arguments.h"
 #include "demos/scenes/box_scene.h"
-#include "demos/scenes/world_scene.h"
 
 #include <algorithm>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <sstream>
 
 namespace cullet
@@ -65,6 +66,11 @@ void requireBackends(const BroadOptions& options)
     for (const std::string& name : options.backends)
         makeSubject(requestFor(smallest, name, {{-1, -1, -1}, {1, 1, 1}}));
 }
+
+struct BroadFiles : FileOptions
+{
+    std::string trace;
+};
 
 Json toJson(const BroadOptions& options, bool hasBodies)
 {
@@ -136,7 +142,7 @@ void expandRivals(std::vector<std::string>& names)
     }
 }
 
-int benchBroad(BroadOptions options, bool hasBodies, const FileOptions& files)
+int benchBroad(BroadOptions options, bool hasBodies, const BroadFiles& files)
 {
     requireReleaseBuild();
     expandWord(options.backends, "ablation", ablationNames());
@@ -146,6 +152,9 @@ int benchBroad(BroadOptions options, bool hasBodies, const FileOptions& files)
         requireKnownScene(scene);
     requireBackends(options);
     ResultFile file(toJson(options, hasBodies), files.json, files.csv);
+    std::optional<TraceFile> trace;
+    if (!files.trace.empty())
+        options.trace = &trace.emplace(files.trace);
     printHead();
     try
     {
@@ -172,20 +181,55 @@ StepWindow parseWindow(const std::string& name, const std::string& text)
     return window;
 }
 
-int benchWorld(const WorldOptions& options, const FileOptions& files)
+/// `cullet bench world` as the user wrote it.
+struct WorldCommand
 {
+    SceneArguments scene;
+    WorldOptions options;
+    std::uint32_t steps = 200;
+    std::string falling, settled;  ///< "FIRST:END"; empty: by the number of steps
+    std::string json, csv;
+};
+
+void setWindows(WorldCommand& command)
+{
+    const auto window = [](std::uint32_t first, std::uint32_t end)
+    { return std::to_string(first) + ":" + std::to_string(end); };
+    if (command.falling.empty())
+        command.falling =
+            window(command.steps / 10, std::max(command.steps / 10 + 1, command.steps * 3 / 20));
+    if (command.settled.empty())
+        command.settled = window(command.steps * 9 / 10, command.steps);
+    command.options.windows = {parseWindow("falling", command.falling),
+                               parseWindow("settled", command.settled)};
+}
+
+int benchWorld(WorldCommand command)
+{
+    WorldOptions& options = command.options;
+    options.scene = command.scene.scene;
     requireReleaseBuild();
+    requireWorldScene(options.scene);
+    setWindows(command);
     ResultFile file({{"command", "bench world"},
                      {"scene", options.scene},
-                     {"bodies", options.bodies},
+                     {"bodies", command.scene.world.bodies},
+                     {"steps", command.steps},
+                     {"falling", command.falling},
+                     {"settled", command.settled},
                      {"backend", options.backends},
                      {"narrow", options.narrow},
                      {"update", options.updates},
-                     {"threads", options.threads},
-                     {"seed", options.seed},
+                     {"threads", command.scene.world.threads},
+                     {"seed", command.scene.world.seed},
+                     {"dt", command.scene.dt},
+                     {"mesh", command.scene.meshes},
+                     {"file", command.scene.world.file},
+                     {"hull_points", command.scene.world.hullPoints},
                      {"precision", ownPrecision()}},
-                    files.json, files.csv);
+                    command.json, command.csv);
     printHead();
+    options.world = resolveScene(command.scene);
     runWorldBench(options, file);
     file.save();
     return isInterrupted() ? kExitInterrupted : kExitOk;
@@ -201,7 +245,7 @@ void addBroad(CLI::App& bench, Action& chosen)
         "  cullet bench broad --scene W1,W5 --bodies 4000 --backend grid,rivals --json rivals.json\n"
         "  cullet bench broad --scene W2 --bodies 16000 --backend ablation --csv ablation.csv\n");
     const auto options = std::make_shared<BroadOptions>();
-    const auto files = std::make_shared<FileOptions>();
+    const auto files = std::make_shared<BroadFiles>();
     command->add_option("--scene", options->scenes, "one or several")->delimiter(',')->capture_default_str();
     CLI::Option* bodies = command->add_option("--bodies", options->bodies, "one or several numbers")
                               ->delimiter(',')
@@ -225,7 +269,7 @@ void addBroad(CLI::App& bench, Action& chosen)
     command->add_option("--margin", options->margin, "of pairs that are held, without Bullet; 0: exact pairs")
         ->capture_default_str()
         ->check(CLI::Range(0.0, 1e6));
-    command->add_option("--frames", options->frames, "timed frames; 0: 10 or 12")
+    command->add_option("--frames,--steps", options->frames, "timed frames; 0: 10 or 12")
         ->check(CLI::Range(0, 1000000));
     command->add_option("--warmup", options->warmup, "frames before; default 4 or 12")
         ->check(CLI::Range(0, 1000000));
@@ -235,10 +279,39 @@ void addBroad(CLI::App& bench, Action& chosen)
     command->add_option("--queries", options->queries,
                         "per frame, scene 'queries'; default 1, 100 and 100,000");
     command->add_flag("--per-frame", options->perFrame, "a row for each timed frame too");
+    command->add_option("--trace", files->trace,
+                        "write both phases of every frame to this file, for Perfetto");
     command->add_flag("--quiet", options->quiet, "no progress bar");
     addFileOptions(*command, *files);
     command->callback([=, &chosen]
                       { chosen = [=] { return benchBroad(*options, bodies->count() > 0, *files); }; });
+}
+
+void addWorldOptions(CLI::App& command, WorldCommand& options)
+{
+    command.add_option("--backend", options.options.backends, "one or several broad phases ('cullet list')")
+        ->delimiter(',')
+        ->capture_default_str();
+    command.add_option("--narrow", options.options.narrow, "one or several narrow phases")
+        ->delimiter(',')
+        ->capture_default_str()
+        ->check(CLI::IsMember(narrowPhaseNames()));
+    command.add_option("--update", options.options.updates, "of the boxes, one or both")
+        ->delimiter(',')
+        ->capture_default_str()
+        ->check(CLI::IsMember(boxUpdateNames()));
+    command.add_option("--hull-points", options.scene.world.hullPoints, "vertices of a hull, scene hulls")
+        ->capture_default_str()
+        ->check(CLI::Range(4, 10000));
+    command.add_option("--steps", options.steps, "steps of each world")
+        ->capture_default_str()
+        ->check(CLI::Range(10, 100000000));
+    command.add_option("--falling", options.falling,
+                       "steps FIRST:END that count as falling; default: the third twentieth");
+    command.add_option("--settled", options.settled,
+                       "steps FIRST:END that count as settled; default: the last tenth");
+    command.add_option("--trace", options.options.trace,
+                       "write every phase of every step to this file, for Perfetto");
 }
 
 void addWorld(CLI::App& bench, Action& chosen)
@@ -247,45 +320,16 @@ void addWorld(CLI::App& bench, Action& chosen)
     command->footer(
         "Examples:\n"
         "  cullet bench world --scene hulls --bodies 4000 --backend grid,dbvt\n"
-        "  cullet bench world --scene hulls --backend grid --narrow bullet,isa-gjk,dispatcher\n");
-    const auto options = std::make_shared<WorldOptions>();
-    const auto files = std::make_shared<FileOptions>();
-    const auto falling = std::make_shared<std::string>("20:30");
-    const auto settled = std::make_shared<std::string>("180:200");
-    command->add_option("--scene", options->scene, "scene of bodies ('cullet list')")->capture_default_str();
-    command->add_option("--bodies", options->bodies, "in each world")
-        ->capture_default_str()
-        ->check(CLI::Range(1, 10000000));
-    command->add_option("--backend", options->backends, "one or several")
-        ->delimiter(',')
-        ->capture_default_str();
-    command->add_option("--narrow", options->narrow, "one or several: bullet, isa-gjk, dispatcher")
-        ->delimiter(',')
-        ->capture_default_str()
-        ->check(CLI::IsMember(narrowPhaseNames()));
-    command->add_option("--update", options->updates, "of the boxes, one or both: bullet, parallel")
-        ->delimiter(',')
-        ->capture_default_str()
-        ->check(CLI::IsMember(boxUpdateNames()));
-    command->add_option("--hull-points", options->hullPoints, "vertices of a hull")
-        ->capture_default_str()
-        ->check(CLI::Range(4, 10000));
-    command->add_option("--threads", options->threads, "0: all cores")
-        ->capture_default_str()
-        ->check(CLI::Range(0, 4096));
-    command->add_option("--seed", options->seed, "of places, rotations and hulls")->capture_default_str();
-    command->add_option("--falling", *falling, "steps FIRST:END that count as falling")
-        ->capture_default_str();
-    command->add_option("--settled", *settled, "steps FIRST:END that count as settled")
-        ->capture_default_str();
-    command->add_flag("--quiet", options->quiet, "no progress bar");
-    addFileOptions(*command, *files);
-    const auto run = [=]
-    {
-        options->windows = {parseWindow("falling", *falling), parseWindow("settled", *settled)};
-        return benchWorld(*options, *files);
-    };
-    command->callback([=, &chosen] { chosen = run; });
+        "  cullet bench world --scene hulls --backend grid --narrow bullet,isa-gjk,dispatcher\n"
+        "  cullet bench world --scene pour --steps 400 --trace pour.json\n");
+    const auto options = std::make_shared<WorldCommand>();
+    options->scene.scene = options->options.scene;
+    addSceneArguments(*command, options->scene);
+    addWorldOptions(*command, *options);
+    command->add_option("--json", options->json, "write results to this file");
+    command->add_option("--csv", options->csv, "write results to this file");
+    command->add_flag("--quiet", options->options.quiet, "no progress bar");
+    command->callback([options, &chosen] { chosen = [options] { return benchWorld(*options); }; });
 }
 }  // namespace
 

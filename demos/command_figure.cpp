@@ -19,17 +19,23 @@ struct FigureCommand
     std::vector<std::string> names;
     std::string out = "figures";
     bool noPlots = false;
+    std::string json, csv;
     std::string precision = ownPrecision();
     FigureOptions options;
 };
 
-std::vector<std::string> knownNames()
+/// Throws for a name that no figure has, listing those that one has.
+void requireKnown(const std::vector<std::string>& names)
 {
-    std::vector<std::string> names;
+    std::string known;
     for (const FigureInfo& figure : figures())
-        names.emplace_back(figure.name);
-    names.emplace_back("all");
-    return names;
+        known += std::string(figure.name) + ", ";
+    known += "all";
+    for (const std::string& name : names)
+    {
+        if (name != "all" && findFigure(name) == nullptr)
+            throw ProgramError(kExitUsage, "unknown figure '" + name + "'; known: " + known);
+    }
 }
 
 std::vector<const FigureInfo*> chosenFigures(const std::vector<std::string>& names)
@@ -57,28 +63,50 @@ void makeFolder(const std::string& path)
         throw ProgramError(kExitOutput, "folder '" + path + "': " + error.message());
 }
 
+/// Measures one figure into its own file and adds the rows to those of all.
+///
 /// @return whether there is something to draw
-bool measureFigure(const FigureInfo& figure, const FigureCommand& command)
+bool measureFigure(const FigureInfo& figure, const FigureCommand& command, ResultFile& all)
 {
     const std::string path = command.out + "/" + figureFileName(figure.name) + ".csv";
     ResultFile file({{"command", "figure"}, {"figure", figure.name}}, "", path);
+    const auto save = [&]
+    {
+        file.save();
+        for (Json row : file.rows())
+        {
+            row["figure"] = figure.name;
+            all.addRow(std::move(row));
+        }
+        all.save();
+    };
     try
     {
         figure.measure(command.options, file);
     }
     catch (const ProgramError&)
     {
-        file.save();
+        save();
         throw;
     }
-    file.save();
+    save();
     return !file.rows().empty();
+}
+
+Json toJson(const FigureCommand& command)
+{
+    const FigureOptions& options = command.options;
+    return {{"command", "figure"},      {"name", command.names},       {"quick", options.quick},
+            {"bodies", options.bodies}, {"most", options.most},        {"budget", options.budget},
+            {"seed", options.seed},     {"precision", ownPrecision()}, {"out", command.out}};
 }
 
 int runFigures(const FigureCommand& command)
 {
+    requireKnown(command.names);
     requireReleaseBuild();
     makeFolder(command.out);
+    ResultFile all(toJson(command), command.json, command.csv);
     printHead();
     const std::vector<const FigureInfo*> chosen = chosenFigures(command.names);
     std::vector<std::string> files;
@@ -86,7 +114,7 @@ int runFigures(const FigureCommand& command)
     {
         std::fprintf(stderr, "figure %s (%zu of %zu): %s\n", chosen[i]->name, i + 1, chosen.size(),
                      chosen[i]->summary);
-        if (measureFigure(*chosen[i], command))
+        if (measureFigure(*chosen[i], command, all))
             files.push_back(figureFileName(chosen[i]->name));
     }
     if (!files.empty() && !command.noPlots)
@@ -108,9 +136,7 @@ void addFigureCommand(CLI::App& program, Action& chosen)
     footer += "Examples:\n  cullet figure 10 --quick\n  cullet figure all --out /tmp/figures";
     command->footer(footer);
     const auto settings = std::make_shared<FigureCommand>();
-    command->add_option("name", settings->names, "one or several, or all")
-        ->required()
-        ->check(CLI::IsMember(knownNames()));
+    command->add_option("name", settings->names, "one or several, or all")->required();
     command->add_flag("--quick", settings->options.quick, "smaller worlds, fewer frames");
     command->add_option("--out", settings->out, "folder for the files")->capture_default_str();
     command->add_flag("--no-plots", settings->noPlots, "CSV files only");
@@ -119,6 +145,13 @@ void addFigureCommand(CLI::App& program, Action& chosen)
         ->check(CLI::Range(2, 100000000));
     command->add_option("--most", settings->options.most, "leave out larger worlds")
         ->check(CLI::Range(1000, 100000000));
+    command
+        ->add_option("--budget", settings->options.budget,
+                     "seconds for each figure: larger worlds that would exceed it are left out; 0: none are")
+        ->capture_default_str()
+        ->check(CLI::Range(0.0, 1e9));
+    command->add_option("--json", settings->json, "write the rows of all figures to this file");
+    command->add_option("--csv", settings->csv, "write the rows of all figures to this file");
     command->add_option("--precision", settings->precision, "of Bullet")
         ->capture_default_str()
         ->check(CLI::IsMember({"float", "double"}));

@@ -12,6 +12,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 namespace cullet
 {
@@ -25,6 +26,7 @@ struct RecordOptions
     bool quiet = false;
     std::string json;
     std::string csv;
+    std::string trace;
 };
 
 void requireGood(const RecordingBroadphase& recorder)
@@ -40,8 +42,11 @@ Json record(const RecordOptions& options, const WorldSceneOptions& world)
     auto owned = std::make_unique<RecordingBroadphase>(*inner.broadphase, options.out);
     RecordingBroadphase& recorder = *owned;
     requireGood(recorder);
+    std::optional<TraceFile> trace;
     NamedBroadphase wrapped = {inner.name, std::move(owned), inner.cullet, inner.margin, inner.threads};
     const auto scene = makeWorldScene(options.scene.scene, world, std::move(wrapped));
+    if (!options.trace.empty())
+        scene->setTrace({&trace.emplace(options.trace), inner.name});
     {
         Progress progress("recording", options.steps, options.quiet);
         for (std::uint32_t step = 0; step < options.steps && !isInterrupted(); ++step)
@@ -99,10 +104,13 @@ void addRecordCommand(CLI::App& program, Action& chosen)
         "file.\n");
     const auto options = std::make_shared<RecordOptions>();
     addSceneArguments(*command, options->scene);
+    addPhaseArguments(*command, options->scene);
     command->add_option("--steps", options->steps, "steps to record")
         ->capture_default_str()
         ->check(CLI::Range(1, 100000000));
     command->add_option("--out", options->out, "file of the recording")->capture_default_str();
+    command->add_option("--trace", options->trace,
+                        "write every phase of every step to this file, for Perfetto");
     command->add_option("--json", options->json, "write results to this file");
     command->add_option("--csv", options->csv, "write results to this file");
     command->add_flag("--quiet", options->quiet, "no progress bar");

@@ -1,9 +1,11 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "demos/command_bench.h"
 #include "demos/commands.h"
 #include "demos/program/exit_code.h"
 #include "demos/program/interrupt.h"
 #include "demos/program/progress.h"
+#include "demos/program/result_file.h"
 #include "demos/render/animation.h"
 #include "demos/render/gltf.h"
 #include "demos/render/painter.h"
@@ -30,6 +32,7 @@ struct RenderOptions
     float orbit = 0;
     double framesPerSecond = 0;
     std::string folder, animation, gltf;
+    std::string json, csv;
     bool quiet = false;
 };
 
@@ -117,6 +120,44 @@ double frameRate(const RenderOptions& options)
                                        : 1 / (options.scene.dt * options.film.every);
 }
 
+Json toJson(const RenderOptions& options)
+{
+    const SceneArguments& scene = options.scene;
+    return {{"command", "render"},
+            {"scene", scene.scene},
+            {"recording", options.recording},
+            {"bodies", scene.world.bodies},
+            {"steps", options.film.steps},
+            {"every", options.film.every},
+            {"start", options.film.start},
+            {"seed", scene.world.seed},
+            {"dt", scene.dt},
+            {"backend", scene.world.backend},
+            {"narrow", scene.world.narrow},
+            {"threads", scene.world.threads},
+            {"precision", ownPrecision()},
+            {"size", options.size},
+            {"camera", options.camera},
+            {"orbit", options.orbit},
+            {"mesh", scene.meshes},
+            {"file", scene.world.file}};
+}
+
+/// The row of the film, which is printed too.
+Json describeFilm(const RenderOptions& options, const Film& film)
+{
+    std::printf("%zu frames, %u bodies, %llu pairs at the end, state hash %s; colours: %s\n",
+                film.frames.size(), film.bodyCount, static_cast<unsigned long long>(film.source.pairs),
+                toHex(film.source.hash).c_str(), describeLegend().c_str());
+    const std::string recording = std::filesystem::path(options.recording).filename().string();
+    return {
+        {"benchmark", "render"},          {"scene", recording.empty() ? options.scene.scene : recording},
+        {"backend", film.source.backend}, {"precision", ownPrecision()},
+        {"threads", film.source.threads}, {"bodies", film.bodyCount},
+        {"pairs", film.source.pairs},     {"hash", toHex(film.source.hash)},
+        {"frames", film.frames.size()},   {"seconds", film.frames.empty() ? 0.0 : film.frames.back().time}};
+}
+
 int renderCommand(RenderOptions options)
 {
     parseSize(options);
@@ -124,9 +165,11 @@ int renderCommand(RenderOptions options)
         parseCamera(options.camera);
     requireWorldScene(options.scene.scene);
     checkOutputs(options);
+    ResultFile file(toJson(options), options.json, options.csv);
+    printHead();
     const Film film = makeFilm(options);
-    std::printf("%zu frames, %u bodies; colours: %s\n", film.frames.size(), film.bodyCount,
-                describeLegend().c_str());
+    file.addRow(describeFilm(options, film));
+    file.save();
     if (!options.gltf.empty())
         writeGltf(film, options.gltf);
     if (!options.folder.empty() || !options.animation.empty())
@@ -179,6 +222,8 @@ void addPictureOptions(CLI::App& command, RenderOptions& options)
     command.add_option("--animate", options.animation,
                        "write an animation, .gif or .mp4 (by the program ffmpeg)");
     command.add_option("--gltf", options.gltf, "write bodies and their motion as glTF 2.0, .gltf and .bin");
+    command.add_option("--json", options.json, "write what was filmed to this file");
+    command.add_option("--csv", options.csv, "write what was filmed to this file");
     command.add_flag("--quiet", options.quiet, "no progress bar");
 }
 }  // namespace
@@ -196,6 +241,7 @@ void addRenderCommand(CLI::App& program, Action& chosen)
                     "  cullet render --scene drop --bodies 400 --gltf drop.gltf\n");
     const auto options = std::make_shared<RenderOptions>();
     addSceneArguments(*command, options->scene);
+    addPhaseArguments(*command, options->scene);
     addFilmOptions(*command, *options);
     addPictureOptions(*command, *options);
     command->callback([options, &chosen] { chosen = [options] { return renderCommand(*options); }; });

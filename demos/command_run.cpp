@@ -73,6 +73,7 @@ void addRunCommand(CLI::App& program, Action& chosen)
     const auto options = std::make_shared<RunOptions>();
     DropOptions& drop = options->drop;
     addSceneArguments(*command, options->scene);
+    addPhaseArguments(*command, options->scene);
     command->add_option("--steps", drop.steps, "steps of each world")
         ->capture_default_str()
         ->check(CLI::Range(1, 100000000));

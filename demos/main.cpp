@@ -11,11 +11,19 @@
 
 namespace
 {
+/// Ends the help of a command and of its own commands with the exit codes.
+void explainExitCodes(CLI::App& command)
+{
+    const std::string footer = command.get_footer();
+    command.footer(footer + (footer.empty() || footer.back() == '\n' ? "" : "\n") + cullet::kExitCodeHelp);
+    for (CLI::App* inner : command.get_subcommands(nullptr))
+        explainExitCodes(*inner);
+}
+
 int parseAndRun(int argc, char** argv)
 {
     cullet::switchPrecision(argc, argv);
     CLI::App program("cullet: broad phase for Bullet, against Bullet's own", "cullet");
-    program.footer(cullet::kExitCodeHelp);
     program.require_subcommand(1);
     program.fallthrough();
     cullet::Action chosen;
@@ -27,6 +35,7 @@ int parseAndRun(int argc, char** argv)
     cullet::addVerifyCommand(program, chosen);
     cullet::addListCommand(program, chosen);
     cullet::addRenderCommand(program, chosen);
+    explainExitCodes(program);
     try
     {
         program.parse(argc, argv);

@@ -59,19 +59,24 @@ void addSceneArguments(CLI::App& command, SceneArguments& arguments)
     command.add_option("--dt", arguments.dt, "length of a step, seconds")
         ->capture_default_str()
         ->check(CLI::Range(1e-6, 1.0));
-    command.add_option("--backend", world.backend, "broad phase ('cullet list')")->capture_default_str();
     command.add_option("--threads", world.threads, "of the CPU backends; 0: all cores")
         ->capture_default_str()
         ->check(CLI::Range(0, 4096));
-    command.add_option("--narrow", world.narrow, "narrow phase")
-        ->capture_default_str()
-        ->check(CLI::IsMember(narrowPhaseNames()));
     command.add_option("--mesh", arguments.meshes,
                        "mesh files whose convex hulls fall (scene drop); default: glmark2's models");
     command.add_option("--file", world.file, "the .bullet file of scene 'file'");
     command.add_option("--precision", arguments.precision, "of Bullet")
         ->capture_default_str()
         ->check(CLI::IsMember({"float", "double"}));
+}
+
+void addPhaseArguments(CLI::App& command, SceneArguments& arguments)
+{
+    command.add_option("--backend", arguments.world.backend, "broad phase ('cullet list')")
+        ->capture_default_str();
+    command.add_option("--narrow", arguments.world.narrow, "narrow phase")
+        ->capture_default_str()
+        ->check(CLI::IsMember(narrowPhaseNames()));
 }
 
 WorldSceneOptions resolveScene(const SceneArguments& arguments)

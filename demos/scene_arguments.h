@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-// The options of subcommands that step a scene of bodies: run, record, render.
+// The options of subcommands that step a scene of bodies: run, bench world, record, render.
 namespace cullet
 {
 struct SceneArguments
@@ -21,8 +21,11 @@ struct SceneArguments
     std::string precision = ownPrecision();
 };
 
-/// Adds --scene, --bodies, --seed, --dt, --backend, --threads, --narrow, --mesh, --file and --precision.
+/// Adds --scene, --bodies, --seed, --dt, --threads, --mesh, --file and --precision.
 void addSceneArguments(CLI::App& command, SceneArguments& arguments);
+
+/// Adds --backend and --narrow, one of each.
+void addPhaseArguments(CLI::App& command, SceneArguments& arguments);
 
 /// What makeWorldScene() takes: reads the meshes and prints a line for each.
 ///

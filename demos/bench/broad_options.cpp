@@ -88,6 +88,7 @@ void printRow(const Json& row)
     const unsigned long long tests = row.value("tests", 0ull);
     if (tests != 0)
         std::printf("  %8.2f tests a body", static_cast<double>(tests) / row["bodies"].get<double>());
+    std::printf("  %s", row.value("hash", "").c_str());
     if (row.value("wrong_checks", 0) != 0)
         std::printf("  WRONG PAIRS in %d of %d checks", row["wrong_checks"].get<int>(),
                     row["checks"].get<int>());

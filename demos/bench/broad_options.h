@@ -4,6 +4,7 @@
 
 #include "demos/bench/subject.h"
 #include "demos/program/result_file.h"
+#include "demos/program/trace_file.h"
 
 #include <cstdint>
 #include <string>
@@ -27,9 +28,10 @@ struct BroadOptions
     int warmup = -1;       ///< frames before; negative: 12, or 4 from 200,000 bodies on
     double budget = 60.0;  ///< seconds that one backend may take in one case before its frames are cut short
     std::uint64_t seed = 12345;
-    bool resend = false;        ///< hand over every box in every frame, also those that did not move
-    bool perFrame = false;      ///< a row for each timed frame too
-    std::uint32_t queries = 0;  ///< per frame, for the scene "queries"; 0: 1, 100 and 100,000
+    bool resend = false;         ///< hand over every box in every frame, also those that did not move
+    bool perFrame = false;       ///< a row for each timed frame too
+    std::uint32_t queries = 0;   ///< per frame, for the scene "queries"; 0: 1, 100 and 100,000
+    TraceFile* trace = nullptr;  ///< gets setBoxes and findPairs of every frame, also those to warm up
     bool quiet = false;
 };
 

@@ -42,6 +42,7 @@ struct Runner
     std::string path;
     BackendStats counters;  ///< of the last timed frame
     std::vector<Json> frameRows;
+    TraceLane trace;
 };
 
 /// The pairs of one frame that every backend has to show.
@@ -126,6 +127,9 @@ public:
         runner.createMs = watch.wallMs();
         runner.subject->settle();
         runner.spentMs = runner.createMs;
+        runner.trace = {m_options.trace, backend + ", " + m_case.scene + " of " +
+                                             std::to_string(m_case.bodies) +
+                                             (m_case.sortedIds ? ", sorted ids" : "")};
         m_runners.push_back(std::move(runner));
     }
 
@@ -185,10 +189,14 @@ private:
     {
         const bool timed = isWarm(runner);
         const Stopwatch watch;
+        const auto start = TraceFile::Clock::now();
         runner.subject->setBoxes(m_scene.boxes(), m_options.resend ? m_allRows : m_scene.moved());
+        const auto handedOver = TraceFile::Clock::now();
         runner.subject->findPairs();
         const double wall = watch.wallMs();
         const double cpu = watch.cpuMs();
+        runner.trace.add("setBoxes", start, handedOver);
+        runner.trace.add("findPairs", handedOver, TraceFile::Clock::now());
         runner.subject->settle();
         runner.spentMs += wall;
         if (!timed)
@@ -201,7 +209,7 @@ private:
         runner.path = runner.subject->path();
         runner.counters = runner.subject->counters();
         if (m_options.perFrame)
-            addFrameRow(runner, wall);
+            addFrameRow(runner, wall, cpu);
         const int frame = static_cast<int>(runner.wall.size());
         if (frame == 1 || frame == (m_timedFrames + 1) / 2 || isDone(runner))
             m_referee.check(runner, m_scene.boxes());
@@ -227,12 +235,13 @@ private:
         return row;
     }
 
-    void addFrameRow(Runner& runner, double wall) const
+    void addFrameRow(Runner& runner, double wall, double cpu) const
     {
         Json row = makeRow("broad.frame", m_case, runner.request, runner.subject->threads());
         row["pairs"] = runner.counters.pairs;
         for (const char* column : {"median_ms", "p90_ms", "min_ms", "mean_ms"})
             row[column] = wall;
+        row["cpu_median_ms"] = cpu;
         row["frame"] = runner.wall.size();
         row["path"] = runner.path;
         addCounters(row, runner.counters);

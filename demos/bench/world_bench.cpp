@@ -6,7 +6,6 @@
 #include "demos/program/precision.h"
 #include "demos/program/progress.h"
 #include "demos/program/statistics.h"
-#include "demos/scenes/world_scene.h"
 
 #include <algorithm>
 #include <cstdio>
@@ -34,12 +33,8 @@ struct Runner
 
 std::vector<Runner> makeRunners(const WorldOptions& options)
 {
-    WorldSceneOptions world;
-    world.bodies = options.bodies;
-    world.seed = options.seed;
+    WorldSceneOptions world = options.world;
     world.sleeping = false;
-    world.threads = options.threads;
-    world.hullPoints = options.hullPoints;
     std::vector<Runner> runners;
     for (const std::string& backend : options.backends)
     {
@@ -58,6 +53,22 @@ std::vector<Runner> makeRunners(const WorldOptions& options)
         }
     }
     return runners;
+}
+
+/// A row of the picture for each world; null when nobody asked for one.
+std::unique_ptr<TraceFile> traceSteps(const WorldOptions& options, std::vector<Runner>& runners)
+{
+    if (options.trace.empty())
+        return nullptr;
+    auto trace = std::make_unique<TraceFile>(options.trace);
+    for (Runner& runner : runners)
+    {
+        WorldScene& world = *runner.world;
+        const std::string name = world.broadphase().name + ", narrow " + world.options().narrow +
+                                 ", update " + world.options().update;
+        world.setTrace({trace.get(), name});
+    }
+    return trace;
 }
 
 void runStep(const WorldOptions& options, Runner& runner, std::uint32_t step)
@@ -89,7 +100,7 @@ Json makeRow(const WorldOptions& options, const Runner& runner, std::size_t wind
             {"update", runner.world->options().update},
             {"precision", ownPrecision()},
             {"threads", runner.world->broadphase().threads},
-            {"bodies", options.bodies},
+            {"bodies", runner.world->options().bodies},
             {"pairs", state.pairs},
             {"median_ms", times.median},
             {"p90_ms", times.p90},
@@ -102,11 +113,12 @@ Json makeRow(const WorldOptions& options, const Runner& runner, std::size_t wind
 
 void printRow(const Json& row)
 {
-    std::printf("%-40s %-10s %-10s %-8s %8llu pairs %8llu touch  median %10.3f  mean %10.3f ms\n",
+    std::printf("%-40s %-10s %-10s %-8s %8llu pairs %8llu touch  median %10.3f  mean %10.3f ms  %s\n",
                 row["benchmark"].get<std::string>().c_str(), row["backend"].get<std::string>().c_str(),
                 row["narrow"].get<std::string>().c_str(), row["update"].get<std::string>().c_str(),
                 row["pairs"].get<unsigned long long>(), row["contact_pairs"].get<unsigned long long>(),
-                row["median_ms"].get<double>(), row["mean_ms"].get<double>());
+                row["median_ms"].get<double>(), row["mean_ms"].get<double>(),
+                row["hash"].get<std::string>().c_str());
 }
 
 void report(const WorldOptions& options, const std::vector<Runner>& runners, ResultFile& file)
@@ -132,6 +144,7 @@ void report(const WorldOptions& options, const std::vector<Runner>& runners, Res
 void runWorldBench(const WorldOptions& options, ResultFile& file)
 {
     std::vector<Runner> runners = makeRunners(options);
+    const std::unique_ptr<TraceFile> trace = traceSteps(options, runners);
     std::uint32_t steps = 0;
     for (const StepWindow& window : options.windows)
         steps = std::max(steps, window.end);

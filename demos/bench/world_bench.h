@@ -3,6 +3,7 @@
 #pragma once
 
 #include "demos/program/result_file.h"
+#include "demos/scenes/world_scene.h"
 
 #include <cstdint>
 #include <string>
@@ -23,20 +24,18 @@ struct StepWindow
 /// Options of `cullet bench world`.
 struct WorldOptions
 {
-    std::string scene = "boxes";  ///< or "hulls"
-    std::uint32_t bodies = 16384;
-    std::uint32_t hullPoints = 20;
+    std::string scene = "boxes";
+    WorldSceneOptions world;  ///< its backend, narrow and update are not read, its bodies never sleep
     std::vector<std::string> backends = {"auto", "dbvt"};
     std::vector<std::string> narrow = {"bullet"};   ///< each with each backend
     std::vector<std::string> updates = {"bullet"};  ///< each with each of these
-    int threads = 0;
-    std::uint64_t seed = 1;
     std::vector<StepWindow> windows = {{"falling", 20, 30}, {"settled", 180, 200}};
+    std::string trace;  ///< file for a Chrome trace of all steps; empty: none
     bool quiet = false;
 };
 
 /// Benchmark "world.<phase>.<window>": whole steps of a Bullet world, phase by phase, one world per backend,
-/// narrow phase and update of the boxes, in turns step by step. Bodies never sleep. A row per window, world and StepSample.
+/// narrow phase and update of the boxes, in turns step by step. A row per window, world and StepSample.
 void runWorldBench(const WorldOptions& options, ResultFile& file);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -107,8 +107,8 @@ DropResult runDrop(const DropOptions& options)
     if (!options.trace.empty())
     {
         trace.emplace(options.trace);
-        cullet.setTrace({&*trace, 1, cullet.broadphase().name});
-        dbvt.setTrace({&*trace, 2, dbvt.broadphase().name});
+        cullet.setTrace({&*trace, cullet.broadphase().name});
+        dbvt.setTrace({&*trace, dbvt.broadphase().name});
     }
     Auditor auditor(options, cullet, dbvt);
     DropResult result;

@@ -66,7 +66,7 @@ constexpr double kFixedEdge = 3.0;
 
 Names backendsOfFigure10(std::uint32_t bodies, std::uint64_t seed)
 {
-    constexpr std::uint32_t kMostOnCpu = 4096000;
+    constexpr std::uint32_t kMostOnCpu = 1000000;
     constexpr std::uint32_t kMostByThesisOnCpu = 216000;
     constexpr std::uint32_t kMostByThesisOnGpu = 1000000;
     const double side = sideOf("W1", bodies, seed);
@@ -141,8 +141,11 @@ void addWithExponents(const ResultFile& measured, ResultFile& file)
 
 void measureFigure10(const FigureOptions& options, ResultFile& file)
 {
+    FigureClock clock(options, "10");
     for (const std::uint32_t bodies : sizesOf(options, kCubes, 64000, 1000000))
     {
+        if (!clock.hasTimeFor(bodies))
+            return;
         const BroadOptions broad = broadOptions(options, backendsOfFigure10(bodies, options.seed));
         measure(broad, "W1", bodies, file);
     }
@@ -151,8 +154,11 @@ void measureFigure10(const FigureOptions& options, ResultFile& file)
 void measureCellSize(const FigureOptions& options, ResultFile& file)
 {
     constexpr double kBoxSide = 2.0;
+    FigureClock clock(options, "cell-size");
     for (const std::uint32_t bodies : sizesOf(options, {16000, 64000}, 16000, 64000))
     {
+        if (!clock.hasTimeFor(bodies))
+            return;
         const double side = sideOf("W1", bodies, options.seed);
         std::map<std::string, double> edges = {{"psap-thesis", 0.0}, {"psap-literal", 0.0}, {"grid", 0.0}};
         for (const double edge : {1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 20.0})
@@ -180,9 +186,12 @@ void measureScaling(const FigureOptions& options, ResultFile& file)
     constexpr std::uint32_t kMostThroughBullet = 1000000;
     const std::uint32_t mostForTree = options.quick ? 16000 : 256000;
     ResultFile measured({}, "", "");
+    FigureClock clock(options, "scaling");
     for (const std::uint32_t bodies :
          sizesOf(options, {1000, 4000, 16000, 64000, 256000, 1000000, 4000000, 16000000}, 64000, 4000000))
     {
+        if (!clock.hasTimeFor(bodies))
+            break;
         BroadOptions broad = broadOptions(options, {"grid"});
         if (hasCudaDevice())
             broad.backends.emplace_back("cuda");
@@ -204,9 +213,14 @@ void measureCrossover(const FigureOptions& options, ResultFile& file)
         names.emplace_back("cuda");
     for (const char* scene : {"W1", "W3fresh"})
     {
+        FigureClock clock(options, "crossover", 1.0 / 2.0);
         for (const std::uint32_t bodies :
              sizesOf(options, {512, 1024, 2048, 4096, 8192, 16384, 32768, 65536}, 16384, 65536))
+        {
+            if (!clock.hasTimeFor(bodies))
+                break;
             measure(broadOptions(options, names), scene, bodies, file);
+        }
     }
 }
 
@@ -215,8 +229,11 @@ void measureThreads(const FigureOptions& options, ResultFile& file)
     const int cores = static_cast<int>(std::thread::hardware_concurrency());
     for (const char* scene : {"W1", "W2", "W5"})
     {
+        FigureClock clock(options, "threads", 1.0 / 3.0);
         for (const std::uint32_t bodies : sizesOf(options, {64000, 1000000}, 64000, 1000000))
         {
+            if (!clock.hasTimeFor(bodies))
+                break;
             for (int threads = 1; threads <= cores; threads *= 2)
             {
                 BroadOptions broad = broadOptions(options, {"grid"});

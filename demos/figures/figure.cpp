@@ -3,8 +3,11 @@
 #include "demos/figures/figure.h"
 
 #include "broad/backend.h"
+#include "demos/program/interrupt.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 
 namespace cullet
 {
@@ -50,6 +53,34 @@ bool hasCudaDevice()
         return makeCudaPsapBackend({}, &why) != nullptr;
     }();
     return answer;
+}
+
+FigureClock::FigureClock(const FigureOptions& options, const char* name, double share)
+    : m_name(name), m_budget(options.budget * share), m_start(Clock::now()), m_lastStart(m_start)
+{
+}
+
+bool FigureClock::hasTimeFor(std::uint32_t bodies)
+{
+    // Between that of cullet's backends and that of DBVT.
+    constexpr double kExponent = 1.2;
+    if (isInterrupted())
+        return false;
+    const Clock::time_point now = Clock::now();
+    const auto seconds = [now](Clock::time_point since)
+    { return std::chrono::duration<double>(now - since).count(); };
+    const double growth = m_lastBodies == 0 ? 0.0 : std::pow(double(bodies) / m_lastBodies, kExponent);
+    if (m_budget > 0.0 && seconds(m_start) + growth * seconds(m_lastStart) > m_budget && m_lastBodies != 0)
+    {
+        std::fprintf(
+            stderr,
+            "figure %s: without worlds of %u bodies and more, for which %.0f s are too few (--budget)\n",
+            m_name, bodies, m_budget);
+        return false;
+    }
+    m_lastStart = now;
+    m_lastBodies = bodies;
+    return true;
 }
 
 std::vector<std::uint32_t> sizesOf(const FigureOptions& options, const std::vector<std::uint32_t>& own,

@@ -4,6 +4,7 @@
 
 #include "demos/program/result_file.h"
 
+#include <chrono>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -18,6 +19,7 @@ struct FigureOptions
     bool quick = false;                 ///< smaller worlds and fewer frames
     std::vector<std::uint32_t> bodies;  ///< instead of the figure's own sizes; ascending
     std::uint32_t most = 0;             ///< leaves out larger worlds; 0: a limit of the figure's own
+    double budget = 120;                ///< seconds for each figure, see FigureClock; 0: as long as it takes
     std::uint64_t seed = 12345;
     bool quiet = false;
 };
@@ -50,6 +52,27 @@ bool hasCudaDevice();
 /// @param most  the figure's own limit where no GPU answers
 std::vector<std::uint32_t> sizesOf(const FigureOptions& options, const std::vector<std::uint32_t>& own,
                                    std::uint32_t quick, std::uint32_t most);
+
+/// Tells a figure, whose worlds grow, when to stop: at the user's interrupt, and where the next world would not be done
+/// within the budget, as the time of the last one says. The first is always measured.
+class FigureClock
+{
+public:
+    /// @param share of the budget that this clock has
+    FigureClock(const FigureOptions& options, const char* name, double share = 1.0);
+
+    /// To be asked before each world; says on stderr what is left out.
+    bool hasTimeFor(std::uint32_t bodies);
+
+private:
+    using Clock = std::chrono::steady_clock;
+
+    const char* m_name;
+    double m_budget;
+    Clock::time_point m_start;
+    Clock::time_point m_lastStart;
+    std::uint32_t m_lastBodies = 0;
+};
 
 // What the figures show is told in docs/results.md.
 

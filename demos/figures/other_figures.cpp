@@ -29,18 +29,30 @@ void measurePhases(const FigureOptions& options, ResultFile& file)
     WorldOptions world;
     world.backends = {"dbvt", "grid"};
     world.narrow = {"bullet", "dispatcher"};
-    world.threads = 1;
-    world.seed = options.seed;
+    world.world.threads = 1;
+    world.world.seed = options.seed;
     world.quiet = options.quiet;
     world.windows = {{"falling", 20, 30}, {"settled", 180, 200}};
     if (options.quick)
         world.windows = {{"falling", 5, 10}, {"settled", 50, 60}};
-    world.bodies = sizesOf(options, {1000, 8000}, 1000, 8000).back();
-    for (const char* scene : {"boxes", "hulls"})
+    // The largest worlds for which there is time; the smaller ones tell how long they take.
+    std::vector<Json> rows;
+    FigureClock clock(options, "phases");
+    for (const std::uint32_t bodies : sizesOf(options, {1000, 8000}, 1000, 8000))
     {
-        world.scene = scene;
-        runWorldBench(world, file);
+        if (!clock.hasTimeFor(bodies))
+            break;
+        world.world.bodies = bodies;
+        ResultFile measured({}, "", "");
+        for (const char* scene : {"boxes", "hulls"})
+        {
+            world.scene = scene;
+            runWorldBench(world, measured);
+        }
+        rows = measured.rows();
     }
+    for (Json& row : rows)
+        file.addRow(std::move(row));
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

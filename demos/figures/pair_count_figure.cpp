@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Zlib
 #include "demos/bench/broad_options.h"
 #include "demos/figures/figure.h"
-#include "demos/program/interrupt.h"
 #include "demos/program/precision.h"
 #include "demos/program/progress.h"
 #include "demos/program/stopwatch.h"
@@ -116,9 +115,10 @@ void measureFigure12(const FigureOptions& options, ResultFile& file)
         options, {1000, 8000, 27000, 64000, 125000, 216000, 512000, 1000000, 4096000}, 64000, 1000000);
     Progress progress("figure 12", 2 * sizes.size(), options.quiet);
     std::uint64_t done = 0;
+    FigureClock clock(options, "12");
     for (const std::uint32_t bodies : sizes)
     {
-        if (isInterrupted())
+        if (!clock.hasTimeFor(bodies))
             return;
         const auto scene = findBoxScene("W1")->make({bodies, false, options.seed});
         measureBoxes("W1", scene->boxes(), std::cbrt(kVolumePerBody * bodies), file);

@@ -230,10 +230,12 @@ void measureFigure13(const FigureOptions& options, ResultFile& file)
 {
     const std::vector<std::uint32_t> sizes = sizesOf(
         options, {1000, 8000, 27000, 64000, 125000, 216000, 512000, 1000000, 4096000}, 64000, 1000000);
+    FigureClock clock(options, "13");
     for (const std::uint32_t bodies : sizes)
     {
-        if (!isInterrupted())
-            measureSize(options, bodies, file);
+        if (!clock.hasTimeFor(bodies))
+            return;
+        measureSize(options, bodies, file);
     }
 }
 }  // namespace CULLET_PRECISION

@@ -27,11 +27,13 @@ void TraceFile::beginEvent()
     m_isFirst = false;
 }
 
-void TraceFile::nameLane(int lane, const std::string& name)
+int TraceFile::addLane(const std::string& name)
 {
+    const int lane = ++m_laneCount;
     beginEvent();
     m_file << R"({"ph":"M","name":"thread_name","pid":1,"tid":)" << lane << R"(,"args":{"name":)"
            << nlohmann::json(name).dump() << "}}";
+    return lane;
 }
 
 void TraceFile::addSpan(int lane, const char* name, Clock::time_point begin, Clock::time_point end)
@@ -45,9 +47,8 @@ void TraceFile::addSpan(int lane, const char* name, Clock::time_point begin, Clo
     m_file << R"({"ph":"X","pid":1,"tid":)" << lane << R"(,"name":)" << nlohmann::json(name).dump() << times;
 }
 
-TraceLane::TraceLane(TraceFile* file, int lane, const std::string& name) : m_file(file), m_lane(lane)
+TraceLane::TraceLane(TraceFile* file, const std::string& name)
+    : m_file(file), m_lane(file != nullptr ? file->addLane(name) : 0)
 {
-    if (file != nullptr)
-        file->nameLane(lane, name);
 }
 }  // namespace cullet

@@ -25,8 +25,8 @@ public:
 
     using Clock = std::chrono::steady_clock;
 
-    /// Names a row of the picture.
-    void nameLane(int lane, const std::string& name);
+    /// A new row of the picture, below the others.
+    int addLane(const std::string& name);
 
     void addSpan(int lane, const char* name, Clock::time_point begin, Clock::time_point end);
 
@@ -36,6 +36,7 @@ private:
     std::ofstream m_file;
     Clock::time_point m_start;
     bool m_isFirst = true;
+    int m_laneCount = 0;
 };
 
 /// One row of a trace: spans that lie within each other. Without a file it does nothing.
@@ -43,7 +44,13 @@ class TraceLane
 {
 public:
     TraceLane() = default;
-    TraceLane(TraceFile* file, int lane, const std::string& name);
+    TraceLane(TraceFile* file, const std::string& name);
+
+    void add(const char* name, TraceFile::Clock::time_point begin, TraceFile::Clock::time_point end)
+    {
+        if (m_file != nullptr)
+            m_file->addSpan(m_lane, name, begin, end);
+    }
 
     void begin(const char* name, TraceFile::Clock::time_point now)
     {

@@ -45,10 +45,8 @@ void playFrame(Contender& contender, const std::vector<BoxEvent>& events, const 
     contender.apply.push_back(milliseconds(applied - start));
     contender.find.push_back(milliseconds(done - applied));
     contender.frame.push_back(milliseconds(done - start));
-    contender.trace.begin("setAabb", start);
-    contender.trace.end(applied);
-    contender.trace.begin("calculateOverlappingPairs", applied);
-    contender.trace.end(done);
+    contender.trace.add("setAabb", start, applied);
+    contender.trace.add("calculateOverlappingPairs", applied, done);
     contender.pairs = contender.player->pairs(boxes);
     contender.hash.add(contender.pairs);
 }
@@ -115,7 +113,7 @@ ReplayResult runReplay(const ReplayOptions& options, ResultFile& file)
     for (std::size_t i = 0; i < players.size(); ++i)
     {
         contenders[i].player = players[i].get();
-        contenders[i].trace = {trace ? &*trace : nullptr, static_cast<int>(i) + 1, players[i]->name()};
+        contenders[i].trace = {trace ? &*trace : nullptr, players[i]->name()};
     }
     const std::uint64_t wanted = framesToPlay(options, summary);
     ReplayResult result;

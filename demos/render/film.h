@@ -69,6 +69,15 @@ struct FilmFrame
     std::vector<FilmLine> lines;
 };
 
+/// What was filmed, as it was at the end.
+struct FilmSource
+{
+    std::string backend;  ///< broad phase
+    int threads = 1;
+    std::uint64_t pairs = 0;  ///< in the pair cache
+    std::uint64_t hash = 0;   ///< of the state of the world; of a recording, of its boxes
+};
+
 /// Frames as differences, so that a million bodies that rest take next to nothing.
 struct Film
 {
@@ -81,6 +90,7 @@ struct Film
     std::uint32_t bodyCount = 0;
     std::vector<FilmFrame> frames;
     Eigen::Vector3f up = Eigen::Vector3f::UnitY();
+    FilmSource source;
 };
 
 /// All bodies as they look in one frame, from the first frame on.

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <thread>
 
 namespace cullet
 {
@@ -100,6 +101,24 @@ public:
         if (m_overlay.boxes || m_overlay.cells || m_overlay.pairs)
             frame.lines = drawnLines(m_broadphase, m_overlay);
         m_film.frames.push_back(std::move(frame));
+    }
+
+    FilmSource source() const
+    {
+        FilmSource source;
+        const BroadphaseStats stats = m_broadphase.stats();
+        source.backend = stats.backendName;
+        source.threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+        source.pairs = stats.pairs;
+        source.hash = 0xcbf29ce484222325ull;
+        for (const btBroadphaseProxy* proxy : m_proxies)
+        {
+            if (proxy == nullptr)
+                continue;
+            hashScalars(source.hash, proxy->m_aabbMin);
+            hashScalars(source.hash, proxy->m_aabbMax);
+        }
+        return source;
     }
 
 private:
@@ -208,6 +227,7 @@ Film filmRecording(const std::string& path, const SceneFilmOptions& options,
         if (number >= options.start && (number - options.start) % options.every == 0)
             filmer.shoot((number - options.start) * static_cast<double>(options.world.dt));
     }
+    film.source = filmer.source();
     return film;
 }
 }  // namespace CULLET_PRECISION

@@ -21,13 +21,16 @@ Film filmScene(const SceneFilmOptions& options, const std::function<bool(int)>& 
     Film film;
     WorldFilmer filmer(film, options.overlay);
     if (options.start == 0)
-        filmer.shoot(scene->world(), 0);
+        filmer.shoot(scene->world(), 0, scene->vehicles());
     for (int number = 1; number <= options.steps && step(number); ++number)
     {
         scene->step();
         if (number >= options.start && (number - options.start) % options.every == 0)
-            filmer.shoot(scene->world(), (number - options.start) * static_cast<double>(options.world.dt));
+            filmer.shoot(scene->world(), (number - options.start) * static_cast<double>(options.world.dt),
+                         scene->vehicles());
     }
+    film.source = {scene->broadphase().name, scene->broadphase().threads, scene->pairCount(),
+                   scene->stateHash()};
     return film;
 }
 }  // namespace CULLET_PRECISION

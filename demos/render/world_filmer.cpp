@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "demos/render/world_filmer.h"
 
+#include <BulletDynamics/Vehicle/btRaycastVehicle.h>
 #include <BulletSoftBody/btSoftBody.h>
 #include <btBulletDynamicsCommon.h>
 
@@ -35,6 +36,17 @@ bool isSame(const BodyChange& a, const BodyChange& b)
 {
     return a.mesh == b.mesh && a.state == b.state && a.pose.position == b.pose.position &&
            a.pose.scale == b.pose.scale && a.pose.rotation == b.pose.rotation;
+}
+
+BodyPose poseOf(const btTransform& place, const Eigen::Vector3f& scale)
+{
+    const btQuaternion turn = place.getRotation();
+    BodyPose pose;
+    pose.scale = scale;
+    pose.position = toEigen(place.getOrigin());
+    pose.rotation = {static_cast<float>(turn.x()), static_cast<float>(turn.y()), static_cast<float>(turn.z()),
+                     static_cast<float>(turn.w())};
+    return pose;
 }
 
 bool touches(const btPersistentManifold& manifold)
@@ -78,9 +90,9 @@ WorldFilmer::WorldFilmer(Film& film, const DebugDrawOptions& overlay)
 {
 }
 
-std::uint32_t WorldFilmer::numberOf(const btCollisionObject* object)
+std::uint32_t WorldFilmer::numberOf(const void* thing)
 {
-    const auto [found, isNew] = m_numbers.emplace(object, m_film.bodyCount);
+    const auto [found, isNew] = m_numbers.emplace(thing, m_film.bodyCount);
     if (isNew)
     {
         ++m_film.bodyCount;
@@ -157,13 +169,46 @@ BodyChange WorldFilmer::lookAt(const btCollisionObject& object, std::uint32_t bo
         return look;
     }
     const ShapeMeshes::Look shape = m_meshes.look(*object.getCollisionShape(), m_planeSize);
-    const btQuaternion turn = object.getWorldTransform().getRotation();
     look.mesh = shape.mesh;
-    look.pose.scale = shape.scale;
-    look.pose.position = toEigen(object.getWorldTransform().getOrigin());
-    look.pose.rotation = {static_cast<float>(turn.x()), static_cast<float>(turn.y()),
-                          static_cast<float>(turn.z()), static_cast<float>(turn.w())};
+    look.pose = poseOf(object.getWorldTransform(), shape.scale);
     return look;
+}
+
+/// Adds it to the frame if it is new or another than before.
+void WorldFilmer::see(const BodyChange& look, FilmFrame& frame)
+{
+    m_seenIn[look.body] = m_film.frames.size() + 1;
+    if (isSame(look, m_looks[look.body]))
+        return;
+    frame.changes.push_back(look);
+    m_looks[look.body] = look;
+}
+
+void WorldFilmer::lookAtWheels(const btRaycastVehicle& vehicle, FilmFrame& frame)
+{
+    constexpr float kHalfWidth = 0.4f;  // of the radius; Bullet's wheels have no width
+    for (int i = 0; i < vehicle.getNumWheels(); ++i)
+    {
+        const btWheelInfo& wheel = vehicle.getWheelInfo(i);
+        const float radius = static_cast<float>(wheel.m_wheelsRadius);
+        BodyChange look;
+        look.body = numberOf(&wheel);
+        look.state = wheel.m_raycastInfo.m_isInContact ? BodyState::Touching : BodyState::Separated;
+        look.mesh = m_meshes.look(m_wheel, m_planeSize).mesh;
+        look.pose = poseOf(wheel.m_worldTransform, {kHalfWidth * radius, radius, radius});
+        see(look, frame);
+    }
+}
+
+void WorldFilmer::hideWhatIsGone(FilmFrame& frame)
+{
+    for (std::uint32_t body = 0; body < m_film.bodyCount; ++body)
+    {
+        if (m_seenIn[body] == m_film.frames.size() + 1 || m_looks[body].state == BodyState::Hidden)
+            continue;
+        m_looks[body].state = BodyState::Hidden;
+        frame.changes.push_back(m_looks[body]);
+    }
 }
 
 /// An endless plane is drawn some ten times as large as the world is at the start.
@@ -182,7 +227,8 @@ void WorldFilmer::setPlaneSize(const btCollisionWorld& world)
     m_planeSize = 20 * farthest;
 }
 
-void WorldFilmer::shoot(const btCollisionWorld& world, double time)
+void WorldFilmer::shoot(const btCollisionWorld& world, double time,
+                        const std::vector<const btRaycastVehicle*>& vehicles)
 {
     const btCollisionObjectArray& objects = world.getCollisionObjectArray();
     if (m_planeSize == 0)
@@ -193,24 +239,11 @@ void WorldFilmer::shoot(const btCollisionWorld& world, double time)
 
     FilmFrame frame;
     frame.time = time;
-    const std::size_t now = m_film.frames.size() + 1;
     for (int i = 0; i < objects.size(); ++i)
-    {
-        const std::uint32_t body = numberOf(objects[i]);
-        m_seenIn[body] = now;
-        const BodyChange look = lookAt(*objects[i], body);
-        if (isSame(look, m_looks[body]))
-            continue;
-        frame.changes.push_back(look);
-        m_looks[body] = look;
-    }
-    for (std::uint32_t body = 0; body < m_film.bodyCount; ++body)
-    {
-        if (m_seenIn[body] == now || m_looks[body].state == BodyState::Hidden)
-            continue;
-        m_looks[body].state = BodyState::Hidden;
-        frame.changes.push_back(m_looks[body]);
-    }
+        see(lookAt(*objects[i], numberOf(objects[i])), frame);
+    for (const btRaycastVehicle* vehicle : vehicles)
+        lookAtWheels(*vehicle, frame);
+    hideWhatIsGone(frame);
     const auto byBody = [](const BodyChange& a, const BodyChange& b) { return a.body < b.body; };
     std::sort(frame.changes.begin(), frame.changes.end(), byBody);
     const auto* const own = dynamic_cast<const Broadphase*>(world.getBroadphase());

@@ -8,10 +8,12 @@
 #include "plugin/debug_draw_options.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
+#include <BulletCollision/CollisionShapes/btCylinderShape.h>
 
 #include <unordered_map>
 #include <vector>
 
+class btRaycastVehicle;
 class btSoftBody;
 
 namespace cullet
@@ -23,17 +25,18 @@ std::vector<FilmLine> drawnLines(const Broadphase& broadphase, const DebugDrawOp
 
 /// Films any Bullet world: shapes, places and states of all its objects, one frame for each shoot().
 ///
-/// Rigid and soft bodies and ghosts, in the world or in and out of it; wheels of ray-cast vehicles are no objects and
-/// are not seen. Shapes must live as long as this object. Cost of a frame: O(objects + manifolds + pairs), and memory for
-/// what changed.
+/// Rigid and soft bodies and ghosts, in the world or in and out of it, and the wheels of vehicles, which are no objects.
+/// Shapes must live as long as this object. Cost of a frame: O(objects + manifolds + pairs), and memory for what changed.
 class WorldFilmer
 {
 public:
     /// @param overlay what to draw of the broad phase, if the world has cullet's; all off: nothing
     WorldFilmer(Film& film, const DebugDrawOptions& overlay);
 
-    /// @param time seconds since the start
-    void shoot(const btCollisionWorld& world, double time);
+    /// @param time     seconds since the start
+    /// @param vehicles of the world, whose wheels are drawn: touching where their rays meet something
+    void shoot(const btCollisionWorld& world, double time,
+               const std::vector<const btRaycastVehicle*>& vehicles = {});
 
 private:
     enum Meeting : std::uint8_t
@@ -43,7 +46,10 @@ private:
         kContact
     };
 
-    std::uint32_t numberOf(const btCollisionObject* object);
+    std::uint32_t numberOf(const void* thing);
+    void see(const BodyChange& look, FilmFrame& frame);
+    void lookAtWheels(const btRaycastVehicle& vehicle, FilmFrame& frame);
+    void hideWhatIsGone(FilmFrame& frame);
     void meetObjects(const btCollisionWorld& world);
     void meet(const btCollisionObject* object, Meeting meeting);
     BodyState stateOf(const btCollisionObject& object, std::uint32_t body) const;
@@ -55,9 +61,10 @@ private:
     DebugDrawOptions m_overlay;
     ShapeMeshes m_meshes;
     btScalar m_planeSize = 0;
-    std::unordered_map<const btCollisionObject*, std::uint32_t> m_numbers;
-    std::vector<BodyChange> m_looks;    ///< [bodies] as of the last frame
-    std::vector<Meeting> m_meetings;    ///< [bodies] of this frame
+    const btCylinderShapeX m_wheel{btVector3(1, 1, 1)};
+    std::unordered_map<const void*, std::uint32_t> m_numbers;  ///< of objects and wheels
+    std::vector<BodyChange> m_looks;                           ///< [bodies] as of the last frame
+    std::vector<Meeting> m_meetings;                           ///< [bodies] of this frame
     std::vector<std::size_t> m_seenIn;  ///< [bodies] 1 + the last frame in which it was in the world
 };
 }  // namespace CULLET_PRECISION

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-FileCopyrightText: the cullet authors
 # SPDX-License-Identifier: Zlib
-"""Times the broad phases of Newton and Warp on a recording of boxes (docs/recording.md), and compares their pairs.
+"""Times the broad phases of Newton and Warp on a recording of boxes (docs/recording-format.md), and compares their pairs.
 
 usage: python_rivals.py RECORDING [--frames N] [--device cpu|cuda:0] [--csv FILE]
        needs `pip install newton warp-lang numpy`; a recording comes from e.g.

@@ -42,6 +42,11 @@ public:
         }
     }
 
+    std::vector<const btRaycastVehicle*> vehicles() const override
+    {
+        return {m_vehicles.begin(), m_vehicles.end()};
+    }
+
 private:
     btRaycastVehicle& addVehicle(btCollisionShape& chassis, const btVector3& place,
                                  btVehicleRaycaster& raycaster)

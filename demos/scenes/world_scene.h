@@ -15,6 +15,8 @@
 #include <utility>
 #include <vector>
 
+class btRaycastVehicle;
+
 namespace cullet
 {
 inline namespace CULLET_PRECISION
@@ -80,6 +82,9 @@ public:
     const btDiscreteDynamicsWorld& world() const noexcept { return *m_world; }
     const NamedBroadphase& broadphase() const noexcept { return m_broadphase; }
     const WorldSceneOptions& options() const noexcept { return m_options; }
+
+    /// The ray-cast vehicles, whose wheels are no objects of the world.
+    virtual std::vector<const btRaycastVehicle*> vehicles() const { return {}; }
 
     /// Pairs in the pair cache.
     std::uint64_t pairCount() const;

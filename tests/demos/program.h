@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
@@ -68,6 +69,19 @@ inline nlohmann::json runForJson(const std::string& arguments, Outcome* outcome 
     const std::string text = readText(path);
     std::remove(path.c_str());
     return nlohmann::json::parse(text, nullptr, false);
+}
+
+/// Spans of a Chrome trace by "NAME LANE", and 1 for the name of each lane.
+inline std::map<std::string, int> countSpans(const nlohmann::json& trace)
+{
+    std::map<std::string, int> counts;
+    for (const nlohmann::json& event : trace)
+    {
+        const bool isSpan = event["ph"] == "X";
+        ++counts[isSpan ? event["name"].get<std::string>() + " " + std::to_string(event["tid"].get<int>())
+                        : event["args"]["name"].get<std::string>()];
+    }
+    return counts;
 }
 
 inline bool contains(const std::string& text, const std::string& part)

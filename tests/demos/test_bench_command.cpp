@@ -300,6 +300,54 @@ TEST_F(BenchCommand, MeasuresWholeSteps)
     EXPECT_EQ(runProgram("bench world --backend nothing").code, 2);
 }
 
+TEST_F(BenchCommand, WholeStepsTakeTheOptionsOfRunAndTheirPhasesGoToATrace)
+{
+    const std::string path = temporaryPath("world.json");
+    const auto hashOf = [&](const std::string& extra)
+    {
+        const json document = runForJson(
+            "bench world --scene pour --bodies 20 --steps 20 --backend grid,dbvt --threads 1 " + extra);
+        for (const json& row : document["rows"])
+        {
+            if (row["benchmark"] == "world.step.settled" && row["backend"] == "grid")
+                return row["hash"].get<std::string>() + " " + std::to_string(row["steps"].get<int>());
+        }
+        return std::string();
+    };
+    const std::string first = hashOf("--trace " + path);
+    const json trace = json::parse(readText(path), nullptr, false);
+    std::remove(path.c_str());
+    std::map<std::string, int> counts = countSpans(trace);
+    EXPECT_EQ(counts["grid, narrow bullet, update bullet"], 1);
+    EXPECT_EQ(counts["dbvt, narrow bullet, update bullet"], 1);
+    for (const char* name : {"step 1", "step 2", "calculateOverlappingPairs 1", "updateAabbs 2",
+                             "dispatchAllCollisionPairs 2", "solveConstraints 1"})
+        EXPECT_EQ(counts[name], 20) << name;
+    EXPECT_EQ(first.size(), 18u) << first;
+    EXPECT_EQ(first.substr(16), " 2") << "the last tenth of the steps";
+    EXPECT_EQ(hashOf(""), first);
+    EXPECT_NE(hashOf("--dt 0.01"), first);
+    EXPECT_EQ(runProgram("bench world --scene file --steps 10").code, 2);
+    EXPECT_EQ(runProgram("bench world --scene drop --mesh /nowhere/a.obj").code, 3);
+}
+
+TEST_F(BenchCommand, TracesTheFramesOfEachBackend)
+{
+    const std::string path = temporaryPath("broad.json");
+    const Outcome outcome =
+        runProgram("bench broad --bodies 100,200 --backend grid,dbvt --steps 3 --warmup 1 --trace " + path);
+    ASSERT_EQ(outcome.code, 0) << outcome.errors;
+    const json trace = json::parse(readText(path), nullptr, false);
+    std::remove(path.c_str());
+    std::map<std::string, int> counts = countSpans(trace);
+    EXPECT_EQ(counts["dbvt, W1 of 200"], 1);
+    for (const std::string lane : {"1", "2", "3", "4"})
+    {
+        EXPECT_EQ(counts["setBoxes " + lane], 4) << "one to warm up, three timed";
+        EXPECT_EQ(counts["findPairs " + lane], 4);
+    }
+}
+
 TEST_F(BenchCommand, MeasuresNarrowQueriesAndChecksTheirAnswers)
 {
     Outcome outcome;
@@ -350,6 +398,15 @@ TEST(ListCommand, PrintsScenesAndBackends)
     EXPECT_EQ(outcome.code, 0);
     for (const char* name : {"W1", "W3b", "queries", "hulls", "grid", "dbvt-deferred"})
         EXPECT_TRUE(contains(outcome.output, name)) << name;
+    const json document = runForJson("list");
+    std::map<std::string, std::set<std::string>> names;
+    for (const json& row : document["rows"])
+        names[row["kind"]].insert(row["name"].get<std::string>());
+    EXPECT_EQ(names["boxes"].count("W3fresh"), 1u);
+    EXPECT_GE(names["bodies"].size(), 20u);
+    EXPECT_EQ(names["backend"].count("dbvt"), 1u);
+    EXPECT_EQ(names["rival"].count("embree"), 1u);
+    EXPECT_EQ(runProgram("list --json /nowhere/a.json").code, 4);
 }
 }  // namespace
 }  // namespace cullet

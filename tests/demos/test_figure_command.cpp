@@ -209,7 +209,30 @@ TEST_F(FigureCommand, AnUnknownFigureIsAnsweredWithTheKnownOnes)
 {
     const Outcome outcome = run("14");
     EXPECT_EQ(outcome.code, 2);
-    EXPECT_TRUE(contains(outcome.errors, "cell-size")) << outcome.errors;
+    EXPECT_TRUE(contains(outcome.errors, "unknown figure '14'; known: 10, 11, 12, 13, cell-size"))
+        << outcome.errors;
+    const Outcome option = run("10 --threads 3");
+    EXPECT_EQ(option.code, 2);
+    EXPECT_TRUE(contains(option.errors, "--threads")) << option.errors;
+}
+
+TEST_F(FigureCommand, LeavesOutWorldsForWhichThereIsNoTime)
+{
+    const std::string json = temporaryPath("figures.json");
+    const Outcome outcome = run("12 crossover --no-plots --budget 0.000001 --bodies 300,600 --json " + json);
+    ASSERT_EQ(outcome.code, 0) << outcome.errors;
+    EXPECT_TRUE(contains(outcome.errors, "figure 12: without worlds of 600 bodies")) << outcome.errors;
+    const nlohmann::json document = nlohmann::json::parse(readText(json), nullptr, false);
+    std::remove(json.c_str());
+    std::map<std::string, int> counts;
+    for (const nlohmann::json& row : document["rows"])
+    {
+        EXPECT_EQ(row["bodies"], 300) << "the first world is always measured";
+        ++counts[row["figure"]];
+    }
+    EXPECT_EQ(counts["12"], 4) << "two distributions by the grid and by brute force";
+    EXPECT_EQ(counts["crossover"], 2) << "two scenes";
+    EXPECT_EQ(document["options"]["budget"], 0.000001);
 }
 }  // namespace
 }  // namespace cullet

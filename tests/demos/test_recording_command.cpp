@@ -41,6 +41,20 @@ TEST(RecordCommand, RecordsTheWorldThatRunSteps)
     std::remove(path.c_str());
 }
 
+TEST(RecordCommand, TracesEveryPhaseOfEveryStep)
+{
+    const std::string path = temporaryPath("traced.cbx"), trace = temporaryPath("traced.json");
+    const Outcome outcome = runProgram("record --scene boxes --bodies 10 --steps 7 --backend grid --out " +
+                                       path + " --trace " + trace);
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    std::map<std::string, int> counts = countSpans(json::parse(readText(trace), nullptr, false));
+    std::remove(path.c_str());
+    std::remove(trace.c_str());
+    EXPECT_EQ(counts["grid"], 1);
+    EXPECT_EQ(counts["step 1"], 7);
+    EXPECT_EQ(counts["calculateOverlappingPairs 1"], 7);
+}
+
 TEST(ReplayCommand, TimesEveryBackendOnTheSamePairs)
 {
     Outcome outcome;

@@ -4,6 +4,7 @@
 #include "demos/render/camera.h"
 #include "demos/render/film.h"
 #include "demos/render/gltf.h"
+#include "demos/render/scene_film.h"
 #include "demos/render/shape_mesh.h"
 #include "demos/render/world_filmer.h"
 
@@ -11,6 +12,7 @@
 #include <btBulletDynamicsCommon.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <assimp/Importer.hpp>
 #include <assimp/scene.h>
 #include <cmath>
@@ -197,6 +199,40 @@ TEST(WorldFilmer, StatesFollowTheWorldAndUnchangedBodiesTakeNoRoom)
     EXPECT_NEAR(state.bodies()[1].pose.position.y(), 0.5, 0.1);
     EXPECT_EQ(state.bodies()[1].pose.scale, Eigen::Vector3f(1, 1, 1));
     EXPECT_EQ(film.frames.back().lines.size(), 2u) << "the plane is in a pair with each box";
+}
+
+TEST(WorldFilmer, WheelsOfVehiclesStandUprightOnTheFloorAndTouchIt)
+{
+    SceneFilmOptions options;
+    options.scene = "stampede";
+    options.world.bodies = 1;
+    options.world.threads = 1;
+    options.steps = 60;
+    const Film film = filmScene(options, [](int) { return true; });
+    ASSERT_EQ(film.bodyCount, 7u) << "the floor, a bump, the chassis and its wheels";
+    FilmState state(film);
+    state.apply(film.frames.front());
+    const auto countTouching = [&]
+    {
+        return std::count_if(state.bodies().begin() + 3, state.bodies().end(),
+                             [](const BodyChange& body) { return body.state == BodyState::Touching; });
+    };
+    EXPECT_EQ(countTouching(), 0) << "in the air before the first step";
+    for (const FilmFrame& frame : film.frames)
+        state.apply(frame);
+    EXPECT_GE(countTouching(), 3);
+    for (std::size_t i = 3; i < 7; ++i)
+    {
+        const BodyChange& wheel = state.bodies()[i];
+        Eigen::AlignedBox3f box;
+        for (const Eigen::Vector3f& position : film.meshes[wheel.mesh].positions)
+            box.extend(wheel.pose.toMatrix() * position);
+        // Radius 0.4, width 0.32, hardly steered.
+        EXPECT_NEAR(box.sizes().y(), 0.8, 0.1) << i;
+        EXPECT_NEAR(box.sizes().z(), 0.8, 0.1) << i;
+        EXPECT_NEAR(box.sizes().x(), 0.32, 0.15) << i;
+        EXPECT_NEAR(box.min().y(), 0, 0.15) << i;
+    }
 }
 
 TEST(WorldFilmer, BodiesThatComeAndGoAreHiddenMeanwhile)

@@ -45,6 +45,7 @@ TEST(RenderCommand, WritesAPictureForEachFrameInWhichBodiesFall)
     ASSERT_EQ(outcome.code, kExitOk) << outcome.errors;
     EXPECT_TRUE(contains(outcome.output, "3 frames")) << outcome.output;
     EXPECT_TRUE(contains(outcome.output, "touching red")) << "the legend";
+    EXPECT_TRUE(contains(outcome.output, "commit "));
     for (std::size_t frame = 0; frame < 3; ++frame)
     {
         const Image image = readPng(framePath(folder.path, frame));
@@ -139,12 +140,21 @@ TEST(RenderCommand, ARecordingHasTheBoxesOfItsScene)
     EXPECT_TRUE(contains(broken.errors, recording)) << broken.errors;
 }
 
-TEST(RenderCommand, ExportNeedsNoRenderer)
+TEST(RenderCommand, ExportNeedsNoRendererAndShowsTheWorldThatRunSteps)
 {
     const Folder folder;
     std::filesystem::create_directories(folder.path);
-    const Outcome outcome = runProgram(kSmall + "--steps 10 --gltf " + folder.file("a.gltf"));
+    Outcome outcome;
+    const nlohmann::json document =
+        runForJson(kSmall + "--steps 10 --backend grid --gltf " + folder.file("a.gltf"), &outcome);
     ASSERT_EQ(outcome.code, kExitOk) << outcome.errors;
+    const nlohmann::json& row = document["rows"].at(0);
+    EXPECT_EQ(row["frames"], 6);
+    EXPECT_EQ(row["bodies"], 25) << "with the floor and four walls";
+    const nlohmann::json run =
+        runForJson("run --check 0 --scene boxes --bodies 20 --steps 10 --backend grid");
+    EXPECT_EQ(row["hash"], run["rows"].at(0)["hash"]);
+    EXPECT_EQ(row["pairs"], run["rows"].at(0)["pairs"]);
     const auto gltf = nlohmann::json::parse(readText(folder.file("a.gltf")));
     EXPECT_EQ(gltf["buffers"][0]["uri"], "a.bin");
     EXPECT_EQ(gltf["buffers"][0]["byteLength"], std::filesystem::file_size(folder.file("a.bin")));

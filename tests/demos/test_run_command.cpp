@@ -108,14 +108,11 @@ TEST(RunCommand, TracesEveryPhaseOfEveryStep)
     const json trace = json::parse(readText(path), nullptr, false);
     std::remove(path.c_str());
     ASSERT_TRUE(trace.is_array());
-    std::map<std::string, int> counts;
+    std::map<std::string, int> counts = countSpans(trace);
     double steps = 0.0;
     for (const json& event : trace)
     {
-        const bool isSpan = event["ph"] == "X";
-        ++counts[isSpan ? event["name"].get<std::string>() + " " + std::to_string(event["tid"].get<int>())
-                        : event["args"]["name"].get<std::string>()];
-        if (isSpan && event["name"] == "step" && event["tid"] == 1)
+        if (event["ph"] == "X" && event["name"] == "step" && event["tid"] == 1)
             steps += event["dur"].get<double>();
     }
     EXPECT_EQ(counts["grid"], 1);
@@ -218,6 +215,38 @@ TEST(RunCommand, ExplainsWrongUsage)
     const Outcome help = runProgram("run --help");
     EXPECT_EQ(help.code, 0);
     EXPECT_TRUE(contains(help.output, "--mesh"));
+}
+
+TEST(Program, EveryCommandHasHelpWithExamplesAndExitCodes)
+{
+    for (const std::string command : {"run", "bench broad", "bench world", "bench narrow", "figure", "record",
+                                      "replay", "verify", "render", "list"})
+    {
+        const Outcome help = runProgram(command + " --help");
+        EXPECT_EQ(help.code, 0) << command;
+        EXPECT_TRUE(contains(help.output, "Example")) << command;
+        EXPECT_TRUE(contains(help.output, "3 input file")) << command;
+        for (const char* option : {"--json", "--csv"})
+            EXPECT_TRUE(contains(help.output, option)) << command;
+    }
+}
+
+TEST(Program, CommandsOnScenesOfBodiesTakeTheSameOptions)
+{
+    for (const std::string command : {"run", "bench world", "record", "render"})
+    {
+        const Outcome help = runProgram(command + " --help");
+        for (const char* option : {"--scene", "--bodies", "--steps", "--seed", "--backend", "--threads",
+                                   "--precision", "--dt", "--narrow", "--mesh", "--file", "--quiet"})
+            EXPECT_TRUE(contains(help.output, std::string("  ") + option + " ")) << command << " " << option;
+        const Outcome unknown =
+            runProgram(command + " --scene nowhere" + (command == "render" ? " --gltf x.gltf" : ""));
+        if (contains(unknown.errors, "debug build"))
+            continue;
+        EXPECT_EQ(unknown.code, 2) << command;
+        EXPECT_TRUE(contains(unknown.errors, "unknown scene 'nowhere'; known: drop, boxes"))
+            << unknown.errors;
+    }
 }
 }  // namespace
 }  // namespace cullet
