@@ -77,6 +77,7 @@ need_packages()
     # A failed update is not yet the end: the lists that are there may do.
     run_quietly "${apt[@]}" update || say "apt-get update failed; trying with the package lists that are there"
     run_quietly "${apt[@]}" install -y --no-install-recommends "${missing[@]}" || die "could not install ${missing[*]}"
+    has_installed=1
 }
 
 nvcc_path()
@@ -123,11 +124,12 @@ job_count()
     printf '%s\n' "$((processors < by_memory ? processors : by_memory))"
 }
 
-# configure <preset>: only if this has not been done with these arguments; ninja itself sees changed CMake files.
+# configure <preset>: only if this has not been done with these arguments and packages; ninja itself sees changed CMake
+# files.
 configure()
 {
     local build=$CULLET_ROOT/build/$1 arguments="${CULLET_CMAKE_ARGS:-}"
-    if [ -f "$build/build.ninja" ] && [ "$build/configured" -nt "$CULLET_ROOT/CMakePresets.json" ] &&
+    if [ -z "${has_installed:-}" ] && [ -f "$build/build.ninja" ] && [ "$build/configured" -nt "$CULLET_ROOT/CMakePresets.json" ] &&
         [ "$(cat "$build/configured")" = "$arguments" ]; then
         return
     fi
