@@ -136,6 +136,17 @@ std::vector<Band> occupiedOctaves(const SizeHistogram& sizes)
     return bands;
 }
 
+/// Leaves the largest octaves out while they hold one box, as far as the sample tells: a giant meets everybody or fills many
+/// rows, which costs less than a level of its own or rows as wide as it is.
+void leaveOutGiant(std::vector<Band>& bands, std::uint32_t weight)
+{
+    while (bands.size() > 1 && bands.back().count <= weight)
+    {
+        weight -= static_cast<std::uint32_t>(bands.back().count);
+        bands.pop_back();
+    }
+}
+
 /// Joins equal numbers of neighbours until few bands are left: what follows costs their fourth power.
 void mergeEvenly(std::vector<Band>& bands)
 {
@@ -193,6 +204,7 @@ double costOfOneLevel(const std::vector<Band>& bands, const World& world, float 
 
 void SizeHistogram::add(const SizeHistogram& other)
 {
+    weight = std::max(weight, other.weight);
     for (std::size_t i = 0; i < bins.size(); ++i)
     {
         bins[i].count += other.bins[i].count;
@@ -258,6 +270,7 @@ GridPlan makeGridPlan(const SizeHistogram& sizes, const float span[3], int sweep
     std::vector<Band> bands = occupiedOctaves(sizes);
     if (bands.empty())
         return plan;
+    leaveOutGiant(bands, sizes.weight);
     const double largest = std::ldexp(1.0, bands.back().top);
     const World world = {std::max<double>(span[plan.sweepAxis], bands.back().sweep + 1e-30),
                          std::max<double>(span[plan.tileAxisY], largest),

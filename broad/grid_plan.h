@@ -38,6 +38,7 @@ struct SizeHistogram
         double sweepSum = 0;  ///< sum of the extents along the sweep axis
     };
     std::array<Bin, kOctaveCount> bins{};
+    std::uint32_t weight = 1;  ///< how many boxes each one that was looked at counts for
 
     void add(const SizeHistogram& other);
     std::uint32_t count() const;

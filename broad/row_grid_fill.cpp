@@ -74,6 +74,7 @@ std::size_t RowGrid::octaveIndex(Float4 tile)
 void RowGrid::recordSize(Float4 tile, Float4 sweep, Task& task)
 {
     SizeHistogram::Bin& bin = task.sizes.bins[octaveIndex(tile)];
+    task.sizes.weight = kSizeSampling;
     bin.count += kSizeSampling;
     bin.tileSum += 0.5f * kSizeSampling * ((tile[1] - tile[0]) + (tile[3] - tile[2]));
     bin.sweepSum += kSizeSampling * (sweep[1] - sweep[0]);

@@ -19,6 +19,7 @@ void RowGrid::preparePlan(const GridInput& input)
         return;
     SizeHistogram sizes;
     const std::uint32_t stride = std::max(1u, input.count / 1024);
+    sizes.weight = stride;
     for (std::uint32_t i = 0; i < input.count; i += stride)
     {
         const Aabb& box = input.boxes[input.ids != nullptr ? input.ids[i] : i];

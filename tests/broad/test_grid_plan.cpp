@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 #include "broad/grid_plan.h"
+#include "broad/proxy_table.h"
 #include "tests/support/boxes.h"
 #include "tests/support/random.h"
 
@@ -69,6 +70,26 @@ TEST(GridPlan, PredictsTheTestsOfALevelWithSizesOverSixDecades)
         EXPECT_GT(tests, 4.0 * kCount) << "width " << plan.width[0];
         EXPECT_NEAR(std::log2(plan.predictedCandidates / tests), 0, 1) << "width " << plan.width[0];
     }
+}
+
+TEST(GridPlan, OneGiantInTheSampleGetsNoLevelOfItsOwn)
+{
+    SCOPED_TRACE("seed 12");
+    Random random(12);
+    GridOptions options;
+    options.flatLimit = 0;
+    options.threads = 1;
+    const auto backend = makeGridBackend(options);
+    ProxyTable table;
+    table.create(cube(-100, 200), 1, kEverything);  // the first row is in every sample
+    for (std::uint32_t id = 2; id <= 20000; ++id)
+        table.create(boxAt(random.between(0, 87), random.between(0, 87), random.between(0, 87)), id,
+                     kEverything);
+    PairDelta delta;
+    ASSERT_EQ(backend->update(table.beginUpdate(0, true), delta), Status::Ok);
+    EXPECT_GT(delta.added.size(), 20000u);
+    EXPECT_EQ(backend->stats().levels, 1u);
+    EXPECT_LT(backend->stats().decision.cellWidth, 20.0f);
 }
 }  // namespace
 }  // namespace cullet::test

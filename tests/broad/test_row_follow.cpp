@@ -207,9 +207,16 @@ TEST(GridDecision, TakesTheCheaperPathAndSaysWhy)
 
     const BackendStats jumping = statsOfMotion({}, 30.0f, 6);
     EXPECT_STREQ(jumping.path, "rebuild");
-    EXPECT_STREQ(jumping.decision.reason, "many boxes came into other cells");
-    EXPECT_GT(jumping.decision.strays, 3000u / 4);
+    EXPECT_STREQ(jumping.decision.reason, "most boxes jumped");
     EXPECT_LT(jumping.decision.cost, jumping.decision.otherCost);
+
+    GridOptions wide;
+    wide.cellScale = 16;
+    const BackendStats straying = statsOfMotion(wide, 4.0f, 6);
+    EXPECT_STREQ(straying.path, "rebuild");
+    EXPECT_STREQ(straying.decision.reason, "many boxes came into other cells");
+    EXPECT_GT(straying.decision.strays, 3000u / 5);
+    EXPECT_LT(straying.decision.cost, straying.decision.otherCost);
 
     const BackendStats resting = statsOfMotion({}, 0.001f, 12);
     EXPECT_STREQ(resting.path, "watch");
