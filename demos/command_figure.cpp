@@ -146,8 +146,10 @@ void addFigureCommand(CLI::App& program, Action& chosen)
     command->add_option("--most", settings->options.most, "leave out larger worlds")
         ->check(CLI::Range(1000, 100000000));
     command
-        ->add_option("--budget", settings->options.budget,
-                     "seconds for each figure: larger worlds that would exceed it are left out; 0: none are")
+        ->add_option(
+            "--budget", settings->options.budget,
+            "seconds for each figure, 2.5 times as many for phases: larger worlds that would exceed it are "
+            "left out; 0: none are")
         ->capture_default_str()
         ->check(CLI::Range(0.0, 1e9));
     command->add_option("--json", settings->json, "write the rows of all figures to this file");

@@ -171,6 +171,7 @@ Json makeRow(const Case& c, const std::vector<Runner>& runners, Runner& runner, 
                 {"bullet_over_this", ratioToBullet(runners, runner)},
                 {"iterations", known(work.iterations)},
                 {"supports", known(work.supports)},
+                {"repetitions", runner.milliseconds.size()},
                 {"wrong", errors.wrong},
                 {"max_error", errors.largest}});
     return row;
@@ -202,7 +203,8 @@ void runCase(const Case& c, ResultFile& file)
     for (const std::string& name : c.options.algorithms)
         addRunners(c, named(narrowSubjects(), name), runners);
     measure(c, runners);
-    if (isInterrupted())
+    // Interrupted before the first repetition.
+    if (runners.empty() || runners.front().milliseconds.empty())
         return;
     NarrowCheck check(c.trajectories, c.query.query);
     for (Runner& runner : runners)

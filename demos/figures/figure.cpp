@@ -6,7 +6,6 @@
 #include "demos/program/interrupt.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 
 namespace cullet
@@ -62,14 +61,12 @@ FigureClock::FigureClock(const FigureOptions& options, const char* name, double 
 
 bool FigureClock::hasTimeFor(std::uint32_t bodies)
 {
-    // Between that of cullet's backends and that of DBVT.
-    constexpr double kExponent = 1.2;
     if (isInterrupted())
         return false;
     const Clock::time_point now = Clock::now();
     const auto seconds = [now](Clock::time_point since)
     { return std::chrono::duration<double>(now - since).count(); };
-    const double growth = m_lastBodies == 0 ? 0.0 : std::pow(double(bodies) / m_lastBodies, kExponent);
+    const double growth = m_lastBodies == 0 ? 0.0 : double(bodies) / m_lastBodies;
     if (m_budget > 0.0 && seconds(m_start) + growth * seconds(m_lastStart) > m_budget && m_lastBodies != 0)
     {
         std::fprintf(

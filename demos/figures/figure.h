@@ -19,7 +19,7 @@ struct FigureOptions
     bool quick = false;                 ///< smaller worlds and fewer frames
     std::vector<std::uint32_t> bodies;  ///< instead of the figure's own sizes; ascending
     std::uint32_t most = 0;             ///< leaves out larger worlds; 0: a limit of the figure's own
-    double budget = 120;                ///< seconds for each figure, see FigureClock; 0: as long as it takes
+    double budget = 100;                ///< seconds for each figure, see FigureClock; 0: as long as it takes
     std::uint64_t seed = 12345;
     bool quiet = false;
 };
@@ -54,7 +54,7 @@ std::vector<std::uint32_t> sizesOf(const FigureOptions& options, const std::vect
                                    std::uint32_t quick, std::uint32_t most);
 
 /// Tells a figure, whose worlds grow, when to stop: at the user's interrupt, and where the next world would not be done
-/// within the budget, as the time of the last one says. The first is always measured.
+/// within the budget if it took as long per body as the last one. The first is always measured.
 class FigureClock
 {
 public:

@@ -37,7 +37,7 @@ void measurePhases(const FigureOptions& options, ResultFile& file)
         world.windows = {{"falling", 5, 10}, {"settled", 50, 60}};
     // The largest worlds for which there is time; the smaller ones tell how long they take.
     std::vector<Json> rows;
-    FigureClock clock(options, "phases");
+    FigureClock clock(options, "phases", 2.5);
     for (const std::uint32_t bodies : sizesOf(options, {1000, 8000}, 1000, 8000))
     {
         if (!clock.hasTimeFor(bodies))

@@ -382,6 +382,24 @@ TEST_F(BenchCommand, MeasuresNarrowQueriesAndChecksTheirAnswers)
     EXPECT_EQ(runProgram("bench narrow --shape sphere").code, 2);
 }
 
+TEST_F(BenchCommand, InterruptedItWritesWhatItHas)
+{
+    const std::string path = temporaryPath("interrupted.json");
+    for (const std::string bench :
+         {"narrow --shape box8 --regime separated --query boolean --repetitions 100000",
+          "world --scene boxes --bodies 50 --steps 100000000 --falling 2:5",
+          "broad --bodies 100 --backend grid,dbvt --warmup 1 --frames 1000000 --budget 1000"})
+    {
+        const Outcome outcome = runShell("timeout --preserve-status -s INT 2 " + std::string(CULLET_PROGRAM) +
+                                         " bench " + bench + " --json " + path);
+        EXPECT_EQ(outcome.code, 130) << bench << outcome.errors;
+        const json document = json::parse(readText(path), nullptr, false);
+        ASSERT_TRUE(document.is_object()) << bench;
+        EXPECT_GE(document["rows"].size(), 2u) << bench;
+    }
+    std::remove(path.c_str());
+}
+
 TEST_F(BenchCommand, UnknownNamesAreAnsweredWithTheKnownOnes)
 {
     const Outcome scene = runProgram("bench broad --scene W6");

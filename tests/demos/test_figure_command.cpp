@@ -106,6 +106,27 @@ TEST_F(FigureCommand, Figure10ComparesTheCellsOfTheThesisWithOurs)
     EXPECT_EQ(backends["500"].count("psap-cells:81"), 1u) << outcome.output;
 }
 
+TEST_F(FigureCommand, Figure11HasEverySearchOnEveryShape)
+{
+    const Outcome outcome = run("11 --quick --no-plots");
+    ASSERT_EQ(outcome.code, 0) << outcome.errors;
+    std::map<std::string, std::set<std::string>> searches;
+    for (const Row& row : rows("figure11"))
+    {
+        if (row.at("scene") == "regular")
+            continue;
+        searches[row.at("scene") + " " + row.at("regime")].insert(row.at("support"));
+        EXPECT_EQ(row.at("wrong"), "0");
+        EXPECT_GT(number(row, "ns_per_query"), 0.0);
+        EXPECT_EQ(row.at("temperature"), "cold");
+    }
+    EXPECT_EQ(searches.size(), 8u) << "four shapes, separated and overlapping";
+    for (const auto& [shape, found] : searches)
+        EXPECT_EQ(found,
+                  (std::set<std::string>{"automatic", "climb", "climb-artificial", "cubemap", "linear"}))
+            << shape;
+}
+
 TEST_F(FigureCommand, Figure12CountsWhatBruteForceFindsAndProbabilityExpects)
 {
     const Outcome outcome = run("12 --no-plots --bodies 300,3000 --seed 3");
@@ -211,6 +232,7 @@ TEST_F(FigureCommand, AnUnknownFigureIsAnsweredWithTheKnownOnes)
     EXPECT_EQ(outcome.code, 2);
     EXPECT_TRUE(contains(outcome.errors, "unknown figure '14'; known: 10, 11, 12, 13, cell-size"))
         << outcome.errors;
+    EXPECT_EQ(runShell(std::string(CULLET_PROGRAM) + " figure 12 --bodies 300 --out /proc/nowhere").code, 4);
     const Outcome option = run("10 --threads 3");
     EXPECT_EQ(option.code, 2);
     EXPECT_TRUE(contains(option.errors, "--threads")) << option.errors;
