@@ -44,11 +44,19 @@ if(CULLET_SANITIZE)
     endif()
 endif()
 
+# -DCMAKE_UNITY_BUILD=ON compiles several sources as one where each is also compiled alone: the programs in the other
+# precision, and with a sanitizer those in both. What is installed never is.
+set(CULLET_UNITY "${CMAKE_UNITY_BUILD}")
+set(CMAKE_UNITY_BUILD OFF)
+# Below that a job's memory, above it most of what there is to gain.
+set(CMAKE_UNITY_BUILD_BATCH_SIZE 16)
+
 # Linked PRIVATE by every target of the project and by nothing else.
+# Several sources compiled as one may well hide each other's names.
 # -ffp-contract=off: the same pairs and contacts on every machine need a multiply and an add to stay two operations.
 add_library(cullet_flags INTERFACE)
 target_compile_options(cullet_flags INTERFACE
-    "$<$<COMPILE_LANGUAGE:CXX>:-Wall;-Wextra;-Wshadow;-ffp-contract=off>"
+    "$<$<COMPILE_LANGUAGE:CXX>:-Wall;-Wextra;$<$<NOT:$<BOOL:$<TARGET_PROPERTY:UNITY_BUILD>>>:-Wshadow>;-ffp-contract=off>"
     "$<$<COMPILE_LANGUAGE:CUDA>:-Xcompiler=-Wall,-Wextra,-ffp-contract=off>")
 if(CULLET_WERROR)
     target_compile_options(cullet_flags INTERFACE
@@ -103,12 +111,20 @@ function(cullet_library_part target)
     foreach(part IN LISTS targets)
         if(TARGET ${part})
             set_target_properties(${part} PROPERTIES
-                CXX_VISIBILITY_PRESET hidden CUDA_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+                CXX_VISIBILITY_PRESET hidden CUDA_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON
+                UNITY_BUILD OFF)
             # Position independent code would otherwise keep the compiler from inlining what another library might
             # replace.
             target_compile_options(${part} PRIVATE "$<$<COMPILE_LANGUAGE:CXX>:-fno-semantic-interposition>")
         endif()
     endforeach()
+endfunction()
+
+# cullet_unity(<target>): several sources of <target> as one, where that is asked for.
+function(cullet_unity target)
+    if(CULLET_UNITY)
+        set_target_properties(${target} PROPERTIES UNITY_BUILD ON)
+    endif()
 endfunction()
 
 # cullet_precision_names(float|double <suffix> <precision>): "" and float32, or -float64 and float64.
@@ -141,6 +157,10 @@ function(cullet_add_per_precision kind name)
             add_executable(${target} ${arg_SOURCES})
             target_link_libraries(${target} PRIVATE cullet_flags)
             set(scope PRIVATE)
+        endif()
+        list(LENGTH arg_SOURCES count)
+        if(count GREATER 1 AND (suffix OR CULLET_SANITIZE))
+            cullet_unity(${target})
         endif()
         # Users' files get the same from plugin/precision.h, by what Bullet is compiled with.
         target_compile_definitions(${target} PRIVATE CULLET_PRECISION=${precision})

@@ -65,7 +65,7 @@ const auto& named(const List& list, const std::string& name)
 }
 
 /// One library in one case, with what was measured.
-struct Runner
+struct NarrowRunner
 {
     std::string algorithm, temperature, support;
     std::unique_ptr<NarrowSubject> subject;
@@ -82,7 +82,7 @@ struct Case
     const NarrowTrajectories& trajectories;
 };
 
-void addRunners(const Case& c, const NarrowSubjectInfo& info, std::vector<Runner>& runners)
+void addRunners(const Case& c, const NarrowSubjectInfo& info, std::vector<NarrowRunner>& runners)
 {
     const std::vector<std::string> once = {"none"};
     for (const std::string& temperature : info.canBeWarm ? c.options.temperatures : once)
@@ -99,16 +99,16 @@ void addRunners(const Case& c, const NarrowSubjectInfo& info, std::vector<Runner
     }
 }
 
-void measure(const Case& c, std::vector<Runner>& runners)
+void measure(const Case& c, std::vector<NarrowRunner>& runners)
 {
     const std::size_t count = c.trajectories.scenes().size();
-    for (Runner& runner : runners)
+    for (NarrowRunner& runner : runners)
         runner.answers.resize(count);
     for (int repetition = 0; repetition < c.options.repetitions && !isInterrupted(); ++repetition)
     {
         for (std::size_t i = 0; i < runners.size(); ++i)
         {
-            Runner& runner = runners[(i + static_cast<std::size_t>(repetition)) % runners.size()];
+            NarrowRunner& runner = runners[(i + static_cast<std::size_t>(repetition)) % runners.size()];
             const Stopwatch watch;
             runner.subject->run(runner.answers);
             runner.milliseconds.push_back(watch.cpuMs());
@@ -117,10 +117,10 @@ void measure(const Case& c, std::vector<Runner>& runners)
 }
 
 /// Median over the repetitions of how many times longer Bullet took; 0 without Bullet.
-double ratioToBullet(const std::vector<Runner>& runners, const Runner& runner)
+double ratioToBullet(const std::vector<NarrowRunner>& runners, const NarrowRunner& runner)
 {
-    const auto bullet =
-        std::find_if(runners.begin(), runners.end(), [](const Runner& r) { return r.algorithm == "bullet"; });
+    const auto bullet = std::find_if(runners.begin(), runners.end(),
+                                     [](const NarrowRunner& r) { return r.algorithm == "bullet"; });
     if (bullet == runners.end())
         return 0.0;
     std::vector<double> ratios;
@@ -138,7 +138,7 @@ std::uint64_t hashOf(const std::vector<NarrowAnswer>& answers)
     return hash;
 }
 
-Json rowHead(const std::string& query, const std::string& scene, const Runner& runner)
+Json rowHead(const std::string& query, const std::string& scene, const NarrowRunner& runner)
 {
     return {{"benchmark", "narrow." + query},
             {"scene", scene},
@@ -147,7 +147,8 @@ Json rowHead(const std::string& query, const std::string& scene, const Runner& r
             {"threads", 1}};
 }
 
-Json makeRow(const Case& c, const std::vector<Runner>& runners, Runner& runner, NarrowCheck& check)
+Json makeRow(const Case& c, const std::vector<NarrowRunner>& runners, NarrowRunner& runner,
+             NarrowCheck& check)
 {
     const Statistics times = summarise(runner.milliseconds);
     const NarrowErrors errors = check.check(runner.answers);
@@ -199,7 +200,7 @@ void printRow(const Json& row)
 
 void runCase(const Case& c, ResultFile& file)
 {
-    std::vector<Runner> runners;
+    std::vector<NarrowRunner> runners;
     for (const std::string& name : c.options.algorithms)
         addRunners(c, named(narrowSubjects(), name), runners);
     measure(c, runners);
@@ -207,7 +208,7 @@ void runCase(const Case& c, ResultFile& file)
     if (runners.empty() || runners.front().milliseconds.empty())
         return;
     NarrowCheck check(c.trajectories, c.query.query);
-    for (Runner& runner : runners)
+    for (NarrowRunner& runner : runners)
     {
         Json row = makeRow(c, runners, runner, check);
         printRow(row);

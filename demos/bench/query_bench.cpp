@@ -174,7 +174,7 @@ PairDigest ask(btBroadphaseInterface& broadphase, Kind kind, const std::vector<Q
     return askRays(broadphase, queries, kind == Kind::Sweep ? btScalar(kHalf) : btScalar(0), digest);
 }
 
-struct Runner
+struct QueryRunner
 {
     SubjectRequest request;
     std::unique_ptr<BulletSubject> subject;
@@ -197,7 +197,7 @@ public:
         std::iota(m_rows.begin(), m_rows.end(), 0u);
         for (const std::string& backend : benchCase.options.backends)
         {
-            Runner runner;
+            QueryRunner runner;
             runner.request = requestFor(benchCase, backend, boundsOf(m_scene->boxes()));
             runner.request.through = Through::Bullet;
             runner.subject = std::make_unique<BulletSubject>(runner.request);
@@ -209,7 +209,7 @@ public:
 
     void run(Kind kind, std::uint32_t count, ResultFile& file)
     {
-        for (Runner& runner : m_runners)
+        for (QueryRunner& runner : m_runners)
         {
             runner.queryMs.clear();
             runner.updateMs.clear();
@@ -228,7 +228,7 @@ public:
     }
 
 private:
-    void runFrame(Runner& runner, Kind kind, const std::vector<Query>& queries, bool timed)
+    void runFrame(QueryRunner& runner, Kind kind, const std::vector<Query>& queries, bool timed)
     {
         const Stopwatch updateWatch;
         if (m_moving)
@@ -247,7 +247,7 @@ private:
 
     void report(Kind kind, std::uint32_t count, ResultFile& file)
     {
-        for (Runner& runner : m_runners)
+        for (QueryRunner& runner : m_runners)
         {
             Json row = makeRow(kindName(kind), m_case, runner.request, runner.subject->threads());
             addMeasurement(row, runner.digest, runner.queryMs);
@@ -270,7 +270,7 @@ private:
     bool m_moving;
     std::unique_ptr<BoxScene> m_scene;
     std::vector<std::uint32_t> m_rows;
-    std::vector<Runner> m_runners;
+    std::vector<QueryRunner> m_runners;
 };
 }  // namespace
 

@@ -25,17 +25,17 @@ struct WindowSample
     std::uint64_t stateHash = 0;
 };
 
-struct Runner
+struct WorldRunner
 {
     std::unique_ptr<WorldScene> world;
     std::vector<WindowSample> windows;
 };
 
-std::vector<Runner> makeRunners(const WorldOptions& options)
+std::vector<WorldRunner> makeRunners(const WorldOptions& options)
 {
     WorldSceneOptions world = options.world;
     world.sleeping = false;
-    std::vector<Runner> runners;
+    std::vector<WorldRunner> runners;
     for (const std::string& backend : options.backends)
     {
         world.backend = backend;
@@ -45,7 +45,7 @@ std::vector<Runner> makeRunners(const WorldOptions& options)
             {
                 world.narrow = narrow;
                 world.update = update;
-                Runner runner;
+                WorldRunner runner;
                 runner.world = makeWorldScene(options.scene, world);
                 runner.windows.resize(options.windows.size());
                 runners.push_back(std::move(runner));
@@ -56,12 +56,12 @@ std::vector<Runner> makeRunners(const WorldOptions& options)
 }
 
 /// A row of the picture for each world; null when nobody asked for one.
-std::unique_ptr<TraceFile> traceSteps(const WorldOptions& options, std::vector<Runner>& runners)
+std::unique_ptr<TraceFile> traceSteps(const WorldOptions& options, std::vector<WorldRunner>& runners)
 {
     if (options.trace.empty())
         return nullptr;
     auto trace = std::make_unique<TraceFile>(options.trace);
-    for (Runner& runner : runners)
+    for (WorldRunner& runner : runners)
     {
         WorldScene& world = *runner.world;
         const std::string name = world.broadphase().name + ", narrow " + world.options().narrow +
@@ -71,7 +71,7 @@ std::unique_ptr<TraceFile> traceSteps(const WorldOptions& options, std::vector<R
     return trace;
 }
 
-void runStep(const WorldOptions& options, Runner& runner, std::uint32_t step)
+void runStep(const WorldOptions& options, WorldRunner& runner, std::uint32_t step)
 {
     const PhaseTimes times = runner.world->step();
     for (std::size_t i = 0; i < options.windows.size(); ++i)
@@ -89,7 +89,8 @@ void runStep(const WorldOptions& options, Runner& runner, std::uint32_t step)
     }
 }
 
-Json makeRow(const WorldOptions& options, const Runner& runner, std::size_t window, const StepSample& sample)
+Json makeRow(const WorldOptions& options, const WorldRunner& runner, std::size_t window,
+             const StepSample& sample)
 {
     const Statistics times = summarise(sample.milliseconds);
     const WindowSample& state = runner.windows[window];
@@ -121,11 +122,11 @@ void printRow(const Json& row)
                 row["hash"].get<std::string>().c_str());
 }
 
-void report(const WorldOptions& options, const std::vector<Runner>& runners, ResultFile& file)
+void report(const WorldOptions& options, const std::vector<WorldRunner>& runners, ResultFile& file)
 {
     for (std::size_t window = 0; window < options.windows.size(); ++window)
     {
-        for (const Runner& runner : runners)
+        for (const WorldRunner& runner : runners)
         {
             // Interrupted before this window.
             if (runner.windows[window].steps.empty())
@@ -143,7 +144,7 @@ void report(const WorldOptions& options, const std::vector<Runner>& runners, Res
 
 void runWorldBench(const WorldOptions& options, ResultFile& file)
 {
-    std::vector<Runner> runners = makeRunners(options);
+    std::vector<WorldRunner> runners = makeRunners(options);
     const std::unique_ptr<TraceFile> trace = traceSteps(options, runners);
     std::uint32_t steps = 0;
     for (const StepWindow& window : options.windows)

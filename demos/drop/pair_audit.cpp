@@ -38,7 +38,7 @@ PairDigest digestPairs(btOverlappingPairCache& cache, RowOf rowOf)
     return digest;
 }
 
-btVector3 toVector(const double* coordinates)
+btVector3 toBullet(const double* coordinates)
 {
     return btVector3(btScalar(coordinates[0]), btScalar(coordinates[1]), btScalar(coordinates[2]));
 }
@@ -93,7 +93,7 @@ ShadowBroadphase::ShadowBroadphase(NamedBroadphase broadphase, const std::vector
         // The row stands where a world puts the object; without a ghost callback nobody follows it.
         void* row = reinterpret_cast<void*>(m_proxies.size() + 1);  // NOLINT(performance-no-int-to-ptr)
         m_proxies.push_back(m_broadphase.broadphase->createProxy(
-            toVector(proxy.box.min), toVector(proxy.box.max), 0, row, proxy.group, proxy.mask, nullptr));
+            toBullet(proxy.box.min), toBullet(proxy.box.max), 0, row, proxy.group, proxy.mask, nullptr));
     }
 }
 
@@ -115,7 +115,7 @@ PairDigest ShadowBroadphase::update(const std::vector<AuditedProxy>& proxies)
     const MarginScope margin(m_broadphase.margin);
     btBroadphaseInterface& broadphase = *m_broadphase.broadphase;
     for (std::size_t row = 0; row < proxies.size(); ++row)
-        broadphase.setAabb(m_proxies[row], toVector(proxies[row].box.min), toVector(proxies[row].box.max),
+        broadphase.setAabb(m_proxies[row], toBullet(proxies[row].box.min), toBullet(proxies[row].box.max),
                            nullptr);
     broadphase.calculateOverlappingPairs(nullptr);
     const auto rowOf = [](const btBroadphaseProxy& proxy)
