@@ -31,13 +31,23 @@ int benchNarrow(const NarrowOptions& options, const FileOptions& files)
     return isInterrupted() ? kExitInterrupted : kExitOk;
 }
 
-void addList(CLI::App& command, const std::string& name, std::vector<std::string>& values,
-             const std::string& help, const std::vector<std::string>& known)
+CLI::Option* addList(CLI::App& command, const std::string& name, std::vector<std::string>& values,
+                     const std::string& help, const std::vector<std::string>& known)
 {
-    command.add_option(name, values, help)
+    return command.add_option(name, values, help)
         ->delimiter(',')
         ->capture_default_str()
         ->check(CLI::IsMember(known));
+}
+/// What keeps this program from measuring a library; empty if nothing does.
+std::string whyNot(const std::string& name)
+{
+    for (const NarrowSubjectInfo& info : narrowSubjects())
+    {
+        if (info.name == name && info.make == nullptr)
+            return name + ": " + info.summary;
+    }
+    return {};
 }
 }  // namespace
 
@@ -54,8 +64,8 @@ void addNarrowBench(CLI::App& bench, Action& chosen)
     addList(*command, "--shape", options->shapes, "one or several", narrowShapeNames());
     addList(*command, "--regime", options->regimes, "how far apart", namesOf(narrowRegimes()));
     addList(*command, "--query", options->queries, "what is asked", narrowQueryNames());
-    addList(*command, "--algorithm", options->algorithms, "libraries; those found at build time",
-            namesOf(narrowSubjects()));
+    addList(*command, "--algorithm", options->algorithms, "libraries", namesOf(narrowSubjects()))
+        ->check(CLI::Validator(whyNot, ""));
     addList(*command, "--temperature", options->temperatures, "with and without the memory of a pair",
             {"warm", "cold"});
     addList(*command, "--support", options->supports, "support search of cullet", narrowSupportNames());

@@ -26,7 +26,8 @@ public:
 
     GjkResult<S> run()
     {
-        if (!m_search.seed(m_cache, nullptr))
+        m_isSeeded = m_search.seed(m_cache, nullptr);
+        if (!m_isSeeded)
             m_search.start(m_search.supportAgainst(firstDirection()));
         if (m_search.isFinite() && m_search.isInside() && m_cache.count == 4 &&
             m_cache.state == GjkState::Overlapping)
@@ -50,15 +51,12 @@ private:
 
     GjkResult<S> iterate()
     {
-        std::int32_t startA = m_cache.startA == GjkCache<S>::kUnknown ? -1 : m_cache.startA;
-        std::int32_t startB = m_cache.startB == GjkCache<S>::kUnknown ? -1 : m_cache.startB;
         for (; m_iterations < kGjkIterationLimit; ++m_iterations)
         {
             if (m_search.isTouching())
                 return finish(GjkState::Overlapping, nullptr);
             const Eigen::Vector3d v = m_search.closest();
-            const Support s = m_search.supportAgainst(v, startA, startB);
-            startA = startB = -1;
+            const Support s = m_isSeeded ? m_search.supportAmongOwn() : m_search.supportAgainst(v);
             const double along = v.dot(s.w);
             m_observer(v, along);
             if (along > 0.0 && along * along > m_limit * m_limit * m_search.length2())
@@ -110,6 +108,7 @@ private:
     GjkCache<S>& m_cache;
     Observer& m_observer;
     std::int32_t m_iterations = 0;
+    bool m_isSeeded = false;
 };
 
 /// Distance and closest points of two convex shapes.

@@ -11,11 +11,23 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <type_traits>
 
 namespace cullet
 {
 /// Largest relative width of the interval of possible distances that still counts as an answer when it stops shrinking.
 constexpr double kGjkAccuracy = 1e-7;
+
+/// Whether a shape can look for its support vertex among given ones: hulls.
+template <class A>
+struct HasVertexAmong : std::false_type
+{
+};
+
+template <class S>
+struct HasVertexAmong<PosedHull<S>> : std::true_type
+{
+};
 
 /// The state that ISA-GJK, GJK and EPA share: a simplex in the Minkowski difference A - B and its point closest to the
 /// origin. World axes, relative to the origin of A, double.
@@ -70,6 +82,32 @@ public:
         const SupportPoint a = m_a.support(-v, startA);
         const SupportPoint b = m_b.support(v, startB);
         return note({a.point - b.point - m_offset, a.point, a.vertex, b.vertex});
+    }
+
+    /// The same against closest(), where the simplex likely has it already.
+    Support supportAmongOwn()
+    {
+        if constexpr (HasVertexAmong<A>::value && HasVertexAmong<B>::value)
+        {
+            std::array<std::int32_t, 4> verticesA, verticesB;
+            for (int i = 0; i < m_count; ++i)
+            {
+                verticesA[i] = m_tags[m_count - 1 - i].vertexA;
+                verticesB[i] = m_tags[m_count - 1 - i].vertexB;
+            }
+            const std::int32_t vertexA = m_a.vertexAmong(-m_closest, verticesA, m_count);
+            const std::int32_t vertexB = m_b.vertexAmong(m_closest, verticesB, m_count);
+            for (int i = 0; i < m_count; ++i)
+            {
+                if (m_tags[i].vertexA == vertexA && m_tags[i].vertexB == vertexB)
+                    return support(i);
+            }
+            return supportOf(vertexA, vertexB);
+        }
+        else
+        {
+            return supportAgainst(m_closest);
+        }
     }
 
     /// The point of two vertices.

@@ -32,8 +32,9 @@ struct GjkResult
     using Vector = Eigen::Matrix<S, 3, 1>;
 
     GjkState state = GjkState::NotConverged;
-    std::int32_t iterations = 0;  ///< simplices solved; 0 if the cached axis or tetrahedron was enough
-    S distance = S(0);            ///< gjkDistance() only
+    std::int32_t iterations =
+        0;              ///< simplices solved; 0 if an axis, its corner or the cached tetrahedron was enough
+    S distance = S(0);  ///< gjkDistance() only
     Vector axis =
         Vector::Zero();  ///< from B to A, world axes; unit length from gjkDistance(), any from isaGjk()
     Vector pointA = Vector::Zero();  ///< closest point of A, world axes, relative to the origin of A

@@ -124,6 +124,8 @@ public:
     {
         return span(m_neighbours, m_neighbourBegin[v], m_neighbourBegin[v + 1]);
     }
+    /// The vertex farthest below vertex v along the mean normal at v; of a Solid.
+    std::int32_t opposite(std::int32_t v) const { return m_opposite[v]; }
     /// Vertices with a block: none, or all.
     std::int32_t blockCount() const { return hasNeighbours() ? m_vertexCount : 0; }
     /// The first block of vertex i is block i.
@@ -174,7 +176,7 @@ private:
     std::int32_t m_vertexCount = 0;
     std::vector<S> m_x, m_y, m_z;
     std::vector<std::int32_t> m_source;
-    std::vector<std::int32_t> m_neighbours, m_neighbourBegin, m_naturalEnd;
+    std::vector<std::int32_t> m_neighbours, m_neighbourBegin, m_naturalEnd, m_opposite;
     std::vector<Block> m_blocks;
     DkHierarchy m_hierarchy;
     std::vector<Face> m_faces;

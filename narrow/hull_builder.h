@@ -324,6 +324,8 @@ private:
         {
             const Vector way = ways[i].template cast<S>();
             const std::int32_t far = supportLinear(m_hull, way);
+            if (i == 0)
+                m_hull.m_opposite.push_back(far);
             const bool isNew = far != v && std::find(list.begin(), list.end(), far) == list.end();
             if (isNew)
                 list.push_back(far);

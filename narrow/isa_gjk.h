@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "narrow/corner_fan.h"
 #include "narrow/gjk_search.h"
 #include "narrow/gjk_types.h"
 #include "narrow/hull_pair.h"
@@ -33,10 +34,14 @@ public:
         const Eigen::Vector3d v(m_cache.axis[0], m_cache.axis[1], m_cache.axis[2]);
         if (m_cache.count == 4 && m_search.seed(m_cache, nullptr))
             return m_search.isInside() ? keepTetrahedron() : iterate();
+        // The observer has seen this axis if its supports are known.
+        const bool isKnown = test.vertexA >= 0;
         const Support first =
-            test.vertexA >= 0 ? m_search.supportOf(test.vertexA, test.vertexB)
-                              : m_search.supportAgainst(v, startOf(m_cache.startA), startOf(m_cache.startB));
-        if (separates(v, v.squaredNorm(), first))
+            isKnown ? m_search.supportOf(test.vertexA, test.vertexB)
+                    : m_search.supportAgainst(v, startOf(m_cache.startA), startOf(m_cache.startB));
+        if (!isKnown)
+            m_observer(v, v.dot(first.w));
+        if (isBeyond(v.dot(first.w), v.squaredNorm()))
             return finishOnAxis(v, first);
         Eigen::Vector3d reflected = v;
         Support last = first;
@@ -65,6 +70,11 @@ private:
     {
         const double along = v.dot(s.w);
         m_observer(v, along);
+        return isBeyond(along, length2);
+    }
+
+    bool isBeyond(double along, double length2) const
+    {
         return along > 0.0 && along * along > m_limit2 * length2;
     }
 
@@ -176,17 +186,28 @@ template <class S, class A, class B, class Observer, class Shape>
     return IsaGjk<S, A, B, Observer>(a, b, limit, cache, observer, reflections).run(test);
 }
 
-/// From the remembered tetrahedron. Out of line, as the search in double, to keep the path of a separated pair short.
+/// Ends a query with an axis that the cache has already.
+template <class S, class H>
+void keepSeparated(const Eigen::Matrix<H, 3, 1>& axis, const AxisTest<H>& test, GjkCache<S>& cache,
+                   GjkResult<S>& result)
+{
+    result.state = cache.state = GjkState::Separated;
+    result.axis = axis.template cast<S>();
+    cache.startA = narrowId<S>(test.vertexA);
+    cache.startB = narrowId<S>(test.vertexB);
+}
+
+/// A walk from four vertex pairs. Out of line, as the search in double, to keep the path of a separated pair short.
 ///
 /// @return false if nothing was proved; then the cache has the points for the search in double
 template <class S, class H, class Observer>
-[[gnu::noinline]] bool isaGjkFromTetrahedron(const PosedHull<H>& a, const PosedHull<H>& b, H limit2,
-                                             GjkCache<S>& cache, Observer& observer, GjkResult<S>& result)
+[[gnu::noinline]] bool isaGjkWalk(const HullPair<H>& pair, H limit2,
+                                  const std::array<std::int32_t, 4>& verticesA,
+                                  const std::array<std::int32_t, 4>& verticesB, GjkCache<S>& cache,
+                                  Observer& observer, GjkResult<S>& result)
 {
-    const HullPair<H> pair(a, b);
     TetrahedronWalk<H, Observer> walk(pair, limit2, observer);
-    if (!walk.load(cache))
-        return false;
+    walk.start(verticesA, verticesB);
     result.state = walk.run();
     result.iterations = walk.iterations();
     walk.remember(result.state, cache);
@@ -195,25 +216,72 @@ template <class S, class H, class Observer>
     return result.state != GjkState::NotConverged;
 }
 
+/// From the remembered tetrahedron.
+template <class S, class H, class Observer>
+bool isaGjkFromTetrahedron(const PosedHull<H>& a, const PosedHull<H>& b, H limit2, GjkCache<S>& cache,
+                           Observer& observer, GjkResult<S>& result)
+{
+    std::array<std::int32_t, 4> verticesA, verticesB;
+    bool isKnown = true;
+    for (int i = 0; i < 4; ++i)
+    {
+        verticesA[i] = cache.verticesA[i];
+        verticesB[i] = cache.verticesB[i];
+        isKnown = isKnown && verticesA[i] < a.vertexCount() && verticesB[i] < b.vertexCount();
+    }
+    if (!isKnown)
+        return false;
+    const HullPair<H> pair(a, b);
+    return isaGjkWalk(pair, limit2, verticesA, verticesB, cache, observer, result);
+}
+
+/// From the corner of A - B where an axis has failed.
+///
+/// @return false if nothing was proved
+template <class S, class H, class Observer>
+[[gnu::noinline]] bool isaGjkFromCorner(const PosedHull<H>& a, const PosedHull<H>& b, H limit2,
+                                        const AxisTest<H>& test, GjkCache<S>& cache, Observer& observer,
+                                        GjkResult<S>& result)
+{
+    if (!a.hull().hasNeighbours() || !b.hull().hasNeighbours())
+        return false;
+    const HullPair<H> pair(a, b);
+    const CornerFan<H> fan(pair, test.vertexA, test.vertexB);
+    if (!fan.isComplete())
+        return false;
+    if (fan.isCone())
+        return isaGjkWalk(pair, limit2, fan.verticesA(), fan.verticesB(), cache, observer, result);
+    const Eigen::Matrix<H, 3, 1> axis = scaledAxis(fan.axis());
+    const AxisTest<H> again = pair.test(axis[0], axis[1], axis[2], limit2, test.vertexA, test.vertexB);
+    observer(axis.template cast<double>(), static_cast<double>(again.along));
+    if (!again.isProved)
+        return false;
+    for (int i = 0; i < 3; ++i)
+        cache.axis[i] = static_cast<float>(axis[i]);
+    keepSeparated(axis, again, cache, result);
+    return true;
+}
+
 /// Queries of two hulls that need no search in double.
+///
+/// @param looksAround the corner where the axis fails is used
 template <class S, class H, class Observer>
 bool isaGjkQuickly(const PosedHull<H>& a, const PosedHull<H>& b, H limit, GjkCache<S>& cache,
-                   Observer& observer, GjkResult<S>& result, AxisTest<H>& test)
+                   Observer& observer, GjkResult<S>& result, AxisTest<H>& test, bool looksAround)
 {
     const H limit2 = limit * limit;
     if (cache.state == GjkState::Overlapping && cache.count == 4)
         return isaGjkFromTetrahedron(a, b, limit2, cache, observer, result);
     const HullPair<H> pair(a, b);
-    const H x = cache.axis[0], y = cache.axis[1], z = cache.axis[2];
+    const Eigen::Matrix<H, 3, 1> axis(cache.axis[0], cache.axis[1], cache.axis[2]);
     const auto startOf = [](std::uint16_t id) { return id == GjkCache<S>::kUnknown ? -1 : std::int32_t(id); };
-    test = pair.test(x, y, z, limit2, startOf(cache.startA), startOf(cache.startB));
+    test = pair.test(axis[0], axis[1], axis[2], limit2, startOf(cache.startA), startOf(cache.startB));
+    if (test.vertexA >= 0)
+        observer(axis.template cast<double>(), static_cast<double>(test.along));
     if (!test.isProved)
-        return false;
-    observer(Eigen::Vector3d(x, y, z), static_cast<double>(test.along));
-    result.state = cache.state = GjkState::Separated;
-    result.axis = {S(x), S(y), S(z)};
-    cache.startA = narrowId<S>(test.vertexA);
-    cache.startB = narrowId<S>(test.vertexB);
+        return looksAround && test.along < H(0) &&
+               isaGjkFromCorner(a, b, limit2, test, cache, observer, result);
+    keepSeparated(axis, test, cache, result);
     return true;
 }
 
@@ -232,7 +300,7 @@ struct ShapeScalar<PosedHull<H>>
 
 /// Other shapes have no quick answers.
 template <class S, class A, class B, class H, class Observer>
-bool isaGjkQuickly(const A&, const B&, H, GjkCache<S>&, Observer&, GjkResult<S>&, AxisTest<H>&)
+bool isaGjkQuickly(const A&, const B&, H, GjkCache<S>&, Observer&, GjkResult<S>&, AxisTest<H>&, bool)
 {
     return false;
 }
@@ -242,17 +310,19 @@ bool isaGjkQuickly(const A&, const B&, H, GjkCache<S>&, Observer&, GjkResult<S>&
 /// Van den Bergen 1999, "A Fast and Robust GJK Implementation for Collision Detection of Convex Objects", section 5
 /// (ISA-GJK), and the thesis, Algorithm 3. Differences: the cache starts the search from the last axis (two climbs of
 /// one or two steps settle most pairs), from the last enclosing tetrahedron (no support at all), else from the last
-/// simplex; the solver works in double; maxDistance > 0 asks for a gap instead of any axis. For hulls the last axis and
-/// the last tetrahedron are first tried in their own precision, with proof (hull_pair.h, tetrahedron_walk.h).
+/// simplex; the solver works in double; maxDistance > 0 asks for a gap instead of any axis. For hulls the last axis, the
+/// corner where it fails and the last tetrahedron are first tried in their own precision, with proof (hull_pair.h,
+/// corner_fan.h, tetrahedron_walk.h).
 ///
 /// @param maxDistance length unit of the world; 0, negative or NaN asks only whether the shapes overlap. The state is
 ///                    Separated if the distance is larger, Near if it is positive and not larger.
 /// @param cache       of this pair in this order; a default-constructed one for a pair without history
 /// @param observer    called after each support, see NoObserver
 /// @param reflections at most so many steps of Chung and Wang 1996, "Quick Collision Detection of Polytopes in Virtual
-///                    Environments", are tried when the cached axis has failed, before GJK. They find only axes, and
-///                    answer nothing by failing: the state is the same with any number of them.
-/// Cost: with a valid axis two coherent supports; else one support of each shape per simplex, 2 to 10 simplices.
+///                    Environments", are tried when the cached axis has failed, before GJK, instead of the corner. They
+///                    find only axes, and answer nothing by failing: the state is the same with any number of them.
+/// Cost: with a valid axis two coherent supports; else those and the neighbours of two vertices settle nine pairs of ten;
+/// else one support of each shape per simplex, 2 to 10 simplices.
 /// Errors: NotConverged; never loops, since |v| strictly decreases, and never returns a NaN.
 template <class S, class A, class B, class Observer>
 GjkResult<S> isaGjk(const A& a, const B& b, S maxDistance, GjkCache<S>& cache, Observer& observer,
@@ -264,7 +334,7 @@ GjkResult<S> isaGjk(const A& a, const B& b, S maxDistance, GjkCache<S>& cache, O
         cache.axis = firstAxis(a, b);
     GjkResult<S> result;
     AxisTest<Scalar> test;
-    if (isaGjkQuickly(a, b, limit, cache, observer, result, test))
+    if (isaGjkQuickly(a, b, limit, cache, observer, result, test, reflections <= 0))
         return result;
     return isaGjkSearch<S>(a, b, static_cast<double>(limit), cache, observer, test, reflections);
 }

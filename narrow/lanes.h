@@ -31,6 +31,13 @@ struct Lanes
     }
     static Vector fill(S value) { return Vector{} + value; }
     static Mask largest() { return Mask{} + std::numeric_limits<Integer>::max(); }
+    static Mask loadIds(const std::int32_t* p)
+    {
+        Mask ids;
+        for (int lane = 0; lane < kWidth; ++lane)
+            ids[lane] = p[lane];
+        return ids;
+    }
     /// 0, 1, 2, ...
     static Mask counting()
     {

@@ -9,6 +9,7 @@
 #include <Eigen/Geometry>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 
@@ -71,15 +72,24 @@ public:
 
     SupportPoint support(const Eigen::Vector3d& direction, std::int32_t start) const
     {
-        const double largest =
-            std::max({std::abs(direction[0]), std::abs(direction[1]), std::abs(direction[2])});
-        // The searches in support.h need a direction whose products neither underflow nor overflow.
-        const bool isUsable = largest > 1e-8 && largest < 1e8;
-        const Vector scaled = isUsable ? Vector(direction.template cast<S>())
-                                       : Vector((direction / largest).template cast<S>());
-        const Quad q = m_rows[0] * scaled[0] + m_rows[1] * scaled[1] + m_rows[2] * scaled[2];
-        const std::int32_t v = supportVertex<S>(*m_hull, Vector(q[0], q[1], q[2]), start, m_method);
+        const std::int32_t v = supportVertex<S>(*m_hull, localDirection(direction), start, m_method);
         return {point(v), v};
+    }
+
+    /// The vertex of the same, trying those of a simplex first.
+    /// @param candidates the likeliest first
+    std::int32_t vertexAmong(const Eigen::Vector3d& direction, const std::array<std::int32_t, 4>& candidates,
+                             int count) const
+    {
+        const Vector d = localDirection(direction);
+        if (m_method != SupportMethod::Automatic || !m_hull->hasNeighbours())
+            return supportVertex<S>(*m_hull, d, -1, m_method);
+        const S band = m_hull->tieBand() * (std::abs(d[0]) + std::abs(d[1]) + std::abs(d[2]));
+        const std::int32_t v = supportAmong(*m_hull, LaneDirection<S>(d), candidates, count, band);
+        if (v >= 0)
+            return v;
+        const bool isLarge = m_hull->vertexCount() > linearSupportMaximum<S>();
+        return supportVertex<S>(*m_hull, d, isLarge ? candidates[0] : -1, m_method);
     }
 
     /// World coordinates, fourth lane 0: rows of the basis.
@@ -89,6 +99,18 @@ public:
     SupportMethod method() const { return m_method; }
 
 private:
+    Vector localDirection(const Eigen::Vector3d& direction) const
+    {
+        const double largest =
+            std::max({std::abs(direction[0]), std::abs(direction[1]), std::abs(direction[2])});
+        // The searches in support.h need a direction whose products neither underflow nor overflow.
+        const bool isUsable = largest > 1e-8 && largest < 1e8;
+        const Vector scaled = isUsable ? Vector(direction.template cast<S>())
+                                       : Vector((direction / largest).template cast<S>());
+        const Quad q = m_rows[0] * scaled[0] + m_rows[1] * scaled[1] + m_rows[2] * scaled[2];
+        return {q[0], q[1], q[2]};
+    }
+
     Quad m_rows[3];
     Quad m_origin;
     const Hull<S>* m_hull;

@@ -6,6 +6,8 @@
 #include "narrow/lanes.h"
 #include "narrow/linear_avx2.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -166,6 +168,66 @@ inline bool isPeak(const Hull<S>& hull, std::int32_t vertex, const LaneDirection
     return near == 0;
 }
 
+/// True if every neighbour of a vertex that is not lower than `low` is among the candidates.
+template <class S>
+inline bool isLevelKnown(const Hull<S>& hull, const LaneDirection<S>& d, std::int32_t vertex,
+                         const std::array<std::int32_t, 4>& candidates, int count, S low)
+{
+    using L = Lanes<S>;
+    for (std::int32_t index = vertex; index >= 0; index = hull.block(index).id[0])
+    {
+        const NeighbourBlock<S>& block = hull.block(index);
+        unsigned near = 0;
+        for (int first = 0; first < 8; first += L::kWidth)
+        {
+            const typename L::Vector products = L::load(&block.x[first]) * d.x +
+                                                L::load(&block.y[first]) * d.y +
+                                                L::load(&block.z[first]) * d.z;
+            near |= laneBits(products >= L::fill(low)) << first;
+        }
+        for (near &= ~1u; near != 0; near &= near - 1)
+        {
+            const std::int32_t id = block.id[__builtin_ctz(near)];
+            bool isKnown = false;
+            for (int i = 0; i < count; ++i)
+                isKnown |= candidates[i] == id;
+            if (!isKnown)
+                return false;
+        }
+    }
+    return true;
+}
+
+/// The support vertex if it is one of the candidates, from their neighbours alone; else -1, or if that is not certain.
+///
+/// Meant for the vertices of a simplex that is likely the closest already: the corners of a face, say, which are level
+/// with each other, so that a climb would have to look around. Here none is looked at after another.
+/// @param count 1 to 4
+template <class S>
+std::int32_t supportAmong(const Hull<S>& hull, const LaneDirection<S>& d,
+                          const std::array<std::int32_t, 4>& candidates, int count, S band)
+{
+    std::array<S, 4> heights = {};
+    int best = 0;
+    for (int i = 0; i < count; ++i)
+    {
+        const NeighbourBlock<S>& block = hull.block(candidates[i]);
+        heights[i] = block.x[0] * d.x[0] + block.y[0] * d.y[0] + block.z[0] * d.z[0];
+        const bool isBetter =
+            heights[i] > heights[best] || (heights[i] == heights[best] && candidates[i] < candidates[best]);
+        best = isBetter ? i : best;
+    }
+    const S low = heights[best] - band;
+    for (int i = 0; i < count; ++i)
+    {
+        const bool isRepeated = i > 0 && candidates[i] == candidates[i - 1];
+        if (!isRepeated && !(heights[i] < low) &&
+            !isLevelKnown(hull, d, candidates[i], candidates, count, low))
+            return -1;
+    }
+    return low <= heights[best] ? candidates[best] : -1;
+}
+
 /// A vertex and its rounded product.
 template <class S>
 struct SupportHit
@@ -229,6 +291,49 @@ SupportHit<S> supportClimb(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d,
     }
 }
 
+/// The best of the vertices that are level with `vertex` within the band: they are connected, and few as a rule.
+///
+/// @return vertex -1 if they are too many to be worth it, or a product is NaN
+template <class S>
+SupportHit<S> bestOfLevel(const Hull<S>& hull, const LaneDirection<S>& d, std::int32_t vertex, S height,
+                          S band)
+{
+    using L = Lanes<S>;
+    constexpr std::int32_t kMost = 8;
+    std::array<std::int32_t, kMost> level = {vertex};
+    std::int32_t count = 1;
+    SupportHit<S> best = {vertex, height};
+    const typename L::Vector low = L::fill(height - band);
+    for (std::int32_t i = 0; i < count; ++i)
+    {
+        for (std::int32_t index = level[i]; index >= 0; index = hull.block(index).id[0])
+        {
+            const NeighbourBlock<S>& block = hull.block(index);
+            for (int first = 0; first < 8; first += L::kWidth)
+            {
+                const typename L::Vector products = L::load(&block.x[first]) * d.x +
+                                                    L::load(&block.y[first]) * d.y +
+                                                    L::load(&block.z[first]) * d.z;
+                unsigned near = laneBits(products >= low) & ~(first == 0 ? 1u : 0u);
+                for (; near != 0; near &= near - 1)
+                {
+                    const int lane = __builtin_ctz(near);
+                    const std::int32_t id = block.id[first + lane];
+                    if (std::find(level.begin(), level.begin() + count, id) != level.begin() + count)
+                        continue;
+                    if (count == kMost)
+                        return {-1, height};
+                    level[count++] = id;
+                    const S product = products[lane];
+                    if (product > best.height || (product == best.height && id < best.vertex))
+                        best = {id, product};
+                }
+            }
+        }
+    }
+    return best;
+}
+
 /// Hill climbing over natural and artificial neighbours, with the vertex itself eight at a time. Cost: 4 ns a step where
 /// measured; from the support vertex of a direction a few degrees away it takes one or two steps at any size.
 template <class S>
@@ -253,7 +358,8 @@ SupportHit<S> supportClimbArtificial(const Hull<S>& hull, const Eigen::Matrix<S,
             return {vertex, step.height};
         if (counters != nullptr)
             ++counters->ties;
-        return hitLinear(hull, d);
+        const SupportHit<S> hit = bestOfLevel(hull, lanes, vertex, step.height, band);
+        return hit.vertex >= 0 && step.height == step.height ? hit : hitLinear(hull, d);
     }
 }
 

@@ -16,10 +16,12 @@ namespace cullet
 /// Looks for a tetrahedron of A - B around the origin, or an axis that separates, in the scalar of the hulls.
 ///
 /// The four points lie in four lanes, and lane f also holds the face opposite to point f. While the origin is outside of
-/// a face, the support point beyond the farthest such face takes the place of the point opposite. That is GJK where the
-/// origin projects into the face, and cheaper elsewhere, since it needs no closest point; it may fail where GJK would
-/// not, and then the search in double goes on from its points. Both answers are proved: an axis by HullPair::test(), a
-/// tetrahedron by signs that are certain.
+/// a face, the support point w beyond the farthest such face comes in. If it is the only such face, the ray from the
+/// opposite point through the origin passes through it and leaves by one of the three triangles of w and an edge: the
+/// third corner goes, as in the portal refinement of XenoCollide (Snethen 2008, "Complex Collision Made Simple", Game
+/// Programming Gems 7), and nothing that encloses the origin is lost. Else the point opposite goes. That is cheaper than
+/// GJK, since it needs no closest point; it may fail where GJK would not, and then the search in double goes on from its
+/// points. Both answers are proved: an axis by HullPair::test(), a tetrahedron by signs that are certain.
 template <class S, class Observer>
 class TetrahedronWalk
 {
@@ -29,21 +31,12 @@ public:
     {
     }
 
-    /// Starts from remembered vertex pairs. @return false if one of them does not exist
-    template <class C>
-    bool load(const GjkCache<C>& cache)
+    /// Starts from four vertex pairs.
+    void start(const std::array<std::int32_t, 4>& verticesA, const std::array<std::int32_t, 4>& verticesB)
     {
-        bool isKnown = true;
-        for (int i = 0; i < 4; ++i)
-        {
-            m_vertexA[i] = cache.verticesA[i];
-            m_vertexB[i] = cache.verticesB[i];
-            isKnown =
-                isKnown && m_vertexA[i] < m_pair.a().vertexCount() && m_vertexB[i] < m_pair.b().vertexCount();
-        }
-        if (isKnown)
-            placeAll();
-        return isKnown;
+        m_vertexA = verticesA;
+        m_vertexB = verticesB;
+        placeAll();
     }
 
     /// @return Separated or Overlapping if that is proved, else NotConverged
@@ -78,11 +71,11 @@ public:
             return;
         for (int i = 0; i < 3; ++i)
             cache.axis[i] = static_cast<float>(m_axis[i]);
-        cache.startA = narrowId<C>(m_vertexA[m_newest]);
-        cache.startB = narrowId<C>(m_vertexB[m_newest]);
+        cache.startA = narrowId<C>(m_startA);
+        cache.startB = narrowId<C>(m_startB);
     }
 
-    const std::array<S, 3>& axis() const { return m_axis; }
+    const Eigen::Matrix<S, 3, 1>& axis() const { return m_axis; }
 
 private:
     using Vector = typename Quad<S>::Vector;
@@ -115,45 +108,42 @@ private:
         m_p = {a.x - b.x - o[0], a.y - b.y - o[1], a.z - b.z - o[2]};
     }
 
-    void replace(int lane, std::int32_t vertexA, std::int32_t vertexB)
-    {
-        m_vertexA[lane] = vertexA;
-        m_vertexB[lane] = vertexB;
-        const Point p = placed(lane);
-        Quad<S>::replace(m_p.x, lane, p[0]);
-        Quad<S>::replace(m_p.y, lane, p[1]);
-        Quad<S>::replace(m_p.z, lane, p[2]);
-    }
-
-    /// The face that the origin is farthest outside of; -1 if none, and then m_isProved.
+    /// The face that the origin is farthest outside of; -1 if none, and then m_isProved if that is certain.
     int outsideFace()
     {
         const Points q = {__builtin_shufflevector(m_p.x, m_p.x, 1, 2, 3, 0),
                           __builtin_shufflevector(m_p.y, m_p.y, 1, 2, 3, 0),
                           __builtin_shufflevector(m_p.z, m_p.z, 1, 2, 3, 0)};
-        const Points e = {__builtin_shufflevector(m_p.x, m_p.x, 2, 3, 0, 1) - q.x,
-                          __builtin_shufflevector(m_p.y, m_p.y, 2, 3, 0, 1) - q.y,
-                          __builtin_shufflevector(m_p.z, m_p.z, 2, 3, 0, 1) - q.z};
-        const Points f = {__builtin_shufflevector(m_p.x, m_p.x, 3, 0, 1, 2) - q.x,
-                          __builtin_shufflevector(m_p.y, m_p.y, 3, 0, 1, 2) - q.y,
-                          __builtin_shufflevector(m_p.z, m_p.z, 3, 0, 1, 2) - q.z};
-        m_normal = {e.y * f.z - e.z * f.y, e.z * f.x - e.x * f.z, e.x * f.y - e.y * f.x};
-        const Vector height = m_normal.x * q.x + m_normal.y * q.y + m_normal.z * q.z;
-        // The volume, with the sign that says on which side of the face its opposite point lies.
-        const Vector side = m_normal.x * m_p.x + m_normal.y * m_p.y + m_normal.z * m_p.z - height;
-        // Positive: the origin is beyond the face, seen from the opposite point.
-        m_isUp = side > S(0);
-        const Vector beyond = m_isUp ? height : -height;
-        Vector doubt, depth = side, size = beyond;
-        boundErrors(q, e, f, doubt);
-        Quad<S>::makePositive(depth);
-        Quad<S>::makePositive(size);
-        if (isAllPositive(-beyond - doubt) && isAllPositive(depth - doubt))
+        const Points r = {__builtin_shufflevector(m_p.x, m_p.x, 2, 3, 0, 1),
+                          __builtin_shufflevector(m_p.y, m_p.y, 2, 3, 0, 1),
+                          __builtin_shufflevector(m_p.z, m_p.z, 2, 3, 0, 1)};
+        const Points s = {__builtin_shufflevector(m_p.x, m_p.x, 3, 0, 1, 2),
+                          __builtin_shufflevector(m_p.y, m_p.y, 3, 0, 1, 2),
+                          __builtin_shufflevector(m_p.z, m_p.z, 3, 0, 1, 2)};
+        // Weight of the opposite point for the origin, times the volume.
+        constexpr Vector kParity = {S(1), S(-1), S(1), S(-1)};
+        const Vector weight = kParity * (q.x * (r.y * s.z - r.z * s.y) + q.y * (r.z * s.x - r.x * s.z) +
+                                         q.z * (r.x * s.y - r.y * s.x));
+        Vector doubt;
+        boundErrors(doubt);
+        if (isAllPositive(weight - doubt) || isAllPositive(-weight - doubt))
         {
             m_isProved = true;
             return -1;
         }
+        const S volume = weight[0] + weight[1] + weight[2] + weight[3];
+        const Vector beyond = volume > S(0) ? -weight : weight;
+        const Mask isOutside = beyond > S(0);
+        m_outsideCount = -static_cast<int>(isOutside[0] + isOutside[1] + isOutside[2] + isOutside[3]);
+        if (m_outsideCount == 0)
+            return -1;
+        m_isUp = kParity * volume < S(0);
+        const Points e = {r.x - q.x, r.y - q.y, r.z - q.z};
+        const Points f = {s.x - q.x, s.y - q.y, s.z - q.z};
+        m_normal = {e.y * f.z - e.z * f.y, e.z * f.x - e.x * f.z, e.x * f.y - e.y * f.x};
         const Vector norm2 = m_normal.x * m_normal.x + m_normal.y * m_normal.y + m_normal.z * m_normal.z;
+        Vector size = beyond;
+        Quad<S>::makePositive(size);
         const Vector score = beyond * size / norm2;
         const int best = Quad<S>::indexOfLargest(score);
         return score[best] > S(0) ? best : -1;
@@ -164,75 +154,81 @@ private:
         return v[0] > S(0) && v[1] > S(0) && v[2] > S(0) && v[3] > S(0);
     }
 
-    static void sumMagnitudes(const Points& p, Vector& sum)
+    /// Bounds of the errors of the determinants. With d the error of a coordinate, u of a rounding, and |x| 1-norms: of
+    /// the three points, d (|r| |s| + |s| |q| + |q| |r|), where 3 d are added to each norm for products of errors; of
+    /// rounding, 5.3 u |q| |r| |s|.
+    void boundErrors(Vector& doubt) const
     {
-        Points positive = p;
+        constexpr S kEpsilon = std::numeric_limits<S>::epsilon();
+        const S d = S(2.6) * kEpsilon * m_pair.reach();
+        Points positive = m_p;
         Quad<S>::makePositive(positive.x);
         Quad<S>::makePositive(positive.y);
         Quad<S>::makePositive(positive.z);
-        sum = positive.x + positive.y + positive.z;
+        const Vector norm = positive.x + positive.y + positive.z + S(3) * d;
+        const Vector ofQ = __builtin_shufflevector(norm, norm, 1, 2, 3, 0);
+        const Vector ofR = __builtin_shufflevector(norm, norm, 2, 3, 0, 1);
+        const Vector ofS = __builtin_shufflevector(norm, norm, 3, 0, 1, 2);
+        const Vector ofRS = ofR * ofS;
+        doubt = d * (ofRS + ofQ * (ofR + ofS)) + S(3) * kEpsilon * (ofQ * ofRS);
     }
 
-    /// Bounds of the errors of heights and volumes. With d the error of a coordinate, u of a rounding, and |x| 1-norms:
-    /// the components of a normal are off by 4 d (|e| + |f|) + 5 u |e| |f| together, and their sum is at most |e| |f|.
-    /// A product with a point x adds |e| |f| d + 4 u |e| |f| |x|. Here |x| stands for two points, as in the volume.
-    void boundErrors(const Points& q, const Points& e, const Points& f, Vector& doubt) const
-    {
-        constexpr S kEpsilon = std::numeric_limits<S>::epsilon();
-        Vector ofE, ofF, ofQ, ofP;
-        sumMagnitudes(e, ofE);
-        sumMagnitudes(f, ofF);
-        sumMagnitudes(q, ofQ);
-        sumMagnitudes(m_p, ofP);
-        const Vector x = ofQ + ofP;
-        const S d = S(2.6) * kEpsilon * m_pair.reach();
-        doubt = d * (S(4) * x * (ofE + ofF) + S(2) * ofE * ofF) + S(5) * kEpsilon * x * ofE * ofF;
-    }
-
-    /// @return true if the axis of the face separates; else the support point along it has taken the opposite place
+    /// @return true if the axis of the face separates; the support point along it comes in
     bool stepBeyond(int face)
     {
         const S sign = m_isUp[face] != 0 ? S(1) : S(-1);
         const AxisTest<S> test =
             testAlong({m_normal.x[face] * sign, m_normal.y[face] * sign, m_normal.z[face] * sign});
-        if (!isStuckAt(test, face))
-            replace(face, test.vertexA, test.vertexB);
-        m_newest = face;
+        m_startA = test.vertexA;
+        m_startB = test.vertexB;
+        if (!isStuckAt(test))
+        {
+            const Point w = m_pair.point(test.vertexA, test.vertexB);
+            const int lane = m_outsideCount == 1 ? laneToGo(face, w) : face;
+            m_vertexA[lane] = test.vertexA;
+            m_vertexB[lane] = test.vertexB;
+            Quad<S>::replace(m_p.x, lane, w[0]);
+            Quad<S>::replace(m_p.y, lane, w[1]);
+            Quad<S>::replace(m_p.z, lane, w[2]);
+        }
         return test.isProved;
+    }
+
+    /// The lane of the corner that is not in the triangle of w and an edge of the face by which the ray from the opposite
+    /// point through the origin leaves. The plane of that ray and w has the ends of the edge on different sides.
+    int laneToGo(int face, const Point& w) const
+    {
+        const Point p(m_p.x[face], m_p.y[face], m_p.z[face]);
+        const Point m = p.cross(w);
+        const Vector s = m[0] * m_p.x + m[1] * m_p.y + m[2] * m_p.z;
+        const S sign = m_isUp[face] != 0 ? S(1) : S(-1);
+        const int i = (face + 1) & 3, j = (face + 2) & 3, k = (face + 3) & 3;
+        const bool si = s[i] * sign > S(0), sj = s[j] * sign > S(0), sk = s[k] * sign > S(0);
+        if (si && !sj)
+            return k;
+        if (sj && !sk)
+            return i;
+        if (sk && !si)
+            return j;
+        return face;
     }
 
     /// Not from a vertex at hand: where measured, a climb takes longer than the scan or the table.
     AxisTest<S> testAlong(const Point& direction)
     {
-        const S scale =
-            S(1) / std::max({std::abs(direction[0]), std::abs(direction[1]), std::abs(direction[2])});
-        for (int i = 0; i < 3; ++i)
-            m_axis[i] = std::min(std::max(direction[i] * scale, S(-1)), S(1));
+        m_axis = scaledAxis(direction);
         const AxisTest<S> test = m_pair.test(m_axis[0], m_axis[1], m_axis[2], m_limit2, -1, -1);
-        m_observer(Eigen::Vector3d(m_axis[0], m_axis[1], m_axis[2]), static_cast<double>(test.along));
+        m_observer(m_axis.template cast<double>(), static_cast<double>(test.along));
         return test;
     }
 
-    /// A support point that is there already, in another place than that of the point to go, or none.
-    bool isStuckAt(const AxisTest<S>& test, int gone)
+    /// A support point that is there already, or none.
+    bool isStuckAt(const AxisTest<S>& test)
     {
         m_isStuck = test.vertexA < 0;
         for (int i = 0; i < 4; ++i)
-            m_isStuck |= i != gone && m_vertexA[i] == test.vertexA && m_vertexB[i] == test.vertexB;
+            m_isStuck |= m_vertexA[i] == test.vertexA && m_vertexB[i] == test.vertexB;
         return m_isStuck;
-    }
-
-    Point placed(int i) const
-    {
-        const Vector& o = m_pair.offset();
-        const auto world = [](const PosedHull<S>& shape, std::int32_t vertex)
-        {
-            const Point p = shape.hull().vertex(vertex);
-            return Point(shape.row(0)[0] * p[0] + shape.row(0)[1] * p[1] + shape.row(0)[2] * p[2],
-                         shape.row(1)[0] * p[0] + shape.row(1)[1] * p[1] + shape.row(1)[2] * p[2],
-                         shape.row(2)[0] * p[0] + shape.row(2)[1] * p[1] + shape.row(2)[2] * p[2]);
-        };
-        return world(m_pair.a(), m_vertexA[i]) - world(m_pair.b(), m_vertexB[i]) - Point(o[0], o[1], o[2]);
     }
 
     const HullPair<S>& m_pair;
@@ -241,9 +237,10 @@ private:
     std::array<std::int32_t, 4> m_vertexA, m_vertexB;
     Points m_p, m_normal;
     Mask m_isUp;
-    std::array<S, 3> m_axis = {};
+    Point m_axis = Point::Zero();
     std::int32_t m_iterations = 0;
-    int m_newest = 0;
+    int m_outsideCount = 0;
+    std::int32_t m_startA = -1, m_startB = -1;
     bool m_isProved = false;
     bool m_isStuck = false;
 };

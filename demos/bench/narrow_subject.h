@@ -63,12 +63,12 @@ public:
 struct NarrowSubjectInfo
 {
     const char* name;
-    const char* summary;
+    const char* summary;  ///< or how to get it into this program, if `make` is null
     bool canBeWarm;
     std::unique_ptr<NarrowSubject> (*make)(const NarrowRequest& request);
 };
 
-/// The libraries that this program was built with.
+/// All libraries that this program may be built with.
 const std::vector<NarrowSubjectInfo>& narrowSubjects();
 
 std::unique_ptr<NarrowSubject> makeCulletNarrow(const NarrowRequest& request);
@@ -79,5 +79,6 @@ std::unique_ptr<NarrowSubject> makeBulletNarrow(const NarrowRequest& request);
 std::unique_ptr<NarrowSubject> makeAlgorithmNarrow(const NarrowRequest& request, bool isIsaGjk);
 std::unique_ptr<NarrowSubject> makeCcdNarrow(const NarrowRequest& request);
 std::unique_ptr<NarrowSubject> makeFclNarrow(const NarrowRequest& request);
+std::unique_ptr<NarrowSubject> makeCoalNarrow(const NarrowRequest& request);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -45,9 +46,34 @@ struct Comparison
     {
     }
 
+    /// Among some of the answer and its neighbours.
+    void checkCandidates(const Eigen::Matrix<S, 3, 1>& d, std::int32_t start, std::int32_t expected)
+    {
+        if (!hull.hasNeighbours())
+            return;
+        const std::int32_t top = supportLinear(hull, d);
+        const auto neighbours = hull.naturalNeighbours(top);
+        const std::array<std::int32_t, 4> candidates = {start >= 0 ? start : neighbours[0], top,
+                                                        neighbours[neighbours.size() / 2], neighbours[0]};
+        const S band = hull.tieBand() * (std::abs(d[0]) + std::abs(d[1]) + std::abs(d[2]));
+        for (int count = 1; count <= 4; ++count)
+        {
+            const std::int32_t found = supportAmong(hull, LaneDirection<S>(d), candidates, count, band);
+            ++candidateCount;
+            sureCount += found >= 0;
+            if (found >= 0 && hull.sourceIndex(found) != expected)
+            {
+                ++wrongCount;
+                ADD_FAILURE() << count << " candidates at " << top << " direction " << d.transpose()
+                              << " found " << found << " expected " << expected;
+            }
+        }
+    }
+
     void check(const Eigen::Matrix<S, 3, 1>& d, std::int32_t start)
     {
         const std::int32_t expected = scanPoints(points, d);
+        checkCandidates(d, start, expected);
         for (const SupportMethod method : kMethods)
         {
             const std::int32_t found = hull.sourceIndex(supportVertex(hull, d, start, method, &counters));
@@ -64,6 +90,7 @@ struct Comparison
     std::vector<Eigen::Matrix<S, 3, 1>> points;
     Hull<S> hull;
     SupportCounters counters;
+    std::int64_t candidateCount = 0, sureCount = 0;
     int directionCount = 0;
     int wrongCount = 0;
 };
@@ -103,6 +130,7 @@ void compareOnAllShapes(int randomCount, std::size_t specialCount, std::int64_t 
     std::int64_t directionCount = 0;
     std::int64_t tieCount = 0;
     std::int64_t searchCount = 0;
+    std::int64_t candidateCount = 0, sureCount = 0;
     for (const NamedPoints& shape : nastyShapes())
     {
         SCOPED_TRACE(shape.name);
@@ -122,7 +150,11 @@ void compareOnAllShapes(int randomCount, std::size_t specialCount, std::int64_t 
         directionCount += comparison.directionCount;
         tieCount += comparison.counters.ties;
         searchCount += comparison.counters.searches;
+        candidateCount += comparison.candidateCount;
+        sureCount += comparison.sureCount;
     }
+    EXPECT_GT(sureCount, candidateCount / 4);
+    EXPECT_LT(sureCount, candidateCount * 3 / 4);
     testing::Test::RecordProperty("directions", std::to_string(directionCount));
     testing::Test::RecordProperty("searches", std::to_string(searchCount));
     // The sample has both: climbs that end by themselves and ties that the scan decides.
