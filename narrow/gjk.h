@@ -26,8 +26,9 @@ public:
 
     GjkResult<S> run()
     {
-        m_isSeeded = m_search.seed(m_cache, nullptr);
-        if (!m_isSeeded)
+        const bool isSeeded = m_search.seed(m_cache, nullptr);
+        m_isLikelyDone = isSeeded && m_cache.state != GjkState::Overlapping;
+        if (!isSeeded)
             m_search.start(m_search.supportAgainst(firstDirection()));
         if (m_search.isFinite() && m_search.isInside() && m_cache.count == 4 &&
             m_cache.state == GjkState::Overlapping)
@@ -56,7 +57,7 @@ private:
             if (m_search.isTouching())
                 return finish(GjkState::Overlapping, nullptr);
             const Eigen::Vector3d v = m_search.closest();
-            const Support s = m_isSeeded ? m_search.supportAmongOwn() : m_search.supportAgainst(v);
+            const Support s = m_isLikelyDone ? m_search.supportAmongOwn() : m_search.supportAgainst(v);
             const double along = v.dot(s.w);
             m_observer(v, along);
             if (along > 0.0 && along * along > m_limit * m_limit * m_search.length2())
@@ -108,7 +109,7 @@ private:
     GjkCache<S>& m_cache;
     Observer& m_observer;
     std::int32_t m_iterations = 0;
-    bool m_isSeeded = false;
+    bool m_isLikelyDone = false;  ///< the remembered simplex is near the closest one, if not it
 };
 
 /// Distance and closest points of two convex shapes.
