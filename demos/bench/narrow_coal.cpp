@@ -50,7 +50,7 @@ private:
     struct Memory
     {
         bool isFilled = false;
-        coal::Vec3s ray;
+        coal::Vec3s ray = coal::Vec3s::Zero();
         coal::support_func_guess_t hint = coal::support_func_guess_t::Zero();
     };
 

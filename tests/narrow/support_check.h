@@ -1,0 +1,169 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "narrow/support.h"
+#include "tests/narrow/shapes.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <random>
+#include <string>
+#include <vector>
+
+/// All support searches against a scan of the given points.
+namespace cullet::test
+{
+/// Lowest index of the largest rounded product over all given points, as Bullet's scan finds it.
+template <class S>
+std::int32_t scanPoints(const std::vector<Eigen::Matrix<S, 3, 1>>& points, const Eigen::Matrix<S, 3, 1>& d)
+{
+    std::int32_t best = 0;
+    S bestHeight = -std::numeric_limits<S>::infinity();
+    for (std::size_t i = 0; i < points.size(); ++i)
+    {
+        const S height = points[i][0] * d[0] + points[i][1] * d[1] + points[i][2] * d[2];
+        if (height > bestHeight)
+        {
+            best = static_cast<std::int32_t>(i);
+            bestHeight = height;
+        }
+    }
+    return best;
+}
+
+inline constexpr SupportMethod kMethods[] = {SupportMethod::Automatic, SupportMethod::Linear,
+                                             SupportMethod::Climb,     SupportMethod::ClimbArtificial,
+                                             SupportMethod::CubeMap,   SupportMethod::DobkinKirkpatrick};
+
+template <class S>
+struct Comparison
+{
+    Comparison(const Points& given)
+        : points(castPoints<S>(given)), hull(makeHull(points, HullExtra::Hierarchy))
+    {
+    }
+
+    /// Among some of the answer and its neighbours.
+    void checkCandidates(const Eigen::Matrix<S, 3, 1>& d, std::int32_t start, std::int32_t expected)
+    {
+        if (!hull.hasNeighbours())
+            return;
+        const std::int32_t top = supportLinear(hull, d);
+        const auto neighbours = hull.naturalNeighbours(top);
+        const std::array<std::int32_t, 4> candidates = {start >= 0 ? start : neighbours[0], top,
+                                                        neighbours[neighbours.size() / 2], neighbours[0]};
+        const S band = hull.tieBand() * (std::abs(d[0]) + std::abs(d[1]) + std::abs(d[2]));
+        for (int count = 1; count <= 4; ++count)
+        {
+            const std::int32_t found = supportAmong(hull, LaneDirection<S>(d), candidates, count, band);
+            ++candidateCount;
+            sureCount += found >= 0;
+            if (found >= 0 && hull.sourceIndex(found) != expected)
+            {
+                ++wrongCount;
+                ADD_FAILURE() << count << " candidates at " << top << " direction " << d.transpose()
+                              << " found " << found << " expected " << expected;
+            }
+        }
+    }
+
+    void check(const Eigen::Matrix<S, 3, 1>& d, std::int32_t start)
+    {
+        const std::int32_t expected = scanPoints(points, d);
+        checkCandidates(d, start, expected);
+        for (const SupportMethod method : kMethods)
+        {
+            const std::int32_t found = hull.sourceIndex(supportVertex(hull, d, start, method, &counters));
+            if (found != expected)
+            {
+                ++wrongCount;
+                ADD_FAILURE() << "method " << static_cast<int>(method) << " start " << start << " direction "
+                              << d.transpose() << " found " << found << " expected " << expected;
+            }
+        }
+        ++directionCount;
+    }
+
+    std::vector<Eigen::Matrix<S, 3, 1>> points;
+    Hull<S> hull;
+    SupportCounters counters;
+    std::int64_t candidateCount = 0, sureCount = 0;
+    int directionCount = 0;
+    int wrongCount = 0;
+};
+
+/// Normals of faces, of edges and of what lies between, axes, and all of these slightly off.
+template <class S>
+std::vector<Eigen::Matrix<S, 3, 1>> specialDirections(const Hull<S>& hull, std::mt19937& engine,
+                                                      std::size_t limit)
+{
+    std::vector<Eigen::Vector3d> exact;
+    for (const auto& face : hull.faces())
+        exact.push_back(face.normal);
+    for (const auto& edge : hull.edges())
+    {
+        exact.push_back(hull.faces()[edge.left].normal + hull.faces()[edge.right].normal);
+        exact.push_back((hull.vertex(edge.to) - hull.vertex(edge.from)).template cast<double>());
+    }
+    for (int axis = 0; axis < 3; ++axis)
+        exact.push_back(Eigen::Vector3d::Unit(axis));
+    std::shuffle(exact.begin(), exact.end() - 3, engine);
+    std::vector<Eigen::Matrix<S, 3, 1>> directions;
+    for (auto d = exact.rbegin(); d != exact.rend() && directions.size() < limit; ++d)
+    {
+        for (const double angle : {0.0, 1e-8, 1e-7, 1e-6, 1e-5, 1e-3})
+        {
+            const Eigen::Vector3d off = *d + angle * d->norm() * randomDirection(engine);
+            directions.push_back(off.cast<S>());
+            directions.push_back((-off).cast<S>());
+        }
+    }
+    return directions;
+}
+
+/// @param randomCount directions for each shape, and `specialCount` where rounding decides; a tenth for large shapes
+template <class S>
+void compareOnAllShapes(int randomCount, std::size_t specialCount, std::int64_t leastDirections)
+{
+    std::int64_t directionCount = 0;
+    std::int64_t tieCount = 0;
+    std::int64_t searchCount = 0;
+    std::int64_t candidateCount = 0, sureCount = 0;
+    for (const NamedPoints& shape : nastyShapes())
+    {
+        SCOPED_TRACE(shape.name);
+        std::mt19937 engine(77);
+        Comparison<S> comparison(shape.points);
+        std::uniform_int_distribution<std::int32_t> anyVertex(0, comparison.hull.vertexCount() - 1);
+        const int count = comparison.hull.vertexCount() > 300 ? randomCount / 10 : randomCount;
+        for (int i = 0; i < count && comparison.wrongCount < 5; ++i)
+            comparison.check(randomDirection(engine).cast<S>(), anyVertex(engine));
+        const std::size_t special = comparison.hull.vertexCount() > 300 ? specialCount / 10 : specialCount;
+        for (const auto& d : specialDirections(comparison.hull, engine, special))
+        {
+            if (comparison.wrongCount < 5)
+                comparison.check(d, anyVertex(engine));
+        }
+        EXPECT_EQ(comparison.wrongCount, 0);
+        directionCount += comparison.directionCount;
+        tieCount += comparison.counters.ties;
+        searchCount += comparison.counters.searches;
+        candidateCount += comparison.candidateCount;
+        sureCount += comparison.sureCount;
+    }
+    EXPECT_GT(sureCount, candidateCount / 4);
+    EXPECT_LT(sureCount, candidateCount * 9 / 10);
+    testing::Test::RecordProperty("directions", std::to_string(directionCount));
+    testing::Test::RecordProperty("searches", std::to_string(searchCount));
+    // The sample has both: climbs that end by themselves and ties that the scan decides.
+    EXPECT_GT(tieCount, searchCount / 500);
+    EXPECT_LT(tieCount, searchCount / 2);
+    EXPECT_GE(directionCount, leastDirections);
+}
+}  // namespace cullet::test
