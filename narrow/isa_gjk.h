@@ -321,7 +321,7 @@ bool isaGjkQuickly(const A&, const B&, H, GjkCache<S>&, Observer&, GjkResult<S>&
 /// @param reflections at most so many steps of Chung and Wang 1996, "Quick Collision Detection of Polytopes in Virtual
 ///                    Environments", are tried when the cached axis has failed, before GJK, instead of the corner. They
 ///                    find only axes, and answer nothing by failing: the state is the same with any number of them.
-/// Cost: with a valid axis two coherent supports; else those and the neighbours of two vertices settle nine pairs of ten;
+/// Cost: with a valid axis two coherent supports; else those and the neighbours of two vertices settle most pairs of hulls;
 /// else one support of each shape per simplex, 2 to 10 simplices.
 /// Errors: NotConverged; never loops, since |v| strictly decreases, and never returns a NaN.
 template <class S, class A, class B, class Observer>
