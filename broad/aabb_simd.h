@@ -29,6 +29,13 @@ inline bool isTrueInAll(Int4 comparison) noexcept
     return (halves[0] & halves[1]) == ~std::uint64_t{0};
 }
 
+/// isValid() in vector registers.
+inline bool isValidBranchless(const Aabb& box) noexcept
+{
+    return isTrueInAll(__builtin_shuffle(loadFloat4(box.min), Int4{0, 1, 2, 2}) <=
+                       __builtin_shuffle(loadFloat4(box.min + 2), Int4{1, 2, 3, 3}));
+}
+
 /// overlaps() without branches: for boxes that often just touch, where branches are mispredicted.
 inline bool overlapsBranchless(const Aabb& a, const Aabb& b) noexcept
 {

@@ -118,23 +118,29 @@ struct KeySort::Piece
     const std::uint64_t* first;  ///< of all that are in order
     const std::uint64_t* last;
 
-    /// Calls take(key) for the keys that differ from both neighbours.
-    template <class Take>
-    void forEachSingle(Take take) const
+    bool isSingle(const std::uint64_t* key) const
     {
-        for (const std::uint64_t* key = begin; key != end; ++key)
-        {
-            const bool isDouble = (key != first && key[-1] == *key) || (key + 1 != last && key[1] == *key);
-            if (!isDouble)
-                take(*key);
-        }
+        return (key == first || key[-1] != *key) && (key + 1 == last || key[1] != *key);
     }
 
+    /// Keys that differ from both neighbours.
     std::size_t countSingle() const
     {
         std::size_t count = 0;
-        forEachSingle([&](std::uint64_t) { ++count; });
+        for (const std::uint64_t* key = begin; key != end; ++key)
+            count += isSingle(key) ? 1u : 0u;
         return count;
+    }
+
+    /// Writes those; the end of what was written.
+    Pair* writeSingle(Pair* to) const
+    {
+        for (const std::uint64_t* key = begin; key != end; ++key)
+        {
+            if (isSingle(key))
+                *to++ = pairOfKey(*key);
+        }
+        return to;
     }
 };
 
@@ -262,29 +268,32 @@ std::vector<KeySort::Piece> KeySort::sortedPieces(WorkerPool& workers, const std
 void KeySort::write(WorkerPool& workers, const std::vector<KeyList>& lists, std::vector<Pair>& pairs)
 {
     const std::vector<Piece> pieces = sortedPieces(workers, lists);
-    const bool isLarge = workers.tasksFor(countOf(lists), kWriteGrain) != 1;
-    const auto tasks = isLarge ? static_cast<unsigned>(pieces.size()) : 1u;
-    const auto forEachPiece = [&](auto visit)
+    const std::size_t count = countOf(lists);
+    if (workers.tasksFor(count, kWriteGrain) == 1)
     {
-        workers.run(tasks,
-                    [&](unsigned task)
-                    {
-                        for (std::size_t piece = task; piece < pieces.size(); piece += tasks)
-                            visit(piece);
-                    });
-    };
-    std::vector<std::size_t> ends(pieces.size());
-    forEachPiece([&](std::size_t piece) { ends[piece] = pieces[piece].countSingle(); });
-    for (std::size_t piece = 1; piece < pieces.size(); ++piece)
-        ends[piece] += ends[piece - 1];
-    pairs.resize(ends.back());
-    forEachPiece(
-        [&](std::size_t piece)
-        {
-            Pair* to = pairs.data() + (piece == 0 ? 0 : ends[piece - 1]);
-            pieces[piece].forEachSingle([&](std::uint64_t key) { *to++ = pairOfKey(key); });
-        });
+        pairs.resize(count);
+        Pair* to = pairs.data();
+        for (const Piece& piece : pieces)
+            to = piece.writeSingle(to);
+        pairs.resize(static_cast<std::size_t>(to - pairs.data()));
+    }
+    else
+    {
+        writeParallel(workers, pieces, pairs);
+    }
     trimRoom(m_sorted);
+}
+
+void KeySort::writeParallel(WorkerPool& workers, const std::vector<Piece>& pieces, std::vector<Pair>& pairs)
+{
+    const auto tasks = static_cast<unsigned>(pieces.size());
+    std::vector<std::size_t> ends(pieces.size());
+    workers.run(tasks, [&](unsigned task) { ends[task] = pieces[task].countSingle(); });
+    for (unsigned task = 1; task < tasks; ++task)
+        ends[task] += ends[task - 1];
+    pairs.resize(ends.back());
+    workers.run(tasks, [&](unsigned task)
+                { pieces[task].writeSingle(pairs.data() + (task == 0 ? 0 : ends[task - 1])); });
 }
 
 void KeySort::write(std::vector<std::uint64_t>& keys, std::vector<Pair>& pairs)

@@ -109,6 +109,8 @@ private:
     struct Piece;  ///< of keys in order
 
     std::vector<Piece> sortedPieces(WorkerPool& workers, const std::vector<KeyList>& lists);
+    static void writeParallel(WorkerPool& workers, const std::vector<Piece>& pieces,
+                              std::vector<Pair>& pairs);
     static Cut cutOf(const std::vector<KeyList>& lists, std::size_t count);
     static bool areInOrder(const std::vector<KeyList>& lists);
     void part(WorkerPool& workers, const std::vector<KeyList>& lists, const Cut& cut);

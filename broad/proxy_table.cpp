@@ -96,14 +96,17 @@ void ProxyTable::setFilter(ProxyId row, Filter filter) noexcept
 
 ProxyView ProxyTable::beginUpdate(float margin, bool useFilter)
 {
-    m_dirty.clear();
+    if (m_dirty.size() < size())
+        m_dirty.resize(m_boxes.capacity());
+    ProxyId* to = m_dirty.data();
     for (std::uint32_t begin = 0; begin < size(); begin += 1u << kBlockShift)
     {
         if (!isBlockMarked(begin >> kBlockShift, kBlockForUpdate))
             continue;
         forEachSetByte(m_changes.data(), begin, std::min(size(), begin + (1u << kBlockShift)),
-                       [this](std::uint32_t row) { m_dirty.push_back(row); });
+                       [&to](std::uint32_t row) { *to++ = row; });
     }
+    m_dirtyCount = static_cast<std::uint32_t>(to - m_dirty.data());
     ProxyView view;
     view.size = size();
     view.boxes = m_boxes.data();
@@ -112,21 +115,21 @@ ProxyView ProxyTable::beginUpdate(float margin, bool useFilter)
     view.filters = useFilter ? m_filters.data() : nullptr;
     view.changes = m_changes.data();
     view.dirty = m_dirty.data();
-    view.dirtyCount = static_cast<std::uint32_t>(m_dirty.size());
+    view.dirtyCount = m_dirtyCount;
     view.margin = margin;
     return view;
 }
 
 void ProxyTable::endUpdate()
 {
-    if (m_dirty.size() == m_changes.size())
+    if (m_dirtyCount == size())
     {
         std::fill(m_changes.begin(), m_changes.end(), std::uint8_t{kRowUnchanged});
     }
     else
     {
-        for (const ProxyId row : m_dirty)
-            m_changes[row] = kRowUnchanged;
+        for (std::uint32_t i = 0; i < m_dirtyCount; ++i)
+            m_changes[m_dirty[i]] = kRowUnchanged;
     }
     for (std::uint32_t block = 0; block < m_blocks.size(); ++block)
         unmarkBlock(block, kBlockForUpdate);
@@ -134,7 +137,7 @@ void ProxyTable::endUpdate()
         m_uniqueIds[row] = 0;
     m_free.insert(m_free.end(), m_quarantine.begin(), m_quarantine.end());
     m_quarantine.clear();
-    m_dirty.clear();
+    m_dirtyCount = 0;
 }
 
 void ProxyTable::collectQueryChanges(std::vector<ProxyId>& rows)
@@ -166,7 +169,7 @@ void ProxyTable::clear()
     m_queryChanges.clear();
     m_blocks.clear();
     m_queryDirty.store(false, std::memory_order_relaxed);
-    m_dirty.clear();
+    m_dirtyCount = 0;
     m_free.clear();
     m_quarantine.clear();
     m_liveCount = 0;

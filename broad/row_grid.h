@@ -123,6 +123,7 @@ public:
 private:
     // A box that would touch more cells than this under a plan that did not expect it joins the unbounded ones.
     static constexpr std::int64_t kMostCells = 64;
+    static constexpr std::int32_t kSquareSide = 8;  // a square of so many cells is not more
 
     struct Entry
     {
@@ -225,6 +226,11 @@ private:
                          Located* block) const;
     static Aabb grown(const Aabb& box, float grow);
     static std::int64_t cellCountOf(const CellRange& cells);
+    static bool isManyCells(const CellRange& cells)
+    {
+        const std::int32_t spans = (cells.j1 - cells.j0) | (cells.k1 - cells.k0);
+        return spans >= kSquareSide && cellCountOf(cells) > kMostCells;
+    }
     CellRule ruleOf(float grow, std::uint32_t level) const { return {grow, m_plan.inverseWidth[level]}; }
     Float4 tileOf(const Aabb& box) const;
     CellRange cellsOf(const Aabb& box, const CellRule& rule) const;

@@ -87,7 +87,7 @@ private:
     static Aabb remembered(const Aabb& box)
     {
         constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-        return isValid(box) ? box : Aabb{{kNan, kNan, kNan}, {kNan, kNan, kNan}};
+        return isValidBranchless(box) ? box : Aabb{{kNan, kNan, kNan}, {kNan, kNan, kNan}};
     }
 
     // row_grid_backend.cpp: what every update does, and which way it goes
@@ -124,14 +124,14 @@ private:
     {
         const Aabb& a = view.boxes[pair.a];
         const Aabb& b = view.boxes[pair.b];
-        return isValid(a) && isValid(b) && overlapsBranchless(a, b);
+        return overlapsBranchless(a, b) && isValidBranchless(a) && isValidBranchless(b);
     }
     /// overlapsWithMargin() without branches.
     static bool isNear(const ProxyView& view, IdPair pair)
     {
         const Aabb& a = view.boxes[pair.a];
         const Aabb& b = view.boxes[pair.b];
-        return gapOf(a, b) <= 2.0f * view.margin && isValid(a) && isValid(b);
+        return gapOf(a, b) <= 2.0f * view.margin && isValidBranchless(a) && isValidBranchless(b);
     }
     bool isReachable(std::uint32_t octave) const;
     bool areStillJumping(const ProxyView& view);
@@ -149,6 +149,8 @@ private:
     void updateJumped(const ProxyView& view, bool isSure);
     void sortOverlapping();
     void compareLists(const ProxyView& view, TaskRange rows, unsigned worker);
+    void partDeparted(const ProxyView& view, const std::uint64_t* old, const std::uint64_t* end,
+                      unsigned worker);
 
     // row_grid_rebuild.cpp: from any state, with a hash of what was held
     void rebuild(const ProxyView& view, bool settle);

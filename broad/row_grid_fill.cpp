@@ -8,6 +8,7 @@
 #include "broad/row_grid.h"
 
 #include <algorithm>
+#include <cstring>
 #include <tuple>
 #include <utility>
 
@@ -116,8 +117,11 @@ std::uint32_t RowGrid::locate(const GridInput& input, std::uint32_t begin, std::
         const Float4 tile = faces.tile + outward;
         const std::uint32_t level = isFlat ? 0u : m_plan.levelOfOctave[octaveIndex(tile)];
         const Int4 cells = cellsOfFaces(tile, ruleOf(input.reach, level));
-        block[count] = {{cells[0], cells[1], cells[2], cells[3]}, id, static_cast<std::int32_t>(level)};
-        const bool isTooLarge = cellCountOf(block[count].cells) > kMostCells;
+        static_assert(sizeof cells == sizeof block->cells);
+        std::memcpy(&block[count].cells, &cells, sizeof cells);
+        block[count].id = id;
+        block[count].level = static_cast<std::int32_t>(level);
+        const bool isTooLarge = isManyCells(block[count].cells);
         if (i % kSizeSampling == 0 || isTooLarge)
             recordSize(tile, faces.sweep + outward, task);
         if (isTooLarge)
@@ -197,7 +201,7 @@ void RowGrid::fillRegular(const GridInput& input, std::uint32_t begin, std::uint
             continue;
         const Aabb box = grown(input.boxes[id], input.grow);
         const std::uint32_t own = m_plan.levelOfOctave[octaveIndex(tileOf(box))];
-        if (cellCountOf(cellsOf(box, ruleOf(input.reach, own))) > kMostCells)
+        if (isManyCells(cellsOf(box, ruleOf(input.reach, own))))
             continue;
         for (std::uint32_t level = own + 1; level < m_plan.levelCount; ++level)
         {

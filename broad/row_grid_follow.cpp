@@ -170,7 +170,7 @@ bool RowGrid::followStray(const GridInput& input, const Aabb& before, std::uint3
     const BoxKind kind = kindOf(box, input.grow);
     const CellRange cells = kind == BoxKind::Bounded ? cellsOf(box, rule) : CellRange{0, -1, 0, -1};
     const bool wasUnbounded = std::binary_search(m_unbounded.begin(), m_unbounded.end(), id);
-    const bool isUnbounded = kind == BoxKind::Unbounded || cellCountOf(cells) > kMostCells;
+    const bool isUnbounded = kind == BoxKind::Unbounded || isManyCells(cells);
     if (wasUnbounded || isUnbounded)
         return wasUnbounded && isUnbounded;
     const bool wasThere = kindOf(before, input.grow) == BoxKind::Bounded;

@@ -87,15 +87,27 @@ void RowGridBackend::compareLists(const ProxyView& view, TaskRange rows, unsigne
             kept.push_back(*key);
         m_added[worker].pushIf(idsOf(view, rowsOf(*key)), !isKept && mayEnter(view, rowsOf(*key)));
     }
+    partDeparted(view, old, oldEnd, worker);
+}
+
+/// Lets all of the sorted pairs part that are not kept.
+void RowGridBackend::partDeparted(const ProxyView& view, const std::uint64_t* old, const std::uint64_t* end,
+                                  unsigned worker)
+{
+    const std::vector<std::uint64_t>& kept = m_news[worker].kept;
+    const bool mayLift = !m_despite.isEmpty();
+    m_removed[worker].makeRoom(static_cast<std::size_t>(end - old));
     auto nextKept = kept.begin();
-    for (const std::uint64_t* key = old; key != oldEnd; ++key)
+    for (const std::uint64_t* key = old; key != end; ++key)
     {
-        const IdPair ahead = rowsOf(key[std::min(kPrefetch, oldEnd - key - 1)]);
-        __builtin_prefetch(view.boxes + ahead.b);
+        const IdPair pair = rowsOf(*key);
+        __builtin_prefetch(view.boxes + rowsOf(key[std::min(kPrefetch, end - key - 1)]).b);
         if (nextKept != kept.end() && *nextKept == *key)
             ++nextKept;
+        else if (mayLift || isNear(view, pair))
+            part(view, pair, isNear(view, pair), worker);
         else
-            part(view, rowsOf(*key), isNear(view, rowsOf(*key)), worker);
+            m_removed[worker].pushIf(idsOf(view, pair), true);
     }
 }
 
