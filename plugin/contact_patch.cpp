@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "plugin/contact_patch.h"
 
+#include "plugin/contact_feature.h"
+
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -14,166 +16,12 @@ namespace
 {
 using Eigen::Vector3d;
 
-constexpr int kMostCorners = 16;
-
-/// Two tangents of the contact and its normal: the frame in which a patch is made, with its origin in that of A.
-struct Frame
-{
-    explicit Frame(const Vector3d& normal) : axes{Vector3d(), Vector3d(), normal}
-    {
-        // Duff et al. 2017, "Building an Orthonormal Basis, Revisited": without a root or a branch for special cases.
-        const double sign = std::copysign(1.0, normal.z());
-        const double a = -1.0 / (sign + normal.z());
-        const double b = normal.x() * normal.y() * a;
-        axes[0] = {1.0 + sign * normal.x() * normal.x() * a, sign * b, -sign * normal.x()};
-        axes[1] = {b, sign + normal.y() * normal.y() * a, -normal.y()};
-    }
-
-    Vector3d local(const Vector3d& v) const { return {axes[0].dot(v), axes[1].dot(v), axes[2].dot(v)}; }
-    Vector3d world(double x, double y, double z) const { return x * axes[0] + y * axes[1] + z * axes[2]; }
-
-    std::array<Vector3d, 3> axes;
-};
-
-/// Corners of a convex polygon, or the ends of a segment, in the frame of the contact. Clipping by a plane adds one corner
-/// at most.
-struct Polygon
-{
-    using Coordinates = std::array<double, 2 * kMostCorners>;
-
-    /// More corners than there is room for can only come from rounding, and are next to another.
-    void add(double px, double py, double pz)
-    {
-        if (count == int(x.size()))
-            return;
-        const auto i = static_cast<std::size_t>(count++);
-        x[i] = px;
-        y[i] = py;
-        z[i] = pz;
-    }
-
-    Coordinates x, y, z;
-    int count = 0;
-};
-
-/// The face of a core that looks along a direction, in the frame of the contact.
-struct Feature
-{
-    Polygon corners;    ///< seen against `normal`, less than three: an edge, or a corner
-    double turn = 1.0;  ///< 1: counter-clockwise seen from the tip of the contact's normal; -1: clockwise
-    Vector3d normal = Vector3d::Zero();  ///< outward, of any length; zero without a face
-    double alignment = 0.0;              ///< cosine between the normal and the direction
-};
-
-class FeatureFinder
-{
-public:
-    /// @param side   1 to look along the contact's normal, -1 to look against it
-    /// @param vertex support vertex along that direction, or -1
-    FeatureFinder(const PosedShape& shape, const Frame& frame, const Vector3d& shift, double side,
-                  std::int32_t vertex, Feature& feature)
-        : m_shape(shape),
-          m_frame(frame),
-          m_shift(frame.local(shift)),
-          m_side(side),
-          m_vertex(vertex),
-          m_feature(feature)
-    {
-    }
-
-    void find()
-    {
-        const Hull<btScalar>& hull = m_shape.hull();
-        const bool isSegment = hull.kind() == HullKind::Segment && hull.vertexCount() == 2;
-        if (!isSegment && hull.kind() != HullKind::Polygon && hull.kind() != HullKind::Solid)
-            return;
-        for (int k = 0; k < 3; ++k)
-            m_columns[k] = m_frame.local({m_shape.row(0)[k], m_shape.row(1)[k], m_shape.row(2)[k]});
-        if (!isSegment)
-            return findFace();
-        addCorner(0);
-        addCorner(1);
-    }
-
-private:
-    void addCorner(std::int32_t vertex)
-    {
-        const Hull<btScalar>& hull = m_shape.hull();
-        const double x = hull.x()[vertex], y = hull.y()[vertex], z = hull.z()[vertex];
-        const Vector3d p = m_columns[0] * x + m_columns[1] * y + m_columns[2] * z + m_shift;
-        m_feature.corners.add(p.x(), p.y(), p.z());
-    }
-
-    void findFace()
-    {
-        const Hull<btScalar>& hull = m_shape.hull();
-        turnNormals();
-        if (m_vertex < 0)
-            m_vertex = m_shape.support(m_side * m_frame.axes[2], -1).vertex;
-        const auto faces = hull.facesOf(m_vertex);
-        Best best;
-        for (const std::int32_t face : faces)
-            consider(face, best);
-        // A vertex inside a face is no corner of any.
-        for (std::int32_t face = 0; faces.size() == 0 && face < std::int32_t(hull.faces().size()); ++face)
-            consider(face, best);
-        if (best.face < 0)
-            return;
-        const Vector3d& n = hull.faces()[static_cast<std::size_t>(best.face)].normal;
-        m_feature.normal = m_normals[0] * n.x() + m_normals[1] * n.y() + m_normals[2] * n.z();
-        m_feature.alignment = std::sqrt(best.score);
-        const auto corners = hull.faceVertices(best.face);
-        const std::int32_t count = std::min<std::int32_t>(corners.size(), kMostCorners);
-        for (std::int32_t i = 0; i < count; ++i)
-            addCorner(corners[count == corners.size() ? i : i * corners.size() / count]);
-    }
-
-    /// Normals turn with the cofactors of the basis, and keep their side under a mirrored one.
-    void turnNormals()
-    {
-        for (int k = 0; k < 3; ++k)
-            m_normals[k] = m_columns[(k + 1) % 3].cross(m_columns[(k + 2) % 3]);
-        m_feature.turn = m_side;
-        if (m_normals[0].dot(m_columns[0]) >= 0.0)
-            return;
-        m_feature.turn = -m_side;
-        for (Vector3d& normal : m_normals)
-            normal = -normal;
-    }
-
-    struct Best
-    {
-        std::int32_t face = -1;
-        double score = 0.0;  ///< square of the cosine
-    };
-
-    /// Without a branch, since no processor can guess which face is better.
-    void consider(std::int32_t face, Best& best) const
-    {
-        const Vector3d& n = m_shape.hull().faces()[static_cast<std::size_t>(face)].normal;
-        const Vector3d normal = m_normals[0] * n.x() + m_normals[1] * n.y() + m_normals[2] * n.z();
-        const double along = m_side * normal.z();
-        const double score = along * std::abs(along) / normal.squaredNorm();
-        best.face = score > best.score ? face : best.face;
-        best.score = std::max(best.score, score);
-    }
-
-    const PosedShape& m_shape;
-    const Frame& m_frame;
-    Vector3d m_shift;
-    double m_side;
-    std::int32_t m_vertex;
-    std::array<Vector3d, 3> m_columns;  ///< of the basis
-    std::array<Vector3d, 3> m_normals;  ///< of the matrix that turns normals
-    Feature& m_feature;
-};
-
-/// Keeps what lies on the inner side of an edge (x, y) + t (dx, dy); `turn` as in Feature.
+/// Keeps what lies on the inner side of an edge (x, y) + t (dx, dy); `turn` as in ContactFeature.
 ///
 /// @return false if nothing was cut off, and `out` is as before
-bool clip(const Polygon& in, double x, double y, double dx, double dy, Polygon& out)
+bool clip(const ContactPolygon& in, double x, double y, double dx, double dy, ContactPolygon& out)
 {
-    Polygon::Coordinates heights;
+    ContactPolygon::Coordinates heights;
     const auto count = static_cast<std::size_t>(in.count);
     double lowest = 0.0;
     for (std::size_t i = 0; i < count; ++i)
@@ -202,11 +50,12 @@ bool clip(const Polygon& in, double x, double y, double dx, double dy, Polygon& 
 /// Corners of `face` inside the prism over `reference` along the contact's normal.
 ///
 /// @param buffers scratch; the result may be one of them
-const Polygon& clipToPrism(const Polygon& face, const Feature& reference, std::array<Polygon, 2>& buffers)
+const ContactPolygon& clipToPrism(const ContactPolygon& face, const ContactFeature& reference,
+                                  std::array<ContactPolygon, 2>& buffers)
 {
-    const Polygon* current = &face;
-    Polygon* out = buffers.data();
-    const Polygon& base = reference.corners;
+    const ContactPolygon* current = &face;
+    ContactPolygon* out = buffers.data();
+    const ContactPolygon& base = reference.corners;
     const auto count = static_cast<std::size_t>(base.count);
     // A convex polygon grows by one corner per plane at most.
     for (std::size_t i = 0; i < count && current->count > 0; ++i)
@@ -226,7 +75,7 @@ const Polygon& clipToPrism(const Polygon& face, const Feature& reference, std::a
 class PatchBuilder
 {
 public:
-    PatchBuilder(const Touch& touch, const Frame& frame, double limit)
+    PatchBuilder(const Touch& touch, const ContactFrame& frame, double limit)
         : m_touch(touch), m_frame(frame), m_limit(limit), m_tolerance(1e-3 * (limit - touch.distance))
     {
     }
@@ -318,7 +167,7 @@ private:
     }
 
     const Touch& m_touch;
-    const Frame& m_frame;
+    const ContactFrame& m_frame;
     double m_limit;
     double m_tolerance;
     double m_deepest = HUGE_VAL;
@@ -332,19 +181,19 @@ constexpr double kSteepest = 0.05;
 
 ContactPatch makeContactPatch(const PosedShape& a, const PosedShape& b, const Touch& touch, double limit)
 {
-    const Frame frame(touch.normal);
+    const ContactFrame frame(touch.normal);
     PatchBuilder builder(touch, frame, limit);
-    Feature ofA, ofB;
+    ContactFeature ofA, ofB;
     FeatureFinder(a, frame, Vector3d::Zero(), -1.0, touch.vertexA, ofA).find();
     FeatureFinder(b, frame, b.origin() - a.origin(), 1.0, touch.vertexB, ofB).find();
     const bool isAReference = ofA.alignment >= ofB.alignment;
-    const Feature& reference = isAReference ? ofA : ofB;
-    const Feature& other = isAReference ? ofB : ofA;
+    const ContactFeature& reference = isAReference ? ofA : ofB;
+    const ContactFeature& other = isAReference ? ofB : ofA;
     if (reference.alignment > kSteepest && other.corners.count >= 2)
     {
-        std::array<Polygon, 2> buffers;
-        const Polygon& clipped = clipToPrism(other.corners, reference, buffers);
-        const Polygon& base = reference.corners;
+        std::array<ContactPolygon, 2> buffers;
+        const ContactPolygon& clipped = clipToPrism(other.corners, reference, buffers);
+        const ContactPolygon& base = reference.corners;
         const double slopeX = reference.normal.x() / reference.normal.z();
         const double slopeY = reference.normal.y() / reference.normal.z();
         for (std::size_t i = 0; i < static_cast<std::size_t>(clipped.count); ++i)

@@ -163,7 +163,7 @@ try
                        found += findIdlePairs(pairs, range.begin, range.end);
                    });
     m_idlePairs = found;
-    m_isaGjk.counters().separated.fetch_add(m_idlePairs, std::memory_order_relaxed);
+    m_isaGjk.counters().separated.add(m_idlePairs);
 }
 catch (const std::exception&)
 {

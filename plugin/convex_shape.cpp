@@ -70,14 +70,13 @@ PosedShape poseCapsule(const btCapsuleShape& capsule, const btTransform& transfo
     return {unitHulls().segment, turned, toEigen(transform.getOrigin())};
 }
 
-std::optional<PosedShape> poseHull(const btConvexHullShape& shape, const btTransform& transform, HullUse& use,
-                                   std::uint64_t pass)
+std::optional<PosedShape> poseHullShape(const btConvexHullShape& shape, const btTransform& transform,
+                                        HullUse& use, std::uint64_t pass)
 {
     const Hull<btScalar>* hull = use.hullOf(shape, pass);
     if (hull == nullptr || hull->vertexCount() == 0)
         return {};
-    const Vector scaling = toEigen(shape.getLocalScalingNV());
-    return PosedShape(*hull, basisOf(transform) * scaling.asDiagonal(), toEigen(transform.getOrigin()));
+    return poseHull(*hull, shape, transform);
 }
 
 PosedShape poseBox(const btBoxShape& box, const btTransform& transform)
@@ -86,6 +85,12 @@ PosedShape poseBox(const btBoxShape& box, const btTransform& transform)
     return {unitHulls().cube, basisOf(transform) * half.asDiagonal(), toEigen(transform.getOrigin())};
 }
 }  // namespace
+
+PosedShape poseHull(const Hull<btScalar>& hull, const btConvexShape& hullShape, const btTransform& transform)
+{
+    const Vector scaling = toEigen(static_cast<const btConvexHullShape&>(hullShape).getLocalScalingNV());
+    return {hull, basisOf(transform) * scaling.asDiagonal(), toEigen(transform.getOrigin())};
+}
 
 bool canRunConcurrently(int shapeType)
 {
@@ -108,7 +113,7 @@ std::optional<PosedShape> poseShape(const btConvexShape& shape, ConvexKind kind,
     switch (kind)
     {
         case ConvexKind::Hull:
-            return poseHull(static_cast<const btConvexHullShape&>(shape), transform, use, pass);
+            return poseHullShape(static_cast<const btConvexHullShape&>(shape), transform, use, pass);
         case ConvexKind::Box:
             return poseBox(static_cast<const btBoxShape&>(shape), transform);
         case ConvexKind::Triangle:

@@ -77,6 +77,9 @@ bool canRunConcurrently(int shapeType);
 std::optional<PosedShape> poseShape(const btConvexShape& shape, ConvexKind kind, const btTransform& transform,
                                     HullUse& use, std::uint64_t pass);
 
+/// A hull shape, scaled as it is, of which the graph is known.
+PosedShape poseHull(const Hull<btScalar>& hull, const btConvexShape& hullShape, const btTransform& transform);
+
 /// A box or sphere for staysSeparated(). @return false for other kinds
 bool stretchUnitHull(const btConvexShape& shape, const btTransform& transform, StretchedHull& stretched);
 

@@ -49,10 +49,9 @@ void IsaGjkRegistration::reset(btCollisionDispatcher& dispatcher, const IsaGjkOp
     m_leftTotal.load(std::memory_order_acquire);
     m_options = options;
     endPass();
-    for (std::atomic<std::uint64_t>* counter :
-         {&m_counters.separated, &m_counters.touching, &m_counters.depths, &m_counters.notConverged,
-          &m_counters.delegated})
-        counter->store(0, std::memory_order_relaxed);
+    for (ThreadCounter* counter : {&m_counters.separated, &m_counters.touching, &m_counters.depths,
+                                   &m_counters.notConverged, &m_counters.delegated})
+        counter->reset();
     m_stock = dynamic_cast<const btConvexConvexAlgorithm::CreateFunc*>(
         dispatcher.getCollisionConfiguration()->getCollisionAlgorithmCreateFunc(CONVEX_HULL_SHAPE_PROXYTYPE,
                                                                                 CONVEX_HULL_SHAPE_PROXYTYPE));
@@ -82,14 +81,12 @@ void IsaGjkRegistration::beginPass()
 
 IsaGjkStats IsaGjkRegistration::stats() const
 {
-    const auto value = [](const std::atomic<std::uint64_t>& counter)
-    { return counter.load(std::memory_order_relaxed); };
     IsaGjkStats stats;
-    stats.separatedTotal = value(m_counters.separated);
-    stats.touchingTotal = value(m_counters.touching);
-    stats.depthsTotal = value(m_counters.depths);
-    stats.notConvergedTotal = value(m_counters.notConverged);
-    stats.delegatedTotal = value(m_counters.delegated);
+    stats.separatedTotal = m_counters.separated.value();
+    stats.touchingTotal = m_counters.touching.value();
+    stats.depthsTotal = m_counters.depths.value();
+    stats.notConvergedTotal = m_counters.notConverged.value();
+    stats.delegatedTotal = m_counters.delegated.value();
     return stats;
 }
 

@@ -4,6 +4,7 @@
 
 #include "broad/api.h"
 #include "plugin/precision.h"
+#include "plugin/thread_counter.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionCreateFunc.h>
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
@@ -71,7 +72,7 @@ public:
     /// Those of IsaGjkStats.
     struct Counters
     {
-        std::atomic<std::uint64_t> separated{0}, touching{0}, depths{0}, notConverged{0}, delegated{0};
+        ThreadCounter separated, touching, depths, notConverged, delegated;
     };
     Counters& counters() { return m_counters; }
 

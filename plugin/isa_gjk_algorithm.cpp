@@ -6,14 +6,10 @@
 #include "narrow/gjk.h"
 #include "narrow/isa_gjk.h"
 #include "plugin/contact_patch.h"
-#include "plugin/convex_shape.h"
+#include "plugin/convex_pair.h"
 
-#include <BulletCollision/CollisionDispatch/btCollisionObject.h>
-#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
-#include <BulletCollision/CollisionShapes/btPolyhedralConvexShape.h>
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 
-#include <cmath>
 #include <exception>
 #include <typeinfo>
 
@@ -23,115 +19,11 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-void count(std::atomic<std::uint64_t>& counter)
+void count(ThreadCounter& counter)
 {
-    counter.fetch_add(1, std::memory_order_relaxed);
+    counter.add(1);
 }
 
-btScalar marginOf(const btConvexShape& shape, ConvexKind kind)
-{
-    if (kind == ConvexKind::Hull || kind == ConvexKind::Box)
-        return static_cast<const btConvexInternalShape&>(shape).getMarginNV();
-    return shape.getMarginNonVirtual();
-}
-
-/// One of the two shapes of a call.
-struct Side
-{
-    Side(const btCollisionShape& collisionShape, const btTransform& where)
-        : shape(static_cast<const btConvexShape&>(collisionShape)),
-          transform(where),
-          kind(convexKindOf(shape.getShapeType())),
-          margin(kind == ConvexKind::Foreign ? btScalar(0) : marginOf(shape, kind))
-    {
-    }
-
-    bool isRound() const { return kind == ConvexKind::Sphere || kind == ConvexKind::Capsule; }
-
-    /// Bullet's faces, if the application had them made.
-    const btConvexPolyhedron* features() const
-    {
-        return shape.isPolyhedral() ? static_cast<const btPolyhedralConvexShape&>(shape).getConvexPolyhedron()
-                                    : nullptr;
-    }
-
-    bool isFinite() const
-    {
-        const btMatrix3x3& m = transform.getBasis();
-        const btVector3 sum = m[0] + m[1] + m[2] + transform.getOrigin();
-        return std::isfinite(sum.x()) && std::isfinite(sum.y()) && std::isfinite(sum.z());
-    }
-
-    /// False for a hull shape that has no points, or one that is not finite.
-    bool hasPoints() const
-    {
-        if (kind != ConvexKind::Hull)
-            return true;
-        const auto& hull = static_cast<const btConvexHullShape&>(shape);
-        for (int i = 0; i < hull.getNumPoints(); ++i)
-        {
-            if (!toEigen(hull.getUnscaledPoints()[i]).allFinite())
-                return false;
-        }
-        return hull.getNumPoints() > 0;
-    }
-
-    const btConvexShape& shape;
-    const btTransform& transform;
-    ConvexKind kind;
-    btScalar margin;
-};
-}  // namespace
-
-struct ConvexPair
-{
-    ConvexPair(const btCollisionObjectWrapper& bodyA, const btCollisionObjectWrapper& bodyB)
-        : a(*bodyA.getCollisionShape(), bodyA.getWorldTransform()),
-          b(*bodyB.getCollisionShape(), bodyB.getWorldTransform()),
-          wrapA(&bodyA),
-          wrapB(&bodyB)
-    {
-    }
-    ConvexPair(const btCollisionObject& objectA, const btCollisionObject& objectB)
-        : a(*objectA.getCollisionShape(), objectA.getWorldTransform()),
-          b(*objectB.getCollisionShape(), objectB.getWorldTransform())
-    {
-    }
-
-    btScalar margins() const { return a.margin + b.margin; }
-    /// A body may have been given any other shape since its pairs were made.
-    bool isConvex() const { return a.shape.isConvex() && b.shape.isConvex(); }
-    /// Two-dimensional shapes; round ones, which Bullet solves in closed form.
-    bool isForBullet() const
-    {
-        return a.kind == ConvexKind::Foreign || b.kind == ConvexKind::Foreign || (a.isRound() && b.isRound());
-    }
-
-    Side a, b;
-    const btCollisionObjectWrapper* wrapA = nullptr;
-    const btCollisionObjectWrapper* wrapB = nullptr;
-};
-
-/// Both cores at their places; empty where a side is no polytope, or could not be placed.
-struct ConvexCores
-{
-    ConvexCores(const ConvexPair& pair, HullUse (&hulls)[2], std::uint64_t pass)
-        : a(poseShape(pair.a.shape, pair.a.kind, pair.a.transform, hulls[0], pass)),
-          b(poseShape(pair.b.shape, pair.b.kind, pair.b.transform, hulls[1], pass))
-    {
-    }
-
-    /// False if a polytope is missing.
-    bool arePlaced(const ConvexPair& pair) const
-    {
-        return (a || !isPolytope(pair.a.kind)) && (b || !isPolytope(pair.b.kind));
-    }
-
-    std::optional<PosedShape> a, b;
-};
-
-namespace
-{
 /// Is the distance of the cores larger than `limit`?
 GjkState separation(const ConvexPair& pair, const ConvexCores& cores, btScalar limit,
                     GjkCache<btScalar>& cache)
@@ -270,10 +162,14 @@ bool IsaGjkAlgorithm::isIdle(const btCollisionObject& a, const btCollisionObject
 bool IsaGjkAlgorithm::staysApart(const ConvexPair& pair, btScalar limit)
 {
     StretchedHull a, b;
-    return m_cache.state == GjkState::Separated &&
-           stretchShape(pair.a.shape, pair.a.transform, m_hulls[0], m_isaGjk.pass(), a) &&
-           stretchShape(pair.b.shape, pair.b.transform, m_hulls[1], m_isaGjk.pass(), b) &&
-           staysSeparated(a, b, limit, m_cache);
+    if (m_cache.state != GjkState::Separated ||
+        !stretchShape(pair.a.shape, pair.a.transform, m_hulls[0], m_isaGjk.pass(), a))
+        return false;
+    if (pair.isTwice())
+        b = {a.hull, a.stretch, &pair.b.transform};
+    else if (!stretchShape(pair.b.shape, pair.b.transform, m_hulls[1], m_isaGjk.pass(), b))
+        return false;
+    return staysSeparated(a, b, limit, m_cache);
 }
 
 /// @return false if Bullet's own algorithm has to answer
@@ -281,21 +177,22 @@ bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& in
 try
 {
     IsaGjkRegistration::Counters& counters = m_isaGjk.counters();
+    // A result of Bullet's step drops points beyond the breaking threshold; others get what Bullet's detector reports.
+    const bool isStep = typeid(result) == typeid(btManifoldResult);
+    const btScalar limit = pair.margins() + m_breakingThreshold +
+                           (isStep ? btScalar(0) : pair.margins() + result.m_closestPointDistanceThreshold);
+    // First what settles most pairs; it proves nothing of shapes or places that are not fit for it.
+    if (staysApart(pair, limit))
+    {
+        count(counters.separated);
+        return true;
+    }
     if (!pair.isConvex() || !pair.a.isFinite() || !pair.b.isFinite())
         return true;
     if (pair.isForBullet())
     {
         count(counters.delegated);
         return false;
-    }
-    // A result of Bullet's step drops points beyond the breaking threshold; others get what Bullet's detector reports.
-    const bool isStep = typeid(result) == typeid(btManifoldResult);
-    const btScalar limit = pair.margins() + m_breakingThreshold +
-                           (isStep ? btScalar(0) : pair.margins() + result.m_closestPointDistanceThreshold);
-    if (staysApart(pair, limit))
-    {
-        count(counters.separated);
-        return true;
     }
     const ConvexCores cores(pair, m_hulls, m_isaGjk.pass());
     if (!cores.arePlaced(pair))

@@ -1,0 +1,125 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "plugin/convex_shape.h"
+#include "plugin/hull_cache.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionObject.h>
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
+#include <BulletCollision/CollisionShapes/btPolyhedralConvexShape.h>
+
+#include <cmath>
+#include <cstdint>
+#include <optional>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+inline btScalar marginOf(const btConvexShape& shape, ConvexKind kind)
+{
+    if (kind == ConvexKind::Hull || kind == ConvexKind::Box)
+        return static_cast<const btConvexInternalShape&>(shape).getMarginNV();
+    return shape.getMarginNonVirtual();
+}
+
+/// One of the two shapes of a call.
+struct ConvexSide
+{
+    ConvexSide(const btCollisionShape& collisionShape, const btTransform& where)
+        : shape(static_cast<const btConvexShape&>(collisionShape)),
+          transform(where),
+          kind(convexKindOf(shape.getShapeType())),
+          margin(kind == ConvexKind::Foreign ? btScalar(0) : marginOf(shape, kind))
+    {
+    }
+
+    bool isRound() const { return kind == ConvexKind::Sphere || kind == ConvexKind::Capsule; }
+
+    /// Bullet's faces, if the application had them made.
+    const btConvexPolyhedron* features() const
+    {
+        return shape.isPolyhedral() ? static_cast<const btPolyhedralConvexShape&>(shape).getConvexPolyhedron()
+                                    : nullptr;
+    }
+
+    bool isFinite() const
+    {
+        const btMatrix3x3& m = transform.getBasis();
+        const btVector3 sum = m[0] + m[1] + m[2] + transform.getOrigin();
+        return std::isfinite(sum.x()) && std::isfinite(sum.y()) && std::isfinite(sum.z());
+    }
+
+    /// False for a hull shape that has no points, or one that is not finite.
+    bool hasPoints() const
+    {
+        if (kind != ConvexKind::Hull)
+            return true;
+        const auto& hull = static_cast<const btConvexHullShape&>(shape);
+        for (int i = 0; i < hull.getNumPoints(); ++i)
+        {
+            if (!toEigen(hull.getUnscaledPoints()[i]).allFinite())
+                return false;
+        }
+        return hull.getNumPoints() > 0;
+    }
+
+    const btConvexShape& shape;
+    const btTransform& transform;
+    ConvexKind kind;
+    btScalar margin;
+};
+
+/// Both shapes of a call, and where they are.
+struct ConvexPair
+{
+    ConvexPair(const btCollisionObjectWrapper& bodyA, const btCollisionObjectWrapper& bodyB)
+        : a(*bodyA.getCollisionShape(), bodyA.getWorldTransform()),
+          b(*bodyB.getCollisionShape(), bodyB.getWorldTransform()),
+          wrapA(&bodyA),
+          wrapB(&bodyB)
+    {
+    }
+    ConvexPair(const btCollisionObject& objectA, const btCollisionObject& objectB)
+        : a(*objectA.getCollisionShape(), objectA.getWorldTransform()),
+          b(*objectB.getCollisionShape(), objectB.getWorldTransform())
+    {
+    }
+
+    btScalar margins() const { return a.margin + b.margin; }
+    /// Two bodies with one hull shape, whose points need to be compared with its graph only once.
+    bool isTwice() const { return &a.shape == &b.shape && a.kind == ConvexKind::Hull; }
+    /// A body may have been given any other shape since its pairs were made.
+    bool isConvex() const { return a.shape.isConvex() && b.shape.isConvex(); }
+    /// Two-dimensional shapes; round ones, which Bullet solves in closed form.
+    bool isForBullet() const
+    {
+        return a.kind == ConvexKind::Foreign || b.kind == ConvexKind::Foreign || (a.isRound() && b.isRound());
+    }
+
+    ConvexSide a, b;
+    const btCollisionObjectWrapper* wrapA = nullptr;
+    const btCollisionObjectWrapper* wrapB = nullptr;
+};
+
+/// Both cores at their places; empty where a side is no polytope, or could not be placed.
+struct ConvexCores
+{
+    ConvexCores(const ConvexPair& pair, HullUse (&hulls)[2], std::uint64_t pass)
+        : a(poseShape(pair.a.shape, pair.a.kind, pair.a.transform, hulls[0], pass)),
+          b(a && pair.isTwice() ? poseHull(a->hull(), pair.b.shape, pair.b.transform)
+                                : poseShape(pair.b.shape, pair.b.kind, pair.b.transform, hulls[1], pass))
+    {
+    }
+
+    /// False if a polytope is missing.
+    bool arePlaced(const ConvexPair& pair) const
+    {
+        return (a || !isPolytope(pair.a.kind)) && (b || !isPolytope(pair.b.kind));
+    }
+
+    std::optional<PosedShape> a, b;
+};
+}  // namespace CULLET_PRECISION
+}  // namespace cullet
