@@ -49,6 +49,18 @@ CULLET_HOST_DEVICE inline std::uint64_t compareExchange(std::uint64_t* slot, std
 #endif
 }
 
+/// Index of the lowest bit set.
+///
+/// @pre bits != 0
+CULLET_HOST_DEVICE inline std::uint32_t lowestBit(std::uint32_t bits)
+{
+#ifdef __CUDA_ARCH__
+    return static_cast<std::uint32_t>(__ffs(static_cast<int>(bits)) - 1);
+#else
+    return static_cast<std::uint32_t>(__builtin_ctz(bits));
+#endif
+}
+
 CULLET_HOST_DEVICE inline std::uint32_t bitsOf(float value)
 {
     std::uint32_t bits = 0;

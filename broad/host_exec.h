@@ -174,6 +174,21 @@ public:
             });
     }
 
+    /// Calls step(i, true, emit) for i in [0, count). On a GPU the lanes of a warp do so together, with false for those that
+    /// have no index, and have to be together in emit.any(), which asks all of them, and in emit.append().
+    template <class Step>
+    void forEachTogether(std::uint64_t count, const Step& step, const PairList& list)
+    {
+        run(0, count,
+            [&] {
+                return [&step, emit = Emitter{list, &m_tests, 0}](std::uint64_t i) mutable
+                { step(i, true, emit); };
+            });
+    }
+
+    /// Whether work on few boxes is better cut into smaller pieces: not here, but one order tests how it is done.
+    bool hasSpareLanes() const { return m_order == PsapExecutor::Shuffled; }
+
     /// out[i] = sum of in[0 .. i-1].
     template <class T>
     void scan(const T* in, T* out, std::uint64_t count)
@@ -243,6 +258,12 @@ private:
 
         void push(IdPair pair) { list.push(pair); }
         void tested(std::uint64_t count) { ownTests += count; }
+        bool any(bool isMine) const { return isMine; }
+        void append(bool isMine, IdPair pair)
+        {
+            if (isMine)
+                push(pair);
+        }
     };
 
     /// Calls body(i) for each index; makeBody() makes one body per task.

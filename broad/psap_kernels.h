@@ -47,9 +47,9 @@ struct CellBlock
 CULLET_HOST_DEVICE inline std::uint32_t clampedCell(float value, float origin, float inverse,
                                                     std::uint32_t count)
 {
-    const float cell = cellOf(value, origin, inverse);
-    const float last = static_cast<float>(count - 1);
-    return static_cast<std::uint32_t>(cell < 0.0f ? 0.0f : cell > last ? last : cell);
+    const std::int32_t cell = cellOf(value, origin, inverse);
+    const std::int32_t last = static_cast<std::int32_t>(count) - 1;
+    return static_cast<std::uint32_t>(cell < 0 ? 0 : cell > last ? last : cell);
 }
 
 CULLET_HOST_DEVICE inline CellBlock cellsOf(const CellPlan& plan, const Aabb& box)

@@ -184,9 +184,10 @@ struct BoxHistory
     /// Whether boxes that now overlap by `depth` on every axis cannot have been apart in the last update.
     ///
     /// Two sides have come together by at most twice the motion; the rest of the factor is for rounding.
-    CULLET_HOST_DEVICE bool wereOverlapping(float depth) const
+    CULLET_HOST_DEVICE bool wereOverlapping(float depth) const { return depth > deepEnough(); }
+    CULLET_HOST_DEVICE float deepEnough() const
     {
-        return motion != nullptr && depth > 2.0001f * floatOf(*motion);
+        return motion != nullptr ? 2.0001f * floatOf(*motion) : kInfinity;
     }
 
     CULLET_HOST_DEVICE unsigned changesOf(IdPair pair) const
@@ -213,16 +214,42 @@ struct EntryTest
     LookupTable held;  ///< the held pairs that are open
     bool takeAll;      ///< every overlapping pair, for people who want the set itself
 
-    /// @param depth by how much the boxes overlap on every axis, at most; 0 when that is not known
-    CULLET_HOST_DEVICE bool operator()(IdPair pair, float depth = 0) const
+    CULLET_HOST_DEVICE bool operator()(IdPair pair) const
     {
         if (takeAll)
             return true;
-        if (boxes.wereOverlapping(depth) || !boxes.isOpen(pair))
+        if (!boxes.isOpen(pair))
             return false;
         if (boxes.filters != nullptr && !passesFilter(boxes.filters[pair.a], boxes.filters[pair.b]))
             return false;
         return !held.contains(pair);
+    }
+
+    /// The same with what needs to be read only once.
+    struct Ready
+    {
+        const EntryTest& test;
+        float deepEnough;  ///< boxes that overlap by more did so before
+
+        /// @param depth called: by how much the boxes overlap on every axis, at most
+        template <class Depth>
+        CULLET_HOST_DEVICE bool operator()(IdPair pair, const Depth& depth) const
+        {
+            return !(depth() > deepEnough) && test(pair);
+        }
+    };
+    CULLET_HOST_DEVICE Ready ready() const { return {*this, boxes.deepEnough()}; }
+};
+
+/// Takes every overlapping pair, for people who want the set itself.
+struct EveryPair
+{
+    CULLET_HOST_DEVICE EveryPair ready() const { return *this; }
+    CULLET_HOST_DEVICE bool operator()(IdPair) const { return true; }
+    template <class Depth>
+    CULLET_HOST_DEVICE bool operator()(IdPair, const Depth&) const
+    {
+        return true;
     }
 };
 
@@ -321,27 +348,30 @@ struct SettleHeld
 
     /// @param kept receives the pair when it stays
     template <class Kept>
-    CULLET_HOST_DEVICE void operator()(std::uint64_t i, Kept& kept) const
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i, bool isIndex, Kept& kept) const
     {
-        const IdPair pair = held[i];
+        const IdPair pair = isIndex ? held[i] : IdPair{};
+        kept.append(isIndex && stays(pair), pair);
+    }
+
+private:
+    CULLET_HOST_DEVICE bool stays(IdPair pair) const
+    {
         if (isLoose && !boxes.retestAll && boxes.changesOf(pair) == 0)
-        {
-            kept.push(pair);
-            return;
-        }
+            return true;
         const Aabb a = loadBox(boxes.now, pair.a);
         const Aabb b = loadBox(boxes.now, pair.b);
         // Empty boxes first: overlapsWithMargin() counts NaN as near.
         if (!isValid(a) || !isValid(b) || !overlapsWithMargin(a, b, margin))
         {
             removed.push(pair);
-            return;
+            return false;
         }
-        kept.push(pair);
         // What the search does not find, or finds without asking, it does not look up.
         const float depth = overlapOf(a, b);
         if (depth >= 0 && !boxes.wereOverlapping(depth) && boxes.isOpen(pair))
             open.insert(pair);
+        return true;
     }
 };
 

@@ -14,8 +14,9 @@
 /// The order of the steps, for any executor.
 ///
 /// An executor has: Buffer<T> with data() and size(); reserve(buffer, n), which may discard; upload, download, copy,
-/// clear and wait; forEach(n, functor); forEachEmitting(n, functor, list); scan; scanLargest; sortPairs; sortKeys. Steps run one after
-/// the other. HostExec and CudaExec are executors.
+/// clear and wait; forEach(n, functor); forEachEmitting(n, functor, list); forEachTogether(n, functor, list);
+/// hasSpareLanes; scan; scanLargest; sortPairs; sortKeys. Steps run one after the other. HostExec and CudaExec are
+/// executors.
 namespace cullet::psap
 {
 /// Boxes to search, by row, in the executor's memory.
@@ -23,7 +24,15 @@ struct SearchInput
 {
     const Aabb* boxes;
     std::uint64_t count;
+    std::uint64_t* pairCount = nullptr;  ///< build() sets it to 0
 };
+
+template <class Exec>
+void clearPairCount(Exec& exec, const SearchInput& input)
+{
+    if (input.pairCount != nullptr)
+        exec.clear(input.pairCount, 1);
+}
 
 /// Sums the boxes for the choice of axis and cells.
 template <class Exec>
@@ -103,6 +112,7 @@ public:
     void build(Exec& exec, SearchInput input)
     {
         m_input = input;
+        clearPairCount(exec, input);
         reserveForBoxes(exec, input.count);
         const bool isTurned = m_axis == PsapAxis::Principal;
         m_placed = isTurned ? m_frame.project(exec, input) : input.boxes;
@@ -262,17 +272,24 @@ public:
             makePlan(exec);
         ++m_planAge;
 
-        // The count of the side list lies behind those of the bins, so that one call clears both.
-        exec.clear(m_binCounts.data(), m_binCapacity + 2);
+        // The search leaves both clear.
+        if (!m_isClear || input.count == 0)
+        {
+            exec.clear(m_binCounts.data(), m_binCapacity + 1);
+            exec.clear(m_sides.data(), 1);
+            clearPairCount(exec, input);
+        }
+        m_isClear = false;
         isRadix() ? sortByRadix(exec) : sortByCounting(exec);
     }
 
     void emit(Exec& exec, const EntryTest& isNew, const PairList& pairs)
     {
-        exec.forEachEmitting(m_input.count,
-                             SearchRows{m_records.data(), m_binStarts.data(), m_binCapacity, m_plan.data(),
-                                        m_input.boxes, m_side.data(), sideCount(), isNew},
-                             pairs);
+        if (isNew.takeAll)
+            emitTesting(exec, EveryPair{}, pairs);
+        else
+            emitTesting(exec, isNew, pairs);
+        m_isClear = m_input.count != 0;
     }
 
     /// Whether the next build() of as many boxes makes the same launches as the last one, without allocation or wait.
@@ -281,7 +298,7 @@ public:
     /// Counts a repetition that happened without build().
     void countRepeat() { ++m_planAge; }
 
-    std::uint32_t* sideCount() const { return m_binCounts.data() + m_binCapacity + 1; }
+    const std::uint32_t* sideCount() const { return &m_sides.data()->total; }
     std::uint64_t entryCount() const { return m_input.count; }
 
 private:
@@ -293,6 +310,9 @@ private:
     static constexpr std::uint64_t kBoxesInSample = 1u << 17;
 
     static constexpr std::uint64_t kBoxesForRadix = 6u << 20;
+    static constexpr std::uint64_t kMostBinsOfThreePasses = (1u << 24) - 1;
+    // Up to here a GPU has lanes to spare.
+    static constexpr std::uint64_t kBoxesWithSharers = 1u << 15;
 
     bool isRadix() const
     {
@@ -306,7 +326,7 @@ private:
         exec.forEach(count, CountRows{rowBins(), m_places.data(), m_binCounts.data()});
         exec.scan(m_binCounts.data(), m_binStarts.data(), m_binCapacity + 1);
         exec.forEach(count, ScatterRows{m_input.boxes, m_plan.data(), m_places.data(), m_binStarts.data(),
-                                        m_records.data()});
+                                        m_records.data(), tidying()});
     }
 
     void sortByRadix(Exec& exec)
@@ -319,17 +339,42 @@ private:
             ++bits;
         exec.sortPairs(m_keys[0].data(), m_keys[1].data(), m_rows[0].data(), m_rows[1].data(), count, bits);
         exec.forEach(count, GatherRows{m_input.boxes, m_plan.data(), m_keys[1].data(), m_rows[1].data(),
-                                       count, none, m_records.data(), m_binCounts.data()});
+                                       count, none, m_records.data(), m_binCounts.data(), tidying()});
         exec.scanLargest(m_binCounts.data(), m_binStarts.data(), m_binCapacity + 1);
     }
 
-    RowBins rowBins() const { return {m_input.boxes, m_plan.data(), m_side.data(), sideCount()}; }
+    template <class IsNew>
+    void emitTesting(Exec& exec, const IsNew& isNew, const PairList& pairs)
+    {
+        if (exec.hasSpareLanes() && m_input.count <= kBoxesWithSharers)
+            emitSharing<4>(exec, isNew, pairs);
+        else
+            emitSharing<1>(exec, isNew, pairs);
+    }
+
+    template <std::uint32_t kSharers, class IsNew>
+    void emitSharing(Exec& exec, const IsNew& isNew, const PairList& pairs)
+    {
+        exec.forEachTogether(
+            kSharers * m_input.count,
+            SearchRows<IsNew, kSharers>{m_records.data(), m_binStarts.data(), m_binCapacity, m_plan.data(),
+                                        m_input.boxes, m_side.data(), m_sides.data(), isNew, m_input.count,
+                                        m_binCounts.data()},
+            pairs);
+    }
+
+    RowBins rowBins() const { return {m_input.boxes, m_plan.data(), m_side.data(), m_sides.data()}; }
+    RowTidying tidying() const { return {m_sides.data(), m_input.pairCount}; }
 
     void reserveForBoxes(Exec& exec, std::uint64_t count)
     {
         exec.reserve(m_plan, 1);
         exec.reserve(m_side, count);
-        exec.reserve(m_records, count);
+        if (m_records.size() <= count)
+        {
+            exec.reserve(m_records, count + 1);
+            exec.clear(m_records.data(), m_records.size());  // one behind the last is read, whatever it says
+        }
         if (!isRadix())
             exec.reserve(m_places, count);
         for (int side = 0; side < 2 && isRadix(); ++side)
@@ -342,10 +387,15 @@ private:
         if (m_binCapacity == 0)
         {
             m_binCapacity = binCapacityFor(count, kBinsPerBox);
+            // A fourth pass for a few more bins does not pay.
+            if (isRadix() && count < 5 * kMostBinsOfThreePasses / 4)
+                m_binCapacity = std::min(m_binCapacity, kMostBinsOfThreePasses);
             m_plannedCount = count;
             m_planAge = kUpdatesPerPlan;
+            m_isClear = false;
         }
-        exec.reserve(m_binCounts, m_binCapacity + 2);
+        exec.reserve(m_binCounts, m_binCapacity + 1);
+        exec.reserve(m_sides, 1);
         exec.reserve(m_binStarts, m_binCapacity + 1);
     }
 
@@ -374,6 +424,8 @@ private:
     Buffer<std::uint32_t> m_binCounts, m_binStarts;
     Buffer<RowRecord> m_records;
     Buffer<std::uint32_t> m_side;
+    Buffer<SideCounts> m_sides;
+    bool m_isClear = false;  ///< m_binCounts and the found of m_sides
 };
 
 /// Either search, as the options say.

@@ -13,25 +13,26 @@ inline constexpr std::uint32_t kMostLevels = 12;
 inline constexpr std::uint32_t kBinsPerLevel = 64;  ///< at least
 inline constexpr std::uint32_t kBinsKeptFree = kBinsPerLevel * kMostLevels;
 
-/// The cells of boxes of similar size.
-struct RowLevel
+/// The cells of boxes of similar size. Aligned, so that a GPU reads it in three loads.
+struct alignas(16) RowLevel
 {
-    float limit;               ///< longest side of a box on this level
-    float reach;               ///< a little more: how far before a box its partners' minima may lie
-    float inverse;             ///< 1 / width of a cell
-    float inverseBin;          ///< 1 / length of a bin
-    std::uint32_t firstBin;    ///< bins of all finer levels
-    float countU, countV;      ///< cells, before they repeat
-    float inverseU, inverseV;  ///< 1 / those
-    std::uint32_t binCount;    ///< bins per cell
-    bool isDense;              ///< a box has several boxes to be tested against in each cell
+    float limit;                   ///< longest side of a box on this level
+    float reach;                   ///< a little more: how far before a box its partners' minima may lie
+    float inverse;                 ///< 1 / width of a cell
+    float inverseBin;              ///< 1 / length of a bin
+    std::uint32_t firstBin;        ///< bins of all finer levels
+    std::uint32_t endBin;          ///< and those of this one
+    std::uint32_t countU, countV;  ///< cells, before they repeat
+    std::uint32_t binCount;        ///< bins per cell
+    std::uint32_t isRoomy;         ///< 1: no two cells around a box are the same one, wrapped
+    std::uint32_t padding[2];
 };
 
-struct RowPlan
+struct alignas(16) RowPlan
 {
-    Axes axes;
     float originS, originU, originV;
     std::uint32_t levelCount;
+    Axes axes;
     std::uint32_t binCount;  ///< of all levels
     RowLevel levels[kMostLevels];
 };
@@ -46,14 +47,13 @@ inline std::uint64_t binCapacityFor(std::uint64_t boxes, float binsPerBox)
 /// Chooses axis, levels, cells and bins from the statistics. One index.
 ///
 /// Levels, finest first: a level takes doublings of size as long as its cells stay nearly empty, since a level more
-/// costs every finer box a search. Cells and bins: the cheapest of some sizes by a count of rows visited, boxes tested
-/// and bins cleared. Scenes are thought to be uniform boxes of the same spread; others are as exact, only slower.
+/// costs every finer box a search. Cells and bins: the cheapest of some sizes by a count of cells visited, boxes tested
+/// and bins summed up, the most that a box of the level may need: the lanes of a warp wait for the one with most. Scenes
+/// are thought to be uniform boxes of the same spread; others are as exact, only slower.
 struct PlanRows
 {
-    static constexpr double kCostOfRow = 1.6;  // in tests of one box
-    static constexpr double kCostOfBin = 1.6;
-    // Tests per cell from which on lanes wait for each other less when they collect their cells first.
-    static constexpr double kDenseCell = 3.5;
+    static constexpr double kCostOfCell = 4;  // in tests of one box
+    static constexpr double kCostOfBin = 4;
     // Boxes per cell from which on a doubling of size gets its own level.
     static constexpr double kFullCell = 2.5;
 
@@ -88,8 +88,8 @@ struct PlanRows
             const double room = static_cast<double>(binCapacity - kBinsKeptFree);
             chooseCells(level, spread, counts[k], finer, k == 0 ? 0.0f : plan->levels[k - 1].limit,
                         kBinsPerLevel + room * share);
-            firstBin += static_cast<std::uint32_t>(level.countU) * static_cast<std::uint32_t>(level.countV) *
-                        level.binCount;
+            firstBin += level.countU * level.countV * level.binCount;
+            level.endBin = firstBin;
             finer += counts[k];
         }
         plan->binCount = firstBin;
@@ -179,8 +179,9 @@ private:
                 const double w = limit * (cellScale > 0 ? static_cast<double>(cellScale) : cell);
                 const double l = limit * (binScale > 0 ? static_cast<double>(binScale) : bin);
                 const double bins = cellsFor(spread, w, l).count();
-                const double cost = 0.5 * count * searchCost(limit, 0.75 * limit, w, l, density) +
-                                    finer * searchCost(limit, 0.5 * finerLimit, w, l, density) +
+                const double cost = count * ownCells(limit, w) * cellCost(2 * limit + l, w, density) +
+                                    finer * coarserCells(limit + finerLimit, w) *
+                                        cellCost(limit + finerLimit + l, w, density) +
                                     kCostOfBin * bins;
                 if (bins > room || (best >= 0 && cost >= best))
                     continue;
@@ -190,22 +191,30 @@ private:
             }
         }
         setCells(level, limited(cellsFor(spread, width, length), room), width, length);
-        level.isDense = testsPerCell(limit, 0.75 * limit, width, length, density) > kDenseCell;
     }
 
-    /// Of one box of that extent, on a level with that density.
-    CULLET_HOST_DEVICE static double searchCost(double limit, double extent, double width, double length,
-                                                double density)
+    /// Cells that a search looks at on its own level, where only those ahead count.
+    CULLET_HOST_DEVICE static double ownCells(double limit, double width)
     {
-        const double across = (limit + extent) / width + 1;
-        const double rows = across * across;
-        return rows * (kCostOfRow + testsPerCell(limit, extent, width, length, density));
+        const double ahead = cellsAcross(limit, width);
+        return ahead + (ahead - 1) * cellsAcross(2 * limit, width);
     }
 
-    CULLET_HOST_DEVICE static double testsPerCell(double limit, double extent, double width, double length,
-                                                  double density)
+    CULLET_HOST_DEVICE static double coarserCells(double window, double width)
     {
-        return width * width * (limit + extent + length) * density;
+        return cellsAcross(window, width) * cellsAcross(window, width);
+    }
+
+    /// Cells that a window of that length touches, unless it lies badly.
+    CULLET_HOST_DEVICE static double cellsAcross(double window, double width)
+    {
+        return ceil(window / width - 0.05) + 1;
+    }
+
+    /// Of looking at a cell and testing what is in a window of that length there.
+    CULLET_HOST_DEVICE static double cellCost(double window, double width, double density)
+    {
+        return kCostOfCell + width * width * window * density;
     }
 
     CULLET_HOST_DEVICE Cells cellsFor(const Spread& spread, double width, double length) const
@@ -238,10 +247,11 @@ private:
     {
         level.reach = level.limit * 1.001f;
         level.inverse = static_cast<float>(1.0 / width);
-        level.countU = static_cast<float>(cells.u);
-        level.countV = static_cast<float>(cells.v);
-        level.inverseU = 1.0f / level.countU;
-        level.inverseV = 1.0f / level.countV;
+        level.countU = static_cast<std::uint32_t>(cells.u);
+        level.countV = static_cast<std::uint32_t>(cells.v);
+        // Cells ahead of a box and cells behind it, and three on either side for rounding and where it lies.
+        const double around = floor(2 * 1.001 * level.limit / width) + 8;
+        level.isRoomy = cells.u >= around && cells.v >= around ? 1 : 0;
         level.binCount = static_cast<std::uint32_t>(cells.s);
         const double fitting = cells.s / side(plan->axes.s);
         level.inverseBin = static_cast<float>(fitting < 1.0 / length ? fitting : 1.0 / length);

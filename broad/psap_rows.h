@@ -19,20 +19,20 @@ namespace cullet::psap
 inline constexpr std::uint32_t kNoBin = 0xffffffffu;
 
 /// Cell coordinate wrapped into [0, count).
-CULLET_HOST_DEVICE inline std::uint32_t wrapped(float cell, float count, float inverseCount)
+CULLET_HOST_DEVICE inline std::uint32_t wrapped(std::int32_t cell, std::uint32_t count)
 {
-    float rest = cell - count * floorf(cell * inverseCount);
-    // The product may have been rounded across a whole number.
-    rest = rest < 0.0f ? rest + count : rest;
-    rest = rest >= count ? rest - count : rest;
-    return static_cast<std::uint32_t>(rest);
+    // Most cells are where the plan expects them.
+    if (static_cast<std::uint32_t>(cell) < count)
+        return static_cast<std::uint32_t>(cell);
+    const std::int32_t rest = cell % static_cast<std::int32_t>(count);
+    return static_cast<std::uint32_t>(rest < 0 ? rest + static_cast<std::int32_t>(count) : rest);
 }
 
 CULLET_HOST_DEVICE inline std::uint32_t binAlong(const RowPlan& plan, const RowLevel& level, float s)
 {
-    const float bin = cellOf(s, plan.originS, level.inverseBin);
-    const float last = static_cast<float>(level.binCount - 1);
-    return static_cast<std::uint32_t>(bin < 0.0f ? 0.0f : bin > last ? last : bin);
+    const std::int32_t bin = cellOf(s, plan.originS, level.inverseBin);
+    const std::int32_t last = static_cast<std::int32_t>(level.binCount) - 1;
+    return static_cast<std::uint32_t>(bin < 0 ? 0 : bin > last ? last : bin);
 }
 
 /// Where box i goes.
@@ -42,13 +42,36 @@ struct alignas(8) RowPlace
     std::uint32_t rank;  ///< in the bin, in the order of arrival
 };
 
+/// How many boxes are on the side list.
+struct SideCounts
+{
+    std::uint32_t found;  ///< so far; 0 when an update begins
+    std::uint32_t total;
+};
+
+/// What is made ready on the way, since a launch of its own would take longer. One index does it, between the steps that
+/// find the bins and the search.
+struct RowTidying
+{
+    SideCounts* sides;
+    std::uint64_t* pairCount;  ///< set to 0; may be null
+
+    CULLET_HOST_DEVICE void operator()() const
+    {
+        sides->total = sides->found;
+        sides->found = 0;
+        if (pairCount != nullptr)
+            *pairCount = 0;
+    }
+};
+
 /// Finds the bin of a box.
 struct RowBins
 {
     const Aabb* boxes;
     const RowPlan* plan;
     std::uint32_t* side;  ///< [boxes, out]
-    std::uint32_t* sideCount;
+    SideCounts* sides;
 
     /// @return kNoBin for boxes without a level, which go to the side list, and for invalid ones
     CULLET_HOST_DEVICE std::uint32_t take(std::uint64_t i) const
@@ -57,7 +80,7 @@ struct RowBins
         const std::uint32_t bin = isValid(box) ? binOf(box) : kNoBin;
         if (bin != kNoLevel)
             return bin;
-        side[fetchAdd(sideCount, 1u)] = static_cast<std::uint32_t>(i);
+        side[fetchAdd(&sides->found, 1u)] = static_cast<std::uint32_t>(i);
         return kNoBin;
     }
 
@@ -74,11 +97,9 @@ private:
             return kNoLevel;
         const RowLevel& level = plan->levels[k];
         const Axes axes = plan->axes;
-        const float u = cellOf(along(box.min, axes.u), plan->originU, level.inverse);
-        const float v = cellOf(along(box.min, axes.v), plan->originV, level.inverse);
-        const std::uint32_t cell =
-            wrapped(v, level.countV, level.inverseV) * static_cast<std::uint32_t>(level.countU) +
-            wrapped(u, level.countU, level.inverseU);
+        const std::int32_t u = cellOf(along(box.min, axes.u), plan->originU, level.inverse);
+        const std::int32_t v = cellOf(along(box.min, axes.v), plan->originV, level.inverse);
+        const std::uint32_t cell = wrapped(v, level.countV) * level.countU + wrapped(u, level.countU);
         return level.firstBin + cell * level.binCount + binAlong(*plan, level, along(box.min, axes.s));
     }
 };
@@ -129,9 +150,12 @@ struct ScatterRows
     const RowPlace* places;
     const std::uint32_t* binStarts;  ///< exclusive scan of the counts
     RowRecord* records;              ///< [boxes, out]
+    RowTidying tidy;
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
+        if (i == 0)
+            tidy();
         const RowPlace place = places[i];
         if (place.bin != kNoBin)
             records[binStarts[place.bin] + place.rank] =
@@ -166,9 +190,12 @@ struct GatherRows
     std::uint32_t none;
     RowRecord* records;   ///< [count, out]
     std::uint32_t* ends;  ///< [bins + 1] 0 before; that of a bin lies one behind it
+    RowTidying tidy;
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
+        if (i == 0)
+            tidy();
         const std::uint32_t bin = keys[i];
         if (bin == none)
             return;
@@ -180,8 +207,9 @@ struct GatherRows
 
 CULLET_HOST_DEVICE inline bool meets(const RowRecord& a, const RowRecord& b)
 {
-    return a.front.s0 <= b.front.s1 && b.front.s0 <= a.front.s1 && a.front.u0 <= b.front.u1 &&
-           b.front.u0 <= a.front.u1 && a.back.v0 <= b.back.v1 && b.back.v0 <= a.back.v1;
+    // Not &&: six comparisons are cheaper than a branch that lanes take apart.
+    return (a.front.s0 <= b.front.s1) & (b.front.s0 <= a.front.s1) & (a.front.u0 <= b.front.u1) &
+           (b.front.u0 <= a.front.u1) & (a.back.v0 <= b.back.v1) & (b.back.v0 <= a.back.v1);
 }
 
 /// What two intervals share; negative when they are apart.
@@ -208,208 +236,236 @@ struct RowRange
     CULLET_HOST_DEVICE std::uint32_t size() const { return begin < end ? end - begin : 0; }
 };
 
-/// The cells of one level around a box: countU x countV of them from (u, v) on, wrapped at sizeU x sizeV; and of each
-/// the bins from bin0 to bin1.
-struct RowWindow
+/// Cells of one level around a box, wrapped: `left` cells of row v from u on, then `perRow` of each later row.
+struct RowCells
 {
     std::uint32_t u, v;
-    std::uint32_t countU, countV;
+    std::uint32_t left;
+    std::uint32_t firstU;  ///< of the later rows
+    std::uint32_t perRow;
+    std::uint32_t count;  ///< cells in all
     std::uint32_t sizeU, sizeV;
-    std::uint32_t bin0, bin1;
-};
 
-/// Walks through the cells of a window.
-struct RowCell
-{
-    std::uint32_t u, v;
-    std::uint32_t ku = 0, kv = 0;
-
-    CULLET_HOST_DEVICE explicit RowCell(const RowWindow& window) : u(window.u), v(window.v) {}
-
-    CULLET_HOST_DEVICE bool isEnd(const RowWindow& window) const { return kv >= window.countV; }
-
-    CULLET_HOST_DEVICE void advance(const RowWindow& window)
+    /// Index of the k-th cell.
+    CULLET_HOST_DEVICE std::uint32_t at(std::uint32_t k) const
     {
-        u = u + 1 == window.sizeU ? 0 : u + 1;
-        if (++ku < window.countU)
-            return;
-        ku = 0;
-        u = window.u;
-        ++kv;
-        v = v + 1 == window.sizeV ? 0 : v + 1;
+        std::uint32_t cellU = u, cellV = v;
+        if (k >= left)
+        {
+            k -= left;
+            cellU = firstU;
+            for (++cellV; k >= perRow; k -= perRow)
+                ++cellV;
+        }
+        cellU += k;
+        return (cellV < sizeV ? cellV : cellV - sizeV) * sizeU + (cellU < sizeU ? cellU : cellU - sizeU);
     }
 };
 
-/// Step 4: finds the partners of record i: those behind it, in the cells around it, on its level and coarser ones; and
-/// those on the side list. The records behind the last one stand for the boxes on the side list.
+/// Step 4: finds the partners of record i, in the cells around it, on its level and coarser ones; and those on the side
+/// list. The records behind the last one stand for the boxes on the side list.
 ///
-/// Both boxes of a pair on one level see each other, so "behind it" makes one of them report it; of two levels the
-/// finer one reports.
+/// Of two levels the finer one reports a pair. On one level both boxes would: it is the one whose cell comes first, by
+/// rows of cells that are not wrapped, and of one cell the first record. So only half of the cells around are looked at.
+/// Where the cells of a level are so few that one may be wrapped onto another around the same box, all are looked at,
+/// and the first record reports.
+///
+/// The lanes of a warp go from cell to cell together, and write out together what they found. Several indices in a row
+/// may share a record, each taking some of the cells: more to do in all, and sooner done where a GPU has lanes to spare.
+template <class IsNew, std::uint32_t kSharers>
 struct SearchRows
 {
-    const RowRecord* records;
+    const RowRecord* records;        ///< one more than there are
     const std::uint32_t* binStarts;  ///< [binCapacity + 1]
     std::uint64_t binCapacity;
     const RowPlan* plan;
     const Aabb* boxes;
     const std::uint32_t* side;
-    const std::uint32_t* sideCount;
-    EntryTest isNew;
+    const SideCounts* sides;
+    IsNew isNew;
+    std::uint64_t boxCount;
+    std::uint32_t* binCounts;  ///< [binCapacity + 1] set to 0 for the next update
 
+    /// @param index of kSharers for each box
+    /// @param isIndex false for what only fills up a warp
     template <class Emit>
-    CULLET_HOST_DEVICE void operator()(std::uint64_t i, Emit& emit) const
+    CULLET_HOST_DEVICE void operator()(std::uint64_t index, bool isIndex, Emit& emit) const
     {
+        if (isIndex)
+            clearBins(index);
+        const std::uint64_t i = index / kSharers;
+        const std::uint32_t share = static_cast<std::uint32_t>(index % kSharers);
         const std::uint32_t recordCount = binStarts[binCapacity];
-        if (i >= recordCount)
-        {
-            const std::uint64_t k = i - recordCount;
-            if (k < *sideCount)
-                searchSide(side[k], static_cast<std::uint32_t>(k) + 1, emit);
+        const bool isRecord = isIndex && i < recordCount;
+        const auto entryTest = isNew.ready();
+        if (emit.any(isRecord))
+            searchRecord(isRecord ? static_cast<std::uint32_t>(i) : recordCount - 1, share, isRecord,
+                         entryTest, emit);
+        const std::uint32_t sideCount = sides->total;
+        if (sideCount == 0 || !isIndex)
             return;
-        }
-        const RowRecord self = records[i];
-        std::uint32_t k = levelOf(self);
-        searchLevel(self, plan->levels[k], static_cast<std::uint32_t>(i) + 1, emit);
-        for (++k; k < plan->levelCount; ++k)
-        {
-            if (!isEmptyLevel(k))
-                searchLevel(self, plan->levels[k], 0, emit);
-        }
-        searchSide(self.back.row, 0, emit);
+        if (isRecord)
+            searchSide(records[i].back.row, share, sideCount, emit);
+        else if (i - recordCount < sideCount)
+            searchSide(side[i - recordCount], static_cast<std::uint32_t>(i - recordCount) + 1 + share,
+                       sideCount, emit);
     }
 
 private:
-    /// The level of a record: its bins come after those of all finer ones.
-    CULLET_HOST_DEVICE std::uint32_t levelOf(const RowRecord& self) const
+    CULLET_HOST_DEVICE void clearBins(std::uint64_t index) const
     {
-        std::uint32_t k = 0;
-        while (k + 1 < plan->levelCount && self.back.bin >= plan->levels[k + 1].firstBin)
-            ++k;
-        return k;
+        for (std::uint64_t bin = index; bin <= binCapacity; bin += boxCount * kSharers)
+            binCounts[bin] = 0;
     }
 
-    CULLET_HOST_DEVICE bool isEmptyLevel(std::uint32_t k) const
+    template <class Test, class Emit>
+    CULLET_HOST_DEVICE void searchRecord(std::uint32_t i, std::uint32_t share, bool isRecord,
+                                         const Test& entryTest, Emit& emit) const
     {
-        const std::uint32_t first = plan->levels[k].firstBin;
-        const std::uint32_t last = k + 1 < plan->levelCount ? plan->levels[k + 1].firstBin : plan->binCount;
-        return binStarts[first] == binStarts[last];
+        const RowRecord self = records[i];
+        const std::uint32_t lastBin = records[binStarts[binCapacity] - 1].back.bin;
+        const std::uint32_t levelCount = plan->levelCount;
+        for (std::uint32_t k = 0; k < levelCount; ++k)
+        {
+            const RowLevel level = plan->levels[k];
+            if (level.firstBin > lastBin)
+                break;  // no box is that large
+            const bool isSeen = isRecord && self.back.bin < level.endBin;
+            if (!emit.any(isSeen))
+                continue;
+            const bool isOwn = self.back.bin >= level.firstBin;
+            RowCells cells = cellsAround(self, level, isOwn);
+            cells.count = isSeen ? cells.count : 0;
+            search(self, level, cells, share, isOwn ? i + 1 : 0, entryTest, emit);
+        }
     }
 
-    /// The cells of a level that partners of a box may be in, wrapped, and the bins in each of them.
-    CULLET_HOST_DEVICE RowWindow windowOf(const RowRecord& self, const RowLevel& level) const
+    /// The cells of a level to be searched.
+    CULLET_HOST_DEVICE RowCells cellsAround(const RowRecord& self, const RowLevel& level, bool isOwn) const
     {
         // A partner's minimum is at most `reach` before this box: rounding is monotone, so that holds exactly.
-        const float u0 = cellOf(self.front.u0 - level.reach, plan->originU, level.inverse);
-        const float v0 = cellOf(self.back.v0 - level.reach, plan->originV, level.inverse);
-        const float countU = cellOf(self.front.u1, plan->originU, level.inverse) - u0 + 1.0f;
-        const float countV = cellOf(self.back.v1, plan->originV, level.inverse) - v0 + 1.0f;
-        RowWindow window;
-        window.sizeU = static_cast<std::uint32_t>(level.countU);
-        window.sizeV = static_cast<std::uint32_t>(level.countV);
-        window.countU = static_cast<std::uint32_t>(countU < level.countU ? countU : level.countU);
-        window.countV = static_cast<std::uint32_t>(countV < level.countV ? countV : level.countV);
-        window.u = wrapped(u0, level.countU, level.inverseU);
-        window.v = wrapped(v0, level.countV, level.inverseV);
-        window.bin0 = binAlong(*plan, level, self.front.s0 - level.reach);
-        window.bin1 = binAlong(*plan, level, self.front.s1);
-        return window;
+        const bool isAhead = isOwn && level.isRoomy != 0;
+        const std::int32_t u0 = cellU(self.front.u0 - level.reach, level);
+        const std::int32_t u1 = cellU(self.front.u1, level);
+        const std::int32_t v1 = cellV(self.back.v1, level);
+        const std::int32_t firstU = isAhead ? cellU(self.front.u0, level) : u0;
+        const std::int32_t firstV = cellV(isAhead ? self.back.v0 : self.back.v0 - level.reach, level);
+        RowCells cells;
+        cells.sizeU = level.countU;
+        cells.sizeV = level.countV;
+        cells.u = wrapped(firstU, level.countU);
+        cells.v = wrapped(firstV, level.countV);
+        cells.firstU = wrapped(u0, level.countU);
+        cells.left = cellsBetween(firstU, u1, level.countU);
+        cells.perRow = cellsBetween(u0, u1, level.countU);
+        cells.count = cells.left + (cellsBetween(firstV, v1, level.countV) - 1) * cells.perRow;
+        return cells;
     }
 
-    /// The records in cell (u, v) of a level that are to be tested against this one.
+    CULLET_HOST_DEVICE std::int32_t cellU(float u, const RowLevel& level) const
+    {
+        return cellOf(u, plan->originU, level.inverse);
+    }
+    CULLET_HOST_DEVICE std::int32_t cellV(float v, const RowLevel& level) const
+    {
+        return cellOf(v, plan->originV, level.inverse);
+    }
+
+    CULLET_HOST_DEVICE static std::uint32_t cellsBetween(std::int32_t first, std::int32_t last,
+                                                         std::uint32_t most)
+    {
+        const std::uint32_t count = static_cast<std::uint32_t>(last - first) + 1;
+        return count < most ? count : most;
+    }
+
+    /// Tests the record against those of every kSharers-th cell from `share` on.
     ///
     /// @param behind 0, or on its own level the index of the record behind this one
-    CULLET_HOST_DEVICE RowRange rangeOf(const RowRecord& self, const RowLevel& level, const RowWindow& window,
-                                        std::uint32_t u, std::uint32_t v, std::uint32_t behind) const
+    template <class Test, class Emit>
+    CULLET_HOST_DEVICE void search(const RowRecord& self, const RowLevel& level, const RowCells& cells,
+                                   std::uint32_t share, std::uint32_t behind, const Test& entryTest,
+                                   Emit& emit) const
     {
-        const std::uint32_t cell = level.firstBin + (v * window.sizeU + u) * level.binCount;
-        // Cells before its own hold nothing that is behind it.
-        if (behind != 0 && cell + window.bin1 < self.back.bin)
-            return {0, 0};
-        const std::uint32_t begin = binStarts[cell + window.bin0];
-        return {begin > behind ? begin : behind, binStarts[cell + window.bin1 + 1]};
+        const std::uint32_t bin0 = level.firstBin + binAlong(*plan, level, self.front.s0 - level.reach);
+        const std::uint32_t bin1 = level.firstBin + binAlong(*plan, level, self.front.s1) + 1;
+        const auto rangeOf = [&](std::uint32_t k) -> RowRange
+        {
+            if (k >= cells.count)
+                return {0, 0};
+            const std::uint32_t cell = cells.at(k) * level.binCount;
+            const std::uint32_t begin = binStarts[cell + bin0];
+            const std::uint32_t end = binStarts[cell + bin1];
+            return {k == 0 || level.isRoomy == 0 ? (begin > behind ? begin : behind) : begin, end};
+        };
+        RowRange next = rangeOf(share);
+        for (std::uint32_t k = share; emit.any(k < cells.count); k += kSharers)
+        {
+            const RowRange range = next;
+            next = rangeOf(k + kSharers);  // on its way while this one is read
+            scan(self, range, entryTest, emit);
+        }
     }
 
     /// Finds the partners of a box on the side list among its records from `begin` on.
     template <class Emit>
-    CULLET_HOST_DEVICE void searchSide(std::uint32_t row, std::uint32_t begin, Emit& emit) const
+    CULLET_HOST_DEVICE void searchSide(std::uint32_t row, std::uint32_t begin, std::uint32_t count,
+                                       Emit& emit) const
     {
-        const std::uint32_t count = *sideCount;
-        for (std::uint32_t k = begin; k < count; ++k)
+        for (std::uint32_t k = begin; k < count; k += kSharers)
         {
             const IdPair pair = {row, side[k]};
             if (overlaps(loadBox(boxes, row), loadBox(boxes, pair.b)) && isNew(pair))
                 emit.push(pair);
+            emit.tested(1);
         }
-        emit.tested(count > begin ? count - begin : 0);
     }
 
-    /// Tests the record against those of a range, one after the other.
-    template <class Emit>
-    CULLET_HOST_DEVICE void scan(const RowRecord& self, RowRange range, Emit& emit) const
+    /// Tests the record against those of a range. First all tests of some records, then what they found: most lanes
+    /// find nothing, and would wait for those that do.
+    template <class Test, class Emit>
+    CULLET_HOST_DEVICE void scan(const RowRecord& self, RowRange range, const Test& entryTest,
+                                 Emit& emit) const
     {
-        for (std::uint32_t j = range.begin; j < range.end; ++j)
-            test(self, records[j], emit);
-        emit.tested(range.size());
-    }
-
-    template <class Emit>
-    CULLET_HOST_DEVICE void searchLevel(const RowRecord& self, const RowLevel& level, std::uint32_t behind,
-                                        Emit& emit) const
-    {
-        const RowWindow window = windowOf(self, level);
-        if (level.isDense)
-            return searchDense(self, level, window, behind, emit);
-        for (RowCell cell(window); !cell.isEnd(window); cell.advance(window))
-            scan(self, rangeOf(self, level, window, cell.u, cell.v, behind), emit);
-    }
-
-    /// Collects the records of all cells and then walks through them in one loop. That keeps the lanes of a warp
-    /// together: each has some records in some of its cells, but nearly as many in all as its neighbours.
-    template <class Emit>
-    CULLET_HOST_DEVICE void searchDense(const RowRecord& self, const RowLevel& level, const RowWindow& window,
-                                        std::uint32_t behind, Emit& emit) const
-    {
-        RowRange ranges[kRanges];
-        std::uint32_t count = 0;
-        for (RowCell cell(window); !cell.isEnd(window); cell.advance(window))
+        for (; emit.any(range.begin < range.end); range.begin += kTestsTogether)
         {
-            const RowRange range = rangeOf(self, level, window, cell.u, cell.v, behind);
-            if (range.begin >= range.end)
-                continue;
-            ranges[count++] = range;
-            if (count == kRanges)
+            const std::uint32_t count = range.size() < kTestsTogether ? range.size() : kTestsTogether;
+            report(self, range.begin, hitsAmong(self, records + range.begin, count), entryTest, emit);
+            emit.tested(count);
+        }
+    }
+
+    /// Bit k: the record meets others[k].
+    CULLET_HOST_DEVICE static std::uint32_t hitsAmong(const RowRecord& self, const RowRecord* others,
+                                                      std::uint32_t count)
+    {
+        std::uint32_t hits = 0;
+        // Two at a time, so that the second is read while the first is tested; behind the last one there is a record too.
+#ifdef __CUDA_ARCH__
+#pragma unroll 1
+#endif
+        for (std::uint32_t k = 0; k < count; k += 2)
+            hits |= (meets(self, others[k]) ? 1u : 0u) << k | (meets(self, others[k + 1]) ? 2u : 0u) << k;
+        return count < 32 ? hits & ((1u << count) - 1u) : hits;
+    }
+
+    template <class Test, class Emit>
+    CULLET_HOST_DEVICE void report(const RowRecord& self, std::uint32_t begin, std::uint32_t hits,
+                                   const Test& entryTest, Emit& emit) const
+    {
+        for (; emit.any(hits != 0); hits &= hits - 1)
+        {
+            IdPair pair = {self.back.row, 0};
+            bool isEntering = hits != 0;
+            if (isEntering)
             {
-                scanAll(self, ranges, count, emit);
-                count = 0;
+                const RowRecord& other = records[begin + lowestBit(hits)];
+                pair.b = other.back.row;
+                isEntering = entryTest(pair, [&] { return overlapOf(self, other); });
             }
+            emit.append(isEntering, pair);
         }
-        scanAll(self, ranges, count, emit);
     }
 
-    /// Tests the record against those of some ranges, none of them empty.
-    template <class Emit>
-    CULLET_HOST_DEVICE void scanAll(const RowRecord& self, const RowRange* ranges, std::uint32_t count,
-                                    Emit& emit) const
-    {
-        RowRange range = {0, 0};
-        std::uint32_t tests = 0;
-        for (std::uint32_t next = 0; range.begin < range.end || next < count; ++range.begin, ++tests)
-        {
-            if (range.begin == range.end)
-                range = ranges[next++];
-            test(self, records[range.begin], emit);
-        }
-        emit.tested(tests);
-    }
-
-    template <class Emit>
-    CULLET_HOST_DEVICE void test(const RowRecord& self, const RowRecord other, Emit& emit) const
-    {
-        const IdPair pair = {self.back.row, other.back.row};
-        if (meets(self, other) && isNew(pair, overlapOf(self, other)))
-            emit.push(pair);
-    }
-
-    static constexpr std::uint32_t kRanges = 16;
+    static constexpr std::uint32_t kTestsTogether = 32;
 };
 }  // namespace cullet::psap

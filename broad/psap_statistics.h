@@ -200,14 +200,23 @@ CULLET_HOST_DEVICE inline Axes chooseAxes(const Moments& moments, PsapAxis choic
     return {s, (s + 1) % 3, (s + 2) % 3};
 }
 
-/// Whole-numbered cell coordinate as a float; monotone in `value`, whatever the rounding does.
+/// Whole-numbered cell coordinate; monotone in `value`, whatever the rounding does.
 ///
-/// Limited to +-2^22, so that it is exact, and so that sums of a few are.
-CULLET_HOST_DEVICE inline float cellOf(float value, float origin, float inverse)
+/// Limited to +-2^22: up to there rounding moves a coordinate by less than a cell.
+CULLET_HOST_DEVICE inline std::int32_t cellOf(float value, float origin, float inverse)
 {
     const float scaled = (value - origin) * inverse;
-    const float kLimit = 4194304.0f;
-    // NaN, from an infinity times zero, goes with the lower limit.
-    return floorf(scaled > -kLimit ? (scaled < kLimit ? scaled : kLimit) : -kLimit);
+    constexpr std::int32_t kLimit = 1 << 22;
+#ifdef __CUDA_ARCH__
+    const std::int32_t cell = __float2int_rd(scaled);  // within its range by itself; NaN gives 0
+    return min(max(cell, -kLimit), kLimit);
+#else
+    // NaN, from an infinity times zero, goes with 0.
+    if (scaled != scaled)
+        return 0;
+    constexpr float kFloatLimit = static_cast<float>(kLimit);
+    return static_cast<std::int32_t>(
+        floorf(scaled > -kFloatLimit ? (scaled < kFloatLimit ? scaled : kFloatLimit) : -kFloatLimit));
+#endif
 }
 }  // namespace cullet::psap

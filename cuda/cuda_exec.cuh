@@ -22,6 +22,8 @@ namespace cullet::psap
 {
 inline constexpr unsigned kThreadsPerBlock = 256;
 inline constexpr unsigned kEmitThreads = 128;
+inline constexpr unsigned kTogetherBlocks =
+    12;  ///< on a multiprocessor: more lanes to wait with, fewer registers
 inline constexpr unsigned kWarpBuffer = 384;  ///< pairs that a warp keeps before they go to the list
 
 template <class Step>
@@ -80,6 +82,59 @@ __global__ void __launch_bounds__(kEmitThreads)
         if (base + k < list.capacity)
             list.pairs[base + k] = buffers[warp][k];
     }
+}
+
+/// The same where the lanes of a warp go together: no lane asks for a place, the votes of all tell it. A full buffer is
+/// written out, so that a small one is enough and more of the cache is left.
+struct TogetherEmitter
+{
+    static constexpr unsigned kRoom = 128;
+    static constexpr unsigned kAll = 0xffffffffu;
+
+    IdPair* buffer;  ///< [kRoom] of the warp
+    unsigned held;   ///< in the buffer, the same in all lanes
+    PairList list;
+
+    __device__ void push(IdPair pair) { list.push(pair); }
+    __device__ void tested(std::uint64_t) {}
+    __device__ bool any(bool isMine) const { return __any_sync(kAll, isMine) != 0; }
+    __device__ void append(bool isMine, IdPair pair)
+    {
+        const unsigned lanes = __ballot_sync(kAll, isMine);
+        if (isMine)
+            buffer[held + __popc(lanes & ((1u << threadIdx.x % 32) - 1u))] = pair;
+        held += __popc(lanes);
+        if (held > kRoom - 32)
+            flush();
+    }
+    __device__ void flush()
+    {
+        __syncwarp();
+        const unsigned lane = threadIdx.x % 32;
+        unsigned long long base = 0;
+        if (lane == 0)
+            base = fetchAdd(list.count, std::uint64_t{held});
+        base = __shfl_sync(kAll, base, 0);
+        for (unsigned k = lane; k < held; k += 32)
+        {
+            if (base + k < list.capacity)
+                list.pairs[base + k] = buffer[k];
+        }
+        __syncwarp();
+        held = 0;
+    }
+};
+
+template <class Step>
+__global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
+    runTogether(std::uint64_t end, const Step step, const PairList list)
+{
+    __shared__ IdPair buffers[kEmitThreads / 32][TogetherEmitter::kRoom];
+    TogetherEmitter emit = {buffers[threadIdx.x / 32], 0, list};
+    const std::uint64_t i = static_cast<std::uint64_t>(blockIdx.x) * kEmitThreads + threadIdx.x;
+    step(i, i < end, emit);
+    if (emit.held != 0)
+        emit.flush();
 }
 
 /// CUB's own changed its name between versions.
@@ -239,6 +294,17 @@ public:
         if (count == 0)
             return;
         runEmittingStep<<<blocksFor(count, kEmitThreads), kEmitThreads, 0, m_stream>>>(count, step, list);
+        CULLET_CUDA_TRY(cudaGetLastError());
+    }
+
+    bool hasSpareLanes() const { return true; }
+
+    template <class Step>
+    void forEachTogether(std::uint64_t count, const Step& step, const PairList& list)
+    {
+        if (count == 0)
+            return;
+        runTogether<<<blocksFor(count, kEmitThreads), kEmitThreads, 0, m_stream>>>(count, step, list);
         CULLET_CUDA_TRY(cudaGetLastError());
     }
 

@@ -24,7 +24,13 @@ public:
 
     Status enqueue(const Aabb* boxes, std::uint64_t count) override
     {
-        return guarded([&] { enqueueOrThrow({boxes, count}); });
+        return guarded(
+            [&]
+            {
+                m_exec.reserve(m_found, 1);
+                m_exec.reserve(m_count, 1);
+                enqueueOrThrow({boxes, count, m_found.data()});
+            });
     }
 
     Status collect(DevicePairs& pairs) override
@@ -32,15 +38,19 @@ public:
         return guarded(
             [&]
             {
-                m_exec.wait();
-                while (m_counts.data()->added > m_pairs.size())
+                pairs = {};
+                if (m_found.size() == 0)
+                    return;
+                fetchCount();
+                while (*m_count.data() > m_pairs.size())
                 {
                     dropGraph();
-                    m_exec.reserve(m_pairs, m_counts.data()->added);
+                    m_exec.reserve(m_pairs, *m_count.data());
+                    m_exec.clear(m_found.data(), 1);
                     emit();
-                    m_exec.wait();
+                    fetchCount();
                 }
-                pairs = {m_pairs.data(), m_counts.data()->added};
+                pairs = {m_pairs.data(), *m_count.data()};
             });
     }
 
@@ -70,21 +80,18 @@ private:
 
     void enqueueOrThrow(SearchInput input)
     {
-        const bool isRepeat =
-            input.boxes == m_input.boxes && input.count == m_input.count && m_search.isRepeatable();
+        const bool isSame = input.boxes == m_input.boxes && input.count == m_input.count;
         m_input = input;
-        if (!isRepeat)
+        if (!isSame)
             dropGraph();
-        if (m_graph == nullptr && isRepeat)
-            record();
-        if (m_graph != nullptr)
+        if (isSame && m_search.isRepeatable())
         {
+            if (m_graph == nullptr)
+                record();
             CULLET_CUDA_TRY(cudaGraphLaunch(m_graph, m_exec.stream()));
             m_search.countRepeat();
             return;
         }
-        m_exec.reserve(m_counters, 1);
-        m_exec.reserve(m_counts, 1);
         m_exec.reserve(m_pairs, m_options.initialCapacity);
         searchOnce();
     }
@@ -97,11 +104,15 @@ private:
 
     void emit()
     {
-        m_exec.clear(m_counters.data(), 1);
         EntryTest all{};
         all.takeAll = true;
-        m_search.emit(m_exec, all, {m_pairs.data(), m_pairs.size(), &m_counters.data()->added});
-        m_exec.download(m_counts.data(), m_counters.data(), 1);
+        m_search.emit(m_exec, all, {m_pairs.data(), m_pairs.size(), m_found.data()});
+    }
+
+    void fetchCount()
+    {
+        m_exec.download(m_count.data(), m_found.data(), 1);
+        m_exec.wait();
     }
 
     /// Records the launches of one search, so that they go to the device in one call.
@@ -140,8 +151,8 @@ private:
     SearchInput m_input{};
     cudaGraphExec_t m_graph = nullptr;
     DeviceBuffer<IdPair> m_pairs;
-    DeviceBuffer<Counters> m_counters;
-    PinnedBuffer<Counters> m_counts;
+    DeviceBuffer<std::uint64_t> m_found;
+    PinnedBuffer<std::uint64_t> m_count;
 };
 }  // namespace
 

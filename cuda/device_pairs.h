@@ -44,7 +44,8 @@ public:
     virtual std::uint64_t bytes() const = 0;
 };
 
-/// @param stream the caller's cudaStream_t on options.device; null: a stream of its own, which collect() waits for
+/// @param stream the caller's cudaStream_t on options.device; null: a stream of its own, which collect() waits for. That
+///     one waits for no other stream: what writes the boxes has to have ended before enqueue()
 /// @return null, with the reason in `*why`, where makeCudaPsapBackend() returns null too
 CULLET_API std::unique_ptr<DevicePairFinder> makeDevicePairFinder(const PsapOptions& options,
                                                                   CUstream_st* stream, std::string* why);

@@ -110,6 +110,7 @@ static cullet_pairs search(cullet_device_finder* finder, uint32_t count)
 static void searchAndCheck(const char* what, cullet_device_finder* finder, uint32_t count, uint64_t least)
 {
     CHECK(cudaMemcpy(deviceBoxes, boxes, count * sizeof(boxes[0]), cudaMemcpyHostToDevice) == cudaSuccess);
+    CHECK(cudaDeviceSynchronize() == cudaSuccess);
     checkSame(what, search(finder, count), count, least);
 }
 
@@ -192,6 +193,7 @@ static void testTwoFinders(void)
     CHECK(cullet_device_finder_create(NULL, &second) == CULLET_OK);
     placeBoxes(3000, 12.0f, 1.0f);
     CHECK(cudaMemcpy(deviceBoxes, boxes, 3000 * sizeof(boxes[0]), cudaMemcpyHostToDevice) == cudaSuccess);
+    CHECK(cudaDeviceSynchronize() == cudaSuccess);
     const cullet_pairs pairs = search(first, 3000);
     search(second, 1000);
     cullet_device_finder_destroy(second);

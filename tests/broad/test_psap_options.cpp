@@ -102,6 +102,82 @@ std::vector<Aabb> slantedSlab(std::uint32_t count, Random& random)
     return boxes;
 }
 
+/// Every overlapping pair of a scene by the search with rows, in order.
+std::vector<IdPair> pairsOfRows(const std::vector<Aabb>& boxes, const PsapOptions& options)
+{
+    psap::HostExec exec(options);
+    psap::RowSearch<psap::HostExec> search(options, options.axis);
+    std::vector<IdPair> found(1u << 18);
+    std::uint64_t count = 0;
+    psap::EntryTest all{};
+    all.takeAll = true;
+    // The second time with what the first left behind.
+    for (int update = 0; update < 2; ++update)
+    {
+        search.build(exec, {boxes.data(), boxes.size(), &count});
+        search.emit(exec, all, {found.data(), found.size(), &count});
+    }
+    EXPECT_LE(count, found.size());
+    found.resize(count);
+    for (IdPair& pair : found)
+        pair = pair.a < pair.b ? pair : IdPair{pair.b, pair.a};
+    std::sort(found.begin(), found.end(), [](IdPair a, IdPair b) { return pairKey(a) < pairKey(b); });
+    return found;
+}
+
+std::vector<IdPair> pairsOfAll(const std::vector<Aabb>& boxes)
+{
+    std::vector<IdPair> found;
+    for (std::uint32_t a = 0; a < boxes.size(); ++a)
+    {
+        for (std::uint32_t b = a + 1; b < boxes.size(); ++b)
+        {
+            if (overlaps(boxes[a], boxes[b]))
+                found.push_back({a, b});
+        }
+    }
+    return found;
+}
+
+bool isSamePair(IdPair a, IdPair b)
+{
+    return a.a == b.a && a.b == b.b;
+}
+
+// Up to a dozen cells across, a cell ahead of a box may be one behind it, wrapped: who reports a pair then is another rule.
+TEST(PsapOptions, RowsOfFewCellsFindEachPairOnce)
+{
+    SCOPED_TRACE("seed 11");
+    Random random(11);
+    std::size_t pairs = 0;
+    for (float side = 2; side < 60; side *= 1.1f)
+    {
+        std::vector<Aabb> boxes = uniformCubes(400, side, random);
+        // Some far outside of where the plan looks, and a larger size.
+        for (std::uint32_t i = 0; i < 20; ++i)
+            boxes.push_back(boxAt(random.between(-9 * side, 9 * side), random.between(0, side), side / 2));
+        for (std::uint32_t i = 0; i < 5; ++i)
+            boxes.push_back({{random.between(0, side), 0, 0}, {2 * side, side / 3, side / 3}});
+        const std::vector<IdPair> expected = pairsOfAll(boxes);
+        pairs += expected.size();
+        for (const float cell : {0.0f, 0.3f, 1.0f, 2.0f})
+        {
+            for (const PsapExecutor executor : {PsapExecutor::InOrder, PsapExecutor::Shuffled})
+            {
+                PsapOptions options;
+                options.cellScale = cell;
+                options.executor = executor;
+                const std::vector<IdPair> found = pairsOfRows(boxes, options);
+                EXPECT_TRUE(
+                    std::equal(found.begin(), found.end(), expected.begin(), expected.end(), isSamePair))
+                    << "side " << side << ", cells of " << cell << ": " << found.size()
+                    << " pairs instead of " << expected.size();
+            }
+        }
+    }
+    EXPECT_GT(pairs, 100000u);
+}
+
 TEST(PsapOptions, PrincipalDirectionsAreThoseOfTheCloud)
 {
     SCOPED_TRACE("seed 1");

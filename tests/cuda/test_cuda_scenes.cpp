@@ -110,6 +110,15 @@ TEST(CudaScenes, TwentyRunsGiveTheSameStream)
     }
 }
 
+/// cudaMemcpy() from memory that is not locked may return before the device has everything, and a finder's own stream does
+/// not wait for it.
+void upload(const DeviceBuffer<Aabb>& to, const std::vector<Aabb>& boxes)
+{
+    ASSERT_EQ(cudaMemcpy(to.data(), boxes.data(), boxes.size() * sizeof(Aabb), cudaMemcpyHostToDevice),
+              cudaSuccess);
+    ASSERT_EQ(cudaDeviceSynchronize(), cudaSuccess);
+}
+
 std::vector<Pair> findOnDevice(DevicePairFinder& finder, const DeviceBuffer<Aabb>& boxes, std::uint64_t count)
 {
     DevicePairs found;
@@ -156,9 +165,7 @@ TEST(CudaScenes, PairsOfBoxesOnTheDeviceEqualBruteForceInEveryFrame)
             // More frames than a plan lives: recorded launches, and those that are not.
             for (int frame = 0; frame < 40; ++frame)
             {
-                ASSERT_EQ(cudaMemcpy(boxes.data(), scene.boxes().data(), 5000 * sizeof(Aabb),
-                                     cudaMemcpyHostToDevice),
-                          cudaSuccess);
+                upload(boxes, scene.boxes());
                 const std::vector<Pair> pairs = findOnDevice(*finder, boxes, 5000);
                 if (frame % 8 == 0)
                 {
@@ -180,8 +187,7 @@ TEST(CudaScenes, ManyBoxesAtOnePointAndOneBoxOverEverything)
     boxes.push_back(cube(kNan, 1));
     DeviceBuffer<Aabb> onDevice;
     onDevice.allocate(boxes.size());
-    ASSERT_EQ(cudaMemcpy(onDevice.data(), boxes.data(), boxes.size() * sizeof(Aabb), cudaMemcpyHostToDevice),
-              cudaSuccess);
+    upload(onDevice, boxes);
     for (const PsapOptions& options : {PsapOptions{}, literal()})
     {
         const auto finder = makeDevicePairFinder(options, nullptr, nullptr);
