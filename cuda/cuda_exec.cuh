@@ -22,8 +22,12 @@ namespace cullet::psap
 {
 inline constexpr unsigned kThreadsPerBlock = 256;
 inline constexpr unsigned kEmitThreads = 128;
-inline constexpr unsigned kTogetherBlocks =
-    12;  ///< on a multiprocessor: more lanes to wait with, fewer registers
+/// On a multiprocessor: more lanes to wait with, fewer registers. Turing's holds 1,024 threads, later ones 1,536 and more.
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ < 800
+inline constexpr unsigned kTogetherBlocks = 8;
+#else
+inline constexpr unsigned kTogetherBlocks = 12;
+#endif
 inline constexpr unsigned kWarpBuffer = 384;  ///< pairs that a warp keeps before they go to the list
 
 template <class Step>
