@@ -121,7 +121,8 @@ std::vector<IdPair> pairsOfRows(const std::vector<Aabb>& boxes, const PsapOption
     found.resize(count);
     for (IdPair& pair : found)
         pair = pair.a < pair.b ? pair : IdPair{pair.b, pair.a};
-    std::sort(found.begin(), found.end(), [](IdPair a, IdPair b) { return pairKey(a) < pairKey(b); });
+    std::sort(found.begin(), found.end(),
+              [](IdPair a, IdPair b) { return a.a != b.a ? a.a < b.a : a.b < b.b; });
     return found;
 }
 
