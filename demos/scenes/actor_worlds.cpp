@@ -69,6 +69,10 @@ private:
                 wheel.m_rollInfluence = btScalar(0.1);
             }
         }
+        // addWheel() places the wheel by a length of its suspension that nobody has set.
+        vehicle.resetSuspension();
+        for (int wheel = 0; wheel < vehicle.getNumWheels(); ++wheel)
+            vehicle.updateWheelTransform(wheel, false);
         world().addAction(&vehicle);
         return vehicle;
     }

@@ -324,6 +324,26 @@ TEST(WorldScenes, PlanetHasBoxesOverSixDecades)
     EXPECT_LT(perBody, 20);
 }
 
+TEST(WorldScenes, WheelsHangUnderTheirVehiclesBeforeTheFirstStep)
+{
+    const auto stampede = make("stampede", 40);
+    ASSERT_EQ(stampede->vehicles().size(), 20u);
+    for (const btRaycastVehicle* vehicle : stampede->vehicles())
+    {
+        ASSERT_EQ(vehicle->getNumWheels(), 4);
+        for (int i = 0; i < 4; ++i)
+        {
+            const btWheelInfo& wheel = vehicle->getWheelInfo(i);
+            const btVector3 hung =
+                wheel.m_worldTransform.getOrigin() -
+                vehicle->getRigidBody()->getWorldTransform() * wheel.m_chassisConnectionPointCS;
+            EXPECT_NEAR(double(hung.y()), -double(wheel.getSuspensionRestLength()), 1e-4);
+            EXPECT_NEAR(double(hung.x()), 0, 1e-4);
+            EXPECT_NEAR(double(hung.z()), 0, 1e-4);
+        }
+    }
+}
+
 TEST(WorldScenes, StampedeDrivesForwardAndItsGhostsSeeVehicles)
 {
     const auto stampede = make("stampede", 40);
