@@ -152,11 +152,12 @@ void KeyList::trim()
             .swap(m_keys);
 }
 
-bool KeySort::areInOrder(const std::vector<KeyList>& lists)
+bool KeySort::areInOrder(std::vector<KeyList>& lists)
 {
     std::uint64_t highest = 0;
-    for (const KeyList& list : lists)
+    for (KeyList& list : lists)
     {
+        list.measure();
         if (!list.isSorted() || (list.size() != 0 && list.lowest() <= highest))
             return false;
         highest = std::max(highest, list.highest());
@@ -164,12 +165,13 @@ bool KeySort::areInOrder(const std::vector<KeyList>& lists)
     return true;
 }
 
-KeySort::Cut KeySort::cutOf(const std::vector<KeyList>& lists, std::size_t count)
+KeySort::Cut KeySort::cutOf(std::vector<KeyList>& lists, std::size_t count)
 {
     std::uint64_t lowest = ~std::uint64_t{0};
     std::uint64_t highest = 0;
-    for (const KeyList& list : lists)
+    for (KeyList& list : lists)
     {
+        list.measure();
         lowest = std::min(lowest, list.lowest());
         highest = std::max(highest, list.highest());
     }
@@ -213,7 +215,7 @@ void KeySort::part(WorkerPool& workers, const std::vector<KeyList>& lists, const
         });
 }
 
-void KeySort::sort(WorkerPool& workers, const std::vector<KeyList>& lists, std::vector<std::uint64_t>& sorted)
+void KeySort::sort(WorkerPool& workers, std::vector<KeyList>& lists, std::vector<std::uint64_t>& sorted)
 {
     const std::size_t count = countOf(lists);
     sorted.resize(count);
@@ -245,7 +247,7 @@ void KeySort::sort(WorkerPool& workers, const std::vector<KeyList>& lists, std::
 }
 
 /// All keys in order: those of the lists themselves, or sorted ones.
-std::vector<KeySort::Piece> KeySort::sortedPieces(WorkerPool& workers, const std::vector<KeyList>& lists)
+std::vector<KeySort::Piece> KeySort::sortedPieces(WorkerPool& workers, std::vector<KeyList>& lists)
 {
     std::vector<Piece> pieces;
     if (areInOrder(lists))
@@ -265,7 +267,7 @@ std::vector<KeySort::Piece> KeySort::sortedPieces(WorkerPool& workers, const std
     return pieces;
 }
 
-void KeySort::write(WorkerPool& workers, const std::vector<KeyList>& lists, std::vector<Pair>& pairs)
+void KeySort::write(WorkerPool& workers, std::vector<KeyList>& lists, std::vector<Pair>& pairs)
 {
     const std::vector<Piece> pieces = sortedPieces(workers, lists);
     const std::size_t count = countOf(lists);

@@ -18,6 +18,7 @@ public:
     void clear()
     {
         m_count = 0;
+        m_measured = 0;
         m_lowest = ~std::uint64_t{0};
         m_highest = 0;
         m_isSorted = true;
@@ -35,9 +36,26 @@ public:
     {
         m_keys[m_count] = key;
         m_count += isWanted ? 1u : 0u;
-        m_isSorted = m_isSorted && (key >= m_highest || !isWanted);
-        m_lowest = std::min(m_lowest, isWanted ? key : m_lowest);
-        m_highest = std::max(m_highest, isWanted ? key : 0);
+    }
+
+    /// Takes notice of the keys that came since the last call. KeySort sees to it; a thread that has just written some
+    /// still has them at hand.
+    void measure()
+    {
+        std::uint64_t lowest = m_lowest;
+        std::uint64_t highest = m_highest;
+        bool isSorted = m_isSorted;
+        for (std::size_t i = m_measured; i < m_count; ++i)
+        {
+            const std::uint64_t key = m_keys[i];
+            isSorted &= key >= highest;
+            lowest = std::min(lowest, key);
+            highest = std::max(highest, key);
+        }
+        m_measured = m_count;
+        m_lowest = lowest;
+        m_highest = highest;
+        m_isSorted = isSorted;
     }
 
     void push(std::uint64_t key)
@@ -49,6 +67,7 @@ public:
     const std::uint64_t* begin() const { return m_keys.data(); }
     const std::uint64_t* end() const { return m_keys.data() + m_count; }
     std::size_t size() const { return m_count; }
+    // Of the keys up to the last call of measure():
     std::uint64_t lowest() const { return m_lowest; }    ///< of no keys: the largest number
     std::uint64_t highest() const { return m_highest; }  ///< of no keys: 0
     bool isSorted() const { return m_isSorted; }
@@ -60,6 +79,7 @@ public:
 private:
     std::vector<std::uint64_t> m_keys;
     std::size_t m_count = 0;
+    std::size_t m_measured = 0;
     std::uint64_t m_lowest = ~std::uint64_t{0};
     std::uint64_t m_highest = 0;
     bool m_isSorted = true;
@@ -74,12 +94,12 @@ class KeySort
 {
 public:
     /// @param sorted [out] overwritten with all keys of the lists
-    void sort(WorkerPool& workers, const std::vector<KeyList>& lists, std::vector<std::uint64_t>& sorted);
+    void sort(WorkerPool& workers, std::vector<KeyList>& lists, std::vector<std::uint64_t>& sorted);
 
     /// The same as pairs; a key that the lists hold twice is left out altogether.
     ///
     /// @param pairs [out] overwritten
-    void write(WorkerPool& workers, const std::vector<KeyList>& lists, std::vector<Pair>& pairs);
+    void write(WorkerPool& workers, std::vector<KeyList>& lists, std::vector<Pair>& pairs);
 
     /// In the calling thread; doubles stay.
     ///
@@ -108,11 +128,11 @@ private:
 
     struct Piece;  ///< of keys in order
 
-    std::vector<Piece> sortedPieces(WorkerPool& workers, const std::vector<KeyList>& lists);
+    std::vector<Piece> sortedPieces(WorkerPool& workers, std::vector<KeyList>& lists);
     static void writeParallel(WorkerPool& workers, const std::vector<Piece>& pieces,
                               std::vector<Pair>& pairs);
-    static Cut cutOf(const std::vector<KeyList>& lists, std::size_t count);
-    static bool areInOrder(const std::vector<KeyList>& lists);
+    static Cut cutOf(std::vector<KeyList>& lists, std::size_t count);
+    static bool areInOrder(std::vector<KeyList>& lists);
     void part(WorkerPool& workers, const std::vector<KeyList>& lists, const Cut& cut);
 
     std::vector<std::uint64_t> m_parted;  // by bucket

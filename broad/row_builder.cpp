@@ -8,15 +8,20 @@
 
 namespace cullet
 {
+namespace
+{
+constexpr std::size_t kArrays = 7;  // of a RowSoa
+}
+
 void RowPool::resize(std::size_t entries)
 {
     const std::size_t needed = entries + kRowPadding;
     m_stride = needed;
-    if (m_floats.size() < 6 * needed)
-        m_floats.resize(6 * (needed + needed / 4));
+    if (m_floats.size() < kArrays * needed)
+        m_floats.resize(kArrays * (needed + needed / 4));
 }
 
-RowSoa RowPool::row(std::size_t offset, FlaggedId* ids, std::uint32_t count)
+RowSoa RowPool::row(std::size_t offset, FlaggedId* ids, std::uint32_t count, bool isBounded)
 {
     float* base = m_floats.data() + offset;
     return {base,
@@ -26,7 +31,8 @@ RowSoa RowPool::row(std::size_t offset, FlaggedId* ids, std::uint32_t count)
             base + 4 * m_stride,
             base + 5 * m_stride,
             ids,
-            count};
+            count,
+            isBounded ? base + 6 * m_stride : nullptr};
 }
 
 void RowBuilder::build(const RowKernels& kernels, const RowSource& source, RowSoa& row)

@@ -18,7 +18,9 @@ public:
     void resize(std::size_t entries);
 
     /// The arrays from `offset` on, with ids elsewhere.
-    RowSoa row(std::size_t offset, FlaggedId* ids, std::uint32_t count);
+    ///
+    /// @param isBounded whether there is to be an array of bounds
+    RowSoa row(std::size_t offset, FlaggedId* ids, std::uint32_t count, bool isBounded = false);
 
     std::uint64_t bytes() const { return m_floats.capacity() * sizeof(float); }
 

@@ -51,8 +51,10 @@ RowSoa RowGrid::buildRow(const RowPass& pass, std::uint32_t row, RowList& list, 
                               m_sweepHigh,
                               pass.input.grow,
                               pass.isFollowed ? &edgesOf(row) : nullptr};
-    RowSoa soa = pool.row(offset, own, list.count);
+    RowSoa soa = pool.row(offset, own, list.count, pass.input.motions != nullptr);
     builder.build(m_kernels, source, soa);
+    for (std::uint32_t i = 0; soa.bounds != nullptr && i < soa.count; ++i)
+        soa.bounds[i] = pass.input.motionFactor * pass.input.motions[soa.id[i] & kIdMask];
     list.count = soa.count;
     list.sortedCount = soa.count;
     return soa;

@@ -40,6 +40,10 @@ struct GridInput
     float reach = 0;  ///< ... and reaches into the cells this much farther
     float near = 0;   ///< pairs with a gap (negative: overlap) above this are left out; at most 2 * reach
     float deep = kReportAll;  ///< pairs with a gap not above this are left out
+    /// [rows] or null: a box's motion times motionFactor is its bound, at most near / 2. Pairs are left out whose gap is,
+    /// on either side of zero, above the sum of both bounds.
+    const float* motions = nullptr;
+    float motionFactor = 0;
 };
 
 /// What the rows are for, beyond finding pairs once.
@@ -87,8 +91,9 @@ public:
     ///
     /// @param before    boxes as of that scan
     /// @param limit     see GridMotion
+    /// @param motions   [out] row -> how far any of its faces moved, of changed boxes; or null
     void compare(const Aabb* boxes, const Aabb* before, const std::uint32_t* dirty, std::uint32_t dirtyCount,
-                 float limit, GridMotion& motion);
+                 float limit, GridMotion& motion, float* motions = nullptr);
 
     /// Puts strays into the cells that are new to them, so that scanFollowed() may come; false: scan() must.
     bool follow(const GridInput& input, const Aabb* before, const std::vector<std::uint32_t>& strays);
@@ -271,7 +276,7 @@ private:
     }
     template <int kSweepAxis>
     void compareRange(const Aabb* boxes, const Aabb* before, const std::uint32_t* dirty, TaskRange range,
-                      float limit, GridMotion& motion) const;
+                      float limit, GridMotion& motion, float* motions) const;
     bool followStray(const GridInput& input, const Aabb& before, std::uint32_t id);
     bool addToRow(std::uint64_t cell, std::uint32_t id);
     const CellEdges& edgesOf(std::uint32_t row);

@@ -13,6 +13,8 @@ namespace
 // Updates that a settled grid has to last to be worth its refill.
 constexpr std::uint32_t kQuietUpdates = 4;
 constexpr std::uint32_t kAnchorSample = 256;
+constexpr std::size_t kFewChanges = 65536;  // new and parted pairs
+constexpr std::size_t kHardlyAny = 1024;
 
 /// What happened to any row.
 std::uint8_t changesOf(const ProxyView& view)
@@ -34,6 +36,7 @@ std::uint8_t changesOf(const ProxyView& view)
 RowGridBackend::RowGridBackend(const GridOptions& options)
     : m_options(options),
       m_workers(options.threads),
+      m_alone(1),
       m_grid(options, m_workers),
       m_activeGrid(options, m_workers),
       m_found(m_workers.threads()),
@@ -61,13 +64,7 @@ Status RowGridBackend::update(const ProxyView& proxies, PairDelta& delta)
     try
     {
         updateOrThrow(proxies);
-        m_sort.write(m_workers, m_added, delta.added);
-        m_sort.write(m_workers, m_removed, delta.removed);
-        for (unsigned worker = 0; worker < m_workers.threads(); ++worker)
-        {
-            m_added[worker].trim();
-            m_removed[worker].trim();
-        }
+        writeChanges(delta);
     }
     catch (const std::bad_alloc&)
     {
@@ -79,6 +76,30 @@ Status RowGridBackend::update(const ProxyView& proxies, PairDelta& delta)
     m_stats.pairs += delta.added.size();
     m_stats.pairs -= delta.removed.size();
     return Status::Ok;
+}
+
+/// Where there are few changes or threads, one thread takes the new pairs and another one those that parted.
+void RowGridBackend::writeChanges(PairDelta& delta)
+{
+    std::size_t count = 0;
+    for (unsigned worker = 0; worker < m_workers.threads(); ++worker)
+        count += m_added[worker].size() + m_removed[worker].size();
+    const bool isShared = m_workers.threads() > 2 && count > kFewChanges;
+    WorkerPool& pool = isShared ? m_workers : m_alone;
+    const unsigned tasks = isShared || m_workers.threads() == 1 || count < kHardlyAny ? 1u : 2u;
+    m_workers.run(tasks,
+                  [&](unsigned task)
+                  {
+                      if (task == 0)
+                          m_sorts[0].write(pool, m_added, delta.added);
+                      if (task == tasks - 1)
+                          m_sorts[1].write(pool, m_removed, delta.removed);
+                  });
+    for (unsigned worker = 0; worker < m_workers.threads(); ++worker)
+    {
+        m_added[worker].trim();
+        m_removed[worker].trim();
+    }
 }
 
 void RowGridBackend::updateOrThrow(const ProxyView& view)
@@ -205,9 +226,9 @@ BackendStats RowGridBackend::stats() const
     stats.decision.allLevelsCost = plan.allLevelsCost;
     stats.unbounded = m_grid.unbounded().size();
     stats.bytes =
-        m_grid.bytes() + m_activeGrid.bytes() + m_settled.bytes() + m_sort.bytes() +
+        m_grid.bytes() + m_activeGrid.bytes() + m_settled.bytes() + m_sorts[0].bytes() + m_sorts[1].bytes() +
         m_reference.capacity() * sizeof(Aabb) + m_states.capacity() + m_words.capacity() * sizeof(Filter) +
-        m_despite.bytes() +
+        m_motions.capacity() * sizeof(float) + m_despite.bytes() +
         (m_apart.capacity() + m_overlapping.capacity() + m_sorted.capacity() + m_activePairs.capacity()) *
             sizeof(IdPair) +
         (m_active.capacity() + m_quiet.capacity() + m_escaped.capacity()) * sizeof(std::uint32_t);

@@ -92,6 +92,7 @@ private:
 
     // row_grid_backend.cpp: what every update does, and which way it goes
     void updateOrThrow(const ProxyView& view);
+    void writeChanges(PairDelta& delta);
     void prepareRows(const ProxyView& view, bool hasCreated);
     void rememberWords(const ProxyView& view, bool all);
     bool shouldSettle(const ProxyView& view);
@@ -119,7 +120,6 @@ private:
 
     // row_grid_moving.cpp
     void updateMoving(const ProxyView& view);
-    void chooseReach(const GridMotion& motion, std::uint32_t rows);
     static bool isOverlapping(const ProxyView& view, IdPair pair)
     {
         const Aabb& a = view.boxes[pair.a];
@@ -133,7 +133,6 @@ private:
         const Aabb& b = view.boxes[pair.b];
         return gapOf(a, b) <= 2.0f * view.margin && isValidBranchless(a) && isValidBranchless(b);
     }
-    bool isReachable(std::uint32_t octave) const;
     bool areStillJumping(const ProxyView& view);
     void listOverlapping(std::vector<std::uint64_t>& held);
     bool scanMoving(const ProxyView& view, bool isListing, bool mayFollow, PairSink& sink);
@@ -144,6 +143,12 @@ private:
     void part(const ProxyView& view, IdPair pair, bool isNear, unsigned worker);
     void takeNews(bool isListing);
     void rememberBoxes(const ProxyView& view);
+
+    // row_grid_reach.cpp
+    void chooseReach(const GridMotion& motion, std::uint32_t rows);
+    std::uint32_t octaveWorthReaching(const GridMotion& motion, std::uint32_t rows) const;
+    bool isReachable(std::uint32_t octave) const;
+    float* prepareMotions(const ProxyView& view);
 
     // row_grid_jumped.cpp: the same when most boxes jumped
     void updateJumped(const ProxyView& view, bool isSure);
@@ -171,6 +176,7 @@ private:
 
     GridOptions m_options;
     WorkerPool m_workers;
+    WorkerPool m_alone;    ///< of a single thread
     RowGrid m_grid;        ///< everything (moving), or the settled boxes (settled)
     RowGrid m_activeGrid;  ///< active boxes among themselves
     Mode m_mode = Mode::Moving;
@@ -195,6 +201,9 @@ private:
     std::vector<std::uint32_t> m_masks;   ///< [rows] scratch of the comparison of both
     std::vector<PairNews> m_news;         ///< [threads]
     GridMotion m_motion;
+    std::vector<float>
+        m_motions;  ///< [rows] while motions differ much: how far each box moved in this update
+    bool m_areMotionsUneven = false;               ///< in the last update; see prepareMotions()
     std::uint32_t m_reachOctave = kLeastReach;     ///< see chooseReach()
     std::uint32_t m_comparedOctave = kLeastReach;  ///< that m_motion was measured with
     std::uint32_t m_calmUpdates = 0;
@@ -218,7 +227,7 @@ private:
     // Keys by id, [threads]. A pair that comes back, kept by the margin, is among the added ones twice, which cancels.
     std::vector<KeyList> m_added;
     std::vector<KeyList> m_removed;
-    KeySort m_sort;
+    KeySort m_sorts[2];
     BackendStats m_stats;
 };
 }  // namespace cullet

@@ -69,7 +69,7 @@ Float4 facesFrom(Int4 cells, const CellRule& rule)
 
 template <int kSweepAxis>
 void RowGrid::compareRange(const Aabb* boxes, const Aabb* before, const std::uint32_t* dirty, TaskRange range,
-                           float limit, GridMotion& motion) const
+                           float limit, GridMotion& motion, float* motions) const
 {
     const CellRule rule = ruleOf(m_reach, 0);
     std::int32_t limitBits;
@@ -82,6 +82,8 @@ void RowGrid::compareRange(const Aabb* boxes, const Aabb* before, const std::uin
         const BoxFaces<kSweepAxis> then(before[row]);
         const std::int32_t bits = motionBits(now.tile - then.tile, now.sweep - then.sweep);
         ++motion.octaves[static_cast<std::uint32_t>(bits) >> 23];
+        if (motions != nullptr)
+            std::memcpy(motions + row, &bits, sizeof bits);
         const bool isFar = bits > limitBits;
         largest = std::max(largest, isFar ? 0 : bits);
         const bool isThere = isTrueInAll(cellsOfFaces(now.tile, rule) == cellsOfFaces(then.tile, rule));
@@ -92,7 +94,7 @@ void RowGrid::compareRange(const Aabb* boxes, const Aabb* before, const std::uin
 }
 
 void RowGrid::compare(const Aabb* boxes, const Aabb* before, const std::uint32_t* dirty,
-                      std::uint32_t dirtyCount, float limit, GridMotion& motion)
+                      std::uint32_t dirtyCount, float limit, GridMotion& motion, float* motions)
 {
     const unsigned tasks = m_workers.tasksFor(dirtyCount, kCompareGrain);
     m_motions.resize(std::max<std::size_t>(m_motions.size(), tasks));
@@ -104,11 +106,11 @@ void RowGrid::compare(const Aabb* boxes, const Aabb* before, const std::uint32_t
                       own.strays.clear();
                       const TaskRange range(dirtyCount, task, tasks);
                       if (m_plan.sweepAxis == 0)
-                          compareRange<0>(boxes, before, dirty, range, limit, own);
+                          compareRange<0>(boxes, before, dirty, range, limit, own, motions);
                       else if (m_plan.sweepAxis == 1)
-                          compareRange<1>(boxes, before, dirty, range, limit, own);
+                          compareRange<1>(boxes, before, dirty, range, limit, own, motions);
                       else
-                          compareRange<2>(boxes, before, dirty, range, limit, own);
+                          compareRange<2>(boxes, before, dirty, range, limit, own, motions);
                   });
     motion.octaves = {};
     motion.strays.clear();

@@ -49,6 +49,7 @@ public:
             // Pairs that come back have been looked at by examineApart().
             list.pushIf(key, mayEnter(m_view, pair) || m_backend.m_despite.contains(key));
         }
+        list.measure();
     }
 
 private:
@@ -62,7 +63,7 @@ void RowGridBackend::sortOverlapping()
         return;
     for (const std::uint64_t key : m_overlapping)
         m_found[0].push(key);
-    m_sort.sort(m_workers, m_found, m_overlapping);
+    m_sorts[0].sort(m_workers, m_found, m_overlapping);
     m_found[0].clear();
 }
 
@@ -87,7 +88,9 @@ void RowGridBackend::compareLists(const ProxyView& view, TaskRange rows, unsigne
             kept.push_back(*key);
         m_added[worker].pushIf(idsOf(view, rowsOf(*key)), !isKept && mayEnter(view, rowsOf(*key)));
     }
+    m_added[worker].measure();
     partDeparted(view, old, oldEnd, worker);
+    m_removed[worker].measure();
 }
 
 /// Lets all of the sorted pairs part that are not kept.
@@ -125,7 +128,7 @@ void RowGridBackend::updateJumped(const ProxyView& view, bool isSure)
     }
     m_hasJumped = scanMoving(view, true, !isSure, sink);
     m_stats.decision.reason = "most boxes jumped";
-    m_sort.sort(m_workers, m_found, m_sorted);
+    m_sorts[0].sort(m_workers, m_found, m_sorted);
     m_masks.resize(view.size);
     const unsigned tasks = m_workers.tasksFor(m_sorted.size(), kCompareGrain);
     m_workers.run(tasks, [&](unsigned task) { compareLists(view, TaskRange(view.size, task, tasks), task); });

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "broad/motion_octaves.h"
 #include "broad/row_grid_backend.h"
 #include "broad/row_grid_sinks.h"
 #include "broad/vector_room.h"
 
 #include <algorithm>
-#include <cstring>
 
 namespace cullet
 {
@@ -15,13 +15,11 @@ namespace
 // before its boxes moved by d each has a gap of at most 2 d, and shares a cell when the cells are reached by d more.
 constexpr float kGapFactor = 2.0625f;
 constexpr float kReachFactor = 1.0625f;
-// Share of boxes that may move farther than the reach of the grid; their pairs are told from a list.
-constexpr std::uint32_t kJumperShare = 64;
+// Mean motion as a share of the largest below which pairs are told by the motions of their own boxes.
+constexpr double kUneven = 0.375;
 // Share of such boxes from which all pairs are found anew.
 constexpr std::uint32_t kJumpedShare = 2;
 constexpr std::uint32_t kJumpSample = 256;
-// Updates with little motion until the reach shrinks.
-constexpr std::uint32_t kPatience = 32;
 constexpr std::size_t kCopyGrain = 16384;
 // Pairs whose boxes are on their way from memory.
 constexpr std::uint32_t kPrefetch = 12;
@@ -33,35 +31,6 @@ void prefetch(const Aabb* boxes, IdPair pair)
     __builtin_prefetch(boxes + pair.b);
 }
 
-/// Largest float below 2^(octave - 127): all motions of lower octaves are within it.
-float reachOf(std::uint32_t octave)
-{
-    const std::uint32_t bits = (octave << 23) - 1;
-    float reach;
-    std::memcpy(&reach, &bits, sizeof reach);
-    return reach;
-}
-
-std::uint32_t countFrom(const GridMotion& motion, std::uint32_t octave)
-{
-    std::uint32_t count = 0;
-    for (; octave < motion.octaves.size(); ++octave)
-        count += motion.octaves[octave];
-    return count;
-}
-
-/// Lowest octave that at most `few` boxes reach.
-std::uint32_t octaveAbove(const GridMotion& motion, std::uint32_t few)
-{
-    auto octave = static_cast<std::uint32_t>(motion.octaves.size());
-    for (std::uint32_t count = 0; octave > 1; --octave)
-    {
-        count += motion.octaves[octave - 1];
-        if (count > few)
-            break;
-    }
-    return octave;
-}
 }  // namespace
 
 /// Tells from what the grid finds which pairs are new and which part, in the threads of the grid.
@@ -138,27 +107,6 @@ void RowGridBackend::listOverlapping(std::vector<std::uint64_t>& held)
         });
 }
 
-/// How far boxes reach into the cells, so that no pair that parts is missed: a power of two that nearly all motions
-/// are below. Boxes that move farther are told apart by a list of pairs.
-void RowGridBackend::chooseReach(const GridMotion& motion, std::uint32_t rows)
-{
-    const std::uint32_t few = rows / kJumperShare;
-    const std::uint32_t octave = std::max(kLeastReach, octaveAbove(motion, few));
-    const bool isEnough = octave <= m_reachOctave;
-    m_calmUpdates = isEnough && octave + 2 < m_reachOctave ? m_calmUpdates + 1 : 0;
-    if (isEnough && m_calmUpdates < kPatience)
-        return;
-    if (isReachable(octave))
-        m_reachOctave = octave;
-    m_calmUpdates = 0;
-}
-
-/// Whether cells are wide enough for such a reach.
-bool RowGridBackend::isReachable(std::uint32_t octave) const
-{
-    return reachOf(octave) < 0.125f * m_grid.finestWidth();
-}
-
 /// @param mayFollow whether it is known which boxes came into other cells
 /// @return whether the grid was refilled
 bool RowGridBackend::scanMoving(const ProxyView& view, bool isListing, bool mayFollow, PairSink& sink)
@@ -173,6 +121,8 @@ bool RowGridBackend::scanMoving(const ProxyView& view, bool isListing, bool mayF
         const bool isSame = m_comparedOctave == m_reachOctave;
         input.near = kGapFactor * (isSame ? m_motion.largest : reachOf(m_reachOctave));
         input.deep = -input.near;
+        input.motions = m_areMotionsUneven ? m_motions.data() : nullptr;
+        input.motionFactor = 0.5f * kGapFactor;
     }
     m_scannedRows = view.size;
     if (mayFollow && follow(view, input))
@@ -221,7 +171,7 @@ void RowGridBackend::updateMoving(const ProxyView& view)
     {
         m_comparedOctave = m_reachOctave;
         m_grid.compare(view.boxes, m_reference.data(), view.dirty, view.dirtyCount, reachOf(m_reachOctave),
-                       m_motion);
+                       m_motion, prepareMotions(view));
         chooseReach(m_motion, view.size);
     }
     const std::uint32_t jumpers = countFrom(m_motion, m_reachOctave);
@@ -243,6 +193,7 @@ void RowGridBackend::updateMoving(const ProxyView& view)
         scanMoving(view, isListing, true, sink);
         takeNews(isListing);
     }
+    m_areMotionsUneven = !isListing && evenness(m_motion, view.size) < kUneven;
     rememberBoxes(view);
 }
 

@@ -60,19 +60,36 @@ inline void append(std::uint32_t hits, Lanes::Value gap, FlaggedId id, const Fla
 struct Query
 {
     Lanes::Value x0, x1, y0, y1, z0, z1;
+    float bound;
 };
 
 inline Query makeQuery(const RowSoa& row, std::uint32_t i)
 {
     return {Lanes::broadcast(row.x0[i]), Lanes::broadcast(row.x1[i]), Lanes::broadcast(row.y0[i]),
-            Lanes::broadcast(row.y1[i]), Lanes::broadcast(row.z0[i]), Lanes::broadcast(row.z1[i])};
+            Lanes::broadcast(row.y1[i]), Lanes::broadcast(row.z0[i]), Lanes::broadcast(row.z1[i]),
+            row.bounds != nullptr ? row.bounds[i] : 0.0f};
 }
 
-/// Tests the entries of `row` from `begin` on, up to the first that begins beyond `near` of the query's end.
+/// Lanes whose gap is to be reported.
+template <bool kBounded>
+inline std::uint32_t hitsOf(Lanes::Value gap, const Query& query, const float* bounds, const PairBuffer& out)
+{
+    if (kBounded)
+    {
+        const Lanes::Value size = Lanes::larger(gap, Lanes::subtract(Lanes::broadcast(0.0f), gap));
+        const Lanes::Value own = Lanes::broadcast(-query.bound);
+        return Lanes::bits(Lanes::le(size, Lanes::subtract(Lanes::load(bounds), own)));
+    }
+    return Lanes::bits(Lanes::le(gap, Lanes::broadcast(out.near))) &
+           ~Lanes::bits(Lanes::le(gap, Lanes::broadcast(out.deep)));
+}
+
+/// Tests the entries of `row` from `begin` on, up to the first that begins farther beyond the query's end than any pair
+/// that is sought.
+template <bool kBounded>
 inline void sweep(const Query& query, FlaggedId id, const RowSoa& row, std::uint32_t begin, PairBuffer& out)
 {
-    const Lanes::Value near = Lanes::broadcast(out.near);
-    const Lanes::Value deep = Lanes::broadcast(out.deep);
+    const Lanes::Value near = Lanes::broadcast(kBounded ? query.bound + 0.5f * out.near : out.near);
     for (std::uint32_t j = begin;; j += Lanes::kWidth)
     {
         const Lanes::Value ahead = Lanes::subtract(Lanes::load(row.x0 + j), query.x1);
@@ -85,7 +102,7 @@ inline void sweep(const Query& query, FlaggedId id, const RowSoa& row, std::uint
         // Only the lanes before the first one outside count: behind the sentinel another row may follow.
         const std::uint32_t before = (~inside & (inside + 1)) - 1;
         const std::uint32_t hits =
-            Lanes::bits(Lanes::le(gap, near)) & ~Lanes::bits(Lanes::le(gap, deep)) & before;
+            hitsOf<kBounded>(gap, query, kBounded ? row.bounds + j : nullptr, out) & before;
         out.ensureRoom();
         append(hits, gap, id, row.id + j, out);
         if (inside != Lanes::kFull)
@@ -96,13 +113,15 @@ inline void sweep(const Query& query, FlaggedId id, const RowSoa& row, std::uint
     }
 }
 
-void scanSelf(const RowSoa& row, PairBuffer& out)
+template <bool kBounded>
+void scanSelfBy(const RowSoa& row, PairBuffer& out)
 {
     for (std::uint32_t i = 0; i + 1 < row.count; ++i)
-        sweep(makeQuery(row, i), row.id[i], row, i + 1, out);
+        sweep<kBounded>(makeQuery(row, i), row.id[i], row, i + 1, out);
 }
 
-void scanCross(const RowSoa& a, const RowSoa& b, PairBuffer& out)
+template <bool kBounded>
+void scanCrossBy(const RowSoa& a, const RowSoa& b, PairBuffer& out)
 {
     std::uint32_t i = 0;
     std::uint32_t j = 0;
@@ -111,21 +130,37 @@ void scanCross(const RowSoa& a, const RowSoa& b, PairBuffer& out)
     {
         if (a.x0[i] <= b.x0[j])
         {
-            sweep(makeQuery(a, i), a.id[i], b, j, out);
+            sweep<kBounded>(makeQuery(a, i), a.id[i], b, j, out);
             ++i;
         }
         else
         {
-            sweep(makeQuery(b, j), b.id[j], a, i, out);
+            sweep<kBounded>(makeQuery(b, j), b.id[j], a, i, out);
             ++j;
         }
     }
 }
 
+void scanSelf(const RowSoa& row, PairBuffer& out)
+{
+    if (row.bounds != nullptr)
+        scanSelfBy<true>(row, out);
+    else
+        scanSelfBy<false>(row, out);
+}
+
+void scanCross(const RowSoa& a, const RowSoa& b, PairBuffer& out)
+{
+    if (a.bounds != nullptr)
+        scanCrossBy<true>(a, b, out);
+    else
+        scanCrossBy<false>(a, b, out);
+}
+
 void scanOne(const RowSoa& query, std::uint32_t index, const RowSoa& row, std::uint32_t begin,
              PairBuffer& out)
 {
-    sweep(makeQuery(query, index), query.id[index], row, begin, out);
+    sweep<false>(makeQuery(query, index), query.id[index], row, begin, out);
 }
 
 /// A type of this file, so that the sort is not merged with that of another instruction set.

@@ -42,6 +42,7 @@ struct RowSoa
     float* z1;
     FlaggedId* id;
     std::uint32_t count;
+    float* bounds = nullptr;  ///< see PairBuffer::near; null: none
 };
 
 /// No gap is below this.
@@ -58,8 +59,10 @@ struct PairBuffer
     FlaggedId second[kCapacity];
     float gap[kCapacity];
     std::uint32_t count = 0;
-    float near = 0;           ///< pairs with a gap above this are left out
-    float deep = kReportAll;  ///< pairs with a gap not above this are left out
+    // In rows without bounds pairs are left out whose gap is above `near` or not above `deep`. In rows with bounds those
+    // whose gap is, on either side of zero, above the sum of the bounds of both; none of these is above near / 2.
+    float near = 0;
+    float deep = kReportAll;
     std::uint64_t tests = 0;  ///< box tests made, whole vectors
     void (*flush)(void* context, const PairBuffer& found) = nullptr;
     void* context = nullptr;

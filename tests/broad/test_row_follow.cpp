@@ -90,6 +90,33 @@ TEST_P(RowFollow, DriftingWorldsThatAreNowAndThenStirredEqualTheOracle)
     EXPECT_GT(world.counts().destroyed, 50u);
 }
 
+TEST_P(RowFollow, WorldsOfUnevenMotionsEqualTheOracle)
+{
+    BackendSession session{std::make_unique<RowGridBackend>(GetParam().options)};
+    session.margin = 0.0625f;
+    RandomWorldOptions options = driftingWorld();
+    for (float& coordinate : options.shift)
+        coordinate = GetParam().shift;
+    options.isSnapped = GetParam().isSnapped;
+    RandomWorld world(26, options, session.table);
+    std::map<std::string, int> paths;
+    for (int step = 0; step < 120; ++step)
+    {
+        SCOPED_TRACE("seed 26, step " + std::to_string(step));
+        // Few move, then all; then single ones jump, which a grid of bounds by box does not tell.
+        world.options.move = step % 16 < 12 ? 0.15f : 1.0f;
+        world.options.stride = step % 7 == 3 ? 0.5f : 0.125f;
+        world.options.teleport = step % 16 == 6 ? 0.004f : 0.0f;
+        world.step();
+        ASSERT_TRUE(session.step());
+        ++paths[session.backend().stats().path];
+    }
+    EXPECT_GT(paths["follow"], 60);
+    EXPECT_GT(session.addedTotal(), 1000u);
+    EXPECT_GT(session.removedTotal(), 1000u);
+    EXPECT_GT(world.counts().teleported, 5u);
+}
+
 TEST_P(RowFollow, WorldsInWhichMostBoxesJumpEqualTheOracle)
 {
     GridOptions gridOptions = GetParam().options;
