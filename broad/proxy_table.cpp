@@ -18,13 +18,19 @@ void forEachSetByte(const std::uint8_t* bytes, std::uint32_t begin, std::uint32_
     {
         std::uint64_t word = 0;
         std::memcpy(&word, bytes + row, sizeof(word));
-        // Where all are set, as in a world that moves, none is looked at: the classic test for a zero byte.
-        const bool areAllSet = ((word - 0x0101010101010101u) & ~word & 0x8080808080808080u) == 0;
-        for (std::uint32_t i = 0; i < 8 && word != 0; ++i)
+        if (__BYTE_ORDER__ == __ORDER_BIG_ENDIAN__)
+            word = __builtin_bswap64(word);
+        // The highest bit of each byte that is not zero.
+        constexpr std::uint64_t kLow = 0x7f7f7f7f7f7f7f7fu;
+        std::uint64_t set = (((word & kLow) + kLow) | word) & ~kLow;
+        if (set == ~kLow)
         {
-            if (areAllSet || bytes[row + i] != 0)
+            for (std::uint32_t i = 0; i < 8; ++i)
                 visit(row + i);
+            continue;
         }
+        for (; set != 0; set &= set - 1)
+            visit(row + static_cast<std::uint32_t>(__builtin_ctzll(set)) / 8);
     }
     for (; row < end; ++row)
     {

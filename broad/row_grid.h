@@ -109,11 +109,18 @@ public:
     /// Width of the finest cells.
     float finestWidth() const { return m_plan.width[0]; }
 
-    /// Hands every kept box that overlaps `box` to the sink as {id, other}, each once; scan(keep) came before.
+    /// Hands every kept box that overlaps one of the boxes to the sink as {id, other}, each once; scan(Query) came before.
     ///
-    /// `box` itself should not be kept under `id`, or it is reported too. Safe from several threads with different
-    /// workers.
-    void query(const Aabb& box, FlaggedId id, unsigned worker, PairSink& sink) const;
+    /// None of the boxes should be kept itself, or it is reported too. Fast where the ids are ordered as by
+    /// sortAlongRows(). Safe from several threads with different workers.
+    ///
+    /// @param boxes row of the proxy table -> box
+    /// @param ids   [count] rows; empty boxes are passed over
+    void query(const Aabb* boxes, const std::uint32_t* ids, std::uint32_t count, unsigned worker,
+               PairSink& sink) const;
+
+    /// Orders ids by the rows that their boxes begin in, and along these.
+    void sortAlongRows(const Aabb* boxes, std::vector<std::uint32_t>& ids) const;
 
     /// The rows as boxes that are infinite along the sweep axis; see CellSource.
     void forEachCell(const CellVisitor& visit) const;
@@ -283,6 +290,7 @@ private:
     static void handToSink(void* context, const PairBuffer& found);
     PairBuffer& prepareBuffer(const GridInput& input, SinkContext& context) const;
     void scanUnbounded(const GridInput& input, PairSink& sink);
+    void queryBox(const Aabb& box, FlaggedId id, PairBuffer& out) const;
     void queryLevel(const RowSoa& query, const Aabb& box, std::uint32_t level, PairBuffer& out) const;
     void queryRow(const RowSoa& query, std::uint32_t row, PairBuffer& out) const;
 

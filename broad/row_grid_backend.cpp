@@ -225,13 +225,14 @@ BackendStats RowGridBackend::stats() const
     stats.decision.oneLevelCost = plan.oneLevelCost;
     stats.decision.allLevelsCost = plan.allLevelsCost;
     stats.unbounded = m_grid.unbounded().size();
-    stats.bytes =
-        m_grid.bytes() + m_activeGrid.bytes() + m_settled.bytes() + m_sorts[0].bytes() + m_sorts[1].bytes() +
-        m_reference.capacity() * sizeof(Aabb) + m_states.capacity() + m_words.capacity() * sizeof(Filter) +
-        m_motions.capacity() * sizeof(float) + m_despite.bytes() +
-        (m_apart.capacity() + m_overlapping.capacity() + m_sorted.capacity() + m_activePairs.capacity()) *
-            sizeof(IdPair) +
-        (m_active.capacity() + m_quiet.capacity() + m_escaped.capacity()) * sizeof(std::uint32_t);
+    stats.bytes = m_grid.bytes() + m_activeGrid.bytes() + m_settled.bytes() + m_sorts[0].bytes() +
+                  m_sorts[1].bytes() + m_reference.capacity() * sizeof(Aabb) + m_states.capacity() +
+                  m_words.capacity() * sizeof(Filter) + m_motions.capacity() * sizeof(float) +
+                  m_despite.bytes() +
+                  (m_apart.capacity() + m_overlapping.capacity() + m_sorted.capacity() +
+                   m_activePairs.capacity() + m_foundPairs.capacity() + m_unmatched.capacity()) *
+                      sizeof(IdPair) +
+                  (m_active.capacity() + m_quiet.capacity() + m_escaped.capacity()) * sizeof(std::uint32_t);
     for (unsigned worker = 0; worker < m_workers.threads(); ++worker)
     {
         stats.bytes += m_added[worker].bytes() + m_removed[worker].bytes() + m_found[worker].bytes() +

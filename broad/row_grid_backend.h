@@ -69,6 +69,7 @@ private:
 
     class MovingSink;
     class JumpedSink;
+    class SettledSink;
 
     /// What one thread finds out about pairs in the moving mode, besides m_added and m_removed.
     struct alignas(64) PairNews
@@ -172,6 +173,9 @@ private:
     void updateWatchedPair(const ProxyView& view, std::size_t index);
     void updateActive(const ProxyView& view);
     void findActivePairs(const ProxyView& view, std::vector<IdPair>& found);
+    void matchActivePairs();
+    void takeUnmatchedFound(const ProxyView& view);
+    void takeUnmatchedOld(const ProxyView& view);
     void findPairsWithSettled(const ProxyView& view, std::vector<IdPair>& found);
 
     GridOptions m_options;
@@ -214,7 +218,14 @@ private:
     float m_sureGap = 0;  ///< held pairs whose reference boxes are this near stay held inside their shells
     SettledPairs m_settled;
     std::vector<std::uint32_t> m_active;
-    std::vector<IdPair> m_activePairs;     ///< held pairs with an active box
+    std::size_t m_orderedCount = 0;     ///< active boxes when they were ordered along the rows
+    std::uint32_t m_orderedAge = 0;     ///< updates since
+    std::vector<IdPair> m_activePairs;  ///< held pairs with an active box
+    // Scratch of updateActive():
+    std::vector<IdPair> m_foundPairs;             // overlap now
+    std::vector<IdPair> m_unmatched;              // of m_activePairs
+    std::vector<std::uint32_t> m_unmatchedFound;  // of m_foundPairs, their indices
+    PairSet m_oldPairs;
     std::vector<std::uint32_t> m_quiet;    ///< rows that moved inside their shell in this update
     std::vector<std::uint32_t> m_escaped;  ///< rows that left it
     double m_wasted = 0;                   ///< work spent on active boxes that do not move any more

@@ -7,9 +7,29 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 namespace cullet
 {
+namespace
+{
+// Boxes that are on their way from memory.
+constexpr std::uint32_t kPrefetch = 8;
+
+/// Where the first of some ascending values is that is not below `from`; without branches, which nobody could predict.
+std::uint32_t lowerBound(const float* values, std::uint32_t count, float from)
+{
+    std::uint32_t begin = 0;
+    while (count > 1)
+    {
+        const std::uint32_t half = count / 2;
+        begin += values[begin + half - 1] < from ? half : 0u;
+        count -= half;
+    }
+    return begin + (count != 0 && values[begin] < from ? 1u : 0u);
+}
+}  // namespace
+
 void RowGrid::queryRow(const RowSoa& query, std::uint32_t row, PairBuffer& out) const
 {
     const std::uint32_t count = m_bold[row].count;
@@ -17,8 +37,7 @@ void RowGrid::queryRow(const RowSoa& query, std::uint32_t row, PairBuffer& out) 
     // No kept interval is longer than m_longest, so none that begins before `from` reaches the query; rounded down.
     float from = query.x0[0] - m_longest[row];
     from -= std::abs(from) * 1e-6f;
-    const std::uint32_t begin =
-        static_cast<std::uint32_t>(std::lower_bound(kept.x0, kept.x0 + count, from) - kept.x0);
+    const std::uint32_t begin = lowerBound(kept.x0, count, from);
     if (count != 0)
         m_kernels.scanOne(query, 0, kept, begin, out);
 }
@@ -55,7 +74,7 @@ void RowGrid::queryLevel(const RowSoa& query, const Aabb& box, std::uint32_t lev
     }
 }
 
-void RowGrid::query(const Aabb& box, FlaggedId id, unsigned worker, PairSink& sink) const
+void RowGrid::queryBox(const Aabb& box, FlaggedId id, PairBuffer& out) const
 {
     // Finite, or the sentinel at the end of a row would count as inside.
     float x0 = box.min[m_plan.sweepAxis];
@@ -63,11 +82,38 @@ void RowGrid::query(const Aabb& box, FlaggedId id, unsigned worker, PairSink& si
     float y0 = box.min[m_plan.tileAxisY], y1 = box.max[m_plan.tileAxisY];
     float z0 = box.min[m_plan.tileAxisZ], z1 = box.max[m_plan.tileAxisZ];
     const RowSoa soa = {&x0, &x1, &y0, &y1, &z0, &z1, &id, 1};
-    SinkContext context = {&sink, worker};
-    PairBuffer& out = prepareBuffer(GridInput{}, context);
     for (std::uint32_t level = 0; level < m_plan.levelCount; ++level)
         queryLevel(soa, box, level, out);
+}
+
+void RowGrid::query(const Aabb* boxes, const std::uint32_t* ids, std::uint32_t count, unsigned worker,
+                    PairSink& sink) const
+{
+    SinkContext context = {&sink, worker};
+    PairBuffer& out = prepareBuffer(GridInput{}, context);
+    for (std::uint32_t i = 0; i < count; ++i)
+    {
+        __builtin_prefetch(boxes + ids[std::min(i + kPrefetch, count - 1)]);
+        if (isValid(boxes[ids[i]]))
+            queryBox(boxes[ids[i]], ids[i], out);
+    }
     out.handOn();
+}
+
+void RowGrid::sortAlongRows(const Aabb* boxes, std::vector<std::uint32_t>& ids) const
+{
+    std::vector<std::tuple<std::uint64_t, float, std::uint32_t>> places;
+    places.reserve(ids.size());
+    for (const std::uint32_t id : ids)
+    {
+        const bool isBounded = kindOf(boxes[id], 0) == BoxKind::Bounded;
+        const CellRange cells = isBounded ? cellsOf(boxes[id], ruleOf(0.0f, 0)) : CellRange{};
+        places.emplace_back(packCell(0, cells.j0, cells.k0),
+                            isBounded ? boxes[id].min[m_plan.sweepAxis] : 0.0f, id);
+    }
+    std::sort(places.begin(), places.end());
+    std::transform(places.begin(), places.end(), ids.begin(),
+                   [](const auto& place) { return std::get<2>(place); });
 }
 
 void RowGrid::forEachCell(const CellVisitor& visit) const

@@ -57,6 +57,7 @@ void RowGridBackend::rebuild(const ProxyView& view, bool settle)
     m_apart.clear();
     m_activePairs.clear();
     m_active.clear();
+    m_orderedCount = 0;
     m_settled.clear();
     std::transform(view.boxes, view.boxes + view.size, m_reference.begin(), remembered);
     if (settle)

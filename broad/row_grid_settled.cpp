@@ -3,6 +3,7 @@
 #include "broad/row_grid_backend.h"
 #include "broad/row_grid_sinks.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace cullet
@@ -12,7 +13,41 @@ namespace
 // Share of active boxes from which a refill of everything is cheaper than queries of the active ones.
 constexpr double kActiveShare = 0.22;
 constexpr std::size_t kQueryGrain = 1024;
+// Boxes that are on their way from memory.
+constexpr std::uint32_t kPrefetch = 12;
+// Pairs that are looked at to find out which one of two lists lacks.
+constexpr std::size_t kLookAhead = 4;
+// Updates until active boxes are ordered anew.
+constexpr std::uint32_t kOrderedUpdates = 64;
 }  // namespace
+
+/// Collects the pairs of an active box and a settled one, in the threads of the grid: the grid knows the settled ones by their
+/// shells.
+class RowGridBackend::SettledSink final : public CollectingSink
+{
+public:
+    SettledSink(const RowGridBackend& backend, const ProxyView& view)
+        : CollectingSink(backend.m_workers.threads()), m_backend(backend), m_view(view)
+    {
+    }
+
+    void take(unsigned worker, const PairBuffer& found) override
+    {
+        for (std::uint32_t i = 0; i < found.count; ++i)
+        {
+            const IdPair next = found.pair(std::min(i + kPrefetch, found.count - 1));
+            __builtin_prefetch(m_view.boxes + next.b);
+            const IdPair pair = found.pair(i);
+            if (m_backend.m_states[pair.b] == RowState::Settled &&
+                overlaps(m_view.boxes[pair.a], m_view.boxes[pair.b]))
+                add(worker, pair);
+        }
+    }
+
+private:
+    const RowGridBackend& m_backend;
+    const ProxyView& m_view;
+};
 
 RowGridBackend::SettledOutcome RowGridBackend::updateSettled(const ProxyView& view)
 {
@@ -128,28 +163,17 @@ void RowGridBackend::updateWatched(const ProxyView& view)
 
 void RowGridBackend::findPairsWithSettled(const ProxyView& view, std::vector<IdPair>& found)
 {
-    CollectingSink sink(m_workers.threads());
+    SettledSink sink(*this, view);
     const unsigned tasks = m_workers.tasksFor(m_active.size(), kQueryGrain);
     m_workers.run(tasks,
                   [&](unsigned task)
                   {
-                      const unsigned worker =
-                          tasks == 1 ? 0u
-                                     : static_cast<unsigned>(tbb::this_task_arena::current_thread_index());
+                      // Not by thread, so that the pairs come in the same order in every update.
                       const TaskRange range(m_active.size(), task, tasks);
-                      for (std::uint32_t i = range.begin; i < range.end; ++i)
-                      {
-                          const std::uint32_t row = m_active[i];
-                          if (isValid(view.boxes[row]))
-                              m_grid.query(view.boxes[row], row, worker, sink);
-                      }
+                      m_grid.query(view.boxes, m_active.data() + range.begin, range.end - range.begin, task,
+                                   sink);
                   });
-    sink.forEach(
-        [&](IdPair pair)
-        {
-            if (m_states[pair.b] == RowState::Settled && overlaps(view.boxes[pair.a], view.boxes[pair.b]))
-                found.push_back(pair);
-        });
+    sink.forEach([&](IdPair pair) { found.push_back(pair); });
     for (const std::uint32_t large : m_grid.unbounded())
     {
         if (m_states[large] != RowState::Settled)
@@ -176,34 +200,98 @@ void RowGridBackend::findActivePairs(const ProxyView& view, std::vector<IdPair>&
 
 void RowGridBackend::updateActive(const ProxyView& view)
 {
-    std::vector<IdPair> found;
-    findActivePairs(view, found);
-    PairSet old;
-    old.reset(m_activePairs.size());
-    for (const IdPair pair : m_activePairs)
-        old.insert(PairSet::keyOf(pair.a, pair.b));
-
-    std::vector<IdPair> next;
-    next.reserve(found.size());
-    for (const IdPair pair : found)
+    // Other boxes than before, or boxes that came far since.
+    if (m_active.size() > m_orderedCount + m_orderedCount / 8 || ++m_orderedAge > kOrderedUpdates)
     {
-        const bool wasHeld = old.erase(PairSet::keyOf(pair.a, pair.b));
-        if (!wasHeld && !mayEnter(view, pair))
-            continue;
-        if (!wasHeld)
-            reportAdded(view, pair);
-        next.push_back(pair);
+        m_grid.sortAlongRows(view.boxes, m_active);
+        m_orderedCount = m_active.size();
+        m_orderedAge = 0;
     }
-    for (const IdPair pair : m_activePairs)
+    m_foundPairs.clear();
+    findActivePairs(view, m_foundPairs);
+    matchActivePairs();
+    m_oldPairs.reset(m_unmatched.size());
+    for (const IdPair pair : m_unmatched)
+        m_oldPairs.insert(PairSet::keyOf(pair.a, pair.b));
+    takeUnmatchedFound(view);
+    takeUnmatchedOld(view);
+    m_activePairs.swap(m_foundPairs);
+}
+
+/// Goes along the pairs of before and of now, which hardly differ and are in the same order mostly, and collects those without
+/// a partner. Some may be in both collections: a hash tells these.
+void RowGridBackend::matchActivePairs()
+{
+    m_unmatched.clear();
+    m_unmatchedFound.clear();
+    std::size_t old = 0;
+    std::size_t found = 0;
+    const auto isEqual = [&](std::size_t a, std::size_t b)
     {
-        if (!old.contains(PairSet::keyOf(pair.a, pair.b)))
+        return a < m_activePairs.size() && b < m_foundPairs.size() &&
+               m_activePairs[a].a == m_foundPairs[b].a && m_activePairs[a].b == m_foundPairs[b].b;
+    };
+    while (old < m_activePairs.size() && found < m_foundPairs.size())
+    {
+        std::size_t skip = 0;
+        while (skip < kLookAhead && !isEqual(old + skip, found) && !isEqual(old, found + skip))
+            ++skip;
+        // A pair or some are on one side only, or all that was looked at differs.
+        const bool isLost = skip == kLookAhead;
+        const std::size_t oldEnd =
+            isLost || isEqual(old + skip, found) ? std::min(old + skip, m_activePairs.size()) : old;
+        const std::size_t foundEnd =
+            isLost || oldEnd == old ? std::min(found + skip, m_foundPairs.size()) : found;
+        for (; old < oldEnd; ++old)
+            m_unmatched.push_back(m_activePairs[old]);
+        for (; found < foundEnd; ++found)
+            m_unmatchedFound.push_back(static_cast<std::uint32_t>(found));
+        old += isLost ? 0u : 1u;
+        found += isLost ? 0u : 1u;
+    }
+    for (; old < m_activePairs.size(); ++old)
+        m_unmatched.push_back(m_activePairs[old]);
+    for (; found < m_foundPairs.size(); ++found)
+        m_unmatchedFound.push_back(static_cast<std::uint32_t>(found));
+}
+
+/// Found pairs without a partner: new, unless a hash of the old ones knows them.
+void RowGridBackend::takeUnmatchedFound(const ProxyView& view)
+{
+    constexpr IdPair kRejected = {~0u, ~0u};
+    bool hasRejected = false;
+    for (const std::uint32_t index : m_unmatchedFound)
+    {
+        const IdPair pair = m_foundPairs[index];
+        if (m_oldPairs.erase(PairSet::keyOf(pair.a, pair.b)))
+            continue;
+        if (mayEnter(view, pair))
+        {
+            reportAdded(view, pair);
+            continue;
+        }
+        m_foundPairs[index] = kRejected;
+        hasRejected = true;
+    }
+    if (!hasRejected)
+        return;
+    const auto end = std::remove_if(m_foundPairs.begin(), m_foundPairs.end(),
+                                    [&](IdPair pair) { return pair.a == kRejected.a; });
+    m_foundPairs.erase(end, m_foundPairs.end());
+}
+
+/// Old pairs that do not overlap any more: they stay while the margin allows it.
+void RowGridBackend::takeUnmatchedOld(const ProxyView& view)
+{
+    for (const IdPair pair : m_unmatched)
+    {
+        if (!m_oldPairs.contains(PairSet::keyOf(pair.a, pair.b)))
             continue;
         const bool valid = isValid(view.boxes[pair.a]) && isValid(view.boxes[pair.b]);
         if (valid && overlapsWithMargin(view.boxes[pair.a], view.boxes[pair.b], view.margin))
-            next.push_back(pair);
+            m_foundPairs.push_back(pair);
         else
             reportRemoved(view, pair);
     }
-    m_activePairs.swap(next);
 }
 }  // namespace cullet
