@@ -13,6 +13,7 @@ namespace
 constexpr std::size_t kFewKeys = 24;      // sorted by insertion
 constexpr std::size_t kOneBucket = 1024;  // keys that are not distributed among threads
 constexpr std::size_t kKeysPerBucket = 128;
+constexpr std::size_t kWordsPerKey = 4;  // up to so many upper words each get a bucket
 constexpr std::uint32_t kMostBuckets = 1024;
 constexpr std::uint32_t kMostDigits = 2048;
 constexpr std::size_t kWriteGrain = 8192;
@@ -175,13 +176,18 @@ KeySort::Cut KeySort::cutOf(std::vector<KeyList>& lists, std::size_t count)
         lowest = std::min(lowest, list.lowest());
         highest = std::max(highest, list.highest());
     }
+    const std::uint64_t words = (highest >> 32) - (lowest >> 32) + 1;
+    if (count != 0 && words * lists.size() < kWordsPerKey * count)
+        return {lowest >> 32 << 32, 32, static_cast<std::uint32_t>(words), true};
     const std::uint32_t buckets =
         count < kOneBucket ? 1u : powerOfTwoFrom(count / kKeysPerBucket, kMostBuckets);
-    return {lowest, count == 0 ? 0u : shiftFor(highest - lowest, buckets), buckets};
+    return {lowest, count == 0 ? 0u : shiftFor(highest - lowest, buckets), buckets, false};
 }
 
 /// Brings the keys of all lists together by bucket; the last list's offsets are the ends of the buckets then.
-void KeySort::part(WorkerPool& workers, const std::vector<KeyList>& lists, const Cut& cut)
+///
+/// @return keys of the fullest bucket
+std::uint32_t KeySort::part(WorkerPool& workers, const std::vector<KeyList>& lists, const Cut& cut)
 {
     const auto tasks = static_cast<unsigned>(lists.size());
     const auto forEachList = [&](auto visit)
@@ -197,8 +203,10 @@ void KeySort::part(WorkerPool& workers, const std::vector<KeyList>& lists, const
                 ++counts[cut.bucketOf(key)];
         });
     std::uint32_t sum = 0;
+    std::uint32_t most = 0;
     for (std::size_t bucket = 0; bucket < cut.buckets; ++bucket)
     {
+        const std::uint32_t begin = sum;
         for (std::size_t list = 0; list < lists.size(); ++list)
         {
             std::uint32_t& slot = m_offsets[list * cut.buckets + bucket];
@@ -206,6 +214,7 @@ void KeySort::part(WorkerPool& workers, const std::vector<KeyList>& lists, const
             slot = sum;
             sum += size;
         }
+        most = std::max(most, sum - begin);
     }
     forEachList(
         [&](const KeyList& keys, std::uint32_t* next)
@@ -213,6 +222,35 @@ void KeySort::part(WorkerPool& workers, const std::vector<KeyList>& lists, const
             for (const std::uint64_t key : keys)
                 m_parted[next[cut.bucketOf(key)]++] = key;
         });
+    return most;
+}
+
+/// Sorts inside buckets of nearly no keys each, by insertion, and inside the full ones.
+///
+/// @param sorted [in, out] by bucket
+void KeySort::sortFineBuckets(WorkerPool& workers, const Cut& cut, const std::uint32_t* ends, bool hasFull,
+                              std::vector<std::uint64_t>& sorted)
+{
+    const unsigned tasks = workers.tasksFor(sorted.size(), kWriteGrain);
+    workers.run(tasks,
+                [&](unsigned task)
+                {
+                    const TaskRange range(cut.buckets, task, tasks);
+                    const std::uint32_t first = range.begin == 0 ? 0 : ends[range.begin - 1];
+                    const std::uint32_t last = range.end == 0 ? 0 : ends[range.end - 1];
+                    std::uint32_t begin = first;
+                    for (std::uint32_t bucket = range.begin; bucket < range.end && hasFull; ++bucket)
+                    {
+                        const std::uint32_t size = ends[bucket] - begin;
+                        if (size > kFewKeys)
+                        {
+                            std::copy_n(sorted.data() + begin, size, m_parted.data() + begin);
+                            sortKeys(m_parted.data() + begin, sorted.data() + begin, size);
+                        }
+                        begin = ends[bucket];
+                    }
+                    sortByInsertion(sorted.data() + first, last - first);
+                });
 }
 
 void KeySort::sort(WorkerPool& workers, std::vector<KeyList>& lists, std::vector<std::uint64_t>& sorted)
@@ -229,8 +267,15 @@ void KeySort::sort(WorkerPool& workers, std::vector<KeyList>& lists, std::vector
         return;
     }
     const Cut cut = cutOf(lists, count);
-    part(workers, lists, cut);
+    const std::uint32_t most = part(workers, lists, cut);
     const std::uint32_t* const ends = m_offsets.data() + (lists.size() - 1) * cut.buckets;
+    if (cut.isFine)
+    {
+        sorted.swap(m_parted);
+        sortFineBuckets(workers, cut, ends, most > kFewKeys, sorted);
+        trimRoom(m_parted);
+        return;
+    }
     const unsigned tasks = std::min(cut.buckets, workers.threads() == 1 ? 1 : 8 * workers.threads());
     workers.run(tasks,
                 [&](unsigned task)

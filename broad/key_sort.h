@@ -86,7 +86,7 @@ private:
 };
 
 /// Sorts keys of pairs: distributes them evenly by value, over buckets in parallel and then inside each bucket, until an
-/// insertion sort is left. The result does not depend on the number of threads or lists.
+/// insertion sort is left. Where about as many rows as keys occur, each row is a bucket. The result does not depend on the number of threads or lists.
 ///
 /// Cost: O(keys), also for crowded values. Lists that are sorted, and one behind the other, are only copied. Memory is kept
 /// between calls.
@@ -118,7 +118,8 @@ private:
     {
         std::uint64_t lowest;
         std::uint32_t shift;
-        std::uint32_t buckets;  ///< a power of two
+        std::uint32_t buckets;
+        bool isFine;  ///< a bucket for each upper word: keys of one are few, or all the same work as any sort
 
         std::size_t bucketOf(std::uint64_t key) const
         {
@@ -133,7 +134,9 @@ private:
                               std::vector<Pair>& pairs);
     static Cut cutOf(std::vector<KeyList>& lists, std::size_t count);
     static bool areInOrder(std::vector<KeyList>& lists);
-    void part(WorkerPool& workers, const std::vector<KeyList>& lists, const Cut& cut);
+    std::uint32_t part(WorkerPool& workers, const std::vector<KeyList>& lists, const Cut& cut);
+    void sortFineBuckets(WorkerPool& workers, const Cut& cut, const std::uint32_t* ends, bool hasFull,
+                         std::vector<std::uint64_t>& sorted);
 
     std::vector<std::uint64_t> m_parted;  // by bucket
     std::vector<std::uint64_t> m_sorted;

@@ -144,6 +144,7 @@ private:
     void part(const ProxyView& view, IdPair pair, bool isNear, unsigned worker);
     void takeNews(bool isListing);
     void rememberBoxes(const ProxyView& view);
+    void rememberSample(const ProxyView& view);
 
     // row_grid_reach.cpp
     void chooseReach(const GridMotion& motion, std::uint32_t rows);
@@ -199,6 +200,7 @@ private:
     std::vector<std::uint64_t> m_overlapping;  ///< held pairs that overlap, while m_hasOverlapping
     bool m_hasOverlapping = false;
     bool m_isOverlappingSorted = false;  ///< by row, the lower one first
+    bool m_isReferenceOld = false;       ///< m_reference is not of the last update, but for a sample
     bool m_hasJumped = false;            ///< most boxes did in the last update, so that the grid was refilled
     std::vector<KeyList> m_found;  ///< [threads] when most boxes jumped: pairs that overlap and are held
     std::vector<std::uint64_t> m_sorted;  ///< the same, what m_overlapping is to be

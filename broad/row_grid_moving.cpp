@@ -25,6 +25,11 @@ constexpr std::size_t kCopyGrain = 16384;
 constexpr std::uint32_t kPrefetch = 12;
 constexpr std::size_t kPairGrain = 2048;
 
+std::uint32_t sampleStride(std::uint32_t rows)
+{
+    return rows / kJumpSample + 1;
+}
+
 void prefetch(const Aabb* boxes, IdPair pair)
 {
     __builtin_prefetch(boxes + pair.a);
@@ -166,7 +171,8 @@ void RowGridBackend::updateMoving(const ProxyView& view)
         decide("nothing changed", 0, 0, 0);
         return;
     }
-    const bool isSure = areStillJumping(view);
+    const bool areJumping = areStillJumping(view);
+    const bool isSure = areJumping || m_isReferenceOld;
     if (!isSure)
     {
         m_comparedOctave = m_reachOctave;
@@ -194,7 +200,10 @@ void RowGridBackend::updateMoving(const ProxyView& view)
         takeNews(isListing);
     }
     m_areMotionsUneven = !isListing && evenness(m_motion, view.size) < kUneven;
-    rememberBoxes(view);
+    if (areJumping)
+        rememberSample(view);
+    else
+        rememberBoxes(view);
 }
 
 /// Whether most boxes jump as in the last update, as far as a sample tells: then they need not be compared one by one.
@@ -203,28 +212,43 @@ bool RowGridBackend::areStillJumping(const ProxyView& view)
     if (!m_hasJumped || view.dirtyCount <= view.size / kJumpedShare)
         return false;
     std::vector<std::uint32_t> sample;
-    const std::uint32_t stride = view.dirtyCount / kJumpSample + 1;
-    for (std::uint32_t i = 0; i < view.dirtyCount; i += stride)
-        sample.push_back(view.dirty[i]);
+    for (std::uint32_t row = 0; row < view.size; row += sampleStride(view.size))
+    {
+        if (view.changes[row] != kRowUnchanged)
+            sample.push_back(row);
+    }
     const auto count = static_cast<std::uint32_t>(sample.size());
     m_grid.compare(view.boxes, m_reference.data(), sample.data(), count, reachOf(m_reachOctave), m_motion);
     // Boxes that move as far as cells can reach are worth another look.
     if (isReachable(octaveAbove(m_motion, count / kJumperShare)))
         return false;
-    const std::uint64_t jumpers = countFrom(m_motion, m_reachOctave);
-    return jumpers * view.dirtyCount > std::uint64_t{count} * (view.size / kJumpedShare);
+    return countFrom(m_motion, m_reachOctave) > view.size / sampleStride(view.size) / kJumpedShare;
+}
+
+/// While most boxes jump, nothing but the next look at the sample asks for the boxes of before.
+void RowGridBackend::rememberSample(const ProxyView& view)
+{
+    for (std::uint32_t row = 0; row < view.size; row += sampleStride(view.size))
+        m_reference[row] = remembered(view.boxes[row]);
+    m_isReferenceOld = true;
 }
 
 void RowGridBackend::rememberBoxes(const ProxyView& view)
 {
-    const unsigned tasks = m_workers.tasksFor(view.dirtyCount, kCopyGrain);
+    const bool areAll = m_isReferenceOld;
+    const std::uint32_t count = areAll ? view.size : view.dirtyCount;
+    const unsigned tasks = m_workers.tasksFor(count, kCopyGrain);
     m_workers.run(tasks,
                   [&](unsigned task)
                   {
-                      const TaskRange range(view.dirtyCount, task, tasks);
+                      const TaskRange range(count, task, tasks);
                       for (std::uint32_t i = range.begin; i < range.end; ++i)
-                          m_reference[view.dirty[i]] = remembered(view.boxes[view.dirty[i]]);
+                      {
+                          const std::uint32_t row = areAll ? i : view.dirty[i];
+                          m_reference[row] = remembered(view.boxes[row]);
+                      }
                   });
+    m_isReferenceOld = false;
 }
 
 void RowGridBackend::clearNews()

@@ -53,6 +53,7 @@ void RowGridBackend::rebuild(const ProxyView& view, bool settle)
     m_hasOverlapping = false;
     m_isOverlappingSorted = false;
     m_hasJumped = false;
+    m_isReferenceOld = false;
     m_despite.reset(0);
     m_apart.clear();
     m_activePairs.clear();
