@@ -188,7 +188,7 @@ struct WorldCommand
     WorldOptions options;
     std::uint32_t steps = 200;
     std::string falling, settled;  ///< "FIRST:END"; empty: by the number of steps
-    std::string json, csv;
+    std::string json, csv, trace;
 };
 
 void setWindows(WorldCommand& command)
@@ -228,6 +228,9 @@ int benchWorld(WorldCommand command)
                      {"hull_points", command.scene.world.hullPoints},
                      {"precision", ownPrecision()}},
                     command.json, command.csv);
+    std::optional<TraceFile> trace;
+    if (!command.trace.empty())
+        options.trace = &trace.emplace(command.trace);
     printHead();
     options.world = resolveScene(command.scene);
     runWorldBench(options, file);
@@ -268,13 +271,15 @@ void addBroad(CLI::App& bench, Action& chosen)
         ->check(CLI::Range(0, 4096));
     command->add_option("--margin", options->margin, "of pairs that are held, without Bullet; 0: exact pairs")
         ->capture_default_str()
-        ->check(CLI::Range(0.0, 1e6));
+        ->check(numberIn(0.0, 1e6));
     command->add_option("--frames,--steps", options->frames, "timed frames; 0: 10 or 12")
         ->check(CLI::Range(0, 1000000));
     command->add_option("--warmup", options->warmup, "frames before; default 4 or 12")
         ->check(CLI::Range(0, 1000000));
-    command->add_option("--budget", options->budget, "seconds per backend and case")->capture_default_str();
-    command->add_option("--seed", options->seed, "of the scene")->capture_default_str();
+    command->add_option("--budget", options->budget, "seconds per backend and case")
+        ->capture_default_str()
+        ->check(numberIn(0.0, 1e9));
+    command->add_option("--seed", options->seed, "of the scene")->capture_default_str()->check(notNegative());
     command->add_option("--resend", options->resend, "1: hand over unmoved boxes too")->capture_default_str();
     command->add_option("--queries", options->queries,
                         "per frame, scene 'queries'; default 1, 100 and 100,000");
@@ -310,7 +315,7 @@ void addWorldOptions(CLI::App& command, WorldCommand& options)
                        "steps FIRST:END that count as falling; default: the third twentieth");
     command.add_option("--settled", options.settled,
                        "steps FIRST:END that count as settled; default: the last tenth");
-    command.add_option("--trace", options.options.trace,
+    command.add_option("--trace", options.trace,
                        "write every phase of every step to this file, for Perfetto");
 }
 
@@ -337,6 +342,7 @@ void addBenchCommand(CLI::App& program, Action& chosen)
 {
     CLI::App* command = program.add_subcommand("bench", "Measure against Bullet and other libraries");
     command->require_subcommand(1);
+    command->footer("Example:\n  cullet bench world --scene hulls --bodies 4000 --backend grid,dbvt\n");
     addBroad(*command, chosen);
     addWorld(*command, chosen);
     addNarrowBench(*command, chosen);

@@ -9,6 +9,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 namespace cullet
 {
@@ -19,7 +20,7 @@ struct FigureCommand
     std::vector<std::string> names;
     std::string out = "figures";
     bool noPlots = false;
-    std::string json, csv;
+    std::string json, csv, trace;
     std::string precision = ownPrecision();
     FigureOptions options;
 };
@@ -101,12 +102,15 @@ Json toJson(const FigureCommand& command)
             {"seed", options.seed},     {"precision", ownPrecision()}, {"out", command.out}};
 }
 
-int runFigures(const FigureCommand& command)
+int runFigures(FigureCommand command)
 {
     requireKnown(command.names);
     requireReleaseBuild();
     makeFolder(command.out);
     ResultFile all(toJson(command), command.json, command.csv);
+    std::optional<TraceFile> trace;
+    if (!command.trace.empty())
+        command.options.trace = &trace.emplace(command.trace);
     printHead();
     const std::vector<const FigureInfo*> chosen = chosenFigures(command.names);
     std::vector<std::string> files;
@@ -151,13 +155,18 @@ void addFigureCommand(CLI::App& program, Action& chosen)
             "seconds for each figure, 2.5 times as many for phases: larger worlds that would exceed it are "
             "left out; 0: none are")
         ->capture_default_str()
-        ->check(CLI::Range(0.0, 1e9));
+        ->check(numberIn(0.0, 1e9));
     command->add_option("--json", settings->json, "write the rows of all figures to this file");
     command->add_option("--csv", settings->csv, "write the rows of all figures to this file");
+    command->add_option(
+        "--trace", settings->trace,
+        "write the phases of all frames and steps to this file, for Perfetto; figure 11 has none");
     command->add_option("--precision", settings->precision, "of Bullet")
         ->capture_default_str()
         ->check(CLI::IsMember({"float", "double"}));
-    command->add_option("--seed", settings->options.seed, "of the scenes")->capture_default_str();
+    command->add_option("--seed", settings->options.seed, "of the scenes")
+        ->capture_default_str()
+        ->check(notNegative());
     command->add_flag("--quiet", settings->options.quiet, "no progress bar");
     command->callback([=, &chosen] { chosen = [=] { return runFigures(*settings); }; });
 }

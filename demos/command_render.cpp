@@ -16,6 +16,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <optional>
 
 namespace cullet
 {
@@ -32,7 +33,7 @@ struct RenderOptions
     float orbit = 0;
     double framesPerSecond = 0;
     std::string folder, animation, gltf;
-    std::string json, csv;
+    std::string json, csv, trace;
     bool quiet = false;
 };
 
@@ -79,6 +80,8 @@ void checkOutputs(const RenderOptions& options)
         checkAnimation(options.animation);
     if (wantsPictures)
         Painter(Film(), options.width, options.height);
+    requireWritable(options.gltf);
+    requireWritable(options.animation);
     std::error_code failure;
     if (!options.folder.empty() && !std::filesystem::create_directories(options.folder, failure) && failure)
         throw ProgramError(kExitOutput,
@@ -112,6 +115,9 @@ void paintFrames(const RenderOptions& options, const Film& film, const std::stri
                   writePng(image, framePath(folder, number));
                   progress.show(number + 1);
               });
+    // What an earlier and longer film left there would be joined to this one.
+    for (std::size_t number = film.frames.size(); std::filesystem::remove(framePath(folder, number));)
+        ++number;
 }
 
 double frameRate(const RenderOptions& options)
@@ -166,8 +172,12 @@ int renderCommand(RenderOptions options)
     requireWorldScene(options.scene.scene);
     checkOutputs(options);
     ResultFile file(toJson(options), options.json, options.csv);
+    std::optional<TraceFile> trace;
+    if (!options.trace.empty())
+        options.film.trace = &trace.emplace(options.trace);
     printHead();
     const Film film = makeFilm(options);
+    trace.reset();
     file.addRow(describeFilm(options, film));
     file.save();
     if (!options.gltf.empty())
@@ -215,13 +225,17 @@ void addPictureOptions(CLI::App& command, RenderOptions& options)
         .add_option("--camera", options.camera,
                     "YAW,PITCH[,ZOOM] in degrees around what moves, or EYE,TARGET as six numbers")
         ->delimiter(',');
-    command.add_option("--orbit", options.orbit, "degrees that the camera goes round")->capture_default_str();
+    command.add_option("--orbit", options.orbit, "degrees that the camera goes round")
+        ->capture_default_str()
+        ->check(numberIn(-1e6, 1e6));
     command.add_option("--fps", options.framesPerSecond, "of the animation; default: real time")
-        ->check(CLI::Range(0.1, 1000.0));
+        ->check(numberIn(0.1, 1000.0));
     command.add_option("--out", options.folder, "write frames as PNG to this folder");
     command.add_option("--animate", options.animation,
                        "write an animation, .gif or .mp4 (by the program ffmpeg)");
     command.add_option("--gltf", options.gltf, "write bodies and their motion as glTF 2.0, .gltf and .bin");
+    command.add_option("--trace", options.trace,
+                       "write every phase of every step to this file, for Perfetto");
     command.add_option("--json", options.json, "write what was filmed to this file");
     command.add_option("--csv", options.csv, "write what was filmed to this file");
     command.add_flag("--quiet", options.quiet, "no progress bar");
@@ -232,13 +246,14 @@ void addRenderCommand(CLI::App& program, Action& chosen)
 {
     CLI::App* command = program.add_subcommand(
         "render", "Draw a scene or a recording to pictures and animations, without a display");
-    command->footer("Colours: " + describeLegend() +
-                    ".\n"
-                    "Examples:\n"
-                    "  cullet render --scene drop --bodies 400 --animate drop.gif\n"
-                    "  cullet render --scene W1 --bodies 500 --steps 0 --cells --pairs --out frames\n"
-                    "  cullet render --recording drop.cbx --boxes --animate drop.mp4\n"
-                    "  cullet render --scene drop --bodies 400 --gltf drop.gltf\n");
+    command->footer(
+        "Colours: " + describeLegend() +
+        ".\n"
+        "Examples:\n"
+        "  cullet render --scene drop --bodies 400 --animate drop.gif\n"
+        "  cullet render --scene W1 --bodies 3000 --start 4 --steps 4 --cells --pairs --out frames\n"
+        "  cullet render --recording drop.cbx --boxes --animate drop.mp4\n"
+        "  cullet render --scene drop --bodies 400 --gltf drop.gltf\n");
     const auto options = std::make_shared<RenderOptions>();
     addSceneArguments(*command, options->scene);
     addPhaseArguments(*command, options->scene);

@@ -44,7 +44,6 @@ void addReplayCommand(CLI::App& program, Action& chosen)
     const auto files = std::make_shared<FileOptions>();
     options->backends = {"grid", "dbvt"};
     addReplayArguments(*command, *options);
-    command->add_option("--trace", options->trace, "write every frame to this file, for Perfetto");
     addFileOptions(*command, *files);
     command->callback([=, &chosen] { chosen = [=] { return replayCommand(*options, *files); }; });
 }

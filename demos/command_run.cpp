@@ -78,7 +78,8 @@ void addRunCommand(CLI::App& program, Action& chosen)
         ->capture_default_str()
         ->check(CLI::Range(1, 100000000));
     command->add_option("--check", drop.auditEvery, "steps between two comparisons of the pairs; 0: none")
-        ->capture_default_str();
+        ->capture_default_str()
+        ->check(notNegative());
     command->add_option("--trace", drop.trace, "write every phase of every step to this file, for Perfetto");
     command->add_option("--json", options->json, "write results to this file");
     command->add_option("--csv", options->csv, "write results to this file");

@@ -8,6 +8,8 @@
 #include <cstdio>
 #include <exception>
 #include <stdexcept>
+#include <string>
+#include <vector>
 
 namespace
 {
@@ -20,11 +22,33 @@ void explainExitCodes(CLI::App& command)
         explainExitCodes(*inner);
 }
 
+/// Throws for a command that there is not, listing those that there are; CLI11 would only say that one is missing.
+void requireKnownCommand(const CLI::App& app, int argc, char** argv, int at)
+{
+    const std::vector<const CLI::App*> known = app.get_subcommands(nullptr);
+    if (known.empty() || at >= argc || argv[at][0] == '-')
+        return;
+    std::string names;
+    for (const CLI::App* command : known)
+    {
+        if (command->check_name(argv[at]))
+            return requireKnownCommand(*command, argc, argv, at + 1);
+        names += (names.empty() ? "" : ", ") + command->get_name();
+    }
+    throw cullet::ProgramError(cullet::kExitUsage,
+                               "unknown command '" + std::string(argv[at]) + "'; known: " + names);
+}
+
 int parseAndRun(int argc, char** argv)
 {
     cullet::switchPrecision(argc, argv);
     CLI::App program("cullet: broad phase for Bullet, against Bullet's own", "cullet");
     program.require_subcommand(1);
+    program.footer(
+        "Examples:\n"
+        "  cullet list\n"
+        "  cullet run --scene domino\n"
+        "  cullet COMMAND --help\n");
     program.fallthrough();
     cullet::Action chosen;
     cullet::addRunCommand(program, chosen);
@@ -36,6 +60,7 @@ int parseAndRun(int argc, char** argv)
     cullet::addListCommand(program, chosen);
     cullet::addRenderCommand(program, chosen);
     explainExitCodes(program);
+    requireKnownCommand(program, argc, argv, 1);
     try
     {
         program.parse(argc, argv);

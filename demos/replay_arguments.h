@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "demos/commands.h"
 #include "demos/program/precision.h"
 #include "demos/recording/replay.h"
 
@@ -10,7 +11,7 @@
 // The options that replay and verify share.
 namespace cullet
 {
-/// Adds the file, --backend, --threads, --steps and --quiet.
+/// Adds the file, --backend, --threads, --steps, --trace and --quiet.
 inline void addReplayArguments(CLI::App& command, ReplayOptions& options)
 {
     command.add_option("file", options.path, "recording made by 'cullet record' or RecordingBroadphase")
@@ -24,7 +25,10 @@ inline void addReplayArguments(CLI::App& command, ReplayOptions& options)
     command.add_option("--threads", options.threads, "of the CPU backends; 0: all cores")
         ->capture_default_str()
         ->check(CLI::Range(0, 4096));
-    command.add_option("--steps", options.frames, "frames to play; 0: all")->capture_default_str();
+    command.add_option("--steps", options.frames, "frames to play; 0: all")
+        ->capture_default_str()
+        ->check(notNegative());
+    command.add_option("--trace", options.trace, "write every frame to this file, for Perfetto");
     command.add_flag("--quiet", options.quiet, "no progress bar");
 }
 

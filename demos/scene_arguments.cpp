@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "demos/scene_arguments.h"
 
+#include "demos/commands.h"
 #include "demos/program/exit_code.h"
 
 #include <cstdio>
@@ -55,10 +56,12 @@ void addSceneArguments(CLI::App& command, SceneArguments& arguments)
         ->capture_default_str();
     command.add_option("--bodies", world.bodies, "bodies in the world; default: the scene's own number")
         ->check(CLI::Range(1, 10000000));
-    command.add_option("--seed", world.seed, "of places, rotations and shapes")->capture_default_str();
+    command.add_option("--seed", world.seed, "of places, rotations and shapes")
+        ->capture_default_str()
+        ->check(notNegative());
     command.add_option("--dt", arguments.dt, "length of a step, seconds")
         ->capture_default_str()
-        ->check(CLI::Range(1e-6, 1.0));
+        ->check(numberIn(1e-6, 1.0));
     command.add_option("--threads", world.threads, "of the CPU backends; 0: all cores")
         ->capture_default_str()
         ->check(CLI::Range(0, 4096));
@@ -90,6 +93,8 @@ WorldSceneOptions resolveScene(const SceneArguments& arguments)
         options.hulls = loadHulls(arguments.meshes.empty() ? findDefaultMeshes() : arguments.meshes);
     else if (!arguments.meshes.empty())
         throw ProgramError(kExitUsage, "scene '" + arguments.scene + "' takes no --mesh");
+    if (!options.file.empty() && arguments.scene != "file")
+        throw ProgramError(kExitUsage, "scene '" + arguments.scene + "' takes no --file");
     return options;
 }
 }  // namespace cullet

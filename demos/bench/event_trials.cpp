@@ -4,6 +4,7 @@
 
 #include "demos/program/exit_code.h"
 #include "demos/program/interrupt.h"
+#include "demos/program/progress.h"
 
 #include <cstdio>
 #include <optional>
@@ -20,6 +21,7 @@ struct Contestant
 {
     SubjectRequest request;
     int threads = 1;
+    TraceLane trace;
     Trial last;
     std::vector<double> milliseconds;
 };
@@ -29,12 +31,15 @@ bool wantsMore(const Contestant& backend, int round, double budgetMs)
     return round == 0 || (backend.last.finished && backend.last.milliseconds < budgetMs / kMostTrials);
 }
 
-void runTrial(Contestant& backend, const std::function<Trial(Subject&, double)>& trial, double budgetMs)
+void runTrial(const std::string& benchmark, Contestant& backend,
+              const std::function<Trial(Subject&, double)>& trial, double budgetMs)
 {
+    const auto start = TraceFile::Clock::now();
     const auto subject = makeSubject(backend.request);
     backend.threads = subject->threads();
     backend.last = trial(*subject, budgetMs);
     backend.milliseconds.push_back(backend.last.milliseconds);
+    backend.trace.add(benchmark.c_str(), start, TraceFile::Clock::now());
 }
 }  // namespace
 
@@ -44,18 +49,27 @@ void runTrials(const std::string& benchmark, const BroadCase& benchCase, const E
     const double budgetMs = benchCase.options.budget * 1e3;
     std::vector<Contestant> backends(benchCase.options.backends.size());
     for (std::size_t i = 0; i < backends.size(); ++i)
+    {
         backends[i].request = requestFor(benchCase, benchCase.options.backends[i], bounds);
+        backends[i].trace = {benchCase.options.trace, backends[i].request.name};
+    }
+    std::optional<Progress> progress(std::in_place, benchmark, kMostTrials * backends.size(),
+                                     benchCase.options.quiet);
     for (int round = 0; round < kMostTrials && !isInterrupted(); ++round)
     {
         for (Contestant& backend : backends)
         {
             if (wantsMore(backend, round, budgetMs) && !isInterrupted())
-                runTrial(backend, trial, budgetMs);
+                runTrial(benchmark, backend, trial, budgetMs);
+            progress->advance();
         }
     }
+    progress.reset();
     std::optional<PairDigest> expected;
     for (const Contestant& backend : backends)
     {
+        if (backend.milliseconds.empty())
+            continue;
         Json row = makeRow(benchmark, benchCase, backend.request, backend.threads);
         addMeasurement(row, backend.last.digest, backend.milliseconds);
         row["frames"] = backend.milliseconds.size();
@@ -66,7 +80,7 @@ void runTrials(const std::string& benchmark, const BroadCase& benchCase, const E
             std::printf("  stopped by the budget after %u bodies: the time is a lower bound\n",
                         backend.last.bodies);
         file.addRow(std::move(row));
-        if (!backend.last.finished || backend.milliseconds.empty())
+        if (!backend.last.finished)
             continue;
         if (!expected)
             expected = backend.last.digest;

@@ -63,12 +63,15 @@ void runExtreme(const Extreme& extreme, const BroadCase& benchCase, ResultFile& 
         {{benchCase.options, std::string(extreme.name) + "-balanced", benchCase.bodies, benchCase.sortedIds},
          makeBalancedScene(balancedOptions, pairs)});
     std::vector<std::vector<Json>> rows = measureInTurn(cases);
-    for (std::size_t i = 0; i < rows[0].size(); ++i)
+    for (Json& row : rows[0])
     {
-        Json& row = rows[0][i];
-        const Json& balanced = rows[1][i];
-        if (row["benchmark"] != "broad.update")
+        const auto partner = std::find_if(
+            rows[1].begin(), rows[1].end(),
+            [&](const Json& other)
+            { return other["benchmark"] == "broad.update" && other["backend"] == row["backend"]; });
+        if (row["benchmark"] != "broad.update" || partner == rows[1].end())
             continue;
+        const Json& balanced = *partner;
         row["cpu_ratio"] = ratio(row, balanced, "cpu_median_ms");
         row["wall_ratio"] = ratio(row, balanced, "median_ms");
         printRow(row);

@@ -156,12 +156,14 @@ public:
 
     int framesPlanned() const { return m_timedFrames + m_warmFrames; }
 
-    /// The rows of all backends; they are of no use afterwards.
+    /// The rows of all backends that were timed; they are of no use afterwards.
     std::vector<Json> report()
     {
         std::vector<Json> rows;
         for (Runner& runner : m_runners)
         {
+            if (runner.wall.empty())
+                continue;
             rows.push_back(rowOf(runner));
             for (Json& frameRow : runner.frameRows)
                 rows.push_back(std::move(frameRow));

@@ -4,6 +4,7 @@
 #include "demos/bench/event_scenes.h"
 #include "demos/program/exit_code.h"
 #include "demos/program/interrupt.h"
+#include "demos/program/progress.h"
 #include "demos/program/statistics.h"
 #include "demos/program/stopwatch.h"
 #include "demos/scenes/box_scene.h"
@@ -182,6 +183,7 @@ struct QueryRunner
     std::vector<double> updateMs;
     std::uint64_t reported = 0;
     PairDigest digest;
+    TraceLane trace;
 };
 
 /// One kind of query at one number per frame, on a scene at rest or moving.
@@ -203,6 +205,7 @@ public:
             runner.subject = std::make_unique<BulletSubject>(runner.request);
             runner.subject->create(m_scene->boxes().data(), m_scene->boxes().size());
             runner.subject->findPairs();
+            runner.trace = {benchCase.options.trace, backend + ", queries, " + m_case.scene};
             m_runners.push_back(std::move(runner));
         }
     }
@@ -214,6 +217,14 @@ public:
             runner.queryMs.clear();
             runner.updateMs.clear();
         }
+        measure(kind, count);
+        report(kind, count, file);
+    }
+
+private:
+    void measure(Kind kind, std::uint32_t count)
+    {
+        Progress progress(kindName(kind), kWarmFrames + kTimedFrames, m_case.options.quiet);
         for (int frame = 0; frame < kWarmFrames + kTimedFrames && !isInterrupted(); ++frame)
         {
             if (m_moving)
@@ -223,21 +234,24 @@ public:
             for (std::size_t i = 0; i < m_runners.size(); ++i)
                 runFrame(m_runners[(i + static_cast<std::size_t>(frame)) % m_runners.size()], kind, queries,
                          frame >= kWarmFrames);
+            progress.advance();
         }
-        report(kind, count, file);
     }
 
-private:
     void runFrame(QueryRunner& runner, Kind kind, const std::vector<Query>& queries, bool timed)
     {
+        const auto start = TraceFile::Clock::now();
         const Stopwatch updateWatch;
         if (m_moving)
             runner.subject->setBoxes(m_scene->boxes(), m_rows);
         runner.subject->findPairs();
         const double updateMs = updateWatch.wallMs();
+        const auto updated = TraceFile::Clock::now();
         const Stopwatch queryWatch;
         runner.reported = ask(runner.subject->broadphase(), kind, queries, false).count;
         const double queryMs = queryWatch.wallMs();
+        runner.trace.add("update", start, updated);
+        runner.trace.add(kindName(kind), updated, TraceFile::Clock::now());
         if (!timed)
             return;
         runner.updateMs.push_back(updateMs);
@@ -249,6 +263,8 @@ private:
     {
         for (QueryRunner& runner : m_runners)
         {
+            if (runner.queryMs.empty())
+                continue;
             Json row = makeRow(kindName(kind), m_case, runner.request, runner.subject->threads());
             addMeasurement(row, runner.digest, runner.queryMs);
             row["pairs"] = runner.subject->heldPairs();

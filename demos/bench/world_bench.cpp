@@ -55,20 +55,17 @@ std::vector<WorldRunner> makeRunners(const WorldOptions& options)
     return runners;
 }
 
-/// A row of the picture for each world; null when nobody asked for one.
-std::unique_ptr<TraceFile> traceSteps(const WorldOptions& options, std::vector<WorldRunner>& runners)
+/// A row of the picture for each world.
+void traceSteps(const WorldOptions& options, std::vector<WorldRunner>& runners)
 {
-    if (options.trace.empty())
-        return nullptr;
-    auto trace = std::make_unique<TraceFile>(options.trace);
     for (WorldRunner& runner : runners)
     {
         WorldScene& world = *runner.world;
         const std::string name = world.broadphase().name + ", narrow " + world.options().narrow +
-                                 ", update " + world.options().update;
-        world.setTrace({trace.get(), name});
+                                 ", update " + world.options().update + ", " + options.scene + " of " +
+                                 std::to_string(world.options().bodies);
+        world.setTrace({options.trace, name});
     }
-    return trace;
 }
 
 void runStep(const WorldOptions& options, WorldRunner& runner, std::uint32_t step)
@@ -145,7 +142,7 @@ void report(const WorldOptions& options, const std::vector<WorldRunner>& runners
 void runWorldBench(const WorldOptions& options, ResultFile& file)
 {
     std::vector<WorldRunner> runners = makeRunners(options);
-    const std::unique_ptr<TraceFile> trace = traceSteps(options, runners);
+    traceSteps(options, runners);
     std::uint32_t steps = 0;
     for (const StepWindow& window : options.windows)
         steps = std::max(steps, window.end);

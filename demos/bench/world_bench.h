@@ -3,6 +3,7 @@
 #pragma once
 
 #include "demos/program/result_file.h"
+#include "demos/program/trace_file.h"
 #include "demos/scenes/world_scene.h"
 
 #include <cstdint>
@@ -30,7 +31,7 @@ struct WorldOptions
     std::vector<std::string> narrow = {"bullet"};   ///< each with each backend
     std::vector<std::string> updates = {"bullet"};  ///< each with each of these
     std::vector<StepWindow> windows = {{"falling", 20, 30}, {"settled", 180, 200}};
-    std::string trace;  ///< file for a Chrome trace of all steps; empty: none
+    TraceFile* trace = nullptr;  ///< gets the phases of all steps
     bool quiet = false;
 };
 

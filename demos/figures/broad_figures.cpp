@@ -34,6 +34,7 @@ BroadOptions broadOptions(const FigureOptions& options, const Names& backends)
     broad.warmup = options.quick ? 1 : 3;
     broad.budget = options.quick ? 1.0 : 6.0;
     broad.seed = options.seed;
+    broad.trace = options.trace;
     broad.quiet = options.quiet;
     return broad;
 }
@@ -119,12 +120,8 @@ std::map<std::string, Line> fitExponents(const std::vector<Json>& rows)
 
 void addWithExponents(const ResultFile& measured, ResultFile& file)
 {
-    // An interrupted case has backends without a frame.
-    std::vector<Json> rows = measured.rows();
-    rows.erase(std::remove_if(rows.begin(), rows.end(), [](const Json& row) { return row["frames"] == 0; }),
-               rows.end());
-    const std::map<std::string, Line> lines = fitExponents(rows);
-    for (Json& row : rows)
+    const std::map<std::string, Line> lines = fitExponents(measured.rows());
+    for (Json row : measured.rows())
     {
         const Line& line =
             lines.at(row["backend"].get<std::string>() + " through " + row["through"].get<std::string>());

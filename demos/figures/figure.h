@@ -3,6 +3,7 @@
 #pragma once
 
 #include "demos/program/result_file.h"
+#include "demos/program/trace_file.h"
 
 #include <chrono>
 #include <cstdint>
@@ -21,6 +22,7 @@ struct FigureOptions
     std::uint32_t most = 0;             ///< leaves out larger worlds; 0: a limit of the figure's own
     double budget = 100;                ///< seconds for each figure, see FigureClock; 0: as long as it takes
     std::uint64_t seed = 12345;
+    TraceFile* trace = nullptr;  ///< gets the phases of all frames and steps; figure 11 has none
     bool quiet = false;
 };
 

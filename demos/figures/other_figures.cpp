@@ -21,6 +21,7 @@ void measureFigure11(const FigureOptions& options, ResultFile& file)
     narrow.supports = {"linear", "climb", "climb-artificial", "cubemap", "automatic"};
     narrow.repetitions = options.quick ? 2 : 5;
     narrow.seed = static_cast<unsigned>(options.seed);
+    narrow.quiet = options.quiet;
     runNarrowBench(narrow, file);
 }
 
@@ -31,6 +32,7 @@ void measurePhases(const FigureOptions& options, ResultFile& file)
     world.narrow = {"bullet", "dispatcher"};
     world.world.threads = 1;
     world.world.seed = options.seed;
+    world.trace = options.trace;
     world.quiet = options.quiet;
     world.windows = {{"falling", 20, 30}, {"settled", 180, 200}};
     if (options.quick)

@@ -61,7 +61,8 @@ std::vector<Aabb> boxesInRoom(std::uint32_t count, std::uint64_t seed)
     return boxes;
 }
 
-PairDigest findPairs(const std::string& backend, const std::vector<Aabb>& boxes, double& milliseconds)
+PairDigest findPairs(const std::string& backend, const std::vector<Aabb>& boxes, TraceFile* trace,
+                     double& milliseconds)
 {
     SubjectRequest request;
     request.name = backend;
@@ -69,15 +70,21 @@ PairDigest findPairs(const std::string& backend, const std::vector<Aabb>& boxes,
     request.bodies = static_cast<std::uint32_t>(boxes.size());
     request.bounds = boundsOf(boxes);
     const std::unique_ptr<Subject> subject = makeSubject(request);
+    TraceLane lane(trace, "figure 12, " + backend + ", " + std::to_string(boxes.size()));
+    const auto start = TraceFile::Clock::now();
     const Stopwatch watch;
     subject->create(boxes.data(), boxes.size());
+    const auto created = TraceFile::Clock::now();
     subject->findPairs();
     milliseconds = watch.cpuMs();
+    lane.add("create", start, created);
+    lane.add("findPairs", created, TraceFile::Clock::now());
     subject->settle();
     return subject->digest(boxes);
 }
 
-void measureBoxes(const std::string& scene, const std::vector<Aabb>& boxes, double side, ResultFile& file)
+void measureBoxes(const std::string& scene, const std::vector<Aabb>& boxes, double side, TraceFile* trace,
+                  ResultFile& file)
 {
     const double count = static_cast<double>(boxes.size());
     const Expectation expected = expectPairs(count, side);
@@ -86,11 +93,11 @@ void measureBoxes(const std::string& scene, const std::vector<Aabb>& boxes, doub
     {
         if (std::string(backend) == "brute" && boxes.size() > kMostByBruteForce)
             continue;
-        const PairDigest digest = findPairs(backend, boxes, milliseconds);
+        const PairDigest digest = findPairs(backend, boxes, trace, milliseconds);
         const double deviations = (static_cast<double>(digest.count) - expected.mean) / expected.deviation;
-        std::printf("%-5s %-6s %9zu bodies %9llu pairs, %11.1f expected, off by %5.2f deviations\n",
+        std::printf("%-5s %-6s %9zu bodies %9llu pairs, %11.1f expected, off by %5.2f deviations  %s\n",
                     scene.c_str(), backend, boxes.size(), static_cast<unsigned long long>(digest.count),
-                    expected.mean, deviations);
+                    expected.mean, deviations, toHex(digest.hash).c_str());
         file.addRow({{"benchmark", "figure12.pairs"},
                      {"scene", scene},
                      {"backend", backend},
@@ -121,10 +128,10 @@ void measureFigure12(const FigureOptions& options, ResultFile& file)
         if (!clock.hasTimeFor(bodies))
             return;
         const auto scene = findBoxScene("W1")->make({bodies, false, options.seed});
-        measureBoxes("W1", scene->boxes(), std::cbrt(kVolumePerBody * bodies), file);
+        measureBoxes("W1", scene->boxes(), std::cbrt(kVolumePerBody * bodies), options.trace, file);
         progress.show(++done);
         if (bodies <= kMostInRoom)
-            measureBoxes("room", boxesInRoom(bodies, options.seed), kRoomSide, file);
+            measureBoxes("room", boxesInRoom(bodies, options.seed), kRoomSide, options.trace, file);
         progress.show(++done);
     }
 }

@@ -62,8 +62,10 @@ struct Configuration
 class System
 {
 public:
-    explicit System(const Configuration& configuration)
-        : m_configuration(configuration), m_backend(makeBackend(configuration.broad, 1))
+    System(const Configuration& configuration, TraceFile* trace, std::uint32_t bodies)
+        : m_configuration(configuration),
+          m_backend(makeBackend(configuration.broad, 1)),
+          m_trace(trace, std::string(configuration.name) + ", figure 13 with " + std::to_string(bodies))
     {
     }
 
@@ -80,6 +82,7 @@ public:
 
     void step(const BoxScene& scene, const Spheres& spheres, bool isTimed)
     {
+        const auto start = TraceFile::Clock::now();
         const Stopwatch broad;
         for (const std::uint32_t row : scene.moved())
             m_table.setBox(row, scene.boxes()[row]);
@@ -87,12 +90,16 @@ public:
         // One thread, so that the CPU's time is the steadier one, except where a GPU is waited for.
         const bool isOnGpu = std::string(m_configuration.broad) == "cuda";
         const double broadTime = isOnGpu ? broad.wallMs() : broad.cpuMs();
+        const auto middle = TraceFile::Clock::now();
         const Stopwatch narrow;
         askAll(scene.boxes(), spheres);
+        const double narrowTime = narrow.cpuMs();
+        m_trace.add("broad", start, middle);
+        m_trace.add("narrow", middle, TraceFile::Clock::now());
         if (!isTimed)
             return;
         broadMs.push_back(broadTime);
-        narrowMs.push_back(narrow.cpuMs());
+        narrowMs.push_back(narrowTime);
     }
 
 private:
@@ -145,6 +152,7 @@ private:
 
     Configuration m_configuration;
     std::unique_ptr<Backend> m_backend;
+    TraceLane m_trace;
     ProxyTable m_table;
     PairDelta m_delta;
     std::vector<Pair> m_pairs, m_next, m_cachedPairs;  ///< unique ids are rows + 1
@@ -166,9 +174,10 @@ void addRow(const System& system, const char* phase, const std::vector<double>& 
             ResultFile& file)
 {
     const Statistics statistics = summarise(times);
-    std::printf("%-8s %-7s %-8s %8u bodies %9zu pairs %8llu touch  median %10.3f ms\n", "system",
+    std::printf("%-8s %-7s %-8s %8u bodies %9zu pairs %8llu touch  median %10.3f ms  %s\n", "system",
                 system.configuration().name, phase, bodies, system.pairCount(),
-                static_cast<unsigned long long>(system.touching.count), statistics.median);
+                static_cast<unsigned long long>(system.touching.count), statistics.median,
+                toHex(system.touching.hash).c_str());
     file.addRow({{"benchmark", std::string("figure13.") + phase},
                  {"scene", "W1"},
                  {"backend", system.configuration().broad},
@@ -184,15 +193,16 @@ void addRow(const System& system, const char* phase, const std::vector<double>& 
                  {"touching_pairs", system.touching.count}});
 }
 
-std::deque<System> makeSystems(std::uint32_t bodies)
+std::deque<System> makeSystems(std::uint32_t bodies, TraceFile* trace)
 {
     constexpr std::uint32_t kMostByThesis = 216000;
     std::deque<System> systems;
     if (bodies <= kMostByThesis)
-        systems.emplace_back(Configuration{"thesis", "psap-thesis", SupportMethod::Climb, false});
-    systems.emplace_back(Configuration{"cullet", "grid", SupportMethod::Automatic, true});
+        systems.emplace_back(Configuration{"thesis", "psap-thesis", SupportMethod::Climb, false}, trace,
+                             bodies);
+    systems.emplace_back(Configuration{"cullet", "grid", SupportMethod::Automatic, true}, trace, bodies);
     if (hasCudaDevice())
-        systems.emplace_back(Configuration{"cuda", "cuda", SupportMethod::Automatic, true});
+        systems.emplace_back(Configuration{"cuda", "cuda", SupportMethod::Automatic, true}, trace, bodies);
     return systems;
 }
 
@@ -202,7 +212,7 @@ void measureSize(const FigureOptions& options, std::uint32_t bodies, ResultFile&
     const int frames = kWarmFrames + (options.quick ? 3 : 7);
     const auto scene = findBoxScene("W1")->make({bodies, false, options.seed});
     const Spheres spheres(bodies, options.seed);
-    std::deque<System> systems = makeSystems(bodies);
+    std::deque<System> systems = makeSystems(bodies, options.trace);
     for (System& system : systems)
         system.create(scene->boxes());
     Progress progress("figure 13 " + std::to_string(bodies), static_cast<std::uint64_t>(frames),

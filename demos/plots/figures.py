@@ -58,7 +58,7 @@ FIGURE_10 = (("psap-thesis", "s--", "thesis: N/64000 cells"), ("psap-cells", "^-
 
 
 def figure10(rows):
-    figure, axes = plt.subplots(1, 2, figsize=(11, 4.6))
+    figure, axes = plt.subplots(1, 2, figsize=(12.5, 4.6))
     thesis = [float(row["bodies"]) for row in rows if row["backend"] == "psap-thesis" and float(row["bodies"]) <= 64000]
     for axis, largest in zip(axes, (max(thesis), max(float(row["bodies"]) for row in rows))):
         for backend, style, label in FIGURE_10:
@@ -70,7 +70,7 @@ def figure10(rows):
     axes[0].set_ylabel("ms per frame, all pairs")
     axes[1].set_yscale("log")
     axes[1].set_title("today's range, logarithmic")
-    axes[1].legend(fontsize=8)
+    axes[1].legend(fontsize=8, loc="center left", bbox_to_anchor=(1.01, 0.5))
     return figure, "Figure 10: time against bodies"
 
 
@@ -189,14 +189,9 @@ def phases(rows):
 
 
 def committed_crossover():
-    """Rows of the committed run on an H200, in the columns of `cullet figure crossover`."""
-    scenes = {"all-move": "W1", "tenth-moves": "W3fresh"}
-    with open(os.path.join(COMMITTED, "crossover.csv"), newline="") as file:
-        for row in csv.DictReader(file):
-            backend, _, motion = row["variant"].partition("-update-")
-            if backend in ("rows", "grid"):
-                yield {"scene": scenes[motion], "backend": {"rows": "cuda", "grid": "grid"}[backend], "threads": "1",
-                       "bodies": row["bodies"], "median_ms": row["end_to_end_ms"]}
+    """Rows of the committed run on an H200."""
+    with open(os.path.join(COMMITTED, "figures", "crossover.csv"), newline="") as file:
+        return list(csv.DictReader(file))
 
 
 def crossover(rows):
@@ -204,7 +199,7 @@ def crossover(rows):
     own_gpu = any(row["backend"] == "cuda" for row in rows)
     groups = [(rows, "here" if not own_gpu else rows[0]["gpu"], "-")]
     if not own_gpu:
-        groups.append((list(committed_crossover()), "host of an H200, committed data", "--"))
+        groups.append((committed_crossover(), "host of an H200, committed data", "--"))
     for axis, scene in zip(axes, ("W1", "W3fresh")):
         for data, where, line in groups:
             for backend, label in (("grid", "grid"), ("cuda", "CUDA")):

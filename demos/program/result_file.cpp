@@ -87,7 +87,8 @@ void ResultFile::save() const
 std::string ResultFile::toCsv() const
 {
     const Machine machine = describeMachine();
-    const Json common = {{"cpu", machine.cpu}, {"gpu", machine.gpu}, {"commit", builtCommit()}};
+    const Json common = {
+        {"cpu", machine.cpu}, {"gpu", machine.gpu}, {"commit", builtCommit()}, {"machine", toLine(machine)}};
     std::vector<Json> rows = m_rows;
     std::vector<std::string> columns;
     for (Json& row : rows)

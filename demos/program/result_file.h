@@ -14,7 +14,8 @@ using Json = nlohmann::ordered_json;
 /// Results of one run of the program: `machine`, `commit`, `options` and `rows`, as JSON and as CSV.
 ///
 /// Every row starts with the columns benchmark, scene, backend, precision, threads, bodies, pairs, median_ms, p90_ms,
-/// min_ms, hash; more may follow. The CSV file has the union of all columns, and cpu, gpu and commit in each row.
+/// min_ms, hash; more may follow. The CSV file has the union of all columns, and cpu, gpu, commit and the whole line of the
+/// machine in each row.
 class ResultFile
 {
 public:

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 namespace cullet
 {
@@ -65,6 +66,9 @@ RecordingFile::RecordingFile(std::string path) : m_path(std::move(path))
 void RecordingFile::open()
 {
     std::string why;
+    std::error_code ignored;
+    if (std::filesystem::is_directory(m_path, ignored))
+        throw ProgramError(kExitInput, "recording '" + m_path + "': is a folder");
     m_reader = BoxStreamReader::open(m_path, why);
     if (!m_reader)
         throw ProgramError(kExitInput, why);

@@ -21,7 +21,7 @@ struct ReplayOptions
     int threads = 0;
     std::uint64_t frames = 0;  ///< at most; 0: all
     bool quiet = false;
-    std::string trace = {};  ///< file for a Chrome trace of runReplay(); empty: none
+    std::string trace = {};  ///< file for a Chrome trace; empty: none
 };
 
 struct ReplayResult
@@ -42,7 +42,7 @@ void printSummary(const std::string& path, const RecordingSummary& summary);
 ReplayResult runReplay(const ReplayOptions& options, ResultFile& file);
 
 /// Compares the overlapping pairs of all players with those of the first, in each frame, and stops at the first
-/// difference: frame, pair, who has it, and both boxes. Adds a row "verify" for each player.
+/// difference: frame, pair, who has it, and both boxes. Prints and adds a row "verify" for each player.
 ReplayResult runVerify(const ReplayOptions& options, RecordingFile& recording,
                        const std::vector<std::unique_ptr<Player>>& players, ResultFile& file);
 }  // namespace CULLET_PRECISION

@@ -3,10 +3,13 @@
 #include "demos/program/interrupt.h"
 #include "demos/program/precision.h"
 #include "demos/program/progress.h"
+#include "demos/program/trace_file.h"
 #include "demos/recording/pair_difference.h"
 #include "demos/recording/replay.h"
 
+#include <cstdio>
 #include <filesystem>
+#include <optional>
 
 namespace cullet
 {
@@ -14,56 +17,93 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-void addRows(const ReplayOptions& options, const ReplayResult& result, std::uint32_t boxes,
-             std::uint64_t pairs, const std::vector<std::unique_ptr<Player>>& players,
-             const std::vector<FrameHash>& hashes, ResultFile& file)
+/// All players on one recording.
+struct Comparison
 {
-    for (std::size_t i = 0; i < players.size(); ++i)
+    const std::vector<std::unique_ptr<Player>>& players;
+    std::vector<TraceLane> lanes;
+    std::vector<FrameHash> hashes;
+    std::vector<Pair> first;  ///< the pairs of the first player in the last frame
+    RecordedBoxes boxes;
+    std::uint64_t pairs = 0;  ///< of all frames
+    ReplayResult result;
+};
+
+void findPairs(Player& player, const std::vector<BoxEvent>& events, TraceLane& lane)
+{
+    const auto start = TraceFile::Clock::now();
+    player.apply(events);
+    const auto applied = TraceFile::Clock::now();
+    player.findPairs();
+    lane.add("setAabb", start, applied);
+    lane.add("calculateOverlappingPairs", applied, TraceFile::Clock::now());
+}
+
+void compareFrame(Comparison& all, const std::vector<BoxEvent>& events)
+{
+    ReplayResult& result = all.result;
+    all.boxes.apply(events);
+    for (std::size_t i = 0; i < all.players.size() && result.difference.empty(); ++i)
+    {
+        Player& player = *all.players[i];
+        findPairs(player, events, all.lanes[i]);
+        const std::vector<Pair> own = player.pairs(all.boxes);
+        all.hashes[i].add(own);
+        if (i == 0)
+            all.first = own;
+        result.difference = describeDifference(result.frames, {all.players[0]->name(), &all.first},
+                                               {player.name(), &own}, all.boxes);
+    }
+    all.pairs += all.first.size();
+    ++result.frames;
+}
+
+void addRows(const ReplayOptions& options, const Comparison& all, ResultFile& file)
+{
+    for (std::size_t i = 0; i < all.players.size(); ++i)
+    {
+        const Player& player = *all.players[i];
+        const std::string hash = toHex(all.hashes[i].value());
+        std::printf("%-8s %-14s %9u boxes %6llu frames %12llu pairs in all  %s\n", "verify",
+                    player.name().c_str(), all.boxes.aliveCount(),
+                    static_cast<unsigned long long>(all.result.frames),
+                    static_cast<unsigned long long>(all.pairs), hash.c_str());
         file.addRow({{"benchmark", "verify"},
                      {"scene", std::filesystem::path(options.path).filename().string()},
-                     {"backend", players[i]->name()},
+                     {"backend", player.name()},
                      {"precision", ownPrecision()},
-                     {"threads", players[i]->threads()},
-                     {"bodies", boxes},
-                     {"pairs", pairs},
-                     {"hash", toHex(hashes[i].value())},
-                     {"frames", result.frames},
-                     {"difference", result.difference}});
+                     {"threads", player.threads()},
+                     {"bodies", all.boxes.aliveCount()},
+                     {"pairs", all.pairs},
+                     {"hash", hash},
+                     {"frames", all.result.frames},
+                     {"difference", all.result.difference}});
+    }
 }
 }  // namespace
 
 ReplayResult runVerify(const ReplayOptions& options, RecordingFile& recording,
                        const std::vector<std::unique_ptr<Player>>& players, ResultFile& file)
 {
-    const RecordingSummary summary = recording.summarise();
-    const std::uint64_t wanted = framesToPlay(options, summary);
-    Progress progress("verifying", wanted, options.quiet);
-    ReplayResult result;
-    RecordedBoxes boxes;
-    std::vector<FrameHash> hashes(players.size());
-    std::vector<Pair> first;
-    std::uint64_t pairs = 0;
-    std::vector<BoxEvent> events;
-    while (result.frames < wanted && result.difference.empty() && !isInterrupted() &&
-           recording.nextFrame(events))
+    const std::uint64_t wanted = framesToPlay(options, recording.summarise());
+    std::optional<TraceFile> trace;
+    if (!options.trace.empty())
+        trace.emplace(options.trace);
+    Comparison all = {players, {}, std::vector<FrameHash>(players.size()), {}, {}, 0, {}};
+    for (const auto& player : players)
+        all.lanes.emplace_back(trace ? &*trace : nullptr, player->name());
     {
-        boxes.apply(events);
-        for (std::size_t i = 0; i < players.size() && result.difference.empty(); ++i)
+        Progress progress("verifying", wanted, options.quiet);
+        std::vector<BoxEvent> events;
+        while (all.result.frames < wanted && all.result.difference.empty() && !isInterrupted() &&
+               recording.nextFrame(events))
         {
-            players[i]->apply(events);
-            players[i]->findPairs();
-            const std::vector<Pair> own = players[i]->pairs(boxes);
-            hashes[i].add(own);
-            if (i == 0)
-                first = own;
-            result.difference = describeDifference(result.frames, {players[0]->name(), &first},
-                                                   {players[i]->name(), &own}, boxes);
+            compareFrame(all, events);
+            progress.show(all.result.frames);
         }
-        pairs += first.size();
-        progress.show(++result.frames);
     }
-    addRows(options, result, boxes.aliveCount(), pairs, players, hashes, file);
-    return result;
+    addRows(options, all, file);
+    return all.result;
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

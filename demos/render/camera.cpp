@@ -160,6 +160,8 @@ float distanceFor(const std::vector<Ball>& balls, const Camera& camera, const Ei
 CameraWish parseCamera(const std::vector<float>& numbers)
 {
     CameraWish wish;
+    if (!std::all_of(numbers.begin(), numbers.end(), [](float number) { return std::isfinite(number); }))
+        throw std::invalid_argument("--camera takes finite numbers");
     if (numbers.size() == 6)
     {
         wish.fixed = numbers;

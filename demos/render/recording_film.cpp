@@ -220,10 +220,13 @@ Film filmRecording(const std::string& path, const SceneFilmOptions& options,
     Film film;
     RecordingFilmer filmer(film, path, options.overlay);
     RecordingFile file(path);
+    TraceLane trace(options.trace, filmer.source().backend);
     std::vector<BoxEvent> events;
     for (int number = 0; number <= options.steps && file.nextFrame(events) && step(number); ++number)
     {
+        const auto start = TraceFile::Clock::now();
         filmer.apply(events);
+        trace.add("frame", start, TraceFile::Clock::now());
         if (number >= options.start && (number - options.start) % options.every == 0)
             filmer.shoot((number - options.start) * static_cast<double>(options.world.dt));
     }

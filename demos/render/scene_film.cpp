@@ -18,6 +18,7 @@ DebugDrawOptions SceneFilmOptions::nothingDrawn()
 Film filmScene(const SceneFilmOptions& options, const std::function<bool(int)>& step)
 {
     const auto scene = makeWorldScene(options.scene, options.world);
+    scene->setTrace({options.trace, scene->broadphase().name});
     Film film;
     WorldFilmer filmer(film, options.overlay);
     if (options.start == 0)

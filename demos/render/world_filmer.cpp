@@ -59,21 +59,40 @@ bool touches(const btPersistentManifold& manifold)
     return false;
 }
 
-/// Smooth normals, since a soft body is bent and not folded.
+/// Sums of the normals of the faces around each vertex, weighted by area, to unit length.
+std::vector<Eigen::Vector3f> smoothNormals(const DrawMesh& mesh)
+{
+    std::vector<Eigen::Vector3f> normals(mesh.positions.size(), Eigen::Vector3f::Zero());
+    for (std::size_t i = 0; i + 2 < mesh.triangles.size(); i += 3)
+    {
+        const std::uint32_t* const corner = &mesh.triangles[i];
+        const Eigen::Vector3f& first = mesh.positions[corner[0]];
+        const Eigen::Vector3f face =
+            (mesh.positions[corner[1]] - first).cross(mesh.positions[corner[2]] - first);
+        for (int k = 0; k < 3; ++k)
+            normals[corner[k]] += face;
+    }
+    for (Eigen::Vector3f& normal : normals)
+    {
+        const float length = normal.norm();
+        normal = length > 0 ? Eigen::Vector3f(normal / length) : Eigen::Vector3f::UnitY();
+    }
+    return normals;
+}
+
+/// Smooth, since a soft body is bent and not folded. Bullet's own normals are zero before the first step.
 DrawMesh makeSoftMesh(const btSoftBody& soft)
 {
     DrawMesh mesh;
     const btSoftBody::Node* const nodes = soft.m_nodes.size() > 0 ? &soft.m_nodes[0] : nullptr;
     for (int i = 0; i < soft.m_nodes.size(); ++i)
-    {
         mesh.positions.push_back(toEigen(nodes[i].m_x));
-        mesh.normals.push_back(toEigen(nodes[i].m_n));
-    }
     for (int i = 0; i < soft.m_faces.size(); ++i)
     {
         for (const btSoftBody::Node* node : soft.m_faces[i].m_n)
             mesh.triangles.push_back(static_cast<std::uint32_t>(node - nodes));
     }
+    mesh.normals = smoothNormals(mesh);
     return mesh;
 }
 }  // namespace

@@ -318,8 +318,8 @@ TEST_F(BenchCommand, WholeStepsTakeTheOptionsOfRunAndTheirPhasesGoToATrace)
     const json trace = json::parse(readText(path), nullptr, false);
     std::remove(path.c_str());
     std::map<std::string, int> counts = countSpans(trace);
-    EXPECT_EQ(counts["grid, narrow bullet, update bullet"], 1);
-    EXPECT_EQ(counts["dbvt, narrow bullet, update bullet"], 1);
+    EXPECT_EQ(counts["grid, narrow bullet, update bullet, pour of 20"], 1);
+    EXPECT_EQ(counts["dbvt, narrow bullet, update bullet, pour of 20"], 1);
     for (const char* name : {"step 1", "step 2", "calculateOverlappingPairs 1", "updateAabbs 2",
                              "dispatchAllCollisionPairs 2", "solveConstraints 1"})
         EXPECT_EQ(counts[name], 20) << name;
@@ -346,6 +346,23 @@ TEST_F(BenchCommand, TracesTheFramesOfEachBackend)
         EXPECT_EQ(counts["setBoxes " + lane], 4) << "one to warm up, three timed";
         EXPECT_EQ(counts["findPairs " + lane], 4);
     }
+}
+
+TEST_F(BenchCommand, TracesEventsAndQueries)
+{
+    const std::string path = temporaryPath("events.json");
+    const Outcome outcome = runProgram(
+        "bench broad --scene remove,queries --bodies 200 --backend grid --queries 10 --trace " + path);
+    ASSERT_EQ(outcome.code, 0) << outcome.errors;
+    std::map<std::string, int> counts = countSpans(json::parse(readText(path), nullptr, false));
+    std::remove(path.c_str());
+    EXPECT_EQ(counts["broad.remove 1"], 5) << "trials";
+    for (const std::string kind : {"ray", "aabb", "sweep"})
+    {
+        EXPECT_EQ(counts["broad.queries." + kind + " 2"], 9) << "at rest";
+        EXPECT_EQ(counts["broad.queries." + kind + " 3"], 9) << "moving";
+    }
+    EXPECT_EQ(counts["update 3"], 27);
 }
 
 TEST_F(BenchCommand, MeasuresNarrowQueriesAndChecksTheirAnswers)

@@ -238,6 +238,22 @@ TEST_F(FigureCommand, AnUnknownFigureIsAnsweredWithTheKnownOnes)
     EXPECT_TRUE(contains(option.errors, "--threads")) << option.errors;
 }
 
+TEST_F(FigureCommand, TracesThePhasesOfItsFramesAndSteps)
+{
+    const std::string path = temporaryPath("figures.trace");
+    const Outcome outcome = run("12 13 crossover phases --quick --no-plots --bodies 200 --trace " + path);
+    ASSERT_EQ(outcome.code, 0) << outcome.errors;
+    std::map<std::string, int> counts;
+    for (const auto& [name, count] : countSpans(nlohmann::json::parse(readText(path), nullptr, false)))
+        counts[name.substr(0, name.rfind(' '))] += count;
+    std::remove(path.c_str());
+    EXPECT_EQ(counts["create"], 4) << "figure 12";
+    EXPECT_GE(counts["broad"], 2 * 5) << "figure 13, two systems";
+    EXPECT_EQ(counts["broad"], counts["narrow"]);
+    EXPECT_GE(counts["setBoxes"], 2 * 6) << "crossover, two scenes";
+    EXPECT_EQ(counts["solveConstraints"], 8 * 60) << "eight worlds";
+}
+
 TEST_F(FigureCommand, LeavesOutWorldsForWhichThereIsNoTime)
 {
     const std::string json = temporaryPath("figures.json");

@@ -77,6 +77,27 @@ TEST(ReplayCommand, TimesEveryBackendOnTheSamePairs)
     EXPECT_EQ(runForJson("replay --steps 3 " + smallRecording())["rows"][0]["frames"], 3);
 }
 
+TEST(VerifyCommand, PrintsTheHashOfEachBackendAndTracesItsFrames)
+{
+    const std::string trace = temporaryPath("verify.json");
+    const Outcome outcome = runProgram("verify --steps 9 --trace " + trace + " " + smallRecording());
+    ASSERT_EQ(outcome.code, 0) << outcome.errors;
+    std::map<std::string, int> counts = countSpans(json::parse(readText(trace), nullptr, false));
+    std::remove(trace.c_str());
+    for (const std::string lane : {"1", "2", "3"})
+        EXPECT_EQ(counts["calculateOverlappingPairs " + lane], 9);
+    std::map<std::string, int> hashes;
+    for (const std::string backend : {"exact", "grid", "dbvt"})
+    {
+        EXPECT_EQ(counts[backend], 1) << "a lane";
+        const std::size_t at = outcome.output.find("verify   " + backend + " ");
+        ASSERT_NE(at, std::string::npos) << outcome.output;
+        const std::size_t end = outcome.output.find('\n', at);
+        ++hashes[outcome.output.substr(end - 16, 16)];
+    }
+    EXPECT_EQ(hashes.size(), 1u) << outcome.output;
+}
+
 TEST(VerifyCommand, AgreesInBothPrecisions)
 {
     Outcome outcome;
@@ -125,6 +146,7 @@ TEST(RecordingCommands, ExplainWhatIsWrong)
         const Outcome missing = runProgram(command + "/nowhere/a.cbx");
         EXPECT_EQ(missing.code, 3);
         EXPECT_EQ(missing.errors, "cullet: recording '/nowhere/a.cbx': No such file or directory\n");
+        EXPECT_EQ(runProgram(command + "/tmp").errors, "cullet: recording '/tmp': is a folder\n");
         const Outcome cut = runProgram(command + path);
         EXPECT_EQ(cut.code, 3);
         EXPECT_TRUE(contains(cut.errors, "truncated")) << cut.errors;

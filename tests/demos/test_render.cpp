@@ -255,6 +255,29 @@ TEST(WorldFilmer, BodiesThatComeAndGoAreHiddenMeanwhile)
     EXPECT_EQ(film.bodyCount, 3u);
 }
 
+TEST(SceneFilm, EverySceneHasSoundMeshesBeforeItsFirstStep)
+{
+    for (const WorldSceneInfo& scene : worldScenes())
+    {
+        if (std::string(scene.name) == "file")
+            continue;
+        SceneFilmOptions options;
+        options.scene = scene.name;
+        options.world.bodies = 12;
+        options.world.threads = 1;
+        options.steps = 0;
+        const Film film = filmScene(options, [](int) { return true; });
+        ASSERT_EQ(film.frames.size(), 1u) << scene.name;
+        for (std::size_t mesh = 0; mesh < film.meshes.size(); ++mesh)
+        {
+            SCOPED_TRACE(std::string(scene.name) + ", mesh " + std::to_string(mesh));
+            expectSoundMesh(film.meshes[mesh]);
+        }
+        for (const BodyChange& body : film.frames[0].changes)
+            EXPECT_TRUE(body.pose.toMatrix().matrix().allFinite()) << scene.name << body.body;
+    }
+}
+
 TEST(Camera, FramesWhatMovesAndNotWhatRests)
 {
     const Film film = filmSmallWorld(60);

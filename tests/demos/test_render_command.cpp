@@ -58,6 +58,22 @@ TEST(RenderCommand, WritesAPictureForEachFrameInWhichBodiesFall)
     EXPECT_GT(motion.mean, 1);
 }
 
+TEST(RenderCommand, LeavesNoFramesOfAnEarlierFilm)
+{
+    if (!hasPainter())
+        GTEST_SKIP() << "built without a renderer (libosmesa6-dev, libpng-dev)";
+    const Folder folder;
+    for (const int steps : {6, 2})
+    {
+        const Outcome outcome =
+            runProgram(kSmall + "--every 1 --steps " + std::to_string(steps) + " --out " + folder.path);
+        ASSERT_EQ(outcome.code, kExitOk) << outcome.errors;
+        for (std::size_t frame = 0; frame < 9; ++frame)
+            EXPECT_EQ(std::filesystem::exists(framePath(folder.path, frame)),
+                      frame <= static_cast<std::size_t>(steps));
+    }
+}
+
 TEST(RenderCommand, OverlaysChangeThePicture)
 {
     if (!hasPainter())
@@ -162,6 +178,20 @@ TEST(RenderCommand, ExportNeedsNoRendererAndShowsTheWorldThatRunSteps)
     EXPECT_GE(gltf["animations"][0]["channels"].size(), 20u) << "all bodies fall";
 }
 
+TEST(RenderCommand, TracesEveryPhaseOfEveryStep)
+{
+    const Folder folder;
+    std::filesystem::create_directories(folder.path);
+    const Outcome outcome = runProgram(kSmall + "--steps 6 --backend grid --gltf " + folder.file("a.gltf") +
+                                       " --trace " + folder.file("trace.json"));
+    ASSERT_EQ(outcome.code, kExitOk) << outcome.errors;
+    std::map<std::string, int> counts =
+        countSpans(nlohmann::json::parse(readText(folder.file("trace.json")), nullptr, false));
+    EXPECT_EQ(counts["grid"], 1);
+    for (const char* name : {"step 1", "calculateOverlappingPairs 1", "solveConstraints 1"})
+        EXPECT_EQ(counts[name], 6) << name;
+}
+
 TEST(RenderCommand, RefusesWhatItCannotDoInWords)
 {
     const auto refuses = [](const std::string& arguments, int code, const std::string& word)
@@ -177,6 +207,9 @@ TEST(RenderCommand, RefusesWhatItCannotDoInWords)
     refuses("--camera 1 --out x", kExitUsage, "YAW,PITCH");
     refuses("--animate x.avi", kExitUsage, ".mp4");
     refuses("--gltf x.obj", kExitUsage, ".gltf");
+    refuses("--gltf /nowhere/x.gltf --bodies 100000 --steps 1000000", kExitOutput, "/nowhere/x.gltf");
+    if (hasPainter() && hasFfmpeg())
+        refuses("--animate /nowhere/x.gif --bodies 100000 --steps 1000000", kExitOutput, "/nowhere/x.gif");
     if (hasPainter())
         refuses("--out /proc/x", kExitOutput, "/proc/x");
     else

@@ -93,10 +93,13 @@ TEST(RunCommand, WritesCsvWithOneLinePerRow)
         line.rfind("benchmark,scene,backend,precision,threads,bodies,pairs,median_ms,p90_ms,min_ms,hash", 0),
         0u)
         << line;
-    EXPECT_TRUE(contains(line, ",commit"));
+    EXPECT_TRUE(contains(line, ",commit,machine")) << line;
     int rows = 0;
     while (std::getline(text, line))
+    {
         ++rows;
+        EXPECT_TRUE(contains(line, " cores, ")) << "the line of the machine: " << line;
+    }
     EXPECT_EQ(rows, 18) << "seven phases, the broad phase and the step, of two worlds";
 }
 
@@ -204,11 +207,41 @@ TEST(RunCommand, InterruptedBeforeItsFirstStepItFindsNoFault)
     EXPECT_FALSE(contains(outcome.output, "DISAGREE")) << outcome.output;
 }
 
+TEST(Program, RefusesNumbersThatAreNone)
+{
+    for (const std::string arguments :
+         {"run --dt nan", "run --dt 0", "run --seed -1", "run --check -1", "run --bodies 1e9",
+          "bench broad --margin nan", "bench broad --budget nan", "bench broad --budget -1",
+          "bench broad --seed -1", "figure 12 --budget nan", "replay a.cbx --steps -1",
+          "render --gltf a.gltf --camera nan,1", "render --gltf a.gltf --fps nan",
+          "render --gltf a.gltf --orbit inf"})
+    {
+        const Outcome outcome = runProgram(arguments);
+        EXPECT_EQ(outcome.code, 2) << arguments;
+        const std::string option = arguments.substr(arguments.rfind("--"));
+        EXPECT_TRUE(contains(outcome.errors, option.substr(0, option.find(' ')))) << outcome.errors;
+        EXPECT_EQ(outcome.output, "") << "before any work";
+    }
+}
+
+TEST(Program, AnUnknownCommandIsAnsweredWithTheKnownOnes)
+{
+    const Outcome outcome = runProgram("rnu --bodies 5");
+    EXPECT_EQ(outcome.code, 2);
+    EXPECT_EQ(outcome.errors,
+              "cullet: unknown command 'rnu'; known: run, bench, figure, record, replay, "
+              "verify, list, render\n");
+    const Outcome bench = runProgram("bench board");
+    EXPECT_EQ(bench.code, 2);
+    EXPECT_EQ(bench.errors, "cullet: unknown command 'board'; known: broad, world, narrow\n");
+}
+
 TEST(RunCommand, ExplainsWrongUsage)
 {
     EXPECT_EQ(runProgram("").code, 2);
     EXPECT_EQ(runProgram("run --bodies 0").code, 2);
     EXPECT_EQ(runProgram("run --bodies many").code, 2);
+    EXPECT_TRUE(contains(runProgram("run --scene boxes --file a.bullet").errors, "takes no --file"));
     const Outcome outcome = runProgram("run --backend gird");
     EXPECT_EQ(outcome.code, 2);
     EXPECT_TRUE(contains(outcome.errors, "grid")) << outcome.errors;
@@ -219,15 +252,20 @@ TEST(RunCommand, ExplainsWrongUsage)
 
 TEST(Program, EveryCommandHasHelpWithExamplesAndExitCodes)
 {
-    for (const std::string command : {"run", "bench broad", "bench world", "bench narrow", "figure", "record",
-                                      "replay", "verify", "render", "list"})
+    for (const std::string command : {"run", "bench", "bench broad", "bench world", "bench narrow", "figure",
+                                      "record", "replay", "verify", "render", "list"})
     {
         const Outcome help = runProgram(command + " --help");
         EXPECT_EQ(help.code, 0) << command;
         EXPECT_TRUE(contains(help.output, "Example")) << command;
         EXPECT_TRUE(contains(help.output, "3 input file")) << command;
+        if (command == "bench")
+            continue;
         for (const char* option : {"--json", "--csv"})
             EXPECT_TRUE(contains(help.output, option)) << command;
+        // A query of a pair has no phases.
+        const bool hasPhases = command != "list" && command != "bench narrow";
+        EXPECT_EQ(contains(help.output, "--trace"), hasPhases) << command;
     }
 }
 
