@@ -276,7 +276,7 @@ public:
         if (!m_isClear || input.count == 0)
         {
             exec.clear(m_binCounts.data(), m_binCapacity + 1);
-            exec.clear(m_sides.data(), 1);
+            exec.clear(m_totals.data(), 1);
             clearPairCount(exec, input);
         }
         m_isClear = false;
@@ -298,7 +298,7 @@ public:
     /// Counts a repetition that happened without build().
     void countRepeat() { ++m_planAge; }
 
-    const std::uint32_t* sideCount() const { return &m_sides.data()->total; }
+    const std::uint32_t* sideCount() const { return &m_totals.data()->sides; }
     std::uint64_t entryCount() const { return m_input.count; }
 
 private:
@@ -326,7 +326,7 @@ private:
         exec.forEach(count, CountRows{rowBins(), m_places.data(), m_binCounts.data()});
         exec.scan(m_binCounts.data(), m_binStarts.data(), m_binCapacity + 1);
         exec.forEach(count, ScatterRows{m_input.boxes, m_plan.data(), m_places.data(), m_binStarts.data(),
-                                        m_records.data(), tidying()});
+                                        m_binCapacity, m_records.data(), tidying()});
     }
 
     void sortByRadix(Exec& exec)
@@ -358,13 +358,13 @@ private:
         exec.forEachTogether(
             kSharers * m_input.count,
             SearchRows<IsNew, kSharers>{m_records.data(), m_binStarts.data(), m_binCapacity, m_plan.data(),
-                                        m_input.boxes, m_side.data(), m_sides.data(), isNew, m_input.count,
+                                        m_input.boxes, m_side.data(), m_totals.data(), isNew, m_input.count,
                                         m_binCounts.data()},
             pairs);
     }
 
-    RowBins rowBins() const { return {m_input.boxes, m_plan.data(), m_side.data(), m_sides.data()}; }
-    RowTidying tidying() const { return {m_sides.data(), m_input.pairCount}; }
+    RowBins rowBins() const { return {m_input.boxes, m_plan.data(), m_side.data(), m_totals.data()}; }
+    RowTidying tidying() const { return {m_totals.data(), m_input.pairCount}; }
 
     void reserveForBoxes(Exec& exec, std::uint64_t count)
     {
@@ -395,7 +395,7 @@ private:
             m_isClear = false;
         }
         exec.reserve(m_binCounts, m_binCapacity + 1);
-        exec.reserve(m_sides, 1);
+        exec.reserve(m_totals, 1);
         exec.reserve(m_binStarts, m_binCapacity + 1);
     }
 
@@ -424,8 +424,8 @@ private:
     Buffer<std::uint32_t> m_binCounts, m_binStarts;
     Buffer<RowRecord> m_records;
     Buffer<std::uint32_t> m_side;
-    Buffer<SideCounts> m_sides;
-    bool m_isClear = false;  ///< m_binCounts and the found of m_sides
+    Buffer<RowTotals> m_totals;
+    bool m_isClear = false;  ///< m_binCounts and sidesFound of m_totals
 };
 
 /// Either search, as the options say.

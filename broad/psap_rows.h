@@ -42,24 +42,26 @@ struct alignas(8) RowPlace
     std::uint32_t rank;  ///< in the bin, in the order of arrival
 };
 
-/// How many boxes are on the side list.
-struct SideCounts
+/// What the search needs to know of all records. Aligned, so that a GPU reads it at once.
+struct alignas(16) RowTotals
 {
-    std::uint32_t found;  ///< so far; 0 when an update begins
-    std::uint32_t total;
+    std::uint32_t sidesFound;  ///< boxes on the side list so far; 0 when an update begins
+    std::uint32_t sides;       ///< boxes on the side list
+    std::uint32_t records;
+    std::uint32_t levels;  ///< the coarser ones are empty
 };
 
 /// What is made ready on the way, since a launch of its own would take longer. One index does it, between the steps that
 /// find the bins and the search.
 struct RowTidying
 {
-    SideCounts* sides;
+    RowTotals* totals;
     std::uint64_t* pairCount;  ///< set to 0; may be null
 
     CULLET_HOST_DEVICE void operator()() const
     {
-        sides->total = sides->found;
-        sides->found = 0;
+        totals->sides = totals->sidesFound;
+        totals->sidesFound = 0;
         if (pairCount != nullptr)
             *pairCount = 0;
     }
@@ -71,7 +73,7 @@ struct RowBins
     const Aabb* boxes;
     const RowPlan* plan;
     std::uint32_t* side;  ///< [boxes, out]
-    SideCounts* sides;
+    RowTotals* totals;
 
     /// @return kNoBin for boxes without a level, which go to the side list, and for invalid ones
     CULLET_HOST_DEVICE std::uint32_t take(std::uint64_t i) const
@@ -80,7 +82,7 @@ struct RowBins
         const std::uint32_t bin = isValid(box) ? binOf(box) : kNoBin;
         if (bin != kNoLevel)
             return bin;
-        side[fetchAdd(&sides->found, 1u)] = static_cast<std::uint32_t>(i);
+        side[fetchAdd(&totals->sidesFound, 1u)] = static_cast<std::uint32_t>(i);
         return kNoBin;
     }
 
@@ -142,24 +144,67 @@ CULLET_HOST_DEVICE inline RowRecord recordOf(const Aabb& box, const Axes& axes, 
             {along(box.min, axes.v), along(box.max, axes.v), row, bin}};
 }
 
+/// records[place] = record, or nothing for kNoPlace. On a GPU two lanes write their two records together, each half of
+/// either: whole sectors of 32 bytes, where half of one would cost as much.
+inline constexpr std::uint32_t kNoPlace = 0xffffffffu;
+CULLET_HOST_DEVICE inline void storeRecord(RowRecord* records, std::uint32_t place, const RowRecord& record)
+{
+#ifdef __CUDA_ARCH__
+    constexpr unsigned kAll = 0xffffffffu;
+    if (__activemask() == kAll)
+    {
+        const bool isSecond = threadIdx.x % 2 != 0;
+        const auto front = reinterpret_cast<const float4&>(record.front);
+        const auto back = reinterpret_cast<const float4&>(record.back);
+        const float4 mine = isSecond ? back : front;
+        const float4 given = isSecond ? front : back;
+        const float4 taken = {__shfl_xor_sync(kAll, given.x, 1), __shfl_xor_sync(kAll, given.y, 1),
+                              __shfl_xor_sync(kAll, given.z, 1), __shfl_xor_sync(kAll, given.w, 1)};
+        const std::uint32_t other = __shfl_xor_sync(kAll, place, 1);
+        const std::uint32_t first = isSecond ? other : place;
+        const std::uint32_t second = isSecond ? place : other;
+        float4* halves = reinterpret_cast<float4*>(records) + (isSecond ? 1 : 0);
+        if (first != kNoPlace)
+            halves[2 * std::uint64_t{first}] = isSecond ? taken : mine;
+        if (second != kNoPlace)
+            halves[2 * std::uint64_t{second}] = isSecond ? mine : taken;
+        return;
+    }
+#endif
+    if (place != kNoPlace)
+        records[place] = record;
+}
+
 /// Step 3: writes the record of box i to its place.
 struct ScatterRows
 {
     const Aabb* boxes;
     const RowPlan* plan;
     const RowPlace* places;
-    const std::uint32_t* binStarts;  ///< exclusive scan of the counts
-    RowRecord* records;              ///< [boxes, out]
+    const std::uint32_t* binStarts;  ///< [binCapacity + 1] exclusive scan of the counts
+    std::uint64_t binCapacity;
+    RowRecord* records;  ///< [boxes, out]
     RowTidying tidy;
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
         if (i == 0)
-            tidy();
+            total();
         const RowPlace place = places[i];
-        if (place.bin != kNoBin)
-            records[binStarts[place.bin] + place.rank] =
-                recordOf(loadBox(boxes, i), plan->axes, static_cast<std::uint32_t>(i), place.bin);
+        storeRecord(records, place.bin == kNoBin ? kNoPlace : binStarts[place.bin] + place.rank,
+                    recordOf(loadBox(boxes, i), plan->axes, static_cast<std::uint32_t>(i), place.bin));
+    }
+
+private:
+    CULLET_HOST_DEVICE void total() const
+    {
+        tidy();
+        const std::uint32_t count = binStarts[binCapacity];
+        std::uint32_t levels = 0;
+        while (levels < plan->levelCount && binStarts[plan->levels[levels].firstBin] < count)
+            ++levels;
+        tidy.totals->records = count;
+        tidy.totals->levels = levels;
     }
 };
 
@@ -194,14 +239,38 @@ struct GatherRows
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
-        if (i == 0)
-            tidy();
         const std::uint32_t bin = keys[i];
+        storeRecord(records, bin == none ? kNoPlace : static_cast<std::uint32_t>(i),
+                    recordOf(loadBox(boxes, rows[i]), plan->axes, rows[i], bin));
+        if (i == 0)
+        {
+            tidy();
+            if (bin == none)
+                setTotals(0, 0);
+        }
         if (bin == none)
             return;
-        records[i] = recordOf(loadBox(boxes, rows[i]), plan->axes, rows[i], bin);
-        if (i + 1 == count || keys[i + 1] != bin)
-            ends[bin + 1] = static_cast<std::uint32_t>(i) + 1;
+        const std::uint32_t next = i + 1 == count ? none : keys[i + 1];
+        if (next == bin)
+            return;
+        ends[bin + 1] = static_cast<std::uint32_t>(i) + 1;
+        if (next == none)
+            setTotals(static_cast<std::uint32_t>(i) + 1, levelsUpTo(bin));
+    }
+
+private:
+    CULLET_HOST_DEVICE void setTotals(std::uint32_t recordCount, std::uint32_t levelCount) const
+    {
+        tidy.totals->records = recordCount;
+        tidy.totals->levels = levelCount;
+    }
+
+    CULLET_HOST_DEVICE std::uint32_t levelsUpTo(std::uint32_t bin) const
+    {
+        std::uint32_t levels = 0;
+        while (levels < plan->levelCount && plan->levels[levels].firstBin <= bin)
+            ++levels;
+        return levels;
     }
 };
 
@@ -281,7 +350,7 @@ struct SearchRows
     const RowPlan* plan;
     const Aabb* boxes;
     const std::uint32_t* side;
-    const SideCounts* sides;
+    const RowTotals* allTotals;
     IsNew isNew;
     std::uint64_t boxCount;
     std::uint32_t* binCounts;  ///< [binCapacity + 1] set to 0 for the next update
@@ -295,20 +364,19 @@ struct SearchRows
             clearBins(index);
         const std::uint64_t i = index / kSharers;
         const std::uint32_t share = static_cast<std::uint32_t>(index % kSharers);
-        const std::uint32_t recordCount = binStarts[binCapacity];
-        const bool isRecord = isIndex && i < recordCount;
+        const RowTotals totals = *allTotals;
+        const bool isRecord = isIndex && i < totals.records;
         const auto entryTest = isNew.ready();
         if (emit.any(isRecord))
-            searchRecord(isRecord ? static_cast<std::uint32_t>(i) : recordCount - 1, share, isRecord,
-                         entryTest, emit);
-        const std::uint32_t sideCount = sides->total;
-        if (sideCount == 0 || !isIndex)
+            searchRecord(isRecord ? static_cast<std::uint32_t>(i) : totals.records - 1, share, isRecord,
+                         totals.levels, entryTest, emit);
+        if (totals.sides == 0 || !isIndex)
             return;
         if (isRecord)
-            searchSide(records[i].back.row, share, sideCount, emit);
-        else if (i - recordCount < sideCount)
-            searchSide(side[i - recordCount], static_cast<std::uint32_t>(i - recordCount) + 1 + share,
-                       sideCount, emit);
+            searchSide(records[i].back.row, share, totals.sides, emit);
+        else if (i - totals.records < totals.sides)
+            searchSide(side[i - totals.records], static_cast<std::uint32_t>(i - totals.records) + 1 + share,
+                       totals.sides, emit);
     }
 
 private:
@@ -320,16 +388,12 @@ private:
 
     template <class Test, class Emit>
     CULLET_HOST_DEVICE void searchRecord(std::uint32_t i, std::uint32_t share, bool isRecord,
-                                         const Test& entryTest, Emit& emit) const
+                                         std::uint32_t levels, const Test& entryTest, Emit& emit) const
     {
         const RowRecord self = records[i];
-        const std::uint32_t lastBin = records[binStarts[binCapacity] - 1].back.bin;
-        const std::uint32_t levelCount = plan->levelCount;
-        for (std::uint32_t k = 0; k < levelCount; ++k)
+        for (std::uint32_t k = 0; k < levels; ++k)
         {
             const RowLevel level = plan->levels[k];
-            if (level.firstBin > lastBin)
-                break;  // no box is that large
             const bool isSeen = isRecord && self.back.bin < level.endBin;
             if (!emit.any(isSeen))
                 continue;

@@ -91,7 +91,8 @@ nvcc_path()
 
 has_nvidia_gpu()
 {
-    [ -e /proc/driver/nvidia/version ] || [ -e /dev/nvidiactl ] || [ -e /dev/dxg ]
+    # Opened: a device node alone is no driver.
+    [ -e /proc/driver/nvidia/version ] || (: </dev/nvidiactl) 2>/dev/null || [ -e /dev/dxg ]
 }
 
 # offer_cuda: on a terminal asks whether to install nvcc, elsewhere says how.
