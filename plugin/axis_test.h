@@ -72,8 +72,9 @@ inline btScalar sumOfMagnitudes(const btVector3& v)
 /// False says nothing; ask isaGjk().
 /// @param limit length unit of the world, not negative
 /// @param cache its support vertices follow
+/// @param leeway [out] if not null: at most how much farther apart than `limit` the cores are, in real numbers
 inline bool staysSeparated(const StretchedHull& a, const StretchedHull& b, btScalar limit,
-                           GjkCache<btScalar>& cache)
+                           GjkCache<btScalar>& cache, btScalar* leeway = nullptr)
 {
     const btVector3 axis(btScalar(cache.axis[0]), btScalar(cache.axis[1]), btScalar(cache.axis[2]));
     std::int32_t vertexA = cache.startA, vertexB = cache.startB;
@@ -88,7 +89,12 @@ inline bool staysSeparated(const StretchedHull& a, const StretchedHull& b, btSca
                           btScalar(b.hull->radius()) * sumOfMagnitudes(*b.stretch);
     const btScalar gap = limit + 16 * std::numeric_limits<btScalar>::epsilon() * size;
     // A NaN makes the comparisons false.
-    return along > 0 && along * along > gap * gap * axis.length2();
+    if (!(along > 0 && along * along > gap * gap * axis.length2()))
+        return false;
+    // The division is off by less than four roundings of what is at most twice the size.
+    if (leeway != nullptr)
+        *leeway = along / axis.length() - gap - 16 * std::numeric_limits<btScalar>::epsilon() * size;
+    return true;
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

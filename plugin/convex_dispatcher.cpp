@@ -3,12 +3,14 @@
 #include "plugin/convex_dispatcher.h"
 
 #include "broad/worker_pool.h"
+#include "plugin/body_motions.h"
 #include "plugin/isa_gjk_algorithm.h"
 
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 
 #include <algorithm>
+#include <array>
 #include <exception>
 #include <typeinfo>
 
@@ -47,10 +49,16 @@ constexpr std::size_t kAhead = 12;
     }
 }
 
-bool isIdle(const btBroadphasePair& pair)
+/// Null for a pair of another algorithm.
+IsaGjkAlgorithm* isaGjkOf(const btBroadphasePair& pair)
 {
     if (pair.m_algorithm == nullptr || typeid(*pair.m_algorithm) != typeid(IsaGjkAlgorithm))
-        return false;
+        return nullptr;
+    return static_cast<IsaGjkAlgorithm*>(pair.m_algorithm);
+}
+
+bool isIdle(const btBroadphasePair& pair)
+{
     const auto& a = *static_cast<const btCollisionObject*>(pair.m_pProxy0->m_clientObject);
     const auto& b = *static_cast<const btCollisionObject*>(pair.m_pProxy1->m_clientObject);
     // Bullet's path knows at once that there is nothing to do for two sleepers.
@@ -92,6 +100,8 @@ Dispatcher::Dispatcher(btCollisionConfiguration* configuration, const Dispatcher
       m_workers(std::make_unique<WorkerPool>(options.threads)),
       m_ownNearCallback(getNearCallback())
 {
+    // Of a dispatcher that was at this address before: no pair of it is left.
+    m_isaGjk.motions().clear();
 }
 
 Dispatcher::~Dispatcher()
@@ -104,13 +114,14 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairCache, co
 {
     m_isaGjk.beginPass();
     m_idle.clear();
-    m_idlePairs = 0;
+    m_idlePairs = m_stillPairs = 0;
     btBroadphasePair* pairs = pairCache->getOverlappingPairArrayPtr();
     if (getNearCallback() == m_ownNearCallback && info.m_dispatchFunc == btDispatcherInfo::DISPATCH_DISCRETE)
     {
         const auto count = static_cast<std::size_t>(pairCache->getNumOverlappingPairs());
-        makeAlgorithms(pairs, count);
-        findIdlePairs(pairs, count);
+        const bool isWatched = m_isaGjk.motions().serves(pairCache);
+        makeAlgorithms(pairs, count, isWatched);
+        findIdlePairs(pairs, count, isWatched);
     }
     Callback callback(*this, pairs, info);
     pairCache->processAllOverlappingPairs(&callback, dispatcher, info);
@@ -118,7 +129,7 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairCache, co
 }
 
 /// What the near callback would do for a new pair, as far as the algorithm; only for those that may be idle at once.
-void Dispatcher::makeAlgorithms(btBroadphasePair* pairs, std::size_t count)
+void Dispatcher::makeAlgorithms(btBroadphasePair* pairs, std::size_t count, bool isWatched)
 {
     for (std::size_t i = 0; i < count; ++i)
     {
@@ -135,8 +146,12 @@ void Dispatcher::makeAlgorithms(btBroadphasePair* pairs, std::size_t count)
         const btCollisionObjectWrapper wrapB(nullptr, b.getCollisionShape(), &b, b.getWorldTransform(), -1,
                                              -1);
         pair.m_algorithm = findAlgorithm(&wrapA, &wrapB, nullptr, BT_CONTACT_POINT_ALGORITHMS);
-        if (pair.m_algorithm != nullptr && typeid(*pair.m_algorithm) == typeid(IsaGjkAlgorithm))
-            static_cast<IsaGjkAlgorithm*>(pair.m_algorithm)->expect(breakingThresholdOf(a, b));
+        IsaGjkAlgorithm* const algorithm = isaGjkOf(pair);
+        if (algorithm == nullptr)
+            continue;
+        algorithm->expect(breakingThresholdOf(a, b));
+        if (isWatched)
+            algorithm->watch(a, b);
     }
 }
 
@@ -149,20 +164,43 @@ btScalar Dispatcher::breakingThresholdOf(const btCollisionObject& a, const btCol
                  b.getCollisionShape()->getContactBreakingThreshold(gContactBreakingThreshold));
 }
 
-void Dispatcher::findIdlePairs(const btBroadphasePair* pairs, std::size_t count)
-try
+/// Calls body(begin, end) for parts of [0, count), on all threads.
+template <class Body>
+void Dispatcher::forAll(std::size_t count, const Body& body)
 {
-    m_idle.assign(count, nullptr);
     const unsigned tasks =
         m_workers->threads() == 1 ? 1u : static_cast<unsigned>(std::max<std::size_t>(1, count / kGrain));
-    std::atomic<std::uint64_t> found{0};
     m_workers->run(tasks,
                    [&](unsigned task)
                    {
                        const TaskRange range(count, task, tasks);
-                       found += findIdlePairs(pairs, range.begin, range.end);
+                       body(range.begin, range.end);
                    });
-    m_idlePairs = found;
+}
+
+void Dispatcher::findIdlePairs(const btBroadphasePair* pairs, std::size_t count, bool isWatched)
+try
+{
+    m_idle.assign(count, nullptr);
+    BodyMotions& motions = m_isaGjk.motions();
+    const bool isGap = m_isUpdateMissing;
+    if (isWatched)
+    {
+        m_isUpdateMissing = true;
+        forAll(motions.size(), [&](std::size_t begin, std::size_t end)
+               { motions.update(begin, end, m_isaGjk.pass(), isGap); });
+    }
+    std::atomic<std::uint64_t> idle{0}, still{0};
+    forAll(count,
+           [&](std::size_t begin, std::size_t end)
+           {
+               const Found found = findIdlePairs(pairs, begin, end);
+               idle += found.idle;
+               still += found.still;
+           });
+    m_idlePairs = idle;
+    m_stillPairs = still;
+    m_isUpdateMissing = m_isUpdateMissing && !isWatched;
     m_isaGjk.counters().separated.add(m_idlePairs);
 }
 catch (const std::exception&)
@@ -171,18 +209,41 @@ catch (const std::exception&)
     m_idle.clear();
 }
 
-std::uint64_t Dispatcher::findIdlePairs(const btBroadphasePair* pairs, std::size_t begin, std::size_t end)
+Dispatcher::Found Dispatcher::findIdlePairs(const btBroadphasePair* pairs, std::size_t begin, std::size_t end)
 {
-    std::uint64_t found = 0;
-    for (std::size_t i = begin; i < end; ++i)
+    BodyMotions& motions = m_isaGjk.motions();
+    Found found;
+    std::array<std::uint32_t, kGrain> left;
+    for (std::size_t first = begin; first < end; first += kGrain)
     {
-        if (i + kAhead < end)
-            prefetch(pairs[i + kAhead], pairs[i + kAhead / 2]);
-        if (!isIdle(pairs[i]))
-            continue;
-        m_idle[i] = pairs[i].m_algorithm;
-        ++found;
+        const std::size_t last = std::min(end, first + kGrain);
+        std::size_t count = 0;
+        for (std::size_t i = first; i < last; ++i)
+        {
+            if (i + kAhead < end)
+                prefetchBytes(pairs[i + kAhead].m_algorithm, 0, IsaGjkAlgorithm::kFirstBytes);
+            IsaGjkAlgorithm* const algorithm = isaGjkOf(pairs[i]);
+            if (algorithm == nullptr)
+                continue;
+            if (algorithm->staysIdle(motions))
+            {
+                m_idle[i] = algorithm;
+                ++found.still;
+            }
+            else
+                left[count++] = static_cast<std::uint32_t>(i);
+        }
+        for (std::size_t k = 0; k < count; ++k)
+        {
+            if (k + kAhead < count)
+                prefetch(pairs[left[k + kAhead]], pairs[left[k + kAhead / 2]]);
+            if (!isIdle(pairs[left[k]]))
+                continue;
+            m_idle[left[k]] = pairs[left[k]].m_algorithm;
+            ++found.idle;
+        }
     }
+    found.idle += found.still;
     return found;
 }
 }  // namespace CULLET_PRECISION

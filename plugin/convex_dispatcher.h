@@ -47,14 +47,22 @@ public:
     IsaGjkStats stats() const { return m_isaGjk.stats(); }
     /// Pairs that the last dispatch left out.
     std::uint64_t idlePairs() const { return m_idlePairs; }
+    /// Of these, pairs known to be apart by how little their bodies have moved, without a look at their shapes.
+    std::uint64_t stillPairs() const { return m_stillPairs; }
 
 private:
     class Callback;
 
-    void makeAlgorithms(btBroadphasePair* pairs, std::size_t count);
+    void makeAlgorithms(btBroadphasePair* pairs, std::size_t count, bool isWatched);
     btScalar breakingThresholdOf(const btCollisionObject& a, const btCollisionObject& b) const;
-    void findIdlePairs(const btBroadphasePair* pairs, std::size_t count);
-    std::uint64_t findIdlePairs(const btBroadphasePair* pairs, std::size_t begin, std::size_t end);
+    void findIdlePairs(const btBroadphasePair* pairs, std::size_t count, bool isWatched);
+    struct Found
+    {
+        std::uint64_t idle = 0, still = 0;
+    };
+    Found findIdlePairs(const btBroadphasePair* pairs, std::size_t begin, std::size_t end);
+    template <class Body>
+    void forAll(std::size_t count, const Body& body);
 
     IsaGjkRegistration& m_isaGjk;
     std::unique_ptr<WorkerPool> m_workers;
@@ -62,7 +70,8 @@ private:
     /// By place in the pair array: the algorithm if the pair is idle, else null. The pointer tells that the place still
     /// belongs to the pair, since callbacks may remove bodies during the dispatch.
     std::vector<const btCollisionAlgorithm*> m_idle;
-    std::uint64_t m_idlePairs = 0;
+    std::uint64_t m_idlePairs = 0, m_stillPairs = 0;
+    bool m_isUpdateMissing = false;  ///< of some pair, with the motions of its bodies
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -157,6 +157,7 @@ try
         record.previous = std::move(record.current);
         record.current = found;
         record.contents.store(found.get(), std::memory_order_release);
+        record.revision.fetch_add(1, std::memory_order_release);
     }
     record.checkedIn.store(pass, std::memory_order_release);
     return &found->hull();

@@ -12,6 +12,7 @@
 #include <memory>
 #include <mutex>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace cullet
@@ -44,6 +45,7 @@ struct HullRecord
     std::atomic<const HullContents*> contents{nullptr};
     std::atomic<std::uint64_t> checkedIn{0};  ///< the pass in which shape and contents were compared last
     std::atomic<std::int32_t> references{0};
+    std::atomic<std::uint32_t> revision{0};  ///< changes with the contents
     bool isPinned = false;
     /// Those in use, and the ones before, which another thread may still be comparing with.
     std::shared_ptr<const HullContents> current, previous;
@@ -113,6 +115,7 @@ public:
     ~HullUse() { reset(); }
     HullUse(const HullUse&) = delete;
     HullUse& operator=(const HullUse&) = delete;
+    HullUse(HullUse&& other) noexcept : m_record(std::exchange(other.m_record, nullptr)) {}
 
     const Hull<btScalar>* hullOf(const btConvexHullShape& shape, std::uint64_t pass) noexcept
     {
@@ -126,7 +129,12 @@ public:
         return HullCache::hullOf(*m_record, shape, pass);
     }
 
-private:
+    /// Two hulls that hullOf() gave for one shape are the same if this is: addresses are used again.
+    std::uint32_t revision() const noexcept
+    {
+        return m_record == nullptr ? 0 : m_record->revision.load(std::memory_order_acquire);
+    }
+
     void reset() noexcept
     {
         if (m_record != nullptr)
@@ -134,6 +142,7 @@ private:
         m_record = nullptr;
     }
 
+private:
     HullRecord* m_record = nullptr;
 };
 }  // namespace CULLET_PRECISION

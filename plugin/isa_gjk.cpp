@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "plugin/isa_gjk.h"
 
+#include "plugin/body_motions.h"
 #include "plugin/convex_shape.h"
 #include "plugin/isa_gjk_algorithm.h"
 
@@ -40,9 +41,12 @@ bool isCovered(int typeA, int typeB, const IsaGjkOptions& options)
 }  // namespace
 
 IsaGjkRegistration::IsaGjkRegistration(btCollisionDispatcher& dispatcher, const IsaGjkOptions& options)
+    : m_motions(std::make_unique<BodyMotions>())
 {
     reset(dispatcher, options);
 }
+
+IsaGjkRegistration::~IsaGjkRegistration() = default;
 
 void IsaGjkRegistration::reset(btCollisionDispatcher& dispatcher, const IsaGjkOptions& options)
 {

@@ -14,11 +14,14 @@
 
 #include <atomic>
 #include <cstdint>
+#include <memory>
 
 namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
+class BodyMotions;
+
 struct IsaGjkOptions
 {
     /// Take box against box too. Bullet has an algorithm of its own for this pair, by default left in place.
@@ -46,6 +49,7 @@ class CULLET_API IsaGjkRegistration
 public:
     /// @param dispatcher its configuration has to outlive it, as Bullet demands
     IsaGjkRegistration(btCollisionDispatcher& dispatcher, const IsaGjkOptions& options);
+    ~IsaGjkRegistration();
     IsaGjkRegistration(const IsaGjkRegistration&) = delete;
     IsaGjkRegistration& operator=(const IsaGjkRegistration&) = delete;
 
@@ -76,6 +80,9 @@ public:
     };
     Counters& counters() { return m_counters; }
 
+    /// Of the bodies whose pairs a Dispatcher watches.
+    BodyMotions& motions() { return *m_motions; }
+
 private:
     struct CreateFunc : btCollisionAlgorithmCreateFunc
     {
@@ -94,6 +101,7 @@ private:
 
     IsaGjkOptions m_options;
     Counters m_counters;
+    std::unique_ptr<BodyMotions> m_motions;
     std::uint64_t m_pass = 0;
     std::atomic<std::uint64_t> m_leftTotal{0};
     const btConvexConvexAlgorithm::CreateFunc* m_stock;

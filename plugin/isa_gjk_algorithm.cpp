@@ -95,9 +95,9 @@ IsaGjkAlgorithm::IsaGjkAlgorithm(IsaGjkRegistration& isaGjk, btPersistentManifol
                                  const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
                                  bool closestOnly)
     : btActivatingCollisionAlgorithm(info, a, b),
+      m_closestOnly(closestOnly),
       m_isaGjk(isaGjk),
-      m_manifold(manifold),
-      m_closestOnly(closestOnly)
+      m_manifold(manifold)
 {
 }
 
@@ -105,7 +105,23 @@ IsaGjkAlgorithm::~IsaGjkAlgorithm()
 {
     if (m_ownsManifold)
         m_dispatcher->releaseManifold(m_manifold);
+    for (const std::uint32_t place : m_places)
+    {
+        if (place != BodyMotions::kNone)
+            m_isaGjk.motions().release(place);
+    }
     m_isaGjk.leave();
+}
+
+void IsaGjkAlgorithm::watch(const btCollisionObject& a, const btCollisionObject& b)
+try
+{
+    m_places[0] = m_isaGjk.motions().acquire(a);
+    m_places[1] = m_isaGjk.motions().acquire(b);
+}
+catch (const std::exception&)
+{
+    // Without memory every dispatch looks at the pair anew.
 }
 
 void IsaGjkAlgorithm::getAllContactManifolds(btManifoldArray& manifolds)
@@ -117,6 +133,7 @@ void IsaGjkAlgorithm::getAllContactManifolds(btManifoldArray& manifolds)
 void IsaGjkAlgorithm::processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
                                        const btDispatcherInfo& info, btManifoldResult* result)
 {
+    m_leeway.forget();
     if (m_manifold == nullptr)
     {
         m_manifold = m_dispatcher->getNewManifold(a->getCollisionObject(), b->getCollisionObject());
@@ -145,21 +162,29 @@ void IsaGjkAlgorithm::processCollision(const btCollisionObjectWrapper* a, const 
 
 bool IsaGjkAlgorithm::isIdle(const btCollisionObject& a, const btCollisionObject& b)
 {
+    m_leeway.forget();
     const bool isNew = m_manifold == nullptr && m_cache.state == GjkState::NotConverged;
     if (m_hasContacts || m_breakingThreshold < 0 || (m_cache.state != GjkState::Separated && !isNew))
         return false;
     const ConvexPair pair(a, b);
     const btScalar limit = pair.margins() + m_breakingThreshold;
-    if (staysApart(pair, limit))
+    btScalar leeway = 0;
+    if (staysApart(pair, limit, &leeway))
+    {
+        m_leeway.set(double(leeway));
         return true;
+    }
     if (!canRunConcurrently(pair.a.shape.getShapeType()) || !canRunConcurrently(pair.b.shape.getShapeType()))
         return false;
     const ConvexCores cores(pair, m_hulls, m_isaGjk.pass());
-    return cores.arePlaced(pair) && separation(pair, cores, limit, m_cache) == GjkState::Separated;
+    if (!cores.arePlaced(pair) || separation(pair, cores, limit, m_cache) != GjkState::Separated)
+        return false;
+    m_leeway.set(0.0);
+    return true;
 }
 
 /// The cheap proof, where there is one.
-bool IsaGjkAlgorithm::staysApart(const ConvexPair& pair, btScalar limit)
+bool IsaGjkAlgorithm::staysApart(const ConvexPair& pair, btScalar limit, btScalar* leeway)
 {
     StretchedHull a, b;
     if (m_cache.state != GjkState::Separated ||
@@ -169,7 +194,7 @@ bool IsaGjkAlgorithm::staysApart(const ConvexPair& pair, btScalar limit)
         b = {a.hull, a.stretch, &pair.b.transform};
     else if (!stretchShape(pair.b.shape, pair.b.transform, m_hulls[1], m_isaGjk.pass(), b))
         return false;
-    return staysSeparated(a, b, limit, m_cache);
+    return staysSeparated(a, b, limit, m_cache, leeway);
 }
 
 /// @return false if Bullet's own algorithm has to answer

@@ -4,6 +4,7 @@
 
 #include "narrow/depth_memory.h"
 #include "narrow/gjk_types.h"
+#include "plugin/body_motions.h"
 #include "plugin/hull_cache.h"
 #include "plugin/isa_gjk.h"
 
@@ -26,6 +27,9 @@ struct Touch;
 class IsaGjkAlgorithm final : public btActivatingCollisionAlgorithm
 {
 public:
+    /// What staysIdle() reads.
+    static constexpr std::size_t kFirstBytes = sizeof(btActivatingCollisionAlgorithm) + 12;
+
     /// @param manifold    of a parent algorithm, which then owns and refreshes it; null: an own one, made when needed
     /// @param closestOnly one point per query, the closest: what queries outside of a step expect
     /// Neither this nor the destructor touches the heap: triangles of meshes come and go in every step.
@@ -45,6 +49,21 @@ public:
     /// @param breakingThreshold that its manifold would have
     void expect(btScalar breakingThreshold) { m_breakingThreshold = breakingThreshold; }
 
+    /// Once, for a pair in the pair cache that the registration's BodyMotions serve.
+    void watch(const btCollisionObject& a, const btCollisionObject& b);
+
+    /// True if the last isIdle() was true, nothing has happened to the pair since, and its bodies have not moved far enough
+    /// to make it false now. To be asked after every update of the motions.
+    bool staysIdle(BodyMotions& motions)
+    {
+        if (m_places[1] == BodyMotions::kNone ||
+            !m_leeway.outlasts(motions.of(m_places[0]) + motions.of(m_places[1])))
+            return false;
+        motions.use(m_places[0]);
+        motions.use(m_places[1]);
+        return true;
+    }
+
     /// True if processCollision() of these bodies would change nothing but what this remembers: the shapes are too far
     /// apart, and there is no contact to take back.
     ///
@@ -52,21 +71,24 @@ public:
     bool isIdle(const btCollisionObject& a, const btCollisionObject& b);
 
 private:
-    bool staysApart(const ConvexPair& pair, btScalar limit);
+    bool staysApart(const ConvexPair& pair, btScalar limit, btScalar* leeway = nullptr);
     bool collide(const ConvexPair& pair, const btDispatcherInfo& info, btManifoldResult& result);
     void report(const ConvexPair& pair, const ConvexCores& cores, const Touch& touch, btScalar reach,
                 btManifoldResult& result);
     void runStock(const ConvexPair& pair, const btDispatcherInfo& info, btManifoldResult& result);
 
+    // First what a pair that stays idle needs.
+    std::uint32_t m_places[2] = {BodyMotions::kNone, BodyMotions::kNone};
+    Leeway m_leeway;
+    bool m_ownsManifold = false;
+    bool m_closestOnly;
+    bool m_hasContacts = false;
     IsaGjkRegistration& m_isaGjk;
     btPersistentManifold* m_manifold;
     HullUse m_hulls[2];
     GjkCache<btScalar> m_cache;
     DepthMemory m_depth;
     btScalar m_breakingThreshold = -1;  ///< negative: not known yet
-    bool m_ownsManifold = false;
-    bool m_closestOnly;
-    bool m_hasContacts = false;
 };
 
 // Bullet's pool hands out elements of this size and does not look at the request.

@@ -27,10 +27,10 @@ struct NamedQuery
     NarrowQuery query;
 };
 
-constexpr NamedQuery kQueries[] = {{"boolean", NarrowQuery::Boolean},
-                                   {"distance", NarrowQuery::Distance},
-                                   {"contacts", NarrowQuery::Contacts},
-                                   {"algorithm", NarrowQuery::Algorithm}};
+constexpr NamedQuery kQueries[] = {
+    {"boolean", NarrowQuery::Boolean},       {"distance", NarrowQuery::Distance},
+    {"contacts", NarrowQuery::Contacts},     {"algorithm", NarrowQuery::Algorithm},
+    {"dispatcher", NarrowQuery::Dispatcher}, {"still", NarrowQuery::Still}};
 
 struct NamedSupport
 {

@@ -59,6 +59,8 @@ std::unique_ptr<NarrowSubject> makeBulletNarrow(const NarrowRequest& request)
 {
     if (request.query == NarrowQuery::Algorithm)
         return makeAlgorithmNarrow(request, false);
+    if (isThroughDispatcher(request.query))
+        return makeDispatcherNarrow(request, false);
     return std::make_unique<BulletNarrow>(request);
 }
 }  // namespace CULLET_PRECISION

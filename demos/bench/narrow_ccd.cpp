@@ -109,7 +109,7 @@ private:
 std::unique_ptr<NarrowSubject> makeCcdNarrow(const NarrowRequest& request)
 {
     // The library has no distance between disjoint shapes.
-    if (request.query == NarrowQuery::Distance || request.query == NarrowQuery::Algorithm)
+    if (request.query == NarrowQuery::Distance || isBulletsOwn(request.query))
         return nullptr;
     return std::make_unique<CcdNarrow>(request);
 }

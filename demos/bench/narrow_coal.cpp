@@ -133,7 +133,7 @@ private:
 
 std::unique_ptr<NarrowSubject> makeCoalNarrow(const NarrowRequest& request)
 {
-    if (request.query == NarrowQuery::Algorithm)
+    if (isBulletsOwn(request.query))
         return nullptr;
     return std::make_unique<CoalNarrow>(request);
 }

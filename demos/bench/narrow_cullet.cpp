@@ -134,6 +134,8 @@ std::unique_ptr<NarrowSubject> makeCulletNarrow(const NarrowRequest& request)
 {
     if (request.query == NarrowQuery::Algorithm)
         return makeAlgorithmNarrow(request, true);
+    if (isThroughDispatcher(request.query))
+        return makeDispatcherNarrow(request, true);
     return std::make_unique<CulletNarrow>(request, 0);
 }
 

@@ -80,7 +80,7 @@ private:
 
 std::unique_ptr<NarrowSubject> makeFclNarrow(const NarrowRequest& request)
 {
-    if (request.query == NarrowQuery::Algorithm)
+    if (isBulletsOwn(request.query))
         return nullptr;
     return std::make_unique<FclNarrow>(request);
 }

@@ -20,8 +20,21 @@ enum class NarrowQuery
     Boolean,   ///< do the shapes overlap?
     Distance,  ///< how far apart are they; 0 if they overlap
     Contacts,  ///< normal, points and signed distance of one contact, if the shapes are nearer than kContactDistance
-    Algorithm  ///< all that Bullet's dispatcher asks of a pair: the points of its manifold, brought up to date
+    Algorithm,  ///< all that Bullet's dispatcher asks of a pair: the points of its manifold, brought up to date
+    Dispatcher,  ///< the same of all pairs of a frame at once, by btCollisionDispatcher or cullet::Dispatcher
+    Still  ///< as Dispatcher, but of bodies in a lattice that do not move, six pairs for each, whatever the regime
 };
+
+inline bool isThroughDispatcher(NarrowQuery query)
+{
+    return query == NarrowQuery::Dispatcher || query == NarrowQuery::Still;
+}
+
+/// Asked in Bullet's terms, which other libraries do not have.
+inline bool isBulletsOwn(NarrowQuery query)
+{
+    return query == NarrowQuery::Algorithm || isThroughDispatcher(query);
+}
 
 constexpr double kContactDistance = 0.02;  ///< Bullet's gContactBreakingThreshold
 
@@ -77,6 +90,8 @@ std::unique_ptr<NarrowSubject> makeCulletReflectedNarrow(const NarrowRequest& re
 std::unique_ptr<NarrowSubject> makeBulletNarrow(const NarrowRequest& request);
 /// The algorithm of a pair in Bullet's dispatcher: ISA-GJK's, or Bullet's own, which always keeps its manifold.
 std::unique_ptr<NarrowSubject> makeAlgorithmNarrow(const NarrowRequest& request, bool isIsaGjk);
+/// All pairs of a frame through a dispatcher, on one thread; nullptr for cullet's when cold.
+std::unique_ptr<NarrowSubject> makeDispatcherNarrow(const NarrowRequest& request, bool isCullets);
 std::unique_ptr<NarrowSubject> makeCcdNarrow(const NarrowRequest& request);
 std::unique_ptr<NarrowSubject> makeFclNarrow(const NarrowRequest& request);
 std::unique_ptr<NarrowSubject> makeCoalNarrow(const NarrowRequest& request);

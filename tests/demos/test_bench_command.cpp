@@ -370,7 +370,7 @@ TEST_F(BenchCommand, MeasuresNarrowQueriesAndChecksTheirAnswers)
     Outcome outcome;
     const json document = runForJson(
         "bench narrow --shape box8,ico12 --regime separated,overlapping --query "
-        "boolean,distance,contacts,algorithm --repetitions 1",
+        "boolean,distance,contacts,algorithm,dispatcher,still --repetitions 1",
         &outcome);
     ASSERT_EQ(outcome.code, 0) << outcome.errors;
     int rowCount = 0, meanCount = 0;
@@ -393,9 +393,9 @@ TEST_F(BenchCommand, MeasuresNarrowQueriesAndChecksTheirAnswers)
             EXPECT_NEAR(row["supports"].get<double>(), 2.0, 0.5);
         }
     }
-    // Two shapes, two regimes, four queries; cullet warm and cold, and Bullet.
-    EXPECT_EQ(rowCount, 2 * 2 * 4 * 3);
-    EXPECT_EQ(meanCount, 2 * 4 * 3);
+    // Two shapes, two regimes, four queries; cullet warm and cold, and Bullet. Two more through a dispatcher, warm only.
+    EXPECT_EQ(rowCount, 2 * 2 * (4 * 3 + 2 * 2));
+    EXPECT_EQ(meanCount, 2 * (4 * 3 + 2 * 2));
     EXPECT_EQ(runProgram("bench narrow --shape sphere").code, 2);
 }
 

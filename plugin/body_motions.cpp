@@ -1,0 +1,206 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "plugin/body_motions.h"
+
+#include "plugin/convex_pair.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+constexpr float kUnknown = std::numeric_limits<float>::infinity();
+
+/// Bodies between the first touch of one's memory and its use.
+constexpr std::size_t kAhead = 6;
+
+/// Updates for which a body whose motion was of no use is left alone; then it takes two to find out again.
+constexpr std::uint32_t kPause = 14;
+
+btScalar squaredDifference(const btVector3& a, const btVector3& b)
+{
+    const btScalar x = a.x() - b.x(), y = a.y() - b.y(), z = a.z() - b.z();
+    return x * x + y * y + z * z;
+}
+
+/// No point x with |x| <= reach is farther from its old place: |Rx + t - R'x - t'| <= |R - R'| |x| + |t - t'|, with the
+/// Frobenius norm, which bounds the spectral one whether or not R and R' are rotations.
+///
+/// A chain of a dozen operations, none of which cancels, is off by less than twelve roundings of 6e-8 of itself, as are
+/// two that follow in float; squares that underflow are below 2^-126, and so are sums of them, or their root below 4e-19.
+float distanceMoved(const btTransform& from, const btTransform& to, btScalar reach)
+{
+    const btMatrix3x3 &m = from.getBasis(), &n = to.getBasis();
+    const btScalar turned =
+        squaredDifference(m[0], n[0]) + squaredDifference(m[1], n[1]) + squaredDifference(m[2], n[2]);
+    const btScalar shifted = squaredDifference(from.getOrigin(), to.getOrigin());
+    const btScalar moved = (std::sqrt(turned) + btScalar(4e-19)) * reach + std::sqrt(shifted);
+    return static_cast<float>(moved) * (1.0f + 1e-6f) + 4e-19f;
+}
+
+/// The transform comes first in a body; its shape follows behind the second transform and five vectors.
+[[gnu::always_inline]] inline void prefetch(const btCollisionObject* body)
+{
+    const auto* bytes = reinterpret_cast<const char*>(body);
+    __builtin_prefetch(bytes + 8);
+    __builtin_prefetch(bytes + sizeof(btTransform) + 8);
+    __builtin_prefetch(bytes + 2 * sizeof(btTransform) + 5 * sizeof(btVector3) + 32);
+}
+
+/// The unused fourth components count too; at worst they make a motion of nothing.
+bool areSameBits(const btTransform& a, const btTransform& b)
+{
+    std::array<std::uint64_t, sizeof(btTransform) / 8> x, y;
+    std::memcpy(x.data(), &a, sizeof(a));
+    std::memcpy(y.data(), &b, sizeof(b));
+    std::uint64_t difference = 0;
+    for (std::size_t i = 0; i < x.size(); ++i)
+        difference |= x[i] ^ y[i];
+    return difference == 0;
+}
+}  // namespace
+
+bool BodyMotions::serves(const btOverlappingPairCache* cache)
+{
+    if (m_places.empty())
+        m_cache = cache;
+    return m_cache == cache;
+}
+
+std::uint32_t BodyMotions::acquire(const btCollisionObject& body)
+{
+    const auto [known, isNew] = m_places.try_emplace(&body, kNone);
+    if (!isNew)
+    {
+        ++m_slots[known->second].watchers;
+        return known->second;
+    }
+    try
+    {
+        if (m_free.empty())
+        {
+            // Room for all places, so that a release never allocates.
+            m_free.reserve(m_slots.size() + 1);
+            m_moved.reserve(m_slots.size() + 1);
+            m_isUsed.reserve(m_slots.size() + 1);
+            m_slots.emplace_back();
+            m_moved.push_back(kUnknown);
+            m_isUsed.push_back(0);
+            m_free.push_back(static_cast<std::uint32_t>(m_slots.size() - 1));
+        }
+    }
+    catch (...)
+    {
+        m_places.erase(known);
+        throw;
+    }
+    known->second = m_free.back();
+    m_free.pop_back();
+    Slot& slot = m_slots[known->second];
+    slot.body = &body;
+    slot.watchers = 1;
+    slot.pause = 0;
+    m_moved[known->second] = kUnknown;
+    slot.shape = nullptr;
+    return known->second;
+}
+
+void BodyMotions::release(std::uint32_t place) noexcept
+{
+    Slot& slot = m_slots[place];
+    if (--slot.watchers > 0)
+        return;
+    m_places.erase(slot.body);
+    slot.body = nullptr;
+    slot.hull.reset();
+    m_free.push_back(place);
+}
+
+void BodyMotions::update(std::size_t begin, std::size_t end, std::uint64_t pass, bool isGap) noexcept
+{
+    for (std::size_t i = begin; i < end; ++i)
+    {
+        prefetch(m_slots[std::min(i + kAhead, end - 1)].body);
+        Slot& slot = m_slots[i];
+        if (slot.body == nullptr)
+            continue;
+        const bool wasInVain = m_moved[i] != kUnknown && m_isUsed[i] == 0;
+        if (wasInVain)
+            slot.pause = kPause;
+        m_moved[i] = kUnknown;
+        m_isUsed[i] = 0;
+        if (slot.pause > 0)
+        {
+            // The first look after the pause is no comparison with what was before.
+            slot.shape = nullptr;
+            --slot.pause;
+            continue;
+        }
+        const float moved = slot.move(pass);
+        if (!isGap)
+            m_moved[i] = moved;
+    }
+}
+
+void BodyMotions::clear()
+{
+    m_slots.clear();
+    m_moved.clear();
+    m_isUsed.clear();
+    m_free.clear();
+    m_places.clear();
+}
+
+float BodyMotions::Slot::move(std::uint64_t pass) noexcept
+{
+    const btTransform& to = body->getWorldTransform();
+    if (!hasSameCore(pass))
+    {
+        readCore(pass);
+        place = to;
+        return kUnknown;
+    }
+    if (areSameBits(place, to))
+        return 0.0f;
+    const float moved = distanceMoved(place, to, reach);
+    place = to;
+    return moved;
+}
+
+bool BodyMotions::Slot::hasSameCore(std::uint64_t pass) noexcept
+{
+    StretchedHull core;
+    if (shape == nullptr || body->getCollisionShape() != shape || shape->getShapeType() != type ||
+        !stretchShape(static_cast<const btConvexShape&>(*shape), place, hull, pass, core))
+        return false;
+    return (type != CONVEX_HULL_SHAPE_PROXYTYPE || hull.revision() == revision) &&
+           marginOf(static_cast<const btConvexShape&>(*shape), convexKindOf(type)) == margin &&
+           core.stretch->x() == stretch.x() && core.stretch->y() == stretch.y() &&
+           core.stretch->z() == stretch.z();
+}
+
+void BodyMotions::Slot::readCore(std::uint64_t pass) noexcept
+{
+    shape = nullptr;
+    const btCollisionShape& any = *body->getCollisionShape();
+    const auto& convex = static_cast<const btConvexShape&>(any);
+    StretchedHull core;
+    type = any.getShapeType();
+    if (!stretchShape(convex, place, hull, pass, core))
+        return;
+    shape = &any;
+    revision = hull.revision();
+    margin = marginOf(convex, convexKindOf(type));
+    stretch = *core.stretch;
+    const btScalar most = std::max({std::abs(stretch.x()), std::abs(stretch.y()), std::abs(stretch.z())});
+    reach = most * static_cast<btScalar>(core.hull->radius()) *
+            (1 + 4 * std::numeric_limits<btScalar>::epsilon());
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet
