@@ -84,16 +84,7 @@ std::uint32_t BodyMotions::acquire(const btCollisionObject& body)
     try
     {
         if (m_free.empty())
-        {
-            // Room for all places, so that a release never allocates.
-            m_free.reserve(m_slots.size() + 1);
-            m_moved.reserve(m_slots.size() + 1);
-            m_isUsed.reserve(m_slots.size() + 1);
-            m_slots.emplace_back();
-            m_moved.push_back(kUnknown);
-            m_isUsed.push_back(0);
-            m_free.push_back(static_cast<std::uint32_t>(m_slots.size() - 1));
-        }
+            addPlace();
     }
     catch (...)
     {
@@ -109,6 +100,23 @@ std::uint32_t BodyMotions::acquire(const btCollisionObject& body)
     m_moved[known->second] = kUnknown;
     slot.shape = nullptr;
     return known->second;
+}
+
+void BodyMotions::addPlace()
+{
+    if (m_slots.size() == m_slots.capacity())
+    {
+        // Room for all places, so that a release never allocates.
+        const std::size_t room = std::max<std::size_t>(64, 2 * m_slots.size());
+        m_free.reserve(room);
+        m_moved.reserve(room);
+        m_isUsed.reserve(room);
+        m_slots.reserve(room);
+    }
+    m_free.push_back(static_cast<std::uint32_t>(m_slots.size()));
+    m_slots.emplace_back();
+    m_moved.push_back(kUnknown);
+    m_isUsed.push_back(0);
 }
 
 void BodyMotions::release(std::uint32_t place) noexcept

@@ -81,6 +81,8 @@ private:
         btTransform place;
     };
 
+    void addPlace();
+
     std::vector<Slot> m_slots;
     std::vector<float> m_moved;
     std::vector<std::uint8_t> m_isUsed;
