@@ -116,14 +116,14 @@ TEST(Penetration, TheExactSearchTakesOverWhenThePolytopeIsFull)
     EXPECT_NEAR(result.depth, 2.0 * inner, 1e-5);
 }
 
-TEST(Penetration, WhatIsRememberedOfAnotherPairIsForgottenOrGivesTheSameDepth)
+template <class S>
+void checkMemoryOfAnotherPair()
 {
-    const std::vector<Hull<float>> hulls = {hullOf<float>(icoPoints(1)),
-                                            hullOf<float>(boxPoints(0.5, 0.6, 0.7))};
+    const std::vector<Hull<S>> hulls = {hullOf<S>(icoPoints(1)), hullOf<S>(boxPoints(0.5, 0.6, 0.7))};
     std::mt19937 engine(41);
     int usedCount = 0, forgottenCount = 0;
     DepthMemory memory;
-    PairScene<float> scene;
+    PairScene<S> scene;
     for (int i = 0; i < 2000; ++i)
     {
         SCOPED_TRACE(i);
@@ -132,15 +132,15 @@ TEST(Penetration, WhatIsRememberedOfAnotherPairIsForgottenOrGivesTheSameDepth)
             scene = randomPair(hulls[engine() % 2], hulls[engine() % 2], -0.1, 0.0, engine);
         else
             moveALittle(scene, 0.1, engine);
-        const PosedHull<float> a = scene.posedA();
-        const PosedHull<float> b = scene.posedB();
-        GjkCache<float> cache;
+        const PosedHull<S> a = scene.posedA();
+        const PosedHull<S> b = scene.posedB();
+        GjkCache<S> cache;
         const bool wasEmpty = memory.vertexCount == 0;
-        const PenetrationResult<float> result = rememberedPenetration(a, b, cache, memory);
+        const PenetrationResult<S> result = rememberedPenetration(a, b, cache, memory);
         if (result.state == GjkState::Overlapping)
         {
-            GjkCache<float> other;
-            EXPECT_NEAR(result.depth, penetration(a, b, other).depth, 1e-5f);
+            GjkCache<S> other;
+            EXPECT_NEAR(result.depth, penetration(a, b, other).depth, 1e-5);
             ++usedCount;
             continue;
         }
@@ -151,6 +151,12 @@ TEST(Penetration, WhatIsRememberedOfAnotherPairIsForgottenOrGivesTheSameDepth)
     }
     EXPECT_GT(usedCount, 100);
     EXPECT_GT(forgottenCount, 100);
+}
+
+TEST(Penetration, WhatIsRememberedOfAnotherPairIsForgottenOrGivesTheSameDepth)
+{
+    checkMemoryOfAnotherPair<float>();
+    checkMemoryOfAnotherPair<double>();
 }
 
 TEST(Penetration, InputsThatAreNotFiniteDoNotConverge)

@@ -1,0 +1,219 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "tests/plugin/random_motion.h"
+
+#include <gtest/gtest.h>
+
+#include <deque>
+#include <set>
+#include <utility>
+
+namespace cullet::test
+{
+namespace
+{
+/// Bodies of changing shapes, all of them in pairs, dispatched by one that remembers and by one that never does.
+class RestlessCrowd
+{
+public:
+    static constexpr int kBodies = 24;
+
+    RestlessCrowd(unsigned seed, double far) : m_engine(seed), m_far(far)
+    {
+        useOneThreshold(m_dispatcher);
+        for (int i = 0; i < kBodies; ++i)
+        {
+            m_shapes.push_back(makeHullShape(i % 3 == 0 ? boxPoints(0.5, 0.4, 0.3)
+                                                        : ballPoints(20, 0.5, seed + unsigned(i) / 2)));
+            Entry& entry = m_entries.emplace_back();
+            entry.body.setCollisionShape(i % 8 == 7 ? static_cast<btCollisionShape*>(&m_box)
+                                                    : m_shapes.back().get());
+            entry.body.setUserIndex(i);
+            entry.proxy.m_clientObject = &entry.body;
+            entry.proxy.m_uniqueId = i + 1;
+            entry.body.setWorldTransform(btTransform(randomRotation(m_engine), anywhere()));
+        }
+        for (std::size_t i = 0; i < m_entries.size(); ++i)
+        {
+            for (std::size_t k = 0; k < i; ++k)
+                m_cache.addOverlappingPair(&m_entries[k].proxy, &m_entries[i].proxy);
+        }
+    }
+    ~RestlessCrowd() { forgetPairs(m_cache, m_dispatcher); }
+
+    /// @return pairs that touch for the one that never remembers, and not for the other
+    int step()
+    {
+        for (Entry& entry : m_entries)
+            move(entry);
+        if (m_frame++ % 5 == 0)
+            changeAShape();
+        m_dispatcher.dispatchAllCollisionPairs(&m_cache, m_info, &m_dispatcher);
+        stillTotal += m_dispatcher.stillPairs();
+        pairsTotal += std::uint64_t(m_cache.getNumOverlappingPairs());
+        const std::set<std::pair<int, int>> ours = touching(m_dispatcher);
+        const std::set<std::pair<int, int>> truth = touchingForAStranger();
+        int missing = 0;
+        for (const auto& pair : truth)
+        {
+            missing += ours.count(pair) == 0;
+            began += m_before.count(pair) == 0;
+        }
+        m_before = truth;
+        return missing;
+    }
+
+    std::uint64_t stillTotal = 0, pairsTotal = 0;
+    int began = 0;  ///< pairs that did not touch in the frame before
+
+private:
+    struct Entry
+    {
+        btCollisionObject body;
+        btBroadphaseProxy proxy{vec(0, 0, 0), vec(0, 0, 0), nullptr, 1, -1};
+    };
+
+    btVector3 anywhere()
+    {
+        return vec(m_far + random(m_engine, 0, 3.4), random(m_engine, 0, 3.4), random(m_engine, 0, 3.4));
+    }
+
+    void move(Entry& entry)
+    {
+        const btTransform from = entry.body.getWorldTransform();
+        const unsigned kind = m_engine() % 100;
+        if (kind < 64)
+            return;
+        if (kind < 96)
+            entry.body.setWorldTransform(moved(from, random(m_engine, 0, 0.01), random(m_engine, 0, 0.5),
+                                               random(m_engine, 0, 0.003), m_engine));
+        else if (kind < 98)
+            entry.body.setWorldTransform(moved(from, random(m_engine, 0, 0.3), random(m_engine, 0, 0.5),
+                                               random(m_engine, 0, 0.1), m_engine));
+        else if (kind < 99)
+            entry.body.getWorldTransform() = moved(from, random(m_engine, 0, 6), 0, 0, m_engine);
+        else
+            entry.body.getWorldTransform().setOrigin(anywhere());
+    }
+
+    void changeAShape()
+    {
+        const auto i = std::size_t(m_engine() % m_shapes.size());
+        btConvexHullShape& shape = *m_shapes[i];
+        switch (m_engine() % 5)
+        {
+            case 0:
+                return shape.setMargin(btScalar(random(m_engine, 0, 0.1)));
+            case 1:
+                return shape.setLocalScaling(vec(random(m_engine, 0.7, 1.3), random(m_engine, 0.7, 1.3),
+                                                 random(m_engine, -1.3, -0.7)));
+            case 2:
+                shape.getUnscaledPoints()[m_engine() % 8] *= btScalar(random(m_engine, 0.8, 1.25));
+                return shape.recalcLocalAabb();
+            case 3:
+                return m_entries[i].body.setCollisionShape(m_shapes[m_engine() % m_shapes.size()].get());
+            default:
+                return m_box.setLocalScaling(vec(random(m_engine, 0.8, 1.2), 1, 1));
+        }
+    }
+
+    /// Bullet fixes the other one when a manifold is made, from the shapes of that moment.
+    static void useOneThreshold(btCollisionDispatcher& dispatcher)
+    {
+        dispatcher.setDispatcherFlags(dispatcher.getDispatcherFlags() &
+                                      ~btCollisionDispatcher::CD_USE_RELATIVE_CONTACT_BREAKING_THRESHOLD);
+    }
+
+    /// Pairs with a contact that no rounding can take away.
+    static std::set<std::pair<int, int>> touching(btCollisionDispatcher& dispatcher, double within = 1)
+    {
+        std::set<std::pair<int, int>> pairs;
+        for (int i = 0; i < dispatcher.getNumManifolds(); ++i)
+        {
+            const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+            for (int k = 0; k < manifold.getNumContacts(); ++k)
+            {
+                if (double(manifold.getContactPoint(k).getDistance()) <
+                    within * double(manifold.getContactBreakingThreshold()))
+                    pairs.emplace(manifold.getBody0()->getUserIndex(), manifold.getBody1()->getUserIndex());
+            }
+        }
+        return pairs;
+    }
+
+    std::set<std::pair<int, int>> touchingForAStranger()
+    {
+        Dispatcher stranger(&m_configuration);
+        useOneThreshold(stranger);
+        btHashedOverlappingPairCache cache;
+        const btBroadphasePair* pairs = m_cache.getOverlappingPairArrayPtr();
+        for (int i = 0; i < m_cache.getNumOverlappingPairs(); ++i)
+            cache.addOverlappingPair(pairs[i].m_pProxy0, pairs[i].m_pProxy1);
+        stranger.dispatchAllCollisionPairs(&cache, m_info, &stranger);
+        EXPECT_EQ(stranger.stillPairs(), 0u);
+        std::set<std::pair<int, int>> found = touching(stranger, m_far > 0 ? 0.8 : 0.99);
+        forgetPairs(cache, stranger);
+        return found;
+    }
+
+    void forgetPairs(btOverlappingPairCache& cache, btDispatcher& dispatcher)
+    {
+        for (Entry& entry : m_entries)
+            cache.removeOverlappingPairsContainingProxy(&entry.proxy, &dispatcher);
+    }
+
+    std::mt19937 m_engine;
+    double m_far;
+    btDefaultCollisionConfiguration m_configuration;
+    Dispatcher m_dispatcher{&m_configuration};
+    btDispatcherInfo m_info;
+    btHashedOverlappingPairCache m_cache;
+    btBoxShape m_box{vec(0.4, 0.4, 0.4)};
+    std::vector<std::unique_ptr<btConvexHullShape>> m_shapes;
+    std::deque<Entry> m_entries;
+    std::set<std::pair<int, int>> m_before;
+    int m_frame = 0;
+};
+}  // namespace
+
+TEST(IsaGjkDispatcher, LeavesOutNoPairThatTouchesHoweverBodiesAndShapesChange)
+{
+    for (const double far : {0.0, 1000.0})
+    {
+        for (unsigned seed = 1; seed <= 3; ++seed)
+        {
+            RestlessCrowd crowd(seed, far);
+            for (int frame = 0; frame < 120; ++frame)
+                EXPECT_EQ(crowd.step(), 0) << "seed " << seed << ", frame " << frame << ", far " << far;
+            EXPECT_GT(crowd.stillTotal, crowd.pairsTotal / 4);
+            EXPECT_GT(crowd.began, 40);
+        }
+    }
+}
+
+TEST(IsaGjkDispatcher, KeepsWatchingItsPairsWhenItIsRegisteredAgain)
+{
+    const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
+    ConvexWorld world(Narrow::Dispatcher);
+    for (int i = 0; i < 5; ++i)
+        world.add(cube.get(), 1, vec(1.12 * i, 0, 0)).setActivationState(DISABLE_DEACTIVATION);
+    world.world.setGravity(vec(0, 0, 0));
+    world.step(3);
+    auto& dispatcher = static_cast<Dispatcher&>(world.dispatcher());
+    EXPECT_EQ(dispatcher.stillPairs(), 4u);
+    EXPECT_EQ(dispatcher.idlePairs(), 4u);
+    registerIsaGjk(dispatcher);
+    world.step();
+    EXPECT_EQ(dispatcher.stillPairs(), 4u);
+    // Its pair goes, and with it one that watched.
+    world.world.removeRigidBody(world.bodies[0].get());
+    world.step();
+    EXPECT_EQ(dispatcher.stillPairs(), 3u);
+    world.world.addRigidBody(world.bodies[0].get());
+    world.step();
+    EXPECT_EQ(dispatcher.stillPairs(), 3u) << "the new pair has no proof yet";
+    EXPECT_EQ(dispatcher.idlePairs(), 4u);
+    world.step();
+    EXPECT_EQ(dispatcher.stillPairs(), 4u);
+}
+}  // namespace cullet::test
