@@ -13,7 +13,8 @@ namespace
 constexpr std::size_t kFewKeys = 24;      // sorted by insertion
 constexpr std::size_t kOneBucket = 1024;  // keys that are not distributed among threads
 constexpr std::size_t kKeysPerBucket = 128;
-constexpr std::size_t kWordsPerKey = 4;  // up to so many upper words each get a bucket
+constexpr std::size_t kWordsPerKey = 4;  // up to so many upper words each or few together get a bucket
+constexpr std::size_t kMostListsOfWords = 8;
 constexpr std::uint32_t kMostBuckets = 1024;
 constexpr std::uint32_t kMostDigits = 2048;
 constexpr std::size_t kWriteGrain = 8192;
@@ -103,47 +104,15 @@ void sortKeys(std::uint64_t* from, std::uint64_t* to, std::size_t count)
     sortByInsertion(to, count);
 }
 
-std::size_t countOf(const std::vector<KeyList>& lists)
+}  // namespace
+
+std::size_t KeySort::countOf(const std::vector<KeyList>& lists)
 {
     std::size_t count = 0;
     for (const KeyList& list : lists)
         count += list.size();
     return count;
 }
-}  // namespace
-
-struct KeySort::Piece
-{
-    const std::uint64_t* begin;
-    const std::uint64_t* end;
-    const std::uint64_t* first;  ///< of all that are in order
-    const std::uint64_t* last;
-
-    bool isSingle(const std::uint64_t* key) const
-    {
-        return (key == first || key[-1] != *key) && (key + 1 == last || key[1] != *key);
-    }
-
-    /// Keys that differ from both neighbours.
-    std::size_t countSingle() const
-    {
-        std::size_t count = 0;
-        for (const std::uint64_t* key = begin; key != end; ++key)
-            count += isSingle(key) ? 1u : 0u;
-        return count;
-    }
-
-    /// Writes those; the end of what was written.
-    Pair* writeSingle(Pair* to) const
-    {
-        for (const std::uint64_t* key = begin; key != end; ++key)
-        {
-            if (isSingle(key))
-                *to++ = pairOfKey(*key);
-        }
-        return to;
-    }
-};
 
 void KeyList::trim()
 {
@@ -177,8 +146,15 @@ KeySort::Cut KeySort::cutOf(std::vector<KeyList>& lists, std::size_t count)
         highest = std::max(highest, list.highest());
     }
     const std::uint64_t words = (highest >> 32) - (lowest >> 32) + 1;
-    if (count != 0 && words * lists.size() < kWordsPerKey * count)
-        return {lowest >> 32 << 32, 32, static_cast<std::uint32_t>(words), true};
+    if (words < kWordsPerKey * count && lists.size() <= kMostListsOfWords)
+    {
+        // The calling thread adds up what each list has in each bucket: the fewer, the more lists there are.
+        std::uint32_t shift = 32;
+        while ((words >> (shift - 32)) * lists.size() * lists.size() > 2 * count)
+            ++shift;
+        const std::uint64_t first = lowest >> shift << shift;
+        return {first, shift, static_cast<std::uint32_t>((highest - first) >> shift) + 1, true};
+    }
     const std::uint32_t buckets =
         count < kOneBucket ? 1u : powerOfTwoFrom(count / kKeysPerBucket, kMostBuckets);
     return {lowest, count == 0 ? 0u : shiftFor(highest - lowest, buckets), buckets, false};
@@ -289,58 +265,6 @@ void KeySort::sort(WorkerPool& workers, std::vector<KeyList>& lists, std::vector
                     }
                 });
     trimRoom(m_parted);
-}
-
-/// All keys in order: those of the lists themselves, or sorted ones.
-std::vector<KeySort::Piece> KeySort::sortedPieces(WorkerPool& workers, std::vector<KeyList>& lists)
-{
-    std::vector<Piece> pieces;
-    if (areInOrder(lists))
-    {
-        for (const KeyList& list : lists)
-            pieces.push_back({list.begin(), list.end(), list.begin(), list.end()});
-        return pieces;
-    }
-    sort(workers, lists, m_sorted);
-    const std::uint64_t* const first = m_sorted.data();
-    const unsigned tasks = workers.tasksFor(m_sorted.size(), kWriteGrain);
-    for (unsigned task = 0; task < tasks; ++task)
-    {
-        const TaskRange range(m_sorted.size(), task, tasks);
-        pieces.push_back({first + range.begin, first + range.end, first, first + m_sorted.size()});
-    }
-    return pieces;
-}
-
-void KeySort::write(WorkerPool& workers, std::vector<KeyList>& lists, std::vector<Pair>& pairs)
-{
-    const std::vector<Piece> pieces = sortedPieces(workers, lists);
-    const std::size_t count = countOf(lists);
-    if (workers.tasksFor(count, kWriteGrain) == 1)
-    {
-        pairs.resize(count);
-        Pair* to = pairs.data();
-        for (const Piece& piece : pieces)
-            to = piece.writeSingle(to);
-        pairs.resize(static_cast<std::size_t>(to - pairs.data()));
-    }
-    else
-    {
-        writeParallel(workers, pieces, pairs);
-    }
-    trimRoom(m_sorted);
-}
-
-void KeySort::writeParallel(WorkerPool& workers, const std::vector<Piece>& pieces, std::vector<Pair>& pairs)
-{
-    const auto tasks = static_cast<unsigned>(pieces.size());
-    std::vector<std::size_t> ends(pieces.size());
-    workers.run(tasks, [&](unsigned task) { ends[task] = pieces[task].countSingle(); });
-    for (unsigned task = 1; task < tasks; ++task)
-        ends[task] += ends[task - 1];
-    pairs.resize(ends.back());
-    workers.run(tasks, [&](unsigned task)
-                { pieces[task].writeSingle(pairs.data() + (task == 0 ? 0 : ends[task - 1])); });
 }
 
 void KeySort::write(std::vector<std::uint64_t>& keys, std::vector<Pair>& pairs)

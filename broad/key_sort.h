@@ -86,7 +86,8 @@ private:
 };
 
 /// Sorts keys of pairs: distributes them evenly by value, over buckets in parallel and then inside each bucket, until an
-/// insertion sort is left. Where about as many rows as keys occur, each row is a bucket. The result does not depend on the number of threads or lists.
+/// insertion sort is left. Where about as many rows as keys occur, each
+/// or few rows are a bucket. The result does not depend on the number of threads or lists.
 ///
 /// Cost: O(keys), also for crowded values. Lists that are sorted, and one behind the other, are only copied. Memory is kept
 /// between calls.
@@ -119,7 +120,7 @@ private:
         std::uint64_t lowest;
         std::uint32_t shift;
         std::uint32_t buckets;
-        bool isFine;  ///< a bucket for each upper word: keys of one are few, or all the same work as any sort
+        bool isFine;  ///< a bucket for each upper word or for few
 
         std::size_t bucketOf(std::uint64_t key) const
         {
@@ -133,6 +134,7 @@ private:
     static void writeParallel(WorkerPool& workers, const std::vector<Piece>& pieces,
                               std::vector<Pair>& pairs);
     static Cut cutOf(std::vector<KeyList>& lists, std::size_t count);
+    static std::size_t countOf(const std::vector<KeyList>& lists);
     static bool areInOrder(std::vector<KeyList>& lists);
     std::uint32_t part(WorkerPool& workers, const std::vector<KeyList>& lists, const Cut& cut);
     void sortFineBuckets(WorkerPool& workers, const Cut& cut, const std::uint32_t* ends, bool hasFull,

@@ -84,6 +84,9 @@ public:
     /// Cost: O(n + pairs) for sizes within a constant ratio; about 80 ns a box on one core
     void scan(const GridInput& input, PairSink& sink, RowUse use);
 
+    /// Whether scan() of so many boxes stays in the calling thread.
+    bool isForOneThread(std::uint32_t count) const;
+
     /// Whether the rows of the last scan can be brought up to date instead of being refilled: follow().
     bool canFollow(float reach) const { return m_isFollowable && m_reach == reach; }
 

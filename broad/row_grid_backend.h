@@ -121,6 +121,7 @@ private:
 
     // row_grid_moving.cpp
     void updateMoving(const ProxyView& view);
+    void compareBoxes(const ProxyView& view);
     static bool isOverlapping(const ProxyView& view, IdPair pair)
     {
         const Aabb& a = view.boxes[pair.a];
@@ -177,7 +178,8 @@ private:
     void matchActivePairs();
     void takeUnmatchedFound(const ProxyView& view);
     void takeUnmatchedOld(const ProxyView& view);
-    void findPairsWithSettled(const ProxyView& view, std::vector<IdPair>& found);
+    void findPairsWithSettled(const ProxyView& view, unsigned part, unsigned parts, unsigned worker);
+    void findPairsWithUnbounded(const ProxyView& view, std::vector<IdPair>& found) const;
 
     GridOptions m_options;
     WorkerPool m_workers;
@@ -224,9 +226,10 @@ private:
     std::uint32_t m_orderedAge = 0;     ///< updates since
     std::vector<IdPair> m_activePairs;  ///< held pairs with an active box
     // Scratch of updateActive():
-    std::vector<IdPair> m_foundPairs;             // overlap now
-    std::vector<IdPair> m_unmatched;              // of m_activePairs
-    std::vector<std::uint32_t> m_unmatchedFound;  // of m_foundPairs, their indices
+    std::vector<std::vector<IdPair>> m_partPairs;  // by part of the active boxes
+    std::vector<IdPair> m_foundPairs;              // overlap now
+    std::vector<IdPair> m_unmatched;               // of m_activePairs
+    std::vector<std::uint32_t> m_unmatchedFound;   // of m_foundPairs, their indices
     PairSet m_oldPairs;
     std::vector<std::uint32_t> m_quiet;    ///< rows that moved inside their shell in this update
     std::vector<std::uint32_t> m_escaped;  ///< rows that left it

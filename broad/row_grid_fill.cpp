@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 //
-// Boxes come into the cells of the row grid: each is located, inserted into the list of a task, counted, and its id brought
-// together with those of its row.
+// Boxes come into the cells of the row grid: each is located, inserted into the list of a task and counted.
 #include "broad/aabb_simd.h"
 #include "broad/cell_rule.h"
 #include "broad/row_grid.h"
@@ -297,6 +296,11 @@ void RowGrid::sampleInput(const GridInput& input)
     std::tie(m_sweepLow, m_sweepHigh) = starts.empty() ? std::pair(0.0f, 0.0f) : usualRange(starts);
 }
 
+bool RowGrid::isForOneThread(std::uint32_t count) const
+{
+    return m_workers.tasksFor(count, kTaskGrain) == 1;
+}
+
 void RowGrid::fill(const GridInput& input)
 {
     m_taskCount = m_workers.tasksFor(input.count, kTaskGrain);
@@ -319,55 +323,5 @@ void RowGrid::fill(const GridInput& input)
     const std::uint32_t used = m_rows.count() - m_rows.window().count();
     if (m_rowRoom > 8 * used + 1024)
         m_rowRoom /= 2;
-}
-
-/// Turns per-task counts into lists and moves the ids of every row together; the number of entries.
-std::uint32_t RowGrid::scatterKind(EntryList Task::*entries, std::vector<std::uint32_t> Task::*counts,
-                                   std::vector<RowList>& lists, std::vector<FlaggedId>& ids, bool slack)
-{
-    const std::uint32_t rows = m_rows.capacity();
-    lists.resize(rows);
-    std::uint32_t begin = 0;
-    std::uint32_t sum = 0;
-    for (std::uint32_t row = 0; row < rows; ++row)
-    {
-        std::uint32_t next = begin;
-        for (unsigned t = 0; t < m_taskCount; ++t)
-        {
-            std::uint32_t& slot = (m_tasks[t].*counts)[row];
-            const std::uint32_t size = slot;
-            slot = next;
-            next += size;
-        }
-        const std::uint32_t count = next - begin;
-        const std::uint32_t room = (count + (slack && count != 0 ? count / 8 + 4 : 0) + 3) & ~3u;
-        lists[row] = {begin, count, room, 0};
-        begin += room;
-        sum += count;
-    }
-    m_idsUsed = begin;
-    if (ids.size() < begin + kRowPadding)
-        ids.resize(begin + begin / 4 + kRowPadding);
-    m_workers.run(m_taskCount,
-                  [&](unsigned t)
-                  {
-                      std::vector<std::uint32_t>& next = m_tasks[t].*counts;
-                      for (const Entry& entry : m_tasks[t].*entries)
-                          ids[next[entry.row]++] = entry.id;
-                  });
-    return sum;
-}
-
-void RowGrid::mergeTasks(RowUse use)
-{
-    m_regular.clear();
-    m_entryCount = 0;
-    if (m_plan.levelCount > 1)
-        m_entryCount = scatterKind(&Task::regular, &Task::regularCount, m_regular, m_regularIds, false);
-    m_entryCount += scatterKind(&Task::bold, &Task::boldCount, m_bold, m_boldIds, use == RowUse::Follow);
-    m_unbounded.clear();
-    for (unsigned t = 0; t < m_taskCount; ++t)
-        m_unbounded.insert(m_unbounded.end(), m_tasks[t].unbounded.begin(), m_tasks[t].unbounded.end());
-    std::sort(m_unbounded.begin(), m_unbounded.end());
 }
 }  // namespace cullet

@@ -162,6 +162,15 @@ bool RowGridBackend::follow(const ProxyView& view, const GridInput& input)
     return true;
 }
 
+/// How far the changed boxes moved, and how far they are to reach into the cells hence.
+void RowGridBackend::compareBoxes(const ProxyView& view)
+{
+    m_comparedOctave = m_reachOctave;
+    m_grid.compare(view.boxes, m_reference.data(), view.dirty, view.dirtyCount, reachOf(m_reachOctave),
+                   m_motion, prepareMotions(view));
+    chooseReach(m_motion, view.size);
+}
+
 void RowGridBackend::updateMoving(const ProxyView& view)
 {
     // The margin alone may have changed, so that held pairs that do not overlap are looked at even when nothing moved.
@@ -174,12 +183,7 @@ void RowGridBackend::updateMoving(const ProxyView& view)
     const bool areJumping = areStillJumping(view);
     const bool isSure = areJumping || m_isReferenceOld;
     if (!isSure)
-    {
-        m_comparedOctave = m_reachOctave;
-        m_grid.compare(view.boxes, m_reference.data(), view.dirty, view.dirtyCount, reachOf(m_reachOctave),
-                       m_motion, prepareMotions(view));
-        chooseReach(m_motion, view.size);
-    }
+        compareBoxes(view);
     const std::uint32_t jumpers = countFrom(m_motion, m_reachOctave);
     const bool isListing = jumpers != 0;
     if (isListing && !m_hasOverlapping)

@@ -13,6 +13,7 @@ namespace
 // Share of active boxes from which a refill of everything is cheaper than queries of the active ones.
 constexpr double kActiveShare = 0.22;
 constexpr std::size_t kQueryGrain = 1024;
+constexpr unsigned kPartsPerThread = 4;
 // Boxes that are on their way from memory.
 constexpr std::uint32_t kPrefetch = 12;
 // Pairs that are looked at to find out which one of two lists lacks.
@@ -21,32 +22,31 @@ constexpr std::size_t kLookAhead = 4;
 constexpr std::uint32_t kOrderedUpdates = 64;
 }  // namespace
 
-/// Collects the pairs of an active box and a settled one, in the threads of the grid: the grid knows the settled ones by their
-/// shells.
-class RowGridBackend::SettledSink final : public CollectingSink
+/// Collects the pairs of an active box and a settled one: the grid knows the settled ones by their shells.
+class RowGridBackend::SettledSink final : public PairSink
 {
 public:
-    SettledSink(const RowGridBackend& backend, const ProxyView& view)
-        : CollectingSink(backend.m_workers.threads()), m_backend(backend), m_view(view)
+    SettledSink(const RowGridBackend& backend, const ProxyView& view, std::vector<IdPair>& pairs)
+        : m_backend(backend), m_view(view), m_pairs(pairs)
     {
     }
 
-    void take(unsigned worker, const PairBuffer& found) override
+    void take(unsigned /*worker*/, const PairBuffer& found) override
     {
         for (std::uint32_t i = 0; i < found.count; ++i)
         {
-            const IdPair next = found.pair(std::min(i + kPrefetch, found.count - 1));
-            __builtin_prefetch(m_view.boxes + next.b);
+            __builtin_prefetch(m_view.boxes + found.pair(std::min(i + kPrefetch, found.count - 1)).b);
             const IdPair pair = found.pair(i);
             if (m_backend.m_states[pair.b] == RowState::Settled &&
                 overlaps(m_view.boxes[pair.a], m_view.boxes[pair.b]))
-                add(worker, pair);
+                m_pairs.push_back(pair);
         }
     }
 
 private:
     const RowGridBackend& m_backend;
     const ProxyView& m_view;
+    std::vector<IdPair>& m_pairs;
 };
 
 RowGridBackend::SettledOutcome RowGridBackend::updateSettled(const ProxyView& view)
@@ -161,19 +161,18 @@ void RowGridBackend::updateWatched(const ProxyView& view)
         m_settled.forEachOf(row, [&](std::size_t index) { updateWatchedPair(view, index); });
 }
 
-void RowGridBackend::findPairsWithSettled(const ProxyView& view, std::vector<IdPair>& found)
+/// Part `part` of `parts` equal ones of the active boxes.
+void RowGridBackend::findPairsWithSettled(const ProxyView& view, unsigned part, unsigned parts,
+                                          unsigned worker)
 {
-    SettledSink sink(*this, view);
-    const unsigned tasks = m_workers.tasksFor(m_active.size(), kQueryGrain);
-    m_workers.run(tasks,
-                  [&](unsigned task)
-                  {
-                      // Not by thread, so that the pairs come in the same order in every update.
-                      const TaskRange range(m_active.size(), task, tasks);
-                      m_grid.query(view.boxes, m_active.data() + range.begin, range.end - range.begin, task,
-                                   sink);
-                  });
-    sink.forEach([&](IdPair pair) { found.push_back(pair); });
+    const TaskRange range(m_active.size(), part, parts);
+    m_partPairs[part].clear();
+    SettledSink sink(*this, view, m_partPairs[part]);
+    m_grid.query(view.boxes, m_active.data() + range.begin, range.end - range.begin, worker, sink);
+}
+
+void RowGridBackend::findPairsWithUnbounded(const ProxyView& view, std::vector<IdPair>& found) const
+{
     for (const std::uint32_t large : m_grid.unbounded())
     {
         if (m_states[large] != RowState::Settled)
@@ -186,6 +185,8 @@ void RowGridBackend::findPairsWithSettled(const ProxyView& view, std::vector<IdP
     }
 }
 
+/// Pairs with settled boxes come first and by parts of the active ones, not by thread, so that they come in the same order in
+/// every update.
 void RowGridBackend::findActivePairs(const ProxyView& view, std::vector<IdPair>& found)
 {
     CollectingSink sink(m_workers.threads());
@@ -193,9 +194,27 @@ void RowGridBackend::findActivePairs(const ProxyView& view, std::vector<IdPair>&
     input.boxes = view.boxes;
     input.ids = m_active.data();
     input.count = static_cast<std::uint32_t>(m_active.size());
-    m_activeGrid.scan(input, sink, RowUse::Once);
+    const bool isShared = m_workers.tasksFor(m_active.size(), kQueryGrain) > 1;
+    const unsigned parts = isShared ? kPartsPerThread * m_workers.threads() : 1;
+    m_partPairs.resize(parts);
+    // Few boxes among themselves are work for one thread, beside the parts; many for all threads.
+    const unsigned scans = m_activeGrid.isForOneThread(input.count) ? 1 : 0;
+    if (scans == 0)
+        m_activeGrid.scan(input, sink, RowUse::Once);
+    m_workers.run(isShared ? parts + scans : 1,
+                  [&](unsigned task)
+                  {
+                      const unsigned worker =
+                          isShared ? static_cast<unsigned>(tbb::this_task_arena::current_thread_index()) : 0u;
+                      if (scans != 0 && task == 0)
+                          m_activeGrid.scan(input, sink, RowUse::Once);
+                      if (!isShared || task >= scans)
+                          findPairsWithSettled(view, isShared ? task - scans : 0, parts, worker);
+                  });
+    for (const std::vector<IdPair>& pairs : m_partPairs)
+        found.insert(found.end(), pairs.begin(), pairs.end());
+    findPairsWithUnbounded(view, found);
     sink.forEach([&](IdPair pair) { found.push_back(pair); });
-    findPairsWithSettled(view, found);
 }
 
 void RowGridBackend::updateActive(const ProxyView& view)

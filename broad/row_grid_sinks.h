@@ -9,7 +9,7 @@
 namespace cullet
 {
 /// Collects pairs per worker.
-class CollectingSink : public PairSink
+class CollectingSink final : public PairSink
 {
 public:
     explicit CollectingSink(unsigned workers) : m_lists(workers) {}
@@ -17,7 +17,7 @@ public:
     void take(unsigned worker, const PairBuffer& found) override
     {
         for (std::uint32_t i = 0; i < found.count; ++i)
-            add(worker, found.pair(i));
+            m_lists[worker].pairs.push_back(found.pair(i));
     }
 
     /// Calls visit(pair) for every pair, worker by worker.
@@ -30,9 +30,6 @@ public:
                 visit(pair);
         }
     }
-
-protected:
-    void add(unsigned worker, IdPair pair) { m_lists[worker].pairs.push_back(pair); }
 
 private:
     struct alignas(64) List
