@@ -180,9 +180,9 @@ Json makeRow(const Case& c, const std::vector<NarrowRunner>& runners, NarrowRunn
 
 void printHeader()
 {
-    std::printf("%-10s %-12s %-10s %-9s %-5s %-18s %9s %8s %6s %9s %6s %10s\n", "shape", "regime", "query",
-                "library", "cache", "support", "ns/query", "x Bullet", "iter", "supports", "wrong",
-                "max error");
+    std::printf("%-10s %-12s %-10s %-9s %-5s %-18s %9s %8s %6s %9s %6s %10s  %s\n", "shape", "regime",
+                "query", "library", "cache", "support", "ns/query", "x Bullet", "iter", "supports", "wrong",
+                "max error", "hash");
 }
 
 void printRow(const Json& row)
@@ -190,11 +190,11 @@ void printRow(const Json& row)
     const auto number = [&row](const char* key)
     { return row[key].is_null() ? -1.0 : row[key].get<double>(); };
     const auto text = [&row](const char* key) { return row[key].get<std::string>(); };
-    std::printf("%-10s %-12s %-10s %-9s %-5s %-18s %9.1f %8.1f %6.2f %9.2f %6.0f %10.1e\n",
+    std::printf("%-10s %-12s %-10s %-9s %-5s %-18s %9.1f %8.1f %6.2f %9.2f %6.0f %10.1e  %s\n",
                 text("scene").c_str(), text("regime").c_str(), text("benchmark").substr(7).c_str(),
                 text("backend").c_str(), text("temperature").c_str(), text("support").c_str(),
                 number("ns_per_query"), number("bullet_over_this"), number("iterations"), number("supports"),
-                number("wrong"), number("max_error"));
+                number("wrong"), number("max_error"), row["hash"].is_null() ? "" : text("hash").c_str());
     std::fflush(stdout);
 }
 

@@ -383,6 +383,7 @@ TEST_F(BenchCommand, MeasuresNarrowQueriesAndChecksTheirAnswers)
         if (isMean || row["backend"] != "cullet")
             continue;
         expectColumns(row);
+        EXPECT_TRUE(contains(outcome.output, row["hash"].get<std::string>())) << "in the table too";
         EXPECT_EQ(row["wrong"], 0) << row.dump();
         EXPECT_LT(row["max_error"], 2e-7) << row.dump();
         // Separated and remembered: two supports, and nothing else.
