@@ -185,6 +185,53 @@ TEST(RowFollow, ThreadsReportTheSameWhenWorkIsSharedOut)
     EXPECT_GT(changes, 1000u);
 }
 
+TEST(RowFollow, ThreadsReportTheSameWhenActiveBoxesAreSharedOut)
+{
+    GridOptions options;
+    options.threads = 1;
+    RowGridBackend one(options);
+    options.threads = 4;
+    options.baselineSimd =
+        true;  // wider vectors read, and leave out, what other threads write behind the end of a row
+    RowGridBackend four(options);
+    ProxyTable table;
+    Random random(27);
+    std::vector<Aabb> boxes;
+    for (std::uint32_t i = 0; i < 30000; ++i)
+    {
+        Aabb box;
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            box.min[axis] = random.between(0.0f, 40.0f);
+            box.max[axis] = box.min[axis] + 1.0f;
+        }
+        boxes.push_back(box);
+        table.create(box, i + 1, {1, -1});
+    }
+    std::size_t changes = 0;
+    for (int step = 0; step < 8; ++step)
+    {
+        const ProxyView view = table.beginUpdate(0.0625f, true);
+        PairDelta a;
+        PairDelta b;
+        ASSERT_EQ(one.update(view, a), Status::Ok);
+        ASSERT_EQ(four.update(view, b), Status::Ok);
+        table.endUpdate();
+        EXPECT_EQ(a.added, b.added) << "seed 27, step " << step;
+        EXPECT_EQ(a.removed, b.removed) << "seed 27, step " << step;
+        changes += a.removed.size();
+        // A tenth moves, so that the others rest and more are active than one thread takes.
+        for (std::uint32_t row = 0; row < table.size(); row += 10)
+        {
+            boxes[row].min[step % 3] += 0.25f;
+            boxes[row].max[step % 3] += 0.25f;
+            table.setBox(row, boxes[row]);
+        }
+    }
+    EXPECT_STREQ(four.stats().path, "incremental");
+    EXPECT_GT(changes, 1000u);
+}
+
 /// Updates a grid of boxes of 1 in a cube and a single one of 64, all moved by `stride` between updates.
 BackendStats statsOfMotion(GridOptions options, float stride, int updates)
 {
