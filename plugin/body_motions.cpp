@@ -15,8 +15,6 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-constexpr float kUnknown = std::numeric_limits<float>::infinity();
-
 /// Bodies between the first touch of one's memory and its use.
 constexpr std::size_t kAhead = 6;
 
@@ -27,21 +25,6 @@ btScalar squaredDifference(const btVector3& a, const btVector3& b)
 {
     const btScalar x = a.x() - b.x(), y = a.y() - b.y(), z = a.z() - b.z();
     return x * x + y * y + z * z;
-}
-
-/// No point x with |x| <= reach is farther from its old place: |Rx + t - R'x - t'| <= |R - R'| |x| + |t - t'|, with the
-/// Frobenius norm, which bounds the spectral one whether or not R and R' are rotations.
-///
-/// A chain of a dozen operations, none of which cancels, is off by less than twelve roundings of 6e-8 of itself, as are
-/// two that follow in float; squares that underflow are below 2^-126, and so are sums of them, or their root below 4e-19.
-float distanceMoved(const btTransform& from, const btTransform& to, btScalar reach)
-{
-    const btMatrix3x3 &m = from.getBasis(), &n = to.getBasis();
-    const btScalar turned =
-        squaredDifference(m[0], n[0]) + squaredDifference(m[1], n[1]) + squaredDifference(m[2], n[2]);
-    const btScalar shifted = squaredDifference(from.getOrigin(), to.getOrigin());
-    const btScalar moved = (std::sqrt(turned) + btScalar(4e-19)) * reach + std::sqrt(shifted);
-    return static_cast<float>(moved) * (1.0f + 1e-6f) + 4e-19f;
 }
 
 /// The transform comes first in a body; its shape follows behind the second transform and five vectors.
@@ -97,7 +80,7 @@ std::uint32_t BodyMotions::acquire(const btCollisionObject& body)
     slot.body = &body;
     slot.watchers = 1;
     slot.pause = 0;
-    m_moved[known->second] = kUnknown;
+    m_moved[known->second] = Motion();
     slot.shape = nullptr;
     return known->second;
 }
@@ -115,7 +98,7 @@ void BodyMotions::addPlace()
     }
     m_free.push_back(static_cast<std::uint32_t>(m_slots.size()));
     m_slots.emplace_back();
-    m_moved.push_back(kUnknown);
+    m_moved.emplace_back();
     m_isUsed.push_back(0);
 }
 
@@ -138,10 +121,10 @@ void BodyMotions::update(std::size_t begin, std::size_t end, std::uint64_t pass,
         Slot& slot = m_slots[i];
         if (slot.body == nullptr)
             continue;
-        const bool wasInVain = m_moved[i] != kUnknown && m_isUsed[i] == 0;
+        const bool wasInVain = !std::isinf(m_moved[i].rest) && m_isUsed[i] == 0;
         if (wasInVain)
             slot.pause = kPause;
-        m_moved[i] = kUnknown;
+        m_moved[i] = Motion();
         m_isUsed[i] = 0;
         if (slot.pause > 0)
         {
@@ -150,7 +133,7 @@ void BodyMotions::update(std::size_t begin, std::size_t end, std::uint64_t pass,
             --slot.pause;
             continue;
         }
-        const float moved = slot.move(pass);
+        const Motion moved = slot.move(pass);
         if (!isGap)
             m_moved[i] = moved;
     }
@@ -165,18 +148,38 @@ void BodyMotions::clear()
     m_places.clear();
 }
 
-float BodyMotions::Slot::move(std::uint64_t pass) noexcept
+/// A point x of the core, |x| <= reach, moves by Rx + t - R'x - t': by the shift t - t', and by no more than |R - R'| |x|
+/// from there, with the Frobenius norm, which bounds the spectral one whether or not R and R' are rotations.
+///
+/// A chain of a dozen operations, none of which cancels, is off by less than twelve roundings of 6e-8 of itself; the shift
+/// by two of each component. Squares that underflow are below 2^-126, the root of nine of them below 4e-19.
+BodyMotions::Motion BodyMotions::motionOf(const btTransform& from, const btTransform& to, btScalar reach)
+{
+    const btMatrix3x3 &m = from.getBasis(), &n = to.getBasis();
+    const btScalar turned =
+        squaredDifference(m[0], n[0]) + squaredDifference(m[1], n[1]) + squaredDifference(m[2], n[2]);
+    const btVector3 shift = to.getOrigin() - from.getOrigin();
+    Motion motion;
+    motion.shift = {float(shift.x()), float(shift.y()), float(shift.z())};
+    motion.rest = float((std::sqrt(turned) + btScalar(4e-19)) * reach) * (1.0f + 1e-6f) +
+                  1.3e-7f * float(sumOfMagnitudes(shift)) + 4e-19f;
+    return motion;
+}
+
+BodyMotions::Motion BodyMotions::Slot::move(std::uint64_t pass) noexcept
 {
     const btTransform& to = body->getWorldTransform();
     if (!hasSameCore(pass))
     {
         readCore(pass);
         place = to;
-        return kUnknown;
+        return {};
     }
+    Motion moved;
     if (areSameBits(place, to))
-        return 0.0f;
-    const float moved = distanceMoved(place, to, reach);
+        moved.rest = 0.0f;
+    else
+        moved = motionOf(place, to, reach);
     place = to;
     return moved;
 }

@@ -8,6 +8,8 @@
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -23,13 +25,13 @@ inline namespace CULLET_PRECISION
 /// How far the points of each body's core have moved from one dispatch to the next.
 ///
 /// Two cores that are farther apart than their bodies have moved since are still apart: a pair whose gap is known needs
-/// two numbers of this table, no shape. Bodies are counted by the pairs of one pair cache that watch them. As long as a
+/// two entries of this table, no shape. Bodies are counted by the pairs of one pair cache that watch them. As long as a
 /// pair has its algorithm, its bodies exist, or Bullet's own dispatch would read what is gone; nothing else is assumed of
 /// them, and whatever of a body has changed is found by comparing.
 ///
 /// A body whose motion was of no use, since it or all of its partners move too fast, is not looked at for some updates.
 ///
-/// Threads: update() of different ranges, or of() and use(), may run concurrently; everything else on one thread.
+/// Threads: update() of different ranges, or between() and use(), may run concurrently; everything else on one thread.
 class BodyMotions
 {
 public:
@@ -39,7 +41,7 @@ public:
     /// gone when this one is dispatched. The first, until no pair watches.
     bool serves(const btOverlappingPairCache* cache);
 
-    /// One more watcher of a body. @return its place, for of() and release(). Errors: std::bad_alloc.
+    /// One more watcher of a body. @return its place, for between() and release(). Errors: std::bad_alloc.
     std::uint32_t acquire(const btCollisionObject& body);
     void release(std::uint32_t place) noexcept;
 
@@ -49,9 +51,19 @@ public:
     /// @param pass  see HullCache::hullOf()
     /// @param isGap updates have been missed by some pairs: every body counts as moved
     void update(std::size_t begin, std::size_t end, std::uint64_t pass, bool isGap) noexcept;
-    /// An upper bound for the distance that any point of the core has moved; infinite or NaN if it is not known.
-    float of(std::uint32_t place) const { return m_moved[place]; }
-    /// What of() gave has spared a look at a pair.
+    /// An upper bound for how much nearer any point of the one core may have come to any of the other: what they have
+    /// moved together does not count. Infinite or NaN if it is not known, 0 only if neither has moved.
+    float between(std::uint32_t a, std::uint32_t b) const
+    {
+        const Motion &m = m_moved[a], &n = m_moved[b];
+        // The rest of a body that has moved is never 0.
+        if (m.rest + n.rest == 0.0f)
+            return 0.0f;
+        const float x = m.shift[0] - n.shift[0], y = m.shift[1] - n.shift[1], z = m.shift[2] - n.shift[2];
+        // Five roundings, and three squares below 2^-126 whose root the rest covers.
+        return std::sqrt(x * x + y * y + z * z) * (1.0f + 1e-6f) + (m.rest + n.rest);
+    }
+    /// What between() gave has spared a look at a pair.
     void use(std::uint32_t place)
     {
         if (__atomic_load_n(&m_isUsed[place], __ATOMIC_RELAXED) == 0)
@@ -61,10 +73,18 @@ public:
     void clear();
 
 private:
+    /// How a body's origin has moved, and how much farther any point of its core may have.
+    struct Motion
+    {
+        std::array<float, 3> shift = {};
+        float rest = std::numeric_limits<float>::infinity();  ///< infinite: unknown; see motionOf()
+    };
+    static Motion motionOf(const btTransform& from, const btTransform& to, btScalar reach);
+
     /// A body as it was in the last update.
     struct Slot
     {
-        float move(std::uint64_t pass) noexcept;
+        Motion move(std::uint64_t pass) noexcept;
         bool hasSameCore(std::uint64_t pass) noexcept;
         void readCore(std::uint64_t pass) noexcept;
 
@@ -84,7 +104,7 @@ private:
     void addPlace();
 
     std::vector<Slot> m_slots;
-    std::vector<float> m_moved;
+    std::vector<Motion> m_moved;
     std::vector<std::uint8_t> m_isUsed;
     std::vector<std::uint32_t> m_free;
     std::unordered_map<const btCollisionObject*, std::uint32_t> m_places;
@@ -103,7 +123,7 @@ public:
         m_left = left > 0.0 ? static_cast<float>(std::min(left, 1e38) * (1.0 - 1e-6)) : 0.0f;
     }
 
-    /// @param moved see BodyMotions::of(), the sum of both bodies'
+    /// @param moved see BodyMotions::between()
     /// @return true if the pair is still apart
     bool outlasts(float moved)
     {

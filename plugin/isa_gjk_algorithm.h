@@ -57,7 +57,7 @@ public:
     bool staysIdle(BodyMotions& motions)
     {
         if (m_places[1] == BodyMotions::kNone ||
-            !m_leeway.outlasts(motions.of(m_places[0]) + motions.of(m_places[1])))
+            !m_leeway.outlasts(motions.between(m_places[0], m_places[1])))
             return false;
         motions.use(m_places[0]);
         motions.use(m_places[1]);

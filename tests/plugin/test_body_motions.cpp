@@ -15,20 +15,23 @@ namespace
 {
 using Wide = long double;
 
+Wide difference(const btTransform& a, const btTransform& b, const btVector3& p, int axis)
+{
+    Wide d = Wide(a.getOrigin()[axis]) - Wide(b.getOrigin()[axis]);
+    for (int k = 0; k < 3; ++k)
+        d += (Wide(a.getBasis()[axis][k]) - Wide(b.getBasis()[axis][k])) * Wide(p[k]);
+    return d;
+}
+
 Wide distance(const btTransform& a, const btTransform& b, const btVector3& p)
 {
     Wide sum = 0;
-    for (int i = 0; i < 3; ++i)
-    {
-        Wide d = Wide(a.getOrigin()[i]) - Wide(b.getOrigin()[i]);
-        for (int k = 0; k < 3; ++k)
-            d += (Wide(a.getBasis()[i][k]) - Wide(b.getBasis()[i][k])) * Wide(p[k]);
-        sum += d * d;
-    }
+    for (int axis = 0; axis < 3; ++axis)
+        sum += difference(a, b, p, axis) * difference(a, b, p, axis);
     return std::sqrt(sum);
 }
 
-/// One body, looked at in a pass of its own each time.
+/// A body beside one that is at rest unless it is told to move, looked at in a pass of its own each time.
 class Watched
 {
 public:
@@ -36,16 +39,24 @@ public:
     {
         body.setCollisionShape(&shape);
         body.setWorldTransform(btTransform::getIdentity());
+        anchor.setCollisionShape(&shape);
+        anchor.setWorldTransform(btTransform::getIdentity());
         m_place = m_motions.acquire(body);
+        m_anchor = m_motions.acquire(anchor);
         update();
     }
-    ~Watched() { m_motions.release(m_place); }
+    ~Watched()
+    {
+        m_motions.release(m_place);
+        m_motions.release(m_anchor);
+    }
 
     float update(bool isGap = false)
     {
         m_motions.use(m_place);
+        m_motions.use(m_anchor);
         m_motions.update(0, m_motions.size(), ++s_pass, isGap);
-        return m_motions.of(m_place);
+        return m_motions.between(m_place, m_anchor);
     }
     /// So that the place is known.
     void rest()
@@ -56,15 +67,15 @@ public:
     float updateUnused()
     {
         m_motions.update(0, m_motions.size(), ++s_pass, false);
-        return m_motions.of(m_place);
+        return m_motions.between(m_place, m_anchor);
     }
 
-    btCollisionObject body;
+    btCollisionObject body, anchor;
 
 private:
     static inline std::uint64_t s_pass = std::uint64_t(1) << 40;
     BodyMotions m_motions;
-    std::uint32_t m_place;
+    std::uint32_t m_place, m_anchor;
 };
 }  // namespace
 
@@ -103,6 +114,48 @@ TEST(BodyMotions, BoundTheMotionOfEveryPointOfTheCore)
     }
     EXPECT_GT(tight, 2000);
     EXPECT_GT(turned, 200);
+}
+
+TEST(BodyMotions, BoundHowMuchNearerTwoCoresMayCome)
+{
+    std::mt19937 engine(22);
+    const auto ball = makeHullShape(ballPoints(12, 0.7, 3));
+    Watched watched(*ball);
+    int together = 0;
+    for (int i = 0; i < 2000; ++i)
+    {
+        const double size = std::pow(10.0, random(engine, -7, 0)),
+                     common = std::pow(10.0, random(engine, -7, 3));
+        const double far = i % 3 == 0 ? 1e4 : 1.0;
+        const btTransform from[2] = {btTransform(randomRotation(engine), vec(far, 0, -far)),
+                                     btTransform(randomRotation(engine), vec(far, 1, 1 - far))};
+        const btVector3 shift = btScalar(common) * quatRotate(randomRotation(engine), vec(1, 0, 0));
+        btTransform to[2];
+        for (int k = 0; k < 2; ++k)
+        {
+            to[k] = moved(from[k], size, random(engine, 0, 1), size, engine);
+            to[k].setOrigin(to[k].getOrigin() + shift);
+        }
+        watched.body.setWorldTransform(from[0]);
+        watched.anchor.setWorldTransform(from[1]);
+        watched.rest();
+        watched.body.setWorldTransform(to[0]);
+        watched.anchor.setWorldTransform(to[1]);
+        const Wide bound = Wide(watched.update());
+        for (int p = 0; p < 12; ++p)
+        {
+            const btVector3 x = ball->getScaledPoint(p), y = ball->getScaledPoint(11 - p);
+            Wide sum = 0;
+            for (int axis = 0; axis < 3; ++axis)
+            {
+                const Wide d = difference(from[0], to[0], x, axis) - difference(from[1], to[1], y, axis);
+                sum += d * d;
+            }
+            ASSERT_LE(std::sqrt(sum), bound) << i;
+        }
+        together += bound < Wide(common) / 10;
+    }
+    EXPECT_GT(together, 400);
 }
 
 TEST(BodyMotions, WhateverChangesTheCoreIsAnUnknownMotion)
