@@ -46,7 +46,7 @@ TEST(ResultFile, QuotesCsvFieldsAndLeavesMissingOnesEmpty)
     std::ifstream stream(path);
     std::string line;
     std::getline(stream, line);
-    EXPECT_EQ(line, "benchmark,pairs,frames,cpu,gpu,commit");
+    EXPECT_EQ(line, "benchmark,pairs,frames,cpu,gpu,commit,machine");
     std::getline(stream, line);
     EXPECT_EQ(line.rfind("\"a,\"\"b\"\"\",3,,", 0), 0u) << line;
     std::getline(stream, line);
