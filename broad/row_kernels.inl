@@ -65,8 +65,12 @@ struct Query
 
 inline Query makeQuery(const RowSoa& row, std::uint32_t i)
 {
-    return {Lanes::broadcast(row.x0[i]), Lanes::broadcast(row.x1[i]), Lanes::broadcast(row.y0[i]),
-            Lanes::broadcast(row.y1[i]), Lanes::broadcast(row.z0[i]), Lanes::broadcast(row.z1[i]),
+    return {Lanes::broadcast(row.x0[i]),
+            Lanes::broadcast(row.x1[i]),
+            Lanes::broadcast(row.y0[i]),
+            Lanes::broadcast(row.y1[i]),
+            Lanes::broadcast(row.z0[i]),
+            Lanes::broadcast(row.z1[i]),
             row.bounds != nullptr ? row.bounds[i] : 0.0f};
 }
 
