@@ -17,7 +17,6 @@ constexpr std::size_t kWordsPerKey = 4;  // up to so many upper words each or fe
 constexpr std::size_t kMostListsOfWords = 8;
 constexpr std::uint32_t kMostBuckets = 1024;
 constexpr std::uint32_t kMostDigits = 2048;
-constexpr std::size_t kWriteGrain = 8192;
 
 std::uint32_t powerOfTwoFrom(std::size_t value, std::uint32_t most)
 {
@@ -103,7 +102,6 @@ void sortKeys(std::uint64_t* from, std::uint64_t* to, std::size_t count)
         sortFullDigits(from, to, offsets.data(), digits);
     sortByInsertion(to, count);
 }
-
 }  // namespace
 
 std::size_t KeySort::countOf(const std::vector<KeyList>& lists)

@@ -86,8 +86,8 @@ private:
 };
 
 /// Sorts keys of pairs: distributes them evenly by value, over buckets in parallel and then inside each bucket, until an
-/// insertion sort is left. Where about as many rows as keys occur, each
-/// or few rows are a bucket. The result does not depend on the number of threads or lists.
+/// insertion sort is left. Where about as many rows as keys occur, each or few rows are a bucket. The result does not depend on
+/// the number of threads or lists.
 ///
 /// Cost: O(keys), also for crowded values. Lists that are sorted, and one behind the other, are only copied. Memory is kept
 /// between calls.
@@ -129,6 +129,8 @@ private:
     };
 
     struct Piece;  ///< of keys in order
+
+    static constexpr std::size_t kWriteGrain = 8192;  ///< keys for a thread
 
     std::vector<Piece> sortedPieces(WorkerPool& workers, std::vector<KeyList>& lists);
     static void writeParallel(WorkerPool& workers, const std::vector<Piece>& pieces,

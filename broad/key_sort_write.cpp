@@ -7,11 +7,6 @@
 
 namespace cullet
 {
-namespace
-{
-constexpr std::size_t kWriteGrain = 8192;
-}
-
 struct KeySort::Piece
 {
     const std::uint64_t* begin;

@@ -35,7 +35,6 @@ void prefetch(const Aabb* boxes, IdPair pair)
     __builtin_prefetch(boxes + pair.a);
     __builtin_prefetch(boxes + pair.b);
 }
-
 }  // namespace
 
 /// Tells from what the grid finds which pairs are new and which part, in the threads of the grid.

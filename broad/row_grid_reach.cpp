@@ -60,5 +60,4 @@ bool RowGridBackend::isReachable(std::uint32_t octave) const
 {
     return reachOf(octave) < 0.125f * m_grid.finestWidth();
 }
-
 }  // namespace cullet

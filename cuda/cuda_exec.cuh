@@ -286,19 +286,13 @@ public:
     template <class Step>
     void forEachFrom(std::uint64_t begin, std::uint64_t end, const Step& step)
     {
-        if (end <= begin)
-            return;
-        runStep<<<blocksFor(end - begin, kThreadsPerBlock), kThreadsPerBlock, 0, m_stream>>>(begin, end,
-                                                                                             step);
-        CULLET_CUDA_TRY(cudaGetLastError());
+        if (begin < end)
+            launch(runStep<Step>, end - begin, kThreadsPerBlock, begin, end, step);
     }
     template <class Step>
     void forEachEmitting(std::uint64_t count, const Step& step, const PairList& list)
     {
-        if (count == 0)
-            return;
-        runEmittingStep<<<blocksFor(count, kEmitThreads), kEmitThreads, 0, m_stream>>>(count, step, list);
-        CULLET_CUDA_TRY(cudaGetLastError());
+        launch(runEmittingStep<Step>, count, kEmitThreads, count, step, list);
     }
 
     bool hasSpareLanes() const { return true; }
@@ -306,10 +300,7 @@ public:
     template <class Step>
     void forEachTogether(std::uint64_t count, const Step& step, const PairList& list)
     {
-        if (count == 0)
-            return;
-        runTogether<<<blocksFor(count, kEmitThreads), kEmitThreads, 0, m_stream>>>(count, step, list);
-        CULLET_CUDA_TRY(cudaGetLastError());
+        launch(runTogether<Step>, count, kEmitThreads, count, step, list);
     }
 
     template <class T>
@@ -367,9 +358,16 @@ private:
             CULLET_CUDA_TRY(cudaMemcpyAsync(to, from, bytes, kind, m_stream));
     }
 
-    static unsigned blocksFor(std::uint64_t count, unsigned threads)
+    /// As many blocks as it takes for a thread per index; none for none.
+    template <class... Parameters, class... Arguments>
+    void launch(void (*kernel)(Parameters...), std::uint64_t indices, unsigned threads,
+                const Arguments&... arguments)
     {
-        return static_cast<unsigned>((count + threads - 1) / threads);
+        if (indices == 0)
+            return;
+        const auto blocks = static_cast<unsigned>((indices + threads - 1) / threads);
+        kernel<<<blocks, threads, 0, m_stream>>>(arguments...);
+        CULLET_CUDA_TRY(cudaGetLastError());
     }
 
     /// CUB of CUDA 11 counts in int; a list longer than that is more than such a device holds.

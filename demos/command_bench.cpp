@@ -153,8 +153,7 @@ int benchBroad(BroadOptions options, bool hasBodies, const BroadFiles& files)
     requireBackends(options);
     ResultFile file(toJson(options, hasBodies), files.json, files.csv);
     std::optional<TraceFile> trace;
-    if (!files.trace.empty())
-        options.trace = &trace.emplace(files.trace);
+    options.trace = openTrace(trace, files.trace);
     printHead();
     try
     {
@@ -229,8 +228,7 @@ int benchWorld(WorldCommand command)
                      {"precision", ownPrecision()}},
                     command.json, command.csv);
     std::optional<TraceFile> trace;
-    if (!command.trace.empty())
-        options.trace = &trace.emplace(command.trace);
+    options.trace = openTrace(trace, command.trace);
     printHead();
     options.world = resolveScene(command.scene);
     runWorldBench(options, file);

@@ -109,8 +109,7 @@ int runFigures(FigureCommand command)
     makeFolder(command.out);
     ResultFile all(toJson(command), command.json, command.csv);
     std::optional<TraceFile> trace;
-    if (!command.trace.empty())
-        command.options.trace = &trace.emplace(command.trace);
+    command.options.trace = openTrace(trace, command.trace);
     printHead();
     const std::vector<const FigureInfo*> chosen = chosenFigures(command.names);
     std::vector<std::string> files;

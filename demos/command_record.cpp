@@ -45,8 +45,7 @@ Json record(const RecordOptions& options, const WorldSceneOptions& world)
     std::optional<TraceFile> trace;
     NamedBroadphase wrapped = {inner.name, std::move(owned), inner.cullet, inner.margin, inner.threads};
     const auto scene = makeWorldScene(options.scene.scene, world, std::move(wrapped));
-    if (!options.trace.empty())
-        scene->setTrace({&trace.emplace(options.trace), inner.name});
+    scene->setTrace({openTrace(trace, options.trace), inner.name});
     {
         Progress progress("recording", options.steps, options.quiet);
         for (std::uint32_t step = 0; step < options.steps && !isInterrupted(); ++step)

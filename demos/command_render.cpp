@@ -173,8 +173,7 @@ int renderCommand(RenderOptions options)
     checkOutputs(options);
     ResultFile file(toJson(options), options.json, options.csv);
     std::optional<TraceFile> trace;
-    if (!options.trace.empty())
-        options.film.trace = &trace.emplace(options.trace);
+    options.film.trace = openTrace(trace, options.trace);
     printHead();
     const Film film = makeFilm(options);
     trace.reset();

@@ -91,6 +91,15 @@ struct LaneDirection
     typename Lanes<S>::Vector x, y, z;
 };
 
+/// Products of a direction and the vertices of a block from lane `first` on.
+template <class S>
+[[gnu::always_inline]] inline typename Lanes<S>::Vector productsOf(const NeighbourBlock<S>& block, int first,
+                                                                   const LaneDirection<S>& d)
+{
+    using L = Lanes<S>;
+    return L::load(&block.x[first]) * d.x + L::load(&block.y[first]) * d.y + L::load(&block.z[first]) * d.z;
+}
+
 /// A vertex, the best of its neighbours, and the rounded products of both.
 template <class S>
 struct ClimbStep
@@ -114,9 +123,7 @@ inline ClimbStep<S> climbStep(const Hull<S>& hull, std::int32_t vertex, const La
         Vector products[kVectors];
         for (int k = 0; k < kVectors; ++k)
         {
-            const int lane = k * L::kWidth;
-            products[k] =
-                L::load(&block.x[lane]) * d.x + L::load(&block.y[lane]) * d.y + L::load(&block.z[lane]) * d.z;
+            products[k] = productsOf(block, k * L::kWidth, d);
         }
         step.height = products[0][0];
         products[0] = withoutLaneZero(products[0]);
@@ -150,16 +157,13 @@ inline bool isPeak(const Hull<S>& hull, std::int32_t vertex, const LaneDirection
     do
     {
         const NeighbourBlock<S>& block = hull.block(index);
-        typename L::Vector best =
-            L::load(&block.x[0]) * d.x + L::load(&block.y[0]) * d.y + L::load(&block.z[0]) * d.z;
+        typename L::Vector best = productsOf(block, 0, d);
         height = best[0];
         const typename L::Vector low = L::fill(height - band);
         best = withoutLaneZero(best);
         for (int k = 1; k < kVectors; ++k)
         {
-            const int lane = k * L::kWidth;
-            const typename L::Vector products =
-                L::load(&block.x[lane]) * d.x + L::load(&block.y[lane]) * d.y + L::load(&block.z[lane]) * d.z;
+            const typename L::Vector products = productsOf(block, k * L::kWidth, d);
             best = best > products ? best : products;
         }
         near |= laneBits(best >= low);
@@ -180,9 +184,7 @@ inline bool isLevelKnown(const Hull<S>& hull, const LaneDirection<S>& d, std::in
         unsigned near = 0;
         for (int first = 0; first < 8; first += L::kWidth)
         {
-            const typename L::Vector products = L::load(&block.x[first]) * d.x +
-                                                L::load(&block.y[first]) * d.y +
-                                                L::load(&block.z[first]) * d.z;
+            const typename L::Vector products = productsOf(block, first, d);
             near |= laneBits(products >= L::fill(low)) << first;
         }
         for (near &= ~1u; near != 0; near &= near - 1)
@@ -311,9 +313,7 @@ SupportHit<S> bestOfLevel(const Hull<S>& hull, const LaneDirection<S>& d, std::i
             const NeighbourBlock<S>& block = hull.block(index);
             for (int first = 0; first < 8; first += L::kWidth)
             {
-                const typename L::Vector products = L::load(&block.x[first]) * d.x +
-                                                    L::load(&block.y[first]) * d.y +
-                                                    L::load(&block.z[first]) * d.z;
+                const typename L::Vector products = productsOf(block, first, d);
                 unsigned near = laneBits(products >= low) & ~(first == 0 ? 1u : 0u);
                 for (; near != 0; near &= near - 1)
                 {

@@ -3,6 +3,7 @@
 #include "plugin/body_motions.h"
 
 #include "plugin/convex_pair.h"
+#include "plugin/prefetch.h"
 
 #include <algorithm>
 #include <array>
@@ -25,15 +26,6 @@ btScalar squaredDifference(const btVector3& a, const btVector3& b)
 {
     const btScalar x = a.x() - b.x(), y = a.y() - b.y(), z = a.z() - b.z();
     return x * x + y * y + z * z;
-}
-
-/// The transform comes first in a body; its shape follows behind the second transform and five vectors.
-[[gnu::always_inline]] inline void prefetch(const btCollisionObject* body)
-{
-    const auto* bytes = reinterpret_cast<const char*>(body);
-    __builtin_prefetch(bytes + 8);
-    __builtin_prefetch(bytes + sizeof(btTransform) + 8);
-    __builtin_prefetch(bytes + 2 * sizeof(btTransform) + 5 * sizeof(btVector3) + 32);
 }
 
 /// The unused fourth components count too; at worst they make a motion of nothing.
@@ -117,7 +109,7 @@ void BodyMotions::update(std::size_t begin, std::size_t end, std::uint64_t pass,
 {
     for (std::size_t i = begin; i < end; ++i)
     {
-        prefetch(m_slots[std::min(i + kAhead, end - 1)].body);
+        prefetchBody(m_slots[std::min(i + kAhead, end - 1)].body);
         Slot& slot = m_slots[i];
         if (slot.body == nullptr)
             continue;

@@ -5,6 +5,7 @@
 #include "broad/worker_pool.h"
 #include "plugin/body_motions.h"
 #include "plugin/isa_gjk_algorithm.h"
+#include "plugin/prefetch.h"
 
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
@@ -26,27 +27,14 @@ constexpr std::size_t kGrain = 256;
 /// Pairs between the first touch of a pair's memory and its use.
 constexpr std::size_t kAhead = 12;
 
-[[gnu::always_inline]] inline void prefetchBytes(const void* object, std::size_t from, std::size_t to)
-{
-    const auto* bytes = static_cast<const char*>(object);
-    for (std::size_t at = from; at < to; at += 64)
-        __builtin_prefetch(bytes + at);
-    __builtin_prefetch(bytes + to - 1);
-}
-
 /// The algorithm and the proxies of a pair that comes later; the bodies of one that comes sooner.
 [[gnu::always_inline]] inline void prefetch(const btBroadphasePair& later, const btBroadphasePair& sooner)
 {
     prefetchBytes(later.m_algorithm, 0, sizeof(IsaGjkAlgorithm));
     __builtin_prefetch(later.m_pProxy0);
     __builtin_prefetch(later.m_pProxy1);
-    // The transform comes first in a body; its shape and state follow behind the second transform and five vectors.
-    constexpr std::size_t kShape = 2 * sizeof(btTransform) + 5 * sizeof(btVector3);
-    for (const btBroadphaseProxy* proxy : {sooner.m_pProxy0, sooner.m_pProxy1})
-    {
-        prefetchBytes(proxy->m_clientObject, 0, sizeof(btTransform) + 16);
-        prefetchBytes(proxy->m_clientObject, kShape, kShape + 40);
-    }
+    prefetchBody(sooner.m_pProxy0->m_clientObject);
+    prefetchBody(sooner.m_pProxy1->m_clientObject);
 }
 
 /// Null for a pair of another algorithm.

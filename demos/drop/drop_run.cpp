@@ -103,13 +103,10 @@ DropResult runDrop(const DropOptions& options)
     const std::unique_ptr<WorldScene> ownDbvt = makeContenderWorld(options, "dbvt");
     WorldScene& cullet = *ownCullet;
     WorldScene& dbvt = *ownDbvt;
-    std::optional<TraceFile> trace;
-    if (!options.trace.empty())
-    {
-        trace.emplace(options.trace);
-        cullet.setTrace({&*trace, cullet.broadphase().name});
-        dbvt.setTrace({&*trace, dbvt.broadphase().name});
-    }
+    std::optional<TraceFile> ownTrace;
+    TraceFile* const trace = openTrace(ownTrace, options.trace);
+    cullet.setTrace({trace, cullet.broadphase().name});
+    dbvt.setTrace({trace, dbvt.broadphase().name});
     Auditor auditor(options, cullet, dbvt);
     DropResult result;
     Progress progress("stepping", options.steps, options.quiet);

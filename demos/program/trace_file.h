@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <fstream>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -38,6 +39,14 @@ private:
     bool m_isFirst = true;
     int m_laneCount = 0;
 };
+
+/// The file that a user asked for, which then is in `trace`; null for an empty path.
+///
+/// @throws as the constructor
+inline TraceFile* openTrace(std::optional<TraceFile>& trace, const std::string& path)
+{
+    return path.empty() ? nullptr : &trace.emplace(path);
+}
 
 /// One row of a trace: spans that lie within each other. Without a file it does nothing.
 class TraceLane

@@ -107,13 +107,12 @@ ReplayResult runReplay(const ReplayOptions& options, ResultFile& file)
     const std::vector<std::unique_ptr<Player>> players =
         makePlayers(options.backends, options.threads, summary);
     std::vector<Contender> contenders(players.size());
-    std::optional<TraceFile> trace;
-    if (!options.trace.empty())
-        trace.emplace(options.trace);
+    std::optional<TraceFile> ownTrace;
+    TraceFile* const trace = openTrace(ownTrace, options.trace);
     for (std::size_t i = 0; i < players.size(); ++i)
     {
         contenders[i].player = players[i].get();
-        contenders[i].trace = {trace ? &*trace : nullptr, players[i]->name()};
+        contenders[i].trace = {trace, players[i]->name()};
     }
     const std::uint64_t wanted = framesToPlay(options, summary);
     ReplayResult result;

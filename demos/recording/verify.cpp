@@ -86,12 +86,11 @@ ReplayResult runVerify(const ReplayOptions& options, RecordingFile& recording,
                        const std::vector<std::unique_ptr<Player>>& players, ResultFile& file)
 {
     const std::uint64_t wanted = framesToPlay(options, recording.summarise());
-    std::optional<TraceFile> trace;
-    if (!options.trace.empty())
-        trace.emplace(options.trace);
+    std::optional<TraceFile> ownTrace;
+    TraceFile* const trace = openTrace(ownTrace, options.trace);
     Comparison all = {players, {}, std::vector<FrameHash>(players.size()), {}, {}, 0, {}};
     for (const auto& player : players)
-        all.lanes.emplace_back(trace ? &*trace : nullptr, player->name());
+        all.lanes.emplace_back(trace, player->name());
     {
         Progress progress("verifying", wanted, options.quiet);
         std::vector<BoxEvent> events;

@@ -7,6 +7,7 @@
 #include "broad/psap_pipeline.h"
 #include "tests/support/backend_session.h"
 #include "tests/support/boxes.h"
+#include "tests/support/pair_lists.h"
 #include "tests/support/random.h"
 
 #include <gtest/gtest.h>
@@ -103,7 +104,7 @@ std::vector<Aabb> slantedSlab(std::uint32_t count, Random& random)
 }
 
 /// Every overlapping pair of a scene by the search with rows, in order.
-std::vector<IdPair> pairsOfRows(const std::vector<Aabb>& boxes, const PsapOptions& options)
+std::vector<Pair> pairsOfRows(const std::vector<Aabb>& boxes, const PsapOptions& options)
 {
     psap::HostExec exec(options);
     psap::RowSearch<psap::HostExec> search(options, options.axis);
@@ -119,30 +120,7 @@ std::vector<IdPair> pairsOfRows(const std::vector<Aabb>& boxes, const PsapOption
     }
     EXPECT_LE(count, found.size());
     found.resize(count);
-    for (IdPair& pair : found)
-        pair = pair.a < pair.b ? pair : IdPair{pair.b, pair.a};
-    std::sort(found.begin(), found.end(),
-              [](IdPair a, IdPair b) { return a.a != b.a ? a.a < b.a : a.b < b.b; });
-    return found;
-}
-
-std::vector<IdPair> pairsOfAll(const std::vector<Aabb>& boxes)
-{
-    std::vector<IdPair> found;
-    for (std::uint32_t a = 0; a < boxes.size(); ++a)
-    {
-        for (std::uint32_t b = a + 1; b < boxes.size(); ++b)
-        {
-            if (overlaps(boxes[a], boxes[b]))
-                found.push_back({a, b});
-        }
-    }
-    return found;
-}
-
-bool isSamePair(IdPair a, IdPair b)
-{
-    return a.a == b.a && a.b == b.b;
+    return inOrder(found);
 }
 
 // Up to a dozen cells across, a cell ahead of a box may be one behind it, wrapped: who reports a pair then is another rule.
@@ -159,7 +137,7 @@ TEST(PsapOptions, RowsOfFewCellsFindEachPairOnce)
             boxes.push_back(boxAt(random.between(-9 * side, 9 * side), random.between(0, side), side / 2));
         for (std::uint32_t i = 0; i < 5; ++i)
             boxes.push_back({{random.between(0, side), 0, 0}, {2 * side, side / 3, side / 3}});
-        const std::vector<IdPair> expected = pairsOfAll(boxes);
+        const std::vector<Pair> expected = everyPair(boxes);
         pairs += expected.size();
         for (const float cell : {0.0f, 0.3f, 1.0f, 2.0f})
         {
@@ -168,11 +146,9 @@ TEST(PsapOptions, RowsOfFewCellsFindEachPairOnce)
                 PsapOptions options;
                 options.cellScale = cell;
                 options.executor = executor;
-                const std::vector<IdPair> found = pairsOfRows(boxes, options);
-                EXPECT_TRUE(
-                    std::equal(found.begin(), found.end(), expected.begin(), expected.end(), isSamePair))
-                    << "side " << side << ", cells of " << cell << ": " << found.size()
-                    << " pairs instead of " << expected.size();
+                const std::vector<Pair> found = pairsOfRows(boxes, options);
+                EXPECT_TRUE(found == expected) << "side " << side << ", cells of " << cell << ": "
+                                               << found.size() << " pairs instead of " << expected.size();
             }
         }
     }

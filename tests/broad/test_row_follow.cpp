@@ -57,17 +57,23 @@ std::ostream& operator<<(std::ostream& out, const FollowCase& followCase)
 
 class RowFollow : public testing::TestWithParam<FollowCase>
 {
+protected:
+    /// driftingWorld() where and how the case has it.
+    static RandomWorldOptions drifting()
+    {
+        RandomWorldOptions options = driftingWorld();
+        for (float& coordinate : options.shift)
+            coordinate = GetParam().shift;
+        options.isSnapped = GetParam().isSnapped;
+        return options;
+    }
 };
 
 TEST_P(RowFollow, DriftingWorldsThatAreNowAndThenStirredEqualTheOracle)
 {
     BackendSession session{std::make_unique<RowGridBackend>(GetParam().options)};
     session.margin = 0.0625f;
-    RandomWorldOptions options = driftingWorld();
-    for (float& coordinate : options.shift)
-        coordinate = GetParam().shift;
-    options.isSnapped = GetParam().isSnapped;
-    RandomWorld world(21, options, session.table);
+    RandomWorld world(21, drifting(), session.table);
     std::map<std::string, int> paths;
     for (int step = 0; step < 120; ++step)
     {
@@ -94,11 +100,7 @@ TEST_P(RowFollow, WorldsOfUnevenMotionsEqualTheOracle)
 {
     BackendSession session{std::make_unique<RowGridBackend>(GetParam().options)};
     session.margin = 0.0625f;
-    RandomWorldOptions options = driftingWorld();
-    for (float& coordinate : options.shift)
-        coordinate = GetParam().shift;
-    options.isSnapped = GetParam().isSnapped;
-    RandomWorld world(26, options, session.table);
+    RandomWorld world(26, drifting(), session.table);
     std::map<std::string, int> paths;
     for (int step = 0; step < 120; ++step)
     {
@@ -122,11 +124,7 @@ TEST_P(RowFollow, WorldsInWhichMostBoxesJumpEqualTheOracle)
     GridOptions gridOptions = GetParam().options;
     gridOptions.cellScale = 1;  // cells so narrow that no jump is within their reach
     BackendSession session{std::make_unique<RowGridBackend>(gridOptions)};
-    RandomWorldOptions options = driftingWorld();
-    for (float& coordinate : options.shift)
-        coordinate = GetParam().shift;
-    options.isSnapped = GetParam().isSnapped;
-    RandomWorld world(25, options, session.table);
+    RandomWorld world(25, drifting(), session.table);
     std::map<std::string, int> reasons;
     for (int step = 0; step < 120; ++step)
     {
@@ -158,6 +156,20 @@ INSTANTIATE_TEST_SUITE_P(Grids, RowFollow,
                                          FollowCase{"FarAway", alwaysMoving(1, false), 3e5f, false}),
                          [](const auto& test) { return test.param.name; });
 
+/// Updates two backends, which report the same. @return how many pairs part
+std::size_t updateBoth(Backend& one, Backend& other, ProxyTable& table)
+{
+    const ProxyView view = table.beginUpdate(0.0625f, true);
+    PairDelta a;
+    PairDelta b;
+    EXPECT_EQ(one.update(view, a), Status::Ok);
+    EXPECT_EQ(other.update(view, b), Status::Ok);
+    table.endUpdate();
+    EXPECT_EQ(a.added, b.added);
+    EXPECT_EQ(a.removed, b.removed);
+    return a.removed.size();
+}
+
 TEST(RowFollow, ThreadsReportTheSameWhenWorkIsSharedOut)
 {
     RandomWorldOptions options = driftingWorld();
@@ -170,15 +182,7 @@ TEST(RowFollow, ThreadsReportTheSameWhenWorkIsSharedOut)
     std::size_t changes = 0;
     for (int step = 0; step < 6; ++step)
     {
-        const ProxyView view = table.beginUpdate(0.0625f, true);
-        PairDelta a;
-        PairDelta b;
-        ASSERT_EQ(one.update(view, a), Status::Ok);
-        ASSERT_EQ(four.update(view, b), Status::Ok);
-        table.endUpdate();
-        EXPECT_EQ(a.added, b.added);
-        EXPECT_EQ(a.removed, b.removed);
-        changes += a.removed.size();
+        changes += updateBoth(one, four, table);
         world.step();
     }
     EXPECT_STREQ(four.stats().path, "follow");
@@ -211,15 +215,8 @@ TEST(RowFollow, ThreadsReportTheSameWhenActiveBoxesAreSharedOut)
     std::size_t changes = 0;
     for (int step = 0; step < 8; ++step)
     {
-        const ProxyView view = table.beginUpdate(0.0625f, true);
-        PairDelta a;
-        PairDelta b;
-        ASSERT_EQ(one.update(view, a), Status::Ok);
-        ASSERT_EQ(four.update(view, b), Status::Ok);
-        table.endUpdate();
-        EXPECT_EQ(a.added, b.added) << "seed 27, step " << step;
-        EXPECT_EQ(a.removed, b.removed) << "seed 27, step " << step;
-        changes += a.removed.size();
+        SCOPED_TRACE("seed 27, step " + std::to_string(step));
+        changes += updateBoth(one, four, table);
         // A tenth moves, so that the others rest and more are active than one thread takes.
         for (std::uint32_t row = 0; row < table.size(); row += 10)
         {

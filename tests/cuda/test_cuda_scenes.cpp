@@ -9,6 +9,7 @@
 #include "tests/support/box_scenes.h"
 #include "tests/support/boxes.h"
 #include "tests/support/pair_hash.h"
+#include "tests/support/pair_lists.h"
 
 #include <cuda_runtime_api.h>
 #include <gtest/gtest.h>
@@ -127,25 +128,7 @@ std::vector<Pair> findOnDevice(DevicePairFinder& finder, const DeviceBuffer<Aabb
     std::vector<IdPair> rows(found.count);
     EXPECT_EQ(cudaMemcpy(rows.data(), found.pairs, rows.size() * sizeof(IdPair), cudaMemcpyDeviceToHost),
               cudaSuccess);
-    std::vector<Pair> pairs;
-    for (const IdPair pair : rows)
-        pairs.push_back(makePair(pair.a, pair.b));
-    std::sort(pairs.begin(), pairs.end());
-    return pairs;
-}
-
-std::vector<Pair> everyPair(const std::vector<Aabb>& boxes)
-{
-    std::vector<Pair> pairs;
-    for (std::uint32_t a = 0; a < boxes.size(); ++a)
-    {
-        for (std::uint32_t b = a + 1; b < boxes.size(); ++b)
-        {
-            if (isValid(boxes[a]) && isValid(boxes[b]) && overlaps(boxes[a], boxes[b]))
-                pairs.push_back({a, b});
-        }
-    }
-    return pairs;
+    return inOrder(rows);
 }
 
 TEST(CudaScenes, PairsOfBoxesOnTheDeviceEqualBruteForceInEveryFrame)

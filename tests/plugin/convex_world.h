@@ -62,6 +62,16 @@ public:
         return add(shape, mass, btTransform(btQuaternion::getIdentity(), at));
     }
 
+    /// Five bodies in a row without gravity that never sleep: each near the next, none touching.
+    ///
+    /// @param cube hull of edges 1
+    void addIdleRow(btCollisionShape* cube)
+    {
+        for (int i = 0; i < 5; ++i)
+            add(cube, 1, vec(1.12 * i, 0, 0)).setActivationState(DISABLE_DEACTIVATION);
+        world.setGravity(vec(0, 0, 0));
+    }
+
     void step(int count = 1)
     {
         for (int i = 0; i < count; ++i)

@@ -195,9 +195,7 @@ TEST(IsaGjkDispatcher, KeepsWatchingItsPairsWhenItIsRegisteredAgain)
 {
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
     ConvexWorld world(Narrow::Dispatcher);
-    for (int i = 0; i < 5; ++i)
-        world.add(cube.get(), 1, vec(1.12 * i, 0, 0)).setActivationState(DISABLE_DEACTIVATION);
-    world.world.setGravity(vec(0, 0, 0));
+    world.addIdleRow(cube.get());
     world.step(3);
     auto& dispatcher = static_cast<Dispatcher&>(world.dispatcher());
     EXPECT_EQ(dispatcher.stillPairs(), 4u);

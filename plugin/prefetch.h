@@ -1,0 +1,33 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "plugin/precision.h"
+
+#include <LinearMath/btTransform.h>
+
+#include <cstddef>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+/// Asks for bytes [from, to) of an object; always inline, or it is a call for two instructions.
+[[gnu::always_inline]] inline void prefetchBytes(const void* object, std::size_t from, std::size_t to)
+{
+    const auto* bytes = static_cast<const char*>(object);
+    for (std::size_t at = from; at < to; at += 64)
+        __builtin_prefetch(bytes + at);
+    __builtin_prefetch(bytes + to - 1);
+}
+
+/// Transform, shape and state of a btCollisionObject: the first comes first in it, the others behind the second transform
+/// and five vectors.
+[[gnu::always_inline]] inline void prefetchBody(const void* body)
+{
+    constexpr std::size_t kShape = 2 * sizeof(btTransform) + 5 * sizeof(btVector3);
+    prefetchBytes(body, 0, sizeof(btTransform) + 16);
+    prefetchBytes(body, kShape, kShape + 40);
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,40 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/aabb.h"
+#include "broad/backend.h"
+#include "broad/id_pair.h"
+#include "broad/pair.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+namespace cullet::test
+{
+/// Pairs of rows in order, the lower row first, as lists of different algorithms are compared.
+inline std::vector<Pair> inOrder(const std::vector<IdPair>& rows)
+{
+    std::vector<Pair> pairs;
+    for (const IdPair pair : rows)
+        pairs.push_back(makePair(pair.a, pair.b));
+    std::sort(pairs.begin(), pairs.end());
+    return pairs;
+}
+
+/// Every pair of valid boxes that overlap, in order. O(n^2)
+inline std::vector<Pair> everyPair(const std::vector<Aabb>& boxes)
+{
+    std::vector<Pair> pairs;
+    for (std::uint32_t a = 0; a < boxes.size(); ++a)
+    {
+        for (std::uint32_t b = a + 1; b < boxes.size(); ++b)
+        {
+            if (isValid(boxes[a]) && isValid(boxes[b]) && overlaps(boxes[a], boxes[b]))
+                pairs.push_back({a, b});
+        }
+    }
+    return pairs;
+}
+}  // namespace cullet::test
