@@ -5,6 +5,7 @@
 #include "broad/aabb_simd.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace cullet
 {
@@ -71,7 +72,7 @@ void RowGrid::scanRow(const RowPass& pass, std::uint32_t row, unsigned worker, P
     if (!isKept)
         scratch.bold.resize(own.count + 4u);
     const RowSoa bold = buildRow(pass, row, own, m_boldIds, isKept ? m_kept : scratch.bold,
-                                 isKept ? keptOffset(row) : 0, scratch.builder);
+                                 isKept ? own.begin : 0, scratch.builder);
     if (isKept)
         m_longest[row] = longestOf(bold);
     m_kernels.scanSelf(bold, out);
@@ -88,7 +89,7 @@ void RowGrid::scanRows(const RowPass& pass)
     const std::uint32_t rows = m_rows.capacity();
     if (pass.use == RowUse::Query)
     {
-        m_kept.resize(m_idsUsed + std::size_t{4} * rows);
+        m_kept.resize(m_idsUsed);
         m_longest.assign(rows, 0.0f);
     }
     for (Worker& worker : m_scratch)
@@ -109,7 +110,7 @@ void RowGrid::scanRows(const RowPass& pass)
                   });
     m_testCount = 0;
     for (const Worker& worker : m_scratch)
-        m_testCount += worker.buffer->tests;
+        m_testCount += std::exchange(worker.buffer->tests, 0);
     scanUnbounded(pass.input, pass.sink);
 }
 

@@ -128,9 +128,18 @@ public:
     /// The rows as boxes that are infinite along the sweep axis; see CellSource.
     void forEachCell(const CellVisitor& visit) const;
 
-    /// What the last scan did.
+    /// What was done.
+    struct Work
+    {
+        std::uint64_t tests = 0;   ///< of boxes, by the last scan and all queries
+        std::uint64_t visits = 0;  ///< rows that queries looked into, again for each box
+    };
+
+    /// ... since the last call.
+    Work takeWork();
+
+    /// Boxes times cells of the last scan.
     std::uint64_t entryCount() const { return m_entryCount; }
-    std::uint64_t testCount() const { return m_testCount; }
     const GridPlan& plan() const { return m_plan; }
     const std::vector<std::uint32_t>& unbounded() const { return m_unbounded; }
     std::uint64_t bytes() const;
@@ -274,16 +283,11 @@ private:
     void fillRegular(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task);
     void mergeTasks(RowUse use);
     std::uint32_t scatterKind(EntryList Task::*entries, std::vector<std::uint32_t> Task::*counts,
-                              std::vector<RowList>& lists, std::vector<FlaggedId>& ids, bool slack);
+                              std::vector<RowList>& lists, std::vector<FlaggedId>& ids, RowUse use);
     void scanRows(const RowPass& pass);
     void scanRow(const RowPass& pass, std::uint32_t row, unsigned worker, PairBuffer& out);
     RowSoa buildRow(const RowPass& pass, std::uint32_t row, RowList& list, std::vector<FlaggedId>& ids,
                     RowPool& pool, std::size_t offset, RowBuilder& builder);
-    std::size_t keptOffset(std::uint32_t row) const
-    {
-        // Room for a sentinel in a multiple of four.
-        return m_bold[row].begin + std::size_t{4} * row;
-    }
     template <int kSweepAxis>
     void compareRange(const Aabb* boxes, const Aabb* before, const std::uint32_t* dirty, TaskRange range,
                       float limit, GridMotion& motion, float* motions) const;
@@ -317,7 +321,7 @@ private:
     mutable std::vector<FlaggedId> m_boldIds;
     std::vector<FlaggedId> m_regularIds;
     std::vector<std::uint32_t> m_unbounded;  // ascending
-    mutable RowPool m_kept;                  // bold rows, at keptOffset()
+    mutable RowPool m_kept;                  // bold rows, each where its ids are in m_boldIds
     std::vector<float> m_longest;            // [rows] longest sweep extent in a kept row
     std::vector<CellEdges> m_edges;          // [rows] while rows are followed
     std::vector<std::uint8_t> m_hasEdges;    // [rows]

@@ -61,10 +61,12 @@ Status RowGridBackend::update(const ProxyView& proxies, PairDelta& delta)
         m_added[worker].clear();
         m_removed[worker].clear();
     }
+    m_stats.candidates = 0;
     try
     {
         updateOrThrow(proxies);
         writeChanges(delta);
+        countWork();
     }
     catch (const std::bad_alloc&)
     {
@@ -76,6 +78,14 @@ Status RowGridBackend::update(const ProxyView& proxies, PairDelta& delta)
     m_stats.pairs += delta.added.size();
     m_stats.pairs -= delta.removed.size();
     return Status::Ok;
+}
+
+void RowGridBackend::countWork()
+{
+    const RowGrid::Work all = m_grid.takeWork();
+    const RowGrid::Work active = m_activeGrid.takeWork();
+    m_stats.candidates += all.tests + active.tests;
+    m_stats.cellsVisited = all.visits;
 }
 
 /// Where there are few changes or threads, one thread takes the new pairs and another one those that parted.
@@ -216,7 +226,6 @@ void RowGridBackend::forEachCell(const CellVisitor& visit) const
 BackendStats RowGridBackend::stats() const
 {
     BackendStats stats = m_stats;
-    stats.candidates = m_grid.testCount();
     stats.entries = m_grid.entryCount();
     const GridPlan& plan = m_grid.plan();
     stats.levels = plan.levelCount;

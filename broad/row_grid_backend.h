@@ -94,6 +94,7 @@ private:
     // row_grid_backend.cpp: what every update does, and which way it goes
     void updateOrThrow(const ProxyView& view);
     void writeChanges(PairDelta& delta);
+    void countWork();
     void prepareRows(const ProxyView& view, bool hasCreated);
     void rememberWords(const ProxyView& view, bool all);
     bool shouldSettle(const ProxyView& view);

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <tuple>
+#include <utility>
 
 namespace cullet
 {
@@ -33,11 +34,13 @@ std::uint32_t lowerBound(const float* values, std::uint32_t count, float from)
 void RowGrid::queryRow(const RowSoa& query, std::uint32_t row, PairBuffer& out) const
 {
     const std::uint32_t count = m_bold[row].count;
-    const RowSoa kept = m_kept.row(keptOffset(row), m_boldIds.data() + m_bold[row].begin, count);
+    const std::uint32_t offset = m_bold[row].begin;
+    const RowSoa kept = m_kept.row(offset, m_boldIds.data() + offset, count);
     // No kept interval is longer than m_longest, so none that begins before `from` reaches the query; rounded down.
     float from = query.x0[0] - m_longest[row];
     from -= std::abs(from) * 1e-6f;
     const std::uint32_t begin = lowerBound(kept.x0, count, from);
+    ++out.visits;
     if (count != 0)
         m_kernels.scanOne(query, 0, kept, begin, out);
 }
@@ -84,6 +87,18 @@ void RowGrid::queryBox(const Aabb& box, FlaggedId id, PairBuffer& out) const
     const RowSoa soa = {&x0, &x1, &y0, &y1, &z0, &z1, &id, 1};
     for (std::uint32_t level = 0; level < m_plan.levelCount; ++level)
         queryLevel(soa, box, level, out);
+}
+
+RowGrid::Work RowGrid::takeWork()
+{
+    Work work;
+    work.tests = std::exchange(m_testCount, 0);
+    for (const Worker& worker : m_scratch)
+    {
+        work.tests += std::exchange(worker.buffer->tests, 0);
+        work.visits += std::exchange(worker.buffer->visits, 0);
+    }
+    return work;
 }
 
 void RowGrid::query(const Aabb* boxes, const std::uint32_t* ids, std::uint32_t count, unsigned worker,

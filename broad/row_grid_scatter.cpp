@@ -8,9 +8,21 @@
 
 namespace cullet
 {
+namespace
+{
+/// Room that a row of `count` ids has beyond them: for others that come, or for whole vectors that are read behind its end while
+/// another thread writes the next row.
+std::uint32_t spareRoom(std::uint32_t count, RowUse use)
+{
+    if (count == 0 || use == RowUse::Once)
+        return 0;
+    return use == RowUse::Follow ? count / 8 + 4 : kRowPadding;
+}
+}  // namespace
+
 /// Turns per-task counts into lists and moves the ids of every row together; the number of entries.
 std::uint32_t RowGrid::scatterKind(EntryList Task::*entries, std::vector<std::uint32_t> Task::*counts,
-                                   std::vector<RowList>& lists, std::vector<FlaggedId>& ids, bool slack)
+                                   std::vector<RowList>& lists, std::vector<FlaggedId>& ids, RowUse use)
 {
     const std::uint32_t rows = m_rows.capacity();
     lists.resize(rows);
@@ -27,7 +39,7 @@ std::uint32_t RowGrid::scatterKind(EntryList Task::*entries, std::vector<std::ui
             next += size;
         }
         const std::uint32_t count = next - begin;
-        const std::uint32_t room = (count + (slack && count != 0 ? count / 8 + 4 : 0) + 3) & ~3u;
+        const std::uint32_t room = (count + spareRoom(count, use) + 3) & ~3u;
         lists[row] = {begin, count, room, 0};
         begin += room;
         sum += count;
@@ -50,8 +62,9 @@ void RowGrid::mergeTasks(RowUse use)
     m_regular.clear();
     m_entryCount = 0;
     if (m_plan.levelCount > 1)
-        m_entryCount = scatterKind(&Task::regular, &Task::regularCount, m_regular, m_regularIds, false);
-    m_entryCount += scatterKind(&Task::bold, &Task::boldCount, m_bold, m_boldIds, use == RowUse::Follow);
+        m_entryCount =
+            scatterKind(&Task::regular, &Task::regularCount, m_regular, m_regularIds, RowUse::Once);
+    m_entryCount += scatterKind(&Task::bold, &Task::boldCount, m_bold, m_boldIds, use);
     m_unbounded.clear();
     for (unsigned t = 0; t < m_taskCount; ++t)
         m_unbounded.insert(m_unbounded.end(), m_tasks[t].unbounded.begin(), m_tasks[t].unbounded.end());

@@ -130,6 +130,7 @@ void RowGridBackend::updateWatchedPair(const ProxyView& view, std::size_t index)
     const SettledPairs::State state = m_settled.state(index);
     if (state != SettledPairs::State::Open && state != SettledPairs::State::Held)
         return;
+    ++m_stats.candidates;
     const IdPair pair = m_settled.pair(index);
     const Aabb& a = view.boxes[pair.a];
     const Aabb& b = view.boxes[pair.b];

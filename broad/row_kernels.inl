@@ -22,14 +22,15 @@ namespace
 {
 /// Writes the hits that own their pair, with its gap, to the end of the buffer, which has room.
 #if defined(__AVX512F__)
-/// Without a branch: whether a vector has hits is hard to predict.
+/// Without a branch: whether a vector has hits is hard to predict. Ids are read of hits only, since behind the end of the row
+/// another thread may write its own.
 inline void append(std::uint32_t hits, Lanes::Value gap, FlaggedId id, const FlaggedId* ids, PairBuffer& out)
 {
     const __m512i first = _mm512_set1_epi32(static_cast<int>(id));
-    const __m512i second = _mm512_loadu_si512(ids);
-    const Lanes::Mask owned =
-        _mm512_mask_cmpge_epu32_mask(static_cast<Lanes::Mask>(hits), _mm512_or_si512(first, second),
-                                     _mm512_set1_epi32(static_cast<int>(kOwnsPair)));
+    const auto found = static_cast<Lanes::Mask>(hits);
+    const __m512i second = _mm512_maskz_loadu_epi32(found, ids);
+    const Lanes::Mask owned = _mm512_mask_cmpge_epu32_mask(
+        found, _mm512_or_si512(first, second), _mm512_set1_epi32(static_cast<int>(kOwnsPair)));
     _mm512_storeu_si512(out.first + out.count, first);
     _mm512_storeu_si512(out.second + out.count, _mm512_maskz_compress_epi32(owned, second));
     _mm512_storeu_ps(out.gap + out.count, _mm512_maskz_compress_ps(owned, gap));

@@ -63,7 +63,8 @@ struct PairBuffer
     // whose gap is, on either side of zero, above the sum of the bounds of both; none of these is above near / 2.
     float near = 0;
     float deep = kReportAll;
-    std::uint64_t tests = 0;  ///< box tests made, whole vectors
+    std::uint64_t tests = 0;   ///< box tests made, whole vectors
+    std::uint64_t visits = 0;  ///< rows that were asked about single boxes
     void (*flush)(void* context, const PairBuffer& found) = nullptr;
     void* context = nullptr;
 
