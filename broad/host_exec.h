@@ -175,7 +175,8 @@ public:
     }
 
     /// Calls step(i, true, emit) for i in [0, count). On a GPU the lanes of a warp do so together, with false for those that
-    /// have no index, and have to be together in emit.any(), which asks all of them, and in emit.append().
+    /// have no index, and have to be together in emit.any(), which asks all of them, and in emit.append(). emit.keep(record) keeps a number for
+    /// the index, unless emit.isFull(), until emit.dropKept().
     template <class Step>
     void forEachTogether(std::uint64_t count, const Step& step, const PairList& list)
     {
@@ -264,6 +265,19 @@ private:
             if (isMine)
                 push(pair);
         }
+
+        bool isFull() const { return m_keptCount == kMostKept; }
+        void keep(std::uint32_t record) { m_kept[m_keptCount++] = record; }
+        std::uint32_t keptCount() const { return m_keptCount; }
+        std::uint32_t kept(std::uint32_t k) const { return m_kept[k]; }
+        void dropKept() { m_keptCount = 0; }
+
+    private:
+        // Few, so that tests see it full.
+        static constexpr std::uint32_t kMostKept = 2;
+
+        std::uint32_t m_keptCount = 0;
+        std::uint32_t m_kept[kMostKept] = {};
     };
 
     /// Calls body(i) for each index; makeBody() makes one body per task.

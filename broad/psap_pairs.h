@@ -64,6 +64,19 @@ CULLET_HOST_DEVICE inline Aabb loadBox(const Aabb* boxes, std::uint64_t row)
 #endif
 }
 
+/// boxes[row] = box, likewise.
+CULLET_HOST_DEVICE inline void storeBox(Aabb* boxes, std::uint64_t row, const Aabb& box)
+{
+#ifdef __CUDA_ARCH__
+    float2* words = reinterpret_cast<float2*>(boxes) + 3 * row;
+    words[0] = {box.min[0], box.min[1]};
+    words[1] = {box.min[2], box.max[0]};
+    words[2] = {box.max[1], box.max[2]};
+#else
+    boxes[row] = box;
+#endif
+}
+
 /// Counts of one update, in one place so that one copy brings them to the CPU.
 struct Counters
 {
@@ -264,7 +277,7 @@ struct AgeRow
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
         const std::uint64_t row = rows != nullptr ? rows[i] : i;
-        old[row] = now[row];
+        storeBox(old, row, loadBox(now, row));
         changes[row] = kRowUnchanged;
     }
 };
@@ -286,10 +299,10 @@ struct ApplyRow
     {
         const std::uint64_t row = rows != nullptr ? rows[i] : i;
         const Aabb box = loadBox(newBoxes, i);
-        now[row] = isValid(box) ? box : nowhere();
+        storeBox(now, row, isValid(box) ? box : nowhere());
         changes[row] = newChanges[i];
         if ((newChanges[i] & kRowCreated) != 0)
-            old[row] = nowhere();
+            storeBox(old, row, nowhere());
         if (newFilters != nullptr)
             filters[row] = newFilters[i];
         const bool isSamePair = (newChanges[i] & (kRowCreated | kRowRefiltered)) == 0;

@@ -145,6 +145,22 @@ CULLET_HOST_DEVICE inline RowRecord recordOf(const Aabb& box, const Axes& axes, 
             {along(box.min, axes.v), along(box.max, axes.v), row, bin}};
 }
 
+#ifdef __CUDA_ARCH__
+/// isFirst ? a : b, which the compiler cannot make two stores of, one for each kind of lanes.
+__device__ inline float4 either(bool isFirst, const float4& a, const float4& b)
+{
+    const auto pick = [isFirst](float x, float y)
+    {
+        float picked = 0;
+        asm("{ .reg .pred p; setp.ne.u32 p, %3, 0; selp.f32 %0, %1, %2, p; }"
+            : "=f"(picked)
+            : "f"(x), "f"(y), "r"(static_cast<std::uint32_t>(isFirst)));
+        return picked;
+    };
+    return {pick(a.x, b.x), pick(a.y, b.y), pick(a.z, b.z), pick(a.w, b.w)};
+}
+#endif
+
 /// records[place] = record, or nothing for kNoPlace. On a GPU two lanes write their two records together, each half of
 /// either: whole sectors of 32 bytes, where half of one would cost as much.
 inline constexpr std::uint32_t kNoPlace = 0xffffffffu;
@@ -157,8 +173,8 @@ CULLET_HOST_DEVICE inline void storeRecord(RowRecord* records, std::uint32_t pla
         const bool isSecond = threadIdx.x % 2 != 0;
         const auto front = reinterpret_cast<const float4&>(record.front);
         const auto back = reinterpret_cast<const float4&>(record.back);
-        const float4 mine = isSecond ? back : front;
-        const float4 given = isSecond ? front : back;
+        const float4 mine = either(isSecond, back, front);
+        const float4 given = either(isSecond, front, back);
         const float4 taken = {__shfl_xor_sync(kAll, given.x, 1), __shfl_xor_sync(kAll, given.y, 1),
                               __shfl_xor_sync(kAll, given.z, 1), __shfl_xor_sync(kAll, given.w, 1)};
         const std::uint32_t other = __shfl_xor_sync(kAll, place, 1);
@@ -166,9 +182,9 @@ CULLET_HOST_DEVICE inline void storeRecord(RowRecord* records, std::uint32_t pla
         const std::uint32_t second = isSecond ? place : other;
         float4* halves = reinterpret_cast<float4*>(records) + (isSecond ? 1 : 0);
         if (first != kNoPlace)
-            halves[2 * std::uint64_t{first}] = isSecond ? taken : mine;
+            halves[2 * std::uint64_t{first}] = either(isSecond, taken, mine);
         if (second != kNoPlace)
-            halves[2 * std::uint64_t{second}] = isSecond ? mine : taken;
+            halves[2 * std::uint64_t{second}] = either(isSecond, mine, taken);
         return;
     }
 #endif

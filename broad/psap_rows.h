@@ -142,6 +142,7 @@ private:
             cells.count = isSeen ? cells.count : 0;
             search(self, level, cells, share, isOwn ? i + 1 : 0, entryTest, emit);
         }
+        report(self, entryTest, emit);
     }
 
     /// The cells of a level to be searched.
@@ -224,8 +225,8 @@ private:
         }
     }
 
-    /// Tests the record against those of a range. First all tests of some records, then what they found: most lanes
-    /// find nothing, and would wait for those that do.
+    /// Tests the record against those of a range. First all tests of some records, then what they found, which is
+    /// reported when there is more of it: most lanes find nothing in a cell, and would wait for those that do.
     template <class Test, class Emit>
     CULLET_HOST_DEVICE void scan(const RowRecord& self, RowRange range, const Test& entryTest,
                                  Emit& emit) const
@@ -233,7 +234,7 @@ private:
         for (; emit.any(range.begin < range.end); range.begin += kTestsTogether)
         {
             const std::uint32_t count = range.size() < kTestsTogether ? range.size() : kTestsTogether;
-            report(self, range.begin, hitsAmong(self, records + range.begin, count), entryTest, emit);
+            keep(self, range.begin, hitsAmong(self, records + range.begin, count), entryTest, emit);
             emit.tested(count);
         }
     }
@@ -252,22 +253,38 @@ private:
         return count < 32 ? hits & ((1u << count) - 1u) : hits;
     }
 
+    /// Keeps the records that bits of `hits` stand for; reports what is kept where a lane has no room for more.
     template <class Test, class Emit>
-    CULLET_HOST_DEVICE void report(const RowRecord& self, std::uint32_t begin, std::uint32_t hits,
-                                   const Test& entryTest, Emit& emit) const
+    CULLET_HOST_DEVICE void keep(const RowRecord& self, std::uint32_t begin, std::uint32_t hits,
+                                 const Test& entryTest, Emit& emit) const
     {
-        for (; emit.any(hits != 0); hits &= hits - 1)
+        for (;;)
+        {
+            for (; hits != 0 && !emit.isFull(); hits &= hits - 1)
+                emit.keep(begin + lowestBit(hits));
+            if (!emit.any(hits != 0))
+                return;
+            report(self, entryTest, emit);
+        }
+    }
+
+    /// Appends those of the kept pairs that enter.
+    template <class Test, class Emit>
+    CULLET_HOST_DEVICE void report(const RowRecord& self, const Test& entryTest, Emit& emit) const
+    {
+        for (std::uint32_t k = 0; emit.any(k < emit.keptCount()); ++k)
         {
             IdPair pair = {self.back.row, 0};
-            bool isEntering = hits != 0;
+            bool isEntering = k < emit.keptCount();
             if (isEntering)
             {
-                const RowRecord& other = records[begin + lowestBit(hits)];
+                const RowRecord& other = records[emit.kept(k)];
                 pair.b = other.back.row;
                 isEntering = entryTest(pair, [&] { return overlapOf(self, other); });
             }
             emit.append(isEntering, pair);
         }
+        emit.dropKept();
     }
 
     static constexpr std::uint32_t kTestsTogether = 32;

@@ -39,6 +39,24 @@ __global__ void __launch_bounds__(kThreadsPerBlock)
         step(i);
 }
 
+/// Appends pairs that a warp holds in shared memory; all its lanes call.
+__device__ inline void appendTogether(const PairList& list, const IdPair* pairs, unsigned count)
+{
+    const unsigned lane = threadIdx.x % 32;
+    unsigned long long base = 0;
+    if (lane == 0)
+        base = fetchAdd(list.count, std::uint64_t{count});
+    base = __shfl_sync(0xffffffffu, base, 0);
+    // A pair at a time: as two numbers, it would be written twice.
+    const auto* from = reinterpret_cast<const uint2*>(pairs);
+    auto* to = reinterpret_cast<uint2*>(list.pairs);
+    for (unsigned k = lane; k < count; k += 32)
+    {
+        if (base + k < list.capacity)
+            to[base + k] = from[k];
+    }
+}
+
 /// What a step sees of its list on the GPU: room for some pairs of its warp, which then take one atomic together.
 struct WarpEmitter
 {
@@ -61,7 +79,7 @@ template <class Step>
 __global__ void __launch_bounds__(kEmitThreads)
     runEmittingStep(std::uint64_t end, const Step step, const PairList list)
 {
-    __shared__ IdPair buffers[kEmitThreads / 32][kWarpBuffer];
+    __shared__ alignas(8) IdPair buffers[kEmitThreads / 32][kWarpBuffer];
     __shared__ unsigned counts[kEmitThreads / 32];
     const unsigned warp = threadIdx.x / 32;
     const unsigned lane = threadIdx.x % 32;
@@ -75,17 +93,8 @@ __global__ void __launch_bounds__(kEmitThreads)
     __syncwarp();
 
     const unsigned count = counts[warp] < kWarpBuffer ? counts[warp] : kWarpBuffer;
-    if (count == 0)
-        return;
-    unsigned long long base = 0;
-    if (lane == 0)
-        base = fetchAdd(list.count, std::uint64_t{count});
-    base = __shfl_sync(0xffffffffu, base, 0);
-    for (unsigned k = lane; k < count; k += 32)
-    {
-        if (base + k < list.capacity)
-            list.pairs[base + k] = buffers[warp][k];
-    }
+    if (count != 0)
+        appendTogether(list, buffers[warp], count);
 }
 
 /// The same where the lanes of a warp go together: no lane asks for a place, the votes of all tell it. A full buffer is
@@ -93,11 +102,20 @@ __global__ void __launch_bounds__(kEmitThreads)
 struct TogetherEmitter
 {
     static constexpr unsigned kRoom = 128;
+    static constexpr std::uint32_t kMostKept = 8;
     static constexpr unsigned kAll = 0xffffffffu;
 
     IdPair* buffer;  ///< [kRoom] of the warp
     unsigned held;   ///< in the buffer, the same in all lanes
     PairList list;
+    std::uint32_t* keptRecords;  ///< of this lane: every kEmitThreads-th, kMostKept of them
+    std::uint32_t keptRecordCount;
+
+    __device__ bool isFull() const { return keptRecordCount == kMostKept; }
+    __device__ void keep(std::uint32_t record) { keptRecords[kEmitThreads * keptRecordCount++] = record; }
+    __device__ std::uint32_t keptCount() const { return keptRecordCount; }
+    __device__ std::uint32_t kept(std::uint32_t k) const { return keptRecords[kEmitThreads * k]; }
+    __device__ void dropKept() { keptRecordCount = 0; }
 
     __device__ void push(IdPair pair) { list.push(pair); }
     __device__ void tested(std::uint64_t) {}
@@ -114,16 +132,7 @@ struct TogetherEmitter
     __device__ void flush()
     {
         __syncwarp();
-        const unsigned lane = threadIdx.x % 32;
-        unsigned long long base = 0;
-        if (lane == 0)
-            base = fetchAdd(list.count, std::uint64_t{held});
-        base = __shfl_sync(kAll, base, 0);
-        for (unsigned k = lane; k < held; k += 32)
-        {
-            if (base + k < list.capacity)
-                list.pairs[base + k] = buffer[k];
-        }
+        appendTogether(list, buffer, held);
         __syncwarp();
         held = 0;
     }
@@ -133,8 +142,9 @@ template <class Step>
 __global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
     runTogether(std::uint64_t end, const Step step, const PairList list)
 {
-    __shared__ IdPair buffers[kEmitThreads / 32][TogetherEmitter::kRoom];
-    TogetherEmitter emit = {buffers[threadIdx.x / 32], 0, list};
+    __shared__ alignas(8) IdPair buffers[kEmitThreads / 32][TogetherEmitter::kRoom];
+    __shared__ std::uint32_t kept[TogetherEmitter::kMostKept * kEmitThreads];
+    TogetherEmitter emit = {buffers[threadIdx.x / 32], 0, list, kept + threadIdx.x, 0};
     const std::uint64_t i = static_cast<std::uint64_t>(blockIdx.x) * kEmitThreads + threadIdx.x;
     step(i, i < end, emit);
     if (emit.held != 0)
