@@ -55,7 +55,7 @@ enum class RowUse : std::uint8_t
 };
 
 /// How the changed boxes moved since the last scan.
-struct GridMotion
+struct alignas(64) GridMotion
 {
     /// Boxes by the exponent of how far any of their faces moved; boxes that came, went or have infinite faces last.
     std::array<std::uint32_t, 256> octaves{};
@@ -182,7 +182,7 @@ private:
     };
 
     /// What one task of the filling pass writes; merged afterwards.
-    struct Task
+    struct alignas(64) Task
     {
         EntryList bold;
         EntryList regular;
@@ -194,7 +194,7 @@ private:
     };
 
     /// Scratch of one worker of the scanning pass.
-    struct Worker
+    struct alignas(64) Worker
     {
         RowBuilder builder;
         RowPool bold;

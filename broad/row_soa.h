@@ -52,7 +52,7 @@ inline constexpr float kReportAll = std::numeric_limits<float>::quiet_NaN();
 ///
 /// The gap of two boxes is the largest of the six differences of their faces, each rounded once: boxes overlap when it
 /// is not positive, and overlapsWithMargin() compares it with twice the margin.
-struct PairBuffer
+struct alignas(64) PairBuffer
 {
     static constexpr std::uint32_t kCapacity = 1024;
     FlaggedId first[kCapacity];
