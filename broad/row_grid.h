@@ -288,9 +288,8 @@ private:
     void scanRow(const RowPass& pass, std::uint32_t row, unsigned worker, PairBuffer& out);
     RowSoa buildRow(const RowPass& pass, std::uint32_t row, RowList& list, std::vector<FlaggedId>& ids,
                     RowPool& pool, std::size_t offset, RowBuilder& builder);
-    template <int kSweepAxis>
-    void compareRange(const Aabb* boxes, const Aabb* before, const std::uint32_t* dirty, TaskRange range,
-                      float limit, GridMotion& motion, float* motions) const;
+    void compareRange(const MotionSource& source, const std::uint32_t* rows, std::size_t count,
+                      GridMotion& motion) const;
     bool followStray(const GridInput& input, const Aabb& before, std::uint32_t id);
     bool addToRow(std::uint64_t cell, std::uint32_t id);
     const CellEdges& edgesOf(std::uint32_t row);
