@@ -29,6 +29,13 @@ inline bool isTrueInAll(Int4 comparison) noexcept
     return (halves[0] & halves[1]) == ~std::uint64_t{0};
 }
 
+/// Brings a box on its way from memory; one in four is in two cache lines.
+inline void prefetchBox(const Aabb* box) noexcept
+{
+    __builtin_prefetch(box->min);
+    __builtin_prefetch(box->max + 2);
+}
+
 /// isValid() in vector registers.
 inline bool isValidBranchless(const Aabb& box) noexcept
 {
@@ -51,6 +58,18 @@ inline bool overlapsBranchless(const Aabb& a, const Aabb& b) noexcept
     const Int4 minima = {0, 1, 2, 2};
     return isTrueInAll((__builtin_shuffle(minA, minima) <= __builtin_shuffle(maxB, lanes)) &
                        (__builtin_shuffle(minB, minima) <= __builtin_shuffle(maxA, lanes)));
+}
+
+/// overlapsWithMargin() without branches.
+inline bool overlapsWithMarginBranchless(const Aabb& a, const Aabb& b, float margin) noexcept
+{
+    const Int4 maxima = {1, 2, 3, 3};
+    const Int4 minima = {0, 1, 2, 2};
+    const Float4 forward =
+        __builtin_shuffle(loadFloat4(b.min), minima) - __builtin_shuffle(loadFloat4(a.min + 2), maxima);
+    const Float4 backward =
+        __builtin_shuffle(loadFloat4(a.min), minima) - __builtin_shuffle(loadFloat4(b.min + 2), maxima);
+    return isTrueInAll(~((forward > 2.0f * margin) | (backward > 2.0f * margin)));
 }
 
 /// Signed distance of two boxes in the maximum norm over the axes: negative when they overlap.

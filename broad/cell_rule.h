@@ -21,6 +21,21 @@ namespace
 // Cell coordinates saturate here: far away, cells become one, which costs time but loses nothing.
 constexpr float kFarthestCell = 268435456.0f;
 
+/// What a rule makes of faces {min, max, min, max}: those above and below zero times a factor, plus an offset.
+struct CellFactors
+{
+    Float4 above, below, offset;
+
+    explicit CellFactors(const CellRule& rule)
+    {
+        constexpr float kUlps = 0x1p-22f;
+        const Float4 outward = {-1.0f, 1.0f, -1.0f, 1.0f};
+        above = (1.0f + outward * kUlps) * rule.inverseWidth;
+        below = (1.0f - outward * kUlps) * rule.inverseWidth;
+        offset = outward * (rule.grow * rule.inverseWidth);
+    }
+};
+
 /// Cells of two intervals {min, max, min, max}, moved outward by the rule.
 ///
 /// Boxes whose gap is not above twice `grow` share a cell even where `grow` is lost in the rounding of large
@@ -28,11 +43,8 @@ constexpr float kFarthestCell = 268435456.0f;
 /// an interval of floats: see CellEdges.
 inline Int4 cellsOfFaces(Float4 faces, const CellRule& rule) noexcept
 {
-    constexpr float kUlps = 0x1p-22f;
-    const Float4 outward = {-1.0f, 1.0f, -1.0f, 1.0f};
-    const Float4 above = (1.0f + outward * kUlps) * rule.inverseWidth;
-    const Float4 below = (1.0f - outward * kUlps) * rule.inverseWidth;
-    Float4 cell = faces * (faces < 0.0f ? below : above) + outward * (rule.grow * rule.inverseWidth);
+    const CellFactors factors(rule);
+    Float4 cell = faces * (faces < 0.0f ? factors.below : factors.above) + factors.offset;
     cell = cell < -kFarthestCell ? Float4{} - kFarthestCell : cell;
     cell = cell > kFarthestCell ? Float4{} + kFarthestCell : cell;
     // Conversion cuts towards zero; a comparison yields -1 where that was upwards. std::floor would be a library call.

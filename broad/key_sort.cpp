@@ -15,7 +15,8 @@ constexpr std::size_t kOneBucket = 1024;  // keys that are not distributed among
 constexpr std::size_t kKeysPerBucket = 128;
 constexpr std::size_t kWordsPerKey = 4;  // up to so many upper words each or few together get a bucket
 constexpr std::size_t kMostListsOfWords = 8;
-constexpr std::uint32_t kMostBuckets = 1024;
+constexpr std::size_t kMostKeysOfWords = 1u << 17;  // of more, buckets of words are larger than a cache
+constexpr std::uint32_t kMostBuckets = 2048;
 constexpr std::uint32_t kMostDigits = 2048;
 
 std::uint32_t powerOfTwoFrom(std::size_t value, std::uint32_t most)
@@ -144,7 +145,7 @@ KeySort::Cut KeySort::cutOf(std::vector<KeyList>& lists, std::size_t count)
         highest = std::max(highest, list.highest());
     }
     const std::uint64_t words = (highest >> 32) - (lowest >> 32) + 1;
-    if (words < kWordsPerKey * count && lists.size() <= kMostListsOfWords)
+    if (count <= kMostKeysOfWords && words < kWordsPerKey * count && lists.size() <= kMostListsOfWords)
     {
         // The calling thread adds up what each list has in each bucket: the fewer, the more lists there are.
         std::uint32_t shift = 32;
@@ -199,6 +200,15 @@ std::uint32_t KeySort::part(WorkerPool& workers, const std::vector<KeyList>& lis
     return most;
 }
 
+/// Buckets are shared out by their keys: upper words are the lower of two ids, so that most have a low one.
+std::uint32_t KeySort::firstBucketOf(const Cut& cut, const std::uint32_t* ends, unsigned task, unsigned tasks)
+{
+    if (task == tasks)
+        return cut.buckets;
+    const std::size_t keysBefore = std::size_t{ends[cut.buckets - 1]} * task / tasks;
+    return static_cast<std::uint32_t>(std::lower_bound(ends, ends + cut.buckets, keysBefore) - ends);
+}
+
 /// Sorts inside buckets of nearly no keys each, by insertion, and inside the full ones.
 ///
 /// @param sorted [in, out] by bucket
@@ -209,11 +219,12 @@ void KeySort::sortFineBuckets(WorkerPool& workers, const Cut& cut, const std::ui
     workers.run(tasks,
                 [&](unsigned task)
                 {
-                    const TaskRange range(cut.buckets, task, tasks);
-                    const std::uint32_t first = range.begin == 0 ? 0 : ends[range.begin - 1];
-                    const std::uint32_t last = range.end == 0 ? 0 : ends[range.end - 1];
+                    const std::uint32_t firstBucket = firstBucketOf(cut, ends, task, tasks);
+                    const std::uint32_t endBucket = firstBucketOf(cut, ends, task + 1, tasks);
+                    const std::uint32_t first = firstBucket == 0 ? 0 : ends[firstBucket - 1];
+                    const std::uint32_t last = endBucket == 0 ? 0 : ends[endBucket - 1];
                     std::uint32_t begin = first;
-                    for (std::uint32_t bucket = range.begin; bucket < range.end && hasFull; ++bucket)
+                    for (std::uint32_t bucket = firstBucket; bucket < endBucket && hasFull; ++bucket)
                     {
                         const std::uint32_t size = ends[bucket] - begin;
                         if (size > kFewKeys)

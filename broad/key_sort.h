@@ -139,6 +139,8 @@ private:
     static std::size_t countOf(const std::vector<KeyList>& lists);
     static bool areInOrder(std::vector<KeyList>& lists);
     std::uint32_t part(WorkerPool& workers, const std::vector<KeyList>& lists, const Cut& cut);
+    static std::uint32_t firstBucketOf(const Cut& cut, const std::uint32_t* ends, unsigned task,
+                                       unsigned tasks);
     void sortFineBuckets(WorkerPool& workers, const Cut& cut, const std::uint32_t* ends, bool hasFull,
                          std::vector<std::uint64_t>& sorted);
 

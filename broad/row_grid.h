@@ -55,7 +55,7 @@ enum class RowUse : std::uint8_t
 };
 
 /// How the changed boxes moved since the last scan.
-struct GridMotion
+struct alignas(64) GridMotion
 {
     /// Boxes by the exponent of how far any of their faces moved; boxes that came, went or have infinite faces last.
     std::array<std::uint32_t, 256> octaves{};
@@ -182,7 +182,7 @@ private:
     };
 
     /// What one task of the filling pass writes; merged afterwards.
-    struct Task
+    struct alignas(64) Task
     {
         EntryList bold;
         EntryList regular;
@@ -194,7 +194,7 @@ private:
     };
 
     /// Scratch of one worker of the scanning pass.
-    struct Worker
+    struct alignas(64) Worker
     {
         RowBuilder builder;
         RowPool bold;
@@ -288,9 +288,8 @@ private:
     void scanRow(const RowPass& pass, std::uint32_t row, unsigned worker, PairBuffer& out);
     RowSoa buildRow(const RowPass& pass, std::uint32_t row, RowList& list, std::vector<FlaggedId>& ids,
                     RowPool& pool, std::size_t offset, RowBuilder& builder);
-    template <int kSweepAxis>
-    void compareRange(const Aabb* boxes, const Aabb* before, const std::uint32_t* dirty, TaskRange range,
-                      float limit, GridMotion& motion, float* motions) const;
+    void compareRange(const MotionSource& source, const std::uint32_t* rows, std::size_t count,
+                      GridMotion& motion) const;
     bool followStray(const GridInput& input, const Aabb& before, std::uint32_t id);
     bool addToRow(std::uint64_t cell, std::uint32_t id);
     const CellEdges& edgesOf(std::uint32_t row);

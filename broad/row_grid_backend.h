@@ -134,7 +134,8 @@ private:
     {
         const Aabb& a = view.boxes[pair.a];
         const Aabb& b = view.boxes[pair.b];
-        return gapOf(a, b) <= 2.0f * view.margin && isValidBranchless(a) && isValidBranchless(b);
+        return overlapsWithMarginBranchless(a, b, view.margin) && isValidBranchless(a) &&
+               isValidBranchless(b);
     }
     bool areStillJumping(const ProxyView& view);
     void listOverlapping(std::vector<std::uint64_t>& held);
@@ -157,7 +158,8 @@ private:
     // row_grid_jumped.cpp: the same when most boxes jumped
     void updateJumped(const ProxyView& view, bool isSure);
     void sortOverlapping();
-    void compareLists(const ProxyView& view, TaskRange rows, unsigned worker);
+    std::uint32_t firstRowOf(const ProxyView& view, unsigned task, unsigned tasks) const;
+    void compareLists(const ProxyView& view, std::uint32_t begin, std::uint32_t end, unsigned worker);
     void partDeparted(const ProxyView& view, const std::uint64_t* old, const std::uint64_t* end,
                       unsigned worker);
 

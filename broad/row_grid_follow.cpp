@@ -15,29 +15,10 @@ namespace cullet
 namespace
 {
 constexpr std::size_t kCompareGrain = 4096;
+constexpr std::size_t kCompareBlock = 512;
 // Sizes and spans are not measured while rows are followed; the plan is looked at this often.
 constexpr std::uint32_t kLongestFollow = 128;
 
-Int4 bitsOf(Float4 value)
-{
-    Int4 bits;
-    std::memcpy(&bits, &value, sizeof bits);
-    return bits;
-}
-
-Int4 larger(Int4 a, Int4 b)
-{
-    return a > b ? a : b;
-}
-
-/// How far any of the faces is from the other box's, as bits: floats without sign order like their bits. Infinity and
-/// NaN, the motion of boxes that were or are empty, come out on top.
-std::int32_t motionBits(Float4 tile, Float4 sweep)
-{
-    const Int4 both = larger(bitsOf(tile) & 0x7fffffff, bitsOf(sweep) & 0x7fffffff);
-    const Int4 halves = larger(both, __builtin_shuffle(both, Int4{2, 3, 0, 1}));
-    return std::max(halves[0], halves[1]);
-}
 /// Floats by an integer of the same order.
 Float4 floatOfRank(Int4 rank)
 {
@@ -67,30 +48,19 @@ Float4 facesFrom(Int4 cells, const CellRule& rule)
 }
 }  // namespace
 
-template <int kSweepAxis>
-void RowGrid::compareRange(const Aabb* boxes, const Aabb* before, const std::uint32_t* dirty, TaskRange range,
-                           float limit, GridMotion& motion, float* motions) const
+/// Block by block, so that a task needs room for the strays of a block only.
+void RowGrid::compareRange(const MotionSource& source, const std::uint32_t* rows, std::size_t count,
+                           GridMotion& motion) const
 {
-    const CellRule rule = ruleOf(m_reach, 0);
-    std::int32_t limitBits;
-    std::memcpy(&limitBits, &limit, sizeof limitBits);
-    std::int32_t largest = 0;
-    for (std::uint32_t i = range.begin; i < range.end; ++i)
+    std::array<std::uint32_t, kCompareBlock> strays;
+    MotionSums sums = {motion.octaves.data(), strays.data()};
+    for (std::size_t begin = 0; begin < count; begin += kCompareBlock)
     {
-        const std::uint32_t row = dirty[i];
-        const BoxFaces<kSweepAxis> now(boxes[row]);
-        const BoxFaces<kSweepAxis> then(before[row]);
-        const std::int32_t bits = motionBits(now.tile - then.tile, now.sweep - then.sweep);
-        ++motion.octaves[static_cast<std::uint32_t>(bits) >> 23];
-        if (motions != nullptr)
-            std::memcpy(motions + row, &bits, sizeof bits);
-        const bool isFar = bits > limitBits;
-        largest = std::max(largest, isFar ? 0 : bits);
-        const bool isThere = isTrueInAll(cellsOfFaces(now.tile, rule) == cellsOfFaces(then.tile, rule));
-        if (isFar || !isThere)
-            motion.strays.push_back(row);
+        const std::size_t size = std::min(kCompareBlock, count - begin);
+        m_kernels.compareBoxes(source, rows + begin, static_cast<std::uint32_t>(size), sums);
+        motion.strays.insert(motion.strays.end(), strays.begin(), strays.begin() + sums.strayCount);
     }
-    std::memcpy(&motion.largest, &largest, sizeof largest);
+    motion.largest = sums.largest;
 }
 
 void RowGrid::compare(const Aabb* boxes, const Aabb* before, const std::uint32_t* dirty,
@@ -98,6 +68,9 @@ void RowGrid::compare(const Aabb* boxes, const Aabb* before, const std::uint32_t
 {
     const unsigned tasks = m_workers.tasksFor(dirtyCount, kCompareGrain);
     m_motions.resize(std::max<std::size_t>(m_motions.size(), tasks));
+    const CellRule rule = ruleOf(m_reach, 0);
+    const MotionSource source = {boxes, before, m_plan.sweepAxis, rule.grow, rule.inverseWidth,
+                                 limit, motions};
     m_workers.run(tasks,
                   [&](unsigned task)
                   {
@@ -105,12 +78,7 @@ void RowGrid::compare(const Aabb* boxes, const Aabb* before, const std::uint32_t
                       own.octaves = {};
                       own.strays.clear();
                       const TaskRange range(dirtyCount, task, tasks);
-                      if (m_plan.sweepAxis == 0)
-                          compareRange<0>(boxes, before, dirty, range, limit, own, motions);
-                      else if (m_plan.sweepAxis == 1)
-                          compareRange<1>(boxes, before, dirty, range, limit, own, motions);
-                      else
-                          compareRange<2>(boxes, before, dirty, range, limit, own, motions);
+                      compareRange(source, dirty + range.begin, range.end - range.begin, own);
                   });
     motion.octaves = {};
     motion.strays.clear();

@@ -16,13 +16,14 @@ namespace
 constexpr std::ptrdiff_t kPrefetch = 12;
 constexpr std::size_t kCompareGrain = 4096;
 
-/// The sorted keys whose lower row is in the range.
+/// The sorted keys whose lower row is in [firstRow, lastRow).
 std::pair<const std::uint64_t*, const std::uint64_t*> keysOfRows(const std::vector<std::uint64_t>& keys,
-                                                                 TaskRange rows)
+                                                                 std::uint32_t firstRow,
+                                                                 std::uint32_t lastRow)
 {
     const std::uint64_t* const end = keys.data() + keys.size();
-    const std::uint64_t* const from = std::lower_bound(keys.data(), end, std::uint64_t{rows.begin} << 32);
-    return {from, std::lower_bound(from, end, std::uint64_t{rows.end} << 32)};
+    const std::uint64_t* const from = std::lower_bound(keys.data(), end, std::uint64_t{firstRow} << 32);
+    return {from, std::lower_bound(from, end, std::uint64_t{lastRow} << 32)};
 }
 
 /// One of 32 bits by the upper row.
@@ -67,15 +68,24 @@ void RowGridBackend::sortOverlapping()
     m_found[0].clear();
 }
 
-/// Compares a part of what was found with what overlapped before, both sorted.
+/// Rows are shared out by their found pairs: three of four have their lower row in the first half.
+std::uint32_t RowGridBackend::firstRowOf(const ProxyView& view, unsigned task, unsigned tasks) const
+{
+    if (task == 0 || task == tasks)
+        return task == 0 ? 0 : view.size;
+    return rowsOf(m_sorted[m_sorted.size() * task / tasks]).a;
+}
+
+/// Compares what was found with what overlapped before, both sorted, for the lower rows [begin, end).
 ///
 /// Hardly a pair is in both. Which may be is told by masks, 32 bits for each row, instead of a merge, whose branches nobody
 /// could predict.
-void RowGridBackend::compareLists(const ProxyView& view, TaskRange rows, unsigned worker)
+void RowGridBackend::compareLists(const ProxyView& view, std::uint32_t begin, std::uint32_t end,
+                                  unsigned worker)
 {
-    const auto [old, oldEnd] = keysOfRows(m_overlapping, rows);
-    const auto [found, foundEnd] = keysOfRows(m_sorted, rows);
-    std::fill(m_masks.begin() + rows.begin, m_masks.begin() + rows.end, 0u);
+    const auto [old, oldEnd] = keysOfRows(m_overlapping, begin, end);
+    const auto [found, foundEnd] = keysOfRows(m_sorted, begin, end);
+    std::fill(m_masks.begin() + begin, m_masks.begin() + end, 0u);
     for (const std::uint64_t* key = old; key != oldEnd; ++key)
         m_masks[*key >> 32] |= maskOf(*key);
     m_added[worker].makeRoom(static_cast<std::size_t>(foundEnd - found));
@@ -104,7 +114,7 @@ void RowGridBackend::partDeparted(const ProxyView& view, const std::uint64_t* ol
     for (const std::uint64_t* key = old; key != end; ++key)
     {
         const IdPair pair = rowsOf(*key);
-        __builtin_prefetch(view.boxes + rowsOf(key[std::min(kPrefetch, end - key - 1)]).b);
+        prefetchBox(view.boxes + rowsOf(key[std::min(kPrefetch, end - key - 1)]).b);
         if (nextKept != kept.end() && *nextKept == *key)
             ++nextKept;
         else if (mayLift || isNear(view, pair))
@@ -131,7 +141,9 @@ void RowGridBackend::updateJumped(const ProxyView& view, bool isSure)
     m_sorts[0].sort(m_workers, m_found, m_sorted);
     m_masks.resize(view.size);
     const unsigned tasks = m_workers.tasksFor(m_sorted.size(), kCompareGrain);
-    m_workers.run(tasks, [&](unsigned task) { compareLists(view, TaskRange(view.size, task, tasks), task); });
+    m_workers.run(
+        tasks, [&](unsigned task)
+        { compareLists(view, firstRowOf(view, task, tasks), firstRowOf(view, task + 1, tasks), task); });
     takeNews(true);
     m_overlapping.swap(m_sorted);
     m_isOverlappingSorted = true;

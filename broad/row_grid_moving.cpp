@@ -32,8 +32,8 @@ std::uint32_t sampleStride(std::uint32_t rows)
 
 void prefetch(const Aabb* boxes, IdPair pair)
 {
-    __builtin_prefetch(boxes + pair.a);
-    __builtin_prefetch(boxes + pair.b);
+    prefetchBox(boxes + pair.a);
+    prefetchBox(boxes + pair.b);
 }
 }  // namespace
 

@@ -108,7 +108,7 @@ void RowGrid::query(const Aabb* boxes, const std::uint32_t* ids, std::uint32_t c
     PairBuffer& out = prepareBuffer(GridInput{}, context);
     for (std::uint32_t i = 0; i < count; ++i)
     {
-        __builtin_prefetch(boxes + ids[std::min(i + kPrefetch, count - 1)]);
+        prefetchBox(boxes + ids[std::min(i + kPrefetch, count - 1)]);
         if (isValid(boxes[ids[i]]))
             queryBox(boxes[ids[i]], ids[i], out);
     }

@@ -35,7 +35,7 @@ public:
     {
         for (std::uint32_t i = 0; i < found.count; ++i)
         {
-            __builtin_prefetch(m_view.boxes + found.pair(std::min(i + kPrefetch, found.count - 1)).b);
+            prefetchBox(m_view.boxes + found.pair(std::min(i + kPrefetch, found.count - 1)).b);
             const IdPair pair = found.pair(i);
             if (m_backend.m_states[pair.b] == RowState::Settled &&
                 overlaps(m_view.boxes[pair.a], m_view.boxes[pair.b]))

@@ -29,8 +29,8 @@ inline void append(std::uint32_t hits, Lanes::Value gap, FlaggedId id, const Fla
     const __m512i first = _mm512_set1_epi32(static_cast<int>(id));
     const auto found = static_cast<Lanes::Mask>(hits);
     const __m512i second = _mm512_maskz_loadu_epi32(found, ids);
-    const Lanes::Mask owned = _mm512_mask_cmpge_epu32_mask(
-        found, _mm512_or_si512(first, second), _mm512_set1_epi32(static_cast<int>(kOwnsPair)));
+    const Lanes::Mask owned = _mm512_mask_cmpge_epu32_mask(found, _mm512_or_si512(first, second),
+                                                           _mm512_set1_epi32(static_cast<int>(kOwnsPair)));
     _mm512_storeu_si512(out.first + out.count, first);
     _mm512_storeu_si512(out.second + out.count, _mm512_maskz_compress_epi32(owned, second));
     _mm512_storeu_ps(out.gap + out.count, _mm512_maskz_compress_ps(owned, gap));
@@ -308,7 +308,7 @@ RowRecord* gatherRange(const RowSource& source, std::uint32_t begin, std::uint32
     for (std::uint32_t i = begin; i < end; ++i)
     {
         const FlaggedId ahead = source.ids[std::min(i + kPrefetch, source.count - 1)];
-        __builtin_prefetch(source.boxes + (ahead & kIdMask));
+        prefetchBox(source.boxes + (ahead & kIdMask));
         FlaggedId id = source.ids[i];
         const BoxFaces<kSweepAxis> faces(source.boxes[id & kIdMask]);
         if (kEdges)

@@ -3,10 +3,11 @@
 //
 // Compiled with -mavx2; entered only where the processor has it.
 #if defined(__x86_64__)
+#include "broad/box_motion.inl"
 #include "broad/row_kernels.inl"
 
 namespace cullet
 {
-const RowKernels kRowKernelsAvx2 = {"avx2", scanSelf, scanCross, scanOne, gatherRow, layOut};
+const RowKernels kRowKernelsAvx2 = {"avx2", scanSelf, scanCross, scanOne, gatherRow, layOut, compareBoxes};
 }  // namespace cullet
 #endif  // x86-64

@@ -3,10 +3,12 @@
 //
 // Compiled with -mavx512f; entered only where the processor has it.
 #if defined(__x86_64__)
+#include "broad/box_motion.inl"
 #include "broad/row_kernels.inl"
 
 namespace cullet
 {
-const RowKernels kRowKernelsAvx512 = {"avx512", scanSelf, scanCross, scanOne, gatherRow, layOut};
+const RowKernels kRowKernelsAvx512 = {"avx512",  scanSelf, scanCross,   scanOne,
+                                      gatherRow, layOut,   compareBoxes};
 }  // namespace cullet
 #endif  // x86-64

@@ -1,10 +1,12 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "broad/box_motion.inl"
 #include "broad/row_kernels.inl"
 
 namespace cullet
 {
-const RowKernels kRowKernelsBaseline = {"baseline", scanSelf, scanCross, scanOne, gatherRow, layOut};
+const RowKernels kRowKernelsBaseline = {"baseline", scanSelf, scanCross,   scanOne,
+                                        gatherRow,  layOut,   compareBoxes};
 
 const RowKernels& chooseRowKernels(bool baseline)
 {

@@ -52,7 +52,7 @@ inline constexpr float kReportAll = std::numeric_limits<float>::quiet_NaN();
 ///
 /// The gap of two boxes is the largest of the six differences of their faces, each rounded once: boxes overlap when it
 /// is not positive, and overlapsWithMargin() compares it with twice the margin.
-struct PairBuffer
+struct alignas(64) PairBuffer
 {
     static constexpr std::uint32_t kCapacity = 1024;
     FlaggedId first[kCapacity];
@@ -116,6 +116,27 @@ struct RowSource
     const CellEdges* edges;
 };
 
+/// What compareBoxes() needs.
+struct MotionSource
+{
+    const Aabb* boxes;   ///< row of the proxy table -> box
+    const Aabb* before;  ///< ... and the one of the last scan
+    int sweepAxis;
+    float reach, inverseWidth;  ///< of the cells: CellRule
+    float limit;                ///< boxes that moved farther are strays
+    float* motions;             ///< [out, rows] how far any face of a box moved; or null
+};
+
+/// How some boxes moved.
+struct MotionSums
+{
+    std::uint32_t* octaves;  ///< [256] boxes by the exponent of their motion, added up
+    std::uint32_t*
+        strays;  ///< [as many as boxes]: touch other cells than before, or moved farther than the limit
+    std::uint32_t strayCount = 0;  ///< of the last call
+    float largest = 0;             ///< motion within the limit, of all calls
+};
+
 /// The inner loops, one set per instruction set; every set finds the same pairs.
 ///
 /// Duplicates over cells are dropped by the owner rule: the cell that holds (max of the y minima, max of the z
@@ -142,6 +163,10 @@ struct RowKernels
 
     /// Lays records out for the scans. Writes whole vectors: up to three entries more than count + 1.
     void (*layOut)(const RowRecord* records, std::uint32_t count, RowSoa& row);
+
+    /// Tells how the boxes of some rows of the table moved, and which of them strayed.
+    void (*compareBoxes)(const MotionSource& source, const std::uint32_t* rows, std::uint32_t count,
+                         MotionSums& sums);
 };
 
 extern const RowKernels kRowKernelsBaseline;

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 #include "broad/aabb.h"
+#include "broad/aabb_simd.h"
 #include "tests/support/boxes.h"
 #include "tests/support/random.h"
 
@@ -139,8 +140,9 @@ TEST(Aabb, NanNeverOverlaps)
 TEST(Aabb, AMarginOfZeroIsTheOverlapItself)
 {
     Random random(3);
-    const float values[] = {-kLargest, -1, -kTiny, -0.0f, 0, kTiny, 1e-30f, 1, std::nextafter(1.0f, 2.0f), 2,
-                            kLargest};
+    const float values[] = {-kInfinity, -kLargest, -1,       -kTiny, -0.0f,
+                            0,          kTiny,     1e-30f,   1,      std::nextafter(1.0f, 2.0f),
+                            2,          kLargest,  kInfinity};
     int overlapCount = 0;
     for (int i = 0; i < 200000; ++i)
     {
@@ -149,13 +151,17 @@ TEST(Aabb, AMarginOfZeroIsTheOverlapItself)
         {
             for (int axis = 0; axis < 3; ++axis)
             {
-                const float a = values[random.below(11)];
-                const float b = values[random.below(11)];
+                const float a = values[random.below(13)];
+                const float b = values[random.below(13)];
                 box.min[axis] = std::min(a, b);
                 box.max[axis] = std::max(a, b);
             }
         }
         ASSERT_EQ(overlaps(boxes[0], boxes[1]), overlapsWithMargin(boxes[0], boxes[1], 0));
+        ASSERT_EQ(overlaps(boxes[0], boxes[1]), overlapsBranchless(boxes[0], boxes[1]));
+        for (const float margin : {0.0f, 0.5f, kLargest})
+            ASSERT_EQ(overlapsWithMargin(boxes[0], boxes[1], margin),
+                      overlapsWithMarginBranchless(boxes[0], boxes[1], margin));
         overlapCount += overlaps(boxes[0], boxes[1]) ? 1 : 0;
     }
     EXPECT_GT(overlapCount, 20000);

@@ -349,7 +349,7 @@ TEST(KeySort, ListsAreSortedAndDoublesTakenOut)
     {
         WorkerPool workers(threads);
         std::vector<KeyList> lists(static_cast<std::size_t>(threads));
-        for (const std::size_t count : {0u, 1u, 30u, 1000u, 40000u})
+        for (const std::size_t count : {0u, 1u, 30u, 1000u, 40000u, 150000u})
         {
             for (const std::uint32_t ids : {300u, 70000u, 0xffffffffu})
             {

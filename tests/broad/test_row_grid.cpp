@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstring>
 #include <tuple>
 
 namespace cullet::test
@@ -185,6 +186,81 @@ TEST(RowKernelSets, AskedAboutOneBoxFindWhatOverlapsItBehindTheGivenEntry)
         }
     }
     EXPECT_GT(hits, 100u * kernelsHere().size());
+}
+
+struct Motions
+{
+    std::vector<std::uint32_t> octaves = std::vector<std::uint32_t>(256);
+    std::vector<std::uint32_t> strays;
+    std::vector<std::uint32_t> motions;  // as bits
+    float largest = 0;
+
+    bool operator==(const Motions& other) const
+    {
+        return octaves == other.octaves && strays == other.strays && motions == other.motions &&
+               largest == other.largest;
+    }
+};
+
+/// Empty, endless, far away, on the borders of cells, or anywhere.
+Aabb randomBox(Random& random)
+{
+    Aabb box = boxAt(random.between(-9, 9), random.between(-9, 9), random.between(-9, 9));
+    const std::uint32_t kind = random.below(12);
+    if (kind == 0)
+        box.max[random.below(3)] = kInfinity;
+    if (kind == 1)
+        box.min[random.below(3)] = kNan;
+    if (kind == 2)
+        box = translated(box, 0, 3e9f, -1e20f);
+    if (kind > 6)
+        box = cube(static_cast<float>(random.below(9)) - 4, static_cast<float>(random.below(4)));
+    return box;
+}
+
+Motions motionsBy(const RowKernels& kernels, int sweepAxis, const std::vector<Aabb>& now,
+                  const std::vector<Aabb>& then)
+{
+    std::vector<std::uint32_t> rows;
+    for (std::uint32_t row = 0; row < now.size(); row += 1 + row % 2)
+        rows.push_back(row);
+    Motions result;
+    result.strays.resize(rows.size());
+    std::vector<float> motions(now.size());
+    MotionSums sums = {result.octaves.data(), result.strays.data()};
+    kernels.compareBoxes({now.data(), then.data(), sweepAxis, 0.0625f, 0.5f, 2.0f, motions.data()},
+                         rows.data(), static_cast<std::uint32_t>(rows.size()), sums);
+    result.strays.resize(sums.strayCount);
+    result.largest = sums.largest;
+    result.motions.resize(motions.size());
+    std::memcpy(result.motions.data(), motions.data(), motions.size() * sizeof(float));
+    return result;
+}
+
+TEST(RowKernelSets, TellTheSameOfMotionsWithEveryWidth)
+{
+    Random random(34);
+    std::vector<Aabb> then;
+    std::vector<Aabb> now;
+    for (int i = 0; i < 4000; ++i)
+    {
+        then.push_back(randomBox(random));
+        const float stride = random.chance(0.5f) ? 0.25f : 1.0f;
+        now.push_back(random.chance(0.1f)
+                          ? randomBox(random)
+                          : translated(then.back(), random.between(-stride, stride), 0, stride));
+    }
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        const Motions expected = motionsBy(kRowKernelsBaseline, axis, now, then);
+        EXPECT_GT(expected.strays.size(), 500u);
+        EXPECT_LT(expected.strays.size(), 2500u);
+        EXPECT_GT(expected.largest, 0.9f);
+        EXPECT_GT(expected.octaves[255], 100u);
+        for (const RowKernels* kernels : kernelsHere())
+            EXPECT_TRUE(motionsBy(*kernels, axis, now, then) == expected)
+                << kernels->name << ", axis " << axis;
+    }
 }
 
 /// Boxes of 1 in a cube, `movers` of which moved by more than their shells in each of the last updates.
