@@ -24,13 +24,15 @@ public:
     {
     }
 
-    GjkResult<S> run()
+    GjkResult<S> run(GjkStart start)
     {
-        const bool isSeeded = m_search.seed(m_cache, nullptr);
+        const bool isSeeded = start == GjkStart::Memory && m_search.seed(m_cache, nullptr);
         m_isLikelyDone = isSeeded && m_cache.state != GjkState::Overlapping;
-        if (!isSeeded)
-            m_search.start(m_search.supportAgainst(firstDirection()));
-        if (m_search.isFinite() && m_search.isInside() && m_cache.count == 4 &&
+        if (start == GjkStart::FourDirections)
+            m_search.startFromFour([this](const Eigen::Vector3d& v, const Support& s) { return see(v, s); });
+        else if (!isSeeded)
+            startFromAxis();
+        if (isSeeded && m_search.isFinite() && m_search.isInside() && m_cache.count == 4 &&
             m_cache.state == GjkState::Overlapping)
         {
             GjkResult<S> result;
@@ -44,10 +46,20 @@ private:
     using Search = GjkSearch<A, B>;
     using Support = typename Search::Support;
 
-    Eigen::Vector3d firstDirection() const
+    void startFromAxis()
     {
         const Eigen::Vector3d axis(m_cache.axis[0], m_cache.axis[1], m_cache.axis[2]);
-        return axis.isZero(0.0) ? m_search.centreDifference() : axis;
+        const Eigen::Vector3d v = axis.isZero(0.0) ? m_search.centreDifference() : axis;
+        const Support s = m_search.supportAgainst(v);
+        see(v, s);
+        m_search.start(s);
+    }
+
+    /// @return true
+    bool see(const Eigen::Vector3d& v, const Support& s)
+    {
+        m_observer(v, v.dot(s.w));
+        return true;
     }
 
     GjkResult<S> iterate()
@@ -123,11 +135,13 @@ private:
 ///                    NaN, no distance is ever computed.
 /// @param cache       of this pair in this order; a default-constructed one for a pair without history
 /// @param observer    called after each support, see NoObserver
+/// @param start       where the search begins
 /// Errors: NotConverged; never loops, since |v| strictly decreases, and never returns a NaN.
 template <class S, class A, class B, class Observer>
-GjkResult<S> gjkDistance(const A& a, const B& b, S maxDistance, GjkCache<S>& cache, Observer& observer)
+GjkResult<S> gjkDistance(const A& a, const B& b, S maxDistance, GjkCache<S>& cache, Observer& observer,
+                         GjkStart start = GjkStart::Memory)
 {
-    return GjkDistance<S, A, B, Observer>(a, b, maxDistance, cache, observer).run();
+    return GjkDistance<S, A, B, Observer>(a, b, maxDistance, cache, observer).run(start);
 }
 
 template <class S, class A, class B>

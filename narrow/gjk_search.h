@@ -125,6 +125,27 @@ public:
         solveAll();
     }
 
+    /// Starts from the support points against four directions, those of a regular tetrahedron: the thesis, section 6.2.1.
+    /// Equal points are one.
+    /// @param see called with each direction and support point
+    /// @return false if see() did for one of them; then nothing is solved
+    template <class See>
+    bool startFromFour(const See& see)
+    {
+        m_count = 0;
+        for (const Eigen::Vector3d& v : {Eigen::Vector3d(1, 1, 1), Eigen::Vector3d(1, -1, -1),
+                                         Eigen::Vector3d(-1, 1, -1), Eigen::Vector3d(-1, -1, 1)})
+        {
+            const Support s = supportAgainst(v);
+            if (!see(v, s))
+                return false;
+            if (!has(s))
+                push(s);
+        }
+        solveAll();
+        return true;
+    }
+
     /// Starts from the remembered vertex pairs, and `extra` if it is new and there is room.
     /// @return false if nothing was remembered and there is no extra point
     template <class S>
@@ -151,8 +172,9 @@ public:
     {
         for (int i = 0; i < m_count; ++i)
         {
-            const bool isSameVertex =
-                s.vertexA >= 0 && s.vertexA == m_tags[i].vertexA && s.vertexB == m_tags[i].vertexB;
+            // A shape without vertices has -1 for all of its points.
+            const bool isSameVertex = s.vertexA >= 0 && s.vertexB >= 0 && s.vertexA == m_tags[i].vertexA &&
+                                      s.vertexB == m_tags[i].vertexB;
             if (isSameVertex || s.w == m_points[i])
                 return true;
         }

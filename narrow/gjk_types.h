@@ -61,6 +61,14 @@ struct GjkCache
 };
 static_assert(sizeof(GjkCache<float>) <= 40 && sizeof(GjkCache<double>) <= 40);
 
+/// Where a search begins; the answer is the same. All but Memory are for comparison.
+enum class GjkStart : std::uint8_t
+{
+    Memory,         ///< all that the cache remembers; for hulls also the corner where the first axis fails
+    Axis,           ///< one support point, against the cache's axis, or without one that between the centres
+    FourDirections  ///< four support points in directions that are always the same, whatever the cache remembers
+};
+
 /// A vertex as the cache stores it.
 template <class S>
 std::uint16_t narrowId(std::int32_t vertex)
@@ -69,8 +77,9 @@ std::uint16_t narrowId(std::int32_t vertex)
                                                          : GjkCache<S>::kUnknown;
 }
 
-/// Observer that sees nothing. An observer is called once per support of a search with the point v of the simplex that
-/// is closest to the origin and v.w for the support point w: |v| and v.w / |v| bound the distance from both sides.
+/// Observer that sees nothing. An observer is called once per support of a search with its direction v and v.w for the
+/// support point w against v: v.w / |v| is not more than the distance. Once there is a simplex, v is its point closest to
+/// the origin, and |v| not less than the distance.
 struct NoObserver
 {
     void operator()(const Eigen::Vector3d&, double) const {}

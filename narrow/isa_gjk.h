@@ -13,17 +13,24 @@
 
 namespace cullet
 {
+/// How isaGjk() looks for an answer; any of these gives the same.
+struct IsaGjkVariant
+{
+    GjkStart start = GjkStart::Memory;
+    /// At most so many steps of Chung and Wang 1996, "Quick Collision Detection of Polytopes in Virtual Environments", are
+    /// tried when the first axis has failed, before GJK, instead of the corner. They find only axes, and answer nothing by
+    /// failing. Not with FourDirections.
+    int reflections = 0;
+};
+
 /// ISA-GJK, the part after the cached axis: is the distance between two convex shapes larger than maxDistance?
 template <class S, class A, class B, class Observer>
 class IsaGjk
 {
 public:
-    IsaGjk(const A& a, const B& b, double limit, GjkCache<S>& cache, Observer& observer, int reflections)
-        : m_search(a, b),
-          m_limit2(limit * limit),
-          m_cache(cache),
-          m_observer(observer),
-          m_reflections(reflections)
+    IsaGjk(const A& a, const B& b, double limit, GjkCache<S>& cache, Observer& observer,
+           const IsaGjkVariant& variant)
+        : m_search(a, b), m_limit2(limit * limit), m_cache(cache), m_observer(observer), m_variant(variant)
     {
     }
 
@@ -31,8 +38,11 @@ public:
     template <class Shape>
     GjkResult<S> run(const AxisTest<Shape>& test)
     {
+        if (m_variant.start == GjkStart::FourDirections)
+            return runFromFour();
+        const bool isRemembering = m_variant.start == GjkStart::Memory;
         const Eigen::Vector3d v(m_cache.axis[0], m_cache.axis[1], m_cache.axis[2]);
-        if (m_cache.count == 4 && m_search.seed(m_cache, nullptr))
+        if (isRemembering && m_cache.count == 4 && m_search.seed(m_cache, nullptr))
             return m_search.isInside() ? keepTetrahedron() : iterate();
         // The observer has seen this axis if its supports are known.
         const bool isKnown = test.vertexA >= 0;
@@ -47,13 +57,29 @@ public:
         Support last = first;
         if (reflect(reflected, last))
             return finishOnAxis(reflected, last);
-        m_search.seed(m_cache, &first);
+        if (isRemembering)
+            m_search.seed(m_cache, &first);
+        else
+            m_search.start(first);
         return iterate();
     }
 
 private:
     using Search = GjkSearch<A, B>;
     using Support = typename Search::Support;
+
+    GjkResult<S> runFromFour()
+    {
+        GjkResult<S> separated;
+        const auto see = [&](const Eigen::Vector3d& v, const Support& s)
+        {
+            if (!separates(v, v.squaredNorm(), s))
+                return true;
+            separated = finishOnAxis(v, s);
+            return false;
+        };
+        return m_search.startFromFour(see) ? iterate() : separated;
+    }
 
     GjkResult<S> keepTetrahedron()
     {
@@ -83,7 +109,7 @@ private:
     /// @return true if v separates now, with s its support; the steps need not converge
     bool reflect(Eigen::Vector3d& v, Support& s)
     {
-        for (int i = 0; i < m_reflections; ++i)
+        for (int i = 0; i < m_variant.reflections; ++i)
         {
             const double along = v.dot(s.w);
             // Positive: separated by less than maxDistance. A NaN makes the comparison false.
@@ -161,7 +187,7 @@ private:
     double m_limit2;
     GjkCache<S>& m_cache;
     Observer& m_observer;
-    int m_reflections;
+    IsaGjkVariant m_variant;
     std::int32_t m_iterations = 0;
 };
 
@@ -181,9 +207,10 @@ std::array<float, 3> firstAxis(const A& a, const B& b)
 /// The search in double.
 template <class S, class A, class B, class Observer, class Shape>
 [[gnu::noinline]] GjkResult<S> isaGjkSearch(const A& a, const B& b, double limit, GjkCache<S>& cache,
-                                            Observer& observer, const AxisTest<Shape>& test, int reflections)
+                                            Observer& observer, const AxisTest<Shape>& test,
+                                            const IsaGjkVariant& variant)
 {
-    return IsaGjk<S, A, B, Observer>(a, b, limit, cache, observer, reflections).run(test);
+    return IsaGjk<S, A, B, Observer>(a, b, limit, cache, observer, variant).run(test);
 }
 
 /// Ends a query with an axis that the cache has already.
@@ -318,15 +345,12 @@ bool isaGjkQuickly(const A&, const B&, H, GjkCache<S>&, Observer&, GjkResult<S>&
 ///                    Separated if the distance is larger, Near if it is positive and not larger.
 /// @param cache       of this pair in this order; a default-constructed one for a pair without history
 /// @param observer    called after each support, see NoObserver
-/// @param reflections at most so many steps of Chung and Wang 1996, "Quick Collision Detection of Polytopes in Virtual
-///                    Environments", are tried when the cached axis has failed, before GJK, instead of the corner. They
-///                    find only axes, and answer nothing by failing: the state is the same with any number of them.
 /// Cost: with a valid axis two coherent supports; else those and the neighbours of two vertices settle most pairs of hulls;
 /// else one support of each shape per simplex, 2 to 10 simplices.
 /// Errors: NotConverged; never loops, since |v| strictly decreases, and never returns a NaN.
 template <class S, class A, class B, class Observer>
 GjkResult<S> isaGjk(const A& a, const B& b, S maxDistance, GjkCache<S>& cache, Observer& observer,
-                    int reflections = 0)
+                    const IsaGjkVariant& variant = {})
 {
     using Scalar = typename ShapeScalar<A>::Type;
     const Scalar limit = maxDistance > S(0) ? static_cast<Scalar>(maxDistance) : Scalar(0);
@@ -334,9 +358,10 @@ GjkResult<S> isaGjk(const A& a, const B& b, S maxDistance, GjkCache<S>& cache, O
         cache.axis = firstAxis(a, b);
     GjkResult<S> result;
     AxisTest<Scalar> test;
-    if (isaGjkQuickly(a, b, limit, cache, observer, result, test, reflections <= 0))
+    if (variant.start == GjkStart::Memory &&
+        isaGjkQuickly(a, b, limit, cache, observer, result, test, variant.reflections <= 0))
         return result;
-    return isaGjkSearch<S>(a, b, static_cast<double>(limit), cache, observer, test, reflections);
+    return isaGjkSearch<S>(a, b, static_cast<double>(limit), cache, observer, test, variant);
 }
 
 template <class S, class A, class B>

@@ -30,7 +30,8 @@ struct NamedQuery
 constexpr NamedQuery kQueries[] = {
     {"boolean", NarrowQuery::Boolean},       {"distance", NarrowQuery::Distance},
     {"contacts", NarrowQuery::Contacts},     {"algorithm", NarrowQuery::Algorithm},
-    {"dispatcher", NarrowQuery::Dispatcher}, {"still", NarrowQuery::Still}};
+    {"dispatcher", NarrowQuery::Dispatcher}, {"still", NarrowQuery::Still},
+    {"simplex", NarrowQuery::Simplex}};
 
 struct NamedSupport
 {
@@ -84,6 +85,8 @@ struct Case
 
 void addRunners(const Case& c, const NarrowSubjectInfo& info, std::vector<NarrowRunner>& runners)
 {
+    if (info.isSolver != (c.query.query == NarrowQuery::Simplex))
+        return;
     const std::vector<std::string> once = {"none"};
     for (const std::string& temperature : info.canBeWarm ? c.options.temperatures : once)
     {
@@ -180,7 +183,7 @@ Json makeRow(const Case& c, const std::vector<NarrowRunner>& runners, NarrowRunn
 
 void printHeader()
 {
-    std::printf("%-10s %-12s %-10s %-9s %-5s %-18s %9s %8s %6s %9s %6s %10s  %s\n", "shape", "regime",
+    std::printf("%-10s %-12s %-10s %-14s %-5s %-18s %9s %8s %6s %9s %6s %10s  %s\n", "shape", "regime",
                 "query", "library", "cache", "support", "ns/query", "x Bullet", "iter", "supports", "wrong",
                 "max error", "hash");
 }
@@ -190,7 +193,7 @@ void printRow(const Json& row)
     const auto number = [&row](const char* key)
     { return row[key].is_null() ? -1.0 : row[key].get<double>(); };
     const auto text = [&row](const char* key) { return row[key].get<std::string>(); };
-    std::printf("%-10s %-12s %-10s %-9s %-5s %-18s %9.1f %8.1f %6.2f %9.2f %6.0f %10.1e  %s\n",
+    std::printf("%-10s %-12s %-10s %-14s %-5s %-18s %9.1f %8.1f %6.2f %9.2f %6.0f %10.1e  %s\n",
                 text("scene").c_str(), text("regime").c_str(), text("benchmark").substr(7).c_str(),
                 text("backend").c_str(), text("temperature").c_str(), text("support").c_str(),
                 number("ns_per_query"), number("bullet_over_this"), number("iterations"), number("supports"),

@@ -24,8 +24,8 @@ struct CountingObserver
 class CulletNarrow : public NarrowSubject
 {
 public:
-    CulletNarrow(const NarrowRequest& request, int reflections)
-        : m_request(request), m_reflections(reflections)
+    explicit CulletNarrow(const NarrowRequest& request, const IsaGjkVariant& variant = {})
+        : m_request(request), m_variant(variant)
     {
     }
 
@@ -53,11 +53,11 @@ private:
         {
             case NarrowQuery::Boolean:
                 return forAll([&](const Posed& a, const Posed& b, Cache& cache, NarrowAnswer& answer)
-                              { return answerBoolean(a, b, cache, answer, observer, m_reflections); },
+                              { return answerBoolean(a, b, cache, answer, observer, m_variant); },
                               answers);
             case NarrowQuery::Distance:
                 return forAll([&](const Posed& a, const Posed& b, Cache& cache, NarrowAnswer& answer)
-                              { return answerDistance(a, b, cache, answer, observer); },
+                              { return answerDistance(a, b, cache, answer, observer, m_variant.start); },
                               answers);
             default:
                 return forAll([&](const Posed& a, const Posed& b, Cache& cache, NarrowAnswer& answer)
@@ -87,19 +87,19 @@ private:
 
     template <class Observer>
     static std::int32_t answerBoolean(const Posed& a, const Posed& b, Cache& cache, NarrowAnswer& answer,
-                                      Observer& observer, int reflections)
+                                      Observer& observer, const IsaGjkVariant& variant)
     {
-        const GjkResult<btScalar> result = isaGjk(a, b, btScalar(0), cache, observer, reflections);
+        const GjkResult<btScalar> result = isaGjk(a, b, btScalar(0), cache, observer, variant);
         answer.isOverlapping = result.state == GjkState::Overlapping;
         return result.iterations;
     }
 
     template <class Observer>
     static std::int32_t answerDistance(const Posed& a, const Posed& b, Cache& cache, NarrowAnswer& answer,
-                                       Observer& observer)
+                                       Observer& observer, GjkStart start)
     {
         const GjkResult<btScalar> result =
-            gjkDistance(a, b, std::numeric_limits<btScalar>::infinity(), cache, observer);
+            gjkDistance(a, b, std::numeric_limits<btScalar>::infinity(), cache, observer, start);
         answer.isOverlapping = result.state == GjkState::Overlapping;
         answer.distance = result.distance;
         return result.iterations;
@@ -123,11 +123,18 @@ private:
     }
 
     NarrowRequest m_request;
-    int m_reflections;
+    IsaGjkVariant m_variant;
 };
 
 /// Where shapes are near, one more step hardly finds more axes; where they overlap, each costs one support.
 constexpr int kReflections = 4;
+
+std::unique_ptr<NarrowSubject> makeStarting(const NarrowRequest& request, GjkStart start)
+{
+    if (request.query != NarrowQuery::Boolean && request.query != NarrowQuery::Distance)
+        return nullptr;
+    return std::make_unique<CulletNarrow>(request, IsaGjkVariant{start, 0});
+}
 }  // namespace
 
 std::unique_ptr<NarrowSubject> makeCulletNarrow(const NarrowRequest& request)
@@ -136,14 +143,24 @@ std::unique_ptr<NarrowSubject> makeCulletNarrow(const NarrowRequest& request)
         return makeAlgorithmNarrow(request, true);
     if (isThroughDispatcher(request.query))
         return makeDispatcherNarrow(request, true);
-    return std::make_unique<CulletNarrow>(request, 0);
+    return std::make_unique<CulletNarrow>(request);
 }
 
 std::unique_ptr<NarrowSubject> makeCulletReflectedNarrow(const NarrowRequest& request)
 {
     if (request.query != NarrowQuery::Boolean)
         return nullptr;
-    return std::make_unique<CulletNarrow>(request, kReflections);
+    return std::make_unique<CulletNarrow>(request, IsaGjkVariant{GjkStart::Memory, kReflections});
+}
+
+std::unique_ptr<NarrowSubject> makeCulletFromAxisNarrow(const NarrowRequest& request)
+{
+    return makeStarting(request, GjkStart::Axis);
+}
+
+std::unique_ptr<NarrowSubject> makeCulletFromFourNarrow(const NarrowRequest& request)
+{
+    return makeStarting(request, GjkStart::FourDirections);
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

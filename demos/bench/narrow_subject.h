@@ -22,6 +22,7 @@ enum class NarrowQuery
     Contacts,  ///< normal, points and signed distance of one contact, if the shapes are nearer than kContactDistance
     Algorithm,  ///< all that Bullet's dispatcher asks of a pair: the points of its manifold, brought up to date
     Dispatcher,  ///< the same of all pairs of a frame at once, by btCollisionDispatcher or cullet::Dispatcher
+    Simplex,     ///< closest points of the simplices that GJK meets on its way; of solvers, not of libraries
     Still  ///< as Dispatcher, but of bodies in a lattice that do not move, six pairs for each, whatever the regime
 };
 
@@ -79,6 +80,7 @@ struct NarrowSubjectInfo
     const char* summary;  ///< or how to get it into this program, if `make` is null
     bool canBeWarm;
     std::unique_ptr<NarrowSubject> (*make)(const NarrowRequest& request);
+    bool isSolver = false;  ///< of simplices: answers NarrowQuery::Simplex and nothing else
 };
 
 /// All libraries that this program may be built with.
@@ -87,11 +89,19 @@ const std::vector<NarrowSubjectInfo>& narrowSubjects();
 std::unique_ptr<NarrowSubject> makeCulletNarrow(const NarrowRequest& request);
 /// With Chung and Wang's steps before GJK; nullptr but for booleans.
 std::unique_ptr<NarrowSubject> makeCulletReflectedNarrow(const NarrowRequest& request);
+/// From one axis, and from four directions, with nothing else remembered; nullptr but for booleans and distances.
+std::unique_ptr<NarrowSubject> makeCulletFromAxisNarrow(const NarrowRequest& request);
+std::unique_ptr<NarrowSubject> makeCulletFromFourNarrow(const NarrowRequest& request);
 std::unique_ptr<NarrowSubject> makeBulletNarrow(const NarrowRequest& request);
 /// The algorithm of a pair in Bullet's dispatcher: ISA-GJK's, or Bullet's own, which always keeps its manifold.
 std::unique_ptr<NarrowSubject> makeAlgorithmNarrow(const NarrowRequest& request, bool isIsaGjk);
 /// All pairs of a frame through a dispatcher, on one thread; nullptr for cullet's when cold.
 std::unique_ptr<NarrowSubject> makeDispatcherNarrow(const NarrowRequest& request, bool isCullets);
+/// By Voronoi regions, those of the newest point only and all; Johnson's; signed volumes.
+std::unique_ptr<NarrowSubject> makeVoronoiSolver(const NarrowRequest& request);
+std::unique_ptr<NarrowSubject> makeFullVoronoiSolver(const NarrowRequest& request);
+std::unique_ptr<NarrowSubject> makeJohnsonSolver(const NarrowRequest& request);
+std::unique_ptr<NarrowSubject> makeSignedVolumesSolver(const NarrowRequest& request);
 std::unique_ptr<NarrowSubject> makeCcdNarrow(const NarrowRequest& request);
 std::unique_ptr<NarrowSubject> makeFclNarrow(const NarrowRequest& request);
 std::unique_ptr<NarrowSubject> makeCoalNarrow(const NarrowRequest& request);

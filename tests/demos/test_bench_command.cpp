@@ -400,6 +400,35 @@ TEST_F(BenchCommand, MeasuresNarrowQueriesAndChecksTheirAnswers)
     EXPECT_EQ(runProgram("bench narrow --shape sphere").code, 2);
 }
 
+TEST_F(BenchCommand, MeasuresOtherStartsAndSolversOfNarrowQueries)
+{
+    Outcome outcome;
+    const json document = runForJson(
+        "bench narrow --shape ico12 --regime near,overlapping --query boolean,distance,simplex --algorithm "
+        "cullet,cullet-axis,cullet-four,voronoi,voronoi-full,johnson,signed-volumes --repetitions 1",
+        &outcome);
+    ASSERT_EQ(outcome.code, 0) << outcome.errors;
+    std::map<std::string, int> counts;
+    for (const json& row : document["rows"])
+    {
+        expectColumns(row);
+        EXPECT_EQ(row["wrong"], 0) << row.dump();
+        EXPECT_GT(row["ns_per_query"], 0.0);
+        EXPECT_GE(row["iterations"], 0.0);
+        ++counts[row["backend"]];
+        // Four of each shape before there is a simplex; another one to know that the last simplex is the closest.
+        if (row["backend"] == "cullet-four" && row["regime"] == "near" &&
+            row["benchmark"] == "narrow.distance")
+        {
+            EXPECT_GE(row["supports"], 10.0);
+        }
+    }
+    const std::map<std::string, int> expected = {
+        {"cullet", 8},       {"cullet-axis", 8}, {"cullet-four", 4},   {"voronoi", 2},
+        {"voronoi-full", 2}, {"johnson", 2},     {"signed-volumes", 2}};
+    EXPECT_EQ(counts, expected);
+}
+
 TEST_F(BenchCommand, InterruptedItWritesWhatItHas)
 {
     const std::string path = temporaryPath("interrupted.json");

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <iterator>
@@ -48,6 +49,31 @@ public:
 private:
     Eigen::Vector3d m_origin;
     double m_radius;
+};
+
+/// A segment along z with a radius.
+class Capsule
+{
+public:
+    Capsule(double halfLength, double radius) : m_halfLength(halfLength), m_radius(radius) {}
+    Eigen::Vector3d origin() const { return Eigen::Vector3d::Zero(); }
+    Eigen::Vector3d centre() const { return Eigen::Vector3d::Zero(); }
+    std::int32_t vertexCount() const { return 0; }
+    Eigen::Vector3d point(std::int32_t) const { return Eigen::Vector3d::Zero(); }
+    SupportPoint support(const Eigen::Vector3d& direction, std::int32_t) const
+    {
+        const double end = direction.z() > 0.0 ? m_halfLength : -m_halfLength;
+        return {m_radius * direction.normalized() + Eigen::Vector3d(0.0, 0.0, end), -1};
+    }
+    /// Of a point; negative inside.
+    double distanceTo(const Eigen::Vector3d& p) const
+    {
+        const double along = std::min(std::max(p.z(), -m_halfLength), m_halfLength);
+        return (p - Eigen::Vector3d(0.0, 0.0, along)).norm() - m_radius;
+    }
+
+private:
+    double m_halfLength, m_radius;
 };
 
 TEST(Gjk, DistanceOfTwoBoxesIsTheGapBetweenTheirFaces)
@@ -137,47 +163,6 @@ TEST(Gjk, PointsSegmentsAndPolygonsAreShapesToo)
               GjkState::Overlapping);
 }
 
-TEST(Gjk, ReflectionsFindAxesAndChangeNoAnswer)
-{
-    const std::vector<NamedPoints> shapes = queryShapes();
-    std::vector<Hull<float>> hulls;
-    for (const NamedPoints& shape : shapes)
-        hulls.push_back(hullOf<float>(shape.points));
-    std::mt19937 engine(31);
-    int axisCount = 0;
-    auto observer = [&axisCount](const Eigen::Vector3d&, double) { ++axisCount; };
-    int separatedCount = 0, overlapCount = 0, savedCount = 0;
-    for (int i = 0; i < 3000; ++i)
-    {
-        const double gaps[] = {0.5, 0.06, 1e-3, 1e-5, -1e-4, -3e-3, -0.03, -0.2};
-        PairScene<float> scene = randomPair(hulls[engine() % hulls.size()], hulls[engine() % hulls.size()],
-                                            gaps[engine() % std::size(gaps)], 0.0, engine);
-        std::array<GjkCache<float>, 4> caches;
-        for (int frame = 0; frame < 5; ++frame)
-        {
-            const auto ask = [&](int reflections, GjkCache<float>& cache)
-            {
-                axisCount = 0;
-                return isaGjk(scene.posedA(), scene.posedB(), 0.0f, cache, observer, reflections);
-            };
-            const GjkResult<float> expected = ask(0, caches[0]);
-            separatedCount += expected.state == GjkState::Separated;
-            overlapCount += expected.state == GjkState::Overlapping;
-            for (const int k : {1, 2, 3})
-            {
-                const GjkResult<float> result = ask(k * k, caches[k]);
-                ASSERT_EQ(result.state, expected.state) << "pair " << i << " frame " << frame << " k " << k;
-                const bool isReflected = result.iterations == 0 && axisCount > 1;
-                savedCount += isReflected && result.state == GjkState::Separated;
-            }
-            moveALittle(scene, 0.01, engine);
-        }
-    }
-    EXPECT_GT(separatedCount, 3000);
-    EXPECT_GT(overlapCount, 3000);
-    EXPECT_GT(savedCount, 1000);
-}
-
 TEST(Gjk, BallsWithoutVerticesConvergeToo)
 {
     std::mt19937 engine(5);
@@ -205,6 +190,40 @@ TEST(Gjk, BallsWithoutVerticesConvergeToo)
         }
     }
     EXPECT_GT(nearCount, 200);
+    EXPECT_GT(overlapCount, 200);
+}
+
+TEST(Gjk, DistancesOfABallFromABoxAndACapsuleAreThoseOfGeometry)
+{
+    const Hull<double> box = hullOf<double>(boxPoints(0.7, 0.5, 0.6));
+    const PosedHull<double> boxAtOrigin(box, Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero());
+    const Capsule capsule(0.8, 0.3);
+    std::mt19937 engine(6);
+    std::uniform_real_distribution<double> place(-2.0, 2.0);
+    int nearCount = 0, overlapCount = 0;
+    const auto check = [&](const auto& shape, const Ball& ball, double expected)
+    {
+        if (std::abs(expected) < 1e-3)
+            return;
+        GjkCache<double> cache;
+        const auto result = gjkDistance(shape, ball, std::numeric_limits<double>::infinity(), cache);
+        ASSERT_EQ(result.state, expected > 0.0 ? GjkState::Near : GjkState::Overlapping);
+        ++(expected > 0.0 ? nearCount : overlapCount);
+        if (expected > 0.0)
+        {
+            EXPECT_NEAR(result.distance, expected, 1e-7);
+        }
+    };
+    for (int i = 0; i < 2000; ++i)
+    {
+        SCOPED_TRACE(i);
+        const Eigen::Vector3d p(place(engine), place(engine), place(engine));
+        const Ball ball(p, 0.4);
+        const Eigen::Vector3d beyond = p.cwiseAbs() - Eigen::Vector3d(0.7, 0.5, 0.6);
+        check(boxAtOrigin, ball, beyond.cwiseMax(0.0).norm() - 0.4);
+        check(capsule, ball, capsule.distanceTo(p) - 0.4);
+    }
+    EXPECT_GT(nearCount, 2000);
     EXPECT_GT(overlapCount, 200);
 }
 
@@ -259,6 +278,14 @@ TEST(Gjk, InputsThatAreNotFiniteDoNotConverge)
             EXPECT_EQ(isaGjk(a, at(*hull, bad, 0, 0), 0.0f, cache).state, GjkState::NotConverged) << bad;
             EXPECT_EQ(gjkDistance(a, at(*hull, bad, 0, 0), kInfinity, cache).state, GjkState::NotConverged)
                 << bad;
+            for (const GjkStart start : {GjkStart::Axis, GjkStart::FourDirections})
+            {
+                NoObserver observer;
+                const auto b = at(*hull, bad, 0, 0);
+                EXPECT_EQ(isaGjk(a, b, 0.0f, cache, observer, IsaGjkVariant{start, 0}).state,
+                          GjkState::NotConverged);
+                EXPECT_EQ(gjkDistance(a, b, kInfinity, cache, observer, start).state, GjkState::NotConverged);
+            }
             const PosedHull<float> turned(*hull, Eigen::Matrix3f::Constant(bad), Eigen::Vector3f::Zero());
             EXPECT_EQ(isaGjk(a, turned, 0.0f, cache).state, GjkState::NotConverged) << bad;
             // A warm cache does not hide it.
@@ -309,55 +336,5 @@ TEST(Gjk, TheObserverSeesBoundsThatCloseIn)
     EXPECT_NEAR(upper.back(), result.distance, 1e-6);
 }
 
-TEST(Gjk, CoherentMotionTakesFewIterations)
-{
-    const Hull<float> ico = hullOf<float>(icoPoints(1));
-    std::mt19937 engine(21);
-    double iterations[2] = {}, booleanIterations = 0.0;
-    for (int pair = 0; pair < 50; ++pair)
-    {
-        PairScene<float> scene = randomPair(ico, ico, pair % 2 == 0 ? 0.05 : 0.3, 0.0, engine);
-        GjkCache<float> warm, warmBoolean;
-        for (int frame = 0; frame < 100; ++frame)
-        {
-            GjkCache<float> cold;
-            iterations[0] += gjkDistance(scene.posedA(), scene.posedB(), kInfinity, cold).iterations;
-            iterations[1] += gjkDistance(scene.posedA(), scene.posedB(), kInfinity, warm).iterations;
-            booleanIterations += isaGjk(scene.posedA(), scene.posedB(), 0.0f, warmBoolean).iterations;
-            moveALittle(scene, 0.002, engine);
-        }
-    }
-    EXPECT_LT(iterations[1] / 5000.0, 0.6);
-    EXPECT_GT(iterations[0], 1.5 * iterations[1]);
-    EXPECT_LT(booleanIterations / 5000.0, 0.02);
-}
-
-/// Pairs without history that the axis between the centres, or the corner where it fails, is enough for.
-int settledAtOnce(double gap, GjkState state, std::mt19937& engine)
-{
-    const Hull<float> hulls[] = {
-        hullOf<float>(icoPoints(1)), hullOf<float>(ellipsoidPoints(50, {1.0, 0.7, 0.5}, 50)),
-        hullOf<float>(boxPoints(0.7, 0.5, 0.6)), hullOf<float>(prismPoints(32, 0.5))};
-    int count = 0;
-    for (int pair = 0; pair < 400; ++pair)
-    {
-        const Hull<float>& hullA = hulls[pair % 4];
-        const Hull<float>& hullB = hulls[pair / 4 % 4];
-        const PairScene<float> scene = randomPair(hullA, hullB, gap, 0.0, engine);
-        GjkCache<float> cache;
-        const GjkResult<float> result = isaGjk(scene.posedA(), scene.posedB(), 0.0f, cache);
-        count += result.iterations == 0 && result.state == state;
-    }
-    return count;
-}
-
-TEST(Gjk, TheFirstCornerSettlesMostPairsWithoutHistory)
-{
-    std::mt19937 engine(22);
-    for (const double gap : {0.01, 0.001})
-        EXPECT_GT(settledAtOnce(gap, GjkState::Separated, engine), 320) << gap;
-    for (const double gap : {-0.01, -0.05})
-        EXPECT_GT(settledAtOnce(gap, GjkState::Overlapping, engine), 220) << gap;
-}
 }  // namespace
 }  // namespace cullet::test

@@ -8,25 +8,23 @@ namespace cullet::test
 {
 namespace
 {
-TEST(IsaGjkMillion, RegularPairs)
+TEST(IsaGjkMillion, NoBooleanOfAMillionIsWrong)
 {
-    expectGood(checkAll<float>(false, 0.0, 4500, 0, 101), "regular");
-}
-
-TEST(IsaGjkMillion, ThinPairs)
-{
-    expectGood(checkAll<float>(true, 0.0, 5500, 0, 102), "thin");
-}
-
-TEST(IsaGjkMillion, PairsFarFromTheOrigin)
-{
-    expectGood(checkAll<float>(false, 1e4, 1500, 0, 103), "far");
-}
-
-TEST(IsaGjkMillion, Trajectories)
-{
-    expectGood(checkAll<float>(false, 0.0, 80, 40, 104), "warm");
-    expectGood(checkAll<float>(true, 0.0, 80, 40, 105), "warm thin");
+    const Tally regular = checkAll<float>(false, 0.0, 4500, 0, 101);
+    const Tally thin = checkAll<float>(true, 0.0, 5500, 0, 102);
+    const Tally far = checkAll<float>(false, 1e4, 1500, 0, 103);
+    const Tally warm = checkAll<float>(false, 0.0, 80, 40, 104);
+    const Tally warmThin = checkAll<float>(true, 0.0, 80, 40, 105);
+    expectGood(regular, "regular");
+    expectGood(thin, "thin");
+    expectGood(far, "far");
+    expectGood(warm, "warm");
+    expectGood(warmThin, "warm thin");
+    // None is counted whose gap or depth is too small to be told from rounding.
+    std::int64_t decided = 0;
+    for (const Tally& tally : {regular, thin, far, warm, warmThin})
+        decided += tally.queries - tally.undecided;
+    EXPECT_GE(decided, 1000000);
 }
 }  // namespace
 }  // namespace cullet::test

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "demos/bench/simplex_johnson.h"
+#include "demos/bench/simplex_signed_volumes.h"
 #include "narrow/simplex.h"
-#include "tests/narrow/johnson.h"
 #include "tests/narrow/shapes.h"
-#include "tests/narrow/signed_volumes.h"
 
 #include <gtest/gtest.h>
 
@@ -82,6 +82,7 @@ TEST(Simplex, TheReducedSolverAgreesWhereTheNewestPointIsASupportPoint)
 {
     // GJK on random tetrahedra and boxes: each step's last point is a support point against the closest one.
     std::map<int, int> countOf;
+    std::map<unsigned, int> regions;  ///< of tetrahedra, by the subset that has the closest point
     for (unsigned seed = 0; seed < 20000; ++seed)
     {
         SCOPED_TRACE(seed);
@@ -104,6 +105,8 @@ TEST(Simplex, TheReducedSolverAgreesWhereTheNewestPointIsASupportPoint)
             const ClosestOnSimplex reduced = closestOnSimplexNewest(points, count);
             const ClosestOnSimplex full = closestOnSimplex(points, count);
             ++countOf[count];
+            if (count == 4 && !reduced.isInside)
+                ++regions[reduced.subset];
             expectConsistent(points, count, reduced);
             ASSERT_EQ(reduced.isInside, full.isInside);
             ASSERT_NEAR(lengthOf(reduced), lengthOf(full), 1e-13);
@@ -122,6 +125,10 @@ TEST(Simplex, TheReducedSolverAgreesWhereTheNewestPointIsASupportPoint)
     }
     for (int count = 2; count <= 4; ++count)
         EXPECT_GT(countOf[count], 5000);
+    // Of the fourteen regions around a tetrahedron seven: the newest point, three edges and three faces. All others are
+    // those without it, which the subsets above exclude. The point alone is never the closest of GJK's tetrahedra.
+    EXPECT_GE(regions.size(), 6u);
+    EXPECT_LE(regions.size(), 7u);
 }
 
 TEST(Simplex, AnySizeGivesTheSameAnswer)

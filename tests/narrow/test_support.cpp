@@ -100,15 +100,41 @@ TEST(Support, TheStartTableIsNearTheAnswer)
     const Hull<float> hull = hullOf<float>(icoPoints(3));
     std::mt19937 engine(7);
     SupportCounters counters;
+    int hitCount = 0;
     for (int i = 0; i < 10000; ++i)
-        supportVertex<float>(hull, randomDirection(engine).cast<float>(), -1, SupportMethod::CubeMap,
-                             &counters);
+    {
+        const Eigen::Vector3f d = randomDirection(engine).cast<float>();
+        const std::int32_t vertex = supportVertex<float>(hull, d, -1, SupportMethod::CubeMap, &counters);
+        hitCount += cubeMapStart(hull, d) == vertex;
+    }
     EXPECT_LT(static_cast<double>(counters.steps) / static_cast<double>(counters.searches), 2.5);
+    RecordProperty("hits", hitCount);
+    EXPECT_GT(hitCount, 4000);
+}
+
+/// Vertices that a descent through the hierarchy compares.
+std::int64_t verticesSeen(const Hull<double>& hull, const Eigen::Vector3d& d)
+{
+    const DkHierarchy& hierarchy = hull.hierarchy();
+    const auto isLower = [&](std::int32_t l, std::int32_t r)
+    { return supportProduct(hull, l, d) < supportProduct(hull, r, d); };
+    std::int32_t best = *std::max_element(hierarchy.top().begin(), hierarchy.top().end(), isLower);
+    std::size_t seen = hierarchy.top().size();
+    for (std::int32_t level = hierarchy.levelCount() - 1; level >= 0; --level)
+    {
+        const auto& removed = hierarchy.removed(level, best);
+        for (const std::int32_t v : removed)
+        {
+            best = isLower(best, v) ? v : best;
+            ++seen;
+        }
+    }
+    return static_cast<std::int64_t>(seen);
 }
 
 TEST(Support, TheHierarchyLeadsToTheAnswerThroughLogarithmicallyManyLevels)
 {
-    for (const int subdivisions : {1, 2, 3, 4})
+    for (const int subdivisions : {1, 2, 3, 4, 5})
     {
         const Hull<double> hull = hullOf<double>(icoPoints(subdivisions), HullExtra::Hierarchy);
         SCOPED_TRACE(hull.vertexCount());
@@ -116,11 +142,15 @@ TEST(Support, TheHierarchyLeadsToTheAnswerThroughLogarithmicallyManyLevels)
         EXPECT_LE(hierarchy.top().size(), 16u);
         EXPECT_LE(hierarchy.levelCount(), 5.0 * std::log2(hull.vertexCount() / 12.0));
         std::mt19937 engine(8);
-        for (int i = 0; i < 2000; ++i)
+        const int count = hull.vertexCount() > 10000 ? 200 : 2000;
+        std::int64_t seen = 0;
+        for (int i = 0; i < count; ++i)
         {
             const Eigen::Vector3d d = randomDirection(engine);
             ASSERT_EQ(hierarchyStart(hull, d), supportLinear(hull, d));
+            seen += verticesSeen(hull, d);
         }
+        EXPECT_LE(static_cast<double>(seen) / count, 5.0 * std::log2(hull.vertexCount()));
     }
 }
 

@@ -126,6 +126,18 @@ public:
         }
         return energy;
     }
+    /// Kinetic and potential.
+    double energy() const
+    {
+        double energy = kineticEnergy();
+        for (const auto& body : bodies)
+        {
+            if (!body->isStaticObject())
+                energy -= double(world.getGravity().dot(body->getWorldTransform().getOrigin())) /
+                          double(body->getInvMass());
+        }
+        return energy;
+    }
     int awake() const
     {
         return static_cast<int>(std::count_if(bodies.begin(), bodies.end(),

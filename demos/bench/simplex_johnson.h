@@ -7,7 +7,7 @@
 #include <array>
 #include <limits>
 
-namespace cullet::test
+namespace cullet
 {
 /// Johnson's distance algorithm with its backup procedure, the comparator of the Voronoi regions: Gilbert, Johnson and
 /// Keerthi 1988, "A Fast Procedure for Computing the Distance Between Complex Objects", appendix.
@@ -54,4 +54,4 @@ inline ClosestOnSimplex closestByJohnson(const SimplexPoints& p, int count)
     }
     return best;
 }
-}  // namespace cullet::test
+}  // namespace cullet

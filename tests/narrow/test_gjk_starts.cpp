@@ -1,0 +1,159 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/scenes/hull_pairs.h"
+#include "narrow/gjk.h"
+#include "narrow/isa_gjk.h"
+#include "tests/narrow/shapes.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <iterator>
+#include <limits>
+#include <random>
+#include <vector>
+
+/// What a search begins with: the memory of a pair, a corner, an axis, four directions, reflections.
+namespace cullet::test
+{
+namespace
+{
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+TEST(Gjk, ReflectionsFindAxesAndChangeNoAnswer)
+{
+    const std::vector<NamedPoints> shapes = queryShapes();
+    std::vector<Hull<float>> hulls;
+    for (const NamedPoints& shape : shapes)
+        hulls.push_back(hullOf<float>(shape.points));
+    std::mt19937 engine(31);
+    int axisCount = 0;
+    auto observer = [&axisCount](const Eigen::Vector3d&, double) { ++axisCount; };
+    int separatedCount = 0, overlapCount = 0, savedCount = 0;
+    for (int i = 0; i < 3000; ++i)
+    {
+        const double gaps[] = {0.5, 0.06, 1e-3, 1e-5, -1e-4, -3e-3, -0.03, -0.2};
+        PairScene<float> scene = randomPair(hulls[engine() % hulls.size()], hulls[engine() % hulls.size()],
+                                            gaps[engine() % std::size(gaps)], 0.0, engine);
+        std::array<GjkCache<float>, 4> caches;
+        for (int frame = 0; frame < 5; ++frame)
+        {
+            const auto ask = [&](int reflections, GjkCache<float>& cache)
+            {
+                axisCount = 0;
+                return isaGjk(scene.posedA(), scene.posedB(), 0.0f, cache, observer,
+                              IsaGjkVariant{GjkStart::Memory, reflections});
+            };
+            const GjkResult<float> expected = ask(0, caches[0]);
+            separatedCount += expected.state == GjkState::Separated;
+            overlapCount += expected.state == GjkState::Overlapping;
+            for (const int k : {1, 2, 3})
+            {
+                const GjkResult<float> result = ask(k * k, caches[k]);
+                ASSERT_EQ(result.state, expected.state) << "pair " << i << " frame " << frame << " k " << k;
+                const bool isReflected = result.iterations == 0 && axisCount > 1;
+                savedCount += isReflected && result.state == GjkState::Separated;
+            }
+            moveALittle(scene, 0.01, engine);
+        }
+    }
+    EXPECT_GT(separatedCount, 3000);
+    EXPECT_GT(overlapCount, 3000);
+    EXPECT_GT(savedCount, 1000);
+}
+
+TEST(Gjk, EveryStartGivesTheSameAnswer)
+{
+    const std::vector<NamedPoints> shapes = queryShapes();
+    std::vector<Hull<float>> hulls;
+    for (const NamedPoints& shape : shapes)
+        hulls.push_back(hullOf<float>(shape.points));
+    std::mt19937 engine(32);
+    int stateCounts[4] = {}, atOnceCounts[3] = {};
+    for (int i = 0; i < 3000; ++i)
+    {
+        SCOPED_TRACE(i);
+        const double gaps[] = {0.5, 0.06, 1e-3, 1e-5, -1e-4, -3e-3, -0.03, -0.2};
+        PairScene<float> scene = randomPair(hulls[engine() % hulls.size()], hulls[engine() % hulls.size()],
+                                            gaps[engine() % std::size(gaps)], 0.0, engine);
+        std::array<GjkCache<float>, 3> booleans, distances;
+        for (int frame = 0; frame < 4; ++frame)
+        {
+            NoObserver observer;
+            std::array<GjkResult<float>, 3> is, far;
+            for (const GjkStart start : {GjkStart::Memory, GjkStart::Axis, GjkStart::FourDirections})
+            {
+                const auto k = static_cast<std::size_t>(start);
+                is[k] = isaGjk(scene.posedA(), scene.posedB(), 0.0f, booleans[k], observer,
+                               IsaGjkVariant{start, 0});
+                far[k] =
+                    gjkDistance(scene.posedA(), scene.posedB(), kInfinity, distances[k], observer, start);
+                ASSERT_EQ(is[k].state, is[0].state);
+                ASSERT_EQ(far[k].state, far[0].state);
+                ASSERT_NEAR(far[k].distance, far[0].distance, 2e-7);
+                atOnceCounts[k] += is[k].iterations == 0;
+            }
+            ++stateCounts[static_cast<int>(is[0].state)];
+            moveALittle(scene, 0.01, engine);
+        }
+    }
+    EXPECT_GT(stateCounts[static_cast<int>(GjkState::Separated)], 3000);
+    EXPECT_GT(stateCounts[static_cast<int>(GjkState::Overlapping)], 3000);
+    // The starts are not the same: what is remembered answers more questions at once, and four axes some.
+    EXPECT_GT(atOnceCounts[0], atOnceCounts[1]);
+    EXPECT_GT(atOnceCounts[1], atOnceCounts[2]);
+    EXPECT_GT(atOnceCounts[2], 1000);
+}
+
+TEST(Gjk, CoherentMotionTakesFewIterations)
+{
+    const Hull<float> ico = hullOf<float>(icoPoints(1));
+    std::mt19937 engine(21);
+    double iterations[2] = {}, booleanIterations = 0.0;
+    for (int pair = 0; pair < 50; ++pair)
+    {
+        PairScene<float> scene = randomPair(ico, ico, pair % 2 == 0 ? 0.05 : 0.3, 0.0, engine);
+        GjkCache<float> warm, warmBoolean;
+        for (int frame = 0; frame < 100; ++frame)
+        {
+            GjkCache<float> cold;
+            iterations[0] += gjkDistance(scene.posedA(), scene.posedB(), kInfinity, cold).iterations;
+            iterations[1] += gjkDistance(scene.posedA(), scene.posedB(), kInfinity, warm).iterations;
+            booleanIterations += isaGjk(scene.posedA(), scene.posedB(), 0.0f, warmBoolean).iterations;
+            moveALittle(scene, 0.002, engine);
+        }
+    }
+    EXPECT_LT(iterations[1] / 5000.0, 0.6);
+    EXPECT_GT(iterations[0], 1.5 * iterations[1]);
+    EXPECT_LT(booleanIterations / 5000.0, 0.02);
+}
+
+/// Pairs without history that the axis between the centres, or the corner where it fails, is enough for.
+int settledAtOnce(double gap, GjkState state, std::mt19937& engine)
+{
+    const Hull<float> hulls[] = {
+        hullOf<float>(icoPoints(1)), hullOf<float>(ellipsoidPoints(50, {1.0, 0.7, 0.5}, 50)),
+        hullOf<float>(boxPoints(0.7, 0.5, 0.6)), hullOf<float>(prismPoints(32, 0.5))};
+    int count = 0;
+    for (int pair = 0; pair < 400; ++pair)
+    {
+        const Hull<float>& hullA = hulls[pair % 4];
+        const Hull<float>& hullB = hulls[pair / 4 % 4];
+        const PairScene<float> scene = randomPair(hullA, hullB, gap, 0.0, engine);
+        GjkCache<float> cache;
+        const GjkResult<float> result = isaGjk(scene.posedA(), scene.posedB(), 0.0f, cache);
+        count += result.iterations == 0 && result.state == state;
+    }
+    return count;
+}
+
+TEST(Gjk, TheFirstCornerSettlesMostPairsWithoutHistory)
+{
+    std::mt19937 engine(22);
+    for (const double gap : {0.01, 0.001})
+        EXPECT_GT(settledAtOnce(gap, GjkState::Separated, engine), 320) << gap;
+    for (const double gap : {-0.01, -0.05})
+        EXPECT_GT(settledAtOnce(gap, GjkState::Overlapping, engine), 220) << gap;
+}
+}  // namespace
+}  // namespace cullet::test
