@@ -19,14 +19,21 @@ public:
     {
         const Hull<btScalar>& hull = request.trajectories.hull();
         const auto vertices = std::make_shared<std::vector<Eigen::Vector3d>>();
+        // FCL refuses vertices that are no corner of a face.
+        std::vector<int> cornerOf;
         for (int v = 0; v < hull.vertexCount(); ++v)
-            vertices->push_back(hull.vertex(v).cast<double>());
+        {
+            cornerOf.push_back(static_cast<int>(vertices->size()));
+            if (hull.facesOf(v).size() > 0)
+                vertices->push_back(hull.vertex(v).cast<double>());
+        }
         const auto faces = std::make_shared<std::vector<int>>();
         for (std::size_t face = 0; face < hull.faces().size(); ++face)
         {
             const auto corners = hull.faceVertices(static_cast<std::int32_t>(face));
             faces->push_back(corners.size());
-            faces->insert(faces->end(), corners.begin(), corners.end());
+            for (const std::int32_t v : corners)
+                faces->push_back(cornerOf[static_cast<std::size_t>(v)]);
         }
         m_shape =
             std::make_unique<fcl::Convexd>(vertices, static_cast<int>(hull.faces().size()), faces, true);
