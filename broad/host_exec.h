@@ -230,10 +230,14 @@ public:
         }
     }
 
-    void sortKeys(const std::uint64_t* keys, std::uint64_t* sortedKeys, std::uint64_t count, int /*bits*/)
+    /// Sorts by the bits from `firstBit` up to `endBit`, above which there are none.
+    void sortKeys(const std::uint64_t* keys, std::uint64_t* sortedKeys, std::uint64_t count, int firstBit,
+                  int /*endBit*/)
     {
         std::copy(keys, keys + count, sortedKeys);
-        std::sort(sortedKeys, sortedKeys + count);
+        std::stable_sort(sortedKeys, sortedKeys + count,
+                         [firstBit](std::uint64_t a, std::uint64_t b)
+                         { return a >> firstBit < b >> firstBit; });
     }
 
     std::uint64_t bytes() const { return m_bytes; }

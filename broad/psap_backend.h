@@ -6,6 +6,7 @@
 #include "broad/known_rows.h"
 #include "broad/log.h"
 #include "broad/psap_failure.h"
+#include "broad/psap_names.h"
 #include "broad/psap_pipeline.h"
 #include "broad/worker_pool.h"
 
@@ -376,7 +377,8 @@ private:
     {
         m_exec.reserveKeeping(m_kept, m_counts.kept + m_counts.added, m_counts.kept);
         m_exec.copy(m_kept.data() + m_counts.kept, m_added.data(), m_counts.added);
-        nameChanges(delta);
+        m_names.fetch(m_exec, {m_added.data(), m_counts.added}, {m_removed.data(), m_counts.removed},
+                      m_uniqueIds.data(), m_largestId, delta);
         if (!m_vanished.empty())
             mergeVanished(delta.removed);
         std::swap(m_held, m_kept);
@@ -388,41 +390,6 @@ private:
         m_stats.entries = m_search.entryCount();
         m_stats.falsePairs = m_search.falsePairCount();
         m_stats.candidates = m_exec.takeTestCount();
-    }
-
-    /// Names the changes by unique ids, in order.
-    void nameChanges(PairDelta& delta)
-    {
-        const IdBits bits = IdBits::forIds(m_largestId);
-        const std::uint64_t added = m_counts.added;
-        const std::uint64_t both = added + m_counts.removed;
-        delta.added.resize(added);
-        delta.removed.resize(m_counts.removed);
-        if (both == 0)
-            return;
-        for (Buffer<std::uint64_t>& keys : m_keys)
-            m_exec.reserve(keys, both);
-        m_exec.reserve(m_stagedKeys, both);
-        std::uint64_t* keys = m_keys[0].data();
-        std::uint64_t* sorted = m_keys[1].data();
-        m_exec.forEach(added, MakeKey{m_added.data(), m_uniqueIds.data(), bits, 0, keys});
-        m_exec.forEach(m_counts.removed,
-                       MakeKey{m_removed.data(), m_uniqueIds.data(), bits, bits.laterKey(), keys + added});
-        if (bits.hasLaterKey())
-        {
-            m_exec.sortKeys(keys, sorted, both, bits.keyBits());
-        }
-        else
-        {
-            m_exec.sortKeys(keys, sorted, added, bits.keyBits());
-            m_exec.sortKeys(keys + added, sorted + added, m_counts.removed, bits.keyBits());
-        }
-        m_exec.download(m_stagedKeys.data(), sorted, both);
-        m_exec.wait();
-        const auto pairOf = [bits](std::uint64_t key) { return bits.pairOf(key); };
-        std::transform(m_stagedKeys.data(), m_stagedKeys.data() + added, delta.added.begin(), pairOf);
-        std::transform(m_stagedKeys.data() + added, m_stagedKeys.data() + both, delta.removed.begin(),
-                       pairOf);
     }
 
     void mergeVanished(std::vector<Pair>& removed)
@@ -468,7 +435,6 @@ private:
     Staging<Aabb> m_stagedBoxes;
     Staging<std::uint8_t> m_stagedChanges;
     Staging<Filter> m_stagedFilters;
-    Staging<std::uint64_t> m_stagedKeys;
 
     std::uint64_t m_heldCount = 0;
     Buffer<IdPair> m_held, m_kept, m_added, m_removed;
@@ -476,7 +442,7 @@ private:
     Buffer<std::uint64_t> m_lookup;
     Buffer<Counters> m_counters;
     Staging<Counters> m_stagedCounts;
-    Buffer<std::uint64_t> m_keys[2];
+    ChangeNames<Exec> m_names;
     Counters m_counts{};
 };
 }  // namespace cullet::psap

@@ -387,46 +387,4 @@ private:
         return true;
     }
 };
-
-/// How a pair of unique ids makes one integer of Pair's order: no longer than the ids need, for the sake of sorting.
-struct IdBits
-{
-    std::uint32_t bits;  ///< of an id
-
-    static IdBits forIds(std::uint32_t largest)
-    {
-        std::uint32_t bits = 1;
-        while (bits < 32 && largest >> bits != 0)
-            ++bits;
-        return {bits};
-    }
-
-    /// One bit more tells two kinds of pairs apart, where there is room for it.
-    bool hasLaterKey() const { return bits < 32; }
-    std::uint64_t laterKey() const { return hasLaterKey() ? 1ull << 2 * bits : 0; }
-    int keyBits() const { return static_cast<int>(hasLaterKey() ? 2 * bits + 1 : 64); }
-
-    Pair pairOf(std::uint64_t key) const
-    {
-        const std::uint64_t mask = (1ull << bits) - 1;
-        return {static_cast<std::uint32_t>(key >> bits & mask), static_cast<std::uint32_t>(key & mask)};
-    }
-};
-
-/// Names the rows of a pair by their unique ids.
-struct MakeKey
-{
-    const IdPair* pairs;
-    const std::uint32_t* uniqueIds;
-    IdBits bits;
-    std::uint64_t kind;  ///< 0, or IdBits::laterKey()
-    std::uint64_t* keys;
-
-    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
-    {
-        const std::uint64_t a = uniqueIds[pairs[i].a];
-        const std::uint64_t b = uniqueIds[pairs[i].b];
-        keys[i] = kind | (a < b ? a << bits.bits | b : b << bits.bits | a);
-    }
-};
 }  // namespace cullet::psap

@@ -55,19 +55,20 @@ struct RowCells
     std::uint32_t count;  ///< cells in all
     std::uint32_t sizeU, sizeV;
 
-    /// Index of the k-th cell.
-    CULLET_HOST_DEVICE std::uint32_t at(std::uint32_t k) const
+    CULLET_HOST_DEVICE std::uint32_t index() const { return v * sizeU + u; }
+
+    /// Goes on by so many cells.
+    CULLET_HOST_DEVICE void skip(std::uint32_t cells)
     {
-        std::uint32_t cellU = u, cellV = v;
-        if (k >= left)
+        for (std::uint32_t k = 0; k < cells; ++k)
         {
-            k -= left;
-            cellU = firstU;
-            for (++cellV; k >= perRow; k -= perRow)
-                ++cellV;
+            const bool isRowDone = --left == 0;
+            const std::uint32_t nextU = u + 1 == sizeU ? 0 : u + 1;
+            const std::uint32_t nextV = v + 1 == sizeV ? 0 : v + 1;
+            u = isRowDone ? firstU : nextU;
+            v = isRowDone ? nextV : v;
+            left = isRowDone ? perRow : left;
         }
-        cellU += k;
-        return (cellV < sizeV ? cellV : cellV - sizeV) * sizeU + (cellU < sizeU ? cellU : cellU - sizeU);
     }
 };
 
@@ -187,7 +188,7 @@ private:
     ///
     /// @param behind 0, or on its own level the index of the record behind this one
     template <class Test, class Emit>
-    CULLET_HOST_DEVICE void search(const RowRecord& self, const RowLevel& level, const RowCells& cells,
+    CULLET_HOST_DEVICE void search(const RowRecord& self, const RowLevel& level, RowCells cells,
                                    std::uint32_t share, std::uint32_t behind, const Test& entryTest,
                                    Emit& emit) const
     {
@@ -197,15 +198,17 @@ private:
         {
             if (k >= cells.count)
                 return {0, 0};
-            const std::uint32_t cell = cells.at(k) * level.binCount;
+            const std::uint32_t cell = cells.index() * level.binCount;
             const std::uint32_t begin = binStarts[cell + bin0];
             const std::uint32_t end = binStarts[cell + bin1];
             return {k == 0 || level.isRoomy == 0 ? (begin > behind ? begin : behind) : begin, end};
         };
+        cells.skip(share);
         RowRange next = rangeOf(share);
         for (std::uint32_t k = share; emit.any(k < cells.count); k += kSharers)
         {
             const RowRange range = next;
+            cells.skip(kSharers);
             next = rangeOf(k + kSharers);  // on its way while this one is read
             scan(self, range, entryTest, emit);
         }

@@ -345,14 +345,16 @@ public:
             });
     }
 
-    void sortKeys(const std::uint64_t* keys, std::uint64_t* sortedKeys, std::uint64_t count, int bits)
+    void sortKeys(const std::uint64_t* keys, std::uint64_t* sortedKeys, std::uint64_t count, int firstBit,
+                  int endBit)
     {
         const int n = cubCount(count);
         if (n == 0)
             return;
         withScratch(
             [&](void* scratch, std::size_t& bytes) {
-                return cub::DeviceRadixSort::SortKeys(scratch, bytes, keys, sortedKeys, n, 0, bits, m_stream);
+                return cub::DeviceRadixSort::SortKeys(scratch, bytes, keys, sortedKeys, n, firstBit, endBit,
+                                                      m_stream);
             });
     }
 
