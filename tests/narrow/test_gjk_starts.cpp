@@ -18,7 +18,7 @@ namespace cullet::test
 {
 namespace
 {
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kNoLimit = std::numeric_limits<float>::infinity();
 
 TEST(Gjk, ReflectionsFindAxesAndChangeNoAnswer)
 {
@@ -86,8 +86,7 @@ TEST(Gjk, EveryStartGivesTheSameAnswer)
                 const auto k = static_cast<std::size_t>(start);
                 is[k] = isaGjk(scene.posedA(), scene.posedB(), 0.0f, booleans[k], observer,
                                IsaGjkVariant{start, 0});
-                far[k] =
-                    gjkDistance(scene.posedA(), scene.posedB(), kInfinity, distances[k], observer, start);
+                far[k] = gjkDistance(scene.posedA(), scene.posedB(), kNoLimit, distances[k], observer, start);
                 ASSERT_EQ(is[k].state, is[0].state);
                 ASSERT_EQ(far[k].state, far[0].state);
                 ASSERT_NEAR(far[k].distance, far[0].distance, 2e-7);
@@ -117,8 +116,8 @@ TEST(Gjk, CoherentMotionTakesFewIterations)
         for (int frame = 0; frame < 100; ++frame)
         {
             GjkCache<float> cold;
-            iterations[0] += gjkDistance(scene.posedA(), scene.posedB(), kInfinity, cold).iterations;
-            iterations[1] += gjkDistance(scene.posedA(), scene.posedB(), kInfinity, warm).iterations;
+            iterations[0] += gjkDistance(scene.posedA(), scene.posedB(), kNoLimit, cold).iterations;
+            iterations[1] += gjkDistance(scene.posedA(), scene.posedB(), kNoLimit, warm).iterations;
             booleanIterations += isaGjk(scene.posedA(), scene.posedB(), 0.0f, warmBoolean).iterations;
             moveALittle(scene, 0.002, engine);
         }
