@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "demos/scenes/distance_oracle.h"
 #include "demos/scenes/hull_pairs.h"
 #include "narrow/gjk.h"
 #include "narrow/isa_gjk.h"
@@ -11,6 +12,7 @@
 #include <iterator>
 #include <limits>
 #include <random>
+#include <string>
 #include <vector>
 
 /// What a search begins with: the memory of a pair, a corner, an axis, four directions, reflections.
@@ -153,6 +155,52 @@ TEST(Gjk, TheFirstCornerSettlesMostPairsWithoutHistory)
         EXPECT_GT(settledAtOnce(gap, GjkState::Separated, engine), 320) << gap;
     for (const double gap : {-0.01, -0.05})
         EXPECT_GT(settledAtOnce(gap, GjkState::Overlapping, engine), 220) << gap;
+}
+
+struct Axes
+{
+    void operator()(const Eigen::Vector3d&, double) { ++tried; }
+    int tried = 0;
+};
+
+/// Whether a query with the memory of the frame before is right about a gap. @return true if its second axis proved it
+bool isCornerEnough(const PairScene<float>& scene, float limit, GjkCache<float>& cache)
+{
+    Axes axes;
+    const GjkResult<float> result = isaGjk(scene.posedA(), scene.posedB(), limit, cache, axes);
+    const DistanceOracle oracle(scene.posedA(), scene.posedB());
+    if (result.state == GjkState::Separated)
+    {
+        EXPECT_GT(-oracle.extent(-result.axis.cast<long double>()),
+                  static_cast<long double>(limit) * (1 - 1e-6L));
+        return result.iterations == 0 && axes.tried == 2;
+    }
+    const Bounds truth = oracle.solve();
+    EXPECT_NE(result.state, GjkState::NotConverged);
+    EXPECT_LT(truth.lower, static_cast<long double>(limit) + 1e-6L);
+    return false;
+}
+
+TEST(Gjk, TheCornerOfAFailedAxisProvesAGapThatIsAskedForToo)
+{
+    const Hull<float> hulls[] = {hullOf<float>(icoPoints(2)), hullOf<float>(boxPoints(0.7, 0.5, 0.6)),
+                                 hullOf<float>(prismPoints(32, 0.5)), hullOf<float>(icoPoints(0))};
+    std::mt19937 engine(23);
+    int queries = 0, proved = 0;
+    for (int pair = 0; pair < 160; ++pair)
+    {
+        const float limit = pair % 3 == 0 ? 0.002f : 0.02f;
+        PairScene<float> scene =
+            randomPair(hulls[pair % 4], hulls[pair / 4 % 4], 1.5 * double(limit), 0.0, engine);
+        GjkCache<float> cache;
+        for (int frame = 0; frame < 12; ++frame, ++queries)
+        {
+            proved += isCornerEnough(scene, limit, cache);
+            moveALittle(scene, 0.003, engine);
+        }
+    }
+    testing::Test::RecordProperty("proved", std::to_string(proved));
+    EXPECT_GT(proved, queries / 30);
 }
 }  // namespace
 }  // namespace cullet::test
