@@ -3,15 +3,12 @@
 //
 // How boxes moved since the last scan, and whether they stayed in their cells; compiled for each instruction set. Every width
 // takes the same steps, each rounded once, so that all tell the same.
+#include "broad/box_cells.inl"
 #include "broad/cell_rule.h"
 #include "broad/row_soa.h"
 
 #include <algorithm>
 #include <cstring>
-
-#if defined(__AVX2__)
-#include <immintrin.h>
-#endif
 
 namespace cullet
 {
@@ -44,16 +41,7 @@ public:
                                                 : _mm256_setr_epi32(0, 3, 1, 6, 0, 3, 1, 6);
         const __m256 tiles = _mm256_blend_ps(_mm256_permutevar8x32_ps(m_now, lanes),
                                              _mm256_permutevar8x32_ps(m_then, lanes), 0xf0);
-        const CellFactors factors(rule);
-        const __m256 isBelow = _mm256_cmp_ps(tiles, _mm256_setzero_ps(), _CMP_LT_OQ);
-        const __m256 factor = _mm256_blendv_ps(twice(factors.above), twice(factors.below), isBelow);
-        __m256 cell = _mm256_add_ps(_mm256_mul_ps(tiles, factor), twice(factors.offset));
-        // The second operand is the result where one is NaN, as in a comparison.
-        cell = _mm256_max_ps(_mm256_set1_ps(-kFarthestCell), cell);
-        cell = _mm256_min_ps(_mm256_set1_ps(kFarthestCell), cell);
-        const __m256i truncated = _mm256_cvttps_epi32(cell);
-        const __m256 isUpwards = _mm256_cmp_ps(_mm256_cvtepi32_ps(truncated), cell, _CMP_GT_OQ);
-        const __m256i cells = _mm256_add_epi32(truncated, _mm256_castps_si256(isUpwards));
+        const __m256i cells = cellsOfTwo(tiles, rule);
         const __m128i isSame =
             _mm_cmpeq_epi32(_mm256_castsi256_si128(cells), _mm256_extracti128_si256(cells, 1));
         return _mm_movemask_epi8(isSame) == 0xffff;
@@ -64,13 +52,6 @@ private:
     {
         return _mm256_set_m128(_mm_loadu_ps(box.min + 2), _mm_loadu_ps(box.min));
     }
-    static __m256 twice(Float4 four)
-    {
-        __m128 value;
-        std::memcpy(&value, &four, sizeof value);
-        return _mm256_set_m128(value, value);
-    }
-
     __m256 m_now;
     __m256 m_then;
 };

@@ -202,16 +202,6 @@ private:
         std::unique_ptr<PairBuffer> buffer = std::make_unique<PairBuffer>();
     };
 
-    struct CellRange
-    {
-        std::int32_t j0, j1, k0, k1;
-
-        bool contains(std::int32_t j, std::int32_t k) const
-        {
-            return j >= j0 && j <= j1 && k >= k0 && k <= k1;
-        }
-    };
-
     /// Where the ids of a row are; multiples of four, so that they can be written as vectors.
     struct RowList
     {
@@ -237,29 +227,22 @@ private:
         unsigned worker;
     };
 
-    /// A box that is to be inserted.
-    struct Located
-    {
-        CellRange cells;
-        std::uint32_t id;
-        std::int32_t level;
-    };
-
-    template <int kSweepAxis>
     std::uint32_t locate(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task,
                          Located* block) const;
+    bool locateOne(const GridInput& input, std::uint32_t index, Task& task, Located& to) const;
+    void sampleSizes(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task) const;
     static Aabb grown(const Aabb& box, float grow);
-    static std::int64_t cellCountOf(const CellRange& cells);
-    static bool isManyCells(const CellRange& cells)
+    static std::int64_t cellCountOf(const TileRange& cells);
+    static bool isManyCells(const TileRange& cells)
     {
         const std::int32_t spans = (cells.j1 - cells.j0) | (cells.k1 - cells.k0);
         return spans >= kSquareSide && cellCountOf(cells) > kMostCells;
     }
     CellRule ruleOf(float grow, std::uint32_t level) const { return {grow, m_plan.inverseWidth[level]}; }
     Float4 tileOf(const Aabb& box) const;
-    CellRange cellsOf(const Aabb& box, const CellRule& rule) const;
+    TileRange cellsOf(const Aabb& box, const CellRule& rule) const;
     static std::size_t octaveIndex(Float4 tile);
-    static void recordSize(Float4 tile, Float4 sweep, Task& task);
+    void recordSize(const Aabb& grown, Task& task) const;
     void sampleInput(const GridInput& input);
     CellWindow chooseWindow(std::vector<std::int32_t>& js, std::vector<std::int32_t>& ks,
                             std::uint32_t boxes) const;

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <numeric>
 #include <tuple>
 #include <utility>
 
@@ -20,6 +21,7 @@ constexpr std::uint32_t kSizeSampling = 8;
 constexpr std::uint32_t kLocateBlock = 128;
 constexpr std::uint32_t kSample = 512;
 constexpr std::size_t kTaskGrain = 4096;
+constexpr float kLargestExtent = static_cast<float>(std::uint64_t{1} << kHighestOctave);
 
 /// Where most numbers are; reorders them.
 template <class T>
@@ -45,7 +47,7 @@ std::pair<std::int64_t, std::int64_t> windowOf(std::vector<std::int32_t>& cells)
 }
 }  // namespace
 
-std::int64_t RowGrid::cellCountOf(const CellRange& cells)
+std::int64_t RowGrid::cellCountOf(const TileRange& cells)
 {
     return (static_cast<std::int64_t>(cells.j1) - cells.j0 + 1) *
            (static_cast<std::int64_t>(cells.k1) - cells.k0 + 1);
@@ -53,13 +55,12 @@ std::int64_t RowGrid::cellCountOf(const CellRange& cells)
 
 RowGrid::BoxKind RowGrid::kindOf(const Aabb& box, float grow)
 {
-    constexpr float kLimit = static_cast<float>(std::uint64_t{1} << kHighestOctave);
     const Float4 minima = loadFloat4(box.min);
     const Float4 maxima = loadFloat4(box.min + 2);
     const Float4 extent =
         __builtin_shuffle(maxima, Int4{1, 2, 3, 3}) - __builtin_shuffle(minima, Int4{0, 1, 2, 2});
     // NaN, the extent of a box with a NaN and of one that lies at infinity, fails both comparisons.
-    if (isTrueInAll((extent >= 0.0f) & (extent <= kLimit - 4.0f * grow)))
+    if (isTrueInAll((extent >= 0.0f) & (extent <= kLargestExtent - 4.0f * grow)))
         return BoxKind::Bounded;
     return isValid(box) ? BoxKind::Unbounded : BoxKind::Empty;
 }
@@ -71,13 +72,14 @@ std::size_t RowGrid::octaveIndex(Float4 tile)
     return static_cast<std::size_t>(octave - kLowestOctave);
 }
 
-void RowGrid::recordSize(Float4 tile, Float4 sweep, Task& task)
+void RowGrid::recordSize(const Aabb& grown, Task& task) const
 {
+    const Float4 tile = tileOf(grown);
     SizeHistogram::Bin& bin = task.sizes.bins[octaveIndex(tile)];
     task.sizes.weight = kSizeSampling;
     bin.count += kSizeSampling;
     bin.tileSum += 0.5f * kSizeSampling * ((tile[1] - tile[0]) + (tile[3] - tile[2]));
-    bin.sweepSum += kSizeSampling * (sweep[1] - sweep[0]);
+    bin.sweepSum += kSizeSampling * (grown.max[m_plan.sweepAxis] - grown.min[m_plan.sweepAxis]);
 }
 
 Float4 RowGrid::tileOf(const Aabb& box) const
@@ -86,54 +88,72 @@ Float4 RowGrid::tileOf(const Aabb& box) const
                   box.max[m_plan.tileAxisZ]};
 }
 
-RowGrid::CellRange RowGrid::cellsOf(const Aabb& box, const CellRule& rule) const
+TileRange RowGrid::cellsOf(const Aabb& box, const CellRule& rule) const
 {
     const Int4 cells = cellsOfFaces(tileOf(box), rule);
     return {cells[0], cells[1], cells[2], cells[3]};
 }
 
+/// Cells of a box at its level; false for one that is empty or goes to the side list.
+bool RowGrid::locateOne(const GridInput& input, std::uint32_t index, Task& task, Located& to) const
+{
+    const std::uint32_t id = input.ids != nullptr ? input.ids[index] : index;
+    const BoxKind kind = kindOf(input.boxes[id], input.grow);
+    if (kind == BoxKind::Unbounded)
+        task.unbounded.push_back(id);
+    if (kind != BoxKind::Bounded)
+        return false;
+    const Aabb box = grown(input.boxes[id], input.grow);
+    const std::uint32_t level = m_plan.levelCount == 1 ? 0u : m_plan.levelOfOctave[octaveIndex(tileOf(box))];
+    to = {cellsOf(box, ruleOf(input.reach, level)), id, static_cast<std::int32_t>(level)};
+    if (!isManyCells(to.cells))
+        return true;
+    task.unbounded.push_back(id);
+    if (index % kSizeSampling != 0)
+        recordSize(box, task);
+    return false;
+}
+
+void RowGrid::sampleSizes(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task) const
+{
+    for (std::uint32_t i = (begin + kSizeSampling - 1) / kSizeSampling * kSizeSampling; i < end;
+         i += kSizeSampling)
+    {
+        const Aabb& box = input.boxes[input.ids != nullptr ? input.ids[i] : i];
+        if (kindOf(box, input.grow) == BoxKind::Bounded)
+            recordSize(grown(box, input.grow), task);
+    }
+}
+
 /// Cells of the boxes from `begin` on, at most a block of them, into `block`; the others on the side list.
 ///
 /// Apart from the insertion, whose branches are hard to predict, this runs at full speed.
-template <int kSweepAxis>
 std::uint32_t RowGrid::locate(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task,
                               Located* block) const
 {
-    const Float4 outward = Float4{-1.0f, 1.0f, -1.0f, 1.0f} * input.grow;
-    const bool isFlat = m_plan.levelCount == 1;
-    std::uint32_t count = 0;
-    for (std::uint32_t i = begin; i < end; ++i)
+    sampleSizes(input, begin, end, task);
+    std::uint32_t odd[kLocateBlock];
+    LocatedCounts counts = {0, 0};
+    if (m_plan.levelCount == 1)
     {
-        const std::uint32_t id = input.ids != nullptr ? input.ids[i] : i;
-        const BoxKind kind = kindOf(input.boxes[id], input.grow);
-        if (kind != BoxKind::Bounded)
-        {
-            if (kind == BoxKind::Unbounded)
-                task.unbounded.push_back(id);
-            continue;
-        }
-        const BoxFaces<kSweepAxis> faces(input.boxes[id]);
-        const Float4 tile = faces.tile + outward;
-        const std::uint32_t level = isFlat ? 0u : m_plan.levelOfOctave[octaveIndex(tile)];
-        const Int4 cells = cellsOfFaces(tile, ruleOf(input.reach, level));
-        static_assert(sizeof cells == sizeof block->cells);
-        std::memcpy(&block[count].cells, &cells, sizeof cells);
-        block[count].id = id;
-        block[count].level = static_cast<std::int32_t>(level);
-        const bool isTooLarge = isManyCells(block[count].cells);
-        if (i % kSizeSampling == 0 || isTooLarge)
-            recordSize(tile, faces.sweep + outward, task);
-        if (isTooLarge)
-            task.unbounded.push_back(id);
-        else
-            ++count;
+        const CellRule rule = ruleOf(input.reach, 0);
+        counts = m_kernels.locateBoxes({input.boxes, input.ids, m_plan.sweepAxis, input.grow, rule.grow,
+                                        rule.inverseWidth, kLargestExtent - 4.0f * input.grow, kSquareSide},
+                                       begin, end, block, odd);
     }
-    return count;
+    else
+    {
+        counts.odd = end - begin;
+        std::iota(odd, odd + counts.odd, begin);
+    }
+    for (std::uint32_t i = 0; i < counts.odd; ++i)
+        counts.plain += locateOne(input, odd[i], task, block[counts.plain]) ? 1u : 0u;
+    return counts.plain;
 }
 
 bool RowGrid::insertByHash(const Located& box, Task& task)
 {
-    const CellRange& cells = box.cells;
+    const TileRange& cells = box.cells;
     for (std::int32_t j = cells.j0; j <= cells.j1; ++j)
     {
         for (std::int32_t k = cells.k0; k <= cells.k1; ++k)
@@ -155,7 +175,7 @@ bool RowGrid::insertBold(const Located* block, std::uint32_t count, Task& task)
     task.bold.makeRoom(static_cast<std::size_t>(count) * kMostCells);
     for (std::uint32_t i = 0; i < count; ++i)
     {
-        const CellRange& cells = block[i].cells;
+        const TileRange& cells = block[i].cells;
         const std::int32_t spans = (cells.j1 - cells.j0) | (cells.k1 - cells.k0);
         if (spans > 1 || !window.contains(cells.j0, cells.k0) || !window.contains(cells.j1, cells.k1))
         {
@@ -184,9 +204,7 @@ void RowGrid::fillBold(const GridInput& input, std::uint32_t begin, std::uint32_
     for (std::uint32_t i = begin; i < end && !task.isFull; i += kLocateBlock)
     {
         const std::uint32_t last = std::min(end, i + kLocateBlock);
-        const std::uint32_t count = m_plan.sweepAxis == 0   ? locate<0>(input, i, last, task, block)
-                                    : m_plan.sweepAxis == 1 ? locate<1>(input, i, last, task, block)
-                                                            : locate<2>(input, i, last, task, block);
+        const std::uint32_t count = locate(input, i, last, task, block);
         task.isFull = !insertBold(block, count, task);
     }
 }
@@ -204,7 +222,7 @@ void RowGrid::fillRegular(const GridInput& input, std::uint32_t begin, std::uint
             continue;
         for (std::uint32_t level = own + 1; level < m_plan.levelCount; ++level)
         {
-            const CellRange cells = cellsOf(box, ruleOf(input.reach, level));
+            const TileRange cells = cellsOf(box, ruleOf(input.reach, level));
             task.regular.makeRoom(static_cast<std::size_t>(cellCountOf(cells)));
             for (std::int32_t j = cells.j0; j <= cells.j1; ++j)
             {
@@ -287,7 +305,7 @@ void RowGrid::sampleInput(const GridInput& input)
         const Aabb& box = input.boxes[input.ids != nullptr ? input.ids[i] : i];
         if (kindOf(box, input.grow) != BoxKind::Bounded)
             continue;
-        const CellRange cells = cellsOf(box, ruleOf(input.reach, 0));
+        const TileRange cells = cellsOf(box, ruleOf(input.reach, 0));
         js.push_back(cells.j0);
         ks.push_back(cells.k0);
         starts.push_back(box.min[m_plan.sweepAxis]);

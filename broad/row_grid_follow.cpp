@@ -138,13 +138,13 @@ bool RowGrid::followStray(const GridInput& input, const Aabb& before, std::uint3
     const Aabb& box = input.boxes[id];
     const CellRule rule = ruleOf(input.reach, 0);
     const BoxKind kind = kindOf(box, input.grow);
-    const CellRange cells = kind == BoxKind::Bounded ? cellsOf(box, rule) : CellRange{0, -1, 0, -1};
+    const TileRange cells = kind == BoxKind::Bounded ? cellsOf(box, rule) : TileRange{0, -1, 0, -1};
     const bool wasUnbounded = std::binary_search(m_unbounded.begin(), m_unbounded.end(), id);
     const bool isUnbounded = kind == BoxKind::Unbounded || isManyCells(cells);
     if (wasUnbounded || isUnbounded)
         return wasUnbounded && isUnbounded;
     const bool wasThere = kindOf(before, input.grow) == BoxKind::Bounded;
-    const CellRange old = wasThere ? cellsOf(before, rule) : CellRange{0, -1, 0, -1};
+    const TileRange old = wasThere ? cellsOf(before, rule) : TileRange{0, -1, 0, -1};
     for (std::int32_t j = cells.j0; j <= cells.j1; ++j)
     {
         for (std::int32_t k = cells.k0; k <= cells.k1; ++k)

@@ -47,7 +47,7 @@ void RowGrid::queryRow(const RowSoa& query, std::uint32_t row, PairBuffer& out) 
 
 void RowGrid::queryLevel(const RowSoa& query, const Aabb& box, std::uint32_t level, PairBuffer& out) const
 {
-    const CellRange cells = cellsOf(box, ruleOf(0.0f, level));
+    const TileRange cells = cellsOf(box, ruleOf(0.0f, level));
     const std::uint32_t id = query.id[0] & kIdMask;
     const auto visit = [&](std::uint32_t row, std::int32_t j, std::int32_t k)
     {
@@ -122,7 +122,7 @@ void RowGrid::sortAlongRows(const Aabb* boxes, std::vector<std::uint32_t>& ids) 
     for (const std::uint32_t id : ids)
     {
         const bool isBounded = kindOf(boxes[id], 0) == BoxKind::Bounded;
-        const CellRange cells = isBounded ? cellsOf(boxes[id], ruleOf(0.0f, 0)) : CellRange{};
+        const TileRange cells = isBounded ? cellsOf(boxes[id], ruleOf(0.0f, 0)) : TileRange{};
         places.emplace_back(packCell(0, cells.j0, cells.k0),
                             isBounded ? boxes[id].min[m_plan.sweepAxis] : 0.0f, id);
     }

@@ -9,6 +9,6 @@
 namespace cullet
 {
 const RowKernels kRowKernelsAvx512 = {"avx512",  scanSelf, scanCross,   scanOne,
-                                      gatherRow, layOut,   compareBoxes};
+                                      gatherRow, layOut,   locateBoxes, compareBoxes};
 }  // namespace cullet
 #endif  // x86-64

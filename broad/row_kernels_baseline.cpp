@@ -6,7 +6,7 @@
 namespace cullet
 {
 const RowKernels kRowKernelsBaseline = {"baseline", scanSelf, scanCross,   scanOne,
-                                        gatherRow,  layOut,   compareBoxes};
+                                        gatherRow,  layOut,   locateBoxes, compareBoxes};
 
 const RowKernels& chooseRowKernels(bool baseline)
 {

@@ -116,6 +116,43 @@ struct RowSource
     const CellEdges* edges;
 };
 
+/// The cells that a box touches, first and last along both tiled axes.
+struct TileRange
+{
+    std::int32_t j0, j1, k0, k1;
+
+    bool contains(std::int32_t j, std::int32_t k) const { return j >= j0 && j <= j1 && k >= k0 && k <= k1; }
+};
+
+/// A box that is to be inserted.
+struct Located
+{
+    TileRange cells;
+    std::uint32_t id;
+    std::int32_t level;
+};
+
+/// What locateBoxes() needs.
+struct LocateSource
+{
+    const Aabb* boxes;         ///< row of the proxy table -> box
+    const std::uint32_t* ids;  ///< rows, or null: 0, 1, ...
+    int sweepAxis;
+    float grow;                 ///< of the boxes
+    float reach, inverseWidth;  ///< of the cells: CellRule
+    // Boxes that are empty, longer than this, or touch more cells than so many in a row are odd.
+    float largestExtent;
+    std::int32_t manyCells;
+
+    std::uint32_t id(std::uint32_t index) const { return ids != nullptr ? ids[index] : index; }
+};
+
+struct LocatedCounts
+{
+    std::uint32_t plain;
+    std::uint32_t odd;
+};
+
 /// What compareBoxes() needs.
 struct MotionSource
 {
@@ -163,6 +200,13 @@ struct RowKernels
 
     /// Lays records out for the scans. Writes whole vectors: up to three entries more than count + 1.
     void (*layOut)(const RowRecord* records, std::uint32_t count, RowSoa& row);
+
+    /// Finds the cells of the boxes [begin, end) of the source in a grid of one level.
+    ///
+    /// @param block [out, end - begin] boxes that are not odd
+    /// @param odd   [out, end - begin] indices of the others
+    LocatedCounts (*locateBoxes)(const LocateSource& source, std::uint32_t begin, std::uint32_t end,
+                                 Located* block, std::uint32_t* odd);
 
     /// Tells how the boxes of some rows of the table moved, and which of them strayed.
     void (*compareBoxes)(const MotionSource& source, const std::uint32_t* rows, std::uint32_t count,

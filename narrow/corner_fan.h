@@ -25,6 +25,8 @@ namespace cullet
 /// * Else every direction of the plane between the two normals of these edges has w lowest, level with the origin.
 ///   Tilted towards w it separates, as far as it goes until another edge is level with w.
 ///
+/// A shift of A - B asks the same about another point than the origin.
+///
 /// Everything is rounded, and nothing is proved here. Cost: each neighbour of a and b is looked at once or twice.
 template <class S>
 class CornerFan
@@ -33,11 +35,11 @@ public:
     using Point = Eigen::Matrix<S, 3, 1>;
 
     /// @param a, b support vertices against some axis, of hulls that have neighbours
-    CornerFan(const HullPair<S>& pair, std::int32_t a, std::int32_t b)
+    CornerFan(const HullPair<S>& pair, std::int32_t a, std::int32_t b, const Point& shift)
         : m_vertexA{pair.a().hull().opposite(a), a, a, a}, m_vertexB{pair.b().hull().opposite(b), b, b, b}
     {
-        const Point w = pair.point(a, b);
-        const Point far = pair.point(m_vertexA[0], m_vertexB[0]);
+        const Point w = pair.point(a, b) + shift;
+        const Point far = pair.point(m_vertexA[0], m_vertexB[0]) + shift;
         const Point side = far.cross(w);
         const Point up = w.cross(side);
         lookAround(pair.a(), a, up, side, 0);

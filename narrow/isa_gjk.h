@@ -86,7 +86,8 @@ bool isaGjkFromTetrahedron(const PosedHull<H>& a, const PosedHull<H>& b, H limit
     return isaGjkWalk(pair, limit2, verticesA, verticesB, cache, observer, result);
 }
 
-/// From the corner of A - B where an axis has failed.
+/// From the corner of A - B where an axis has failed: by not separating at all, or by less than asked. Then A - B is moved
+/// along the axis by what is asked, a little more since the new axis will be another.
 ///
 /// @return false if nothing was proved
 template <class S, class H, class Observer>
@@ -96,13 +97,21 @@ template <class S, class H, class Observer>
 {
     if (!a.hull().hasNeighbours() || !b.hull().hasNeighbours())
         return false;
+    using Vector = Eigen::Matrix<H, 3, 1>;
     const HullPair<H> pair(a, b);
-    const CornerFan<H> fan(pair, test.vertexA, test.vertexB);
-    if (!fan.isComplete())
+    const bool isNear = test.along >= H(0);
+    Vector shift = Vector::Zero();
+    if (isNear)
+    {
+        const Vector failed(cache.axis[0], cache.axis[1], cache.axis[2]);
+        shift = failed * (H(-1.001) * squareRoot(limit2 / failed.squaredNorm()));
+    }
+    const CornerFan<H> fan(pair, test.vertexA, test.vertexB, shift);
+    if (!fan.isComplete() || (isNear && fan.isCone()))
         return false;
     if (fan.isCone())
         return isaGjkWalk(pair, limit2, fan.verticesA(), fan.verticesB(), cache, observer, result);
-    const Eigen::Matrix<H, 3, 1> axis = scaledAxis(fan.axis());
+    const Vector axis = scaledAxis(fan.axis());
     const AxisTest<H> again = pair.test(axis[0], axis[1], axis[2], limit2, test.vertexA, test.vertexB);
     observer(axis.template cast<double>(), static_cast<double>(again.along));
     if (!again.isProved)
@@ -111,6 +120,19 @@ template <class S, class H, class Observer>
         cache.axis[i] = static_cast<float>(axis[i]);
     keepSeparated(axis, again, cache, result);
     return true;
+}
+
+/// Whether the corner where an axis fails is worth a look. An axis that separates by nearly what is asked has to become the
+/// best one, which the corner seldom knows; where supports are dear it is tried all the same.
+template <class H>
+bool isCornerPromising(const PosedHull<H>& a, const PosedHull<H>& b, const AxisTest<H>& test,
+                       const Eigen::Matrix<H, 3, 1>& axis, H limit2)
+{
+    constexpr std::int32_t kLarge = 100;
+    if (test.vertexA < 0 || (test.along >= H(0) && !(limit2 > H(0))))
+        return false;
+    return test.along < H(0) || test.along * test.along < H(0.8) * limit2 * axis.squaredNorm() ||
+           std::max(a.vertexCount(), b.vertexCount()) > kLarge;
 }
 
 /// Queries of two hulls that need no search in double.
@@ -130,7 +152,7 @@ bool isaGjkQuickly(const PosedHull<H>& a, const PosedHull<H>& b, H limit, GjkCac
     if (test.vertexA >= 0)
         observer(axis.template cast<double>(), static_cast<double>(test.along));
     if (!test.isProved)
-        return looksAround && test.along < H(0) &&
+        return looksAround && isCornerPromising(a, b, test, axis, limit2) &&
                isaGjkFromCorner(a, b, limit2, test, cache, observer, result);
     keepSeparated(axis, test, cache, result);
     return true;

@@ -29,7 +29,14 @@ struct Lanes
         std::memcpy(&v, p, sizeof(v));
         return v;
     }
-    static Vector fill(S value) { return Vector{} + value; }
+    static Vector fill(S value)
+    {
+        // Adding it to zeros would cost an addition.
+        if constexpr (kWidth == 4)
+            return Vector{value, value, value, value};
+        else
+            return Vector{value, value};
+    }
     static Mask largest() { return Mask{} + std::numeric_limits<Integer>::max(); }
     static Mask loadIds(const std::int32_t* p)
     {

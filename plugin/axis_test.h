@@ -25,38 +25,37 @@ struct StretchedHull
     const btTransform* transform;
 };
 
-/// The transposed matrix times v, column by column: three products of a row with a scalar, all lanes at once.
-inline btVector3 transposedProduct(const btMatrix3x3& m, const btVector3& v)
+/// Four components of Bullet's, of which the last means nothing.
+using Components = Quad<btScalar>::Vector;
+
+inline void read(const btVector3& v, Components& components)
 {
-    using L = Lanes<btScalar>;
-    btVector3 result;
-    for (int lane = 0; lane < 4; lane += L::kWidth)
-    {
-        const typename L::Vector sum = L::load(&m[0].m_floats[lane]) * L::fill(v.x()) +
-                                       L::load(&m[1].m_floats[lane]) * L::fill(v.y()) +
-                                       L::load(&m[2].m_floats[lane]) * L::fill(v.z());
-        std::memcpy(&result.m_floats[lane], &sum, sizeof(sum));
-    }
-    return result;
+    std::memcpy(&components, v.m_floats, sizeof(components));
 }
 
 /// Highest product of a core's points with a direction, relative to its origin, and the vertex that has it.
-inline btScalar heightAlong(const StretchedHull& core, const btVector3& direction, std::int32_t& vertex)
+inline btScalar heightAlong(const StretchedHull& core, const Components& direction, std::int32_t& vertex)
 {
     const Hull<btScalar>& hull = *core.hull;
-    const btVector3 turned = transposedProduct(core.transform->getBasis(), direction) * *core.stretch;
-    const Eigen::Matrix<btScalar, 3, 1> local(turned.x(), turned.y(), turned.z());
-    const bool isKnown = vertex < hull.vertexCount() && hull.hasNeighbours();
+    const btMatrix3x3& basis = core.transform->getBasis();
+    Components x, y, z, local;
+    read(basis[0], x);
+    read(basis[1], y);
+    read(basis[2], z);
+    read(*core.stretch, local);
+    local *= x * direction[0] + y * direction[1] + z * direction[2];
+    const Eigen::Matrix<btScalar, 3, 1> along(local[0], local[1], local[2]);
+    const bool isKnown = vertex < hull.blockCount();
     if (isKnown)
     {
         btScalar height;
-        const btScalar band = hull.tieBand() * local.cwiseAbs().sum();
+        const btScalar band = hull.tieBand() * (std::abs(local[0]) + std::abs(local[1]) + std::abs(local[2]));
         // The climb would end where it starts: in a coherent scene nearly always.
-        if (isPeak(hull, vertex, LaneDirection<btScalar>(local), band, height))
+        if (isPeak(hull, vertex, LaneDirection<btScalar>(along), band, height))
             return height;
     }
     const SupportHit<btScalar> hit =
-        isKnown ? supportClimbArtificial(hull, local, vertex) : hitLinear(hull, local);
+        isKnown ? supportClimbArtificial(hull, along, vertex) : hitLinear(hull, along);
     vertex = hit.vertex;
     return hit.height;
 }
@@ -76,24 +75,37 @@ inline btScalar sumOfMagnitudes(const btVector3& v)
 inline bool staysSeparated(const StretchedHull& a, const StretchedHull& b, btScalar limit,
                            GjkCache<btScalar>& cache, btScalar* leeway = nullptr)
 {
-    const btVector3 axis(btScalar(cache.axis[0]), btScalar(cache.axis[1]), btScalar(cache.axis[2]));
+    const Components axis = {btScalar(cache.axis[0]), btScalar(cache.axis[1]), btScalar(cache.axis[2])};
+    const Components opposite = -axis;
     std::int32_t vertexA = cache.startA, vertexB = cache.startB;
-    const btScalar heightA = heightAlong(a, -axis, vertexA);
+    const btScalar heightA = heightAlong(a, opposite, vertexA);
     const btScalar heightB = heightAlong(b, axis, vertexB);
     cache.startA = static_cast<std::uint16_t>(std::min(vertexA, 0xffff));
     cache.startB = static_cast<std::uint16_t>(std::min(vertexB, 0xffff));
-    const btVector3 apart = a.transform->getOrigin() - b.transform->getOrigin();
-    const btScalar along = apart.dot(axis) - heightA - heightB;
+    Components apart, origin, sizes, stretch;
+    read(a.transform->getOrigin(), apart);
+    read(b.transform->getOrigin(), origin);
+    apart -= origin;
+    read(*a.stretch, sizes);
+    read(*b.stretch, stretch);
+    Quad<btScalar>::makePositive(sizes);
+    Quad<btScalar>::makePositive(stretch);
+    sizes = sizes * a.hull->reach() + stretch * b.hull->reach();
+    stretch = apart;
+    Quad<btScalar>::makePositive(stretch);
+    sizes += stretch;
     // Each product and sum is off by less than two roundings of the sizes that enter it.
-    const btScalar size = sumOfMagnitudes(apart) + btScalar(a.hull->radius()) * sumOfMagnitudes(*a.stretch) +
-                          btScalar(b.hull->radius()) * sumOfMagnitudes(*b.stretch);
+    const btScalar size = sizes[0] + sizes[1] + sizes[2];
+    const Components products = apart * axis, squares = axis * axis;
+    const btScalar along = products[0] + products[1] + products[2] - heightA - heightB;
+    const btScalar length2 = squares[0] + squares[1] + squares[2];
     const btScalar gap = limit + 16 * std::numeric_limits<btScalar>::epsilon() * size;
     // A NaN makes the comparisons false.
-    if (!(along > 0 && along * along > gap * gap * axis.length2()))
+    if (!(along > 0 && along * along > gap * gap * length2))
         return false;
     // The division is off by less than four roundings of what is at most twice the size.
     if (leeway != nullptr)
-        *leeway = along / axis.length() - gap - 16 * std::numeric_limits<btScalar>::epsilon() * size;
+        *leeway = along / std::sqrt(length2) - gap - 16 * std::numeric_limits<btScalar>::epsilon() * size;
     return true;
 }
 }  // namespace CULLET_PRECISION

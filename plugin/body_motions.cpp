@@ -109,20 +109,26 @@ void BodyMotions::update(std::size_t begin, std::size_t end, std::uint64_t pass,
 {
     for (std::size_t i = begin; i < end; ++i)
     {
-        prefetchBody(m_slots[std::min(i + kAhead, end - 1)].body);
+        const Slot& later = m_slots[std::min(i + kAhead, end - 1)];
+        if (later.pause == 0)
+            prefetchBody(later.body);
         Slot& slot = m_slots[i];
         if (slot.body == nullptr)
             continue;
+        // Its motion is unknown since the pause began.
+        if (slot.pause > 0)
+        {
+            --slot.pause;
+            continue;
+        }
         const bool wasInVain = !std::isinf(m_moved[i].rest) && m_isUsed[i] == 0;
-        if (wasInVain)
-            slot.pause = kPause;
         m_moved[i] = Motion();
         m_isUsed[i] = 0;
-        if (slot.pause > 0)
+        if (wasInVain)
         {
             // The first look after the pause is no comparison with what was before.
             slot.shape = nullptr;
-            --slot.pause;
+            slot.pause = kPause - 1;
             continue;
         }
         const Motion moved = slot.move(pass);

@@ -116,13 +116,7 @@ private:
         turnNormals();
         if (m_vertex < 0)
             m_vertex = m_shape.support(m_side * m_frame.axes[2], -1).vertex;
-        const auto faces = hull.facesOf(m_vertex);
-        Best best;
-        for (const std::int32_t face : faces)
-            consider(face, best);
-        // A vertex inside a face is no corner of any.
-        for (std::int32_t face = 0; faces.size() == 0 && face < std::int32_t(hull.faces().size()); ++face)
-            consider(face, best);
+        const Best best = isTurnedOnly() ? bestFace<true>() : bestFace<false>();
         if (best.face < 0)
             return;
         const Eigen::Vector3d& n = hull.faces()[static_cast<std::size_t>(best.face)].normal;
@@ -153,13 +147,45 @@ private:
         double score = 0.0;  ///< square of the cosine
     };
 
+    /// True if all normals keep their length, up to a common factor.
+    bool isTurnedOnly() const
+    {
+        const double lengths[] = {m_normals[0].squaredNorm(), m_normals[1].squaredNorm(),
+                                  m_normals[2].squaredNorm()};
+        const double least = std::min({lengths[0], lengths[1], lengths[2]});
+        const double most = std::max({lengths[0], lengths[1], lengths[2]});
+        const double skew =
+            std::max({std::abs(m_normals[0].dot(m_normals[1])), std::abs(m_normals[1].dot(m_normals[2])),
+                      std::abs(m_normals[2].dot(m_normals[0]))});
+        return most - least <= 1e-5 * most && skew <= 1e-5 * most;
+    }
+
+    template <bool kIsTurnedOnly>
+    Best bestFace() const
+    {
+        const Hull<btScalar>& hull = m_shape.hull();
+        const auto faces = hull.facesOf(m_vertex);
+        Best best;
+        for (const std::int32_t face : faces)
+            consider<kIsTurnedOnly>(face, best);
+        // A vertex inside a face is no corner of any.
+        for (std::int32_t face = 0; faces.size() == 0 && face < std::int32_t(hull.faces().size()); ++face)
+            consider<kIsTurnedOnly>(face, best);
+        if constexpr (kIsTurnedOnly)
+            best.score /= m_normals[0].squaredNorm();
+        return best;
+    }
+
     /// Without a branch, since no processor can guess which face is better.
+    template <bool kIsTurnedOnly>
     void consider(std::int32_t face, Best& best) const
     {
         const Eigen::Vector3d& n = m_shape.hull().faces()[static_cast<std::size_t>(face)].normal;
-        const Eigen::Vector3d normal = m_normals[0] * n.x() + m_normals[1] * n.y() + m_normals[2] * n.z();
-        const double along = m_side * normal.z();
-        const double score = along * std::abs(along) / normal.squaredNorm();
+        const double along =
+            m_side * (m_normals[0].z() * n.x() + m_normals[1].z() * n.y() + m_normals[2].z() * n.z());
+        double score = along * std::abs(along);
+        if constexpr (!kIsTurnedOnly)
+            score /= (m_normals[0] * n.x() + m_normals[1] * n.y() + m_normals[2] * n.z()).squaredNorm();
         best.face = score > best.score ? face : best.face;
         best.score = std::max(best.score, score);
     }

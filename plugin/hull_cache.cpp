@@ -128,16 +128,6 @@ std::shared_ptr<HullContents> HullCache::contentsOf(const btConvexHullShape& sha
     return made;
 }
 
-const Hull<btScalar>* HullCache::check(HullRecord& record, const btConvexHullShape& shape,
-                                       std::uint64_t pass) noexcept
-{
-    const HullContents* contents = record.contents.load(std::memory_order_acquire);
-    if (contents == nullptr || !contents->equals(shape))
-        return replace(record, shape, pass);
-    record.checkedIn.store(pass, std::memory_order_release);
-    return &contents->hull();
-}
-
 const Hull<btScalar>* HullCache::replace(HullRecord& record, const btConvexHullShape& shape,
                                          std::uint64_t pass) noexcept
 try

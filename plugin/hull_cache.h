@@ -83,7 +83,11 @@ public:
     {
         if (pass != 0 && record.checkedIn.load(std::memory_order_acquire) == pass)
             return &record.contents.load(std::memory_order_acquire)->hull();
-        return instance().check(record, shape, pass);
+        const HullContents* contents = record.contents.load(std::memory_order_acquire);
+        if (contents == nullptr || !contents->equals(shape))
+            return instance().replace(record, shape, pass);
+        record.checkedIn.store(pass, std::memory_order_release);
+        return &contents->hull();
     }
 
     void prepare(const btConvexHullShape& shape) noexcept;
@@ -93,8 +97,6 @@ public:
 private:
     HullCache() = default;
 
-    const Hull<btScalar>* check(HullRecord& record, const btConvexHullShape& shape,
-                                std::uint64_t pass) noexcept;
     const Hull<btScalar>* replace(HullRecord& record, const btConvexHullShape& shape,
                                   std::uint64_t pass) noexcept;
     std::shared_ptr<HullContents> contentsOf(const btConvexHullShape& shape);

@@ -146,6 +146,9 @@ void IsaGjkAlgorithm::processCollision(const btCollisionObjectWrapper* a, const 
     m_breakingThreshold = m_manifold->getContactBreakingThreshold();
     const ConvexPair pair(*a, *b);
     const bool isAnswered = collide(pair, info, *result);
+    m_hasContacts = m_manifold->getNumContacts() > 0;
+    if (isAnswered && !m_hasContacts && m_cache.state == GjkState::Separated)
+        return;
     const btConvexConvexAlgorithm::CreateFunc& stock = m_isaGjk.stock();
     const bool wantsMore = stock.m_numPerturbationIterations > 0 && m_cache.state != GjkState::Separated &&
                            !m_closestOnly &&

@@ -263,6 +263,41 @@ TEST(RowKernelSets, TellTheSameOfMotionsWithEveryWidth)
     }
 }
 
+TEST(RowKernelSets, LocateTheSameWithEveryWidth)
+{
+    Random random(35);
+    std::vector<Aabb> boxes;
+    for (int i = 0; i < 2001; ++i)
+        boxes.push_back(randomBox(random));
+    boxes[7].max[2] = boxes[7].min[2] + 1000.0f;
+    using Cells = std::vector<std::int32_t>;
+    const auto locatedBy = [&](const RowKernels& kernels, int axis)
+    {
+        std::vector<Located> block(boxes.size());
+        std::vector<std::uint32_t> odd(boxes.size());
+        const LocatedCounts counts = kernels.locateBoxes(
+            {boxes.data(), nullptr, axis, 0.125f, 0.0625f, 0.5f, 1e9f, 8}, 0, 2001, block.data(), odd.data());
+        EXPECT_EQ(counts.plain + counts.odd, boxes.size());
+        Cells all(odd.begin(), odd.begin() + counts.odd);
+        for (std::uint32_t i = 0; i < counts.plain; ++i)
+        {
+            const TileRange& cells = block[i].cells;
+            all.insert(all.end(),
+                       {static_cast<std::int32_t>(block[i].id), cells.j0, cells.j1, cells.k0, cells.k1});
+        }
+        EXPECT_GT(counts.plain, 1000u);
+        EXPECT_GT(counts.odd, 200u);
+        EXPECT_LT(counts.odd, 800u);
+        return all;
+    };
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        const Cells expected = locatedBy(kRowKernelsBaseline, axis);
+        for (const RowKernels* kernels : kernelsHere())
+            EXPECT_EQ(locatedBy(*kernels, axis), expected) << kernels->name << ", axis " << axis;
+    }
+}
+
 /// Boxes of 1 in a cube, `movers` of which moved by more than their shells in each of the last updates.
 BackendStats statsOfMovers(std::uint32_t movers)
 {

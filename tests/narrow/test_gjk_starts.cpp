@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "demos/scenes/distance_oracle.h"
 #include "demos/scenes/hull_pairs.h"
 #include "narrow/gjk.h"
 #include "narrow/isa_gjk.h"
@@ -11,6 +12,7 @@
 #include <iterator>
 #include <limits>
 #include <random>
+#include <string>
 #include <vector>
 
 /// What a search begins with: the memory of a pair, a corner, an axis, four directions, reflections.
@@ -18,7 +20,7 @@ namespace cullet::test
 {
 namespace
 {
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kNoLimit = std::numeric_limits<float>::infinity();
 
 TEST(Gjk, ReflectionsFindAxesAndChangeNoAnswer)
 {
@@ -86,8 +88,7 @@ TEST(Gjk, EveryStartGivesTheSameAnswer)
                 const auto k = static_cast<std::size_t>(start);
                 is[k] = isaGjk(scene.posedA(), scene.posedB(), 0.0f, booleans[k], observer,
                                IsaGjkVariant{start, 0});
-                far[k] =
-                    gjkDistance(scene.posedA(), scene.posedB(), kInfinity, distances[k], observer, start);
+                far[k] = gjkDistance(scene.posedA(), scene.posedB(), kNoLimit, distances[k], observer, start);
                 ASSERT_EQ(is[k].state, is[0].state);
                 ASSERT_EQ(far[k].state, far[0].state);
                 ASSERT_NEAR(far[k].distance, far[0].distance, 2e-7);
@@ -117,8 +118,8 @@ TEST(Gjk, CoherentMotionTakesFewIterations)
         for (int frame = 0; frame < 100; ++frame)
         {
             GjkCache<float> cold;
-            iterations[0] += gjkDistance(scene.posedA(), scene.posedB(), kInfinity, cold).iterations;
-            iterations[1] += gjkDistance(scene.posedA(), scene.posedB(), kInfinity, warm).iterations;
+            iterations[0] += gjkDistance(scene.posedA(), scene.posedB(), kNoLimit, cold).iterations;
+            iterations[1] += gjkDistance(scene.posedA(), scene.posedB(), kNoLimit, warm).iterations;
             booleanIterations += isaGjk(scene.posedA(), scene.posedB(), 0.0f, warmBoolean).iterations;
             moveALittle(scene, 0.002, engine);
         }
@@ -154,6 +155,52 @@ TEST(Gjk, TheFirstCornerSettlesMostPairsWithoutHistory)
         EXPECT_GT(settledAtOnce(gap, GjkState::Separated, engine), 320) << gap;
     for (const double gap : {-0.01, -0.05})
         EXPECT_GT(settledAtOnce(gap, GjkState::Overlapping, engine), 220) << gap;
+}
+
+struct Axes
+{
+    void operator()(const Eigen::Vector3d&, double) { ++tried; }
+    int tried = 0;
+};
+
+/// Whether a query with the memory of the frame before is right about a gap. @return true if its second axis proved it
+bool isCornerEnough(const PairScene<float>& scene, float limit, GjkCache<float>& cache)
+{
+    Axes axes;
+    const GjkResult<float> result = isaGjk(scene.posedA(), scene.posedB(), limit, cache, axes);
+    const DistanceOracle oracle(scene.posedA(), scene.posedB());
+    if (result.state == GjkState::Separated)
+    {
+        EXPECT_GT(-oracle.extent(-result.axis.cast<long double>()),
+                  static_cast<long double>(limit) * (1 - 1e-6L));
+        return result.iterations == 0 && axes.tried == 2;
+    }
+    const Bounds truth = oracle.solve();
+    EXPECT_NE(result.state, GjkState::NotConverged);
+    EXPECT_LT(truth.lower, static_cast<long double>(limit) + 1e-6L);
+    return false;
+}
+
+TEST(Gjk, TheCornerOfAFailedAxisProvesAGapThatIsAskedForToo)
+{
+    const Hull<float> hulls[] = {hullOf<float>(icoPoints(2)), hullOf<float>(boxPoints(0.7, 0.5, 0.6)),
+                                 hullOf<float>(prismPoints(32, 0.5)), hullOf<float>(icoPoints(0))};
+    std::mt19937 engine(23);
+    int queries = 0, proved = 0;
+    for (int pair = 0; pair < 160; ++pair)
+    {
+        const float limit = pair % 3 == 0 ? 0.002f : 0.02f;
+        PairScene<float> scene =
+            randomPair(hulls[pair % 4], hulls[pair / 4 % 4], 1.5 * double(limit), 0.0, engine);
+        GjkCache<float> cache;
+        for (int frame = 0; frame < 12; ++frame, ++queries)
+        {
+            proved += isCornerEnough(scene, limit, cache);
+            moveALittle(scene, 0.003, engine);
+        }
+    }
+    testing::Test::RecordProperty("proved", std::to_string(proved));
+    EXPECT_GT(proved, queries / 30);
 }
 }  // namespace
 }  // namespace cullet::test
