@@ -166,6 +166,8 @@ public:
 private:
     template <class>
     friend class HullBuilder;
+    template <class>
+    friend class NeighbourBuilder;
 
     static Span span(const std::vector<std::int32_t>& list, std::int32_t begin, std::int32_t end)
     {
