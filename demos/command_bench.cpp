@@ -344,5 +344,6 @@ void addBenchCommand(CLI::App& program, Action& chosen)
     addBroad(*command, chosen);
     addWorld(*command, chosen);
     addNarrowBench(*command, chosen);
+    addCudaBench(*command, chosen);
 }
 }  // namespace cullet

@@ -27,4 +27,7 @@ void printHead();
 
 /// Adds `bench narrow`.
 void addNarrowBench(CLI::App& bench, Action& chosen);
+
+/// Adds `bench cuda`.
+void addCudaBench(CLI::App& bench, Action& chosen);
 }  // namespace cullet

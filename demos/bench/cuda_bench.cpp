@@ -1,19 +1,13 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// cullet_cuda_bench [--quick] [--pairs-only] [--rows-only] [--sweep] [--crossover] [--only TEXT] [--csv FILE]
-//                   [--json FILE]
-//
-// Times the CUDA backend on the workloads that broad phases on GPUs are compared on. GPU time by CUDA events around the
-// complete pair set, boxes in and pairs out in device memory, fresh positions in every frame (three sets in turn);
-// end-to-end time by the CPU's clock around update(), boxes and deltas in the CPU's memory. Prints one row per
-// measurement, with a hash of the pairs, so that a faster wrong answer is seen. --crossover times update() alone, on
-// small worlds, beside the grid on the CPU.
+#include "demos/bench/cuda_bench.h"
 
 #include "broad/backend.h"
 #include "broad/box_memory.h"
 #include "cuda/device_pairs.h"
-#include "demos/program/machine.h"
+#include "demos/program/exit_code.h"
+#include "demos/program/interrupt.h"
 #include "demos/scenes/splitmix64.h"
 
 #include <cuda_runtime_api.h>
@@ -25,13 +19,16 @@
 #include <cstdio>
 #include <cstring>
 #include <functional>
+#include <map>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+namespace cullet
+{
 namespace
 {
-using namespace cullet;
 
 constexpr int kSets = 3;
 constexpr int kWarmUps = 6;
@@ -214,7 +211,7 @@ Row timePairs(const Scene& scene, const std::string& variant, const PsapOptions&
 
 /// update() with boxes that drift by 0.05, all of them or every tenth.
 Row timeUpdates(const Scene& scene, const std::string& variant, std::unique_ptr<Backend> backend,
-                std::uint32_t every, int frames)
+                std::uint32_t every, int frames, std::map<std::string, std::vector<double>>* stages = nullptr)
 {
     const std::vector<Aabb> first = scene.make(scene.bodies, 12345);
     // As in a ProxyTable.
@@ -246,6 +243,11 @@ Row timeUpdates(const Scene& scene, const std::string& variant, std::unique_ptr<
         const std::chrono::duration<double, std::milli> passed = std::chrono::steady_clock::now() - begin;
         if (frame >= kWarmUps)
             times.push_back(passed.count());
+        for (const StageTime& stage : backend->stats().stages)
+        {
+            if (stages != nullptr && frame >= kWarmUps)
+                (*stages)[stage.name].push_back(stage.milliseconds);
+        }
         // The same frames for every backend, however many are timed.
         for (std::size_t i = 0; frame < kHashedFrames && i < delta.added.size(); ++i)
             hash += splitMix(pairKey(delta.added[i]));
@@ -276,86 +278,42 @@ Row timeUpdates(const Scene& scene, const std::string& variant, std::unique_ptr<
     return row;
 }
 
-std::string gpuName()
-{
-    cudaDeviceProp properties{};
-    check(cudaGetDeviceProperties(&properties, 0));
-    return properties.name;
-}
-
+/// Collects rows, and prints them.
 class Table
 {
 public:
-    Table() : m_gpu(gpuName()), m_commit(builtCommit()) { cudaRuntimeGetVersion(&m_cuda); }
+    explicit Table(ResultFile& file) : m_file(file)
+    {
+        int version = 0;
+        check(cudaRuntimeGetVersion(&version));
+        m_cuda = std::to_string(version / 1000) + "." + std::to_string(version % 1000 / 10);
+        std::printf("%-6s %-28s %9s %10s %9s %13s  %s\n", "scene", "variant", "bodies", "pairs", "gpu_ms",
+                    "end_to_end_ms", "hash");
+    }
 
     void add(const Row& row)
     {
-        m_rows.push_back(row);
-        std::printf("%s\n", csvLine(row).c_str());
+        std::printf("%-6s %-28s %9llu %10llu %9.4f %13.4f  %s\n", row.scene.c_str(), row.variant.c_str(),
+                    number(row.bodies), number(row.pairs), row.gpuMs, row.endToEndMs,
+                    toHex(row.hash).c_str());
         std::fflush(stdout);
-    }
-
-    static const char* header()
-    {
-        return "scene,variant,bodies,pairs,gpu_ms,end_to_end_ms,bytes,hash,gpu,cuda,commit";
-    }
-
-    void writeCsv(const char* path) const
-    {
-        std::FILE* file = open(path);
-        std::fprintf(file, "%s\n", header());
-        for (const Row& row : m_rows)
-            std::fprintf(file, "%s\n", csvLine(row).c_str());
-        std::fclose(file);
-    }
-
-    void writeJson(const char* path) const
-    {
-        std::FILE* file = open(path);
-        std::fprintf(file, "{\"gpu\": \"%s\", \"cuda\": \"%s\", \"commit\": \"%s\", \"rows\": [",
-                     m_gpu.c_str(), cuda().c_str(), m_commit.c_str());
-        for (std::size_t i = 0; i < m_rows.size(); ++i)
-        {
-            const Row& row = m_rows[i];
-            std::fprintf(file,
-                         "%s\n  {\"scene\": \"%s\", \"variant\": \"%s\", \"bodies\": %llu, \"pairs\": %llu, "
-                         "\"gpu_ms\": %.5f, \"end_to_end_ms\": %.5f, \"bytes\": %llu, \"hash\": \"%016llx\"}",
-                         i == 0 ? "" : ",", row.scene.c_str(), row.variant.c_str(), number(row.bodies),
-                         number(row.pairs), row.gpuMs, row.endToEndMs, number(row.bytes), number(row.hash));
-        }
-        std::fprintf(file, "\n]}\n");
-        std::fclose(file);
+        m_file.addRow({{"benchmark", "cuda"},
+                       {"scene", row.scene},
+                       {"variant", row.variant},
+                       {"bodies", row.bodies},
+                       {"pairs", row.pairs},
+                       {"gpu_ms", row.gpuMs},
+                       {"end_to_end_ms", row.endToEndMs},
+                       {"bytes", row.bytes},
+                       {"hash", toHex(row.hash)},
+                       {"cuda", m_cuda}});
     }
 
 private:
     static unsigned long long number(std::uint64_t value) { return value; }
 
-    static std::FILE* open(const char* path)
-    {
-        std::FILE* file = std::fopen(path, "w");
-        if (file == nullptr)
-            throw std::runtime_error(std::string("cannot write ") + path);
-        return file;
-    }
-
-    std::string cuda() const
-    {
-        return std::to_string(m_cuda / 1000) + "." + std::to_string(m_cuda % 1000 / 10);
-    }
-
-    std::string csvLine(const Row& row) const
-    {
-        char line[512];
-        std::snprintf(line, sizeof(line), "%s,%s,%llu,%llu,%.5f,%.5f,%llu,%016llx,%s,%s,%s",
-                      row.scene.c_str(), row.variant.c_str(), number(row.bodies), number(row.pairs),
-                      row.gpuMs, row.endToEndMs, number(row.bytes), number(row.hash), m_gpu.c_str(),
-                      cuda().c_str(), m_commit.c_str());
-        return line;
-    }
-
-    std::string m_gpu, m_commit;
-    int m_cuda = 0;
-    std::vector<Row> m_rows;
+    ResultFile& m_file;
+    std::string m_cuda;
 };
 
 PsapOptions literal(PsapCells cells = PsapCells::Automatic, PsapAxis axis = PsapAxis::Variance)
@@ -402,6 +360,7 @@ void timeAblation(const Scene& scene, int frames, Table& table)
     if (scene.bodies > 4u << 20)
     {
         table.add(timePairs(scene, "rows-counting", ordered(PsapOrder::Counting), frames));
+        table.add(timePairs(scene, "literal", literal(), 3));
         return;
     }
     PsapOptions bits = literal();
@@ -435,20 +394,67 @@ void timeCrossover(Table& table)
     }
 }
 
-struct Extent
+/// How fast this device copies: what bytes are compared with. `bytes` are read, and as many written.
+Row timeCopy(const char* variant, cudaMemcpyKind kind)
 {
-    bool isQuick, isPairsOnly, isRowsOnly, isSweep;
-};
+    constexpr std::uint64_t kBytes = 1u << 28;
+    void* from = nullptr;
+    void* to = nullptr;
+    check(kind == cudaMemcpyHostToDevice ? cudaMallocHost(&from, kBytes) : cudaMalloc(&from, kBytes));
+    check(cudaMalloc(&to, kBytes));
+    cudaEvent_t begin = nullptr, end = nullptr;
+    check(cudaEventCreate(&begin));
+    check(cudaEventCreate(&end));
+    std::vector<double> times;
+    for (int run = 0; run < 12; ++run)
+    {
+        check(cudaEventRecord(begin));
+        check(cudaMemcpyAsync(to, from, kBytes, kind));
+        check(cudaEventRecord(end));
+        check(cudaEventSynchronize(end));
+        float ms = 0;
+        check(cudaEventElapsedTime(&ms, begin, end));
+        times.push_back(ms);
+    }
+    check(cudaEventDestroy(begin));
+    check(cudaEventDestroy(end));
+    check(cudaFree(to));
+    check(kind == cudaMemcpyHostToDevice ? cudaFreeHost(from) : cudaFree(from));
+    Row row;
+    row.scene = "copy";
+    row.variant = variant;
+    row.gpuMs = median(times);
+    row.bytes = kBytes;
+    return row;
+}
 
-void runScene(const Scene& scene, Extent extent, Table& table)
+/// The stages of update() on the device, a row for each.
+void timeStages(const Scene& scene, std::uint32_t every, const std::string& suffix, Table& table)
 {
-    const bool isQuick = extent.isQuick;
+    PsapOptions options;
+    options.timeStages = true;
+    std::map<std::string, std::vector<double>> times;
+    const Row whole =
+        timeUpdates(scene, "rows-update" + suffix, makeCudaPsapBackend(options), every, 20, &times);
+    for (const auto& [stage, values] : times)
+    {
+        Row row = whole;
+        row.variant += "/" + stage;
+        row.gpuMs = median(values);
+        row.endToEndMs = 0;
+        table.add(row);
+    }
+}
+
+void runScene(const Scene& scene, const CudaBenchOptions& options, Table& table)
+{
+    const bool isQuick = options.quick;
     table.add(timePairs(scene, "rows", {}, isQuick ? 9 : 30));
-    if (!extent.isRowsOnly)
+    if (!options.rowsOnly)
         timeAblation(scene, isQuick ? 3 : 20, table);
-    if (extent.isSweep && scene.bodies <= 1u << 20)
+    if (options.sweep && scene.bodies <= 1u << 20)
         sweepScales(scene, table);
-    if (scene.bodies > 1u << 20 || extent.isPairsOnly)
+    if (scene.bodies > 1u << 20 || options.pairsOnly)
         return;
     for (const std::uint32_t every : {1u, 10u})
     {
@@ -458,62 +464,43 @@ void runScene(const Scene& scene, Extent extent, Table& table)
         oneThread.threads = 1;
         if (!isQuick)
             table.add(timeUpdates(scene, "grid-update" + suffix, makeGridBackend(oneThread), every, 5));
+        if (!isQuick && scene.bodies == 1u << 20)
+            timeStages(scene, every, suffix, table);
     }
 }
 
-const char* argument(int argc, char** argv, const char* name)
-{
-    for (int i = 1; i + 1 < argc; ++i)
-    {
-        if (std::strcmp(argv[i], name) == 0)
-            return argv[i + 1];
-    }
-    return nullptr;
-}
-
-bool hasFlag(int argc, char** argv, const char* name)
-{
-    return std::any_of(argv + 1, argv + argc,
-                       [name](const char* word) { return std::strcmp(word, name) == 0; });
-}
-
-void run(int argc, char** argv)
+void measure(const CudaBenchOptions& options, Table& table)
 {
     const Scene scenes[] = {{"W1", 1u << 14, uniformBoxes}, {"W1", 1u << 16, uniformBoxes},
                             {"W1", 1u << 20, uniformBoxes}, {"W2", 1u << 20, manySizes},
                             {"W3", 1u << 20, heap},         {"flat", 1u << 20, flat},
                             {"W1", 1u << 24, uniformBoxes}};
-    Table table;
-    std::printf("%s\n", Table::header());
-    const Extent extent = {hasFlag(argc, argv, "--quick"), hasFlag(argc, argv, "--pairs-only"),
-                           hasFlag(argc, argv, "--rows-only"), hasFlag(argc, argv, "--sweep")};
-    const char* only = argument(argc, argv, "--only");
-    const bool isCrossover = hasFlag(argc, argv, "--crossover");
-    if (isCrossover)
-        timeCrossover(table);
+    if (options.crossover)
+        return timeCrossover(table);
+    table.add(timeCopy("device-to-device", cudaMemcpyDeviceToDevice));
+    table.add(timeCopy("host-to-device", cudaMemcpyHostToDevice));
     for (const Scene& scene : scenes)
     {
         const std::string name = std::string(scene.name) + "-" + std::to_string(scene.bodies);
-        if (!isCrossover && (only == nullptr || name.find(only) != std::string::npos))
-            runScene(scene, extent, table);
+        if (name.find(options.only) != std::string::npos && !isInterrupted())
+            runScene(scene, options, table);
     }
-    if (const char* path = argument(argc, argv, "--csv"))
-        table.writeCsv(path);
-    if (const char* path = argument(argc, argv, "--json"))
-        table.writeJson(path);
 }
 }  // namespace
 
-int main(int argc, char** argv)
+void runCudaBench(const CudaBenchOptions& options, ResultFile& file)
 {
+    std::string why;
+    if (makeDevicePairFinder({}, nullptr, &why) == nullptr)
+        throw ProgramError(kExitUnavailable, why);
     try
     {
-        run(argc, argv);
-        return 0;
+        Table table(file);
+        measure(options, table);
     }
-    catch (const std::exception& error)
+    catch (const std::runtime_error& error)
     {
-        std::fprintf(stderr, "cullet_cuda_bench: %s\n", error.what());
-        return 1;
+        throw ProgramError(kExitUnavailable, error.what());
     }
 }
+}  // namespace cullet

@@ -429,6 +429,24 @@ TEST_F(BenchCommand, MeasuresOtherStartsAndSolversOfNarrowQueries)
     EXPECT_EQ(counts, expected);
 }
 
+TEST_F(BenchCommand, CudaIsMeasuredOrItSaysWhyNot)
+{
+    Outcome outcome;
+    const json document = runForJson("bench cuda --only nothing", &outcome);
+    if (outcome.code == 0)
+    {
+        ASSERT_EQ(document["rows"].size(), 2u);
+        for (const json& row : document["rows"])
+        {
+            EXPECT_EQ(row["scene"], "copy");
+            EXPECT_GT(row["gpu_ms"], 0.0);
+        }
+        return;
+    }
+    EXPECT_EQ(outcome.code, 5);
+    EXPECT_TRUE(contains(outcome.errors, "CUDA") || contains(outcome.errors, "NVIDIA")) << outcome.errors;
+}
+
 TEST_F(BenchCommand, InterruptedItWritesWhatItHas)
 {
     const std::string path = temporaryPath("interrupted.json");

@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "demos/program/result_file.h"
+
+#include <string>
+
+namespace cullet
+{
+struct CudaBenchOptions
+{
+    bool quick = false;      ///< fewer frames
+    bool pairsOnly = false;  ///< no update()
+    bool rowsOnly = false;   ///< no other variants
+    bool sweep = false;      ///< widths of cells and lengths of bins too
+    bool crossover = false;  ///< update() on small worlds instead, beside the grid on the CPU
+    std::string only;        ///< scenes whose name, as W1-65536, contains that
+};
+
+/// Times the CUDA backend on the workloads that broad phases on GPUs are compared on.
+///
+/// GPU time by CUDA events around the complete pair set, boxes in and pairs out in device memory, fresh positions in every
+/// frame (three sets in turn); end-to-end time by the CPU's clock around update(), boxes and deltas in the CPU's memory;
+/// the stages of update() by events; how fast the device copies. A row for each, with a hash of the pairs, so that a
+/// faster wrong answer is seen. Columns: scene, variant, bodies, pairs, gpu_ms, end_to_end_ms (0: not measured), bytes of
+/// device memory (of a copy: bytes copied), hash, cuda.
+///
+/// @throws ProgramError (kExitUnavailable) without a device, or in a build without CUDA
+void runCudaBench(const CudaBenchOptions& options, ResultFile& file);
+}  // namespace cullet
