@@ -200,7 +200,8 @@ TEST(Gjk, TheCornerOfAFailedAxisProvesAGapThatIsAskedForToo)
         }
     }
     testing::Test::RecordProperty("proved", std::to_string(proved));
-    EXPECT_GT(proved, queries / 30);
+    // An eighth if it is asked only where an axis does not separate at all.
+    EXPECT_GT(proved, queries / 7);
 }
 }  // namespace
 }  // namespace cullet::test
