@@ -60,16 +60,17 @@ inline bool overlapsBranchless(const Aabb& a, const Aabb& b) noexcept
                        (__builtin_shuffle(minB, minima) <= __builtin_shuffle(maxA, lanes)));
 }
 
+/// From the maxima of one box to the minima of the other, per axis; lane 3 repeats lane 2.
+inline Float4 gapsBehind(const Aabb& first, const Aabb& second) noexcept
+{
+    return __builtin_shuffle(loadFloat4(second.min), Int4{0, 1, 2, 2}) -
+           __builtin_shuffle(loadFloat4(first.min + 2), Int4{1, 2, 3, 3});
+}
+
 /// overlapsWithMargin() without branches.
 inline bool overlapsWithMarginBranchless(const Aabb& a, const Aabb& b, float margin) noexcept
 {
-    const Int4 maxima = {1, 2, 3, 3};
-    const Int4 minima = {0, 1, 2, 2};
-    const Float4 forward =
-        __builtin_shuffle(loadFloat4(b.min), minima) - __builtin_shuffle(loadFloat4(a.min + 2), maxima);
-    const Float4 backward =
-        __builtin_shuffle(loadFloat4(a.min), minima) - __builtin_shuffle(loadFloat4(b.min + 2), maxima);
-    return isTrueInAll(~((forward > 2.0f * margin) | (backward > 2.0f * margin)));
+    return isTrueInAll(~((gapsBehind(a, b) > 2.0f * margin) | (gapsBehind(b, a) > 2.0f * margin)));
 }
 
 /// Signed distance of two boxes in the maximum norm over the axes: negative when they overlap.
@@ -78,12 +79,8 @@ inline bool overlapsWithMarginBranchless(const Aabb& a, const Aabb& b, float mar
 /// axis is left out.
 inline float gapOf(const Aabb& a, const Aabb& b) noexcept
 {
-    const Int4 maxima = {1, 2, 3, 3};
-    const Int4 minima = {0, 1, 2, 2};
-    const Float4 forward =
-        __builtin_shuffle(loadFloat4(b.min), minima) - __builtin_shuffle(loadFloat4(a.min + 2), maxima);
-    const Float4 backward =
-        __builtin_shuffle(loadFloat4(a.min), minima) - __builtin_shuffle(loadFloat4(b.min + 2), maxima);
+    const Float4 forward = gapsBehind(a, b);
+    const Float4 backward = gapsBehind(b, a);
     const Float4 larger = backward > forward ? backward : forward;
     float gap = -std::numeric_limits<float>::infinity();
     for (int axis = 0; axis < 3; ++axis)

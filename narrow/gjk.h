@@ -76,30 +76,18 @@ private:
                 return finish(GjkState::Separated, &s);
             const bool isClose = m_search.length2() - along <= kRelativeGap * m_search.length2();
             if (isClose || m_search.has(s) || !m_search.advance(s))
-                return finishStalled(s, along);
+                return finish(m_search.stalledState(along), &s);
         }
         return finish(GjkState::NotConverged, nullptr);
-    }
-
-    GjkResult<S> finishStalled(const Support& s, double along)
-    {
-        const GjkState state = m_search.stalledState(along);
-        return finish(state, state == GjkState::NotConverged ? nullptr : &s);
     }
 
     GjkResult<S> finish(GjkState state, const Support* along)
     {
         GjkResult<S> result;
         result.iterations = m_iterations;
-        if (state == GjkState::NotConverged || !m_search.isFinite())
-        {
-            m_cache = GjkCache<S>();
+        if (!m_search.rememberOutcome(state, along, m_cache))
             return result;
-        }
         result.state = state;
-        m_search.remember(state, m_cache);
-        if (along != nullptr)
-            Search::rememberAxis(m_search.closest(), along->vertexA, along->vertexB, m_cache);
         if (state != GjkState::Near && state != GjkState::Separated)
             return result;
         const double distance = std::sqrt(m_search.length2());

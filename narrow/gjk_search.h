@@ -221,6 +221,24 @@ public:
         rememberAxis(m_closest, m_tags[m_count - 1].vertexA, m_tags[m_count - 1].vertexB, cache);
     }
 
+    /// The same at the end of a query, or forgets the pair when it found nothing.
+    ///
+    /// @param along support against closest(), which becomes the axis; may be null
+    /// @return whether it found something
+    template <class S>
+    bool rememberOutcome(GjkState state, const Support* along, GjkCache<S>& cache) const
+    {
+        if (state == GjkState::NotConverged || !isFinite())
+        {
+            cache = GjkCache<S>();
+            return false;
+        }
+        remember(state, cache);
+        if (along != nullptr)
+            rememberAxis(m_closest, along->vertexA, along->vertexB, cache);
+        return true;
+    }
+
     /// @param vertexA support vertices against v
     template <class S>
     static void rememberAxis(const Eigen::Vector3d& v, std::int32_t vertexA, std::int32_t vertexB,

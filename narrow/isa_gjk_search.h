@@ -143,26 +143,14 @@ private:
             if (along > 0.0 && m_search.length2() <= m_limit2)
                 return finish(GjkState::Near, &s);
             if (m_search.has(s) || !m_search.advance(s))
-                return finishStalled(s, along);
+                return finish(m_search.stalledState(along), &s);  // 0 or maxDistance lies between its bounds
         }
         return finish(GjkState::NotConverged, nullptr);
     }
 
-    /// 0 or maxDistance lies between the bounds of the distance.
-    GjkResult<S> finishStalled(const Support& s, double along)
-    {
-        const GjkState state = m_search.stalledState(along);
-        return finish(state, state == GjkState::NotConverged ? nullptr : &s);
-    }
-
     GjkResult<S> finish(GjkState state, const Support* along)
     {
-        if (state == GjkState::NotConverged || !m_search.isFinite())
-            return fail();
-        m_search.remember(state, m_cache);
-        if (along != nullptr)
-            Search::rememberAxis(m_search.closest(), along->vertexA, along->vertexB, m_cache);
-        return result(state, m_search.closest());
+        return m_search.rememberOutcome(state, along, m_cache) ? result(state, m_search.closest()) : fail();
     }
 
     GjkResult<S> fail()

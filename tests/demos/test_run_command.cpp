@@ -233,7 +233,7 @@ TEST(Program, AnUnknownCommandIsAnsweredWithTheKnownOnes)
               "verify, list, render\n");
     const Outcome bench = runProgram("bench board");
     EXPECT_EQ(bench.code, 2);
-    EXPECT_EQ(bench.errors, "cullet: unknown command 'board'; known: broad, world, narrow\n");
+    EXPECT_EQ(bench.errors, "cullet: unknown command 'board'; known: broad, world, narrow, cuda\n");
 }
 
 TEST(RunCommand, ExplainsWrongUsage)

@@ -22,12 +22,17 @@ namespace
 {
 constexpr float kNoLimit = std::numeric_limits<float>::infinity();
 
+std::vector<Hull<float>> queryHulls()
+{
+    std::vector<Hull<float>> hulls;
+    for (const NamedPoints& shape : queryShapes())
+        hulls.push_back(hullOf<float>(shape.points));
+    return hulls;
+}
+
 TEST(Gjk, ReflectionsFindAxesAndChangeNoAnswer)
 {
-    const std::vector<NamedPoints> shapes = queryShapes();
-    std::vector<Hull<float>> hulls;
-    for (const NamedPoints& shape : shapes)
-        hulls.push_back(hullOf<float>(shape.points));
+    const std::vector<Hull<float>> hulls = queryHulls();
     std::mt19937 engine(31);
     int axisCount = 0;
     auto observer = [&axisCount](const Eigen::Vector3d&, double) { ++axisCount; };
@@ -66,10 +71,7 @@ TEST(Gjk, ReflectionsFindAxesAndChangeNoAnswer)
 
 TEST(Gjk, EveryStartGivesTheSameAnswer)
 {
-    const std::vector<NamedPoints> shapes = queryShapes();
-    std::vector<Hull<float>> hulls;
-    for (const NamedPoints& shape : shapes)
-        hulls.push_back(hullOf<float>(shape.points));
+    const std::vector<Hull<float>> hulls = queryHulls();
     std::mt19937 engine(32);
     int stateCounts[4] = {}, atOnceCounts[3] = {};
     for (int i = 0; i < 3000; ++i)
