@@ -36,35 +36,39 @@ inline void prefetchBox(const Aabb* box) noexcept
     __builtin_prefetch(box->max + 2);
 }
 
+/// The minima of a box; lane 3 repeats lane 2.
+inline Float4 minimaOf(const Aabb& box) noexcept
+{
+    return __builtin_shuffle(loadFloat4(box.min), Int4{0, 1, 2, 2});
+}
+
+/// The maxima, likewise. A box is six floats in a row: they are lanes 1..3 of a load from its third one.
+inline Float4 maximaOf(const Aabb& box) noexcept
+{
+    return __builtin_shuffle(loadFloat4(box.min + 2), Int4{1, 2, 3, 3});
+}
+
+inline Float4 extentsOf(const Aabb& box) noexcept
+{
+    return maximaOf(box) - minimaOf(box);
+}
+
 /// isValid() in vector registers.
 inline bool isValidBranchless(const Aabb& box) noexcept
 {
-    return isTrueInAll(__builtin_shuffle(loadFloat4(box.min), Int4{0, 1, 2, 2}) <=
-                       __builtin_shuffle(loadFloat4(box.min + 2), Int4{1, 2, 3, 3}));
+    return isTrueInAll(minimaOf(box) <= maximaOf(box));
 }
 
 /// overlaps() without branches: for boxes that often just touch, where branches are mispredicted.
 inline bool overlapsBranchless(const Aabb& a, const Aabb& b) noexcept
 {
-    // A box is six floats in a row: lanes 0..2 of the first load are the minima, lanes 1..3 of the second the maxima.
-    const float* const fa = a.min;
-    const float* const fb = b.min;
-    const Float4 minA = loadFloat4(fa);
-    const Float4 maxA = loadFloat4(fa + 2);
-    const Float4 minB = loadFloat4(fb);
-    const Float4 maxB = loadFloat4(fb + 2);
-    // Lane 3 repeats lane 2.
-    const Int4 lanes = {1, 2, 3, 3};
-    const Int4 minima = {0, 1, 2, 2};
-    return isTrueInAll((__builtin_shuffle(minA, minima) <= __builtin_shuffle(maxB, lanes)) &
-                       (__builtin_shuffle(minB, minima) <= __builtin_shuffle(maxA, lanes)));
+    return isTrueInAll((minimaOf(a) <= maximaOf(b)) & (minimaOf(b) <= maximaOf(a)));
 }
 
-/// From the maxima of one box to the minima of the other, per axis; lane 3 repeats lane 2.
+/// From the maxima of one box to the minima of the other, per axis.
 inline Float4 gapsBehind(const Aabb& first, const Aabb& second) noexcept
 {
-    return __builtin_shuffle(loadFloat4(second.min), Int4{0, 1, 2, 2}) -
-           __builtin_shuffle(loadFloat4(first.min + 2), Int4{1, 2, 3, 3});
+    return minimaOf(second) - maximaOf(first);
 }
 
 /// overlapsWithMargin() without branches.

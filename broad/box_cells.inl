@@ -45,13 +45,6 @@ inline __m256i cellsOfTwo(__m256 faces, const CellRule& rule)
 }
 #endif
 
-/// Extents along the world axes, the last one twice.
-inline Float4 extentsOf(const Aabb& box)
-{
-    return __builtin_shuffle(loadFloat4(box.min + 2), Int4{1, 2, 3, 3}) -
-           __builtin_shuffle(loadFloat4(box.min), Int4{0, 1, 2, 2});
-}
-
 /// Puts located boxes to the end of a block, those that are odd elsewhere.
 struct LocatedSink
 {

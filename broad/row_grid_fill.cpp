@@ -55,10 +55,7 @@ std::int64_t RowGrid::cellCountOf(const TileRange& cells)
 
 RowGrid::BoxKind RowGrid::kindOf(const Aabb& box, float grow)
 {
-    const Float4 minima = loadFloat4(box.min);
-    const Float4 maxima = loadFloat4(box.min + 2);
-    const Float4 extent =
-        __builtin_shuffle(maxima, Int4{1, 2, 3, 3}) - __builtin_shuffle(minima, Int4{0, 1, 2, 2});
+    const Float4 extent = extentsOf(box);
     // NaN, the extent of a box with a NaN and of one that lies at infinity, fails both comparisons.
     if (isTrueInAll((extent >= 0.0f) & (extent <= kLargestExtent - 4.0f * grow)))
         return BoxKind::Bounded;

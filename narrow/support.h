@@ -122,9 +122,7 @@ inline ClimbStep<S> climbStep(const Hull<S>& hull, std::int32_t vertex, const La
         const NeighbourBlock<S>& block = hull.block(index);
         Vector products[kVectors];
         for (int k = 0; k < kVectors; ++k)
-        {
             products[k] = productsOf(block, k * L::kWidth, d);
-        }
         step.height = products[0][0];
         products[0] = withoutLaneZero(products[0]);
         Vector best = products[0];

@@ -60,11 +60,6 @@ inline btScalar heightAlong(const StretchedHull& core, const Components& directi
     return hit.height;
 }
 
-inline btScalar sumOfMagnitudes(const btVector3& v)
-{
-    return std::abs(v.x()) + std::abs(v.y()) + std::abs(v.z());
-}
-
 /// True if the remembered axis still proves that the cores are farther apart than `limit`: the first step of isaGjk(),
 /// in the precision of the shapes with a bound of its rounding, since four of five pairs need no more.
 ///
@@ -90,10 +85,9 @@ inline bool staysSeparated(const StretchedHull& a, const StretchedHull& b, btSca
     read(*b.stretch, stretch);
     Quad<btScalar>::makePositive(sizes);
     Quad<btScalar>::makePositive(stretch);
-    sizes = sizes * a.hull->reach() + stretch * b.hull->reach();
-    stretch = apart;
-    Quad<btScalar>::makePositive(stretch);
-    sizes += stretch;
+    Components distances = apart;
+    Quad<btScalar>::makePositive(distances);
+    sizes = sizes * a.hull->reach() + stretch * b.hull->reach() + distances;
     // Each product and sum is off by less than two roundings of the sizes that enter it.
     const btScalar size = sizes[0] + sizes[1] + sizes[2];
     const Components products = apart * axis, squares = axis * axis;

@@ -22,6 +22,11 @@ constexpr std::size_t kAhead = 6;
 /// Updates for which a body whose motion was of no use is left alone; then it takes two to find out again.
 constexpr std::uint32_t kPause = 14;
 
+btScalar sumOfMagnitudes(const btVector3& v)
+{
+    return std::abs(v.x()) + std::abs(v.y()) + std::abs(v.z());
+}
+
 btScalar squaredDifference(const btVector3& a, const btVector3& b)
 {
     const btScalar x = a.x() - b.x(), y = a.y() - b.y(), z = a.z() - b.z();

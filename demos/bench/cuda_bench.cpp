@@ -8,6 +8,7 @@
 #include "cuda/device_pairs.h"
 #include "demos/program/exit_code.h"
 #include "demos/program/interrupt.h"
+#include "demos/program/statistics.h"
 #include "demos/scenes/splitmix64.h"
 
 #include <cuda_runtime_api.h>
@@ -17,8 +18,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
-#include <cstring>
-#include <functional>
 #include <map>
 #include <memory>
 #include <stdexcept>
@@ -29,7 +28,6 @@ namespace cullet
 {
 namespace
 {
-
 constexpr int kSets = 3;
 constexpr int kWarmUps = 6;
 constexpr int kHashedFrames = 11;  // at most kWarmUps and the fewest timed ones
@@ -115,11 +113,38 @@ struct Row
     double gpuMs = 0, endToEndMs = 0;
 };
 
-double median(std::vector<double> values)
+/// Milliseconds of a stream between two places.
+class StreamTimer
 {
-    std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-    return values[values.size() / 2];
-}
+public:
+    explicit StreamTimer(cudaStream_t stream) : m_stream(stream)
+    {
+        check(cudaEventCreate(&m_begin));
+        check(cudaEventCreate(&m_end));
+    }
+    StreamTimer(const StreamTimer&) = delete;
+    StreamTimer& operator=(const StreamTimer&) = delete;
+    ~StreamTimer()
+    {
+        cudaEventDestroy(m_begin);
+        cudaEventDestroy(m_end);
+    }
+
+    void begin() { check(cudaEventRecord(m_begin, m_stream)); }
+    void end() { check(cudaEventRecord(m_end, m_stream)); }
+    /// Waits for the end.
+    double milliseconds() const
+    {
+        check(cudaEventSynchronize(m_end));
+        float ms = 0;
+        check(cudaEventElapsedTime(&ms, m_begin, m_end));
+        return ms;
+    }
+
+private:
+    cudaStream_t m_stream;
+    cudaEvent_t m_begin = nullptr, m_end = nullptr;
+};
 
 std::uint64_t hashOf(const DevicePairs& found)
 {
@@ -160,11 +185,9 @@ Row timePairs(const Scene& scene, const std::string& variant, const PsapOptions&
 {
     cudaStream_t stream = nullptr;
     check(cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking));
-    cudaEvent_t begin = nullptr, end = nullptr;
-    check(cudaEventCreate(&begin));
-    check(cudaEventCreate(&end));
     Row row;
     {
+        StreamTimer timer(stream);
         std::string why;
         const auto finder = makeDevicePairFinder(options, stream, &why);
         if (!finder)
@@ -182,26 +205,22 @@ Row timePairs(const Scene& scene, const std::string& variant, const PsapOptions&
             check(cudaMemcpyAsync(current, sets[frame % kSets]->data(), scene.bodies * sizeof(Aabb),
                                   cudaMemcpyDeviceToDevice, stream));
             check(cudaStreamSynchronize(stream));
-            check(cudaEventRecord(begin, stream));
+            timer.begin();
             must(finder->enqueue(current, scene.bodies));
-            check(cudaEventRecord(end, stream));
+            timer.end();
             must(finder->collect(found));
-            float ms = 0;
-            check(cudaEventElapsedTime(&ms, begin, end));
             if (frame >= kWarmUps)
-                times.push_back(ms);
+                times.push_back(timer.milliseconds());
             if (frame % kSets == 0 && frame >= kWarmUps && row.pairs == 0)
             {
                 row.pairs = found.count;
                 row.hash = hashOf(found);
             }
         }
-        row.gpuMs = median(times);
+        row.gpuMs = summarise(times).median;
         row.bytes = finder->bytes();
         cudaFree(current);
     }
-    check(cudaEventDestroy(begin));
-    check(cudaEventDestroy(end));
     check(cudaStreamDestroy(stream));
     row.scene = scene.name;
     row.variant = variant;
@@ -243,9 +262,9 @@ Row timeUpdates(const Scene& scene, const std::string& variant, std::unique_ptr<
         const std::chrono::duration<double, std::milli> passed = std::chrono::steady_clock::now() - begin;
         if (frame >= kWarmUps)
             times.push_back(passed.count());
-        for (const StageTime& stage : backend->stats().stages)
+        if (stages != nullptr && frame >= kWarmUps)
         {
-            if (stages != nullptr && frame >= kWarmUps)
+            for (const StageTime& stage : backend->stats().stages)
                 (*stages)[stage.name].push_back(stage.milliseconds);
         }
         // The same frames for every backend, however many are timed.
@@ -274,7 +293,7 @@ Row timeUpdates(const Scene& scene, const std::string& variant, std::unique_ptr<
     row.bodies = scene.bodies;
     row.bytes = backend->stats().bytes;
     row.hash = hash;
-    row.endToEndMs = median(times);
+    row.endToEndMs = summarise(times).median;
     return row;
 }
 
@@ -402,28 +421,21 @@ Row timeCopy(const char* variant, cudaMemcpyKind kind)
     void* to = nullptr;
     check(kind == cudaMemcpyHostToDevice ? cudaMallocHost(&from, kBytes) : cudaMalloc(&from, kBytes));
     check(cudaMalloc(&to, kBytes));
-    cudaEvent_t begin = nullptr, end = nullptr;
-    check(cudaEventCreate(&begin));
-    check(cudaEventCreate(&end));
+    StreamTimer timer(nullptr);
     std::vector<double> times;
     for (int run = 0; run < 12; ++run)
     {
-        check(cudaEventRecord(begin));
+        timer.begin();
         check(cudaMemcpyAsync(to, from, kBytes, kind));
-        check(cudaEventRecord(end));
-        check(cudaEventSynchronize(end));
-        float ms = 0;
-        check(cudaEventElapsedTime(&ms, begin, end));
-        times.push_back(ms);
+        timer.end();
+        times.push_back(timer.milliseconds());
     }
-    check(cudaEventDestroy(begin));
-    check(cudaEventDestroy(end));
     check(cudaFree(to));
     check(kind == cudaMemcpyHostToDevice ? cudaFreeHost(from) : cudaFree(from));
     Row row;
     row.scene = "copy";
     row.variant = variant;
-    row.gpuMs = median(times);
+    row.gpuMs = summarise(times).median;
     row.bytes = kBytes;
     return row;
 }
@@ -440,7 +452,7 @@ void timeStages(const Scene& scene, std::uint32_t every, const std::string& suff
     {
         Row row = whole;
         row.variant += "/" + stage;
-        row.gpuMs = median(values);
+        row.gpuMs = summarise(values).median;
         row.endToEndMs = 0;
         table.add(row);
     }
