@@ -13,9 +13,8 @@ namespace
 constexpr std::size_t kFewKeys = 24;      // sorted by insertion
 constexpr std::size_t kOneBucket = 1024;  // keys that are not distributed among threads
 constexpr std::size_t kKeysPerBucket = 128;
-constexpr std::size_t kWordsPerKey = 4;  // up to so many upper words each or few together get a bucket
-constexpr std::size_t kMostListsOfWords = 8;
-constexpr std::size_t kMostKeysOfWords = 1u << 17;  // of more, buckets of words are larger than a cache
+constexpr std::size_t kWordsPerKey = 4;     // up to so many upper words are counted one by one
+constexpr std::uint32_t kMostWords = 2048;  // of a bucket
 constexpr std::uint32_t kMostBuckets = 2048;
 constexpr std::uint32_t kMostDigits = 2048;
 
@@ -49,6 +48,21 @@ void sortByInsertion(std::uint64_t* keys, std::size_t count)
 }
 
 void sortKeys(std::uint64_t* from, std::uint64_t* to, std::size_t count);
+
+/// Turns counts into exclusive sums; the largest count.
+std::uint32_t sumUp(std::uint32_t* counts, std::uint32_t size)
+{
+    std::uint32_t sum = 0;
+    std::uint32_t most = 0;
+    for (std::uint32_t i = 0; i < size; ++i)
+    {
+        const std::uint32_t count = counts[i];
+        counts[i] = sum;
+        sum += count;
+        most = std::max(most, count);
+    }
+    return most;
+}
 
 /// Sorts the digits that got more keys than an insertion sort is for.
 void sortFullDigits(std::uint64_t* from, std::uint64_t* to, const std::uint32_t* ends, std::uint32_t digits)
@@ -88,20 +102,30 @@ void sortKeys(std::uint64_t* from, std::uint64_t* to, std::size_t count)
     std::fill_n(offsets.begin(), digits, 0);
     for (std::size_t i = 0; i < count; ++i)
         ++offsets[(from[i] - lowest) >> shift];
-    std::uint32_t sum = 0;
-    std::uint32_t most = 0;
-    for (std::uint32_t digit = 0; digit < digits; ++digit)
-    {
-        const std::uint32_t size = offsets[digit];
-        offsets[digit] = sum;
-        sum += size;
-        most = std::max(most, size);
-    }
+    const std::uint32_t most = sumUp(offsets.data(), digits);
     for (std::size_t i = 0; i < count; ++i)
         to[offsets[(from[i] - lowest) >> shift]++] = from[i];
     if (most > kFewKeys)
         sortFullDigits(from, to, offsets.data(), digits);
     sortByInsertion(to, count);
+}
+
+/// Sorts keys in their place whose upper words are among `words` from that of `lowest` on, about as many as keys: each word
+/// is a digit.
+void sortByWord(std::uint64_t* keys, std::size_t count, std::uint64_t lowest, std::uint32_t words)
+{
+    std::uint64_t copy[kMostWords];
+    std::uint32_t offsets[kMostWords];
+    std::fill_n(offsets, words, 0);
+    std::copy_n(keys, count, copy);
+    for (std::size_t i = 0; i < count; ++i)
+        ++offsets[(copy[i] - lowest) >> 32];
+    const std::uint32_t most = sumUp(offsets, words);
+    for (std::size_t i = 0; i < count; ++i)
+        keys[offsets[(copy[i] - lowest) >> 32]++] = copy[i];
+    if (most > kFewKeys)
+        sortFullDigits(copy, keys, offsets, words);
+    sortByInsertion(keys, count);
 }
 }  // namespace
 
@@ -145,11 +169,11 @@ KeySort::Cut KeySort::cutOf(std::vector<KeyList>& lists, std::size_t count)
         highest = std::max(highest, list.highest());
     }
     const std::uint64_t words = (highest >> 32) - (lowest >> 32) + 1;
-    if (count <= kMostKeysOfWords && words < kWordsPerKey * count && lists.size() <= kMostListsOfWords)
+    if (words < kWordsPerKey * count && words / kMostBuckets < kMostWords / 2)
     {
-        // The calling thread adds up what each list has in each bucket: the fewer, the more lists there are.
+        const std::uint64_t most = std::min<std::size_t>(count / kKeysPerBucket, kMostBuckets);
         std::uint32_t shift = 32;
-        while ((words >> (shift - 32)) * lists.size() * lists.size() > 2 * count)
+        while (words >> (shift - 32) > most)
             ++shift;
         const std::uint64_t first = lowest >> shift << shift;
         return {first, shift, static_cast<std::uint32_t>((highest - first) >> shift) + 1, true};
@@ -160,9 +184,7 @@ KeySort::Cut KeySort::cutOf(std::vector<KeyList>& lists, std::size_t count)
 }
 
 /// Brings the keys of all lists together by bucket; the last list's offsets are the ends of the buckets then.
-///
-/// @return keys of the fullest bucket
-std::uint32_t KeySort::part(WorkerPool& workers, const std::vector<KeyList>& lists, const Cut& cut)
+void KeySort::part(WorkerPool& workers, const std::vector<KeyList>& lists, const Cut& cut)
 {
     const auto tasks = static_cast<unsigned>(lists.size());
     const auto forEachList = [&](auto visit)
@@ -178,10 +200,8 @@ std::uint32_t KeySort::part(WorkerPool& workers, const std::vector<KeyList>& lis
                 ++counts[cut.bucketOf(key)];
         });
     std::uint32_t sum = 0;
-    std::uint32_t most = 0;
     for (std::size_t bucket = 0; bucket < cut.buckets; ++bucket)
     {
-        const std::uint32_t begin = sum;
         for (std::size_t list = 0; list < lists.size(); ++list)
         {
             std::uint32_t& slot = m_offsets[list * cut.buckets + bucket];
@@ -189,15 +209,17 @@ std::uint32_t KeySort::part(WorkerPool& workers, const std::vector<KeyList>& lis
             slot = sum;
             sum += size;
         }
-        most = std::max(most, sum - begin);
     }
     forEachList(
         [&](const KeyList& keys, std::uint32_t* next)
         {
             for (const std::uint64_t key : keys)
-                m_parted[next[cut.bucketOf(key)]++] = key;
+            {
+                std::uint64_t* const to = m_parted.data() + next[cut.bucketOf(key)]++;
+                __builtin_prefetch(to + 8, 1);
+                *to = key;
+            }
         });
-    return most;
 }
 
 /// Buckets are shared out by their keys: upper words are the lower of two ids, so that most have a low one.
@@ -209,32 +231,33 @@ std::uint32_t KeySort::firstBucketOf(const Cut& cut, const std::uint32_t* ends, 
     return static_cast<std::uint32_t>(std::lower_bound(ends, ends + cut.buckets, keysBefore) - ends);
 }
 
-/// Sorts inside buckets of nearly no keys each, by insertion, and inside the full ones.
-///
-/// @param sorted [in, out] by bucket
-void KeySort::sortFineBuckets(WorkerPool& workers, const Cut& cut, const std::uint32_t* ends, bool hasFull,
-                              std::vector<std::uint64_t>& sorted)
+/// Sorts inside the buckets.
+void KeySort::sortBuckets(WorkerPool& workers, const Cut& cut, const std::uint32_t* ends,
+                          std::vector<std::uint64_t>& sorted)
 {
     const unsigned tasks = workers.tasksFor(sorted.size(), kWriteGrain);
     workers.run(tasks,
                 [&](unsigned task)
                 {
-                    const std::uint32_t firstBucket = firstBucketOf(cut, ends, task, tasks);
                     const std::uint32_t endBucket = firstBucketOf(cut, ends, task + 1, tasks);
-                    const std::uint32_t first = firstBucket == 0 ? 0 : ends[firstBucket - 1];
-                    const std::uint32_t last = endBucket == 0 ? 0 : ends[endBucket - 1];
-                    std::uint32_t begin = first;
-                    for (std::uint32_t bucket = firstBucket; bucket < endBucket && hasFull; ++bucket)
+                    std::uint32_t bucket = firstBucketOf(cut, ends, task, tasks);
+                    std::uint32_t begin = bucket == 0 ? 0 : ends[bucket - 1];
+                    for (; bucket < endBucket; ++bucket)
                     {
+                        std::uint64_t* const from = m_parted.data() + begin;
+                        std::uint64_t* const to = sorted.data() + begin;
                         const std::uint32_t size = ends[bucket] - begin;
-                        if (size > kFewKeys)
+                        if (cut.isOfWords && size <= kMostWords)
+                            sortByWord(to, size, cut.lowest + (std::uint64_t{bucket} << cut.shift),
+                                       1u << (cut.shift - 32));
+                        else
                         {
-                            std::copy_n(sorted.data() + begin, size, m_parted.data() + begin);
-                            sortKeys(m_parted.data() + begin, sorted.data() + begin, size);
+                            if (cut.isOfWords)
+                                std::copy_n(to, size, from);
+                            sortKeys(from, to, size);
                         }
                         begin = ends[bucket];
                     }
-                    sortByInsertion(sorted.data() + first, last - first);
                 });
 }
 
@@ -252,27 +275,10 @@ void KeySort::sort(WorkerPool& workers, std::vector<KeyList>& lists, std::vector
         return;
     }
     const Cut cut = cutOf(lists, count);
-    const std::uint32_t most = part(workers, lists, cut);
-    const std::uint32_t* const ends = m_offsets.data() + (lists.size() - 1) * cut.buckets;
-    if (cut.isFine)
-    {
+    part(workers, lists, cut);
+    if (cut.isOfWords)
         sorted.swap(m_parted);
-        sortFineBuckets(workers, cut, ends, most > kFewKeys, sorted);
-        trimRoom(m_parted);
-        return;
-    }
-    const unsigned tasks = std::min(cut.buckets, workers.threads() == 1 ? 1 : 8 * workers.threads());
-    workers.run(tasks,
-                [&](unsigned task)
-                {
-                    const TaskRange range(cut.buckets, task, tasks);
-                    std::uint32_t begin = range.begin == 0 ? 0 : ends[range.begin - 1];
-                    for (std::uint32_t bucket = range.begin; bucket < range.end; ++bucket)
-                    {
-                        sortKeys(m_parted.data() + begin, sorted.data() + begin, ends[bucket] - begin);
-                        begin = ends[bucket];
-                    }
-                });
+    sortBuckets(workers, cut, m_offsets.data() + (lists.size() - 1) * cut.buckets, sorted);
     trimRoom(m_parted);
 }
 

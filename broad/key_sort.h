@@ -48,7 +48,7 @@ public:
         for (std::size_t i = m_measured; i < m_count; ++i)
         {
             const std::uint64_t key = m_keys[i];
-            isSorted &= key >= highest;
+            isSorted &= key > highest;
             lowest = std::min(lowest, key);
             highest = std::max(highest, key);
         }
@@ -64,13 +64,38 @@ public:
         pushIf(key, true);
     }
 
+    /// Writes keys behind the others, and keeps the end to itself meanwhile: a count in memory would be read again after each.
+    class Writer
+    {
+    public:
+        /// @param most keys to be written; the list is to be left alone until the writer is gone
+        Writer(KeyList& list, std::size_t most) : m_list(list)
+        {
+            list.makeRoom(most);
+            m_to = list.m_keys.data() + list.m_count;
+        }
+        ~Writer() { m_list.m_count = static_cast<std::size_t>(m_to - m_list.m_keys.data()); }
+        Writer(const Writer&) = delete;
+        Writer& operator=(const Writer&) = delete;
+
+        void pushIf(std::uint64_t key, bool isWanted)
+        {
+            *m_to = key;
+            m_to += isWanted ? 1 : 0;
+        }
+
+    private:
+        KeyList& m_list;
+        std::uint64_t* m_to;
+    };
+
     const std::uint64_t* begin() const { return m_keys.data(); }
     const std::uint64_t* end() const { return m_keys.data() + m_count; }
     std::size_t size() const { return m_count; }
     // Of the keys up to the last call of measure():
     std::uint64_t lowest() const { return m_lowest; }    ///< of no keys: the largest number
     std::uint64_t highest() const { return m_highest; }  ///< of no keys: 0
-    bool isSorted() const { return m_isSorted; }
+    bool isSorted() const { return m_isSorted; }         ///< ascending, none twice
 
     /// Gives back room that is hardly used.
     void trim();
@@ -120,7 +145,7 @@ private:
         std::uint64_t lowest;
         std::uint32_t shift;
         std::uint32_t buckets;
-        bool isFine;  ///< a bucket for each upper word or for few
+        bool isOfWords;  ///< a bucket has whole upper words, up to kMostWords
 
         std::size_t bucketOf(std::uint64_t key) const
         {
@@ -138,11 +163,11 @@ private:
     static Cut cutOf(std::vector<KeyList>& lists, std::size_t count);
     static std::size_t countOf(const std::vector<KeyList>& lists);
     static bool areInOrder(std::vector<KeyList>& lists);
-    std::uint32_t part(WorkerPool& workers, const std::vector<KeyList>& lists, const Cut& cut);
+    void part(WorkerPool& workers, const std::vector<KeyList>& lists, const Cut& cut);
     static std::uint32_t firstBucketOf(const Cut& cut, const std::uint32_t* ends, unsigned task,
                                        unsigned tasks);
-    void sortFineBuckets(WorkerPool& workers, const Cut& cut, const std::uint32_t* ends, bool hasFull,
-                         std::vector<std::uint64_t>& sorted);
+    void sortBuckets(WorkerPool& workers, const Cut& cut, const std::uint32_t* ends,
+                     std::vector<std::uint64_t>& sorted);
 
     std::vector<std::uint64_t> m_parted;  // by bucket
     std::vector<std::uint64_t> m_sorted;

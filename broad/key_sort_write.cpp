@@ -13,6 +13,7 @@ struct KeySort::Piece
     const std::uint64_t* end;
     const std::uint64_t* first;  ///< of all that are in order
     const std::uint64_t* last;
+    bool areSingle;  ///< known before
 
     bool isSingle(const std::uint64_t* key) const
     {
@@ -22,6 +23,8 @@ struct KeySort::Piece
     /// Keys that differ from both neighbours.
     std::size_t countSingle() const
     {
+        if (areSingle)
+            return static_cast<std::size_t>(end - begin);
         std::size_t count = 0;
         for (const std::uint64_t* key = begin; key != end; ++key)
             count += isSingle(key) ? 1u : 0u;
@@ -31,6 +34,8 @@ struct KeySort::Piece
     /// Writes those; the end of what was written.
     Pair* writeSingle(Pair* to) const
     {
+        if (areSingle)
+            return std::transform(begin, end, to, pairOfKey);
         for (const std::uint64_t* key = begin; key != end; ++key)
         {
             if (isSingle(key))
@@ -47,7 +52,7 @@ std::vector<KeySort::Piece> KeySort::sortedPieces(WorkerPool& workers, std::vect
     if (areInOrder(lists))
     {
         for (const KeyList& list : lists)
-            pieces.push_back({list.begin(), list.end(), list.begin(), list.end()});
+            pieces.push_back({list.begin(), list.end(), list.begin(), list.end(), true});
         return pieces;
     }
     sort(workers, lists, m_sorted);
@@ -56,7 +61,7 @@ std::vector<KeySort::Piece> KeySort::sortedPieces(WorkerPool& workers, std::vect
     for (unsigned task = 0; task < tasks; ++task)
     {
         const TaskRange range(m_sorted.size(), task, tasks);
-        pieces.push_back({first + range.begin, first + range.end, first, first + m_sorted.size()});
+        pieces.push_back({first + range.begin, first + range.end, first, first + m_sorted.size(), false});
     }
     return pieces;
 }

@@ -32,7 +32,9 @@ inline bool operator<(Pair a, Pair b) noexcept
 /// The pair of two different ids in the order that Pair demands.
 inline Pair makePair(std::uint32_t a, std::uint32_t b) noexcept
 {
-    return a < b ? Pair{a, b} : Pair{b, a};
+    // A branch, which is what compilers make of a comparison here, could not be predicted.
+    const std::uint32_t swap = (a ^ b) & (0u - static_cast<std::uint32_t>(b < a));
+    return {a ^ swap, b ^ swap};
 }
 
 /// One integer per pair, ordered as operator<.

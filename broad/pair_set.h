@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include <algorithm>
+#include "broad/pair.h"
+
 #include <cstdint>
 #include <vector>
 
@@ -12,11 +13,7 @@ namespace cullet
 class PairSet
 {
 public:
-    static std::uint64_t keyOf(std::uint32_t a, std::uint32_t b)
-    {
-        // Minimum and maximum instead of a branch, which would be hard to predict.
-        return static_cast<std::uint64_t>(std::min(a, b)) << 32 | std::max(a, b);
-    }
+    static std::uint64_t keyOf(std::uint32_t a, std::uint32_t b) { return pairKey(makePair(a, b)); }
 
     /// Empties the set and makes room for `count` pairs.
     void reset(std::size_t count)

@@ -39,9 +39,11 @@ void RowBuilder::build(const RowKernels& kernels, const RowSource& source, RowSo
 {
     // Whole vectors are read behind the last one.
     if (m_records.size() < 2u * source.count + 4u)
+    {
         m_records.resize(3 * source.count + 4);
-    const std::uint32_t count = kernels.gatherRow(source, m_records.data());
-    kernels.layOut(m_records.data(), count, row);
+        m_keys.resize(3 * source.count + 4);
+    }
+    kernels.buildRow(source, {m_records.data(), m_keys.data()}, row);
 }
 
 float longestOf(const RowSoa& row)

@@ -41,10 +41,14 @@ public:
     /// @param row [in, out] room for count + 5 boxes and for a multiple of four ids; on return those inside the cell
     void build(const RowKernels& kernels, const RowSource& source, RowSoa& row);
 
-    std::uint64_t bytes() const { return m_records.capacity() * sizeof(RowRecord); }
+    std::uint64_t bytes() const
+    {
+        return m_records.capacity() * sizeof(RowRecord) + m_keys.capacity() * sizeof(RowKey);
+    }
 
 private:
     std::vector<RowRecord> m_records;
+    std::vector<RowKey> m_keys;
 };
 
 /// Longest extent along the sweep axis, rounded up.

@@ -209,7 +209,6 @@ private:
     bool m_hasJumped = false;            ///< most boxes did in the last update, so that the grid was refilled
     std::vector<KeyList> m_found;  ///< [threads] when most boxes jumped: pairs that overlap and are held
     std::vector<std::uint64_t> m_sorted;  ///< the same, what m_overlapping is to be
-    std::vector<std::uint32_t> m_masks;   ///< [rows] scratch of the comparison of both
     std::vector<PairNews> m_news;         ///< [threads]
     GridMotion m_motion;
     std::vector<float>

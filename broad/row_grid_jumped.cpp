@@ -13,7 +13,7 @@ namespace cullet
 namespace
 {
 // Pairs whose boxes are on their way from memory.
-constexpr std::ptrdiff_t kPrefetch = 12;
+constexpr std::ptrdiff_t kPrefetch = 24;
 constexpr std::size_t kCompareGrain = 4096;
 
 /// The sorted keys whose lower row is in [firstRow, lastRow).
@@ -24,12 +24,6 @@ std::pair<const std::uint64_t*, const std::uint64_t*> keysOfRows(const std::vect
     const std::uint64_t* const end = keys.data() + keys.size();
     const std::uint64_t* const from = std::lower_bound(keys.data(), end, std::uint64_t{firstRow} << 32);
     return {from, std::lower_bound(from, end, std::uint64_t{lastRow} << 32)};
-}
-
-/// One of 32 bits by the upper row.
-std::uint32_t maskOf(std::uint64_t key)
-{
-    return 1u << (static_cast<std::uint32_t>(key) * 2654435769u >> 27);
 }
 }  // namespace
 
@@ -42,13 +36,15 @@ public:
     void take(unsigned worker, const PairBuffer& found) override
     {
         KeyList& list = m_backend.m_found[worker];
-        list.makeRoom(found.count);
-        for (std::uint32_t i = 0; i < found.count; ++i)
         {
-            const IdPair pair = found.pair(i);
-            const std::uint64_t key = PairSet::keyOf(pair.a, pair.b);
-            // Pairs that come back have been looked at by examineApart().
-            list.pushIf(key, mayEnter(m_view, pair) || m_backend.m_despite.contains(key));
+            KeyList::Writer writer(list, found.count);
+            for (std::uint32_t i = 0; i < found.count; ++i)
+            {
+                const IdPair pair = found.pair(i);
+                const std::uint64_t key = PairSet::keyOf(pair.a, pair.b);
+                // Pairs that come back have been looked at by examineApart().
+                writer.pushIf(key, mayEnter(m_view, pair) || m_backend.m_despite.contains(key));
+            }
         }
         list.measure();
     }
@@ -76,52 +72,56 @@ std::uint32_t RowGridBackend::firstRowOf(const ProxyView& view, unsigned task, u
     return rowsOf(m_sorted[m_sorted.size() * task / tasks]).a;
 }
 
-/// Compares what was found with what overlapped before, both sorted, for the lower rows [begin, end).
-///
-/// Hardly a pair is in both. Which may be is told by masks, 32 bits for each row, instead of a merge, whose branches nobody
-/// could predict.
+/// Tells what became of the pairs whose lower row is in [begin, end), from what was found and what overlapped before, both
+/// sorted.
 void RowGridBackend::compareLists(const ProxyView& view, std::uint32_t begin, std::uint32_t end,
                                   unsigned worker)
 {
     const auto [old, oldEnd] = keysOfRows(m_overlapping, begin, end);
+    partDeparted(view, old, oldEnd, worker);
     const auto [found, foundEnd] = keysOfRows(m_sorted, begin, end);
-    std::fill(m_masks.begin() + begin, m_masks.begin() + end, 0u);
-    for (const std::uint64_t* key = old; key != oldEnd; ++key)
-        m_masks[*key >> 32] |= maskOf(*key);
-    m_added[worker].makeRoom(static_cast<std::size_t>(foundEnd - found));
-    std::vector<std::uint64_t>& kept = m_news[worker].kept;
-    for (const std::uint64_t* key = found; key != foundEnd; ++key)
+    const std::vector<std::uint64_t>& kept = m_news[worker].kept;
+    auto nextKept = kept.begin();
     {
-        const bool isKept =
-            (m_masks[*key >> 32] & maskOf(*key)) != 0 && std::binary_search(old, oldEnd, *key);
-        if (isKept)
-            kept.push_back(*key);
-        m_added[worker].pushIf(idsOf(view, rowsOf(*key)), !isKept && mayEnter(view, rowsOf(*key)));
+        KeyList::Writer added(m_added[worker], static_cast<std::size_t>(foundEnd - found));
+        for (const std::uint64_t* key = found; key != foundEnd; ++key)
+        {
+            const bool isKept = nextKept != kept.end() && *nextKept == *key;
+            nextKept += isKept ? 1 : 0;
+            added.pushIf(idsOf(view, rowsOf(*key)), !isKept && mayEnter(view, rowsOf(*key)));
+        }
     }
     m_added[worker].measure();
-    partDeparted(view, old, oldEnd, worker);
-    m_removed[worker].measure();
 }
 
-/// Lets all of the sorted pairs part that are not kept.
+/// Lets the sorted pairs part that do not overlap any more, and keeps the few that do.
 void RowGridBackend::partDeparted(const ProxyView& view, const std::uint64_t* old, const std::uint64_t* end,
                                   unsigned worker)
 {
-    const std::vector<std::uint64_t>& kept = m_news[worker].kept;
+    PairNews& news = m_news[worker];
     const bool mayLift = !m_despite.isEmpty();
-    m_removed[worker].makeRoom(static_cast<std::size_t>(end - old));
-    auto nextKept = kept.begin();
-    for (const std::uint64_t* key = old; key != end; ++key)
     {
-        const IdPair pair = rowsOf(*key);
-        prefetchBox(view.boxes + rowsOf(key[std::min(kPrefetch, end - key - 1)]).b);
-        if (nextKept != kept.end() && *nextKept == *key)
-            ++nextKept;
-        else if (mayLift || isNear(view, pair))
-            part(view, pair, isNear(view, pair), worker);
-        else
-            m_removed[worker].pushIf(idsOf(view, pair), true);
+        KeyList::Writer removed(m_removed[worker], static_cast<std::size_t>(end - old));
+        for (const std::uint64_t* key = old; key != end; ++key)
+        {
+            const IdPair pair = rowsOf(*key);
+            const std::uint32_t ahead = rowsOf(key[std::min(kPrefetch, end - key - 1)]).b;
+            prefetchBox(view.boxes + ahead);
+            __builtin_prefetch(view.uniqueIds + ahead);
+            const bool staysNear = isNear(view, pair);
+            removed.pushIf(idsOf(view, pair), !staysNear);
+            if (staysNear && isOverlapping(view, pair))
+            {
+                news.kept.push_back(*key);
+                continue;
+            }
+            if (mayLift && m_despite.contains(*key))
+                news.lifted.push_back(*key);
+            if (staysNear)
+                news.apart.push_back(pair);
+        }
     }
+    m_removed[worker].measure();
 }
 
 /// @param isSure whether that was told by a sample, so that strays are not known
@@ -139,7 +139,6 @@ void RowGridBackend::updateJumped(const ProxyView& view, bool isSure)
     m_hasJumped = scanMoving(view, true, !isSure, sink);
     m_stats.decision.reason = "most boxes jumped";
     m_sorts[0].sort(m_workers, m_found, m_sorted);
-    m_masks.resize(view.size);
     const unsigned tasks = m_workers.tasksFor(m_sorted.size(), kCompareGrain);
     m_workers.run(
         tasks, [&](unsigned task)

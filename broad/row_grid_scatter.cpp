@@ -52,7 +52,11 @@ std::uint32_t RowGrid::scatterKind(EntryList Task::*entries, std::vector<std::ui
                   {
                       std::vector<std::uint32_t>& next = m_tasks[t].*counts;
                       for (const Entry& entry : m_tasks[t].*entries)
-                          ids[next[entry.row]++] = entry.id;
+                      {
+                          FlaggedId* const to = ids.data() + next[entry.row]++;
+                          __builtin_prefetch(to + 16, 1);
+                          *to = entry.id;
+                      }
                   });
     return sum;
 }

@@ -171,24 +171,26 @@ void scanOne(const RowSoa& query, std::uint32_t index, const RowSoa& row, std::u
 /// A type of this file, so that the sort is not merged with that of another instruction set.
 struct BeginsBefore
 {
-    bool operator()(const RowRecord& a, const RowRecord& b) const { return a.x0 < b.x0; }
+    template <class T>
+    bool operator()(const T& a, const T& b) const
+    {
+        return a.x0 < b.x0;
+    }
 };
 
 constexpr std::uint32_t kFewRecords = 32;  // sorted by insertion
 constexpr std::uint32_t kMostPlaces = 4096;
 constexpr int kDeepestSort = 4;
 
-inline void sortByInsertion(RowRecord* records, std::uint32_t count)
+inline void sortByInsertion(RowKey* keys, std::uint32_t count)
 {
     for (std::uint32_t i = 1; i < count; ++i)
     {
-        if (!(records[i - 1].x0 > records[i].x0))
-            continue;
-        const RowRecord record = records[i];
+        const RowKey key = keys[i];
         std::uint32_t j = i;
-        for (; j > 0 && records[j - 1].x0 > record.x0; --j)
-            records[j] = records[j - 1];
-        records[j] = record;
+        for (; j > 0 && keys[j - 1].x0 > key.x0; --j)
+            keys[j] = keys[j - 1];
+        keys[j] = key;
     }
 }
 
@@ -220,15 +222,15 @@ struct Places
     }
 };
 
-/// Places between the lowest and the highest record.
-inline Places placesOf(const RowRecord* records, std::uint32_t count)
+/// Places between the lowest and the highest key.
+inline Places placesOf(const RowKey* keys, std::uint32_t count)
 {
     float lowest = std::numeric_limits<float>::infinity();
     float highest = -lowest;
     for (std::uint32_t i = 0; i < count; ++i)
     {
-        lowest = records[i].x0 < lowest ? records[i].x0 : lowest;
-        highest = records[i].x0 > highest ? records[i].x0 : highest;
+        lowest = keys[i].x0 < lowest ? keys[i].x0 : lowest;
+        highest = keys[i].x0 > highest ? keys[i].x0 : highest;
     }
     return {lowest, highest, count};
 }
@@ -250,7 +252,7 @@ inline std::uint32_t sumUp(std::uint32_t* counts, std::uint32_t size)
 
 /// Sorts `from` into `to` by x0, and uses `from` as scratch: by places, those that hold many in the same way again, and
 /// in the end by insertion.
-void sortByPlace(RowRecord* from, RowRecord* to, std::uint32_t count, int depth)
+void sortByPlace(RowKey* from, RowKey* to, std::uint32_t count, int depth)
 {
     const Places places = placesOf(from, count);
     if (depth == 0 || !places.areUseful())
@@ -262,10 +264,10 @@ void sortByPlace(RowRecord* from, RowRecord* to, std::uint32_t count, int depth)
     std::uint32_t offsets[kMostPlaces];
     std::memset(offsets, 0, places.count * sizeof *offsets);
     for (std::uint32_t i = 0; i < count; ++i)
-        ++offsets[from[i].place = places.of(from[i].x0)];
+        ++offsets[places.of(from[i].x0)];
     const std::uint32_t most = sumUp(offsets, places.count);
     for (std::uint32_t i = 0; i < count; ++i)
-        to[offsets[from[i].place]++] = from[i];
+        to[offsets[places.of(from[i].x0)]++] = from[i];
     // Offsets are ends by now.
     for (std::uint32_t place = 0, begin = 0; place < places.count && most > kFewRecords;
          begin = offsets[place++])
@@ -344,51 +346,6 @@ inline void mergeFew(RowRecord* first, RowRecord* middle, RowRecord* end)
         *--to = middle != first && middle[-1].x0 > few[-1].x0 ? *--middle : *--few;
 }
 
-/// Boxes in any order, by places evenly spaced over the usual range of all rows; rows that are crowded there, by their own.
-template <int kSweepAxis, bool kEdges>
-std::uint32_t gatherUnsorted(const RowSource& source, RowRecord* records)
-{
-    const Places places(source.sweepLow, source.sweepHigh, source.count);
-    std::uint32_t offsets[kMostPlaces];
-    std::memset(offsets, 0, places.count * sizeof *offsets);
-    RowRecord* const from = records + source.count;
-    RowRecord* const end =
-        gatherRange<kSweepAxis, kEdges, true>(source, 0, source.count, from, places, offsets);
-    const auto count = static_cast<std::uint32_t>(end - from);
-    if (sumUp(offsets, places.count) > kFewRecords)
-    {
-        sortByPlace(from, records, count, kDeepestSort);
-        return count;
-    }
-    for (std::uint32_t i = 0; i < count; ++i)
-        records[offsets[from[i].place]++] = from[i];
-    sortByInsertion(records, count);
-    return count;
-}
-
-template <int kSweepAxis, bool kEdges>
-std::uint32_t gatherAlong(const RowSource& source, RowRecord* records)
-{
-    if (source.sortedCount == 0 && source.count > kFewRecords)
-        return gatherUnsorted<kSweepAxis, kEdges>(source, records);
-    const Places none(0, 0, 0);
-    RowRecord* const middle =
-        gatherRange<kSweepAxis, kEdges, false>(source, 0, source.sortedCount, records, none, nullptr);
-    RowRecord* const end = gatherRange<kSweepAxis, kEdges, false>(source, source.sortedCount, source.count,
-                                                                  middle, none, nullptr);
-    mergeFew(records, middle, end);
-    return static_cast<std::uint32_t>(end - records);
-}
-
-std::uint32_t gatherRow(const RowSource& source, RowRecord* records)
-{
-    using Gather = std::uint32_t (*)(const RowSource&, RowRecord*);
-    static constexpr Gather kGather[3][2] = {{gatherAlong<0, false>, gatherAlong<0, true>},
-                                             {gatherAlong<1, false>, gatherAlong<1, true>},
-                                             {gatherAlong<2, false>, gatherAlong<2, true>}};
-    return kGather[source.sweepAxis][source.edges != nullptr](source, records);
-}
-
 inline void store(float* to, Float4 value)
 {
     std::memcpy(to, &value, sizeof value);
@@ -399,13 +356,12 @@ struct Columns
 {
     Float4 c0, c1, c2, c3;
 
-    explicit Columns(const float* from)
+    Columns(const float* first, const float* second, const float* third, const float* fourth)
     {
-        constexpr std::size_t kStride = sizeof(RowRecord) / sizeof(float);
-        const Float4 a = loadFloat4(from);
-        const Float4 b = loadFloat4(from + kStride);
-        const Float4 c = loadFloat4(from + 2 * kStride);
-        const Float4 d = loadFloat4(from + 3 * kStride);
+        const Float4 a = loadFloat4(first);
+        const Float4 b = loadFloat4(second);
+        const Float4 c = loadFloat4(third);
+        const Float4 d = loadFloat4(fourth);
         const Float4 lowAb = __builtin_shuffle(a, b, Int4{0, 4, 1, 5});
         const Float4 lowCd = __builtin_shuffle(c, d, Int4{0, 4, 1, 5});
         const Float4 highAb = __builtin_shuffle(a, b, Int4{2, 6, 3, 7});
@@ -417,12 +373,20 @@ struct Columns
     }
 };
 
-void layOut(const RowRecord* records, std::uint32_t count, RowSoa& row)
+/// Lays records out for the scans. Writes whole vectors: up to three entries more than count + 1.
+///
+/// @param recordAt place in the row -> record, also of up to three behind the last one
+template <class RecordAt>
+void layOut(RowSoa& row, std::uint32_t count, const RecordAt& recordAt)
 {
     for (std::uint32_t i = 0; i < count; i += 4)
     {
-        const Columns tile(records[i].tile);
-        const Columns sweepColumns(&records[i].x0);
+        const RowRecord& a = recordAt(i);
+        const RowRecord& b = recordAt(i + 1);
+        const RowRecord& c = recordAt(i + 2);
+        const RowRecord& d = recordAt(i + 3);
+        const Columns tile(a.tile, b.tile, c.tile, d.tile);
+        const Columns sweepColumns(&a.x0, &b.x0, &c.x0, &d.x0);
         store(row.y0 + i, tile.c0);
         store(row.y1 + i, tile.c1);
         store(row.z0 + i, tile.c2);
@@ -433,6 +397,65 @@ void layOut(const RowRecord* records, std::uint32_t count, RowSoa& row)
     }
     row.x0[count] = std::numeric_limits<float>::infinity();
     row.count = count;
+}
+
+/// Boxes in any order, by places evenly spaced over the usual range of all rows; rows that are crowded there, by their own.
+/// Keys are sorted, records stay where they are.
+template <int kSweepAxis, bool kEdges>
+void buildUnsorted(const RowSource& source, const RowScratch& scratch, RowSoa& row)
+{
+    const Places places(source.sweepLow, source.sweepHigh, source.count);
+    std::uint32_t offsets[kMostPlaces];
+    std::memset(offsets, 0, places.count * sizeof *offsets);
+    RowRecord* const records = scratch.records;
+    RowKey* const keys = scratch.keys;
+    const RowRecord* const end =
+        gatherRange<kSweepAxis, kEdges, true>(source, 0, source.count, records, places, offsets);
+    const auto count = static_cast<std::uint32_t>(end - records);
+    if (sumUp(offsets, places.count) > kFewRecords)
+    {
+        for (std::uint32_t i = 0; i < count; ++i)
+            keys[count + i] = {records[i].x0, i};
+        sortByPlace(keys + count, keys, count, kDeepestSort);
+    }
+    else
+    {
+        for (std::uint32_t i = 0; i < count; ++i)
+            keys[offsets[records[i].place]++] = {records[i].x0, i};
+        sortByInsertion(keys, count);
+    }
+    // Whole vectors are read behind the last one.
+    for (std::uint32_t i = count; i < count + 3; ++i)
+        keys[i].index = 0;
+    layOut(row, count, [&](std::uint32_t i) -> const RowRecord& { return records[keys[i].index]; });
+}
+
+template <int kSweepAxis, bool kEdges>
+void buildAlong(const RowSource& source, const RowScratch& scratch, RowSoa& row)
+{
+    if (source.sortedCount == 0 && source.count > kFewRecords)
+    {
+        buildUnsorted<kSweepAxis, kEdges>(source, scratch, row);
+        return;
+    }
+    const Places none(0, 0, 0);
+    RowRecord* const records = scratch.records;
+    RowRecord* const middle =
+        gatherRange<kSweepAxis, kEdges, false>(source, 0, source.sortedCount, records, none, nullptr);
+    RowRecord* const end = gatherRange<kSweepAxis, kEdges, false>(source, source.sortedCount, source.count,
+                                                                  middle, none, nullptr);
+    mergeFew(records, middle, end);
+    layOut(row, static_cast<std::uint32_t>(end - records),
+           [&](std::uint32_t i) -> const RowRecord& { return records[i]; });
+}
+
+void buildRow(const RowSource& source, const RowScratch& scratch, RowSoa& row)
+{
+    using Build = void (*)(const RowSource&, const RowScratch&, RowSoa&);
+    static constexpr Build kBuild[3][2] = {{buildAlong<0, false>, buildAlong<0, true>},
+                                           {buildAlong<1, false>, buildAlong<1, true>},
+                                           {buildAlong<2, false>, buildAlong<2, true>}};
+    kBuild[source.sweepAxis][source.edges != nullptr](source, scratch, row);
 }
 }  // namespace
 }  // namespace cullet

@@ -8,7 +8,7 @@
 
 namespace cullet
 {
-const RowKernels kRowKernelsAvx512 = {"avx512",  scanSelf, scanCross,   scanOne,
-                                      gatherRow, layOut,   locateBoxes, compareBoxes};
+const RowKernels kRowKernelsAvx512 = {"avx512", scanSelf,    scanCross,   scanOne,
+                                      buildRow, locateBoxes, compareBoxes};
 }  // namespace cullet
 #endif  // x86-64

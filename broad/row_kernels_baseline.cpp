@@ -5,8 +5,8 @@
 
 namespace cullet
 {
-const RowKernels kRowKernelsBaseline = {"baseline", scanSelf, scanCross,   scanOne,
-                                        gatherRow,  layOut,   locateBoxes, compareBoxes};
+const RowKernels kRowKernelsBaseline = {"baseline", scanSelf,    scanCross,   scanOne,
+                                        buildRow,   locateBoxes, compareBoxes};
 
 const RowKernels& chooseRowKernels(bool baseline)
 {

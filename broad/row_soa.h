@@ -94,6 +94,20 @@ struct RowRecord
     std::uint32_t place;  ///< for sorting
 };
 
+/// Where a box begins, and its record.
+struct RowKey
+{
+    float x0;
+    std::uint32_t index;
+};
+
+/// What buildRow() writes on its way.
+struct RowScratch
+{
+    RowRecord* records;  ///< [2 * count + 4]
+    RowKey* keys;        ///< [2 * count + 4]
+};
+
 /// The cell of a row as bounds of the tiled faces {min, max, min, max} of boxes.
 struct CellEdges
 {
@@ -102,7 +116,7 @@ struct CellEdges
     float high[4];  ///< a box touches the cell when its minima are below this
 };
 
-/// What gatherRow() needs.
+/// What buildRow() needs.
 struct RowSource
 {
     const FlaggedId* ids;  ///< [count] the first sortedCount nearly sorted by x0, the others in any order
@@ -192,14 +206,10 @@ struct RowKernels
     void (*scanOne)(const RowSoa& query, std::uint32_t index, const RowSoa& row, std::uint32_t begin,
                     PairBuffer& out);
 
-    /// Loads the boxes of a row and sorts them by x0, fast when the ids are nearly in that order.
+    /// Loads the boxes of a row, sorts them by x0, fast when the ids are nearly in that order, and lays them out for the scans.
     ///
-    /// @param records [out] room for 2 * count
-    /// @return entries
-    std::uint32_t (*gatherRow)(const RowSource& source, RowRecord* records);
-
-    /// Lays records out for the scans. Writes whole vectors: up to three entries more than count + 1.
-    void (*layOut)(const RowRecord* records, std::uint32_t count, RowSoa& row);
+    /// @param row [in, out] room for count + 4 boxes and for whole vectors of four ids; on return its boxes
+    void (*buildRow)(const RowSource& source, const RowScratch& scratch, RowSoa& row);
 
     /// Finds the cells of the boxes [begin, end) of the source in a grid of one level.
     ///
