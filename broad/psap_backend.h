@@ -213,9 +213,10 @@ private:
             m_exec.reserve(m_stagedBoxes, count);
         Staged all;
         // In blocks, so that the executor's machine copies one while the CPU packs the next.
-        for (std::uint64_t begin = 0; begin < m_dirtyCount; begin += kStageBlock)
+        const std::uint64_t block = m_dirtyIsAll ? kStageBlock : kScatteredBlock;
+        for (std::uint64_t begin = 0; begin < m_dirtyCount; begin += block)
         {
-            const std::uint64_t end = std::min(begin + kStageBlock, m_dirtyCount);
+            const std::uint64_t end = std::min(begin + block, m_dirtyCount);
             stageBlock(view, begin, end, !isDirect, all);
             if (!isDirect)
                 m_exec.upload(m_newBoxes.data() + begin, m_stagedBoxes.data() + begin, end - begin);
@@ -399,8 +400,10 @@ private:
         std::sort(removed.begin(), removed.end());
     }
 
-    static constexpr std::size_t kStageGrain = 4096;
+    static constexpr std::size_t kStageGrain = 2048;
     static constexpr std::uint64_t kStageBlock = 1u << 17;
+    // Picked here and there, rows take longer to pack than to copy: smaller blocks, so that copying begins sooner.
+    static constexpr std::uint64_t kScatteredBlock = 1u << 15;
 
     PsapOptions m_options;
     const char* m_name;

@@ -5,8 +5,8 @@
 #include "broad/backend.h"
 #include "broad/host_device.h"
 #include "broad/id_pair.h"
+#include "broad/pair.h"
 
-#include <algorithm>
 #include <cstdint>
 
 /// The changes of an update as the world outside knows them: named by unique ids, in order.
@@ -30,7 +30,7 @@ struct IdBits
     std::uint64_t laterKey() const { return hasLaterKey() ? 1ull << 2 * bits : 0; }
     int keyBits() const { return static_cast<int>(hasLaterKey() ? 2 * bits + 1 : 64); }
 
-    Pair pairOf(std::uint64_t key) const
+    CULLET_HOST_DEVICE Pair pairOf(std::uint64_t key) const
     {
         const std::uint64_t mask = (1ull << bits) - 1;
         return {static_cast<std::uint32_t>(key >> bits & mask), static_cast<std::uint32_t>(key & mask)};
@@ -54,7 +54,17 @@ struct MakeKey
     }
 };
 
-/// Finishes an order by kind and first id alone: puts key i to its place among those of the same first id.
+/// Unpacks key i.
+struct UnpackKey
+{
+    const std::uint64_t* keys;
+    IdBits bits;
+    Pair* pairs;
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const { pairs[i] = bits.pairOf(keys[i]); }
+};
+
+/// Finishes an order by kind and first id alone: unpacks key i at its place among those of the same first id.
 struct OrderRun
 {
     /// So many keys of one first id are too many.
@@ -63,8 +73,8 @@ struct OrderRun
     const std::uint64_t* keys;  ///< [count] ordered but for the second id
     std::uint64_t count;
     IdBits bits;
-    std::uint64_t* ordered;   ///< [count, out] void where there is a longer run
-    std::uint64_t* longRuns;  ///< their number
+    Pair* ordered;            ///< [count, out] void where there is a longer run
+    std::uint32_t* longRuns;  ///< their number
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
@@ -79,9 +89,9 @@ struct OrderRun
         if (before == kLongest)
             return;
         if (behind < kLongest)
-            ordered[i - before + smaller] = key;
+            ordered[i - before + smaller] = bits.pairOf(key);
         else if (before == 0)
-            fetchAdd(longRuns, std::uint64_t{1});
+            fetchAdd(longRuns, 1u);
     }
 
 private:
@@ -113,12 +123,13 @@ public:
         const IdBits bits = IdBits::forIds(largestId);
         m_added = added.count;
         m_count = added.count + removed.count;
-        delta.added.resize(added.count);
-        delta.removed.resize(removed.count);
+        delta.added.clear();
+        delta.removed.clear();
         if (m_count == 0)
             return;
-        for (Buffer& keys : m_keys)
-            exec.reserve(keys, m_count + 1);
+        for (Buffer<std::uint64_t>& keys : m_keys)
+            exec.reserve(keys, m_count);
+        exec.reserve(m_ordered, m_count + 1);
         exec.reserve(m_staged, m_count + 1);
         exec.forEach(added.count, MakeKey{added.pairs, uniqueIds, bits, 0, m_keys[0].data()});
         exec.forEach(removed.count, MakeKey{removed.pairs, uniqueIds, bits, bits.laterKey(),
@@ -126,17 +137,18 @@ public:
         if (!fetchByRuns(exec, bits))
         {
             sort(exec, 0, bits);
-            exec.download(m_staged.data(), m_keys[1].data(), m_count);
+            exec.forEach(m_count, UnpackKey{m_keys[1].data(), bits, m_ordered.data()});
+            exec.download(m_staged.data(), m_ordered.data(), m_count);
             exec.wait();
         }
-        const auto pairOf = [bits](std::uint64_t key) { return bits.pairOf(key); };
-        const std::uint64_t* keys = m_staged.data();
-        std::transform(keys, keys + m_added, delta.added.begin(), pairOf);
-        std::transform(keys + m_added, keys + m_count, delta.removed.begin(), pairOf);
+        const Pair* pairs = m_staged.data();
+        delta.added.assign(pairs, pairs + m_added);
+        delta.removed.assign(pairs + m_added, pairs + m_count);
     }
 
 private:
-    using Buffer = typename Exec::template Buffer<std::uint64_t>;
+    template <class T>
+    using Buffer = typename Exec::template Buffer<T>;
 
     // Fewer are sorted in one launch, whatever their length.
     static constexpr std::uint64_t kKeysForRuns = 4096;
@@ -145,7 +157,7 @@ private:
 
     /// Sorts by half of each key, and the few of the same first id by themselves: half of the passes of a radix sort.
     ///
-    /// @return false when there are too few pairs for that, or too many of one box; m_keys[0] then holds them all
+    /// @return false when there are too few pairs for that, or too many of one box
     bool fetchByRuns(Exec& exec, IdBits bits)
     {
         if (m_count < kKeysForRuns || !bits.hasLaterKey())
@@ -156,14 +168,14 @@ private:
             return false;
         }
         sort(exec, static_cast<int>(bits.bits), bits);
-        std::uint64_t* ordered = m_keys[0].data();
-        exec.clear(ordered + m_count, 1);
-        exec.forEach(m_count, OrderRun{m_keys[1].data(), m_count, bits, ordered, ordered + m_count});
-        exec.download(m_staged.data(), ordered, m_count + 1);
+        // Behind the pairs, so that one copy brings it too.
+        Pair* last = m_ordered.data() + m_count;
+        exec.clear(last, 1);
+        exec.forEach(m_count, OrderRun{m_keys[1].data(), m_count, bits, m_ordered.data(), &last->first});
+        exec.download(m_staged.data(), m_ordered.data(), m_count + 1);
         exec.wait();
-        if (m_staged.data()[m_count] == 0)
+        if (m_staged.data()[m_count].first == 0)
             return true;
-        exec.copy(ordered, m_keys[1].data(), m_count);
         m_updatesToSkip = kUpdatesToSkip;
         return false;
     }
@@ -180,7 +192,8 @@ private:
 
     std::uint64_t m_added = 0, m_count = 0;
     std::uint32_t m_updatesToSkip = 0;
-    Buffer m_keys[2];
-    typename Exec::template Staging<std::uint64_t> m_staged;
+    Buffer<std::uint64_t> m_keys[2];  ///< as made, and sorted
+    Buffer<Pair> m_ordered;
+    typename Exec::template Staging<Pair> m_staged;
 };
 }  // namespace cullet::psap
