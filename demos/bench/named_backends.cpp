@@ -263,6 +263,17 @@ const std::vector<NumberedBackend>& numberedBackends()
              return makeGrid(threads,
                              [=](GridOptions& options) { options.cellScale = static_cast<float>(number); });
          }},
+        {"uniform:N", "uniform with cells of N mean boxes width",
+         [](int, double number)
+         {
+             return makeCells(
+                 [=](GridOptions& options)
+                 {
+                     options.placement = GridPlacement::OneGrid;
+                     options.rebuildFraction = 1;
+                     options.cellScale = static_cast<float>(number);
+                 });
+         }},
         {"cuda-cells:N", "psap-cells:N on an NVIDIA GPU",
          [](int, double number)
          { return makeCudaLiteral([=](PsapOptions& options) { setCells(options, number); }); }},

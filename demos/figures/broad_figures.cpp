@@ -118,6 +118,28 @@ std::map<std::string, Line> fitExponents(const std::vector<Json>& rows)
     return lines;
 }
 
+std::string numbered(const std::string& prefix, double number)
+{
+    return prefix + Json(number).dump();
+}
+
+/// @param edges width of a cell in sides of a box by name of a backend; 0: the backend's own choice
+void measureWidths(const FigureOptions& options, const std::string& scene, std::uint32_t bodies,
+                   const std::map<std::string, double>& edges, ResultFile& file)
+{
+    Names names;
+    std::transform(edges.begin(), edges.end(), std::back_inserter(names),
+                   [](const auto& entry) { return entry.first; });
+    ResultFile measured({}, "", "");
+    measure(broadOptions(options, names), scene, bodies, measured);
+    for (Json row : measured.rows())
+    {
+        const double edge = edges.at(row["backend"]);
+        row["cell_edge"] = edge == 0.0 ? Json() : Json(edge);
+        file.addRow(std::move(row));
+    }
+}
+
 void addWithExponents(const ResultFile& measured, ResultFile& file)
 {
     const std::map<std::string, Line> lines = fitExponents(measured.rows());
@@ -157,25 +179,27 @@ void measureCellSize(const FigureOptions& options, ResultFile& file)
         if (!clock.hasTimeFor(bodies))
             return;
         const double side = sideOf("W1", bodies, options.seed);
-        std::map<std::string, double> edges = {{"psap-thesis", 0.0}, {"psap-literal", 0.0}, {"grid", 0.0}};
+        std::map<std::string, double> edges = {
+            {"psap-thesis", 0.0}, {"psap-literal", 0.0}, {"grid", 0.0}, {"legrand", 0.0}};
         for (const double edge : {1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 20.0})
         {
             edges[cellsOfEdge("psap-cells:", side, edge * kBoxSide)] = edge;
-            Json width = edge;
-            edges["grid-rows:" + width.dump()] = edge;
+            edges[numbered("grid-rows:", edge)] = edge;
         }
-        Names names;
-        std::transform(edges.begin(), edges.end(), std::back_inserter(names),
-                       [](const auto& entry) { return entry.first; });
-        ResultFile measured({}, "", "");
-        measure(broadOptions(options, names), "W1", bodies, measured);
-        for (Json row : measured.rows())
-        {
-            const double edge = edges.at(row["backend"]);
-            row["cell_edge"] = edge == 0.0 ? Json() : Json(edge);
-            file.addRow(std::move(row));
-        }
+        // Its cells are powers of two.
+        for (const double edge : {1.0, 2.0, 4.0, 8.0})
+            edges[numbered("uniform:", edge)] = edge;
+        measureWidths(options, "W1", bodies, edges, file);
     }
+    // What one size of cells is bad at: sizes over three decades, and boxes that are dense in places.
+    const std::vector<std::uint32_t> sizes = sizesOf(options, {4000, 16000}, 16000, 16000);
+    if (sizes.empty())
+        return;
+    std::map<std::string, double> edges = {{"grid", 0.0}, {"grid-cells", 0.0}, {"legrand", 0.0}};
+    for (const double edge : {0.5, 1.0, 2.0, 4.0, 8.0})
+        edges[numbered("uniform:", edge)] = edge;
+    for (const char* scene : {"W2", "pile"})
+        measureWidths(options, scene, sizes.back(), edges, file);
 }
 
 void measureScaling(const FigureOptions& options, ResultFile& file)

@@ -124,24 +124,57 @@ def figure13(rows):
 
 
 def cell_size(rows):
-    bodies = max(rows, key=lambda row: int(row["bodies"]))["bodies"]
-    rows = chosen(rows, bodies=bodies)
-    figure, axis = plt.subplots(figsize=(7, 4.4))
-    for prefix, colour, label in (("psap-cells", "C0", "thesis's steps, cells as wide as this"),
-                                  ("grid-rows", "C1", "cullet's grid, rows as wide as this")):
-        some = [row for row in rows if row["backend"].startswith(prefix)]
-        axis.loglog(*points(some, "cell_edge"), "o-", color=colour, label=label)
-    for backend, colour, label in (("psap-thesis", "k", "the thesis's rule, N/64000 cells"),
-                                   ("psap-literal", "C0", "thesis's steps, automatic"),
-                                   ("grid", "C1", "cullet's grid, automatic")):
+    figure, axes = plt.subplots(1, 3, figsize=(14, 4.4), width_ratios=(5, 4, 3))
+    uniform = chosen(rows, scene="W1")
+    bodies = max(uniform, key=lambda row: int(row["bodies"]))["bodies"]
+    against_width(axes[0], chosen(uniform, bodies=bodies),
+                  (("psap-cells", "C0", "thesis's steps, cells as wide as this"),
+                   ("grid-rows", "C1", "cullet's grid, rows as wide as this"),
+                   ("uniform", "C2", "uniform grid, cells as wide as this")),
+                  (("psap-thesis", "k", "the thesis's rule, N/64000 cells"), ("psap-literal", "C0", "thesis's steps, automatic"),
+                   ("grid", "C1", "cullet's grid, automatic")))
+    axes[0].set_title(f"{human(float(bodies))} equal spheres", fontsize=10)
+    many_sizes = chosen(rows, scene="W2")
+    against_width(axes[1], many_sizes, (("uniform", "C2", "uniform grid"),),
+                  (("legrand", "C3", "Le Grand's, cells as large as the largest"),
+                   ("grid-cells", "C4", "hierarchical cells"), ("grid", "C1", "cullet's grid, automatic")))
+    axes[1].set_title(f"{human(float(many_sizes[0]['bodies']))} boxes, sizes over three decades", fontsize=10)
+    uneven_cells(axes[2], chosen(rows, backend="legrand", bodies=many_sizes[0]["bodies"]))
+    return figure, "Cell size"
+
+
+def against_width(axis, rows, swept, fixed):
+    """Time against the width of a cell; dotted where the backend chooses."""
+    for name, colour, label in swept:
+        some = [row for row in rows if row["backend"].startswith(name + ":")]
+        axis.loglog(*points(some, "cell_edge"), "o-", color=colour, label=label, markersize=4)
+    for backend, colour, label in fixed:
         axis.axhline(time_of(chosen(rows, backend=backend)[0]), color=colour, linestyle=":", label=label)
-    axis.set_xlabel("width of a cell in sides of a box")
+    axis.set_xlabel("width of a cell in sides of a (mean) box")
     axis.set_ylabel("ms per frame")
-    axis.set_xticks([1, 2, 4, 8, 20], ["1", "2", "4", "8", "20"])
+    widths = [width for width in (0.5, 1, 2, 4, 8, 20) if min(axis.dataLim.x0, 1) <= width <= axis.dataLim.x1]
+    axis.set_xticks(widths, [f"{width:g}" for width in widths])
     axis.minorticks_off()
     axis.grid(True, alpha=0.3)
-    axis.legend(fontsize=8)
-    return figure, f"Cell size, {human(float(bodies))} spheres"
+    axis.legend(fontsize=7)
+
+
+def uneven_cells(axis, rows):
+    """Le Grand gives each cell to one thread: all wait for the one with the fullest."""
+    names = {"W1": "equal, uniform", "pile": "equal, a heap", "W2": "many sizes"}
+    rows = sorted(chosen_scenes(rows, names), key=lambda row: list(names).index(row["scene"]))
+    shares = [float(row["most_tests"]) * float(row["bodies"]) / float(row["tests"]) for row in rows]
+    axis.bar([names[row["scene"]] for row in rows], shares, color="C3")
+    axis.set_yscale("log")
+    axis.set_ylim(bottom=1)
+    axis.set_ylabel("tests in the fullest cell / tests of a body")
+    axis.set_title("Le Grand's cells", fontsize=10)
+    axis.tick_params(axis="x", labelsize=8)
+    axis.grid(True, axis="y", alpha=0.3)
+
+
+def chosen_scenes(rows, scenes):
+    return [row for row in rows if row["scene"] in scenes]
 
 
 def scaling(rows):

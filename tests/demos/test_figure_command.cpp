@@ -172,9 +172,17 @@ TEST_F(FigureCommand, OtherFiguresWriteWhatTheyAreAbout)
         run("cell-size scaling crossover threads phases --quick --no-plots --bodies 250,1000");
     ASSERT_EQ(outcome.code, 0) << outcome.errors;
     std::set<std::string> edges;
+    std::map<std::string, double> fullestCells;
     for (const Row& row : rows("cell-size"))
-        edges.insert(row.at("cell_edge"));
+    {
+        if (row.at("scene") == "W1")
+            edges.insert(row.at("cell_edge"));
+        if (row.at("backend") == "legrand" && row.at("bodies") == "1000")
+            fullestCells[row.at("scene")] = number(row, "most_tests");
+    }
     EXPECT_EQ(edges.size(), 10u) << "nine widths, and none where the width is automatic";
+    EXPECT_EQ(fullestCells.size(), 3u);
+    EXPECT_GT(fullestCells["W2"], 10 * fullestCells["W1"]) << "cells as large as the largest box";
     std::set<std::string> exponents;
     for (const Row& row : rows("scaling"))
     {
