@@ -8,6 +8,7 @@
 #include "narrow/gjk_types.h"
 #include "narrow/penetration_result.h"
 #include "narrow/polytope.h"
+#include "narrow/remembered_surface.h"
 
 #include <algorithm>
 #include <array>
@@ -53,7 +54,7 @@ public:
     PenetrationResult<S> recall()
     {
         m_isRecalled = true;
-        if (!expandMemory())
+        if (!expandMemory() && !expandHull())
         {
             m_result = PenetrationResult<S>();
             m_memory->vertexCount = 0;
@@ -153,12 +154,13 @@ private:
 
     bool expandMemory()
     {
-        const DepthMemory& memory = *m_memory;
+        DepthMemory& memory = *m_memory;
         for (int i = 0; i < memory.vertexCount; ++i)
         {
             if (memory.verticesA[i] >= m_a.vertexCount() || memory.verticesB[i] >= m_b.vertexCount())
-                return false;
-            m_supports[i] = m_search.supportOf(memory.verticesA[i], memory.verticesB[i]);
+                memory.vertexCount = 0;
+            else
+                m_supports[i] = m_search.supportOf(memory.verticesA[i], memory.verticesB[i]);
         }
         if (memory.vertexCount == 0 || !m_search.isFinite())
             return false;
@@ -171,6 +173,26 @@ private:
         return expand(polytope);
     }
 
+    /// The same from the convex hull of the remembered points, where their surface has dents that no point closes.
+    bool expandHull()
+    {
+        const int count = m_isSeparate || !m_search.isFinite() ? 0 : m_memory->vertexCount;
+        std::array<Support, DepthMemory::kVertices> left;
+        std::copy_n(m_supports.begin(), count, left.begin());
+        if (!(spreadFour(left, count) > kFlat * m_search.size2() * size()))
+            return false;
+        Polytope polytope(size());
+        polytope.setTetrahedron({left[0].w, left[1].w, left[2].w, left[3].w});
+        std::copy_n(left.begin(), 4, m_supports.begin());
+        for (int i = 4; i < count; ++i)
+        {
+            if (const int vertex = polytope.add(left[i].w); vertex >= 0)
+                m_supports[vertex] = left[i];
+        }
+        m_result.iterations = 1;  // so that it is remembered anew
+        return expand(polytope);
+    }
+
     /// @return false if the answer could not be proved
     bool expand(Polytope& polytope)
     {
@@ -178,15 +200,19 @@ private:
         while (polytope.isValid())
         {
             const Polytope::Face face = polytope.closestFace();
-            // Beyond a face of the remembered surface. A NaN makes the comparison false.
-            if (!(face.distance > -kFlat * scale))
+            const bool isOutside = !(face.distance > -kFlat * scale);
+            if (isOutside && !m_isRecalled)
                 return false;
             const Support& corner = m_supports[face.vertex[0]];
             const Support s =
                 m_isRecalled ? m_search.supportAgainst(-face.scaledNormal, corner.vertexA, corner.vertexB)
                              : m_search.supportAgainst(-face.scaledNormal);
             const double gap = face.scaledNormal.dot(s.w) / face.length - face.distance;
-            const bool isDone = gap <= kGapWanted * scale;
+            // Beyond a face of the remembered surface, but perhaps not of the shapes'. A NaN makes the comparison false.
+            m_isSeparate = isOutside && !(face.scaledNormal.dot(s.w) > 0.0);
+            if (m_isSeparate)
+                return false;
+            const bool isDone = !isOutside && gap <= kGapWanted * scale;
             const int vertex = isDone ? -1 : polytope.add(s.w);
             if (vertex >= 0)
             {
@@ -195,7 +221,7 @@ private:
                 continue;
             }
             // A NaN makes the comparison false.
-            if (!(gap <= kGapAccepted * scale))
+            if (isOutside || !(gap <= kGapAccepted * scale))
                 return false;
             finish(polytope, face, std::max(gap, 0.0), s);
             return true;
@@ -239,28 +265,7 @@ private:
     {
         if (polytope.faceCount() > DepthMemory::kFaces)
             shrink(polytope, face);
-        DepthMemory& memory = *m_memory;
-        memory.vertexCount = memory.faceCount = 0;
-        if (polytope.faceCount() > DepthMemory::kFaces)
-            return;
-        std::array<std::int16_t, Polytope::kMaxVertices> places;
-        std::fill_n(places.begin(), polytope.vertexCount(), std::int16_t(-1));
-        int count = 0;
-        for (int i = 0; i < polytope.faceCount(); ++i)
-        {
-            for (const std::int16_t v : polytope.corners(i))
-            {
-                if (places[v] >= 0)
-                    continue;
-                places[v] = static_cast<std::int16_t>(count);
-                memory.verticesA[count] = narrowId<S>(m_supports[v].vertexA);
-                memory.verticesB[count++] = narrowId<S>(m_supports[v].vertexB);
-            }
-            const Polytope::Corners& c = polytope.corners(i);
-            memory.setCorners(i, places[c[0]], places[c[1]], places[c[2]]);
-        }
-        memory.vertexCount = static_cast<std::uint8_t>(count);
-        memory.faceCount = static_cast<std::uint8_t>(polytope.faceCount());
+        rememberSurface<S>(polytope, m_supports, *m_memory);
     }
 
     /// With some room to move, so that what is cut off does not come into the way in the next query.
@@ -312,6 +317,7 @@ private:
     GjkCache<S>& m_cache;
     DepthMemory* m_memory;
     bool m_isRecalled = false;
+    bool m_isSeparate = false;  ///< an axis was found
     std::array<Support, 4> m_seed;
     std::array<Support, Polytope::kMaxVertices> m_supports;  ///< of the polytope's vertices
     PenetrationResult<S> m_result;

@@ -160,6 +160,50 @@ TEST(Penetration, WhatIsRememberedOfAnotherPairIsForgottenOrGivesTheSameDepth)
     checkMemoryOfAnotherPair<double>();
 }
 
+/// Points of A - B that moved apart leave a surface with dents, or one that the origin has left.
+template <class S>
+void checkMemoryOfPairsThatTurn()
+{
+    const std::vector<Hull<S>> hulls = {hullOf<S>(icoPoints(1)), hullOf<S>(boxPoints(0.5, 0.6, 0.7))};
+    std::mt19937 engine(42);
+    int recalled = 0, asked = 0, grown = 0;
+    for (int pair = 0; pair < 60; ++pair)
+    {
+        PairScene<S> scene = randomPair(hulls[pair % 2], hulls[pair / 2 % 2], -0.04, 0.0, engine);
+        GjkCache<S> cache;
+        DepthMemory memory;
+        for (int frame = 0; frame < 30; ++frame)
+        {
+            SCOPED_TRACE(testing::Message() << "pair " << pair << " frame " << frame);
+            const PosedHull<S> a = scene.posedA(), b = scene.posedB();
+            const bool isAsked = memory.vertexCount > 0;
+            PenetrationResult<S> result = rememberedPenetration(a, b, cache, memory);
+            GjkCache<S> other;
+            const PenetrationResult<S> fresh = penetration(a, b, other);
+            if (result.state == GjkState::Overlapping)
+            {
+                EXPECT_NEAR(result.depth, fresh.depth, 1e-6);
+                EXPECT_LE(result.dualGap, 1e-5);
+                ++recalled;
+                grown += result.iterations > 0;
+            }
+            else
+                penetration(a, b, cache, &memory);
+            asked += isAsked && fresh.state == GjkState::Overlapping && fresh.depth > 1e-3;
+            moveALittle(scene, 0.01, engine);
+        }
+    }
+    EXPECT_GT(asked, 500);
+    EXPECT_GT(grown, asked / 10);
+    EXPECT_GT(recalled, asked * 95 / 100) << asked;
+}
+
+TEST(Penetration, WhatIsRememberedServesWhereItsSurfaceHasDents)
+{
+    checkMemoryOfPairsThatTurn<float>();
+    checkMemoryOfPairsThatTurn<double>();
+}
+
 TEST(Penetration, InputsThatAreNotFiniteDoNotConverge)
 {
     const Hull<float> hull = hullOf<float>(icoPoints(1));
