@@ -96,11 +96,8 @@ void RowGrid::scanRows(const RowPass& pass)
         worker.buffer->tests = 0;
     const unsigned tasks = m_taskCount == 1 ? 1u : std::max(1u, rows / kRowsPerTask);
     m_workers.run(tasks,
-                  [&](unsigned task)
+                  [&](unsigned task, unsigned worker)
                   {
-                      const unsigned worker =
-                          tasks == 1 ? 0u
-                                     : static_cast<unsigned>(tbb::this_task_arena::current_thread_index());
                       SinkContext context = {&pass.sink, worker};
                       PairBuffer& out = prepareBuffer(pass.input, context);
                       const TaskRange range(rows, task, tasks);

@@ -15,6 +15,7 @@ constexpr std::uint32_t kQuietUpdates = 4;
 constexpr std::uint32_t kAnchorSample = 256;
 constexpr std::size_t kFewChanges = 65536;  // new and parted pairs
 constexpr std::size_t kHardlyAny = 1024;
+constexpr std::uint32_t kFewDirty = 4096;  // updates of so few boxes have hardly a loop for several threads
 
 /// What happened to any row.
 std::uint8_t changesOf(const ProxyView& view)
@@ -64,8 +65,15 @@ Status RowGridBackend::update(const ProxyView& proxies, PairDelta& delta)
     m_stats.candidates = 0;
     try
     {
-        updateOrThrow(proxies);
-        writeChanges(delta);
+        const auto work = [&]
+        {
+            updateOrThrow(proxies);
+            writeChanges(delta);
+        };
+        if (proxies.dirtyCount < kFewDirty)
+            work();
+        else
+            m_workers.together(work);
         countWork();
     }
     catch (const std::bad_alloc&)

@@ -203,10 +203,8 @@ void RowGridBackend::findActivePairs(const ProxyView& view, std::vector<IdPair>&
     if (scans == 0)
         m_activeGrid.scan(input, sink, RowUse::Once);
     m_workers.run(isShared ? parts + scans : 1,
-                  [&](unsigned task)
+                  [&](unsigned task, unsigned worker)
                   {
-                      const unsigned worker =
-                          isShared ? static_cast<unsigned>(tbb::this_task_arena::current_thread_index()) : 0u;
                       if (scans != 0 && task == 0)
                           m_activeGrid.scan(input, sink, RowUse::Once);
                       if (!isShared || task >= scans)

@@ -2,9 +2,14 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "broad/task_crew.h"
+
+#include <algorithm>
 #include <memory>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
+#include <tbb/task_group.h>
+#include <type_traits>
 
 namespace cullet
 {
@@ -27,23 +32,105 @@ public:
         return useful < 2 ? 1u : static_cast<unsigned>(useful < threads() ? useful : threads());
     }
 
-    /// Calls body(task) for task in [0, tasks), each once, tasks in any order on any thread.
+    /// Calls body(task), or body(task, thread), for task in [0, tasks), each once, tasks in any order on any thread. Numbers of
+    /// threads are below threads(), and those that run at the same time differ. A loop inside of a task of another one that
+    /// runs together() is done by the thread of that, as 0.
     template <class Body>
     void run(unsigned tasks, const Body& body)
     {
-        if (tasks == 1)
+        if (tasks == 1 || (m_isTogether && m_crew->isRunning()))
         {
-            body(0u);
+            for (unsigned task = 0; task < tasks; ++task)
+                call(body, task, 0);
+        }
+        else if (m_isTogether)
+        {
+            callHelpers(std::min(tasks, threads()));
+            m_crew->run(tasks, [&](unsigned task, unsigned thread) { call(body, task, thread); });
+        }
+        else
+        {
+            const auto callFromArena = [&](unsigned task)
+            { call(body, task, static_cast<unsigned>(tbb::this_task_arena::current_thread_index())); };
+            arena().execute([&] { tbb::parallel_for(0u, tasks, callFromArena, tbb::simple_partitioner()); });
+        }
+    }
+
+    /// Calls body(); the loops that it runs share one fork and join (TaskCrew). Not from two threads at once.
+    template <class Body>
+    void together(const Body& body)
+    {
+        if (m_threads == 1)
+        {
+            body();
             return;
         }
-        if (!m_arena)
-            m_arena = std::make_unique<tbb::task_arena>(m_threads);
-        m_arena->execute([&] { tbb::parallel_for(0u, tasks, body, tbb::simple_partitioner()); });
+        if (!m_crew)
+            m_crew = std::make_unique<TaskCrew>(threads());
+        arena().execute(
+            [&]
+            {
+                const Together isOpen(*this);
+                body();
+            });
     }
 
 private:
+    /// Opens the crew, and closes it when the loops are over or one has failed.
+    class Together
+    {
+    public:
+        explicit Together(WorkerPool& pool) : m_pool(pool)
+        {
+            m_pool.m_crew->open();
+            m_pool.m_helpers = &m_group;
+            m_pool.m_isTogether = true;
+        }
+        ~Together()
+        {
+            m_pool.m_isTogether = false;
+            m_pool.m_crew->close();
+            m_group.wait();
+        }
+        Together(const Together&) = delete;
+        Together& operator=(const Together&) = delete;
+
+    private:
+        WorkerPool& m_pool;
+        tbb::task_group m_group;
+    };
+
+    template <class Body>
+    static void call(const Body& body, unsigned task, unsigned thread)
+    {
+        if constexpr (std::is_invocable_v<Body, unsigned, unsigned>)
+            body(task, thread);
+        else
+            body(task);
+    }
+
+    void callHelpers(unsigned wanted)
+    {
+        TaskCrew& crew = *m_crew;
+        for (unsigned thread = 1; thread < wanted; ++thread)
+        {
+            if (crew.lacks(thread))
+                m_helpers->run([&crew, thread] { crew.help(thread); });
+        }
+    }
+
+    tbb::task_arena& arena()
+    {
+        if (!m_arena)
+            m_arena = std::make_unique<tbb::task_arena>(m_threads);
+        return *m_arena;
+    }
+
     int m_threads;
     std::unique_ptr<tbb::task_arena> m_arena;
+    std::unique_ptr<TaskCrew> m_crew;
+    bool m_isTogether = false;
+    tbb::task_group* m_helpers = nullptr;  // while together() runs
 };
 
 /// Part `task` of `tasks` equal parts of [0, items).

@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "broad/task_crew.h"
+
+#include <thread>
+#include <utility>
+
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
+namespace cullet
+{
+namespace
+{
+constexpr unsigned kPatience = 128;  // looks, about a microsecond each
+
+/// A moment in which the other threads of this core may go on.
+void rest()
+{
+#if defined(__SSE2__)
+    for (int i = 0; i < 16; ++i)
+        _mm_pause();
+#endif
+    std::this_thread::yield();
+}
+}  // namespace
+
+void TaskCrew::begin(unsigned tasks, const void* body, Call call)
+{
+    m_body = body;
+    m_call = call;
+    m_tasks = tasks;
+    m_isRunning = true;
+    m_done.store(0, std::memory_order_relaxed);
+    const std::uint64_t loop = m_left.load(std::memory_order_relaxed) / kLoop + 1;
+    m_left.store(loop * kLoop + tasks, std::memory_order_release);
+}
+
+/// Takes one task and does it; false when all are taken.
+bool TaskCrew::takeTask(unsigned thread)
+{
+    std::uint64_t left = m_left.load(std::memory_order_acquire);
+    do
+    {
+        if (left % kLoop == 0)
+            return false;
+    } while (
+        !m_left.compare_exchange_weak(left, left - 1, std::memory_order_acq_rel, std::memory_order_acquire));
+    // From here to the count of tasks done the loop is the one of `left`.
+    try
+    {
+        m_call(m_body, m_tasks - static_cast<unsigned>(left % kLoop), thread);
+    }
+    catch (...)
+    {
+        if (!m_hasFailed.exchange(true, std::memory_order_relaxed))
+            m_failure = std::current_exception();
+    }
+    m_done.fetch_add(1, std::memory_order_release);
+    return true;
+}
+
+void TaskCrew::finish()
+{
+    while (m_done.load(std::memory_order_acquire) != m_tasks)
+        rest();
+    m_isRunning = false;
+    if (m_hasFailed.exchange(false, std::memory_order_relaxed))
+        std::rethrow_exception(std::exchange(m_failure, nullptr));
+}
+
+void TaskCrew::help(unsigned thread)
+{
+    for (unsigned look = 0; look < kPatience && m_isOpen.load(std::memory_order_acquire); ++look)
+    {
+        if (takeTask(thread))
+            look = 0;
+        else
+            rest();
+    }
+    m_isHere[thread].store(false, std::memory_order_release);
+}
+}  // namespace cullet

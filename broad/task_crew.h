@@ -1,0 +1,85 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <exception>
+#include <memory>
+
+namespace cullet
+{
+/// Threads that stay for several loops, so that these take one fork and join together.
+///
+/// One thread, the first, runs loops one after the other. Others that help() take tasks of the loop that is there; between loops
+/// they look out for the next one for a fraction of a millisecond and leave then. Nobody waits for a thread that did not come,
+/// nor for one that is put to sleep outside of a task: the first alone would do all of it.
+class TaskCrew
+{
+public:
+    /// @param threads with the first one, whose number is 0
+    explicit TaskCrew(unsigned threads) : m_isHere(new std::atomic<bool>[threads])
+    {
+        for (unsigned thread = 0; thread < threads; ++thread)
+            m_isHere[thread].store(false, std::memory_order_relaxed);
+    }
+
+    /// Calls body(task, thread) for task in [0, tasks), each once, in the calling thread and in those that help. Loops do not
+    /// nest.
+    template <class Body>
+    void run(unsigned tasks, const Body& body)
+    {
+        begin(tasks, &body,
+              [](const void* what, unsigned task, unsigned thread)
+              { (*static_cast<const Body*>(what))(task, thread); });
+        while (takeTask(0))
+        {
+        }
+        finish();
+    }
+
+    /// Whether a loop is running; for the threads that run it.
+    bool isRunning() const { return m_isRunning; }
+
+    /// Before the loops.
+    void open() { m_isOpen.store(true, std::memory_order_relaxed); }
+
+    /// No loop will follow before the next open().
+    void close() { m_isOpen.store(false, std::memory_order_release); }
+
+    /// For the first thread: whether help() of that number is to be called, in some other thread, which it is from now on.
+    bool lacks(unsigned thread)
+    {
+        if (m_isHere[thread].load(std::memory_order_acquire))
+            return false;
+        m_isHere[thread].store(true, std::memory_order_relaxed);
+        return true;
+    }
+
+    /// Takes tasks until close() or until no loop came for a while.
+    void help(unsigned thread);
+
+private:
+    using Call = void (*)(const void* body, unsigned task, unsigned thread);
+
+    void begin(unsigned tasks, const void* body, Call call);
+    bool takeTask(unsigned thread);
+    void finish();
+
+    static constexpr std::uint64_t kLoop = std::uint64_t{1} << 32;
+
+    // Written between loops only, and read by who has taken a task.
+    const void* m_body = nullptr;
+    Call m_call = nullptr;
+    unsigned m_tasks = 0;
+    bool m_isRunning = false;
+
+    std::unique_ptr<std::atomic<bool>[]> m_isHere;  ///< [threads]
+    alignas(64) std::atomic<std::uint64_t> m_left{
+        0};  ///< number of the loop, and tasks that nobody has taken
+    alignas(64) std::atomic<unsigned> m_done{0};
+    std::atomic<bool> m_isOpen{false};
+    std::atomic<bool> m_hasFailed{false};
+    std::exception_ptr m_failure;
+};
+}  // namespace cullet

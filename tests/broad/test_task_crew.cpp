@@ -1,0 +1,140 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "broad/task_crew.h"
+#include "broad/worker_pool.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <new>
+#include <thread>
+#include <vector>
+
+namespace cullet::test
+{
+namespace
+{
+/// A thread that comes back as often as it leaves.
+class Helper
+{
+public:
+    Helper(TaskCrew& crew, unsigned number)
+        : m_thread(
+              [this, &crew, number]
+              {
+                  while (!m_isOver.load())
+                      crew.help(number);
+              })
+    {
+    }
+    ~Helper()
+    {
+        m_isOver.store(true);
+        m_thread.join();
+    }
+
+private:
+    std::atomic<bool> m_isOver{false};
+    std::thread m_thread;
+};
+
+/// A loop of two tasks, each of which waits for the other: only two threads can do it.
+void meet(TaskCrew& crew)
+{
+    std::atomic<int> there{0};
+    crew.run(2,
+             [&](unsigned, unsigned)
+             {
+                 ++there;
+                 while (there.load() < 2)
+                     std::this_thread::yield();
+             });
+}
+
+TEST(TaskCrew, EachTaskOfEachLoopIsDoneOnce)
+{
+    TaskCrew crew(3);
+    crew.open();
+    Helper first(crew, 1);
+    Helper second(crew, 2);
+    meet(crew);
+    std::vector<unsigned> counts(100);
+    for (unsigned loop = 1; loop <= 2000; ++loop)
+    {
+        // What is written between and before loops is there without further ado.
+        const unsigned tasks = loop % 100 + 1;
+        crew.run(tasks, [&](unsigned task, unsigned) { counts[task] = loop + task; });
+        for (unsigned task = 0; task < tasks; ++task)
+            counts[task] -= task;
+        crew.run(tasks, [&](unsigned task, unsigned) { ++counts[task]; });
+        for (unsigned task = 0; task < tasks; ++task)
+            ASSERT_EQ(counts[task], loop + 1) << "loop " << loop << ", task " << task;
+    }
+    crew.close();
+}
+
+TEST(TaskCrew, NobodyWaitsForAHelperThatDoesNotCome)
+{
+    TaskCrew crew(2);
+    crew.open();
+    EXPECT_TRUE(crew.lacks(1));
+    unsigned count = 0;
+    crew.run(5, [&](unsigned task, unsigned) { count += task; });
+    EXPECT_EQ(count, 10u);
+    // That one comes, finds nothing to do and leaves.
+    EXPECT_FALSE(crew.lacks(1));
+    crew.help(1);
+    EXPECT_TRUE(crew.lacks(1));
+}
+
+TEST(TaskCrew, FailuresReachTheThreadThatRunsTheLoop)
+{
+    TaskCrew crew(2);
+    crew.open();
+    Helper helper(crew, 1);
+    for (int loop = 0; loop < 100; ++loop)
+    {
+        std::atomic<int> there{0};
+        const auto failInBoth = [&](unsigned, unsigned)
+        {
+            ++there;
+            while (there.load() < 2)
+                std::this_thread::yield();
+            throw std::bad_alloc();
+        };
+        EXPECT_THROW(crew.run(2, failInBoth), std::bad_alloc);
+        meet(crew);
+    }
+    crew.close();
+}
+
+TEST(WorkerPool, LoopsTogetherGiveWhatLoopsAloneGive)
+{
+    WorkerPool workers(3);
+    std::vector<unsigned> counts(1000);
+    std::vector<unsigned> owners(3);
+    const auto countAll = [&]
+    {
+        for (int loop = 0; loop < 50; ++loop)
+        {
+            workers.run(1000, [&](unsigned task) { ++counts[task]; });
+            workers.run(7,
+                        [&](unsigned task, unsigned thread)
+                        {
+                            ++owners.at(thread);
+                            workers.run(2, [&](unsigned inner) { counts[2 * task + inner] += 1; });
+                        });
+        }
+    };
+    workers.together(countAll);
+    EXPECT_EQ(owners[0] + owners[1] + owners[2], 350u);
+    for (unsigned i = 0; i < counts.size(); ++i)
+        ASSERT_EQ(counts[i], i < 14 ? 100u : 50u) << i;
+    const auto fail = [&] { workers.run(4, [](unsigned) { throw std::bad_alloc(); }); };
+    EXPECT_THROW(workers.together(fail), std::bad_alloc);
+    workers.run(1000, [&](unsigned task) { ++counts[task]; });
+    workers.together(countAll);
+    EXPECT_EQ(counts.back(), 101u);
+}
+}  // namespace
+}  // namespace cullet::test
