@@ -71,10 +71,24 @@ inline Float4 gapsBehind(const Aabb& first, const Aabb& second) noexcept
     return minimaOf(second) - maximaOf(first);
 }
 
+/// Whether a comparison held in any lane.
+inline bool isTrueInAny(Int4 comparison) noexcept
+{
+    std::uint64_t halves[2];
+    std::memcpy(halves, &comparison, sizeof halves);
+    return (halves[0] | halves[1]) != 0;
+}
+
+/// Whether some axis shows that boxes are farther apart than the margin allows; of empty boxes, any answer.
+inline bool areFarApart(const Aabb& a, const Aabb& b, float margin) noexcept
+{
+    return isTrueInAny((gapsBehind(a, b) > 2.0f * margin) | (gapsBehind(b, a) > 2.0f * margin));
+}
+
 /// overlapsWithMargin() without branches.
 inline bool overlapsWithMarginBranchless(const Aabb& a, const Aabb& b, float margin) noexcept
 {
-    return isTrueInAll(~((gapsBehind(a, b) > 2.0f * margin) | (gapsBehind(b, a) > 2.0f * margin)));
+    return !areFarApart(a, b, margin);
 }
 
 /// Signed distance of two boxes in the maximum norm over the axes: negative when they overlap.

@@ -168,6 +168,11 @@ KeySort::Cut KeySort::cutOf(std::vector<KeyList>& lists, std::size_t count)
         lowest = std::min(lowest, list.lowest());
         highest = std::max(highest, list.highest());
     }
+    return cutOf(lowest, highest, count);
+}
+
+KeySort::Cut KeySort::cutOf(std::uint64_t lowest, std::uint64_t highest, std::size_t count)
+{
     const std::uint64_t words = (highest >> 32) - (lowest >> 32) + 1;
     if (words < kWordsPerKey * count && words / kMostBuckets < kMostWords / 2)
     {
@@ -178,9 +183,8 @@ KeySort::Cut KeySort::cutOf(std::vector<KeyList>& lists, std::size_t count)
         const std::uint64_t first = lowest >> shift << shift;
         return {first, shift, static_cast<std::uint32_t>((highest - first) >> shift) + 1, true};
     }
-    const std::uint32_t buckets =
-        count < kOneBucket ? 1u : powerOfTwoFrom(count / kKeysPerBucket, kMostBuckets);
-    return {lowest, count == 0 ? 0u : shiftFor(highest - lowest, buckets), buckets, false};
+    const std::uint32_t buckets = powerOfTwoFrom(count / kKeysPerBucket, kMostBuckets);
+    return {lowest, shiftFor(highest - lowest, buckets), buckets, false};
 }
 
 /// Brings the keys of all lists together by bucket; the last list's offsets are the ends of the buckets then.
@@ -194,7 +198,7 @@ void KeySort::part(WorkerPool& workers, const std::vector<KeyList>& lists, const
     };
     m_offsets.assign(lists.size() * cut.buckets, 0);
     forEachList(
-        [&](const KeyList& keys, std::uint32_t* counts)
+        [cut](const KeyList& keys, std::uint32_t* counts)
         {
             for (const std::uint64_t key : keys)
                 ++counts[cut.bucketOf(key)];
@@ -211,11 +215,11 @@ void KeySort::part(WorkerPool& workers, const std::vector<KeyList>& lists, const
         }
     }
     forEachList(
-        [&](const KeyList& keys, std::uint32_t* next)
+        [cut, parted = m_parted.data()](const KeyList& keys, std::uint32_t* next)
         {
             for (const std::uint64_t key : keys)
             {
-                std::uint64_t* const to = m_parted.data() + next[cut.bucketOf(key)]++;
+                std::uint64_t* const to = parted + next[cut.bucketOf(key)]++;
                 __builtin_prefetch(to + 8, 1);
                 *to = key;
             }
@@ -264,17 +268,39 @@ void KeySort::sortBuckets(WorkerPool& workers, const Cut& cut, const std::uint32
 void KeySort::sort(WorkerPool& workers, std::vector<KeyList>& lists, std::vector<std::uint64_t>& sorted)
 {
     const std::size_t count = countOf(lists);
+    if (count < kOneBucket)
+        sortFew(lists, count, sorted);
+    else
+        sortMany(workers, lists, cutOf(lists, count), sorted);
+}
+
+void KeySort::sortRows(WorkerPool& workers, const std::vector<KeyList>& lists, std::uint32_t rows,
+                       std::vector<std::uint64_t>& sorted)
+{
+    const std::size_t count = countOf(lists);
+    if (count < kOneBucket)
+        sortFew(lists, count, sorted);
+    else
+        sortMany(workers, lists, cutOf(0, (std::uint64_t{rows} << 32) - 1, count), sorted);
+}
+
+void KeySort::sortFew(const std::vector<KeyList>& lists, std::size_t count,
+                      std::vector<std::uint64_t>& sorted)
+{
     sorted.resize(count);
     m_parted.resize(count);
-    if (count < kOneBucket)
-    {
-        auto to = m_parted.begin();
-        for (const KeyList& list : lists)
-            to = std::copy(list.begin(), list.end(), to);
-        sortKeys(m_parted.data(), sorted.data(), count);
-        return;
-    }
-    const Cut cut = cutOf(lists, count);
+    auto to = m_parted.begin();
+    for (const KeyList& list : lists)
+        to = std::copy(list.begin(), list.end(), to);
+    sortKeys(m_parted.data(), sorted.data(), count);
+}
+
+void KeySort::sortMany(WorkerPool& workers, const std::vector<KeyList>& lists, const Cut& cut,
+                       std::vector<std::uint64_t>& sorted)
+{
+    const std::size_t count = countOf(lists);
+    sorted.resize(count);
+    m_parted.resize(count);
     part(workers, lists, cut);
     if (cut.isOfWords)
         sorted.swap(m_parted);

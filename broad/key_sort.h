@@ -122,6 +122,10 @@ public:
     /// @param sorted [out] overwritten with all keys of the lists
     void sort(WorkerPool& workers, std::vector<KeyList>& lists, std::vector<std::uint64_t>& sorted);
 
+    /// The same for keys whose words are below `rows`, which need not be looked at for that.
+    void sortRows(WorkerPool& workers, const std::vector<KeyList>& lists, std::uint32_t rows,
+                  std::vector<std::uint64_t>& sorted);
+
     /// The same as pairs; a key that the lists hold twice is left out altogether.
     ///
     /// @param pairs [out] overwritten
@@ -161,6 +165,10 @@ private:
     static void writeParallel(WorkerPool& workers, const std::vector<Piece>& pieces,
                               std::vector<Pair>& pairs);
     static Cut cutOf(std::vector<KeyList>& lists, std::size_t count);
+    static Cut cutOf(std::uint64_t lowest, std::uint64_t highest, std::size_t count);
+    void sortFew(const std::vector<KeyList>& lists, std::size_t count, std::vector<std::uint64_t>& sorted);
+    void sortMany(WorkerPool& workers, const std::vector<KeyList>& lists, const Cut& cut,
+                  std::vector<std::uint64_t>& sorted);
     static std::size_t countOf(const std::vector<KeyList>& lists);
     static bool areInOrder(std::vector<KeyList>& lists);
     void part(WorkerPool& workers, const std::vector<KeyList>& lists, const Cut& cut);

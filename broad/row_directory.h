@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
 #include <memory>
@@ -46,6 +47,12 @@ struct CellWindow
     bool contains(std::int32_t j, std::int32_t k) const
     {
         return static_cast<std::uint32_t>(j - j0) < countJ && static_cast<std::uint32_t>(k - k0) < countK;
+    }
+    /// Whether four cells are inside: this one and the next ones along each axis.
+    bool containsSquare(std::int32_t j, std::int32_t k) const
+    {
+        return static_cast<std::uint32_t>(j - j0) < std::max(countJ, 1u) - 1 &&
+               static_cast<std::uint32_t>(k - k0) < std::max(countK, 1u) - 1;
     }
     std::uint32_t row(std::int32_t j, std::int32_t k) const
     {

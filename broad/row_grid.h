@@ -174,6 +174,9 @@ private:
         std::size_t size() const { return m_count; }
         const Entry* begin() const { return m_entries.data(); }
         const Entry* end() const { return m_entries.data() + m_count; }
+        Entry* end() { return m_entries.data() + m_count; }
+        /// Of entries that were written behind the end.
+        void setEnd(const Entry* end) { m_count = static_cast<std::size_t>(end - m_entries.data()); }
         std::uint64_t bytes() const { return m_entries.capacity() * sizeof(Entry); }
 
     private:

@@ -162,6 +162,7 @@ private:
     void compareLists(const ProxyView& view, std::uint32_t begin, std::uint32_t end, unsigned worker);
     void partDeparted(const ProxyView& view, const std::uint64_t* old, const std::uint64_t* end,
                       unsigned worker);
+    void takeOld(const ProxyView& view, std::uint64_t key, bool isNear, PairNews& news);
 
     // row_grid_rebuild.cpp: from any state, with a hash of what was held
     void rebuild(const ProxyView& view, bool settle);

@@ -167,31 +167,40 @@ bool RowGrid::insertByHash(const Located& box, Task& task)
 /// Inserts boxes into the cells of their level, and counts the entries of each; false when the directory is full.
 bool RowGrid::insertBold(const Located* block, std::uint32_t count, Task& task)
 {
-    const CellWindow& window = m_rows.window();
-    const std::size_t before = task.bold.size();
+    // Copies, and an end of its own: what is written could be members otherwise, to be read again for each box.
+    const CellWindow window = m_rows.window();
     task.bold.makeRoom(static_cast<std::size_t>(count) * kMostCells);
+    const std::size_t before = task.bold.size();
+    Entry* to = task.bold.end();
     for (std::uint32_t i = 0; i < count; ++i)
     {
-        const TileRange& cells = block[i].cells;
+        const TileRange cells = block[i].cells;
         const std::int32_t spans = (cells.j1 - cells.j0) | (cells.k1 - cells.k0);
-        if (spans > 1 || !window.contains(cells.j0, cells.k0) || !window.contains(cells.j1, cells.k1))
+        if (spans > 1 || !window.containsSquare(cells.j0, cells.k0))
         {
+            task.bold.setEnd(to);
             if (!insertByHash(block[i], task))
                 return false;
+            to = task.bold.end();
             continue;
         }
         // Without a branch: whether a box crosses into the next cell is hard to predict.
-        const bool crossesY = cells.j1 != cells.j0;
-        const bool crossesZ = cells.k1 != cells.k0;
+        const std::uint32_t crossesY = cells.j1 != cells.j0 ? 1 : 0;
+        const std::uint32_t crossesZ = cells.k1 != cells.k0 ? 1 : 0;
         const std::uint32_t row = window.row(cells.j0, cells.k0);
         const std::uint32_t id = block[i].id;
-        task.bold.push({row, flagged(id, true, true)}, true);
-        task.bold.push({row + 1, flagged(id, true, false)}, crossesZ);
-        task.bold.push({row + window.countK, flagged(id, false, true)}, crossesY);
-        task.bold.push({row + window.countK + 1, id}, crossesY && crossesZ);
+        *to++ = {row, flagged(id, true, true)};
+        *to = {row + 1, flagged(id, true, false)};
+        to += crossesZ;
+        *to = {row + window.countK, flagged(id, false, true)};
+        to += crossesY;
+        *to = {row + window.countK + 1, id};
+        to += crossesY & crossesZ;
     }
-    for (const Entry* entry = task.bold.begin() + before; entry != task.bold.end(); ++entry)
-        ++task.boldCount[entry->row];
+    task.bold.setEnd(to);
+    std::uint32_t* const counts = task.boldCount.data();
+    for (const Entry* entry = task.bold.begin() + before; entry != to; ++entry)
+        ++counts[entry->row];
     return true;
 }
 

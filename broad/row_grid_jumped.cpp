@@ -36,17 +36,14 @@ public:
     void take(unsigned worker, const PairBuffer& found) override
     {
         KeyList& list = m_backend.m_found[worker];
+        KeyList::Writer writer(list, found.count);
+        for (std::uint32_t i = 0; i < found.count; ++i)
         {
-            KeyList::Writer writer(list, found.count);
-            for (std::uint32_t i = 0; i < found.count; ++i)
-            {
-                const IdPair pair = found.pair(i);
-                const std::uint64_t key = PairSet::keyOf(pair.a, pair.b);
-                // Pairs that come back have been looked at by examineApart().
-                writer.pushIf(key, mayEnter(m_view, pair) || m_backend.m_despite.contains(key));
-            }
+            const IdPair pair = found.pair(i);
+            const std::uint64_t key = PairSet::keyOf(pair.a, pair.b);
+            // Pairs that come back have been looked at by examineApart().
+            writer.pushIf(key, mayEnter(m_view, pair) || m_backend.m_despite.contains(key));
         }
-        list.measure();
     }
 
 private:
@@ -98,7 +95,6 @@ void RowGridBackend::compareLists(const ProxyView& view, std::uint32_t begin, st
 void RowGridBackend::partDeparted(const ProxyView& view, const std::uint64_t* old, const std::uint64_t* end,
                                   unsigned worker)
 {
-    PairNews& news = m_news[worker];
     const bool mayLift = !m_despite.isEmpty();
     {
         KeyList::Writer removed(m_removed[worker], static_cast<std::size_t>(end - old));
@@ -108,20 +104,29 @@ void RowGridBackend::partDeparted(const ProxyView& view, const std::uint64_t* ol
             const std::uint32_t ahead = rowsOf(key[std::min(kPrefetch, end - key - 1)]).b;
             prefetchBox(view.boxes + ahead);
             __builtin_prefetch(view.uniqueIds + ahead);
-            const bool staysNear = isNear(view, pair);
-            removed.pushIf(idsOf(view, pair), !staysNear);
-            if (staysNear && isOverlapping(view, pair))
-            {
-                news.kept.push_back(*key);
-                continue;
-            }
-            if (mayLift && m_despite.contains(*key))
-                news.lifted.push_back(*key);
-            if (staysNear)
-                news.apart.push_back(pair);
+            // The first tells of nearly all, and costs half of the second.
+            const bool stays =
+                !areFarApart(view.boxes[pair.a], view.boxes[pair.b], view.margin) && isNear(view, pair);
+            removed.pushIf(idsOf(view, pair), !stays);
+            if (stays || mayLift)
+                takeOld(view, *key, stays, m_news[worker]);
         }
     }
     m_removed[worker].measure();
+}
+
+/// A pair that overlapped: the few that still do are kept, others stay for the margin or leave.
+void RowGridBackend::takeOld(const ProxyView& view, std::uint64_t key, bool isNear, PairNews& news)
+{
+    if (isNear && isOverlapping(view, rowsOf(key)))
+    {
+        news.kept.push_back(key);
+        return;
+    }
+    if (m_despite.contains(key))
+        news.lifted.push_back(key);
+    if (isNear)
+        news.apart.push_back(rowsOf(key));
 }
 
 /// @param isSure whether that was told by a sample, so that strays are not known
@@ -138,7 +143,7 @@ void RowGridBackend::updateJumped(const ProxyView& view, bool isSure)
     }
     m_hasJumped = scanMoving(view, true, !isSure, sink);
     m_stats.decision.reason = "most boxes jumped";
-    m_sorts[0].sort(m_workers, m_found, m_sorted);
+    m_sorts[0].sortRows(m_workers, m_found, view.size, m_sorted);
     const unsigned tasks = m_workers.tasksFor(m_sorted.size(), kCompareGrain);
     m_workers.run(
         tasks, [&](unsigned task)

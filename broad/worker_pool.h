@@ -75,6 +75,13 @@ public:
             });
     }
 
+    /// Inside of together(): calls the threads for loops of so many tasks that will come soon, since they take a while.
+    void expect(unsigned tasks)
+    {
+        if (m_isTogether)
+            callHelpers(std::min(tasks, threads()));
+    }
+
 private:
     /// Opens the crew, and closes it when the loops are over or one has failed.
     class Together
