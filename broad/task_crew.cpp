@@ -13,16 +13,17 @@ namespace cullet
 {
 namespace
 {
-constexpr unsigned kPatience = 128;  // looks, about a microsecond each
+constexpr unsigned kPatience = 64;  // looks, about a microsecond each
 
-/// A moment in which the other threads of this core may go on.
+/// A moment for the other thread of this core. Others are let in later: who yields on a busy machine is away for milliseconds.
 void rest()
 {
 #if defined(__SSE2__)
     for (int i = 0; i < 16; ++i)
         _mm_pause();
-#endif
+#else
     std::this_thread::yield();
+#endif
 }
 }  // namespace
 
@@ -63,8 +64,13 @@ bool TaskCrew::takeTask(unsigned thread)
 
 void TaskCrew::finish()
 {
-    while (m_done.load(std::memory_order_acquire) != m_tasks)
-        rest();
+    for (unsigned look = 0; m_done.load(std::memory_order_acquire) != m_tasks; ++look)
+    {
+        if (look < kPatience)
+            rest();
+        else
+            std::this_thread::yield();
+    }
     m_isRunning = false;
     if (m_hasFailed.exchange(false, std::memory_order_relaxed))
         std::rethrow_exception(std::exchange(m_failure, nullptr));
