@@ -70,6 +70,18 @@ struct Quad
         v = reinterpret_cast<Vector>(reinterpret_cast<Mask>(v) & (Mask{} + kMagnitude));
     }
 
+    /// One lane in all lanes of a narrow vector.
+    template <int kLane>
+    static typename Lanes<S>::Vector spread(const Vector& v)
+    {
+        if constexpr (Lanes<S>::kWidth == 4)
+            return __builtin_shufflevector(v, v, kLane, kLane, kLane, kLane);
+        else
+            return Lanes<S>::fill(v[kLane]);
+    }
+
+    static S sumOfThree(const Vector& v) { return v[0] + v[1] + v[2]; }
+
     static void replace(Vector& v, int lane, S value)
     {
         constexpr Mask kCounting = {0, 1, 2, 3};

@@ -88,6 +88,13 @@ struct LaneDirection
         : x(Lanes<S>::fill(d[0])), y(Lanes<S>::fill(d[1])), z(Lanes<S>::fill(d[2]))
     {
     }
+    /// Of the first three lanes.
+    explicit LaneDirection(const typename Quad<S>::Vector& d)
+        : x(Quad<S>::template spread<0>(d)),
+          y(Quad<S>::template spread<1>(d)),
+          z(Quad<S>::template spread<2>(d))
+    {
+    }
     typename Lanes<S>::Vector x, y, z;
 };
 

@@ -33,6 +33,11 @@ inline void read(const btVector3& v, Components& components)
     std::memcpy(&components, v.m_floats, sizeof(components));
 }
 
+inline btScalar largestOf(const Components& v)
+{
+    return std::max(std::max(v[0], v[1]), v[2]);
+}
+
 /// Highest product of a core's points with a direction, relative to its origin, and the vertex that has it.
 inline btScalar heightAlong(const StretchedHull& core, const Components& direction, std::int32_t& vertex)
 {
@@ -44,21 +49,65 @@ inline btScalar heightAlong(const StretchedHull& core, const Components& directi
     read(basis[2], z);
     read(*core.stretch, local);
     local *= x * direction[0] + y * direction[1] + z * direction[2];
-    const Eigen::Matrix<btScalar, 3, 1> along(local[0], local[1], local[2]);
     const bool isKnown = vertex < hull.blockCount();
     if (isKnown)
     {
         btScalar height;
-        const btScalar band = hull.tieBand() * (std::abs(local[0]) + std::abs(local[1]) + std::abs(local[2]));
+        Components magnitudes = local;
+        Quad<btScalar>::makePositive(magnitudes);
+        const btScalar band = hull.tieBand() * Quad<btScalar>::sumOfThree(magnitudes);
         // The climb would end where it starts: in a coherent scene nearly always.
-        if (isPeak(hull, vertex, LaneDirection<btScalar>(along), band, height))
+        if (isPeak(hull, vertex, LaneDirection<btScalar>(local), band, height))
             return height;
     }
+    const Eigen::Matrix<btScalar, 3, 1> along(local[0], local[1], local[2]);
     const SupportHit<btScalar> hit =
         isKnown ? supportClimbArtificial(hull, along, vertex) : hitLinear(hull, along);
     vertex = hit.vertex;
     return hit.height;
 }
+
+/// How much higher along an axis each of two cores may be for each unit of arc that it turns on a sphere of its reach.
+///
+/// A core lies in the ball of radius r around its origin and below its height h along the axis, of length l. Turned by an
+/// angle t it is not higher than the highest point of the cap's complement turned alike, sqrt(r^2 l^2 - h^2) sin t +
+/// h cos t at most, which is below h + sqrt(l^2 - h^2 / r^2) (r t).
+class TurnRates
+{
+public:
+    /// No rate is less, so that a motion may carry what does not depend on it.
+    static constexpr float kLeast = 0.125f;
+
+    TurnRates() = default;
+    /// @param reaches the r of both cores, @param heights their h, @param length2 the square of l, at most 3
+    template <class S>
+    TurnRates(S reachA, S heightA, S reachB, S heightB, S length2)
+        : m_a(rounded(reachA, heightA, length2)), m_b(rounded(reachB, heightB, length2))
+    {
+    }
+    float a() const { return m_a * (1.0f / 128); }
+    float b() const { return m_b * (1.0f / 128); }
+
+private:
+    template <class S>
+    static std::uint8_t rounded(S reach, S height, S length2)
+    {
+        const S cosine = height > 0 ? height / reach : S(0);
+        // Room for rounding, and for a basis that is not quite a rotation.
+        const S sine2 = length2 * S(1.0001) - cosine * cosine;
+        return static_cast<std::uint8_t>(S(128) * squareRoot(std::max(S(kLeast * kLeast), sine2)) + S(2));
+    }
+
+    std::uint8_t m_a = 0, m_b = 0;
+};
+
+/// What an axis leaves over after it has proved what was asked for.
+struct AxisRoom
+{
+    btScalar left =
+        0;  ///< at most how much farther apart than needed the cores are, times the length of the axis
+    TurnRates rates;
+};
 
 /// True if the remembered axis still proves that the cores are farther apart than `limit`: the first step of isaGjk(),
 /// in the precision of the shapes with a bound of its rounding, since four of five pairs need no more.
@@ -66,9 +115,9 @@ inline btScalar heightAlong(const StretchedHull& core, const Components& directi
 /// False says nothing; ask isaGjk().
 /// @param limit length unit of the world, not negative
 /// @param cache its support vertices follow
-/// @param leeway [out] if not null: at most how much farther apart than `limit` the cores are, in real numbers
+/// @param room  [out] if not null
 inline bool staysSeparated(const StretchedHull& a, const StretchedHull& b, btScalar limit,
-                           GjkCache<btScalar>& cache, btScalar* leeway = nullptr)
+                           GjkCache<btScalar>& cache, AxisRoom* room = nullptr)
 {
     const Components axis = {btScalar(cache.axis[0]), btScalar(cache.axis[1]), btScalar(cache.axis[2])};
     const Components opposite = -axis;
@@ -87,19 +136,26 @@ inline bool staysSeparated(const StretchedHull& a, const StretchedHull& b, btSca
     Quad<btScalar>::makePositive(stretch);
     Components distances = apart;
     Quad<btScalar>::makePositive(distances);
-    sizes = sizes * a.hull->reach() + stretch * b.hull->reach() + distances;
+    sizes *= a.hull->reach();
+    stretch *= b.hull->reach();
     // Each product and sum is off by less than two roundings of the sizes that enter it.
-    const btScalar size = sizes[0] + sizes[1] + sizes[2];
+    distances += sizes + stretch;
+    const btScalar size = Quad<btScalar>::sumOfThree(distances);
     const Components products = apart * axis, squares = axis * axis;
-    const btScalar along = products[0] + products[1] + products[2] - heightA - heightB;
-    const btScalar length2 = squares[0] + squares[1] + squares[2];
+    const btScalar along = Quad<btScalar>::sumOfThree(products) - heightA - heightB;
+    const btScalar length2 = Quad<btScalar>::sumOfThree(squares);
     const btScalar gap = limit + 16 * std::numeric_limits<btScalar>::epsilon() * size;
     // A NaN makes the comparisons false.
     if (!(along > 0 && along * along > gap * gap * length2))
         return false;
-    // The division is off by less than four roundings of what is at most twice the size.
-    if (leeway != nullptr)
-        *leeway = along / std::sqrt(length2) - gap - 16 * std::numeric_limits<btScalar>::epsilon() * size;
+    if (room != nullptr)
+    {
+        // Again off by less than four roundings of what is at most twice the size.
+        const btScalar rest =
+            along - (gap + 16 * std::numeric_limits<btScalar>::epsilon() * size) * squareRoot(length2);
+        room->left = std::max(rest, btScalar(0));
+        room->rates = TurnRates(largestOf(sizes), heightA, largestOf(stretch), heightB, length2);
+    }
     return true;
 }
 }  // namespace CULLET_PRECISION

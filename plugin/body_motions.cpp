@@ -19,30 +19,53 @@ namespace
 /// Bodies between the first touch of one's memory and its use.
 constexpr std::size_t kAhead = 6;
 
-/// Updates for which a body whose motion was of no use is left alone; then it takes two to find out again.
-constexpr std::uint32_t kPause = 14;
+/// A body with less credit is left alone for so many updates.
+constexpr std::int32_t kLeastCredit = -2, kMostCredit = 8;
+constexpr std::uint8_t kPause = 24;
 
-btScalar sumOfMagnitudes(const btVector3& v)
+/// Matrices are rotations enough for the bound of motionTo() up to here.
+constexpr float kMostSkew = 4e-5f;
+
+using Rows = std::array<Components, 3>;
+
+void readRows(const btMatrix3x3& m, Rows& rows)
 {
-    return std::abs(v.x()) + std::abs(v.y()) + std::abs(v.z());
+    for (int k = 0; k < 3; ++k)
+        read(m[k], rows[static_cast<std::size_t>(k)]);
 }
 
-btScalar squaredDifference(const btVector3& a, const btVector3& b)
+btScalar sumOfMagnitudes(const Components& v)
 {
-    const btScalar x = a.x() - b.x(), y = a.y() - b.y(), z = a.z() - b.z();
-    return x * x + y * y + z * z;
+    Components magnitudes = v;
+    Quad<btScalar>::makePositive(magnitudes);
+    return Quad<btScalar>::sumOfThree(magnitudes);
+}
+
+/// At least how far, as a Frobenius norm, M^T M is from the identity; so much M is at most away from some rotation or
+/// mirrored one. Two rotations that are near each other are mirrored both or not at all.
+float skewOf(const Rows& m)
+{
+    Components squares = {-1, -1, -1}, products = {};
+    for (const Components& row : m)
+    {
+        squares += row * row;
+        products += row * __builtin_shufflevector(row, row, 1, 2, 0, 3);
+    }
+    // Nine roundings of sums of products that are about 1.
+    return static_cast<float>(sumOfMagnitudes(squares) + 2 * sumOfMagnitudes(products)) + 2e-6f;
 }
 
 /// The unused fourth components count too; at worst they make a motion of nothing.
 bool areSameBits(const btTransform& a, const btTransform& b)
 {
-    std::array<std::uint64_t, sizeof(btTransform) / 8> x, y;
+    typedef std::uint64_t Bits __attribute__((vector_size(16)));
+    std::array<Bits, sizeof(btTransform) / sizeof(Bits)> x, y;
     std::memcpy(x.data(), &a, sizeof(a));
     std::memcpy(y.data(), &b, sizeof(b));
-    std::uint64_t difference = 0;
+    Bits difference = {};
     for (std::size_t i = 0; i < x.size(); ++i)
         difference |= x[i] ^ y[i];
-    return difference == 0;
+    return (difference[0] | difference[1]) == 0;
 }
 }  // namespace
 
@@ -76,7 +99,8 @@ std::uint32_t BodyMotions::acquire(const btCollisionObject& body)
     Slot& slot = m_slots[known->second];
     slot.body = &body;
     slot.watchers = 1;
-    slot.pause = 0;
+    slot.credit = 0;
+    m_pauses[known->second] = 0;
     m_moved[known->second] = Motion();
     slot.shape = nullptr;
     return known->second;
@@ -90,13 +114,15 @@ void BodyMotions::addPlace()
         const std::size_t room = std::max<std::size_t>(64, 2 * m_slots.size());
         m_free.reserve(room);
         m_moved.reserve(room);
-        m_isUsed.reserve(room);
+        m_uses.reserve(room);
+        m_pauses.reserve(room);
         m_slots.reserve(room);
     }
     m_free.push_back(static_cast<std::uint32_t>(m_slots.size()));
     m_slots.emplace_back();
     m_moved.emplace_back();
-    m_isUsed.push_back(0);
+    m_uses.push_back(0);
+    m_pauses.push_back(0);
 }
 
 void BodyMotions::release(std::uint32_t place) noexcept
@@ -114,26 +140,27 @@ void BodyMotions::update(std::size_t begin, std::size_t end, std::uint64_t pass,
 {
     for (std::size_t i = begin; i < end; ++i)
     {
-        const Slot& later = m_slots[std::min(i + kAhead, end - 1)];
-        if (later.pause == 0)
-            prefetchBody(later.body);
+        const std::size_t later = std::min(i + kAhead, end - 1);
+        if (m_pauses[later] == 0)
+            prefetchBody(m_slots[later].body);
+        // Its motion is unknown since the pause began.
+        if (m_pauses[i] > 0)
+        {
+            --m_pauses[i];
+            continue;
+        }
         Slot& slot = m_slots[i];
         if (slot.body == nullptr)
             continue;
-        // Its motion is unknown since the pause began.
-        if (slot.pause > 0)
-        {
-            --slot.pause;
-            continue;
-        }
-        const bool wasInVain = !std::isinf(m_moved[i].rest) && m_isUsed[i] == 0;
+        const bool isLeft = isInVain(i);
         m_moved[i] = Motion();
-        m_isUsed[i] = 0;
-        if (wasInVain)
+        m_uses[i] = 0;
+        if (isLeft)
         {
             // The first look after the pause is no comparison with what was before.
             slot.shape = nullptr;
-            slot.pause = kPause - 1;
+            slot.credit = 0;
+            m_pauses[i] = kPause - 1;
             continue;
         }
         const Motion moved = slot.move(pass);
@@ -142,30 +169,63 @@ void BodyMotions::update(std::size_t begin, std::size_t end, std::uint64_t pass,
     }
 }
 
+bool BodyMotions::isInVain(std::size_t place)
+{
+    if (std::isinf(m_moved[place].rest))
+        return false;
+    // About half a look for a body at rest, two for one that has moved.
+    std::int32_t& credit = m_slots[place].credit;
+    const std::int32_t cost = m_moved[place].rest == 0.0f ? 1 : 2;
+    credit = std::min(credit + m_uses[place] - cost, kMostCredit);
+    return credit < kLeastCredit;
+}
+
 void BodyMotions::clear()
 {
     m_slots.clear();
     m_moved.clear();
-    m_isUsed.clear();
+    m_uses.clear();
+    m_pauses.clear();
     m_free.clear();
     m_places.clear();
 }
 
-/// A point x of the core, |x| <= reach, moves by Rx + t - R'x - t': by the shift t - t', and by no more than |R - R'| |x|
-/// from there, with the Frobenius norm, which bounds the spectral one whether or not R and R' are rotations.
+/// How high the core is above its origin along an axis n follows from R^T n, whose direction turns by no more than the angle
+/// of R - R', and whose length changes by no more than the skews. For rotations that angle is 2 asin(|R - R'| / sqrt(8)),
+/// with the Frobenius norm, and every matrix is as near to a rotation as its skew. Where the matrices are not quite
+/// rotations, or far apart, TurnRates prove nothing, but no height grows by more than |R - R'| |n| reach, and |n| <= sqrt(3).
 ///
-/// A chain of a dozen operations, none of which cancels, is off by less than twelve roundings of 6e-8 of itself; the shift
-/// by two of each component. Squares that underflow are below 2^-126, the root of nine of them below 4e-19.
-BodyMotions::Motion BodyMotions::motionOf(const btTransform& from, const btTransform& to, btScalar reach)
+/// What depends on no rate is divided by the least one. That is the skews, twice 5 times the reach, which TurnRates says
+/// nothing about; and the roundings: seven of 6e-8 of each shift, with what approach() does to it. A chain of a dozen
+/// operations, none of which cancels, is off by less than twelve of itself. Squares that underflow are below 2^-126, the
+/// root of nine of them below 4e-19.
+BodyMotions::Motion BodyMotions::Slot::motionTo(const btTransform& to) noexcept
 {
-    const btMatrix3x3 &m = from.getBasis(), &n = to.getBasis();
-    const btScalar turned =
-        squaredDifference(m[0], n[0]) + squaredDifference(m[1], n[1]) + squaredDifference(m[2], n[2]);
-    const btVector3 shift = to.getOrigin() - from.getOrigin();
+    Rows before, after;
+    readRows(place.getBasis(), before);
+    readRows(to.getBasis(), after);
+    const Components x = after[0] - before[0], y = after[1] - before[1], z = after[2] - before[2];
+    const auto turned = static_cast<float>(squareRoot(Quad<btScalar>::sumOfThree(x * x + y * y + z * z)));
+    Components shift, from;
+    read(to.getOrigin(), shift);
+    read(place.getOrigin(), from);
+    shift -= from;
     Motion motion;
-    motion.shift = {float(shift.x()), float(shift.y()), float(shift.z())};
-    motion.rest = float((std::sqrt(turned) + btScalar(4e-19)) * reach) * (1.0f + 1e-6f) +
-                  1.3e-7f * float(sumOfMagnitudes(shift)) + 4e-19f;
+    motion.shift = {float(shift[0]), float(shift[1]), float(shift[2])};
+    float arc = 0.0f;
+    if (turned != 0.0f)
+    {
+        const float skewBefore = skew;
+        skew = skewOf(after);
+        const float skews = skewBefore + skew;
+        const float chord = (turned * 0.70710683f + 2.0f * skews) * (1.0f + 2.0f * skews);
+        // asin x <= x + (pi / 2 - 1) x^3
+        arc = chord * (1.0f + 0.15f * chord * chord) + 80.0f * skews;
+        if (!(skews <= kMostSkew && turned < 0.7f))
+            arc = 2.0f / TurnRates::kLeast * turned;
+    }
+    motion.rest = (arc + 1e-17f) * static_cast<float>(reach) * (1.0f + 1e-5f) +
+                  5e-7f / TurnRates::kLeast * static_cast<float>(sumOfMagnitudes(shift)) + 4e-19f;
     return motion;
 }
 
@@ -175,6 +235,9 @@ BodyMotions::Motion BodyMotions::Slot::move(std::uint64_t pass) noexcept
     if (!hasSameCore(pass))
     {
         readCore(pass);
+        Rows rows;
+        readRows(to.getBasis(), rows);
+        skew = skewOf(rows);
         place = to;
         return {};
     }
@@ -182,7 +245,7 @@ BodyMotions::Motion BodyMotions::Slot::move(std::uint64_t pass) noexcept
     if (areSameBits(place, to))
         moved.rest = 0.0f;
     else
-        moved = motionOf(place, to, reach);
+        moved = motionTo(to);
     place = to;
     return moved;
 }
@@ -193,8 +256,10 @@ bool BodyMotions::Slot::hasSameCore(std::uint64_t pass) noexcept
     if (shape == nullptr || body->getCollisionShape() != shape || shape->getShapeType() != type ||
         !stretchShape(static_cast<const btConvexShape&>(*shape), place, hull, pass, core))
         return false;
-    return (type != CONVEX_HULL_SHAPE_PROXYTYPE || hull.revision() == revision) &&
-           marginOf(static_cast<const btConvexShape&>(*shape), convexKindOf(type)) == margin &&
+    const bool isHull = type == CONVEX_HULL_SHAPE_PROXYTYPE;
+    const ConvexKind kind = isHull ? ConvexKind::Hull : convexKindOf(type);
+    return (!isHull || hull.revision() == revision) &&
+           marginOf(static_cast<const btConvexShape&>(*shape), kind) == margin &&
            core.stretch->x() == stretch.x() && core.stretch->y() == stretch.y() &&
            core.stretch->z() == stretch.z();
 }

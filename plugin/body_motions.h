@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "plugin/axis_test.h"
 #include "plugin/hull_cache.h"
 #include "plugin/precision.h"
 
@@ -29,9 +30,10 @@ inline namespace CULLET_PRECISION
 /// pair has its algorithm, its bodies exist, or Bullet's own dispatch would read what is gone; nothing else is assumed of
 /// them, and whatever of a body has changed is found by comparing.
 ///
-/// A body whose motion was of no use, since it or all of its partners move too fast, is not looked at for some updates.
+/// A body whose motion spares less than a look at a pair for each update, since it or its partners move too fast or are
+/// few, is not looked at for some updates.
 ///
-/// Threads: update() of different ranges, or between() and use(), may run concurrently; everything else on one thread.
+/// Threads: update() of different ranges, or approach() and use(), may run concurrently; everything else on one thread.
 class BodyMotions
 {
 public:
@@ -41,7 +43,7 @@ public:
     /// gone when this one is dispatched. The first, until no pair watches.
     bool serves(const btOverlappingPairCache* cache);
 
-    /// One more watcher of a body. @return its place, for between() and release(). Errors: std::bad_alloc.
+    /// One more watcher of a body. @return its place, for approach() and release(). Errors: std::bad_alloc.
     std::uint32_t acquire(const btCollisionObject& body);
     void release(std::uint32_t place) noexcept;
 
@@ -51,35 +53,40 @@ public:
     /// @param pass  see HullCache::hullOf()
     /// @param isGap updates have been missed by some pairs: every body counts as moved
     void update(std::size_t begin, std::size_t end, std::uint64_t pass, bool isGap) noexcept;
-    /// An upper bound for how much nearer any point of the one core may have come to any of the other: what they have
-    /// moved together does not count. Infinite or NaN if it is not known, 0 only if neither has moved.
-    float between(std::uint32_t a, std::uint32_t b) const
+    /// An upper bound for how much less A may reach beyond B along an axis than before, in units of its length: what the
+    /// bodies have moved together does not count, and what they have moved apart counts against how they have turned.
+    /// Infinite or NaN if it is not known, 0 if neither has moved.
+    ///
+    /// @param axis from B to A, largest component 1 in magnitude; the pair was looked at in the last update, or outlasted it
+    float approach(std::uint32_t a, std::uint32_t b, const std::array<float, 3>& axis,
+                   const TurnRates& rates) const
     {
         const Motion &m = m_moved[a], &n = m_moved[b];
         // The rest of a body that has moved is never 0.
         if (m.rest + n.rest == 0.0f)
             return 0.0f;
-        const float x = m.shift[0] - n.shift[0], y = m.shift[1] - n.shift[1], z = m.shift[2] - n.shift[2];
-        // Five roundings, and three squares below 2^-126 whose root the rest covers.
-        return std::sqrt(x * x + y * y + z * z) * (1.0f + 1e-6f) + (m.rest + n.rest);
+        const float x = n.shift[0] - m.shift[0], y = n.shift[1] - m.shift[1], z = n.shift[2] - m.shift[2];
+        return (x * axis[0] + y * axis[1] + z * axis[2]) + (rates.a() * m.rest + rates.b() * n.rest);
     }
-    /// What between() gave has spared a look at a pair.
+    /// What approach() gave has spared a look at a pair.
     void use(std::uint32_t place)
     {
-        if (__atomic_load_n(&m_isUsed[place], __ATOMIC_RELAXED) == 0)
-            __atomic_store_n(&m_isUsed[place], std::uint8_t(1), __ATOMIC_RELAXED);
+        const std::uint8_t uses = __atomic_load_n(&m_uses[place], __ATOMIC_RELAXED);
+        if (uses < kEnoughUses)
+            __atomic_store_n(&m_uses[place], static_cast<std::uint8_t>(uses + 1), __ATOMIC_RELAXED);
     }
+    /// True if nothing will be known about its motion from this update to the next.
+    bool isPaused(std::uint32_t place) const { return m_pauses[place] != 0; }
 
     void clear();
 
 private:
-    /// How a body's origin has moved, and how much farther any point of its core may have.
+    /// How a body's origin has moved; times a TurnRate, how much higher its core may be along an axis, from the origin.
     struct Motion
     {
         std::array<float, 3> shift = {};
         float rest = std::numeric_limits<float>::infinity();  ///< infinite: unknown; see motionOf()
     };
-    static Motion motionOf(const btTransform& from, const btTransform& to, btScalar reach);
 
     /// A body as it was in the last update.
     struct Slot
@@ -87,56 +94,70 @@ private:
         Motion move(std::uint64_t pass) noexcept;
         bool hasSameCore(std::uint64_t pass) noexcept;
         void readCore(std::uint64_t pass) noexcept;
+        Motion motionTo(const btTransform& to) noexcept;
 
         const btCollisionObject* body = nullptr;
-        std::uint32_t pause = 0;  ///< updates for which its motion stays unknown
         std::uint32_t watchers = 0;
+        std::int32_t credit = 0;                  ///< looks spared by its motion, less what updates cost
         const btCollisionShape* shape = nullptr;  ///< null: of a kind whose changes cannot be noticed
         HullUse hull;
         std::uint32_t revision = 0;  ///< of the hull's points
         int type = -1;
         btScalar margin = 0;
         btScalar reach = 0;  ///< no point of the core is farther from its origin
+        float skew = 0;      ///< see skewOf()
         btVector3 stretch = btVector3(0, 0, 0);
         btTransform place;
     };
 
+    static constexpr std::uint8_t kEnoughUses = 8;
+
+    bool isInVain(std::size_t place);
     void addPlace();
 
     std::vector<Slot> m_slots;
     std::vector<Motion> m_moved;
-    std::vector<std::uint8_t> m_isUsed;
+    std::vector<std::uint8_t> m_uses;    ///< since the last update, up to kEnoughUses
+    std::vector<std::uint8_t> m_pauses;  ///< updates for which a motion stays unknown
     std::vector<std::uint32_t> m_free;
     std::unordered_map<const btCollisionObject*, std::uint32_t> m_places;
     const btOverlappingPairCache* m_cache = nullptr;
 };
 
-/// A lower bound for how much farther apart than needed the cores of a pair are, from the last proof on.
+/// A lower bound for how much farther apart than needed the cores of a pair are along an axis, from the last proof on.
 class Leeway
 {
 public:
-    void forget() { m_left = -1.0f; }
-    /// @param left of a pair just proved to be apart, in real numbers; 0 is always right
-    void set(double left)
+    void forget() { m_left = kNothing; }
+    bool isForgotten() const { return m_left == kNothing; }
+    /// Of a pair just proved to be apart by an axis. @param room left: not negative
+    void set(const AxisRoom& room)
     {
         // Not infinite, which would never grow less.
-        m_left = left > 0.0 ? static_cast<float>(std::min(left, 1e38) * (1.0 - 1e-6)) : 0.0f;
+        m_left = static_cast<float>(std::min(double(room.left), 1e38) * (1.0 - 1e-6));
+        m_rates = room.rates;
     }
+    const TurnRates& rates() const { return m_rates; }
 
-    /// @param moved see BodyMotions::between()
+    /// @param moved see BodyMotions::approach()
     /// @return true if the pair is still apart
     bool outlasts(float moved)
     {
         if (moved == 0.0f)
-            return m_left >= 0.0f;
+            return m_left != kNothing;
         // The difference is rounded by half of 2^-23 of itself.
-        m_left = m_left < 0.0f ? -1.0f : (m_left - moved) * (1.0f - 0x1p-22f);
-        // False for a NaN.
-        return m_left >= 0.0f;
+        m_left = m_left >= 0.0f ? (m_left - moved) * (1.0f - 0x1p-22f) : kNothing;
+        if (m_left >= 0.0f)
+            return true;
+        m_left = kNothing;
+        return false;
     }
 
 private:
-    float m_left = -1.0f;  ///< negative or NaN: nothing is proved
+    static constexpr float kNothing = -1.0f;
+
+    float m_left = kNothing;
+    TurnRates m_rates;
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -41,10 +41,11 @@ enum class ConvexKind : std::uint8_t
 
 inline ConvexKind convexKindOf(int shapeType)
 {
+    // First what is asked for most.
+    if (shapeType == CONVEX_HULL_SHAPE_PROXYTYPE)
+        return ConvexKind::Hull;
     switch (shapeType)
     {
-        case CONVEX_HULL_SHAPE_PROXYTYPE:
-            return ConvexKind::Hull;
         case BOX_SHAPE_PROXYTYPE:
             return ConvexKind::Box;
         case TRIANGLE_SHAPE_PROXYTYPE:

@@ -95,7 +95,9 @@ IsaGjkAlgorithm::IsaGjkAlgorithm(IsaGjkRegistration& isaGjk, btPersistentManifol
                                  const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
                                  bool closestOnly)
     : btActivatingCollisionAlgorithm(info, a, b),
+      m_ownsManifold(false),
       m_closestOnly(closestOnly),
+      m_hasContacts(false),
       m_isaGjk(isaGjk),
       m_manifold(manifold)
 {
@@ -171,10 +173,12 @@ bool IsaGjkAlgorithm::isIdle(const btCollisionObject& a, const btCollisionObject
         return false;
     const ConvexPair pair(a, b);
     const btScalar limit = pair.margins() + m_breakingThreshold;
-    btScalar leeway = 0;
-    if (staysApart(pair, limit, &leeway))
+    AxisRoom room;
+    const bool hasUse = remembersRoom();
+    if (staysApart(pair, limit, hasUse ? &room : nullptr))
     {
-        m_leeway.set(double(leeway));
+        if (hasUse)
+            m_leeway.set(room);
         return true;
     }
     if (!canRunConcurrently(pair.a.shape.getShapeType()) || !canRunConcurrently(pair.b.shape.getShapeType()))
@@ -182,12 +186,13 @@ bool IsaGjkAlgorithm::isIdle(const btCollisionObject& a, const btCollisionObject
     const ConvexCores cores(pair, m_hulls, m_isaGjk.pass());
     if (!cores.arePlaced(pair) || separation(pair, cores, limit, m_cache) != GjkState::Separated)
         return false;
-    m_leeway.set(0.0);
+    if (hasUse && staysApart(pair, limit, &room))
+        m_leeway.set(room);
     return true;
 }
 
 /// The cheap proof, where there is one.
-bool IsaGjkAlgorithm::staysApart(const ConvexPair& pair, btScalar limit, btScalar* leeway)
+bool IsaGjkAlgorithm::staysApart(const ConvexPair& pair, btScalar limit, AxisRoom* room)
 {
     StretchedHull a, b;
     if (m_cache.state != GjkState::Separated ||
@@ -197,7 +202,7 @@ bool IsaGjkAlgorithm::staysApart(const ConvexPair& pair, btScalar limit, btScala
         b = {a.hull, a.stretch, &pair.b.transform};
     else if (!stretchShape(pair.b.shape, pair.b.transform, m_hulls[1], m_isaGjk.pass(), b))
         return false;
-    return staysSeparated(a, b, limit, m_cache, leeway);
+    return staysSeparated(a, b, limit, m_cache, room);
 }
 
 /// @return false if Bullet's own algorithm has to answer

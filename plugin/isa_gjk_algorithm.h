@@ -28,7 +28,7 @@ class IsaGjkAlgorithm final : public btActivatingCollisionAlgorithm
 {
 public:
     /// What staysIdle() reads.
-    static constexpr std::size_t kFirstBytes = sizeof(btActivatingCollisionAlgorithm) + 12;
+    static constexpr std::size_t kFirstBytes = sizeof(btActivatingCollisionAlgorithm) + 28;
 
     /// @param manifold    of a parent algorithm, which then owns and refreshes it; null: an own one, made when needed
     /// @param closestOnly one point per query, the closest: what queries outside of a step expect
@@ -56,8 +56,9 @@ public:
     /// to make it false now. To be asked after every update of the motions.
     bool staysIdle(BodyMotions& motions)
     {
-        if (m_places[1] == BodyMotions::kNone ||
-            !m_leeway.outlasts(motions.between(m_places[0], m_places[1])))
+        // Nothing is remembered of a pair that is not watched.
+        if (m_leeway.isForgotten() ||
+            !m_leeway.outlasts(motions.approach(m_places[0], m_places[1], m_cache.axis, m_leeway.rates())))
             return false;
         motions.use(m_places[0]);
         motions.use(m_places[1]);
@@ -71,7 +72,12 @@ public:
     bool isIdle(const btCollisionObject& a, const btCollisionObject& b);
 
 private:
-    bool staysApart(const ConvexPair& pair, btScalar limit, btScalar* leeway = nullptr);
+    bool remembersRoom() const
+    {
+        return m_places[1] != BodyMotions::kNone && !m_isaGjk.motions().isPaused(m_places[0]) &&
+               !m_isaGjk.motions().isPaused(m_places[1]);
+    }
+    bool staysApart(const ConvexPair& pair, btScalar limit, AxisRoom* room = nullptr);
     bool collide(const ConvexPair& pair, const btDispatcherInfo& info, btManifoldResult& result);
     void report(const ConvexPair& pair, const ConvexCores& cores, const Touch& touch, btScalar reach,
                 btManifoldResult& result);
@@ -80,14 +86,14 @@ private:
     // First what a pair that stays idle needs.
     std::uint32_t m_places[2] = {BodyMotions::kNone, BodyMotions::kNone};
     Leeway m_leeway;
-    bool m_ownsManifold = false;
-    bool m_closestOnly;
-    bool m_hasContacts = false;
+    GjkCache<btScalar> m_cache;
+    DepthMemory m_depth;
+    bool m_ownsManifold : 1;
+    bool m_closestOnly : 1;
+    bool m_hasContacts : 1;
     IsaGjkRegistration& m_isaGjk;
     btPersistentManifold* m_manifold;
     HullUse m_hulls[2];
-    GjkCache<btScalar> m_cache;
-    DepthMemory m_depth;
     btScalar m_breakingThreshold = -1;  ///< negative: not known yet
 };
 
