@@ -168,10 +168,10 @@ private:
             return false;
         }
         sort(exec, static_cast<int>(bits.bits), bits);
-        // Behind the pairs, so that one copy brings it too.
-        Pair* last = m_ordered.data() + m_count;
-        exec.clear(last, 1);
-        exec.forEach(m_count, OrderRun{m_keys[1].data(), m_count, bits, m_ordered.data(), &last->first});
+        // All of it, since long runs leave places out; behind the pairs their number, so that one copy brings it too.
+        exec.clear(m_ordered.data(), m_count + 1);
+        exec.forEach(m_count, OrderRun{m_keys[1].data(), m_count, bits, m_ordered.data(),
+                                       &m_ordered.data()[m_count].first});
         exec.download(m_staged.data(), m_ordered.data(), m_count + 1);
         exec.wait();
         if (m_staged.data()[m_count].first == 0)
