@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "broad/key_sort.h"
 
+#include "broad/running_sums.h"
 #include "broad/vector_room.h"
 
 #include <array>
@@ -48,21 +49,6 @@ void sortByInsertion(std::uint64_t* keys, std::size_t count)
 }
 
 void sortKeys(std::uint64_t* from, std::uint64_t* to, std::size_t count);
-
-/// Turns counts into exclusive sums; the largest count.
-std::uint32_t sumUp(std::uint32_t* counts, std::uint32_t size)
-{
-    std::uint32_t sum = 0;
-    std::uint32_t most = 0;
-    for (std::uint32_t i = 0; i < size; ++i)
-    {
-        const std::uint32_t count = counts[i];
-        counts[i] = sum;
-        sum += count;
-        most = std::max(most, count);
-    }
-    return most;
-}
 
 /// Sorts the digits that got more keys than an insertion sort is for.
 void sortFullDigits(std::uint64_t* from, std::uint64_t* to, const std::uint32_t* ends, std::uint32_t digits)

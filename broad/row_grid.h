@@ -77,6 +77,9 @@ struct alignas(64) GridMotion
 class RowGrid
 {
 public:
+    /// Boxes that are worth a task of their own where the grid is filled.
+    static constexpr std::size_t kTaskGrain = 4096;
+
     RowGrid(const GridOptions& options, WorkerPool& workers);
 
     /// Clears the grid, fills it and hands every overlapping pair of the input to the sink, each exactly once.
@@ -165,12 +168,7 @@ private:
             if (m_count + entries >= m_entries.size())
                 m_entries.resize(2 * m_entries.size() + entries + 1024);
         }
-        /// Writes in any case, without a branch; the entry counts if `isWanted`.
-        void push(Entry entry, bool isWanted)
-        {
-            m_entries[m_count] = entry;
-            m_count += isWanted ? 1u : 0u;
-        }
+        void push(Entry entry) { m_entries[m_count++] = entry; }
         std::size_t size() const { return m_count; }
         const Entry* begin() const { return m_entries.data(); }
         const Entry* end() const { return m_entries.data() + m_count; }

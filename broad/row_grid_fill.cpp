@@ -20,7 +20,6 @@ namespace
 constexpr std::uint32_t kSizeSampling = 8;
 constexpr std::uint32_t kLocateBlock = 128;
 constexpr std::uint32_t kSample = 512;
-constexpr std::size_t kTaskGrain = 4096;
 constexpr float kLargestExtent = static_cast<float>(std::uint64_t{1} << kHighestOctave);
 
 /// Where most numbers are; reorders them.
@@ -158,7 +157,7 @@ bool RowGrid::insertByHash(const Located& box, Task& task)
             const std::uint32_t row = m_rows.findOrInsert(packCell(box.level, j, k));
             if (row == RowDirectory::kNone)
                 return false;
-            task.bold.push({row, flagged(box.id, j == cells.j0, k == cells.k0)}, true);
+            task.bold.push({row, flagged(box.id, j == cells.j0, k == cells.k0)});
         }
     }
     return true;
@@ -238,7 +237,7 @@ void RowGrid::fillRegular(const GridInput& input, std::uint32_t begin, std::uint
                     if (row == RowDirectory::kNone)
                         continue;
                     ++task.regularCount[row];
-                    task.regular.push({row, flagged(id, j == cells.j0, k == cells.k0)}, true);
+                    task.regular.push({row, flagged(id, j == cells.j0, k == cells.k0)});
                 }
             }
         }

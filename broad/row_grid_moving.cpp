@@ -21,7 +21,6 @@ constexpr double kUneven = 0.375;
 constexpr std::uint32_t kJumpedShare = 2;
 constexpr std::uint32_t kJumpSample = 256;
 constexpr std::size_t kCopyGrain = 16384;
-constexpr std::size_t kBoxGrain = 4096;  // of the loops that fill the grid
 // Pairs whose boxes are on their way from memory.
 constexpr std::uint32_t kPrefetch = 12;
 constexpr std::size_t kPairGrain = 2048;
@@ -182,7 +181,7 @@ void RowGridBackend::updateMoving(const ProxyView& view)
     }
     // The first loop comes after some work for one thread then.
     if (m_hasJumped)
-        m_workers.expect(m_workers.tasksFor(view.dirtyCount, kBoxGrain));
+        m_workers.expect(m_workers.tasksFor(view.dirtyCount, RowGrid::kTaskGrain));
     const bool areJumping = areStillJumping(view);
     const bool isSure = areJumping || m_isReferenceOld;
     if (!isSure)

@@ -5,6 +5,7 @@
 // subtractions are all that is computed, so every width finds the same pairs.
 #include "broad/cell_rule.h"
 #include "broad/row_soa.h"
+#include "broad/running_sums.h"
 
 #include <algorithm>
 #include <cstring>
@@ -233,21 +234,6 @@ inline Places placesOf(const RowKey* keys, std::uint32_t count)
         highest = keys[i].x0 > highest ? keys[i].x0 : highest;
     }
     return {lowest, highest, count};
-}
-
-/// Turns counts into exclusive sums; the largest count.
-inline std::uint32_t sumUp(std::uint32_t* counts, std::uint32_t size)
-{
-    std::uint32_t sum = 0;
-    std::uint32_t most = 0;
-    for (std::uint32_t i = 0; i < size; ++i)
-    {
-        const std::uint32_t count = counts[i];
-        counts[i] = sum;
-        sum += count;
-        most = count > most ? count : most;
-    }
-    return most;
 }
 
 /// Sorts `from` into `to` by x0, and uses `from` as scratch: by places, those that hold many in the same way again, and

@@ -85,7 +85,7 @@ private:
     struct Motion
     {
         std::array<float, 3> shift = {};
-        float rest = std::numeric_limits<float>::infinity();  ///< infinite: unknown; see motionOf()
+        float rest = std::numeric_limits<float>::infinity();  ///< infinite: unknown; see Slot::motionTo()
     };
 
     /// A body as it was in the last update.

@@ -21,6 +21,18 @@ Made makeCells(Change change)
     return makeGridBackend(options);
 }
 
+/// @param width of a cell in mean boxes; 0: chosen
+Made makeUniform(double width)
+{
+    return makeCells(
+        [width](GridOptions& options)
+        {
+            options.placement = GridPlacement::OneGrid;
+            options.rebuildFraction = 1;
+            options.cellScale = static_cast<float>(width);
+        });
+}
+
 template <class Change>
 Made makePsap(int threads, Change change)
 {
@@ -127,15 +139,7 @@ const std::vector<NamedBackend>& namedBackends()
          [](int)
          { return makeCudaLiteral([](PsapOptions& options) { options.cells = PsapCells::Thesis; }); }},
         {"uniform", "the lecture's uniform grid: one size of cells for all boxes, only changed cells touched",
-         [](int)
-         {
-             return makeCells(
-                 [](GridOptions& options)
-                 {
-                     options.placement = GridPlacement::OneGrid;
-                     options.rebuildFraction = 1;
-                 });
-         }},
+         [](int) { return makeUniform(0); }},
         {"cells-incremental", "cells, only changed ones are touched",
          [](int) { return makeCells([](GridOptions& options) { options.rebuildFraction = 1; }); }},
         {"cells-rebuild", "cells, cleared and filled in every update",
@@ -264,16 +268,7 @@ const std::vector<NumberedBackend>& numberedBackends()
                              [=](GridOptions& options) { options.cellScale = static_cast<float>(number); });
          }},
         {"uniform:N", "uniform with cells of N mean boxes width",
-         [](int, double number)
-         {
-             return makeCells(
-                 [=](GridOptions& options)
-                 {
-                     options.placement = GridPlacement::OneGrid;
-                     options.rebuildFraction = 1;
-                     options.cellScale = static_cast<float>(number);
-                 });
-         }},
+         [](int, double number) { return makeUniform(number); }},
         {"cuda-cells:N", "psap-cells:N on an NVIDIA GPU",
          [](int, double number)
          { return makeCudaLiteral([=](PsapOptions& options) { setCells(options, number); }); }},

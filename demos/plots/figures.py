@@ -125,9 +125,9 @@ def figure13(rows):
 
 def cell_size(rows):
     figure, axes = plt.subplots(1, 3, figsize=(14, 4.4), width_ratios=(5, 4, 3))
-    uniform = chosen(rows, scene="W1")
-    bodies = max(uniform, key=lambda row: int(row["bodies"]))["bodies"]
-    against_width(axes[0], chosen(uniform, bodies=bodies),
+    equal = chosen(rows, scene="W1")
+    bodies = max(equal, key=lambda row: int(row["bodies"]))["bodies"]
+    against_width(axes[0], chosen(equal, bodies=bodies),
                   (("psap-cells", "C0", "thesis's steps, cells as wide as this"),
                    ("grid-rows", "C1", "cullet's grid, rows as wide as this"),
                    ("uniform", "C2", "uniform grid, cells as wide as this")),
@@ -162,7 +162,7 @@ def against_width(axis, rows, swept, fixed):
 def uneven_cells(axis, rows):
     """Le Grand gives each cell to one thread: all wait for the one with the fullest."""
     names = {"W1": "equal, uniform", "pile": "equal, a heap", "W2": "many sizes"}
-    rows = sorted(chosen_scenes(rows, names), key=lambda row: list(names).index(row["scene"]))
+    rows = [row for scene in names for row in chosen(rows, scene=scene)]
     shares = [float(row["most_tests"]) * float(row["bodies"]) / float(row["tests"]) for row in rows]
     axis.bar([names[row["scene"]] for row in rows], shares, color="C3")
     axis.set_yscale("log")
@@ -171,10 +171,6 @@ def uneven_cells(axis, rows):
     axis.set_title("Le Grand's cells", fontsize=10)
     axis.tick_params(axis="x", labelsize=8)
     axis.grid(True, axis="y", alpha=0.3)
-
-
-def chosen_scenes(rows, scenes):
-    return [row for row in rows if row["scene"] in scenes]
 
 
 def scaling(rows):

@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include <cstdint>
+
+namespace cullet
+{
+/// Turns counts into exclusive sums; the largest count.
+///
+/// Static, so that each source has its own: of one for all, the linker might take that of a source compiled for instructions
+/// that not every processor has.
+static inline std::uint32_t sumUp(std::uint32_t* counts, std::uint32_t size)
+{
+    std::uint32_t sum = 0;
+    std::uint32_t most = 0;
+    for (std::uint32_t i = 0; i < size; ++i)
+    {
+        const std::uint32_t count = counts[i];
+        counts[i] = sum;
+        sum += count;
+        most = count > most ? count : most;
+    }
+    return most;
+}
+}  // namespace cullet
