@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace cullet
@@ -107,6 +108,10 @@ public:
     /// Index among the given points (the first of several equal ones).
     std::int32_t sourceIndex(std::int32_t vertex) const { return m_source[vertex]; }
 
+    /// The hull of the corners alone: the same body, exactly, with fewer vertices to search; itself if it has no others.
+    /// What a search finds there is as far along the direction as any point, but for rounding.
+    const Hull& corners() const { return m_corners != nullptr ? *m_corners : *this; }
+
     /// Coordinates by axis, padded to a multiple of 8 with copies of vertex 0.
     const S* x() const { return m_x.data(); }
     const S* y() const { return m_y.data(); }
@@ -181,6 +186,7 @@ private:
     std::vector<std::int32_t> m_neighbours, m_neighbourBegin, m_naturalEnd, m_opposite;
     std::vector<Block> m_blocks;
     DkHierarchy m_hierarchy;
+    std::shared_ptr<const Hull> m_corners;  ///< null where all vertices are
     std::vector<Face> m_faces;
     std::vector<Edge> m_edges;
     std::vector<std::int32_t> m_faceVertices, m_vertexFaces, m_vertexFaceBegin;

@@ -14,7 +14,9 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <numeric>
+#include <utility>
 #include <vector>
 
 namespace cullet
@@ -177,6 +179,7 @@ private:
         std::vector<std::int32_t> loop;
         chain(order.begin(), order.end(), loop);
         chain(order.rbegin(), order.rend(), loop);
+        storeCorners(loop);
         addFace(normal, loop);
         std::reverse(loop.begin(), loop.end());
         addFace(-normal, loop);
@@ -200,6 +203,22 @@ private:
         NeighbourBuilder<S>(m_hull, m_points, m_vertexOf).run(surface, extra);
         if (m_extra == HullExtra::Hierarchy)
             storeHierarchy(surface);
+        storeCorners(surface.corners());
+    }
+
+    /// @param corners points that are extreme
+    void storeCorners(std::vector<std::int32_t> corners)
+    {
+        if (static_cast<std::int32_t>(corners.size()) == m_hull.m_vertexCount)
+            return;
+        std::sort(corners.begin(), corners.end());
+        std::vector<Vector> points;
+        for (const std::int32_t corner : corners)
+            points.push_back(m_points[corner].template cast<S>());
+        Hull<S> hull = build(points.data(), static_cast<std::int32_t>(points.size()), m_extra);
+        for (std::int32_t& source : hull.m_source)
+            source = m_source[corners[source]];
+        m_hull.m_corners = std::make_shared<const Hull<S>>(std::move(hull));
     }
 
     void numberVertices(const Triangulation& surface, const SurfacePoints& extra)

@@ -49,11 +49,12 @@ public:
                  {basis(1, 0), basis(1, 1), basis(1, 2), S(0)},
                  {basis(2, 0), basis(2, 1), basis(2, 2), S(0)}},
           m_origin{origin[0], origin[1], origin[2], S(0)},
-          m_hull(&hull),
+          m_hull(&hull.corners()),
           m_method(method)
     {
     }
 
+    /// The hull of the corners: all vertex ids here are its.
     const Hull<S>& hull() const { return *m_hull; }
     Eigen::Matrix3d basis() const
     {

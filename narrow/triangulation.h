@@ -48,6 +48,32 @@ public:
     /// Points that are no vertex of a triangle, inside or on the surface, ascending.
     const std::vector<std::int32_t>& leftOver() const { return m_leftOver; }
 
+    /// Points that are extreme, ascending. A vertex inside an edge of the hull has two planes around it and edges between
+    /// them on two sides only, one inside a face has none; exact.
+    std::vector<std::int32_t> corners() const
+    {
+        std::vector<std::int32_t> bends(m_points.size(), 0);
+        for (const Triangle& t : m_triangles)
+        {
+            for (int k = 0; k < 3; ++k)
+            {
+                const std::array<std::int32_t, 3>& across = m_triangles[t.neighbour[k]].vertex;
+                const auto apex = [&](std::int32_t v)
+                { return v != t.vertex[k] && v != t.vertex[(k + 1) % 3]; };
+                const std::int32_t far = *std::find_if(across.begin(), across.end(), apex);
+                bends[t.vertex[k]] += orientation(m_points[t.vertex[0]], m_points[t.vertex[1]],
+                                                  m_points[t.vertex[2]], m_points[far]) != 0;
+            }
+        }
+        std::vector<std::int32_t> corners;
+        for (std::size_t i = 0; i < bends.size(); ++i)
+        {
+            if (bends[i] >= 3)
+                corners.push_back(static_cast<std::int32_t>(i));
+        }
+        return corners;
+    }
+
 private:
     struct Face
     {

@@ -67,7 +67,7 @@ void HullContents::build()
                        points.reserve(m_points.size() / kScalarsPerPoint);
                        for (std::size_t i = 0; i < m_points.size(); i += kScalarsPerPoint)
                            points.emplace_back(m_points[i], m_points[i + 1], m_points[i + 2]);
-                       m_hull = makeHull(points);
+                       m_hull = makeHull(points).corners();
                    });
 }
 

@@ -10,6 +10,7 @@
 #include <limits>
 #include <random>
 #include <set>
+#include <utility>
 #include <vector>
 
 namespace cullet::test
@@ -123,6 +124,47 @@ TYPED_TEST(HullOf, ParallelEdgesOfAGridBoxMergeToSixSquares)
     EXPECT_EQ(hull.vertexCount(), 98);
     ASSERT_EQ(hull.faces().size(), 6u);
     EXPECT_EQ(hull.edges().size(), 12u);
+}
+
+TYPED_TEST(HullOf, CornersAreTheExtremePointsAlone)
+{
+    // The last of these has a corner over the middle of each face of the grid.
+    Points star = gridBoxPoints(5);
+    for (const Eigen::Vector3d axis :
+         {Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ()})
+        star.insert(star.end(), {1.25 * axis, -1.25 * axis});
+    const Points plate = {{0.5, 0.5, 2}, {0, 0, 2}, {1, 0, 2}, {0.5, 0, 2}, {1, 1, 2}, {0, 1, 2}};
+    const std::vector<std::pair<Points, int>> shapes = {{withDuplicatesAndInterior(gridBoxPoints(5), 5), 8},
+                                                        {plate, 4},
+                                                        {icoPoints(1), 42},
+                                                        {withDuplicatesAndInterior(star, 6), 14}};
+    for (const auto& [points, cornerCount] : shapes)
+    {
+        SCOPED_TRACE(points.size());
+        const Hull<TypeParam> hull = hullOf<TypeParam>(points);
+        const Hull<TypeParam>& corners = hull.corners();
+        EXPECT_EQ(corners.vertexCount(), cornerCount);
+        EXPECT_EQ(&corners.corners(), &corners);
+        EXPECT_EQ(corners.kind(), hull.kind());
+        EXPECT_EQ(corners.faces().size(), hull.faces().size());
+        std::set<int> sources;
+        for (int v = 0; v < hull.vertexCount(); ++v)
+            sources.insert(hull.sourceIndex(v));
+        for (int v = 0; v < corners.vertexCount(); ++v)
+        {
+            EXPECT_EQ(sources.count(corners.sourceIndex(v)), 1u);
+            EXPECT_GE(corners.facesOf(v).size(), 2);
+        }
+        std::mt19937 engine(7);
+        for (int i = 0; i < 1000; ++i)
+        {
+            const auto d = randomDirection(engine).template cast<TypeParam>().eval();
+            const TypeParam ofAll = supportProduct(hull, supportVertex(hull, d), d);
+            const TypeParam ofCorners = supportProduct(corners, supportVertex(corners, d), d);
+            ASSERT_LE(ofCorners, ofAll);
+            ASSERT_GE(ofCorners, ofAll - TypeParam(4) * std::numeric_limits<TypeParam>::epsilon());
+        }
+    }
 }
 
 TYPED_TEST(HullOf, DuplicatesAndInteriorPointsAreDroppedAndOrderIsKept)
