@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "broad/proxy_table.h"
 
+#include "broad/aabb_simd.h"
+
 #include <algorithm>
 #include <cstring>
 
@@ -90,6 +92,33 @@ void ProxyTable::destroy(ProxyId row)
     m_quarantine.push_back(row);
     --m_liveCount;
     mark(row, kRowDestroyed);
+}
+
+void ProxyTable::setBoxes(const Aabb* boxes, const ProxyId* rows, std::size_t count) noexcept
+{
+    Aabb* const to = m_boxes.data();
+    std::uint8_t* const changes = m_changes.data();
+    std::uint8_t* const queryChanges = m_queryChanges.data();
+    std::uint32_t lastBlock = ~0u;
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        const ProxyId row = rows[i];
+        const Float4 front = loadFloat4(boxes[row].min);
+        const Float4 back = loadFloat4(boxes[row].min + 2);
+        if (isTrueInAll((front == loadFloat4(to[row].min)) & (back == loadFloat4(to[row].min + 2))))
+            continue;
+        const bool isBox = isTrueInAll(__builtin_shuffle(front, Int4{0, 1, 2, 2}) <=
+                                       __builtin_shuffle(back, Int4{1, 2, 3, 3}));
+        const Aabb& box = isBox ? boxes[row] : kEmptyAabb;
+        std::memcpy(&to[row], &box, sizeof box);
+        changes[row] = static_cast<std::uint8_t>(changes[row] | kRowMoved);
+        queryChanges[row] = 1;
+        if (row >> kBlockShift != lastBlock)
+        {
+            lastBlock = row >> kBlockShift;
+            markBlock(lastBlock);
+        }
+    }
 }
 
 void ProxyTable::setFilter(ProxyId row, Filter filter) noexcept

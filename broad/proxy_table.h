@@ -42,6 +42,12 @@ public:
         mark(row, kRowMoved);
     }
 
+    /// Sets the boxes of many rows; those that are as they were are not marked. O(count), no allocation.
+    ///
+    /// @param boxes row -> box
+    /// @param rows  [count] each once
+    void setBoxes(const Aabb* boxes, const ProxyId* rows, std::size_t count) noexcept;
+
     /// Stores filter words and marks the row as refiltered if they differ. O(1).
     void setFilter(ProxyId row, Filter filter) noexcept;
 
@@ -83,8 +89,13 @@ private:
     {
         m_changes[row] = static_cast<std::uint8_t>(m_changes[row] | bits);
         m_queryChanges[row] = 1;
-        // Blocks are shared between rows, hence atomics; relaxed, because readers start after all setBox() calls.
-        std::atomic<std::uint8_t>& block = m_blocks[row >> kBlockShift];
+        markBlock(row >> kBlockShift);
+    }
+
+    /// Blocks are shared between rows, hence atomics; relaxed, because readers start after all setBox() calls.
+    void markBlock(std::uint32_t index) noexcept
+    {
+        std::atomic<std::uint8_t>& block = m_blocks[index];
         constexpr std::uint8_t kBoth = kBlockForUpdate | kBlockForQueries;
         if (block.load(std::memory_order_relaxed) == kBoth)
             return;

@@ -36,6 +36,7 @@ std::uint8_t changesOf(const ProxyView& view)
 
 RowGridBackend::RowGridBackend(const GridOptions& options)
     : m_options(options),
+      m_kernels(chooseRowKernels(options.baselineSimd)),
       m_workers(options.threads),
       m_alone(1),
       m_grid(options, m_workers),

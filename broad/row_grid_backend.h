@@ -174,9 +174,14 @@ private:
     // row_grid_settled.cpp
     SettledOutcome updateSettled(const ProxyView& view);
     void findEscaped(const ProxyView& view);
+    std::uint32_t findEscapedOfFew(const ProxyView& view);
+    std::uint32_t findEscapedOfAll(const ProxyView& view);
     void activate(std::uint32_t row);
     void updateWatched(const ProxyView& view);
-    void updateWatchedPair(const ProxyView& view, std::size_t index);
+    void updateAllWatched(const ProxyView& view);
+    void changeWatchedPair(const ProxyView& view, std::size_t index);
+
+    // row_grid_active.cpp
     void updateActive(const ProxyView& view);
     void findActivePairs(const ProxyView& view, std::vector<IdPair>& found);
     void matchActivePairs();
@@ -186,6 +191,7 @@ private:
     void findPairsWithUnbounded(const ProxyView& view, std::vector<IdPair>& found) const;
 
     GridOptions m_options;
+    const RowKernels& m_kernels;
     WorkerPool m_workers;
     WorkerPool m_alone;    ///< of a single thread
     RowGrid m_grid;        ///< everything (moving), or the settled boxes (settled)
@@ -234,7 +240,9 @@ private:
     std::vector<IdPair> m_unmatched;               // of m_activePairs
     std::vector<std::uint32_t> m_unmatchedFound;   // of m_foundPairs, their indices
     PairSet m_oldPairs;
-    std::vector<std::uint32_t> m_quiet;    ///< rows that moved inside their shell in this update
+    bool m_haveFewChanged = true;
+    std::vector<std::uint32_t> m_quiet;    ///< rows that moved inside their shell, while few changed
+    std::size_t m_quietCount = 0;          ///< ... in any case
     std::vector<std::uint32_t> m_escaped;  ///< rows that left it
     double m_wasted = 0;                   ///< work spent on active boxes that do not move any more
     SettlePolicy m_policy;

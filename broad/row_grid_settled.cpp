@@ -1,9 +1,11 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+//
+// Settled mode: boxes in their shells, and the pairs of them that may change.
 #include "broad/row_grid_backend.h"
-#include "broad/row_grid_sinks.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace cullet
@@ -12,42 +14,11 @@ namespace
 {
 // Share of active boxes from which a refill of everything is cheaper than queries of the active ones.
 constexpr double kActiveShare = 0.22;
-constexpr std::size_t kQueryGrain = 1024;
-constexpr unsigned kPartsPerThread = 4;
-// Boxes that are on their way from memory.
-constexpr std::uint32_t kPrefetch = 12;
-// Pairs that are looked at to find out which one of two lists lacks.
-constexpr std::size_t kLookAhead = 4;
-// Updates until active boxes are ordered anew.
-constexpr std::uint32_t kOrderedUpdates = 64;
+// Share of changed rows, one in so many, from which all boxes and all watched pairs are looked at.
+constexpr std::uint32_t kManyShare = 4;
+// Boxes or pairs that a kernel looks at in one call.
+constexpr std::uint32_t kBlock = 512;
 }  // namespace
-
-/// Collects the pairs of an active box and a settled one: the grid knows the settled ones by their shells.
-class RowGridBackend::SettledSink final : public PairSink
-{
-public:
-    SettledSink(const RowGridBackend& backend, const ProxyView& view, std::vector<IdPair>& pairs)
-        : m_backend(backend), m_view(view), m_pairs(pairs)
-    {
-    }
-
-    void take(unsigned /*worker*/, const PairBuffer& found) override
-    {
-        for (std::uint32_t i = 0; i < found.count; ++i)
-        {
-            prefetchBox(m_view.boxes + found.pair(std::min(i + kPrefetch, found.count - 1)).b);
-            const IdPair pair = found.pair(i);
-            if (m_backend.m_states[pair.b] == RowState::Settled &&
-                overlaps(m_view.boxes[pair.a], m_view.boxes[pair.b]))
-                m_pairs.push_back(pair);
-        }
-    }
-
-private:
-    const RowGridBackend& m_backend;
-    const ProxyView& m_view;
-    std::vector<IdPair>& m_pairs;
-};
 
 RowGridBackend::SettledOutcome RowGridBackend::updateSettled(const ProxyView& view)
 {
@@ -68,7 +39,7 @@ RowGridBackend::SettledOutcome RowGridBackend::updateSettled(const ProxyView& vi
     findEscaped(view);
     const double share = m_options.rebuildFraction >= 0 ? m_options.rebuildFraction : kActiveShare;
     const std::size_t active = m_active.size() + m_escaped.size();
-    const double watching = SettlePolicy::costOfPhase(active, m_quiet.size());
+    const double watching = SettlePolicy::costOfPhase(active, m_quietCount);
     if (static_cast<double>(active) > share * view.size + 8)
     {
         decide("too many boxes left their shells", active, moving, watching);
@@ -81,7 +52,7 @@ RowGridBackend::SettledOutcome RowGridBackend::updateSettled(const ProxyView& vi
         return SettledOutcome::Refill;
     }
     decide("most boxes rest", active, watching, moving);
-    m_policy.count(active, m_quiet.size());
+    m_policy.count(active, m_quietCount);
     for (const std::uint32_t row : m_escaped)
         activate(row);
     m_stats.path = m_active.empty() ? "watch" : "incremental";
@@ -96,6 +67,16 @@ void RowGridBackend::findEscaped(const ProxyView& view)
 {
     m_quiet.clear();
     m_escaped.clear();
+    // In a shell without end everything is inside, what went too.
+    m_haveFewChanged = view.dirtyCount <= view.size / kManyShare || !std::isfinite(m_slack);
+    const std::uint32_t activeMoves = m_haveFewChanged ? findEscapedOfFew(view) : findEscapedOfAll(view);
+    m_quietCount = view.dirtyCount - activeMoves - m_escaped.size();
+    m_wasted += SettlePolicy::kCostOfActive * static_cast<double>(m_active.size() - activeMoves);
+}
+
+/// @return changed rows that are active
+std::uint32_t RowGridBackend::findEscapedOfFew(const ProxyView& view)
+{
     std::uint32_t activeMoves = 0;
     for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
     {
@@ -109,7 +90,29 @@ void RowGridBackend::findEscaped(const ProxyView& view)
         else
             m_quiet.push_back(row);
     }
-    m_wasted += SettlePolicy::kCostOfActive * static_cast<double>(m_active.size() - activeMoves);
+    return activeMoves;
+}
+
+/// The same where many rows changed: all boxes in a row, changed or not, are compared in less time than those that changed.
+/// New boxes, and those that went, are outside of any shell.
+std::uint32_t RowGridBackend::findEscapedOfAll(const ProxyView& view)
+{
+    const ShellSource source = {view.boxes, m_reference.data(), m_slack};
+    std::array<std::uint32_t, kBlock> outside;
+    for (std::uint32_t begin = 0; begin < view.size; begin += kBlock)
+    {
+        const std::uint32_t end = std::min(begin + kBlock, view.size);
+        const std::uint32_t count = m_kernels.findOutside(source, begin, end, outside.data());
+        for (std::uint32_t i = 0; i < count; ++i)
+        {
+            const std::uint32_t row = outside[i];
+            if (view.changes[row] != kRowUnchanged && m_states[row] != RowState::Active)
+                m_escaped.push_back(row);
+        }
+    }
+    return static_cast<std::uint32_t>(std::count_if(m_active.begin(), m_active.end(),
+                                                    [&](std::uint32_t row)
+                                                    { return view.changes[row] != kRowUnchanged; }));
 }
 
 void RowGridBackend::activate(std::uint32_t row)
@@ -125,12 +128,10 @@ void RowGridBackend::activate(std::uint32_t row)
     m_active.push_back(row);
 }
 
-void RowGridBackend::updateWatchedPair(const ProxyView& view, std::size_t index)
+/// Only open and held pairs can change.
+void RowGridBackend::changeWatchedPair(const ProxyView& view, std::size_t index)
 {
     const SettledPairs::State state = m_settled.state(index);
-    if (state != SettledPairs::State::Open && state != SettledPairs::State::Held)
-        return;
-    ++m_stats.candidates;
     const IdPair pair = m_settled.pair(index);
     const Aabb& a = view.boxes[pair.a];
     const Aabb& b = view.boxes[pair.b];
@@ -152,164 +153,38 @@ void RowGridBackend::updateWatchedPair(const ProxyView& view, std::size_t index)
 void RowGridBackend::updateWatched(const ProxyView& view)
 {
     // All in a row is faster per pair than box by box.
-    if (m_quiet.size() * 4 > view.size)
+    if (!m_haveFewChanged)
     {
-        for (std::size_t i = m_settled.firstWatched(); i < m_settled.size(); ++i)
-            updateWatchedPair(view, i);
+        updateAllWatched(view);
         return;
     }
     for (const std::uint32_t row : m_quiet)
-        m_settled.forEachOf(row, [&](std::size_t index) { updateWatchedPair(view, index); });
-}
-
-/// Part `part` of `parts` equal ones of the active boxes.
-void RowGridBackend::findPairsWithSettled(const ProxyView& view, unsigned part, unsigned parts,
-                                          unsigned worker)
-{
-    const TaskRange range(m_active.size(), part, parts);
-    m_partPairs[part].clear();
-    SettledSink sink(*this, view, m_partPairs[part]);
-    m_grid.query(view.boxes, m_active.data() + range.begin, range.end - range.begin, worker, sink);
-}
-
-void RowGridBackend::findPairsWithUnbounded(const ProxyView& view, std::vector<IdPair>& found) const
-{
-    for (const std::uint32_t large : m_grid.unbounded())
     {
-        if (m_states[large] != RowState::Settled)
-            continue;
-        for (const std::uint32_t row : m_active)
-        {
-            if (isValid(view.boxes[row]) && overlaps(view.boxes[row], view.boxes[large]))
-                found.push_back({row, large});
-        }
+        m_settled.forEachOf(row,
+                            [&](std::size_t index)
+                            {
+                                if (!m_settled.isChangeable(index))
+                                    return;
+                                ++m_stats.candidates;
+                                changeWatchedPair(view, index);
+                            });
     }
 }
 
-/// Pairs with settled boxes come first and by parts of the active ones, not by thread, so that they come in the same order in
-/// every update.
-void RowGridBackend::findActivePairs(const ProxyView& view, std::vector<IdPair>& found)
+/// Hardly any of them changes, and which one nobody can predict.
+void RowGridBackend::updateAllWatched(const ProxyView& view)
 {
-    CollectingSink sink(m_workers.threads());
-    GridInput input;
-    input.boxes = view.boxes;
-    input.ids = m_active.data();
-    input.count = static_cast<std::uint32_t>(m_active.size());
-    const bool isShared = m_workers.tasksFor(m_active.size(), kQueryGrain) > 1;
-    const unsigned parts = isShared ? kPartsPerThread * m_workers.threads() : 1;
-    m_partPairs.resize(parts);
-    // Few boxes among themselves are work for one thread, beside the parts; many for all threads.
-    const unsigned scans = m_activeGrid.isForOneThread(input.count) ? 1 : 0;
-    if (scans == 0)
-        m_activeGrid.scan(input, sink, RowUse::Once);
-    m_workers.run(isShared ? parts + scans : 1,
-                  [&](unsigned task, unsigned worker)
-                  {
-                      if (scans != 0 && task == 0)
-                          m_activeGrid.scan(input, sink, RowUse::Once);
-                      if (!isShared || task >= scans)
-                          findPairsWithSettled(view, isShared ? task - scans : 0, parts, worker);
-                  });
-    for (const std::vector<IdPair>& pairs : m_partPairs)
-        found.insert(found.end(), pairs.begin(), pairs.end());
-    findPairsWithUnbounded(view, found);
-    sink.forEach([&](IdPair pair) { found.push_back(pair); });
-}
-
-void RowGridBackend::updateActive(const ProxyView& view)
-{
-    // Other boxes than before, or boxes that came far since.
-    if (m_active.size() > m_orderedCount + m_orderedCount / 8 || ++m_orderedAge > kOrderedUpdates)
+    const WatchSource source = m_settled.watchSource(view.boxes, view.margin);
+    std::array<std::uint32_t, kBlock> stirred;
+    const auto first = static_cast<std::uint32_t>(m_settled.firstWatched());
+    const auto size = static_cast<std::uint32_t>(m_settled.size());
+    m_stats.candidates += m_settled.changeableCount();
+    for (std::uint32_t begin = first; begin < size; begin += kBlock)
     {
-        m_grid.sortAlongRows(view.boxes, m_active);
-        m_orderedCount = m_active.size();
-        m_orderedAge = 0;
-    }
-    m_foundPairs.clear();
-    findActivePairs(view, m_foundPairs);
-    matchActivePairs();
-    m_oldPairs.reset(m_unmatched.size());
-    for (const IdPair pair : m_unmatched)
-        m_oldPairs.insert(PairSet::keyOf(pair.a, pair.b));
-    takeUnmatchedFound(view);
-    takeUnmatchedOld(view);
-    m_activePairs.swap(m_foundPairs);
-}
-
-/// Goes along the pairs of before and of now, which hardly differ and are in the same order mostly, and collects those without
-/// a partner. Some may be in both collections: a hash tells these.
-void RowGridBackend::matchActivePairs()
-{
-    m_unmatched.clear();
-    m_unmatchedFound.clear();
-    std::size_t old = 0;
-    std::size_t found = 0;
-    const auto isEqual = [&](std::size_t a, std::size_t b)
-    {
-        return a < m_activePairs.size() && b < m_foundPairs.size() &&
-               m_activePairs[a].a == m_foundPairs[b].a && m_activePairs[a].b == m_foundPairs[b].b;
-    };
-    while (old < m_activePairs.size() && found < m_foundPairs.size())
-    {
-        std::size_t skip = 0;
-        while (skip < kLookAhead && !isEqual(old + skip, found) && !isEqual(old, found + skip))
-            ++skip;
-        // A pair or some are on one side only, or all that was looked at differs.
-        const bool isLost = skip == kLookAhead;
-        const std::size_t oldEnd =
-            isLost || isEqual(old + skip, found) ? std::min(old + skip, m_activePairs.size()) : old;
-        const std::size_t foundEnd =
-            isLost || oldEnd == old ? std::min(found + skip, m_foundPairs.size()) : found;
-        for (; old < oldEnd; ++old)
-            m_unmatched.push_back(m_activePairs[old]);
-        for (; found < foundEnd; ++found)
-            m_unmatchedFound.push_back(static_cast<std::uint32_t>(found));
-        old += isLost ? 0u : 1u;
-        found += isLost ? 0u : 1u;
-    }
-    for (; old < m_activePairs.size(); ++old)
-        m_unmatched.push_back(m_activePairs[old]);
-    for (; found < m_foundPairs.size(); ++found)
-        m_unmatchedFound.push_back(static_cast<std::uint32_t>(found));
-}
-
-/// Found pairs without a partner: new, unless a hash of the old ones knows them.
-void RowGridBackend::takeUnmatchedFound(const ProxyView& view)
-{
-    constexpr IdPair kRejected = {~0u, ~0u};
-    bool hasRejected = false;
-    for (const std::uint32_t index : m_unmatchedFound)
-    {
-        const IdPair pair = m_foundPairs[index];
-        if (m_oldPairs.erase(PairSet::keyOf(pair.a, pair.b)))
-            continue;
-        if (mayEnter(view, pair))
-        {
-            reportAdded(view, pair);
-            continue;
-        }
-        m_foundPairs[index] = kRejected;
-        hasRejected = true;
-    }
-    if (!hasRejected)
-        return;
-    const auto end = std::remove_if(m_foundPairs.begin(), m_foundPairs.end(),
-                                    [&](IdPair pair) { return pair.a == kRejected.a; });
-    m_foundPairs.erase(end, m_foundPairs.end());
-}
-
-/// Old pairs that do not overlap any more: they stay while the margin allows it.
-void RowGridBackend::takeUnmatchedOld(const ProxyView& view)
-{
-    for (const IdPair pair : m_unmatched)
-    {
-        if (!m_oldPairs.contains(PairSet::keyOf(pair.a, pair.b)))
-            continue;
-        const bool valid = isValid(view.boxes[pair.a]) && isValid(view.boxes[pair.b]);
-        if (valid && overlapsWithMargin(view.boxes[pair.a], view.boxes[pair.b], view.margin))
-            m_foundPairs.push_back(pair);
-        else
-            reportRemoved(view, pair);
+        const std::uint32_t end = std::min(begin + kBlock, size);
+        const std::uint32_t count = m_kernels.findStirred(source, begin, end, stirred.data());
+        for (std::uint32_t i = 0; i < count; ++i)
+            changeWatchedPair(view, stirred[i]);
     }
 }
 }  // namespace cullet

@@ -5,10 +5,11 @@
 #if defined(__x86_64__)
 #include "broad/box_motion.inl"
 #include "broad/row_kernels.inl"
+#include "broad/shell_kernels.inl"
 
 namespace cullet
 {
-const RowKernels kRowKernelsAvx2 = {"avx2",   scanSelf,    scanCross,   scanOne,
-                                    buildRow, locateBoxes, compareBoxes};
+const RowKernels kRowKernelsAvx2 = {"avx2",      scanSelf,     scanCross,   scanOne,    buildRow,
+                                    locateBoxes, compareBoxes, findOutside, findStirred};
 }  // namespace cullet
 #endif  // x86-64

@@ -2,11 +2,12 @@
 // SPDX-License-Identifier: Zlib
 #include "broad/box_motion.inl"
 #include "broad/row_kernels.inl"
+#include "broad/shell_kernels.inl"
 
 namespace cullet
 {
-const RowKernels kRowKernelsBaseline = {"baseline", scanSelf,    scanCross,   scanOne,
-                                        buildRow,   locateBoxes, compareBoxes};
+const RowKernels kRowKernelsBaseline = {"baseline",  scanSelf,     scanCross,   scanOne,    buildRow,
+                                        locateBoxes, compareBoxes, findOutside, findStirred};
 
 const RowKernels& chooseRowKernels(bool baseline)
 {

@@ -188,6 +188,25 @@ struct MotionSums
     float largest = 0;             ///< motion within the limit, of all calls
 };
 
+/// What findOutside() needs.
+struct ShellSource
+{
+    const Aabb* boxes;      ///< row of the proxy table -> box
+    const Aabb* reference;  ///< ... and the centre of its shell
+    float slack;            ///< thickness of the shells
+};
+
+/// What findStirred() needs.
+struct WatchSource
+{
+    const Aabb* boxes;           ///< row of the proxy table -> box
+    const IdPair* pairs;         ///< that are watched
+    const std::uint8_t* states;  ///< ... and the state of each
+    /// State -> gap beyond which such a pair changes; of open ones, up to which it does.
+    float limits[4];
+    std::uint8_t open;  ///< state of pairs that change when they overlap
+};
+
 /// The inner loops, one set per instruction set; every set finds the same pairs.
 ///
 /// Duplicates over cells are dropped by the owner rule: the cell that holds (max of the y minima, max of the z
@@ -221,6 +240,20 @@ struct RowKernels
     /// Tells how the boxes of some rows of the table moved, and which of them strayed.
     void (*compareBoxes)(const MotionSource& source, const std::uint32_t* rows, std::uint32_t count,
                          MotionSums& sums);
+
+    /// Finds the rows of [begin, end) whose boxes are not inside their shells: isInsideShell().
+    ///
+    /// @param outside [out, end - begin] ascending
+    /// @return how many
+    std::uint32_t (*findOutside)(const ShellSource& source, std::uint32_t begin, std::uint32_t end,
+                                 std::uint32_t* outside);
+
+    /// Finds the pairs [begin, end) whose boxes say something else than their state; a few of them may not change.
+    ///
+    /// @param stirred [out, end - begin] indices, ascending
+    /// @return how many
+    std::uint32_t (*findStirred)(const WatchSource& source, std::uint32_t begin, std::uint32_t end,
+                                 std::uint32_t* stirred);
 };
 
 extern const RowKernels kRowKernelsBaseline;

@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #include "broad/settled_pairs.h"
 
+#include <algorithm>
+#include <limits>
+
 namespace cullet
 {
 void SettledPairs::clear()
@@ -42,6 +45,26 @@ void SettledPairs::finish(std::uint32_t rowCount)
         m_items[--m_offsets[m_pairs[i].a]] = static_cast<std::uint32_t>(i);
         m_items[--m_offsets[m_pairs[i].b]] = static_cast<std::uint32_t>(i);
     }
+}
+
+std::size_t SettledPairs::changeableCount() const
+{
+    const auto first = m_states.begin() + static_cast<std::ptrdiff_t>(m_firstWatched);
+    return static_cast<std::size_t>(
+        std::count_if(first, m_states.end(), [](State state) { return isChangeable(state); }));
+}
+
+WatchSource SettledPairs::watchSource(const Aabb* boxes, float margin) const
+{
+    constexpr float kNever = std::numeric_limits<float>::infinity();
+    WatchSource source = {boxes,
+                          m_pairs.data(),
+                          reinterpret_cast<const std::uint8_t*>(m_states.data()),
+                          {kNever, kNever, kNever, kNever},
+                          static_cast<std::uint8_t>(State::Open)};
+    source.limits[static_cast<int>(State::Open)] = 0.0f;
+    source.limits[static_cast<int>(State::Held)] = 2.0f * margin;
+    return source;
 }
 
 std::uint64_t SettledPairs::bytes() const

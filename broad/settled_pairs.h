@@ -40,6 +40,13 @@ public:
     State state(std::size_t index) const { return m_states[index]; }
     void setState(std::size_t index, State state) { m_states[index] = state; }
 
+    /// Whether a pair may enter or leave the pair set while its boxes are within their shells.
+    bool isChangeable(std::size_t index) const { return isChangeable(m_states[index]); }
+    std::size_t changeableCount() const;
+
+    /// What a kernel needs to find the pairs that do so.
+    WatchSource watchSource(const Aabb* boxes, float margin) const;
+
     /// Calls visit(index) for every pair of a row that is not gone.
     template <class Visit>
     void forEachOf(std::uint32_t row, Visit visit) const
@@ -67,6 +74,8 @@ public:
     std::uint64_t bytes() const;
 
 private:
+    static bool isChangeable(State state) { return state == State::Open || state == State::Held; }
+
     std::vector<IdPair> m_pairs;
     std::vector<State> m_states;
     std::size_t m_firstWatched = 0;

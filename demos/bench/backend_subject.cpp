@@ -35,11 +35,7 @@ public:
 
     void setBoxes(const std::vector<Aabb>& boxes, const std::vector<std::uint32_t>& rows) override
     {
-        for (const std::uint32_t row : rows)
-        {
-            if (m_table.box(row) != boxes[row])
-                m_table.setBox(row, boxes[row]);
-        }
+        m_table.setBoxes(boxes.data(), rows.data(), rows.size());
     }
 
     void remove(std::uint32_t row) override { m_table.destroy(row); }

@@ -74,6 +74,39 @@ TEST(ProxyTable, InvalidBoxesBecomeTheEmptyBox)
     EXPECT_EQ(table.box(row), kEmptyAabb);
 }
 
+TEST(ProxyTable, SetsManyBoxesAndMarksThoseThatDiffer)
+{
+    ProxyTable table;
+    std::vector<Aabb> boxes;
+    std::vector<ProxyId> rows;
+    for (std::uint32_t row = 0; row < 300; ++row)
+    {
+        boxes.push_back(cube(0, static_cast<float>(row)));
+        table.create(boxes.back(), row + 1, kEverything);
+        if (row % 3 != 0)
+            rows.push_back(row);
+    }
+    settle(table);
+    std::vector<ProxyId> queried;
+    table.collectQueryChanges(queried);
+    boxes[0] = cube(5, 6);  // not asked for
+    boxes[1].max[2] = 7;
+    boxes[200].min[0] = -1;
+    boxes[202] = cube(2, 1);
+    boxes[299].max[1] = kNan;
+    table.setBoxes(boxes.data(), rows.data(), rows.size());
+    const std::vector<ProxyId> expected = {1, 200, 202, 299};
+    EXPECT_EQ(dirtyRows(table.beginUpdate(0, true)), expected);
+    table.collectQueryChanges(queried);
+    EXPECT_EQ(queried, expected);
+    EXPECT_EQ(table.changes(200), kRowMoved);
+    EXPECT_EQ(table.box(0), cube(0, 0));
+    EXPECT_EQ(table.box(1), boxes[1]);
+    EXPECT_EQ(table.box(200), boxes[200]);
+    EXPECT_EQ(table.box(202), kEmptyAabb);
+    EXPECT_EQ(table.box(299), kEmptyAabb);
+}
+
 TEST(ProxyTable, ADestroyedRowIsQuarantinedUntilTheUpdateIsOver)
 {
     ProxyTable table;

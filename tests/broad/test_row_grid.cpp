@@ -6,6 +6,7 @@
 #include "broad/row_builder.h"
 #include "broad/row_grid_backend.h"
 #include "broad/row_soa.h"
+#include "tests/broad/row_kernels_here.h"
 #include "tests/support/boxes.h"
 #include "tests/support/random_world.h"
 
@@ -19,18 +20,6 @@ namespace cullet::test
 {
 namespace
 {
-std::vector<const RowKernels*> kernelsHere()
-{
-    std::vector<const RowKernels*> kernels = {&kRowKernelsBaseline};
-#if defined(__x86_64__)
-    if (__builtin_cpu_supports("avx2") != 0)
-        kernels.push_back(&kRowKernelsAvx2);
-    if (__builtin_cpu_supports("avx512f") != 0)
-        kernels.push_back(&kRowKernelsAvx512);
-#endif
-    return kernels;
-}
-
 using Hit = std::tuple<FlaggedId, FlaggedId, float>;
 using Hits = std::vector<Hit>;
 
