@@ -24,7 +24,7 @@ using ProxyId = std::uint32_t;
 /// Two independent readers follow the changes: the pair backend (beginUpdate / endUpdate) and the query index
 /// (collectQueryChanges). Marking a row costs two byte stores.
 ///
-/// Threads: setBox() of *different* rows may run concurrently; everything else is for one thread at a time.
+/// Threads: setBox() and setBoxes() of *different* rows may run concurrently; everything else is for one thread at a time.
 class CULLET_API ProxyTable
 {
 public:
@@ -42,7 +42,8 @@ public:
         mark(row, kRowMoved);
     }
 
-    /// Sets the boxes of many rows; those that are as they were are not marked. O(count), no allocation.
+    /// Sets the boxes of many rows; those that are as they were are not marked. O(count), no allocation. As with setBox(),
+    /// several threads may do so for different rows.
     ///
     /// @param boxes row -> box
     /// @param rows  [count] each once
@@ -100,7 +101,9 @@ private:
         if (block.load(std::memory_order_relaxed) == kBoth)
             return;
         block.store(kBoth, std::memory_order_relaxed);
-        m_queryDirty.store(true, std::memory_order_relaxed);
+        // A store alone would take the line from other threads for each block.
+        if (!m_queryDirty.load(std::memory_order_relaxed))
+            m_queryDirty.store(true, std::memory_order_relaxed);
     }
 
     bool isBlockMarked(std::uint32_t block, std::uint8_t reader) const noexcept

@@ -141,13 +141,16 @@ private:
     void listOverlapping(std::vector<std::uint64_t>& held);
     bool scanMoving(const ProxyView& view, bool isListing, bool mayFollow, PairSink& sink);
     bool follow(const ProxyView& view, const GridInput& input);
-    void clearNews();
     void examineApart(const ProxyView& view);
     void examineOverlapping(const ProxyView& view);
-    void part(const ProxyView& view, IdPair pair, bool isNear, unsigned worker);
-    void takeNews(bool isListing);
     void rememberBoxes(const ProxyView& view);
     void rememberSample(const ProxyView& view);
+
+    // row_grid_news.cpp
+    void clearNews();
+    void part(const ProxyView& view, IdPair pair, bool isNear, unsigned worker);
+    void takeNews();
+    void takeHeld(bool isListing);
 
     // row_grid_reach.cpp
     void chooseReach(const GridMotion& motion, std::uint32_t rows);

@@ -148,8 +148,10 @@ void RowGridBackend::updateJumped(const ProxyView& view, bool isSure)
     m_workers.run(
         tasks, [&](unsigned task)
         { compareLists(view, firstRowOf(view, task, tasks), firstRowOf(view, task + 1, tasks), task); });
-    takeNews(true);
+    takeNews();
+    // The old list keeps its length for the next one of about as many.
     m_overlapping.swap(m_sorted);
+    m_hasOverlapping = true;
     m_isOverlappingSorted = true;
     for (KeyList& list : m_found)
         list.trim();

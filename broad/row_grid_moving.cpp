@@ -3,7 +3,6 @@
 #include "broad/motion_octaves.h"
 #include "broad/row_grid_backend.h"
 #include "broad/row_grid_sinks.h"
-#include "broad/vector_room.h"
 
 #include <algorithm>
 
@@ -203,7 +202,8 @@ void RowGridBackend::updateMoving(const ProxyView& view)
             examineOverlapping(view);
         MovingSink sink(*this, view, isListing);
         scanMoving(view, isListing, true, sink);
-        takeNews(isListing);
+        takeNews();
+        takeHeld(isListing);
     }
     m_areMotionsUneven = !isListing && evenness(m_motion, view.size) < kUneven;
     if (areJumping)
@@ -257,29 +257,6 @@ void RowGridBackend::rememberBoxes(const ProxyView& view)
     m_isReferenceOld = false;
 }
 
-void RowGridBackend::clearNews()
-{
-    for (PairNews& news : m_news)
-    {
-        news.apart.clear();
-        news.held.clear();
-        news.despite.clear();
-        news.lifted.clear();
-        news.kept.clear();
-    }
-}
-
-/// A held pair that does not overlap any more: stays while the margin allows it.
-void RowGridBackend::part(const ProxyView& view, IdPair pair, bool isNear, unsigned worker)
-{
-    if (!m_despite.isEmpty() && m_despite.contains(PairSet::keyOf(pair.a, pair.b)))
-        m_news[worker].lifted.push_back(PairSet::keyOf(pair.a, pair.b));
-    if (isNear)
-        m_news[worker].apart.push_back(pair);
-    else
-        m_removed[worker].push(idsOf(view, pair));
-}
-
 /// What became of the pairs that the margin alone held. Those that overlap again will be found by the scan as new.
 void RowGridBackend::examineApart(const ProxyView& view)
 {
@@ -323,25 +300,5 @@ void RowGridBackend::examineOverlapping(const ProxyView& view)
                               part(view, pair, isNear(view, pair), task);
                       }
                   });
-}
-
-/// Brings together what the threads found out.
-void RowGridBackend::takeNews(bool isListing)
-{
-    m_apart.clear();
-    m_overlapping.clear();
-    m_hasOverlapping = isListing;
-    m_isOverlappingSorted = false;
-    for (PairNews& news : m_news)
-    {
-        m_apart.insert(m_apart.end(), news.apart.begin(), news.apart.end());
-        m_overlapping.insert(m_overlapping.end(), news.held.begin(), news.held.end());
-        for (const std::uint64_t key : news.lifted)
-            m_despite.erase(key);
-        trimRoom(news.apart);
-        news.held.trim();
-    }
-    trimRoom(m_apart);
-    trimRoom(m_overlapping);
 }
 }  // namespace cullet

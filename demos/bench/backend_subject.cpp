@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "broad/backend.h"
 #include "broad/proxy_table.h"
+#include "broad/worker_pool.h"
 #include "demos/bench/named_backends.h"
 #include "demos/bench/subject.h"
 
@@ -15,7 +16,9 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// Unique ids are rows + 1.
+constexpr std::size_t kSetGrain = 8192;  // boxes that a thread hands over
+
+/// Unique ids are rows + 1. Boxes are handed over by as many threads as the backend has.
 class BackendSubject : public Subject
 {
 public:
@@ -23,7 +26,8 @@ public:
         : m_backend(makeBackend(request.name, request.threads)),
           m_margin(request.margin),
           m_threads(request.threads > 0 ? request.threads
-                                        : static_cast<int>(std::thread::hardware_concurrency()))
+                                        : static_cast<int>(std::thread::hardware_concurrency())),
+          m_workers(m_threads)
     {
     }
 
@@ -35,7 +39,13 @@ public:
 
     void setBoxes(const std::vector<Aabb>& boxes, const std::vector<std::uint32_t>& rows) override
     {
-        m_table.setBoxes(boxes.data(), rows.data(), rows.size());
+        const unsigned tasks = m_workers.tasksFor(rows.size(), kSetGrain);
+        m_workers.run(tasks,
+                      [&](unsigned task)
+                      {
+                          const TaskRange range(rows.size(), task, tasks);
+                          m_table.setBoxes(boxes.data(), rows.data() + range.begin, range.end - range.begin);
+                      });
     }
 
     void remove(std::uint32_t row) override { m_table.destroy(row); }
@@ -87,6 +97,7 @@ private:
     std::unique_ptr<Backend> m_backend;
     float m_margin;
     int m_threads;
+    WorkerPool m_workers;
     ProxyTable m_table;
     PairDelta m_delta;
     std::vector<Pair> m_pairs;

@@ -293,11 +293,19 @@ TEST(ProxyTable, TakesBoxesOfDifferentRowsFromSeveralThreads)
                 [&table, thread, round]
                 {
                     // Neighbouring rows belong to different threads; every third row of a thread stays.
+                    std::vector<ProxyId> own;
+                    std::vector<Aabb> boxes(kCount);
                     for (std::uint32_t row = thread; row < kCount; row += kThreads)
                     {
-                        if (row % 3 != 0)
-                            table.setBox(row, boxAt(static_cast<float>(row), static_cast<float>(round), 0));
+                        if (row % 3 == 0)
+                            continue;
+                        own.push_back(row);
+                        boxes[row] = boxAt(static_cast<float>(row), static_cast<float>(round), 0);
                     }
+                    if (round % 2 == 0)
+                        table.setBoxes(boxes.data(), own.data(), own.size());
+                    for (std::size_t i = 0; round % 2 != 0 && i < own.size(); ++i)
+                        table.setBox(own[i], boxes[own[i]]);
                 });
         }
         for (std::thread& thread : threads)
