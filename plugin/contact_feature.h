@@ -5,199 +5,172 @@
 #include "plugin/convex_shape.h"
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstddef>
 
 namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// Faces with more corners are thinned out.
-constexpr int kMostCorners = 16;
-
-/// Two tangents of the contact and its normal: the frame in which a patch is made, with its origin in that of A.
-struct ContactFrame
+inline void read(const Eigen::Vector3d& v, Components& components)
 {
-    explicit ContactFrame(const Eigen::Vector3d& normal) : axes{Eigen::Vector3d(), Eigen::Vector3d(), normal}
-    {
-        // Duff et al. 2017, "Building an Orthonormal Basis, Revisited": without a root or a branch for special cases.
-        const double sign = std::copysign(1.0, normal.z());
-        const double a = -1.0 / (sign + normal.z());
-        const double b = normal.x() * normal.y() * a;
-        axes[0] = {1.0 + sign * normal.x() * normal.x() * a, sign * b, -sign * normal.x()};
-        axes[1] = {b, sign + normal.y() * normal.y() * a, -normal.y()};
-    }
+    components = Components{static_cast<btScalar>(v.x()), static_cast<btScalar>(v.y()),
+                            static_cast<btScalar>(v.z()), 0};
+}
 
-    Eigen::Vector3d local(const Eigen::Vector3d& v) const
-    {
-        return {axes[0].dot(v), axes[1].dot(v), axes[2].dot(v)};
-    }
-    Eigen::Vector3d world(double x, double y, double z) const
-    {
-        return x * axes[0] + y * axes[1] + z * axes[2];
-    }
-
-    std::array<Eigen::Vector3d, 3> axes;
-};
-
-/// Corners of a convex polygon, or the ends of a segment, in the frame of the contact. Clipping by a plane adds one corner
-/// at most.
-struct ContactPolygon
-{
-    using Coordinates = std::array<double, 2 * kMostCorners>;
-
-    /// More corners than there is room for can only come from rounding, and are next to another.
-    void add(double px, double py, double pz)
-    {
-        if (count == int(x.size()))
-            return;
-        const auto i = static_cast<std::size_t>(count++);
-        x[i] = px;
-        y[i] = py;
-        z[i] = pz;
-    }
-
-    Coordinates x, y, z;
-    int count = 0;
-};
-
-/// The face of a core that looks along a direction, in the frame of the contact.
-struct ContactFeature
-{
-    ContactPolygon corners;  ///< seen against `normal`, less than three: an edge, or a corner
-    double turn = 1.0;  ///< 1: counter-clockwise seen from the tip of the contact's normal; -1: clockwise
-    Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< outward, of any length; zero without a face
-    double alignment = 0.0;                            ///< cosine between the normal and the direction
-};
-
-class FeatureFinder
+/// The face of a core that looks best along a direction, among those at its support vertex.
+class ContactFace
 {
 public:
-    /// @param side   1 to look along the contact's normal, -1 to look against it
-    /// @param vertex support vertex along that direction, or -1
-    FeatureFinder(const PosedShape& shape, const ContactFrame& frame, const Eigen::Vector3d& shift,
-                  double side, std::int32_t vertex, ContactFeature& feature)
-        : m_shape(shape),
-          m_frame(frame),
-          m_shift(frame.local(shift)),
-          m_side(side),
-          m_vertex(vertex),
-          m_feature(feature)
+    /// @param direction unit, in the world
+    /// @param vertex    support vertex along the direction, or -1
+    ContactFace(const PosedShape& shape, const Eigen::Vector3d& direction, std::int32_t vertex)
+        : m_shape(shape), m_isTurnedOnly(isTurnedOnly())
     {
+        const HullKind kind = shape.hull().kind();
+        if (kind != HullKind::Polygon && kind != HullKind::Solid)
+            return;
+        if (m_isTurnedOnly)
+            turnBack(direction);
+        else
+        {
+            makeNormalMap();
+            m_local = m_normalMap.transpose() * direction;
+        }
+        findFace(vertex >= 0 ? vertex : shape.support(direction, -1).vertex);
     }
 
-    void find()
+    /// Of the face's normal with the direction; 0 without a face.
+    double alignment() const { return m_alignment; }
+
+    /// Corners, counter-clockwise seen from outside of the unmoved hull; for a segment both ends.
+    Hull<btScalar>::Span corners() const
     {
+        static constexpr std::int32_t kEnds[] = {0, 1};
         const Hull<btScalar>& hull = m_shape.hull();
+        if (m_face >= 0)
+            return hull.faceVertices(m_face);
         const bool isSegment = hull.kind() == HullKind::Segment && hull.vertexCount() == 2;
-        if (!isSegment && hull.kind() != HullKind::Polygon && hull.kind() != HullKind::Solid)
-            return;
-        for (int k = 0; k < 3; ++k)
-            m_columns[k] = m_frame.local({m_shape.row(0)[k], m_shape.row(1)[k], m_shape.row(2)[k]});
-        if (!isSegment)
-            return findFace();
-        addCorner(0);
-        addCorner(1);
+        return {kEnds, kEnds + (isSegment ? 2 : 0)};
+    }
+
+    /// Of the face: outward, unit, in the world.
+    Eigen::Vector3d normal() const
+    {
+        const Eigen::Vector3d& n = faceNormal(m_face);
+        if (!m_isTurnedOnly)
+            return (m_normalMap * n).normalized();
+        Components local;
+        read(n, local);
+        Eigen::Vector3d turned;
+        for (int i = 0; i < 3; ++i)
+        {
+            const Components products = m_shape.row(i) * local;
+            turned[i] = double(Quad<btScalar>::sumOfThree(products));
+        }
+        return turned * (1.0 / m_scale);
+    }
+
+    /// True if the basis turns clockwise into counter-clockwise.
+    bool isMirrored() const
+    {
+        const Components& y = m_shape.row(1);
+        const Components& z = m_shape.row(2);
+        const Components normal =
+            __builtin_shufflevector(y, y, 1, 2, 0, 3) * __builtin_shufflevector(z, z, 2, 0, 1, 3) -
+            __builtin_shufflevector(y, y, 2, 0, 1, 3) * __builtin_shufflevector(z, z, 1, 2, 0, 3);
+        const Components products = m_shape.row(0) * normal;
+        return Quad<btScalar>::sumOfThree(products) < 0;
     }
 
 private:
-    void addCorner(std::int32_t vertex)
+    const Eigen::Vector3d& faceNormal(std::int32_t face) const
     {
-        const Hull<btScalar>& hull = m_shape.hull();
-        const double x = hull.x()[vertex], y = hull.y()[vertex], z = hull.z()[vertex];
-        const Eigen::Vector3d p = m_columns[0] * x + m_columns[1] * y + m_columns[2] * z + m_shift;
-        m_feature.corners.add(p.x(), p.y(), p.z());
+        return m_shape.hull().faces()[static_cast<std::size_t>(face)].normal;
     }
 
-    void findFace()
+    /// True if the basis is a rotation up to a scale, mirrored or not: normals turn as points do.
+    bool isTurnedOnly()
     {
-        const Hull<btScalar>& hull = m_shape.hull();
-        turnNormals();
-        if (m_vertex < 0)
-            m_vertex = m_shape.support(m_side * m_frame.axes[2], -1).vertex;
-        const Best best = isTurnedOnly() ? bestFace<true>() : bestFace<false>();
-        if (best.face < 0)
-            return;
-        const Eigen::Vector3d& n = hull.faces()[static_cast<std::size_t>(best.face)].normal;
-        m_feature.normal = m_normals[0] * n.x() + m_normals[1] * n.y() + m_normals[2] * n.z();
-        m_feature.alignment = std::sqrt(best.score);
-        const auto corners = hull.faceVertices(best.face);
-        const std::int32_t count = std::min<std::int32_t>(corners.size(), kMostCorners);
-        for (std::int32_t i = 0; i < count; ++i)
-            addCorner(corners[count == corners.size() ? i : i * corners.size() / count]);
+        Components squares = {}, products = {};
+        for (int i = 0; i < 3; ++i)
+        {
+            const Components& row = m_shape.row(i);
+            squares += row * row;
+            products += row * __builtin_shufflevector(row, row, 1, 2, 0, 3);
+        }
+        m_scale = double(squareRoot(squares[0]));
+        Components skew = squares - squares[0];
+        Quad<btScalar>::makePositive(skew);
+        Quad<btScalar>::makePositive(products);
+        const Components most = skew > products ? skew : products;
+        return largestOf(most) <= btScalar(1e-5) * squares[0];
+    }
+
+    void turnBack(const Eigen::Vector3d& direction)
+    {
+        Components d;
+        read(direction, d);
+        const Components local = m_shape.row(0) * d[0] + m_shape.row(1) * d[1] + m_shape.row(2) * d[2];
+        m_local = Eigen::Vector3d(local[0], local[1], local[2]) * (1.0 / m_scale);
     }
 
     /// Normals turn with the cofactors of the basis, and keep their side under a mirrored one.
-    void turnNormals()
+    void makeNormalMap()
     {
-        for (int k = 0; k < 3; ++k)
-            m_normals[k] = m_columns[(k + 1) % 3].cross(m_columns[(k + 2) % 3]);
-        m_feature.turn = m_side;
-        if (m_normals[0].dot(m_columns[0]) >= 0.0)
-            return;
-        m_feature.turn = -m_side;
-        for (Eigen::Vector3d& normal : m_normals)
-            normal = -normal;
+        const Eigen::Matrix3d basis = m_shape.basis();
+        const double side = isMirrored() ? -1.0 : 1.0;
+        for (int i = 0; i < 3; ++i)
+            m_normalMap.row(i) = side * basis.row((i + 1) % 3).cross(basis.row((i + 2) % 3));
     }
 
     struct Best
     {
         std::int32_t face = -1;
-        double score = 0.0;  ///< square of the cosine
+        double cosine = 0.0;
     };
 
-    /// True if all normals keep their length, up to a common factor.
-    bool isTurnedOnly() const
+    void findFace(std::int32_t vertex)
     {
-        const double lengths[] = {m_normals[0].squaredNorm(), m_normals[1].squaredNorm(),
-                                  m_normals[2].squaredNorm()};
-        const double least = std::min({lengths[0], lengths[1], lengths[2]});
-        const double most = std::max({lengths[0], lengths[1], lengths[2]});
-        const double skew =
-            std::max({std::abs(m_normals[0].dot(m_normals[1])), std::abs(m_normals[1].dot(m_normals[2])),
-                      std::abs(m_normals[2].dot(m_normals[0]))});
-        return most - least <= 1e-5 * most && skew <= 1e-5 * most;
+        Best best;
+        const auto faces = m_shape.hull().facesOf(vertex);
+        if (m_isTurnedOnly)
+        {
+            for (const std::int32_t face : faces)
+                consider(face, m_local.dot(faceNormal(face)), best);
+        }
+        else
+        {
+            for (const std::int32_t face : faces)
+                consider(face, stretchedCosine(face), best);
+        }
+        // A vertex inside a face is no corner of any.
+        for (std::int32_t face = 0;
+             faces.size() == 0 && face < static_cast<std::int32_t>(m_shape.hull().faces().size()); ++face)
+            consider(face, m_isTurnedOnly ? m_local.dot(faceNormal(face)) : stretchedCosine(face), best);
+        m_face = best.face;
+        m_alignment = best.cosine;
     }
 
-    template <bool kIsTurnedOnly>
-    Best bestFace() const
+    double stretchedCosine(std::int32_t face) const
     {
-        const Hull<btScalar>& hull = m_shape.hull();
-        const auto faces = hull.facesOf(m_vertex);
-        Best best;
-        for (const std::int32_t face : faces)
-            consider<kIsTurnedOnly>(face, best);
-        // A vertex inside a face is no corner of any.
-        for (std::int32_t face = 0; faces.size() == 0 && face < std::int32_t(hull.faces().size()); ++face)
-            consider<kIsTurnedOnly>(face, best);
-        if constexpr (kIsTurnedOnly)
-            best.score /= m_normals[0].squaredNorm();
-        return best;
+        const Eigen::Vector3d& n = faceNormal(face);
+        return m_local.dot(n) / (m_normalMap * n).norm();
     }
 
     /// Without a branch, since no processor can guess which face is better.
-    template <bool kIsTurnedOnly>
-    void consider(std::int32_t face, Best& best) const
+    static void consider(std::int32_t face, double cosine, Best& best)
     {
-        const Eigen::Vector3d& n = m_shape.hull().faces()[static_cast<std::size_t>(face)].normal;
-        const double along =
-            m_side * (m_normals[0].z() * n.x() + m_normals[1].z() * n.y() + m_normals[2].z() * n.z());
-        double score = along * std::abs(along);
-        if constexpr (!kIsTurnedOnly)
-            score /= (m_normals[0] * n.x() + m_normals[1] * n.y() + m_normals[2] * n.z()).squaredNorm();
-        best.face = score > best.score ? face : best.face;
-        best.score = std::max(best.score, score);
+        best.face = cosine > best.cosine ? face : best.face;
+        best.cosine = std::max(best.cosine, cosine);
     }
 
     const PosedShape& m_shape;
-    const ContactFrame& m_frame;
-    Eigen::Vector3d m_shift;
-    double m_side;
-    std::int32_t m_vertex;
-    std::array<Eigen::Vector3d, 3> m_columns;  ///< of the basis
-    std::array<Eigen::Vector3d, 3> m_normals;  ///< of the matrix that turns normals
-    ContactFeature& m_feature;
+    Eigen::Vector3d m_local;      ///< times a normal of the hull: cosine, or as long as the turned normal
+    double m_scale = 1.0;         ///< of a basis that only turns
+    Eigen::Matrix3d m_normalMap;  ///< of another
+    bool m_isTurnedOnly;
+    std::int32_t m_face = -1;
+    double m_alignment = 0.0;
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -2,11 +2,13 @@
 // SPDX-License-Identifier: Zlib
 #include "plugin/contact_patch.h"
 
-#include "plugin/contact_feature.h"
+#include "plugin/contact_polygon.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
+#include <utility>
 
 namespace cullet
 {
@@ -16,147 +18,215 @@ namespace
 {
 using Eigen::Vector3d;
 
-/// Keeps what lies on the inner side of an edge (x, y) + t (dx, dy); `turn` as in ContactFeature.
-///
-/// @return false if nothing was cut off, and `out` is as before
-bool clip(const ContactPolygon& in, double x, double y, double dx, double dy, ContactPolygon& out)
+/// What lies over a face along the contact's normal.
+class Prism
 {
-    ContactPolygon::Coordinates heights;
-    const auto count = static_cast<std::size_t>(in.count);
-    double lowest = 0.0;
-    for (std::size_t i = 0; i < count; ++i)
+public:
+    /// @param turn  1: the face is counter-clockwise seen from the tip of the contact's normal; -1: clockwise
+    /// @param slack polygons that reach no farther out are not cut: where faces are congruent, a stack would shift from
+    ///              one of many corners to the next
+    Prism(ContactPolygon& base, btScalar turn, btScalar slack) : m_count((base.count + 3) / 4)
     {
-        heights[i] = dx * (in.y[i] - y) - dy * (in.x[i] - x);
-        lowest = std::min(lowest, heights[i]);
+        // Sides that are none have no length.
+        for (std::int32_t i = base.count; i <= 4 * m_count; ++i)
+            base.corners[static_cast<std::size_t>(i)] = base.corners[0];
+        for (std::int32_t k = 0; k < m_count; ++k)
+            addSides(&base.corners[static_cast<std::size_t>(4 * k)], turn, slack,
+                     m_sides[static_cast<std::size_t>(k)]);
     }
-    if (lowest >= 0.0)
-        return false;
-    out.count = 0;
-    for (std::size_t i = 0; i < count; ++i)
-    {
-        if (heights[i] >= 0.0)
-            out.add(in.x[i], in.y[i], in.z[i]);
-        // A segment has no edge back to its first end.
-        const std::size_t next = i + 1 < count ? i + 1 : 0;
-        if ((heights[i] >= 0.0) == (heights[next] >= 0.0) || (next == 0 && count == 2))
-            continue;
-        const double t = heights[i] / (heights[i] - heights[next]);
-        out.add(in.x[i] + t * (in.x[next] - in.x[i]), in.y[i] + t * (in.y[next] - in.y[i]),
-                in.z[i] + t * (in.z[next] - in.z[i]));
-    }
-    return true;
-}
 
-/// Corners of `face` inside the prism over `reference` along the contact's normal.
-///
-/// @param buffers scratch; the result may be one of them
-const ContactPolygon& clipToPrism(const ContactPolygon& face, const ContactFeature& reference,
-                                  std::array<ContactPolygon, 2>& buffers)
-{
-    const ContactPolygon* current = &face;
-    ContactPolygon* out = buffers.data();
-    const ContactPolygon& base = reference.corners;
-    const auto count = static_cast<std::size_t>(base.count);
-    // A convex polygon grows by one corner per plane at most.
-    for (std::size_t i = 0; i < count && current->count > 0; ++i)
+    /// Corners of a polygon inside.
+    ///
+    /// @param buffer scratch; the result may be this or the polygon
+    ContactPolygon& clip(ContactPolygon& polygon, ContactPolygon& buffer) const
     {
-        const std::size_t next = i + 1 < count ? i + 1 : 0;
-        const double dx = reference.turn * (base.x[next] - base.x[i]);
-        const double dy = reference.turn * (base.y[next] - base.y[i]);
-        if (!clip(*current, base.x[i], base.y[i], dx, dy, *out))
-            continue;
-        current = out;
-        out = out == buffers.data() ? &buffers[1] : buffers.data();
+        ContactPolygon* current = &polygon;
+        ContactPolygon* out = &buffer;
+        for (std::int32_t k = 0; k < m_count; ++k)
+        {
+            const Sides& sides = m_sides[static_cast<std::size_t>(k)];
+            Components lowest = {};
+            for (std::int32_t i = 0; i < current->count; ++i)
+            {
+                const Components& p = current->corners[static_cast<std::size_t>(i)];
+                const Components heights = sides.x * p[0] + sides.y * p[1] + sides.rest;
+                lowest = heights < lowest ? heights : lowest;
+            }
+            lowest += sides.slack;
+            for (int side = 0; side < 4; ++side)
+            {
+                if (lowest[side] >= 0)
+                    continue;
+                ContactPolygon::Heights heights;
+                for (std::size_t i = 0; i < static_cast<std::size_t>(current->count); ++i)
+                    heights[i] = sides.x[side] * current->corners[i][0] +
+                                 sides.y[side] * current->corners[i][1] + sides.rest[side];
+                cullet::clip(*current, heights, *out);
+                std::swap(current, out);
+            }
+        }
+        return *current;
     }
-    return *current;
-}
 
-/// Candidate points in the frame of the contact, z on B, reduced to four at the end.
+private:
+    /// Four linear functions of the place along the tangents, positive inside.
+    struct Sides
+    {
+        Components x, y, rest;
+        Components slack;
+    };
+
+    /// @param corners five
+    static void addSides(const Components* corners, btScalar turn, btScalar slack, Sides& sides)
+    {
+        const Components low = __builtin_shufflevector(corners[0], corners[1], 0, 4, 1, 5);
+        const Components high = __builtin_shufflevector(corners[2], corners[3], 0, 4, 1, 5);
+        const Components x = __builtin_shufflevector(low, high, 0, 1, 4, 5);
+        const Components y = __builtin_shufflevector(low, high, 2, 3, 6, 7);
+        const Components nextX = {x[1], x[2], x[3], corners[4][0]};
+        const Components nextY = {y[1], y[2], y[3], corners[4][1]};
+        sides.x = (y - nextY) * turn;
+        sides.y = (nextX - x) * turn;
+        Components sizeX = sides.x, sizeY = sides.y;
+        Quad<btScalar>::makePositive(sizeX);
+        Quad<btScalar>::makePositive(sizeY);
+        sides.slack = (sizeX + sizeY) * slack;
+        sides.rest = -(sides.x * x + sides.y * y);
+    }
+
+    std::array<Sides, kMostCorners / 4> m_sides;
+    std::int32_t m_count;
+};
+
+/// Times the distance of points that are one.
+constexpr btScalar kSlack = btScalar(0.05);
+
+/// Candidate points in the frame of the contact, reduced to four at the end.
 class PatchBuilder
 {
 public:
-    PatchBuilder(const Touch& touch, const ContactFrame& frame, double limit)
-        : m_touch(touch), m_frame(frame), m_limit(limit), m_tolerance(1e-3 * (limit - touch.distance))
+    PatchBuilder(const Touch& touch, const ContactFrame& frame, const PatchLimits& limits)
+        : m_frame(frame),
+          m_same(limits.same),
+          m_distance(static_cast<btScalar>(touch.distance)),
+          m_range(static_cast<btScalar>(limits.distance - touch.distance))
     {
+        // No compiler knows that there is a point in the end.
+        m_points[0] = Components{};
     }
 
-    void add(double x, double y, double z, double distance)
+    /// So far out of the prism a face needs no cut.
+    btScalar slack() const { return kSlack * m_same; }
+
+    /// True if all of a polygon is the same point as the touch.
+    bool isOnePoint(const ContactPolygon& polygon) const
     {
-        if (!(distance <= m_limit))
-            return;
-        m_points[static_cast<std::size_t>(m_count++)] = {x, y, z, distance};
-        m_deepest = std::min(m_deepest, distance);
+        btScalar farthest2 = 0;
+        for (std::size_t i = 0; i < static_cast<std::size_t>(polygon.count); ++i)
+        {
+            const Components squares = polygon.corners[i] * polygon.corners[i];
+            farthest2 = std::max(farthest2, squares[0] + squares[1]);
+        }
+        return farthest2 <= m_same * m_same;
+    }
+
+    /// Of points that are within the limit, or where a face was cut there.
+    ///
+    /// @param noise of distances
+    void add(const ContactPolygon& polygon, btScalar noise)
+    {
+        const btScalar limit = m_distance + btScalar(1 - 1e-4) * m_range - 4 * noise;
+        for (std::size_t i = 0; i < static_cast<std::size_t>(polygon.count); ++i)
+        {
+            const Components& corner = polygon.corners[i];
+            if (!(corner[3] < limit))
+                continue;
+            m_points[static_cast<std::size_t>(m_count++)] = corner;
+            m_deepest = std::min(m_deepest, corner[3]);
+        }
     }
 
     /// The touch itself, unless a candidate is as deep.
-    void addTouch()
+    ///
+    /// @param noise of distances
+    void addTouch(btScalar noise)
     {
-        if (m_deepest <= m_touch.distance + 0.1 * m_tolerance)
-            return;
-        const Vector3d p = m_frame.local(m_touch.onB);
-        add(p.x(), p.y(), p.z(), m_touch.distance);
+        if (m_deepest > m_distance + btScalar(1e-4) * m_range + noise)
+            m_points[static_cast<std::size_t>(m_count++)] = Components{0, 0, 0, m_distance};
     }
 
     ContactPatch reduce() const
     {
         ContactPatch patch;
-        if (m_count <= 4)
-        {
-            for (int i = 0; i < m_count; ++i)
-                take(i, patch);
-        }
-        else
+        if (m_count > 4)
             takeFour(patch);
+        else
+        {
+            const int first = deepest(0);
+            for (int i = 0; i < m_count; ++i)
+                i == first ? take(i, patch) : takeAnother(i, first, patch);
+        }
         return patch;
     }
 
 private:
-    struct Candidate
+    /// @param margin by so much another has to be better than one before it
+    int deepest(btScalar margin) const
     {
-        double x, y, z, distance;
-    };
+        return best([](const Components& c) { return -c[3]; }, margin);
+    }
 
     /// The deepest, the farthest from it, and the farthest on either side of the line through both. A candidate has to
     /// be better by a margin, so that noise does not choose other points in every frame.
     void takeFour(ContactPatch& patch) const
     {
-        const int first = best([&](const Candidate& c) { return m_deepest - c.distance; }, m_tolerance);
-        const Candidate& p = at(first);
-        const auto farness2 = [&](const Candidate& c)
-        { return (c.x - p.x) * (c.x - p.x) + (c.y - p.y) * (c.y - p.y); };
-        const double size2 = farness2(at(best(farness2, 0.0)));
-        const int second = best(farness2, 2e-3 * size2);
-        const double dx = at(second).x - p.x, dy = at(second).y - p.y;
-        const auto left = [&](const Candidate& c) { return dx * (c.y - p.y) - dy * (c.x - p.x); };
-        const auto right = [&](const Candidate& c) { return -left(c); };
-        const double smallest = 1e-3 * size2;
+        const int first = deepest(btScalar(1e-3) * m_range);
+        const Components& p = at(first);
+        const auto farness2 = [&](const Components& c)
+        { return (c[0] - p[0]) * (c[0] - p[0]) + (c[1] - p[1]) * (c[1] - p[1]); };
+        const btScalar size2 = farness2(at(best(farness2, 0)));
+        const int second = best(farness2, btScalar(2e-3) * size2);
+        const btScalar dx = at(second)[0] - p[0], dy = at(second)[1] - p[1];
+        const auto left = [&](const Components& c) { return dx * (c[1] - p[1]) - dy * (c[0] - p[0]); };
+        const auto right = [&](const Components& c) { return -left(c); };
+        const btScalar smallest = btScalar(1e-3) * size2;
         const int third = best(left, smallest);
         const int fourth = best(right, smallest);
         take(first, patch);
-        if (second != first)
-            take(second, patch);
+        takeAnother(second, first, patch);
         if (left(at(third)) > smallest)
-            take(third, patch);
+            takeAnother(third, first, patch);
         if (right(at(fourth)) > smallest)
-            take(fourth, patch);
+            takeAnother(fourth, first, patch);
     }
 
-    const Candidate& at(int i) const { return m_points[static_cast<std::size_t>(i)]; }
+    /// Unless it is the same point as the first.
+    void takeAnother(int i, int first, ContactPatch& patch) const
+    {
+        const Components apart = at(i) - at(first);
+        const Components squares = apart * apart;
+        if (squares[0] + squares[1] > m_same * m_same)
+            take(i, patch);
+    }
+
+    const Components& at(int i) const { return m_points[static_cast<std::size_t>(i)]; }
 
     void take(int i, ContactPatch& patch) const
     {
-        const Candidate& c = at(i);
-        patch.points[static_cast<std::size_t>(patch.count++)] = {m_frame.world(c.x, c.y, c.z), c.distance};
+        ContactPoint& point = patch.points[static_cast<std::size_t>(patch.count++)];
+        point.fromTouch = m_frame.world(at(i));
+        // Rounding must not make a contact deeper than the shapes are.
+        point.distance = std::max(at(i)[3], m_distance);
     }
 
     template <class Score>
-    int best(const Score& score, double margin) const
+    int best(const Score& score, btScalar margin) const
     {
         int found = 0;
-        double highest = score(at(0));
+        btScalar highest = score(at(0));
         for (int i = 1; i < m_count; ++i)
         {
-            const double s = score(at(i));
+            const btScalar s = score(at(i));
             if (s > highest + margin)
             {
                 found = i;
@@ -166,47 +236,97 @@ private:
         return found;
     }
 
-    const Touch& m_touch;
     const ContactFrame& m_frame;
-    double m_limit;
-    double m_tolerance;
-    double m_deepest = HUGE_VAL;
-    std::array<Candidate, 2 * kMostCorners + 1> m_points;
+    btScalar m_same;      ///< distance of points that are one
+    btScalar m_distance;  ///< of the touch
+    btScalar m_range;     ///< from there to the limit
+    btScalar m_deepest = BT_LARGE_FLOAT;
+    std::array<Components, 2 * kMostCorners + 1> m_points;
     int m_count = 0;
 };
 
 /// Below this cosine a plane is too steep to measure heights over it.
 constexpr double kSteepest = 0.05;
+
+/// Faces that are aligned equally well, up to this: A's is the reference, whatever rounding says.
+constexpr double kAligned = 1e-5;
+
+/// One of the two cores of a patch.
+struct PatchSide
+{
+    const PosedShape& shape;
+    ContactFace face;
+    Vector3d origin;  ///< from the touch's point of B
+};
+
+/// Leaves of a polygon the triangle at a corner where distances are less than a limit, which they are at no other.
+void cutCorner(ContactPolygon& face, std::size_t corner, btScalar limit)
+{
+    const auto count = static_cast<std::size_t>(face.count);
+    const Components tip = face.corners[corner];
+    const Components next = face.corners[corner + 1 < count ? corner + 1 : 0];
+    const Components last = face.corners[corner > 0 ? corner - 1 : count - 1];
+    const btScalar rest = limit - tip[3];
+    face.corners[0] = tip;
+    face.corners[1] = tip + (next - tip) * (rest / (next[3] - tip[3]));
+    face.corners[2] = tip + (last - tip) * (rest / (last[3] - tip[3]));
+    face.count = 3;
+}
+
+/// The corners of what of one face is inside the prism over the other, and within the limit of it.
+///
+/// @param frame [out] measures distances from the reference
+/// @return noise of the distances
+btScalar clipFaces(const PatchSide& reference, const PatchSide& other, bool isAReference, const Touch& touch,
+                   double limit, ContactFrame& frame, PatchBuilder& builder)
+{
+    frame.setReference(reference.face.normal(), touch.normal, isAReference);
+    const CornerMap referenceMap(reference.shape, frame, reference.origin);
+    CornerMap otherMap(other.shape, frame, other.origin);
+    ContactPolygon base, face, cut;
+    referenceMap.corner(reference.face.corners()[0], base.corners[0]);
+    // Distances are 0 in the plane of the reference.
+    const btScalar plane = base.corners[0][3];
+    otherMap.shift(Components{0, 0, isAReference ? 0 : plane, -plane});
+    face.set(otherMap, other.face.corners());
+    const btScalar noise =
+        2 * std::numeric_limits<btScalar>::epsilon() * (referenceMap.reach() + otherMap.reach());
+    const btScalar range = static_cast<btScalar>(limit);
+    unsigned within = 0;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(face.count); ++i)
+        within |= unsigned(face.corners[i][3] <= range) << i;
+    if (within == 0)
+        return noise;
+    // A corner that is nearer than all others: the triangle there is less to clip, and often one point.
+    if ((within & (within - 1)) == 0 && face.count > 2)
+    {
+        cutCorner(face, static_cast<std::size_t>(__builtin_ctz(within)), range);
+        if (builder.isOnePoint(face))
+            return noise;
+    }
+    base.set(referenceMap, reference.face.corners());
+    const bool isClockwise = isAReference != reference.face.isMirrored();
+    const Prism prism(base, isClockwise ? -1 : 1, builder.slack());
+    builder.add(prism.clip(face, cut), noise);
+    return noise;
+}
 }  // namespace
 
-ContactPatch makeContactPatch(const PosedShape& a, const PosedShape& b, const Touch& touch, double limit)
+ContactPatch makeContactPatch(const PosedShape& a, const PosedShape& b, const Touch& touch,
+                              const PatchLimits& limits)
 {
-    const ContactFrame frame(touch.normal);
-    PatchBuilder builder(touch, frame, limit);
-    ContactFeature ofA, ofB;
-    FeatureFinder(a, frame, Vector3d::Zero(), -1.0, touch.vertexA, ofA).find();
-    FeatureFinder(b, frame, b.origin() - a.origin(), 1.0, touch.vertexB, ofB).find();
-    const bool isAReference = ofA.alignment >= ofB.alignment;
-    const ContactFeature& reference = isAReference ? ofA : ofB;
-    const ContactFeature& other = isAReference ? ofB : ofA;
-    if (reference.alignment > kSteepest && other.corners.count >= 2)
-    {
-        std::array<ContactPolygon, 2> buffers;
-        const ContactPolygon& clipped = clipToPrism(other.corners, reference, buffers);
-        const ContactPolygon& base = reference.corners;
-        const double slopeX = reference.normal.x() / reference.normal.z();
-        const double slopeY = reference.normal.y() / reference.normal.z();
-        for (std::size_t i = 0; i < static_cast<std::size_t>(clipped.count); ++i)
-        {
-            const double x = clipped.x[i], y = clipped.y[i], z = clipped.z[i];
-            const double plane = base.z[0] - slopeX * (x - base.x[0]) - slopeY * (y - base.y[0]);
-            if (isAReference)
-                builder.add(x, y, z, plane - z);
-            else
-                builder.add(x, y, plane, z - plane);
-        }
-    }
-    builder.addTouch();
+    ContactFrame frame(touch.normal);
+    PatchBuilder builder(touch, frame, limits);
+    const PatchSide sideA = {a, ContactFace(a, -touch.normal, touch.vertexA), -touch.onB};
+    const PatchSide sideB = {b, ContactFace(b, touch.normal, touch.vertexB),
+                             b.origin() - a.origin() - touch.onB};
+    const bool isAReference = sideA.face.alignment() + kAligned >= sideB.face.alignment();
+    const PatchSide& reference = isAReference ? sideA : sideB;
+    const PatchSide& other = isAReference ? sideB : sideA;
+    btScalar noise = 0;
+    if (reference.face.alignment() > kSteepest && other.face.corners().size() >= 2)
+        noise = clipFaces(reference, other, isAReference, touch, limits.distance, frame, builder);
+    builder.addTouch(noise);
     return builder.reduce();
 }
 }  // namespace CULLET_PRECISION

@@ -23,8 +23,8 @@ struct Touch
 
 struct ContactPoint
 {
-    Eigen::Vector3d onB;  ///< point of B; that of A is onB + distance * normal
-    double distance;      ///< along the normal; not less than that of the touch, up to rounding
+    btVector3 fromTouch;  ///< to a point of B, from that of the touch; world axes
+    btScalar distance;    ///< along the normal, where A has its point; not less than that of the touch
 };
 
 struct ContactPatch
@@ -33,19 +33,28 @@ struct ContactPatch
     int count = 0;
 };
 
-/// At most four points at which the cores are within `limit` of each other along the normal, the deepest among them.
+/// Length units of the world.
+struct PatchLimits
+{
+    double distance;  ///< points farther apart are left out; at least that of the touch
+    btScalar same;    ///< no point but the deepest is nearer to that: a manifold would take the two for one
+};
+
+/// At most four points at which the cores are within a limit of each other along the normal, the deepest among them.
 ///
-/// Of either core the face at its support vertex that is aligned best with the normal is taken. The face of the one is
-/// clipped to the prism over the face of the other along the normal (Sutherland and Hodgman 1974, "Reentrant Polygon
-/// Clipping"); the corners that remain are points of the one face, and the heights of the other's plane over them are
-/// the distances. Heights are measured along the contact normal, not along that of a face, so that none is less than
+/// Of either core the face at its support vertex that is aligned best with the normal is taken. What is within the limit
+/// of the one face is clipped to the prism over the other along the normal (Sutherland and Hodgman 1974, "Reentrant
+/// Polygon Clipping"); the corners that remain are points of the one face, and the heights of the other's plane over them
+/// are the distances. Heights are measured along the contact normal, not along that of a face, so that none is less than
 /// the true distance. If no corner is as deep as the touch (edges that cross outside of both faces), that is added.
 /// Faces with more than 16 corners are thinned out to 16.
 ///
 /// For a corner, an edge of a capsule or a sphere, the patch has one or two points.
 ///
-/// @param limit length unit of the world, at least touch.distance; points farther apart are left out
+/// In the precision of the shapes: points are off by some roundings of the distance between the touch and the centres.
+///
 /// Cost: O(p q) for faces of p and q corners, and two supports where the touch does not name the vertices; no allocation.
-ContactPatch makeContactPatch(const PosedShape& a, const PosedShape& b, const Touch& touch, double limit);
+ContactPatch makeContactPatch(const PosedShape& a, const PosedShape& b, const Touch& touch,
+                              const PatchLimits& limits);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -273,19 +273,16 @@ void IsaGjkAlgorithm::report(const ConvexPair& pair, const ConvexCores& cores, c
     const double marginA = isBare && pair.a.kind != ConvexKind::Box ? 0.0 : double(pair.a.margin);
     const double marginB = isBare && pair.b.kind != ConvexKind::Box ? 0.0 : double(pair.b.margin);
     const btVector3 normal = toBullet(touch.normal);
-    const auto add = [&](const Eigen::Vector3d& onB, double distance)
-    {
-        const Eigen::Vector3d point = cores.a->origin() + onB + marginB * touch.normal;
-        result.addContactPoint(normal, toBullet(point), static_cast<btScalar>(distance - marginA - marginB));
-    };
+    const btVector3 onB = toBullet(cores.a->origin() + touch.onB + marginB * touch.normal);
+    const btScalar margins = static_cast<btScalar>(marginA + marginB);
     const double limit = marginA + marginB + double(m_breakingThreshold) + double(reach);
     if (m_closestOnly || touch.distance > limit)
-        return add(touch.onB, touch.distance);
-    const ContactPatch patch = makeContactPatch(*cores.a, *cores.b, touch, limit);
+        return result.addContactPoint(normal, onB, static_cast<btScalar>(touch.distance - marginA - marginB));
+    const ContactPatch patch = makeContactPatch(*cores.a, *cores.b, touch, {limit, m_breakingThreshold});
     for (int i = 0; i < patch.count; ++i)
     {
         const ContactPoint& point = patch.points[static_cast<std::size_t>(i)];
-        add(point.onB, point.distance);
+        result.addContactPoint(normal, onB + point.fromTouch, point.distance - margins);
     }
 }
 

@@ -128,18 +128,22 @@ TEST(IsaGjkWorlds, StackOfFiveHullsStandsWithoutEverSleeping)
 {
     // Ten would lean over in any case: so do ten of Bullet's own boxes, with ten iterations of the solver.
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
-    Outcome stock, ours;
-    const auto build = [&](ConvexWorld& world)
+    // Faces that are nearly congruent have many corners in common to choose from: no start may make the stack sway.
+    for (const double lean : {0.0, 1e-7, 3e-5, 1e-3})
     {
-        addGround(world);
-        for (int i = 0; i < 5; ++i)
-            world.add(cube.get(), 1, vec(0, kStandingHalf * (1 + 2 * i), 0))
-                .setActivationState(DISABLE_DEACTIVATION);
-    };
-    compare(1200, build, stock, ours);
-    EXPECT_NEAR(ours.topHeight, 9 * kStandingHalf, 0.02) << stock << '\n' << ours;
-    EXPECT_LT(ours.topShift, 0.05) << stock << '\n' << ours;
-    EXPECT_LT(ours.lateEnergy, 1e-4) << stock << '\n' << ours;
+        Outcome stock, ours;
+        const auto build = [&](ConvexWorld& world)
+        {
+            addGround(world);
+            for (int i = 0; i < 5; ++i)
+                world.add(cube.get(), 1, vec(lean * i, kStandingHalf * (1 + 2 * i), 0))
+                    .setActivationState(DISABLE_DEACTIVATION);
+        };
+        compare(1200, build, stock, ours);
+        EXPECT_NEAR(ours.topHeight, 9 * kStandingHalf, 0.02) << stock << '\n' << ours;
+        EXPECT_LT(ours.topShift, 0.05) << stock << '\n' << ours;
+        EXPECT_LT(ours.lateEnergy, 1e-4) << stock << '\n' << ours;
+    }
 }
 
 TEST(IsaGjkWorlds, WallOfFiveHundredHullBricksStands)
