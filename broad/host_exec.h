@@ -109,6 +109,13 @@ public:
     {
         return true;
     }
+    /// Uploads in parts, the first of which may be used before the last is there: after awaitPart(its number).
+    template <class T>
+    void uploadParts(T* to, const T* from, std::uint64_t count, std::uint64_t /*part*/)
+    {
+        copy(to, from, count);
+    }
+    void awaitPart(std::uint64_t) {}
     template <class T>
     void uploadNow(T* to, const T* from, std::uint64_t count)
     {
@@ -125,6 +132,9 @@ public:
         std::memset(static_cast<void*>(what), 0, count * sizeof(T));
     }
     void wait() {}
+
+    /// Waits for what a failed update has left behind.
+    void drain() {}
 
     /// What follows belongs to the stage; null: to none.
     void beginStage(const char* name)

@@ -77,15 +77,28 @@ CULLET_HOST_DEVICE inline void storeBox(Aabb* boxes, std::uint64_t row, const Aa
 #endif
 }
 
-/// Counts of one update, in one place so that one copy brings them to the CPU.
-struct Counters
+/// How long the lists of one update are.
+struct ListCounts
 {
     std::uint64_t added;    ///< pairs that enter; may be more than were written
     std::uint64_t removed;  ///< pairs that leave
     std::uint64_t kept;     ///< pairs that stay
     std::uint64_t lookups;  ///< pairs in the look-up table; may be more than were written
-    std::uint32_t side;     ///< boxes without cells, tested against all others
-    std::uint32_t padding;
+};
+
+/// Counts of one update, in one place so that one copy brings them to the CPU.
+struct Counters
+{
+    ListCounts lists;
+    std::uint64_t side;  ///< boxes without cells, tested against all others
+};
+
+/// What the indices of an update keep together.
+struct Tally
+{
+    Counters counters;
+    /// As BoxHistory::motion. All indices read it, which took long where others counted in the same cache line.
+    alignas(128) std::uint32_t motion;
 };
 
 /// A list that many indices append to. The counter runs past the capacity, so that it tells how much room was missing.
@@ -285,14 +298,13 @@ struct AgeRow
 /// Stores a changed row.
 struct ApplyRow
 {
-    const std::uint32_t* rows;  ///< null: 0, 1, 2, ...
-    const Aabb* newBoxes;       ///< [changed rows]
-    const std::uint8_t* newChanges;
-    const Filter* newFilters;  ///< may be null
+    const std::uint32_t* rows;       ///< null: 0, 1, 2, ...
+    const Aabb* newBoxes;            ///< [changed rows]
+    const std::uint8_t* newChanges;  ///< null: `sameChanges` for all of them
+    std::uint8_t sameChanges;
     Aabb* now;
     Aabb* old;
     std::uint8_t* changes;
-    Filter* filters;
     std::uint32_t* motion;  ///< bits of the longest way of a side; 0 before
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
@@ -300,12 +312,11 @@ struct ApplyRow
         const std::uint64_t row = rows != nullptr ? rows[i] : i;
         const Aabb box = loadBox(newBoxes, i);
         storeBox(now, row, isValid(box) ? box : nowhere());
-        changes[row] = newChanges[i];
-        if ((newChanges[i] & kRowCreated) != 0)
+        const unsigned bits = newChanges != nullptr ? newChanges[i] : sameChanges;
+        changes[row] = static_cast<std::uint8_t>(bits);
+        if ((bits & kRowCreated) != 0)
             storeBox(old, row, nowhere());
-        if (newFilters != nullptr)
-            filters[row] = newFilters[i];
-        const bool isSamePair = (newChanges[i] & (kRowCreated | kRowRefiltered)) == 0;
+        const bool isSamePair = (bits & (kRowCreated | kRowRefiltered)) == 0;
         raise(motion, isSamePair ? wayOf(box, loadBox(old, row)) : kInfinity);
     }
 
@@ -323,6 +334,19 @@ private:
             longest = way > longest ? way : longest;
         }
         return longest;
+    }
+};
+
+/// Stores the filter words of a changed row.
+struct ApplyFilter
+{
+    const std::uint32_t* rows;  ///< null: 0, 1, 2, ...
+    const Filter* newFilters;   ///< [changed rows]
+    Filter* filters;
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    {
+        filters[rows != nullptr ? rows[i] : i] = newFilters[i];
     }
 };
 

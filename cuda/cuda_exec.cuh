@@ -7,6 +7,7 @@
 #include "cuda/cuda_error.h"
 #include "cuda/device_buffer.h"
 #include "cuda/page_locks.h"
+#include "cuda/part_stream.h"
 #include "cuda/stage_clock.h"
 
 #include <cub/device/device_radix_sort.cuh>
@@ -260,6 +261,22 @@ public:
     {
         return lockPages(memory, count * sizeof(T));
     }
+    /// Uploads in parts, on a stream of their own: what is launched meanwhile does not wait for them.
+    template <class T>
+    void uploadParts(T* to, const T* from, std::uint64_t count, std::uint64_t part)
+    {
+        m_parts.begin(m_stream, count > part);
+        for (std::uint64_t begin = 0; begin < count; begin += part)
+        {
+            const std::uint64_t end = std::min(begin + part, count);
+            transfer(to + begin, from + begin, (end - begin) * sizeof(T), cudaMemcpyHostToDevice,
+                     m_parts.stream());
+            m_parts.end();
+        }
+        m_bytesMoved += count * sizeof(T);
+    }
+    /// What is launched from now on waits for that part.
+    void awaitPart(std::uint64_t part) { m_parts.await(m_stream, part); }
     /// From any memory of the CPU, which may change as soon as this returns.
     template <class T>
     void uploadNow(T* to, const T* from, std::uint64_t count)
@@ -280,6 +297,14 @@ public:
             CULLET_CUDA_TRY(cudaMemsetAsync(what, 0, count * sizeof(T), m_stream));
     }
     void wait() { CULLET_CUDA_TRY(cudaStreamSynchronize(m_stream)); }
+
+    /// Waits for what a failed update has left behind, so that it does not write into the next one.
+    void drain() noexcept
+    {
+        cudaStreamSynchronize(m_stream);
+        m_parts.drain();
+        cudaGetLastError();
+    }
 
     /// What the stream gets from now on belongs to the stage; null: to none.
     void beginStage(const char* name) { m_stages.begin(name, m_stream); }
@@ -366,8 +391,13 @@ public:
 private:
     void transfer(void* to, const void* from, std::uint64_t bytes, cudaMemcpyKind kind)
     {
+        transfer(to, from, bytes, kind, m_stream);
+    }
+    static void transfer(void* to, const void* from, std::uint64_t bytes, cudaMemcpyKind kind,
+                         cudaStream_t stream)
+    {
         if (bytes != 0)
-            CULLET_CUDA_TRY(cudaMemcpyAsync(to, from, bytes, kind, m_stream));
+            CULLET_CUDA_TRY(cudaMemcpyAsync(to, from, bytes, kind, stream));
     }
 
     /// As many blocks as it takes for a thread per index; none for none.
@@ -406,6 +436,7 @@ private:
     std::uint64_t m_bytes = 0;
     std::uint64_t m_bytesMoved = 0;
     DeviceBuffer<unsigned char> m_scratch;
+    PartStream m_parts;
     StageClock m_stages;
 };
 }  // namespace cullet::psap

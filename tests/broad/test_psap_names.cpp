@@ -18,7 +18,10 @@ namespace cullet::test
 {
 namespace
 {
+using psap::ChangeLists;
 using psap::ChangeNames;
+using psap::Counters;
+using psap::LookupTable;
 using psap::OrderRun;
 
 /// HostExec that remembers from which bit on it sorted.
@@ -41,7 +44,8 @@ public:
 class Names : public ::testing::Test
 {
 protected:
-    explicit Names(std::uint32_t rows = 20000, std::uint32_t firstId = 1) : m_ids(rows)
+    explicit Names(std::uint32_t rows = 20000, std::uint32_t firstId = 1, std::uint64_t expected = 17000)
+        : m_ids(rows), m_names(expected)
     {
         std::iota(m_ids.begin(), m_ids.end(), firstId);
         std::shuffle(m_ids.begin(), m_ids.end(), m_random);
@@ -70,16 +74,39 @@ protected:
         return pairs;
     }
 
-    void expectNamed(const std::vector<IdPair>& added, const std::vector<IdPair>& removed)
+    /// @param room of the list of pairs that are held
+    void expectNamed(const std::vector<IdPair>& added, const std::vector<IdPair>& removed,
+                     std::uint64_t room = 100000)
     {
         const std::uint32_t largest = *std::max_element(m_ids.begin(), m_ids.end());
+        Counters counters{};
+        counters.lists.added = added.size();
+        counters.lists.removed = removed.size();
+        counters.lists.kept = 1;
+        const std::uint32_t sides = 77;
+        std::vector<std::uint64_t> slots(64, 5);
+        m_held.assign(room, IdPair{0, 0});
+        const ChangeLists lists = {
+            added.data(),   added.size(),
+            removed.data(), m_held.data(),
+            m_held.size(),  LookupTable{slots.data(), slots.size() - 1, &counters.lists.lookups},
+            &counters,      &sides,
+            m_ids.data()};
         PairDelta delta;
         m_exec.firstBits.clear();
-        m_names.fetch(m_exec, {added.data(), added.size()}, {removed.data(), removed.size()}, m_ids.data(),
-                      largest, delta);
+        m_names.enqueue(m_exec, lists, largest);
+        EXPECT_EQ(m_names.counters().lists.added, added.size());
+        EXPECT_EQ(m_names.counters().side, sides);
+        m_names.take(m_exec, lists, largest, false, delta);
         EXPECT_EQ(delta.added, named(added));
         EXPECT_EQ(delta.removed, named(removed));
+        EXPECT_EQ(slots, std::vector<std::uint64_t>(64, LookupTable::kFree));
+        for (std::size_t i = 0; i < added.size(); ++i)
+            ASSERT_TRUE(m_held[i + 1].a == added[i].a && m_held[i + 1].b == added[i].b) << i;
     }
+
+    /// How many sorts the last call took.
+    std::size_t sorts() const { return m_exec.firstBits.size() / 2; }
 
     /// Whether the last call sorted by the first ids, then needed no other sort.
     bool wentByRuns() const
@@ -101,14 +128,22 @@ private:
     std::mt19937 m_random{7};
     std::vector<std::uint32_t> m_ids;
     WatchedExec m_exec{PsapOptions{}};
+    std::vector<IdPair> m_held;
     ChangeNames<WatchedExec> m_names;
+};
+
+/// Where few changes are expected.
+class FewNames : public Names
+{
+protected:
+    FewNames() : Names(20000, 1, 1000) {}
 };
 
 /// Ids so large that no bit is left to tell what comes from what goes.
 class LargeNames : public Names
 {
 protected:
-    LargeNames() : Names(20000, 0xffff0000u) {}
+    LargeNames() : Names(20000, 0xffff0000u, 17000) {}
 };
 }  // namespace
 
@@ -122,11 +157,31 @@ TEST_F(Names, ManyChangesOfManyBoxesAreSortedByHalfOfTheirKeys)
     EXPECT_TRUE(wentByRuns());
 }
 
-TEST_F(Names, FewChangesAreSortedAtOnce)
+TEST_F(FewNames, FewChangesAreSortedAtOnce)
 {
     expectNamed(chain(100), chain(50, 2));
     EXPECT_FALSE(wentByRuns());
     expectNamed({}, {});
+}
+
+TEST_F(FewNames, MoreChangesThanExpectedAreAskedForAgainAndThenExpected)
+{
+    expectNamed(chain(600), chain(401, 2));
+    EXPECT_EQ(sorts(), 2u);
+    expectNamed(chain(600), chain(500, 2));
+    EXPECT_EQ(sorts(), 1u);
+    expectNamed(chain(9000), chain(8000, 2));
+    EXPECT_EQ(sorts(), 2u);
+    expectNamed(chain(10), {});
+    EXPECT_EQ(sorts(), 1u);
+    expectNamed(chain(1001), {});
+    EXPECT_EQ(sorts(), 2u) << "few are expected again";
+}
+
+TEST_F(FewNames, APairThatFindsNoRoomAmongTheHeldIsNamedAllTheSame)
+{
+    expectNamed(chain(600), chain(300, 2), 601);
+    EXPECT_EQ(sorts(), 1u);
 }
 
 TEST_F(Names, ABoxWithManyChangesIsSortedAsWell)
