@@ -39,12 +39,15 @@ public:
     void send(Exec& exec, const ProxyView& view, std::uint32_t* motion)
     {
         reserveRows(exec, view.size);
-        growOld(exec, view);
+        m_haveAllChanged = m_isFresh || view.dirtyCount == view.size;
+        const bool isDirect = isSentDirectly(exec, view);
+        const bool sendsAll = m_haveAllChanged || isDirect;
+        growOld(exec, view, sendsAll);
         if (view.size > m_rowCount)
             exec.forEachFrom(m_rowCount, view.size, ForgetRow{m_now.data(), m_old.data(), m_changes.data()});
-        m_dirtyIsAll = m_isFresh || view.dirtyCount == view.size;
-        m_dirtyCount = m_dirtyIsAll ? view.size : view.dirtyCount;
-        const Staged all = sendBlocks(exec, view, motion);
+        m_dirtyIsAll = sendsAll;
+        m_dirtyCount = sendsAll ? view.size : view.dirtyCount;
+        const Staged all = sendBlocks(exec, view, isDirect, motion);
         if (view.filters != nullptr)
             sendFilters(exec, view, (all.anyChanges & (kRowCreated | kRowRefiltered)) != 0);
         if ((all.anyChanges & kRowCreated) != 0)
@@ -62,7 +65,7 @@ public:
     const Filter* filters() const { return m_hasFilters ? m_filters.data() : nullptr; }
     const std::uint32_t* uniqueIds() const { return m_uniqueIds.data(); }
     std::uint32_t largestId() const { return m_largestId; }  ///< of those sent
-    bool haveAllChanged() const { return m_dirtyIsAll; }
+    bool haveAllChanged() const { return m_haveAllChanged; }
 
 private:
     template <class T>
@@ -97,11 +100,20 @@ private:
         exec.reserveKeeping(m_dirty, room, m_dirtyIsAll ? 0 : m_dirtyCount);
     }
 
-    /// Makes the boxes of the last update old ones.
-    void growOld(Exec& exec, const ProxyView& view)
+    /// Whether all boxes go over as they are: where many have changed, that takes less than to pick those.
+    bool isSentDirectly(const Exec& exec, const ProxyView& view) const
     {
-        // Where every row comes anew, what stands here is old altogether.
-        if (!m_isFresh && view.size == m_rowCount && view.dirtyCount == view.size)
+        const bool isMost = m_haveAllChanged || view.dirtyCount > view.size / kDirectShare;
+        return isMost && view.lockableRows >= view.size && exec.canUploadFrom(view.boxes, view.lockableRows);
+    }
+
+    /// Makes the boxes of the last update old ones.
+    ///
+    /// @param sendsAll every row comes anew
+    void growOld(Exec& exec, const ProxyView& view, bool sendsAll)
+    {
+        // What stands here is old altogether then.
+        if (!m_isFresh && view.size == m_rowCount && sendsAll)
             std::swap(m_now, m_old);
         else
             exec.forEach(m_dirtyCount, AgeRow{dirtyRows(), m_now.data(), m_old.data(), m_changes.data()});
@@ -110,13 +122,13 @@ private:
     const std::uint32_t* dirtyRows() const { return m_dirtyIsAll ? nullptr : m_dirty.data(); }
 
     /// Packs the changed rows, sends them and puts them into their places.
-    Staged sendBlocks(Exec& exec, const ProxyView& view, std::uint32_t* motion)
+    ///
+    /// @param isDirect from the table itself, which is not packed
+    Staged sendBlocks(Exec& exec, const ProxyView& view, bool isDirect, std::uint32_t* motion)
     {
         reserveStaging(exec);
         // Picked here and there, rows take longer to pack than to copy: smaller blocks, so that copying begins sooner.
         const std::uint64_t block = m_dirtyIsAll ? kStageBlock : kScatteredBlock;
-        const bool isDirect = m_dirtyIsAll && view.lockableRows >= m_dirtyCount &&
-                              exec.canUploadFrom(view.boxes, view.lockableRows);
         if (isDirect)
             exec.uploadParts(m_newBoxes.data(), view.boxes, m_dirtyCount, block);
         else
@@ -271,6 +283,9 @@ private:
     static constexpr std::uint64_t kStageBlock = 1u << 17;
     static constexpr std::uint64_t kScatteredBlock = 1u << 15;
 
+    // From a third of the boxes on: on four threads or sixteen, at 16k to a million boxes.
+    static constexpr std::uint32_t kDirectShare = 3;
+
     WorkerPool m_workers;
     bool m_isFresh = true;
     bool m_hasFilters = false;
@@ -281,8 +296,9 @@ private:
     Buffer<Filter> m_filters;
     Buffer<std::uint32_t> m_uniqueIds;
 
-    bool m_dirtyIsAll = false;
-    std::uint64_t m_dirtyCount = 0;  ///< rows changed in the last update
+    bool m_haveAllChanged = false;
+    bool m_dirtyIsAll = false;       ///< all rows were sent in the last update
+    std::uint64_t m_dirtyCount = 0;  ///< rows sent then
     std::vector<Staged> m_staged;    ///< by task
     Buffer<std::uint32_t> m_dirty;
     Buffer<Aabb> m_newBoxes;
