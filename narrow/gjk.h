@@ -75,7 +75,9 @@ private:
             if (along > 0.0 && along * along > m_limit * m_limit * m_search.length2())
                 return finish(GjkState::Separated, &s);
             const bool isClose = m_search.length2() - along <= kRelativeGap * m_search.length2();
-            if (isClose || m_search.has(s) || !m_search.advance(s))
+            if (isClose)
+                return finish(GjkState::Near, &s);
+            if (m_search.has(s) || !m_search.advance(s))
                 return finish(m_search.stalledState(along), &s);
         }
         return finish(GjkState::NotConverged, nullptr);
@@ -91,7 +93,7 @@ private:
         if (state != GjkState::Near && state != GjkState::Separated)
             return result;
         const double distance = std::sqrt(m_search.length2());
-        result.axis = (m_search.closest() / distance).template cast<S>();
+        result.axis = (m_search.closest() * (1.0 / distance)).template cast<S>();
         if (state == GjkState::Separated)
             return result;
         const Eigen::Vector3d pointA = m_search.pointOfA();

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "narrow/gjk_types.h"
-#include "narrow/posed_hull.h"
+#include "narrow/placement.h"
 #include "narrow/simplex.h"
 
 #include <algorithm>
@@ -11,23 +11,11 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <type_traits>
 
 namespace cullet
 {
 /// Largest relative width of the interval of possible distances that still counts as an answer when it stops shrinking.
 constexpr double kGjkAccuracy = 1e-7;
-
-/// Whether a shape can look for its support vertex among given ones: hulls.
-template <class A>
-struct HasVertexAmong : std::false_type
-{
-};
-
-template <class S>
-struct HasVertexAmong<PosedHull<S>> : std::true_type
-{
-};
 
 /// The state that ISA-GJK, GJK and EPA share: a simplex in the Minkowski difference A - B and its point closest to the
 /// origin. World axes, relative to the origin of A, double.
@@ -42,7 +30,10 @@ public:
         std::int32_t vertexA, vertexB;
     };
 
-    GjkSearch(const A& a, const B& b) : m_a(a), m_b(b), m_offset(b.origin() - a.origin()) {}
+    GjkSearch(const A& a, const B& b)
+        : m_a(a), m_b(b), m_placeA(a), m_placeB(b), m_offset(b.origin() - a.origin())
+    {
+    }
 
     const Eigen::Vector3d& closest() const { return m_closest; }
     double length2() const { return m_length2; }
@@ -89,14 +80,18 @@ public:
     {
         if constexpr (HasVertexAmong<A>::value && HasVertexAmong<B>::value)
         {
-            std::array<std::int32_t, 4> verticesA, verticesB;
+            std::array<std::int32_t, 4> ofA, ofB;
+            bool isOneA = true, isOneB = true;
             for (int i = 0; i < m_count; ++i)
             {
-                verticesA[i] = m_tags[m_count - 1 - i].vertexA;
-                verticesB[i] = m_tags[m_count - 1 - i].vertexB;
+                ofA[i] = m_tags[i].vertexA;
+                ofB[i] = m_tags[i].vertexB;
+                isOneA &= ofA[i] == ofA[0];
+                isOneB &= ofB[i] == ofB[0];
             }
-            const std::int32_t vertexA = m_a.vertexAmong(-m_closest, verticesA, m_count);
-            const std::int32_t vertexB = m_b.vertexAmong(m_closest, verticesB, m_count);
+            const auto direction = A::usableDirection(m_closest);
+            const std::int32_t vertexA = m_a.vertexAmong(-direction, ofA, m_count, isOneA);
+            const std::int32_t vertexB = m_b.vertexAmong(direction, ofB, m_count, isOneB);
             for (int i = 0; i < m_count; ++i)
             {
                 if (m_tags[i].vertexA == vertexA && m_tags[i].vertexB == vertexB)
@@ -111,10 +106,10 @@ public:
     }
 
     /// The point of two vertices.
-    Support supportOf(std::int32_t vertexA, std::int32_t vertexB)
+    [[gnu::always_inline]] Support supportOf(std::int32_t vertexA, std::int32_t vertexB)
     {
-        const Eigen::Vector3d a = m_a.point(vertexA);
-        return note({a - m_b.point(vertexB) - m_offset, a, vertexA, vertexB});
+        const Eigen::Vector3d a = m_placeA.point(vertexA);
+        return note({a - m_placeB.point(vertexB) - m_offset, a, vertexA, vertexB});
     }
 
     /// Starts from one point.
@@ -157,7 +152,7 @@ public:
             const std::int32_t vertexA = cache.verticesA[i];
             const std::int32_t vertexB = cache.verticesB[i];
             if (vertexA < m_a.vertexCount() && vertexB < m_b.vertexCount())
-                push(supportOf(vertexA, vertexB));
+                pushPair(vertexA, vertexB);
         }
         if (extra != nullptr && m_count < 4 && !has(*extra))
             push(*extra);
@@ -201,9 +196,11 @@ public:
     /// Closest point of A (relative to its origin); that of B is this minus closest().
     Eigen::Vector3d pointOfA() const
     {
+        if (m_count == 1)
+            return m_tags[0].a;
         const std::array<double, 4> weights = simplexWeights(m_points, (1u << m_count) - 1u);
-        Eigen::Vector3d point = Eigen::Vector3d::Zero();
-        for (int i = 0; i < m_count; ++i)
+        Eigen::Vector3d point = weights[0] * m_tags[0].a;
+        for (int i = 1; i < m_count; ++i)
             point += weights[i] * m_tags[i].a;
         return point;
     }
@@ -211,14 +208,7 @@ public:
     template <class S>
     void remember(GjkState state, GjkCache<S>& cache) const
     {
-        cache.state = state;
-        cache.count = static_cast<std::uint8_t>(m_count);
-        for (int i = 0; i < m_count; ++i)
-        {
-            cache.verticesA[i] = narrowId<S>(m_tags[i].vertexA);
-            cache.verticesB[i] = narrowId<S>(m_tags[i].vertexB);
-        }
-        rememberAxis(m_closest, m_tags[m_count - 1].vertexA, m_tags[m_count - 1].vertexB, cache);
+        remember(state, m_tags[m_count - 1].vertexA, m_tags[m_count - 1].vertexB, cache);
     }
 
     /// The same at the end of a query, or forgets the pair when it found nothing.
@@ -233,9 +223,10 @@ public:
             cache = GjkCache<S>();
             return false;
         }
-        remember(state, cache);
         if (along != nullptr)
-            rememberAxis(m_closest, along->vertexA, along->vertexB, cache);
+            remember(state, along->vertexA, along->vertexB, cache);
+        else
+            remember(state, cache);
         return true;
     }
 
@@ -253,6 +244,20 @@ public:
     }
 
 private:
+    /// @param vertexA support vertices against closest()
+    template <class S>
+    void remember(GjkState state, std::int32_t vertexA, std::int32_t vertexB, GjkCache<S>& cache) const
+    {
+        cache.state = state;
+        cache.count = static_cast<std::uint8_t>(m_count);
+        for (int i = 0; i < m_count; ++i)
+        {
+            cache.verticesA[i] = narrowId<S>(m_tags[i].vertexA);
+            cache.verticesB[i] = narrowId<S>(m_tags[i].vertexB);
+        }
+        rememberAxis(m_closest, vertexA, vertexB, cache);
+    }
+
     /// What belongs to a point of the simplex beside its place.
     struct Tag
     {
@@ -262,10 +267,24 @@ private:
 
     const Support& note(const Support& s)
     {
-        const double length2 = s.w.squaredNorm();
+        note(s.w);
+        return s;
+    }
+
+    void note(const Eigen::Vector3d& w)
+    {
+        const double length2 = w.squaredNorm();
         m_sum2 += length2;
         m_size2 = std::max(m_size2, length2);
-        return s;
+    }
+
+    void pushPair(std::int32_t vertexA, std::int32_t vertexB)
+    {
+        const Eigen::Vector3d a = m_placeA.point(vertexA);
+        m_points[m_count] = a - m_placeB.point(vertexB) - m_offset;
+        m_tags[m_count] = {a, vertexA, vertexB};
+        note(m_points[m_count]);
+        ++m_count;
     }
 
     void push(const Support& s)
@@ -278,7 +297,14 @@ private:
     // A NaN makes the comparison false.
     bool isProgress(const ClosestOnSimplex& next) const { return next.isInside || next.length2 < m_length2; }
 
-    void solveAll() { accept(closestOnSimplex(m_points, m_count)); }
+    void solveAll()
+    {
+        if (m_count > 1)
+            return accept(closestOnSimplex(m_points, m_count));
+        m_isInside = false;
+        m_closest = m_points[0];
+        m_length2 = m_closest.squaredNorm();
+    }
 
     /// Keeps the points of the subset; all four when the origin is inside.
     void accept(const ClosestOnSimplex& c)
@@ -305,6 +331,8 @@ private:
 
     const A& m_a;
     const B& m_b;
+    Placement<A> m_placeA;
+    Placement<B> m_placeB;
     Eigen::Vector3d m_offset;
     SimplexPoints m_points;
     std::array<Tag, 4> m_tags;

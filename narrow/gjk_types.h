@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 
@@ -73,8 +74,9 @@ enum class GjkStart : std::uint8_t
 template <class S>
 std::uint16_t narrowId(std::int32_t vertex)
 {
-    return vertex >= 0 && vertex < GjkCache<S>::kUnknown ? static_cast<std::uint16_t>(vertex)
-                                                         : GjkCache<S>::kUnknown;
+    // A negative one becomes the largest.
+    const std::uint32_t unknown = GjkCache<S>::kUnknown;
+    return static_cast<std::uint16_t>(std::min(static_cast<std::uint32_t>(vertex), unknown));
 }
 
 /// Observer that sees nothing. An observer is called once per support of a search with its direction v and v.w for the

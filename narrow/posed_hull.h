@@ -41,6 +41,7 @@ public:
     using Scalar = S;
     using Vector = Eigen::Matrix<S, 3, 1>;
     using Matrix = Eigen::Matrix<S, 3, 3>;
+    using Quad = typename cullet::Quad<S>::Vector;
 
     /// @pre the hull has a vertex and outlives this object
     PosedHull(const Hull<S>& hull, const Matrix& basis, const Vector& origin,
@@ -73,43 +74,72 @@ public:
 
     SupportPoint support(const Eigen::Vector3d& direction, std::int32_t start) const
     {
-        const std::int32_t v = supportVertex<S>(*m_hull, localDirection(direction), start, m_method);
+        Quad d;
+        toLocal(usableDirection(direction), d);
+        const std::int32_t v = supportVertex<S>(*m_hull, {d[0], d[1], d[2]}, start, m_method);
         return {point(v), v};
     }
 
-    /// The vertex of the same, trying those of a simplex first.
-    /// @param candidates the likeliest first
-    std::int32_t vertexAmong(const Eigen::Vector3d& direction, const std::array<std::int32_t, 4>& candidates,
-                             int count) const
+    /// A world direction in the hull's scalar, of another length where its products would underflow or overflow.
+    static Vector usableDirection(const Eigen::Vector3d& direction)
     {
-        const Vector d = localDirection(direction);
-        if (m_method != SupportMethod::Automatic || !m_hull->hasNeighbours())
-            return supportVertex<S>(*m_hull, d, -1, m_method);
-        const S band = m_hull->tieBand() * (std::abs(d[0]) + std::abs(d[1]) + std::abs(d[2]));
-        const std::int32_t v = supportAmong(*m_hull, LaneDirection<S>(d), candidates, count, band);
-        if (v >= 0)
-            return v;
-        const bool isLarge = m_hull->vertexCount() > linearSupportMaximum<S>();
-        return supportVertex<S>(*m_hull, d, isLarge ? candidates[0] : -1, m_method);
+        const double largest =
+            std::max({std::abs(direction[0]), std::abs(direction[1]), std::abs(direction[2])});
+        if (largest > 1e-8 && largest < 1e8)
+            return direction.template cast<S>();
+        return (direction / largest).template cast<S>();
+    }
+
+    /// The vertex of the same, from those of a simplex that is likely the closest already.
+    /// @param direction a usableDirection()
+    /// @param vertices  of the simplex, `count` of them
+    /// @param isOne     all are the same
+    [[gnu::always_inline]] std::int32_t vertexAmong(const Vector& direction,
+                                                    const std::array<std::int32_t, 4>& vertices, int count,
+                                                    bool isOne) const
+    {
+        Quad d;
+        toLocal(direction, d);
+        if (isOne && m_method == SupportMethod::Automatic && m_hull->hasNeighbours())
+        {
+            Quad magnitudes = d;
+            cullet::Quad<S>::makePositive(magnitudes);
+            const S band = m_hull->tieBand() * cullet::Quad<S>::sumOfThree(magnitudes);
+            S height;
+            if (isPeak(*m_hull, vertices[0], LaneDirection<S>(d), band, height))
+                return vertices[0];
+        }
+        return vertexBeside({d[0], d[1], d[2]}, vertices, count);
     }
 
     /// World coordinates, fourth lane 0: rows of the basis.
-    using Quad = typename cullet::Quad<S>::Vector;
     const Quad& row(int i) const { return m_rows[i]; }
     const Quad& originQuad() const { return m_origin; }
     SupportMethod method() const { return m_method; }
 
 private:
-    Vector localDirection(const Eigen::Vector3d& direction) const
+    void toLocal(const Vector& d, Quad& local) const
     {
-        const double largest =
-            std::max({std::abs(direction[0]), std::abs(direction[1]), std::abs(direction[2])});
-        // The searches in support.h need a direction whose products neither underflow nor overflow.
-        const bool isUsable = largest > 1e-8 && largest < 1e8;
-        const Vector scaled = isUsable ? Vector(direction.template cast<S>())
-                                       : Vector((direction / largest).template cast<S>());
-        const Quad q = m_rows[0] * scaled[0] + m_rows[1] * scaled[1] + m_rows[2] * scaled[2];
-        return {q[0], q[1], q[2]};
+        local = m_rows[0] * d[0] + m_rows[1] * d[1] + m_rows[2] * d[2];
+    }
+
+    /// A climb starts from the highest of the vertices.
+    [[gnu::noinline]] std::int32_t vertexBeside(const Vector& d, const std::array<std::int32_t, 4>& vertices,
+                                                int count) const
+    {
+        if (m_method != SupportMethod::Automatic || !m_hull->hasNeighbours())
+            return supportVertex<S>(*m_hull, d, -1, m_method);
+        if (m_hull->vertexCount() <= cheapScanMaximum<S>())
+            return hitLinear(*m_hull, d).vertex;
+        std::int32_t start = vertices[0];
+        S highest = supportProduct(*m_hull, start, d);
+        for (int i = 1; i < count; ++i)
+        {
+            const S height = supportProduct(*m_hull, vertices[i], d);
+            start = height > highest ? vertices[i] : start;
+            highest = height > highest ? height : highest;
+        }
+        return supportClimbArtificial(*m_hull, d, start).vertex;
     }
 
     Quad m_rows[3];

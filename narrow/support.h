@@ -153,7 +153,8 @@ inline ClimbStep<S> climbStep(const Hull<S>& hull, std::int32_t vertex, const La
 ///
 /// @param height [out] product of the vertex
 template <class S>
-inline bool isPeak(const Hull<S>& hull, std::int32_t vertex, const LaneDirection<S>& d, S band, S& height)
+[[gnu::always_inline]] inline bool isPeak(const Hull<S>& hull, std::int32_t vertex, const LaneDirection<S>& d,
+                                          S band, S& height)
 {
     using L = Lanes<S>;
     constexpr int kVectors = 8 / L::kWidth;
@@ -175,64 +176,6 @@ inline bool isPeak(const Hull<S>& hull, std::int32_t vertex, const LaneDirection
         index = block.id[0];
     } while (index >= 0);
     return near == 0;
-}
-
-/// True if every neighbour of a vertex that is not lower than `low` is among the candidates.
-template <class S>
-inline bool isLevelKnown(const Hull<S>& hull, const LaneDirection<S>& d, std::int32_t vertex,
-                         const std::array<std::int32_t, 4>& candidates, int count, S low)
-{
-    using L = Lanes<S>;
-    for (std::int32_t index = vertex; index >= 0; index = hull.block(index).id[0])
-    {
-        const NeighbourBlock<S>& block = hull.block(index);
-        unsigned near = 0;
-        for (int first = 0; first < 8; first += L::kWidth)
-        {
-            const typename L::Vector products = productsOf(block, first, d);
-            near |= laneBits(products >= L::fill(low)) << first;
-        }
-        for (near &= ~1u; near != 0; near &= near - 1)
-        {
-            const std::int32_t id = block.id[__builtin_ctz(near)];
-            bool isKnown = false;
-            for (int i = 0; i < count; ++i)
-                isKnown |= candidates[i] == id;
-            if (!isKnown)
-                return false;
-        }
-    }
-    return true;
-}
-
-/// The support vertex if it is one of the candidates, from their neighbours alone; else -1, or if that is not certain.
-///
-/// Meant for the vertices of a simplex that is likely the closest already: the corners of a face, say, which are level
-/// with each other, so that a climb would have to look around. Here none is looked at after another.
-/// @param count 1 to 4
-template <class S>
-std::int32_t supportAmong(const Hull<S>& hull, const LaneDirection<S>& d,
-                          const std::array<std::int32_t, 4>& candidates, int count, S band)
-{
-    std::array<S, 4> heights = {};
-    int best = 0;
-    for (int i = 0; i < count; ++i)
-    {
-        const NeighbourBlock<S>& block = hull.block(candidates[i]);
-        heights[i] = block.x[0] * d.x[0] + block.y[0] * d.y[0] + block.z[0] * d.z[0];
-        const bool isBetter =
-            heights[i] > heights[best] || (heights[i] == heights[best] && candidates[i] < candidates[best]);
-        best = isBetter ? i : best;
-    }
-    const S low = heights[best] - band;
-    for (int i = 0; i < count; ++i)
-    {
-        const bool isRepeated = i > 0 && candidates[i] == candidates[i - 1];
-        if (!isRepeated && !(heights[i] < low) &&
-            !isLevelKnown(hull, d, candidates[i], candidates, count, low))
-            return -1;
-    }
-    return low <= heights[best] ? candidates[best] : -1;
 }
 
 /// A vertex and its rounded product.
@@ -435,6 +378,17 @@ std::int32_t linearSupportMaximum()
         return 100;
 #endif
     return 48;
+}
+
+/// Up to this many vertices the scan beats a climb from a vertex near the answer, where measured.
+template <class S>
+std::int32_t cheapScanMaximum()
+{
+#ifdef __SSE2__
+    if (std::is_same_v<S, float> && kHasAvx2)
+        return 64;
+#endif
+    return 16;
 }
 
 /// Support vertex and its product by the measured best method.
