@@ -113,12 +113,16 @@ private:
     {
         const Hull<S>& hull = shape.hull();
         const Eigen::Matrix<S, 3, 1> direction(d[0], d[1], d[2]);
-        if (shape.method() == SupportMethod::Automatic && start >= 0 && start < hull.blockCount())
+        if (shape.method() == SupportMethod::Automatic)
         {
+            const bool hasStart = start >= 0 && start < hull.blockCount();
             S height;
             // The 1-norm of the direction is at most sqrt(3) F |v|; the band has room for rounding.
-            if (isPeak(hull, start, LaneDirection<S>(direction), hull.tieBand() * (S(3) * norm), height))
+            if (hasStart &&
+                isPeak(hull, start, LaneDirection<S>(direction), hull.tieBand() * (S(3) * norm), height))
                 return {start, height};
+            if (hull.vertexCount() <= (hasStart ? cheapScanMaximum<S>() : linearSupportMaximum<S>()))
+                return hitLinear(hull, direction);
         }
         return supportHit(hull, direction, start, shape.method());
     }
