@@ -137,6 +137,12 @@ void RowGridBackend::matchActivePairs()
     };
     while (old < m_activePairs.size() && found < m_foundPairs.size())
     {
+        if (isEqual(old, found))
+        {
+            ++old;
+            ++found;
+            continue;
+        }
         std::size_t skip = 0;
         while (skip < kLookAhead && !isEqual(old + skip, found) && !isEqual(old, found + skip))
             ++skip;
@@ -187,8 +193,12 @@ void RowGridBackend::takeUnmatchedFound(const ProxyView& view)
 /// Old pairs that do not overlap any more: they stay while the margin allows it.
 void RowGridBackend::takeUnmatchedOld(const ProxyView& view)
 {
-    for (const IdPair pair : m_unmatched)
+    for (std::size_t i = 0; i < m_unmatched.size(); ++i)
     {
+        const IdPair ahead = m_unmatched[std::min(i + kPrefetch, m_unmatched.size() - 1)];
+        prefetchBox(view.boxes + ahead.a);
+        prefetchBox(view.boxes + ahead.b);
+        const IdPair pair = m_unmatched[i];
         if (!m_oldPairs.contains(PairSet::keyOf(pair.a, pair.b)))
             continue;
         const bool valid = isValid(view.boxes[pair.a]) && isValid(view.boxes[pair.b]);

@@ -16,6 +16,8 @@ namespace
 {
 constexpr std::size_t kCompareGrain = 4096;
 constexpr std::size_t kCompareBlock = 512;
+// Strays whose boxes are on their way from memory.
+constexpr std::size_t kPrefetch = 12;
 // Sizes and spans are not measured while rows are followed; the plan is looked at this often.
 constexpr std::uint32_t kLongestFollow = 128;
 
@@ -166,9 +168,12 @@ bool RowGrid::follow(const GridInput& input, const Aabb* before, const std::vect
         m_hasEdges.assign(m_rows.capacity(), 0);
     }
     m_isFollowable = false;
-    for (const std::uint32_t id : strays)
+    for (std::size_t i = 0; i < strays.size(); ++i)
     {
-        if (!followStray(input, before[id], id))
+        const std::uint32_t ahead = strays[std::min(i + kPrefetch, strays.size() - 1)];
+        prefetchBox(input.boxes + ahead);
+        prefetchBox(before + ahead);
+        if (!followStray(input, before[strays[i]], strays[i]))
             return false;
     }
     m_isFollowable = true;
