@@ -8,6 +8,10 @@
 #include <array>
 #include <cstring>
 
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
 namespace cullet
 {
 namespace
@@ -17,32 +21,43 @@ constexpr std::size_t kPrefetch = 16;
 // Share of rows, one in so many, up to which their boxes are read in no order that the processor would foresee.
 constexpr std::size_t kFewShare = 4;
 
-/// Writes row for every non-zero byte in [begin, end), ascending; the end of what was written. Eight clean rows cost one load.
+constexpr std::uint32_t kGroup = 64;
+
+/// A bit for each of 64 bytes: whether it is not zero.
+std::uint64_t bitsOfSetBytes(const std::uint8_t* bytes)
+{
+    std::uint64_t bits = 0;
+#if defined(__SSE2__)
+    for (std::uint32_t i = 0; i < kGroup; i += 16)
+    {
+        const __m128i sixteen = _mm_loadu_si128(reinterpret_cast<const __m128i*>(bytes + i));
+        const int clean = _mm_movemask_epi8(_mm_cmpeq_epi8(sixteen, _mm_setzero_si128()));
+        bits |= static_cast<std::uint64_t>(~clean & 0xffff) << i;
+    }
+#else
+    for (std::uint32_t i = 0; i < kGroup; ++i)
+        bits |= static_cast<std::uint64_t>(bytes[i] != 0 ? 1 : 0) << i;
+#endif
+    return bits;
+}
+
+/// Writes row for every non-zero byte in [begin, end), ascending; the end of what was written.
 std::uint32_t* listSetBytes(const std::uint8_t* bytes, std::uint32_t begin, std::uint32_t end,
                             std::uint32_t* to)
 {
     std::uint32_t row = begin;
-    for (; end - row >= 8; row += 8)
+    for (; end - row >= kGroup; row += kGroup)
     {
-        std::uint64_t word = 0;
-        std::memcpy(&word, bytes + row, sizeof(word));
-        if (__BYTE_ORDER__ == __ORDER_BIG_ENDIAN__)
-            word = __builtin_bswap64(word);
-        // The highest bit of each byte that is not zero.
-        constexpr std::uint64_t kLow = 0x7f7f7f7f7f7f7f7fu;
-        std::uint64_t set = (((word & kLow) + kLow) | word) & ~kLow;
-        if (set == ~kLow)
+        std::uint64_t set = bitsOfSetBytes(bytes + row);
+        if (set == ~std::uint64_t{0})
         {
-            constexpr Int4 kSteps = {0, 1, 2, 3};
-            const Int4 first = kSteps + static_cast<std::int32_t>(row);
-            const Int4 second = first + 4;
-            std::memcpy(to, &first, sizeof first);
-            std::memcpy(to + 4, &second, sizeof second);
-            to += 8;
+            for (std::uint32_t i = 0; i < kGroup; ++i)
+                to[i] = row + i;
+            to += kGroup;
             continue;
         }
         for (; set != 0; set &= set - 1)
-            *to++ = row + static_cast<std::uint32_t>(__builtin_ctzll(set)) / 8;
+            *to++ = row + static_cast<std::uint32_t>(__builtin_ctzll(set));
     }
     for (; row < end; ++row)
     {
