@@ -290,6 +290,30 @@ TEST(IsaGjkQueries, PatchOfTwoBricksHasTheCornersOfTheirOverlap)
     }
 }
 
+TEST(IsaGjkQueries, PatchHasNoPointThatAManifoldWouldTakeForTheDeepest)
+{
+    ConvexBench bench;
+    // On its edge, thinner than the threshold at which Bullet's manifold takes two points for one.
+    auto plate = makeHullShape(boxPoints(0.5, 0.5, 0.004));
+    btBoxShape ground(vec(5, 0.5, 5));
+    const btScalar threshold = plate->getContactBreakingThreshold(gContactBreakingThreshold);
+    ASSERT_GT(threshold, btScalar(0.008));
+    ConvexPairProbe probe(bench.dispatcher, *plate, ground);
+    for (const double turn : {0.0, 0.1, 1.0})
+    {
+        const btTransform upright(btQuaternion(btVector3(0, 1, 0), btScalar(turn)), vec(0, 1.045, 0));
+        probe.place(upright, btTransform::getIdentity());
+        const std::vector<Reported> points = probe.query();
+        // All four corners are as deep; two are at the other end.
+        ASSERT_EQ(points.size(), 3u) << turn;
+        for (std::size_t i = 0; i < points.size(); ++i)
+        {
+            EXPECT_NEAR(points[i].distance, 0.005, 1e-5) << turn;
+            EXPECT_TRUE(i == 0 || points[i].onB.distance(points[0].onB) > threshold) << turn;
+        }
+    }
+}
+
 TEST(IsaGjkQueries, PatchKeepsTheDeepestPointOfATiltedBrickAndNoneBeyondTheThreshold)
 {
     ConvexBench bench;
