@@ -4,10 +4,12 @@
 
 #include "narrow/gjk_search.h"
 #include "narrow/gjk_types.h"
+#include "narrow/isa_gjk.h"
 
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 namespace cullet
 {
@@ -27,7 +29,8 @@ public:
     GjkResult<S> run(GjkStart start)
     {
         const bool isSeeded = start == GjkStart::Memory && m_search.seed(m_cache, nullptr);
-        m_isLikelyDone = isSeeded && m_cache.state != GjkState::Overlapping;
+        m_isLikelyDone =
+            isSeeded && (m_cache.state == GjkState::Near || m_cache.state == GjkState::Separated);
         if (start == GjkStart::FourDirections)
             m_search.startFromFour([this](const Eigen::Vector3d& v, const Support& s) { return see(v, s); });
         else if (!isSeeded)
@@ -131,6 +134,13 @@ template <class S, class A, class B, class Observer>
 GjkResult<S> gjkDistance(const A& a, const B& b, S maxDistance, GjkCache<S>& cache, Observer& observer,
                          GjkStart start = GjkStart::Memory)
 {
+    // Shapes that have overlapped mostly do still. No axis proves a gap beyond infinity.
+    using Scalar = typename ShapeScalar<A>::Type;
+    constexpr Scalar kNever = std::numeric_limits<Scalar>::infinity();
+    GjkResult<S> result;
+    if (start == GjkStart::Memory && cache.state == GjkState::Overlapping && cache.count == 4 &&
+        isaGjkFromTetrahedron(a, b, kNever, cache, observer, result))
+        return result;
     return GjkDistance<S, A, B, Observer>(a, b, maxDistance, cache, observer).run(start);
 }
 

@@ -86,6 +86,13 @@ bool isaGjkFromTetrahedron(const PosedHull<H>& a, const PosedHull<H>& b, H limit
     return isaGjkWalk(pair, limit2, verticesA, verticesB, cache, observer, result);
 }
 
+/// Other shapes have no vertices to walk along.
+template <class S, class A, class B, class H, class Observer>
+bool isaGjkFromTetrahedron(const A&, const B&, H, GjkCache<S>&, Observer&, GjkResult<S>&)
+{
+    return false;
+}
+
 /// From the corner of A - B where an axis has failed: by not separating at all, or by less than asked. Then A - B is moved
 /// along the axis by what is asked, a little more since the new axis will be another.
 ///
