@@ -44,9 +44,12 @@ struct HugeAllocator
 private:
     static constexpr std::size_t kPage = std::size_t{2} << 20;
     static constexpr std::size_t kLarge = 2 * kPage;
+    // Arrays so long share no page with each other, so that a device may lock those of each.
+    static constexpr std::size_t kSmallPage = 4096;
+    static constexpr std::size_t kLockable = std::size_t{1} << 16;
     static constexpr std::size_t alignmentFor(std::size_t bytes)
     {
-        return bytes >= kLarge ? kPage : alignof(T);
+        return bytes >= kLarge ? kPage : bytes >= kLockable ? kSmallPage : alignof(T);
     }
 };
 

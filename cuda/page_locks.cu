@@ -12,48 +12,55 @@ namespace cullet
 {
 namespace
 {
-constexpr std::uint64_t kFewestBytes = 1u << 20;
+// Locking takes as long as copying a few megabytes, once for an array; packing 64 KiB in each update takes longer.
+constexpr std::uint64_t kFewestBytes = 1u << 16;
 
-/// What is locked, by address.
+/// What is locked, or could not be, by address.
 class PageLocks
 {
 public:
     bool lock(const void* memory, std::uint64_t bytes)
     {
         const std::lock_guard<std::mutex> guard(m_mutex);
-        const auto known = m_bytes.find(memory);
-        if (known != m_bytes.end() && known->second >= bytes)
-            return true;
-        if (known != m_bytes.end())
-            unlock(known);
-        const auto entry = m_bytes.emplace(memory, bytes).first;
-        if (cudaHostRegister(const_cast<void*>(memory), bytes, cudaHostRegisterPortable) == cudaSuccess)
-            return true;
+        const auto known = m_locks.find(memory);
+        // What could not be locked once, is not tried in each update.
+        if (known != m_locks.end() && known->second.bytes >= bytes)
+            return known->second.isLocked;
+        if (known != m_locks.end())
+            forget(known);
+        Lock& lock = m_locks.emplace(memory, Lock{bytes, false}).first->second;
+        lock.isLocked =
+            cudaHostRegister(const_cast<void*>(memory), bytes, cudaHostRegisterPortable) == cudaSuccess;
         cudaGetLastError();
-        m_bytes.erase(entry);
-        return false;
+        return lock.isLocked;
     }
 
     void release(const void* memory) noexcept
     {
         const std::lock_guard<std::mutex> guard(m_mutex);
-        const auto known = m_bytes.find(memory);
-        if (known != m_bytes.end())
-            unlock(known);
+        const auto known = m_locks.find(memory);
+        if (known != m_locks.end())
+            forget(known);
     }
 
 private:
-    using Bytes = std::map<const void*, std::uint64_t>;
-
-    void unlock(Bytes::iterator entry) noexcept
+    struct Lock
     {
-        cudaHostUnregister(const_cast<void*>(entry->first));
+        std::uint64_t bytes;
+        bool isLocked;
+    };
+    using Locks = std::map<const void*, Lock>;
+
+    void forget(Locks::iterator entry) noexcept
+    {
+        if (entry->second.isLocked)
+            cudaHostUnregister(const_cast<void*>(entry->first));
         cudaGetLastError();
-        m_bytes.erase(entry);
+        m_locks.erase(entry);
     }
 
     std::mutex m_mutex;
-    Bytes m_bytes;
+    Locks m_locks;
 };
 
 /// Never destroyed: arrays may be given back by destructors of static objects.
