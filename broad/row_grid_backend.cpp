@@ -15,7 +15,7 @@ constexpr std::uint32_t kQuietUpdates = 4;
 constexpr std::uint32_t kAnchorSample = 256;
 constexpr std::size_t kFewChanges = 65536;  // new and parted pairs
 constexpr std::size_t kHardlyAny = 1024;
-constexpr std::uint32_t kFewDirty = 4096;  // updates of so few boxes have hardly a loop for several threads
+constexpr std::uint32_t kSmallWorld = 4096;  // has hardly a loop for several threads
 
 /// What happened to any row.
 std::uint8_t changesOf(const ProxyView& view)
@@ -71,7 +71,7 @@ Status RowGridBackend::update(const ProxyView& proxies, PairDelta& delta)
             updateOrThrow(proxies);
             writeChanges(delta);
         };
-        if (proxies.dirtyCount < kFewDirty)
+        if (proxies.dirtyCount == 0 || proxies.size < kSmallWorld)
             work();
         else
             m_workers.together(work);
