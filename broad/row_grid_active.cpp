@@ -14,7 +14,7 @@ namespace
 constexpr std::size_t kQueryGrain = 1024;
 constexpr unsigned kPartsPerThread = 4;
 // Boxes that are on their way from memory.
-constexpr std::uint32_t kPrefetch = 12;
+constexpr std::uint32_t kPrefetch = 32;
 // Pairs that are looked at to find out which one of two lists lacks.
 constexpr std::size_t kLookAhead = 4;
 // Updates until active boxes are ordered anew.
@@ -114,16 +114,14 @@ void RowGridBackend::updateActive(const ProxyView& view)
     m_foundPairs.clear();
     findActivePairs(view, m_foundPairs);
     matchActivePairs();
-    m_oldPairs.reset(m_unmatched.size());
-    for (const IdPair pair : m_unmatched)
-        m_oldPairs.insert(PairSet::keyOf(pair.a, pair.b));
+    sortOldPairs(m_unmatched);
     takeUnmatchedFound(view);
     takeUnmatchedOld(view);
     m_activePairs.swap(m_foundPairs);
 }
 
 /// Goes along the pairs of before and of now, which hardly differ and are in the same order mostly, and collects those without
-/// a partner. Some may be in both collections: a hash tells these.
+/// a partner. Some may be in both collections: m_oldPairs tells these.
 void RowGridBackend::matchActivePairs()
 {
     m_unmatched.clear();
@@ -165,7 +163,7 @@ void RowGridBackend::matchActivePairs()
         m_unmatchedFound.push_back(static_cast<std::uint32_t>(found));
 }
 
-/// Found pairs without a partner: new, unless a hash of the old ones knows them.
+/// Found pairs without a partner: new, unless they are among the old ones.
 void RowGridBackend::takeUnmatchedFound(const ProxyView& view)
 {
     constexpr IdPair kRejected = {~0u, ~0u};

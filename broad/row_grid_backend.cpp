@@ -246,7 +246,7 @@ BackendStats RowGridBackend::stats() const
     stats.bytes = m_grid.bytes() + m_activeGrid.bytes() + m_settled.bytes() + m_sorts[0].bytes() +
                   m_sorts[1].bytes() + m_reference.capacity() * sizeof(Aabb) + m_states.capacity() +
                   m_words.capacity() * sizeof(Filter) + m_motions.capacity() * sizeof(float) +
-                  m_despite.bytes() +
+                  m_despite.bytes() + m_oldPairs.bytes() + m_oldKeys.capacity() * sizeof(std::uint64_t) +
                   (m_apart.capacity() + m_overlapping.capacity() + m_sorted.capacity() +
                    m_activePairs.capacity() + m_foundPairs.capacity() + m_unmatched.capacity()) *
                       sizeof(IdPair) +

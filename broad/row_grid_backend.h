@@ -10,6 +10,7 @@
 #include "broad/row_grid.h"
 #include "broad/settle_policy.h"
 #include "broad/settled_pairs.h"
+#include "broad/sorted_pairs.h"
 #include "broad/worker_pool.h"
 
 #include <cmath>
@@ -167,8 +168,9 @@ private:
                       unsigned worker);
     void takeOld(const ProxyView& view, std::uint64_t key, bool isNear, PairNews& news);
 
-    // row_grid_rebuild.cpp: from any state, with a hash of what was held
+    // row_grid_rebuild.cpp: from any state, by a list of what was held
     void rebuild(const ProxyView& view, bool settle);
+    void sortOldPairs(const std::vector<IdPair>& pairs);
     void collectHeld(std::vector<IdPair>& held);
     void collectKnown(const ProxyView& view, std::vector<IdPair>& held);
     void rebuildMoving(const ProxyView& view, const std::vector<IdPair>& held);
@@ -242,7 +244,9 @@ private:
     std::vector<IdPair> m_foundPairs;              // overlap now
     std::vector<IdPair> m_unmatched;               // of m_activePairs
     std::vector<std::uint32_t> m_unmatchedFound;   // of m_foundPairs, their indices
-    PairSet m_oldPairs;
+    // Of a refill too:
+    SortedPairs m_oldPairs;
+    std::vector<std::uint64_t> m_oldKeys;  // memory for those that come next
     bool m_haveFewChanged = true;
     std::vector<std::uint32_t> m_quiet;    ///< rows that moved inside their shell, while few changed
     std::size_t m_quietCount = 0;          ///< ... in any case

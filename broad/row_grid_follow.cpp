@@ -17,7 +17,7 @@ namespace
 constexpr std::size_t kCompareGrain = 4096;
 constexpr std::size_t kCompareBlock = 512;
 // Strays whose boxes are on their way from memory.
-constexpr std::size_t kPrefetch = 12;
+constexpr std::size_t kPrefetch = 32;
 // Sizes and spans are not measured while rows are followed; the plan is looked at this often.
 constexpr std::uint32_t kLongestFollow = 128;
 

@@ -13,7 +13,7 @@ namespace cullet
 namespace
 {
 // Pairs whose boxes are on their way from memory.
-constexpr std::ptrdiff_t kPrefetch = 24;
+constexpr std::ptrdiff_t kPrefetch = 64;
 constexpr std::size_t kCompareGrain = 4096;
 
 /// The sorted keys whose lower row is in [firstRow, lastRow).

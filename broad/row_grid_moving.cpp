@@ -21,7 +21,7 @@ constexpr std::uint32_t kJumpedShare = 2;
 constexpr std::uint32_t kJumpSample = 256;
 constexpr std::size_t kCopyGrain = 16384;
 // Pairs whose boxes are on their way from memory.
-constexpr std::uint32_t kPrefetch = 12;
+constexpr std::uint32_t kPrefetch = 32;
 constexpr std::size_t kPairGrain = 2048;
 
 std::uint32_t sampleStride(std::uint32_t rows)

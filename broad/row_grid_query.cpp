@@ -15,7 +15,7 @@ namespace cullet
 namespace
 {
 // Boxes that are on their way from memory.
-constexpr std::uint32_t kPrefetch = 8;
+constexpr std::uint32_t kPrefetch = 24;
 
 /// Where the first of some ascending values is that is not below `from`; without branches, which nobody could predict.
 std::uint32_t lowerBound(const float* values, std::uint32_t count, float from)

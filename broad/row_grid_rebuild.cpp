@@ -41,6 +41,19 @@ void RowGridBackend::collectKnown(const ProxyView& view, std::vector<IdPair>& he
     m_known.shrink_to_fit();
 }
 
+void RowGridBackend::sortOldPairs(const std::vector<IdPair>& pairs)
+{
+    for (KeyList& list : m_found)
+        list.clear();
+    m_found[0].makeRoom(pairs.size());
+    for (const IdPair pair : pairs)
+        m_found[0].pushIf(PairSet::keyOf(pair.a, pair.b), true);
+    m_sorts[0].sort(m_workers, m_found, m_oldKeys);
+    m_found[0].clear();
+    m_found[0].trim();
+    m_oldPairs.take(m_oldKeys);
+}
+
 void RowGridBackend::rebuild(const ProxyView& view, bool settle)
 {
     std::vector<IdPair> held;
@@ -72,10 +85,7 @@ void RowGridBackend::rebuildMoving(const ProxyView& view, const std::vector<IdPa
 {
     m_mode = Mode::Moving;
     m_stats.path = "rebuild";
-    PairSet old;
-    old.reset(held.size());
-    for (const IdPair pair : held)
-        old.insert(PairSet::keyOf(pair.a, pair.b));
+    sortOldPairs(held);
 
     CollectingSink sink(m_workers.threads());
     GridInput input;
@@ -88,7 +98,7 @@ void RowGridBackend::rebuildMoving(const ProxyView& view, const std::vector<IdPa
         {
             const std::uint64_t key = PairSet::keyOf(pair.a, pair.b);
             const bool passes = mayEnter(view, pair);
-            const bool wasHeld = old.contains(key);
+            const bool wasHeld = m_oldPairs.contains(key);
             if (wasHeld && !passes)
                 m_despite.insert(key);
             if (!wasHeld && passes)
@@ -121,10 +131,7 @@ void RowGridBackend::rebuildSettled(const ProxyView& view, const std::vector<IdP
     m_wasted = 0;
     for (std::uint32_t row = 0; row < view.size; ++row)
         m_states[row] = isValid(view.boxes[row]) ? RowState::Settled : RowState::Absent;
-    PairSet old;
-    old.reset(held.size());
-    for (const IdPair pair : held)
-        old.insert(PairSet::keyOf(pair.a, pair.b));
+    sortOldPairs(held);
 
     CollectingSink sink(m_workers.threads());
     GridInput input;
@@ -137,7 +144,7 @@ void RowGridBackend::rebuildSettled(const ProxyView& view, const std::vector<IdP
         [&](IdPair pair)
         {
             const std::uint64_t key = PairSet::keyOf(pair.a, pair.b);
-            const bool wasHeld = old.erase(key);
+            const bool wasHeld = m_oldPairs.erase(key);
             const bool passes = mayEnter(view, pair);
             if (!passes && !wasHeld)
                 return;
@@ -156,7 +163,7 @@ void RowGridBackend::rebuildSettled(const ProxyView& view, const std::vector<IdP
     // What is left was held by the margin alone, farther apart than the shells reach.
     for (const IdPair pair : held)
     {
-        if (!old.contains(PairSet::keyOf(pair.a, pair.b)))
+        if (!m_oldPairs.contains(PairSet::keyOf(pair.a, pair.b)))
             continue;
         const bool valid = isValid(view.boxes[pair.a]) && isValid(view.boxes[pair.b]);
         if (valid && overlapsWithMargin(view.boxes[pair.a], view.boxes[pair.b], view.margin))

@@ -280,7 +280,7 @@ inline bool findFlags(Float4 tile, Float4 low, Float4 high, FlaggedId& flags)
 }
 
 // Boxes that are on their way from memory.
-constexpr std::uint32_t kPrefetch = 16;
+constexpr std::uint32_t kPrefetch = 64;
 
 /// Appends the boxes of the ids [begin, end) to `to`; the end. Without places in order of x0, unless too many are out of it;
 /// with places unsorted, the places in the records and counted.

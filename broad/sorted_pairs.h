@@ -1,0 +1,92 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace cullet
+{
+/// Pairs of table rows in order of their keys, PairSet::keyOf(), that are ticked off one by one.
+///
+/// Cost: O(1) a question where keys are spread, for which their range is cut evenly into about as many parts as there are pairs;
+/// O(log pairs) in any case.
+class SortedPairs
+{
+public:
+    /// @param keys ascending, none twice; takes them and gives back other memory
+    void take(std::vector<std::uint64_t>& keys)
+    {
+        m_keys.swap(keys);
+        m_isGone.assign(m_keys.size(), 0);
+        cut();
+    }
+
+    /// Whether the pair is there and has not been ticked off.
+    bool contains(std::uint64_t key) const
+    {
+        const std::size_t place = placeOf(key);
+        return place != m_keys.size() && m_isGone[place] == 0;
+    }
+
+    /// Ticks the pair off and tells whether contains() held.
+    bool erase(std::uint64_t key)
+    {
+        const std::size_t place = placeOf(key);
+        if (place == m_keys.size() || m_isGone[place] != 0)
+            return false;
+        m_isGone[place] = 1;
+        return true;
+    }
+
+    std::uint64_t bytes() const
+    {
+        return m_keys.capacity() * sizeof(std::uint64_t) + m_isGone.capacity() +
+               m_begins.capacity() * sizeof(std::uint32_t);
+    }
+
+private:
+    void cut()
+    {
+        m_begins.clear();
+        if (m_keys.empty())
+            return;
+        const std::uint64_t range = m_keys.back() - m_keys.front();
+        for (m_shift = 0; range >> m_shift >= m_keys.size(); ++m_shift)
+        {
+        }
+        m_begins.resize((range >> m_shift) + 2);
+        std::size_t place = 0;
+        for (std::size_t part = 0; part < m_begins.size(); ++part)
+        {
+            while (place < m_keys.size() && partOf(m_keys[place]) < part)
+                ++place;
+            m_begins[part] = static_cast<std::uint32_t>(place);
+        }
+    }
+
+    std::size_t partOf(std::uint64_t key) const
+    {
+        return static_cast<std::size_t>((key - m_keys.front()) >> m_shift);
+    }
+
+    /// Of a key that is not there: behind the last one.
+    std::size_t placeOf(std::uint64_t key) const
+    {
+        if (m_keys.empty() || key < m_keys.front() || key > m_keys.back())
+            return m_keys.size();
+        const std::uint32_t* const part = m_begins.data() + partOf(key);
+        const auto end = m_keys.begin() + part[1];
+        const auto found = std::lower_bound(m_keys.begin() + part[0], end, key);
+        return found != end && *found == key ? static_cast<std::size_t>(found - m_keys.begin())
+                                             : m_keys.size();
+    }
+
+    std::vector<std::uint64_t> m_keys;
+    std::vector<std::uint8_t> m_isGone;   // [keys]
+    std::vector<std::uint32_t> m_begins;  // [parts + 1] first key of each part
+    std::uint32_t m_shift = 0;            // from a key, less the lowest one, to its part
+};
+}  // namespace cullet
