@@ -200,8 +200,9 @@ struct ShellSource
 struct WatchSource
 {
     const Aabb* boxes;           ///< row of the proxy table -> box
-    const IdPair* pairs;         ///< that are watched
+    const IdPair* pairs;         ///< [count] those that are watched among them
     const std::uint8_t* states;  ///< ... and the state of each
+    std::uint32_t count;
     /// State -> gap beyond which such a pair changes; of open ones, up to which it does.
     float limits[4];
     std::uint8_t open;  ///< state of pairs that change when they overlap

@@ -60,6 +60,7 @@ WatchSource SettledPairs::watchSource(const Aabb* boxes, float margin) const
     WatchSource source = {boxes,
                           m_pairs.data(),
                           reinterpret_cast<const std::uint8_t*>(m_states.data()),
+                          static_cast<std::uint32_t>(m_pairs.size()),
                           {kNever, kNever, kNever, kNever},
                           static_cast<std::uint8_t>(State::Open)};
     source.limits[static_cast<int>(State::Open)] = 0.0f;

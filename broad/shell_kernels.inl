@@ -14,6 +14,9 @@ namespace
 constexpr std::uint32_t kShellBlock = (Lanes::kWidth + 1) / 2;
 constexpr std::uint32_t kShellVectors = 6 * kShellBlock / Lanes::kWidth;
 
+// Pairs whose boxes are on their way from memory.
+constexpr std::uint32_t kPairsAhead = 32;
+
 /// Whether no face of a block of boxes moved farther than the slack; false for infinite faces.
 inline bool isBlockInside(const float* now, const float* then, Lanes::Value slack)
 {
@@ -58,6 +61,9 @@ std::uint32_t findStirred(const WatchSource& source, std::uint32_t begin, std::u
     std::uint32_t count = 0;
     for (std::uint32_t i = begin; i < end; ++i)
     {
+        const IdPair ahead = source.pairs[std::min(i + kPairsAhead, source.count - 1)];
+        prefetchBox(source.boxes + ahead.a);
+        prefetchBox(source.boxes + ahead.b);
         const IdPair pair = source.pairs[i];
         const std::uint8_t state = source.states[i];
         const Aabb& a = source.boxes[pair.a];
