@@ -29,6 +29,13 @@ struct Lanes
         std::memcpy(&v, p, sizeof(v));
         return v;
     }
+    /// @pre p is a multiple of 16 bytes: then the load is part of the operation
+    static Vector loadAligned(const S* p)
+    {
+        Vector v;
+        std::memcpy(&v, __builtin_assume_aligned(p, sizeof(v)), sizeof(v));
+        return v;
+    }
     static Vector fill(S value)
     {
         // Adding it to zeros would cost an addition.

@@ -98,13 +98,35 @@ struct LaneDirection
     typename Lanes<S>::Vector x, y, z;
 };
 
+/// The largest product of a direction and a vertex, without the vertex and without a branch. Cost: O(n).
+template <class S>
+[[gnu::always_inline]] inline S largestProduct(const Hull<S>& hull, const LaneDirection<S>& d)
+{
+    using L = Lanes<S>;
+    using Vector = typename L::Vector;
+    const S *x = hull.x(), *y = hull.y(), *z = hull.z();
+    const auto product = [&](std::int32_t i) __attribute__((always_inline))
+    {
+        return L::load(x + i) * d.x + L::load(y + i) * d.y + L::load(z + i) * d.z;
+    };
+    Vector best0 = product(0), best1 = product(L::kWidth);
+    for (std::int32_t i = 2 * L::kWidth; i < hull.paddedCount(); i += 2 * L::kWidth)
+    {
+        const Vector s0 = product(i), s1 = product(i + L::kWidth);
+        best0 = best0 > s0 ? best0 : s0;
+        best1 = best1 > s1 ? best1 : s1;
+    }
+    return largestLane(best0 > best1 ? best0 : best1);
+}
+
 /// Products of a direction and the vertices of a block from lane `first` on.
 template <class S>
 [[gnu::always_inline]] inline typename Lanes<S>::Vector productsOf(const NeighbourBlock<S>& block, int first,
                                                                    const LaneDirection<S>& d)
 {
     using L = Lanes<S>;
-    return L::load(&block.x[first]) * d.x + L::load(&block.y[first]) * d.y + L::load(&block.z[first]) * d.z;
+    return L::loadAligned(&block.x[first]) * d.x + L::loadAligned(&block.y[first]) * d.y +
+           L::loadAligned(&block.z[first]) * d.z;
 }
 
 /// A vertex, the best of its neighbours, and the rounded products of both.

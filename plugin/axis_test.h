@@ -38,8 +38,28 @@ inline btScalar largestOf(const Components& v)
     return std::max(std::max(v[0], v[1]), v[2]);
 }
 
-/// Highest product of a core's points with a direction, relative to its origin, and the vertex that has it.
-inline btScalar heightAlong(const StretchedHull& core, const Components& direction, std::int32_t& vertex)
+/// Up to so many vertices all are looked at: no branch then depends on how the hull turns.
+constexpr std::int32_t kFewVertices = 16;
+
+/// Where the climb does not end where it starts.
+///
+/// @param vertex [in, out] where it starts, if the hull has that
+[[gnu::noinline]] inline btScalar searchedHeight(const Hull<btScalar>& hull, const Components& local,
+                                                 std::int32_t& vertex)
+{
+    const Eigen::Matrix<btScalar, 3, 1> along(local[0], local[1], local[2]);
+    const SupportHit<btScalar> hit = hull.vertexCount() <= cheapScanMaximum<btScalar>()
+                                         ? hitLinear(hull, along)
+                                         : supportHit(hull, along, vertex);
+    vertex = hit.vertex;
+    return hit.height;
+}
+
+/// Highest product of a core's points with a direction, relative to its origin.
+///
+/// @param vertex [in, out] that has it, where it is of use: with few vertices it stays as it is
+[[gnu::always_inline]] inline btScalar heightAlong(const StretchedHull& core, const Components& direction,
+                                                   std::int32_t& vertex)
 {
     const Hull<btScalar>& hull = *core.hull;
     const btMatrix3x3& basis = core.transform->getBasis();
@@ -49,22 +69,20 @@ inline btScalar heightAlong(const StretchedHull& core, const Components& directi
     read(basis[2], z);
     read(*core.stretch, local);
     local *= x * direction[0] + y * direction[1] + z * direction[2];
-    const bool isKnown = vertex < hull.blockCount();
-    if (isKnown)
+    const LaneDirection<btScalar> lanes(local);
+    if (hull.vertexCount() <= kFewVertices)
+        return largestProduct(hull, lanes);
+    if (vertex < hull.blockCount())
     {
         btScalar height;
         Components magnitudes = local;
         Quad<btScalar>::makePositive(magnitudes);
         const btScalar band = hull.tieBand() * Quad<btScalar>::sumOfThree(magnitudes);
-        // The climb would end where it starts: in a coherent scene nearly always.
-        if (isPeak(hull, vertex, LaneDirection<btScalar>(local), band, height))
+        // In a coherent scene nearly always.
+        if (isPeak(hull, vertex, lanes, band, height))
             return height;
     }
-    const Eigen::Matrix<btScalar, 3, 1> along(local[0], local[1], local[2]);
-    const SupportHit<btScalar> hit =
-        isKnown ? supportClimbArtificial(hull, along, vertex) : hitLinear(hull, along);
-    vertex = hit.vertex;
-    return hit.height;
+    return searchedHeight(hull, local, vertex);
 }
 
 /// How much higher along an axis each of two cores may be for each unit of arc that it turns on a sphere of its reach.
@@ -116,8 +134,9 @@ struct AxisRoom
 /// @param limit length unit of the world, not negative
 /// @param cache its support vertices follow
 /// @param room  [out] if not null
-inline bool staysSeparated(const StretchedHull& a, const StretchedHull& b, btScalar limit,
-                           GjkCache<btScalar>& cache, AxisRoom* room = nullptr)
+[[gnu::always_inline]] inline bool staysSeparated(const StretchedHull& a, const StretchedHull& b,
+                                                  btScalar limit, GjkCache<btScalar>& cache,
+                                                  AxisRoom* room = nullptr)
 {
     const Components axis = {btScalar(cache.axis[0]), btScalar(cache.axis[1]), btScalar(cache.axis[2])};
     const Components opposite = -axis;
@@ -145,8 +164,8 @@ inline bool staysSeparated(const StretchedHull& a, const StretchedHull& b, btSca
     const btScalar along = Quad<btScalar>::sumOfThree(products) - heightA - heightB;
     const btScalar length2 = Quad<btScalar>::sumOfThree(squares);
     const btScalar gap = limit + 16 * std::numeric_limits<btScalar>::epsilon() * size;
-    // A NaN makes the comparisons false.
-    if (!(along > 0 && along * along > gap * gap * length2))
+    // A NaN makes the comparisons false, and what is infinite proves nothing.
+    if (!(along > 0 && along <= std::numeric_limits<btScalar>::max() && along * along > gap * gap * length2))
         return false;
     if (room != nullptr)
     {

@@ -19,7 +19,7 @@ namespace
 /// Bodies between the first touch of one's memory and its use.
 constexpr std::size_t kAhead = 6;
 
-/// A body with less credit is left alone for so many updates.
+/// A body with less credit is left alone for so many updates, and then has to be of use at once.
 constexpr std::int32_t kLeastCredit = -2, kMostCredit = 8;
 constexpr std::uint8_t kPause = 24;
 
@@ -53,6 +53,21 @@ float skewOf(const Rows& m)
     }
     // Nine roundings of sums of products that are about 1.
     return static_cast<float>(sumOfMagnitudes(squares) + 2 * sumOfMagnitudes(products)) + 2e-6f;
+}
+
+/// Makes eight pauses shorter by one, unless one of them is over.
+bool passPauses(std::uint8_t* pauses)
+{
+    constexpr std::uint64_t kOnes = 0x0101010101010101u;
+    static_assert(kPause < 0x80);
+    std::uint64_t eight;
+    std::memcpy(&eight, pauses, sizeof(eight));
+    // Of a zero among bytes that are no larger than that, a borrow sets the highest bit.
+    const std::uint64_t shorter = eight - kOnes;
+    if ((shorter & ~eight & kOnes << 7) != 0)
+        return false;
+    std::memcpy(pauses, &shorter, sizeof(shorter));
+    return true;
 }
 
 /// The unused fourth components count too; at worst they make a motion of nothing.
@@ -140,6 +155,11 @@ void BodyMotions::update(std::size_t begin, std::size_t end, std::uint64_t pass,
 {
     for (std::size_t i = begin; i < end; ++i)
     {
+        if (i + sizeof(std::uint64_t) <= end && passPauses(&m_pauses[i]))
+        {
+            i += sizeof(std::uint64_t) - 1;
+            continue;
+        }
         const std::size_t later = std::min(i + kAhead, end - 1);
         if (m_pauses[later] == 0)
             prefetchBody(m_slots[later].body);
@@ -159,7 +179,7 @@ void BodyMotions::update(std::size_t begin, std::size_t end, std::uint64_t pass,
         {
             // The first look after the pause is no comparison with what was before.
             slot.shape = nullptr;
-            slot.credit = 0;
+            slot.credit = kLeastCredit;
             m_pauses[i] = kPause - 1;
             continue;
         }

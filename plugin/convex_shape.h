@@ -87,11 +87,17 @@ bool stretchUnitHull(const btConvexShape& shape, const btTransform& transform, S
 /// A hull, box or sphere without a copy of its transform, for staysSeparated().
 ///
 /// @return false for other kinds, and where poseShape() gives nothing
-inline bool stretchShape(const btConvexShape& shape, const btTransform& transform, HullUse& use,
-                         std::uint64_t pass, StretchedHull& stretched)
+[[gnu::always_inline]] inline bool stretchShape(const btConvexShape& shape, const btTransform& transform,
+                                                HullUse& use, std::uint64_t pass, StretchedHull& stretched)
 {
     if (shape.getShapeType() != CONVEX_HULL_SHAPE_PROXYTYPE)
-        return stretchUnitHull(shape, transform, stretched);
+    {
+        // A copy: what is written to through a reference stays in memory.
+        StretchedHull unit = {};
+        const bool isKnown = stretchUnitHull(shape, transform, unit);
+        stretched = unit;
+        return isKnown;
+    }
     const auto& hull = static_cast<const btConvexHullShape&>(shape);
     stretched = {use.hullOf(hull, pass), &hull.getLocalScalingNV(), &transform};
     return stretched.hull != nullptr && stretched.hull->vertexCount() > 0;

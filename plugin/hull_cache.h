@@ -78,8 +78,9 @@ public:
     /// The hull of the points that the shape has now; null without memory.
     ///
     /// @param pass not 0: shapes do not change while this number is in use, and one comparison is enough for it
-    static const Hull<btScalar>* hullOf(HullRecord& record, const btConvexHullShape& shape,
-                                        std::uint64_t pass) noexcept
+    [[gnu::always_inline]] static const Hull<btScalar>* hullOf(HullRecord& record,
+                                                               const btConvexHullShape& shape,
+                                                               std::uint64_t pass) noexcept
     {
         if (pass != 0 && record.checkedIn.load(std::memory_order_acquire) == pass)
             return &record.contents.load(std::memory_order_acquire)->hull();
@@ -119,7 +120,8 @@ public:
     HullUse& operator=(const HullUse&) = delete;
     HullUse(HullUse&& other) noexcept : m_record(std::exchange(other.m_record, nullptr)) {}
 
-    const Hull<btScalar>* hullOf(const btConvexHullShape& shape, std::uint64_t pass) noexcept
+    [[gnu::always_inline]] const Hull<btScalar>* hullOf(const btConvexHullShape& shape,
+                                                        std::uint64_t pass) noexcept
     {
         if (m_record == nullptr || m_record->shape != &shape)
         {

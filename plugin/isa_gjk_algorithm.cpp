@@ -165,34 +165,9 @@ void IsaGjkAlgorithm::processCollision(const btCollisionObjectWrapper* a, const 
     m_hasContacts = m_manifold->getNumContacts() > 0;
 }
 
-bool IsaGjkAlgorithm::isIdle(const btCollisionObject& a, const btCollisionObject& b)
-{
-    m_leeway.forget();
-    const bool isNew = m_manifold == nullptr && m_cache.state == GjkState::NotConverged;
-    if (m_hasContacts || m_breakingThreshold < 0 || (m_cache.state != GjkState::Separated && !isNew))
-        return false;
-    const ConvexPair pair(a, b);
-    const btScalar limit = pair.margins() + m_breakingThreshold;
-    AxisRoom room;
-    const bool hasUse = remembersRoom();
-    if (staysApart(pair, limit, hasUse ? &room : nullptr))
-    {
-        if (hasUse)
-            m_leeway.set(room);
-        return true;
-    }
-    if (!canRunConcurrently(pair.a.shape.getShapeType()) || !canRunConcurrently(pair.b.shape.getShapeType()))
-        return false;
-    const ConvexCores cores(pair, m_hulls, m_isaGjk.pass());
-    if (!cores.arePlaced(pair) || separation(pair, cores, limit, m_cache) != GjkState::Separated)
-        return false;
-    if (hasUse && staysApart(pair, limit, &room))
-        m_leeway.set(room);
-    return true;
-}
-
 /// The cheap proof, where there is one.
-bool IsaGjkAlgorithm::staysApart(const ConvexPair& pair, btScalar limit, AxisRoom* room)
+[[gnu::always_inline]] inline bool IsaGjkAlgorithm::staysApart(const ConvexPair& pair, btScalar limit,
+                                                               AxisRoom* room)
 {
     StretchedHull a, b;
     if (m_cache.state != GjkState::Separated ||
@@ -203,6 +178,43 @@ bool IsaGjkAlgorithm::staysApart(const ConvexPair& pair, btScalar limit, AxisRoo
     else if (!stretchShape(pair.b.shape, pair.b.transform, m_hulls[1], m_isaGjk.pass(), b))
         return false;
     return staysSeparated(a, b, limit, m_cache, room);
+}
+
+bool IsaGjkAlgorithm::isIdle(const btCollisionObject& a, const btCollisionObject& b)
+{
+    m_leeway.forget();
+    const bool isNew = m_manifold == nullptr && m_cache.state == GjkState::NotConverged;
+    if (m_hasContacts || m_breakingThreshold < 0 || (m_cache.state != GjkState::Separated && !isNew))
+        return false;
+    const bool remembers = remembersRoom();
+    {
+        // Known to this block only, so that none of it has to be in memory.
+        const ConvexPair pair(a, b);
+        AxisRoom room;
+        if (staysApart(pair, pair.margins() + m_breakingThreshold, remembers ? &room : nullptr))
+        {
+            if (remembers)
+                m_leeway.set(room);
+            return true;
+        }
+    }
+    return findsAxis(a, b, remembers);
+}
+
+/// Whether another axis proves the gap.
+bool IsaGjkAlgorithm::findsAxis(const btCollisionObject& a, const btCollisionObject& b, bool remembers)
+{
+    const ConvexPair pair(a, b);
+    const btScalar limit = pair.margins() + m_breakingThreshold;
+    if (!canRunConcurrently(pair.a.shape.getShapeType()) || !canRunConcurrently(pair.b.shape.getShapeType()))
+        return false;
+    const ConvexCores cores(pair, m_hulls, m_isaGjk.pass());
+    if (!cores.arePlaced(pair) || separation(pair, cores, limit, m_cache) != GjkState::Separated)
+        return false;
+    AxisRoom room;
+    if (remembers && staysApart(pair, limit, &room))
+        m_leeway.set(room);
+    return true;
 }
 
 /// @return false if Bullet's own algorithm has to answer
