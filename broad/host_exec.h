@@ -116,6 +116,12 @@ public:
         copy(to, from, count);
     }
     void awaitPart(std::uint64_t) {}
+    /// That memory as steps may read it, until the next wait(). For what canUploadFrom() agrees to, and Staging.
+    template <class T>
+    const T* mapped(const T* memory, std::uint64_t /*count*/) const
+    {
+        return memory;
+    }
     template <class T>
     void uploadNow(T* to, const T* from, std::uint64_t count)
     {

@@ -298,19 +298,23 @@ struct AgeRow
 /// Stores a changed row.
 struct ApplyRow
 {
-    const std::uint32_t* rows;       ///< null: 0, 1, 2, ...
-    const Aabb* newBoxes;            ///< [changed rows]
+    const std::uint32_t* rows;  ///< null: 0, 1, 2, ...
+    const Aabb* newBoxes;       ///< [changed rows], or by row
+    bool areBoxesByRow;
     const std::uint8_t* newChanges;  ///< null: `sameChanges` for all of them
     std::uint8_t sameChanges;
     Aabb* now;
     Aabb* old;
     std::uint8_t* changes;
-    std::uint32_t* motion;  ///< bits of the longest way of a side; 0 before
+    std::uint32_t* appliedRows;  ///< [changed rows, out] unless `rows` is null
+    std::uint32_t* motion;       ///< bits of the longest way of a side; 0 before
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
         const std::uint64_t row = rows != nullptr ? rows[i] : i;
-        const Aabb box = loadBox(newBoxes, i);
+        if (rows != nullptr)
+            appliedRows[i] = static_cast<std::uint32_t>(row);
+        const Aabb box = loadBox(newBoxes, areBoxesByRow ? row : i);
         storeBox(now, row, isValid(box) ? box : nowhere());
         const unsigned bits = newChanges != nullptr ? newChanges[i] : sameChanges;
         changes[row] = static_cast<std::uint8_t>(bits);

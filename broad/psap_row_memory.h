@@ -3,7 +3,9 @@
 #pragma once
 
 #include "broad/backend.h"
+#include "broad/part_order.h"
 #include "broad/psap_pairs.h"
+#include "broad/psap_row_staging.h"
 #include "broad/worker_pool.h"
 
 #include <algorithm>
@@ -16,7 +18,7 @@ namespace cullet::psap
 /// The rows of a proxy table in an executor's memory: the boxes of this update and of the last one, what changed, filter
 /// words and unique ids.
 ///
-/// Changed rows come over in blocks. Each is put into its place while the next is on its way, or still being packed.
+/// Changed rows come over in parts. Each is put into its place while the next is on its way, or still being packed.
 template <class Exec>
 class RowMemory
 {
@@ -47,7 +49,8 @@ public:
             exec.forEachFrom(m_rowCount, view.size, ForgetRow{m_now.data(), m_old.data(), m_changes.data()});
         m_dirtyIsAll = sendsAll;
         m_dirtyCount = sendsAll ? view.size : view.dirtyCount;
-        const Staged all = sendBlocks(exec, view, isDirect, motion);
+        const Staged all =
+            sendsAll ? sendTable(exec, view, isDirect, motion) : sendScattered(exec, view, motion);
         if (view.filters != nullptr)
             sendFilters(exec, view, (all.anyChanges & (kRowCreated | kRowRefiltered)) != 0);
         if ((all.anyChanges & kRowCreated) != 0)
@@ -71,23 +74,8 @@ private:
     template <class T>
     using Buffer = typename Exec::template Buffer<T>;
     template <class T>
-    using Staging = typename Exec::template Staging<T>;
-
-    /// What is known of some changed rows together.
-    struct Staged
-    {
-        unsigned anyChanges = kRowUnchanged;  ///< RowChange bits that some row has
-        unsigned allChanges = 0xffu;          ///< those that every row has
-        std::uint32_t largestId = 0;          ///< of those created
-
-        bool isUniform() const { return anyChanges == allChanges; }
-        void add(const Staged& other)
-        {
-            anyChanges |= other.anyChanges;
-            allChanges &= other.allChanges;
-            largestId = std::max(largestId, other.largestId);
-        }
-    };
+    using HostMemory = typename Exec::template Staging<T>;
+    using Staged = typename RowStaging<Exec>::Summary;
 
     void reserveRows(Exec& exec, std::uint64_t count)
     {
@@ -104,7 +92,12 @@ private:
     bool isSentDirectly(const Exec& exec, const ProxyView& view) const
     {
         const bool isMost = m_haveAllChanged || view.dirtyCount > view.size / kDirectShare;
-        return isMost && view.lockableRows >= view.size && exec.canUploadFrom(view.boxes, view.lockableRows);
+        return isMost && isTableLocked(exec, view);
+    }
+
+    static bool isTableLocked(const Exec& exec, const ProxyView& view)
+    {
+        return view.lockableRows >= view.size && exec.canUploadFrom(view.boxes, view.lockableRows);
     }
 
     /// Makes the boxes of the last update old ones.
@@ -121,141 +114,150 @@ private:
 
     const std::uint32_t* dirtyRows() const { return m_dirtyIsAll ? nullptr : m_dirty.data(); }
 
-    /// Packs the changed rows, sends them and puts them into their places.
+    /// Sends all boxes and puts them into their places.
     ///
     /// @param isDirect from the table itself, which is not packed
-    Staged sendBlocks(Exec& exec, const ProxyView& view, bool isDirect, std::uint32_t* motion)
+    Staged sendTable(Exec& exec, const ProxyView& view, bool isDirect, std::uint32_t* motion)
     {
-        reserveStaging(exec);
-        // Picked here and there, rows take longer to pack than to copy: smaller blocks, so that copying begins sooner.
-        const std::uint64_t block = m_dirtyIsAll ? kStageBlock : kScatteredBlock;
+        const std::uint64_t room = std::max<std::uint64_t>(m_dirtyCount, 1);
+        exec.reserve(m_newBoxes, room);
+        exec.reserve(m_newChanges, room);
+        m_staging.reserve(exec, room, !isDirect);
         if (isDirect)
-            exec.uploadParts(m_newBoxes.data(), view.boxes, m_dirtyCount, block);
-        else
-            exec.reserve(m_stagedBoxes, std::max<std::uint64_t>(m_dirtyCount, 1));
+            exec.uploadParts(m_newBoxes.data(), view.boxes, m_dirtyCount, kTablePart);
         Staged all;
-        for (std::uint64_t begin = 0; begin < m_dirtyCount; begin += block)
+        for (std::uint64_t begin = 0; begin < m_dirtyCount; begin += kTablePart)
         {
-            const std::uint64_t end = std::min(begin + block, m_dirtyCount);
-            const Staged staged = stageBlock(view, begin, end, !isDirect);
+            const std::uint64_t end = std::min(begin + kTablePart, m_dirtyCount);
+            const Staged staged = stageTable(view, begin, end, !isDirect);
             if (isDirect)
-                exec.awaitPart(begin / block);
+                exec.awaitPart(begin / kTablePart);
             else
-                exec.upload(m_newBoxes.data() + begin, m_stagedBoxes.data() + begin, end - begin);
-            apply(exec, begin, end, staged, motion);
+                exec.upload(m_newBoxes.data() + begin, m_staging.boxes() + begin, end - begin);
+            // Mostly they have all moved and nothing else, which need not be told of each.
+            if (!staged.isUniform())
+                exec.upload(m_newChanges.data() + begin, m_staging.changes() + begin, end - begin);
+            apply(exec, begin, end, {m_newBoxes.data(), false, m_newChanges.data(), nullptr}, staged, motion);
             all.add(staged);
         }
         return all;
     }
 
-    void reserveStaging(Exec& exec)
+    /// Where the changed rows are to be read.
+    struct Source
     {
-        const std::uint64_t count = std::max<std::uint64_t>(m_dirtyCount, 1);
-        exec.reserve(m_stagedChanges, count);
-        exec.reserve(m_stagedRows, count);
-        exec.reserve(m_newBoxes, count);
-        exec.reserve(m_newChanges, count);
-    }
+        const Aabb* boxes;
+        bool isTable;  ///< boxes by row, not one after the other
+        const std::uint8_t* changes;
+        const std::uint32_t* rows;
+    };
 
-    /// Stores some changed rows, whose boxes have been sent.
-    void apply(Exec& exec, std::uint64_t begin, std::uint64_t end, const Staged& staged,
-               std::uint32_t* motion)
+    /// Sends the rows that the dirty list names and puts them into their places; a step reads them from the memory of
+    /// the CPU. It picks the first ones from the table itself: slower than to read packed ones, but done while threads
+    /// wake up and pack the others.
+    Staged sendScattered(Exec& exec, const ProxyView& view, std::uint32_t* motion)
     {
-        if (!m_dirtyIsAll)
-            exec.upload(m_dirty.data() + begin, m_stagedRows.data() + begin, end - begin);
-        // Mostly they have all moved and nothing else, which need not be told of each.
-        if (!staged.isUniform())
-            exec.upload(m_newChanges.data() + begin, m_stagedChanges.data() + begin, end - begin);
-        exec.forEachFrom(
-            begin, end,
-            ApplyRow{dirtyRows(), m_newBoxes.data(), staged.isUniform() ? nullptr : m_newChanges.data(),
-                     static_cast<std::uint8_t>(staged.anyChanges), m_now.data(), m_old.data(),
-                     m_changes.data(), motion});
-    }
-
-    /// Packs some of the changed rows on threads: on one core a million would take longer than everything else.
-    Staged stageBlock(const ProxyView& view, std::uint64_t begin, std::uint64_t end, bool packsBoxes)
-    {
-        const unsigned tasks =
-            m_workers.tasksFor(end - begin, m_dirtyIsAll && !packsBoxes ? kBitsGrain : kBoxesGrain);
-        m_staged.assign(tasks, {});
-        m_workers.run(tasks,
-                      [&](unsigned task)
-                      {
-                          m_staged[task] = stageRange(view, begin + (end - begin) * task / tasks,
-                                                      begin + (end - begin) * (task + 1) / tasks, packsBoxes);
-                      });
+        const std::uint64_t picked =
+            isTableLocked(exec, view) ? std::min<std::uint64_t>(m_dirtyCount, kMostPicked) : 0;
+        m_staging.reserve(exec, m_dirtyCount, picked != m_dirtyCount);
+        if (picked == m_dirtyCount)
+            return sendPicked(exec, view, picked, motion);
+        PartOrder parts({picked, m_dirtyCount}, kPackGrain, kTasksPerPart);
         Staged all;
-        for (const Staged& part : m_staged)
-            all.add(part);
+        const auto sendAll = [&]
+        {
+            all = sendPicked(exec, view, picked, motion);
+            all.add(sendPacked(exec, view, parts, motion));
+        };
+        if (parts.tasks() == 1)
+            sendAll();
+        else
+            m_workers.together(
+                [&]
+                {
+                    m_workers.expect(parts.tasks());
+                    sendAll();
+                });
         return all;
     }
 
-    Staged stageRange(const ProxyView& view, std::uint64_t begin, std::uint64_t end, bool packsBoxes)
+    /// Sends the first rows of the dirty list, whose boxes the executor picks from the table.
+    Staged sendPicked(Exec& exec, const ProxyView& view, std::uint64_t count, std::uint32_t* motion)
     {
-        Staged staged = m_dirtyIsAll ? stageAll(view, begin, end, packsBoxes) : stagePicked(view, begin, end);
-        if ((staged.anyChanges & kRowCreated) != 0)
-            staged.largestId = largestId(view, begin, end);
-        return staged;
-    }
-
-    /// Packs rows where all have changed.
-    Staged stageAll(const ProxyView& view, std::uint64_t begin, std::uint64_t end, bool packsBoxes)
-    {
-        if (packsBoxes)
-            std::copy(view.boxes + begin, view.boxes + end, m_stagedBoxes.data() + begin);
-        // Pointers in variables: a store of a byte may change whatever it is that a member points to.
-        std::uint8_t* changes = m_stagedChanges.data();
-        const std::uint8_t* from = view.changes;
-        const std::uint8_t fresh = m_isFresh ? kRowCreated : kRowUnchanged;
-        // Bytes, so that as many of them as fit into a register go together.
-        std::uint8_t any = 0;
-        std::uint8_t all = 0xff;
-        for (std::uint64_t row = begin; row < end; ++row)
+        Staged all;
+        for (std::uint64_t begin = 0; begin < count; begin += kPickedPart)
         {
-            const auto bits = static_cast<std::uint8_t>(from[row] | fresh);
-            changes[row] = bits;
-            any = static_cast<std::uint8_t>(any | bits);
-            all = static_cast<std::uint8_t>(all & bits);
+            const std::uint64_t end = std::min(begin + kPickedPart, count);
+            const Staged staged = m_staging.stageRows(view, begin, end);
+            apply(exec, begin, end,
+                  {exec.mapped(view.boxes, end - begin), true, exec.mapped(m_staging.changes(), 0),
+                   exec.mapped(m_staging.rows(), end - begin)},
+                  staged, motion);
+            all.add(staged);
         }
-        return {any, all, 0};
+        return all;
     }
 
-    /// Packs some of the rows that the dirty list names.
-    Staged stagePicked(const ProxyView& view, std::uint64_t begin, std::uint64_t end)
+    /// Packs rows on threads and sends each part as soon as it is packed.
+    Staged sendPacked(Exec& exec, const ProxyView& view, PartOrder& parts, std::uint32_t* motion)
     {
-        Aabb* boxes = m_stagedBoxes.data();
-        std::uint8_t* changes = m_stagedChanges.data();
-        std::uint32_t* rows = m_stagedRows.data();
-        const ProxyView from = view;
-        unsigned any = 0;
-        unsigned all = 0xffu;
-        for (std::uint64_t i = begin; i < end; ++i)
+        m_summaries.assign(parts.tasks(), {});
+        Staged all;
+        const auto send = [&](PartOrder::Range items, unsigned firstTask, unsigned endTask)
         {
-            // A cache line or two for each row: they come sixteen rows before they are needed.
-            prefetchBox(from.boxes + from.dirty[std::min(i + 16, end - 1)]);
-            const std::uint32_t row = from.dirty[i];
-            rows[i] = row;
-            boxes[i] = from.boxes[row];
-            changes[i] = from.changes[row];
-            any |= from.changes[row];
-            all &= from.changes[row];
-        }
-        return {any, all, 0};
+            const std::uint64_t count = items.end - items.begin;
+            const Staged staged = sumOfTasks(firstTask, endTask);
+            apply(exec, items.begin, items.end,
+                  {exec.mapped(m_staging.boxes(), count), false, exec.mapped(m_staging.changes(), 0),
+                   exec.mapped(m_staging.rows(), count)},
+                  staged, motion);
+            all.add(staged);
+        };
+        m_workers.run(parts.tasks(),
+                      [&](unsigned task, unsigned thread)
+                      {
+                          const PartOrder::Range items = parts.itemsOfTask(task);
+                          m_summaries[task] = m_staging.stageRowsAndBoxes(view, items.begin, items.end);
+                          parts.finish(task);
+                          if (thread == 0)
+                              parts.takeReady(send);
+                      });
+        parts.takeReady(send);
+        return all;
     }
 
-    static void prefetchBox(const Aabb* box)
+    Staged sumOfTasks(unsigned first, unsigned end) const
     {
-        __builtin_prefetch(&box->min);
-        __builtin_prefetch(&box->max[2]);
+        Staged sum;
+        for (unsigned task = first; task < end; ++task)
+            sum.add(m_summaries[task]);
+        return sum;
     }
 
-    std::uint32_t largestId(const ProxyView& view, std::uint64_t begin, std::uint64_t end) const
+    /// Stores some changed rows.
+    void apply(Exec& exec, std::uint64_t begin, std::uint64_t end, const Source& source, const Staged& staged,
+               std::uint32_t* motion)
     {
-        std::uint32_t largest = 0;
-        for (std::uint64_t i = begin; i < end; ++i)
-            largest = std::max(largest, view.uniqueIds[m_dirtyIsAll ? i : view.dirty[i]]);
-        return largest;
+        exec.forEachFrom(
+            begin, end,
+            ApplyRow{source.rows, source.boxes, source.isTable, staged.isUniform() ? nullptr : source.changes,
+                     static_cast<std::uint8_t>(staged.anyChanges), m_now.data(), m_old.data(),
+                     m_changes.data(), m_dirty.data(), motion});
+    }
+
+    /// Packs some rows where all have changed, on threads: on one core a million would take longer than everything else.
+    Staged stageTable(const ProxyView& view, std::uint64_t begin, std::uint64_t end, bool packsBoxes)
+    {
+        const unsigned tasks = m_workers.tasksFor(end - begin, packsBoxes ? kBoxesGrain : kBitsGrain);
+        m_summaries.assign(tasks, {});
+        m_workers.run(tasks,
+                      [&](unsigned task)
+                      {
+                          const std::uint64_t first = begin + (end - begin) * task / tasks;
+                          const std::uint64_t last = begin + (end - begin) * (task + 1) / tasks;
+                          m_summaries[task] = m_staging.stageTable(view, first, last, packsBoxes, m_isFresh);
+                      });
+        return sumOfTasks(0, tasks);
     }
 
     /// @param areNew some words of changed rows are
@@ -277,11 +279,17 @@ private:
         exec.forEach(m_dirtyCount, ApplyFilter{dirtyRows(), m_newFilters.data(), m_filters.data()});
     }
 
-    // Rows that a thread packs: with their boxes, or the change bits alone, which takes no longer than to wake a thread.
+    // Rows of the table that a thread packs at the least: with their boxes, or the change bits alone, which takes no longer
+    // than to wake a thread.
     static constexpr std::size_t kBoxesGrain = 2048;
     static constexpr std::size_t kBitsGrain = 1u << 16;
-    static constexpr std::uint64_t kStageBlock = 1u << 17;
-    static constexpr std::uint64_t kScatteredBlock = 1u << 15;
+    static constexpr std::uint64_t kTablePart = 1u << 17;
+
+    // Scattered rows: so many are picked by a GPU in the time that sixteen threads take to wake up and pack as many.
+    static constexpr std::uint64_t kMostPicked = 1u << 15;
+    static constexpr std::uint64_t kPickedPart = 1u << 14;
+    static constexpr std::uint64_t kPackGrain = 2048;
+    static constexpr unsigned kTasksPerPart = 8;
 
     // From a third of the boxes on: on four threads or sixteen, at 16k to a million boxes.
     static constexpr std::uint32_t kDirectShare = 3;
@@ -299,14 +307,12 @@ private:
     bool m_haveAllChanged = false;
     bool m_dirtyIsAll = false;       ///< all rows were sent in the last update
     std::uint64_t m_dirtyCount = 0;  ///< rows sent then
-    std::vector<Staged> m_staged;    ///< by task
+    RowStaging<Exec> m_staging;
+    std::vector<Staged> m_summaries;  ///< by task
     Buffer<std::uint32_t> m_dirty;
     Buffer<Aabb> m_newBoxes;
     Buffer<std::uint8_t> m_newChanges;
     Buffer<Filter> m_newFilters;
-    Staging<std::uint32_t> m_stagedRows;
-    Staging<Aabb> m_stagedBoxes;
-    Staging<std::uint8_t> m_stagedChanges;
-    Staging<Filter> m_stagedFilters;
+    HostMemory<Filter> m_stagedFilters;
 };
 }  // namespace cullet::psap

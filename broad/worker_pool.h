@@ -38,7 +38,7 @@ public:
     template <class Body>
     void run(unsigned tasks, const Body& body)
     {
-        if (tasks == 1 || (m_isTogether && m_crew->isRunning()))
+        if (tasks == 1 || m_threads == 1 || (m_isTogether && m_crew->isRunning()))
         {
             for (unsigned task = 0; task < tasks; ++task)
                 call(body, task, 0);

@@ -275,6 +275,17 @@ public:
         }
         m_bytesMoved += count * sizeof(T);
     }
+    /// Locked memory of the CPU as steps may read it, until the next wait().
+    ///
+    /// @param count read in one launch
+    template <class T>
+    const T* mapped(const T* memory, std::uint64_t count)
+    {
+        void* address = nullptr;
+        CULLET_CUDA_TRY(cudaHostGetDevicePointer(&address, const_cast<T*>(memory), 0));
+        m_bytesMoved += count * sizeof(T);
+        return static_cast<const T*>(address);
+    }
     /// What is launched from now on waits for that part.
     void awaitPart(std::uint64_t part) { m_parts.await(m_stream, part); }
     /// From any memory of the CPU, which may change as soon as this returns.

@@ -29,8 +29,8 @@ public:
         if (known != m_locks.end())
             forget(known);
         Lock& lock = m_locks.emplace(memory, Lock{bytes, false}).first->second;
-        lock.isLocked =
-            cudaHostRegister(const_cast<void*>(memory), bytes, cudaHostRegisterPortable) == cudaSuccess;
+        lock.isLocked = cudaHostRegister(const_cast<void*>(memory), bytes,
+                                         cudaHostRegisterPortable | cudaHostRegisterMapped) == cudaSuccess;
         cudaGetLastError();
         return lock.isLocked;
     }

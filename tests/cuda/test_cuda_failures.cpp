@@ -6,19 +6,30 @@
 
 #include "broad/proxy_table.h"
 #include "cuda/cuda_fault.h"
-#include "tests/support/backend_session.h"
 #include "tests/support/box_scenes.h"
 #include "tests/support/boxes.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <iterator>
+#include <memory>
 #include <string>
+#include <vector>
 
 namespace cullet::test
 {
 namespace
 {
-constexpr std::uint32_t kCount = 300;
+/// How many boxes there are, and that every so many-th one moves.
+struct Motion
+{
+    std::uint32_t count;
+    std::uint32_t every;
+};
+constexpr Motion kAllMove = {300, 1};
+// As many as a device picks boxes of from the table.
+constexpr Motion kSomeMove = {3000, 5};
 
 struct FaultEnd
 {
@@ -29,13 +40,16 @@ struct FaultEnd
 class FailingWorld
 {
 public:
-    FailingWorld(PsapVariant variant, bool usesSameBackendAgain) : m_usesSameAgain(usesSameBackendAgain)
+    FailingWorld(PsapVariant variant, bool usesSameBackendAgain, Motion motion)
+        : m_usesSameAgain(usesSameBackendAgain),
+          m_motion(motion),
+          m_scene(SceneKind::Uniform, motion.count, 5)
     {
         PsapOptions options;
         options.variant = variant;
         options.initialCapacity = 1;
         m_backend = makeCudaPsapBackend(options);
-        for (std::uint32_t body = 0; body < kCount; ++body)
+        for (std::uint32_t body = 0; body < m_motion.count; ++body)
             m_table.create(m_scene.boxes()[body], body + 1, kEverything);
     }
 
@@ -47,7 +61,7 @@ public:
         {
             update(fault, step);
             m_scene.step();
-            for (const std::uint32_t body : m_scene.moved())
+            for (std::uint32_t body = 0; body < m_motion.count; body += m_motion.every)
                 m_table.setBox(body, m_scene.boxes()[body]);
         }
         return m_failed != 0;
@@ -67,32 +81,42 @@ private:
             EXPECT_TRUE(delta.added.empty() && delta.removed.empty());
             setCudaFault(CudaFault::None, 0);
             if (!m_usesSameAgain)
-                m_backend = makeBruteForceBackend();
-            m_backend->restart(m_oracle.pairs());
+                m_backend = makeGridBackend();
+            m_backend->restart(m_pairs);
             status = m_backend->update(view, delta);
         }
         ASSERT_EQ(status, Status::Ok);
-        const PairDelta expected = m_oracle.update(view);
+        PairDelta expected;
+        ASSERT_EQ(m_oracle->update(view, expected), Status::Ok);
         m_table.endUpdate();
+        std::vector<Pair> stayed;
+        std::set_difference(m_pairs.begin(), m_pairs.end(), expected.removed.begin(), expected.removed.end(),
+                            std::back_inserter(stayed));
+        m_pairs.clear();
+        std::set_union(stayed.begin(), stayed.end(), expected.added.begin(), expected.added.end(),
+                       std::back_inserter(m_pairs));
         EXPECT_EQ(delta.added, expected.added);
         EXPECT_EQ(delta.removed, expected.removed);
     }
 
     bool m_usesSameAgain;
-    BoxScene m_scene{SceneKind::Uniform, kCount, 5};
+    Motion m_motion;
+    BoxScene m_scene;
     ProxyTable m_table;
-    PairOracle m_oracle;
+    std::unique_ptr<Backend> m_oracle = makeBruteForceBackend();
+    std::vector<Pair> m_pairs;
     std::unique_ptr<Backend> m_backend;
     int m_failed = 0;
 };
 
 /// Fails every call once; returns how many there were.
-std::uint64_t failEveryCall(PsapVariant variant, CudaFault fault, bool usesSameBackendAgain)
+std::uint64_t failEveryCall(PsapVariant variant, CudaFault fault, bool usesSameBackendAgain,
+                            Motion motion = kAllMove)
 {
     for (std::uint64_t call = 0;; ++call)
     {
         SCOPED_TRACE("call " + std::to_string(call));
-        FailingWorld world(variant, usesSameBackendAgain);
+        FailingWorld world(variant, usesSameBackendAgain, motion);
         if (!world.run(fault, call) || testing::Test::HasFailure())
             return call;
     }
@@ -114,6 +138,12 @@ TEST(CudaFailures, AnyCallMayLoseTheDeviceAndAnotherBackendGoesOn)
 {
     EXPECT_GT(failEveryCall(PsapVariant::Rows, CudaFault::DeviceLost, false), 50u);
     EXPECT_GT(failEveryCall(PsapVariant::Literal, CudaFault::DeviceLost, false), 50u);
+}
+
+TEST(CudaFailures, AnyCallMayFailWhereTheDeviceReadsTheTable)
+{
+    EXPECT_GT(failEveryCall(PsapVariant::Rows, CudaFault::DeviceLost, false, kSomeMove), 50u);
+    EXPECT_GT(failEveryCall(PsapVariant::Rows, CudaFault::OutOfMemory, true, kSomeMove), 50u);
 }
 
 TEST(CudaFailures, TheFactoryTellsWhyThereIsNoBackend)

@@ -10,6 +10,7 @@
 #include "tests/support/boxes.h"
 #include "tests/support/pair_hash.h"
 #include "tests/support/pair_lists.h"
+#include "tests/support/scattered_rows.h"
 
 #include <cuda_runtime_api.h>
 #include <gtest/gtest.h>
@@ -99,6 +100,13 @@ TEST(CudaScenes, PairStreamsEqualThoseOfTheGridUpToAMillionBoxes)
             EXPECT_EQ(streamOf(*makeCudaPsapBackend(literal()), kind, count, steps), expected);
         }
     }
+}
+
+TEST(CudaScenes, ScatteredRowsPickedAndPackedGiveThePairsOfTheGrid)
+{
+    const std::uint64_t expected = scatteredStream(*makeGridBackend(), true);
+    for (const bool isLockable : {true, false})
+        EXPECT_EQ(scatteredStream(*makeCudaPsapBackend(), isLockable), expected) << isLockable;
 }
 
 TEST(CudaScenes, TwentyRunsGiveTheSameStream)

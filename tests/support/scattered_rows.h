@@ -1,0 +1,54 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/proxy_table.h"
+#include "tests/support/box_scenes.h"
+#include "tests/support/boxes.h"
+#include "tests/support/pair_hash.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+
+namespace cullet::test
+{
+/// Fingerprint of updates in which every third of 150,000 bodies moves: more than a GPU picks from the table, and fewer than
+/// it takes for all boxes to be sent. In the last ones some come, go or change their filter words instead.
+///
+/// @param isLockable whether a device may read from the table
+inline std::uint64_t scatteredStream(Backend& backend, bool isLockable)
+{
+    constexpr std::uint32_t kCount = 150000;
+    BoxScene scene(SceneKind::Uniform, kCount, 7);
+    ProxyTable table;
+    for (std::uint32_t body = 0; body < kCount; ++body)
+        table.create(scene.boxes()[body], body + 1, kEverything);
+    PairStreamHash hash;
+    PairDelta delta;
+    std::uint32_t nextId = kCount + 1;
+    for (std::uint32_t step = 0; step < 6; ++step)
+    {
+        ProxyView view = table.beginUpdate(0, true);
+        view.lockableRows = isLockable ? view.lockableRows : 0;
+        EXPECT_EQ(backend.update(view, delta), Status::Ok);
+        table.endUpdate();
+        EXPECT_GT(delta.added.size(), 0u);
+        hash.add(delta);
+        for (std::uint32_t row = step % 3; row < kCount; row += 3)
+        {
+            const float way = 0.3f * static_cast<float>(row % 7) - 0.9f;
+            if (step < 2 || row % 11 > 2)
+                table.setBox(row, translated(table.box(row), way, 0.5f * way, -way));
+            else if (row % 11 == 0)
+                table.setFilter(row, Filter{2, row % 2 == 0 ? ~2 : -1});
+            else if (table.uniqueId(row) != 0 && isValid(table.box(row)))
+                table.destroy(row);
+            else
+                table.create(boxAt(static_cast<float>(row % 64), static_cast<float>(row % 57), 3), nextId++,
+                             kEverything);
+        }
+    }
+    return hash.value();
+}
+}  // namespace cullet::test
