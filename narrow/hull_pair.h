@@ -61,6 +61,8 @@ public:
     const Vector& offset() const { return m_offset; }
     /// Bounds every coordinate of A - B, and what it is made of.
     S reach() const { return m_reach; }
+    /// How far a point of A - B can be from the difference of the origins, for bases that only turn.
+    S size() const { return S(0.5774) * (m_normA * m_a.hull().reach() + m_normB * m_b.hull().reach()); }
 
     /// The point of A - B of two vertices, rounded.
     Eigen::Matrix<S, 3, 1> point(std::int32_t vertexA, std::int32_t vertexB) const

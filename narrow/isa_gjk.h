@@ -48,6 +48,16 @@ void keepSeparated(const Eigen::Matrix<H, 3, 1>& axis, const AxisTest<H>& test, 
     cache.startB = narrowId<S>(test.vertexB);
 }
 
+/// The same with another axis.
+template <class S, class H>
+void keepAxis(const Eigen::Matrix<H, 3, 1>& axis, const AxisTest<H>& test, GjkCache<S>& cache,
+              GjkResult<S>& result)
+{
+    for (int i = 0; i < 3; ++i)
+        cache.axis[i] = static_cast<float>(axis[i]);
+    keepSeparated(axis, test, cache, result);
+}
+
 /// A walk from four vertex pairs. Out of line, as the search in double, to keep the path of a separated pair short.
 ///
 /// @return false if nothing was proved; then the cache has the points for the search in double
@@ -123,10 +133,36 @@ template <class S, class H, class Observer>
     observer(axis.template cast<double>(), static_cast<double>(again.along));
     if (!again.isProved)
         return false;
-    for (int i = 0; i < 3; ++i)
-        cache.axis[i] = static_cast<float>(axis[i]);
-    keepSeparated(axis, again, cache, result);
+    keepAxis(axis, again, cache, result);
     return true;
+}
+
+/// From an axis that separates, but by less than asked, one step of Newton's towards the best: as if A - B were a ball of its
+/// own size at the support point. That is right for round hulls, and too short a step for others.
+///
+/// @return false if nothing was proved
+template <class S, class H, class Observer>
+[[gnu::noinline]] bool isaGjkUphill(const HullPair<H>& pair, H limit2, const AxisTest<H>& test,
+                                    GjkCache<S>& cache, Observer& observer, GjkResult<S>& result)
+{
+    using Vector = Eigen::Matrix<H, 3, 1>;
+    const Vector failed(cache.axis[0], cache.axis[1], cache.axis[2]);
+    const H length2 = failed.squaredNorm(), length = squareRoot(length2);
+    const Vector aside = pair.point(test.vertexA, test.vertexB) - failed * (test.along / length2);
+    const Vector axis = scaledAxis<H>(failed + aside * (length / (pair.size() + test.along / length)));
+    const AxisTest<H> again = pair.test(axis[0], axis[1], axis[2], limit2, test.vertexA, test.vertexB);
+    observer(axis.template cast<double>(), static_cast<double>(again.along));
+    if (!again.isProved)
+        return false;
+    keepAxis(axis, again, cache, result);
+    return true;
+}
+
+/// Whether hulls have so many vertices that another support point is near each.
+template <class H>
+bool isRound(const PosedHull<H>& a, const PosedHull<H>& b)
+{
+    return std::max(a.vertexCount(), b.vertexCount()) > 48;
 }
 
 /// Whether the corner where an axis fails is worth a look. An axis that separates by nearly what is asked has to become the
@@ -136,7 +172,7 @@ bool isCornerPromising(const PosedHull<H>& a, const PosedHull<H>& b, const AxisT
                        const Eigen::Matrix<H, 3, 1>& axis, H limit2)
 {
     constexpr std::int32_t kLarge = 100;
-    if (test.vertexA < 0 || (test.along >= H(0) && !(limit2 > H(0))))
+    if (test.along >= H(0) && !(limit2 > H(0)))
         return false;
     return test.along < H(0) || test.along * test.along < H(0.8) * limit2 * axis.squaredNorm() ||
            std::max(a.vertexCount(), b.vertexCount()) > kLarge;
@@ -158,11 +194,18 @@ bool isaGjkQuickly(const PosedHull<H>& a, const PosedHull<H>& b, H limit, GjkCac
     test = pair.test(axis[0], axis[1], axis[2], limit2, startOf(cache.startA), startOf(cache.startB));
     if (test.vertexA >= 0)
         observer(axis.template cast<double>(), static_cast<double>(test.along));
-    if (!test.isProved)
-        return looksAround && isCornerPromising(a, b, test, axis, limit2) &&
-               isaGjkFromCorner(a, b, limit2, test, cache, observer, result);
-    keepSeparated(axis, test, cache, result);
-    return true;
+    if (test.isProved)
+    {
+        keepSeparated(axis, test, cache, result);
+        return true;
+    }
+    if (!looksAround || test.vertexA < 0)
+        return false;
+    if (isRound(a, b) && test.along > H(0) && limit2 > H(0) &&
+        isaGjkUphill(pair, limit2, test, cache, observer, result))
+        return true;
+    return isCornerPromising(a, b, test, axis, limit2) &&
+           isaGjkFromCorner(a, b, limit2, test, cache, observer, result);
 }
 
 /// What a shape's own arithmetic is done in.

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <iterator>
 #include <limits>
 #include <random>
@@ -165,8 +166,10 @@ struct Axes
     int tried = 0;
 };
 
-/// Whether a query with the memory of the frame before is right about a gap. @return true if its second axis proved it
-bool isCornerEnough(const PairScene<float>& scene, float limit, GjkCache<float>& cache)
+/// Whether a query with the memory of the frame before is right about a gap.
+///
+/// @return how many axes it has tried to prove it, 0 if it needed a simplex or there is no such gap
+int axesForGap(const PairScene<float>& scene, float limit, GjkCache<float>& cache)
 {
     Axes axes;
     const GjkResult<float> result = isaGjk(scene.posedA(), scene.posedB(), limit, cache, axes);
@@ -175,12 +178,12 @@ bool isCornerEnough(const PairScene<float>& scene, float limit, GjkCache<float>&
     {
         EXPECT_GT(-oracle.extent(-result.axis.cast<long double>()),
                   static_cast<long double>(limit) * (1 - 1e-6L));
-        return result.iterations == 0 && axes.tried == 2;
+        return result.iterations == 0 ? axes.tried : 0;
     }
     const Bounds truth = oracle.solve();
     EXPECT_NE(result.state, GjkState::NotConverged);
     EXPECT_LT(truth.lower, static_cast<long double>(limit) + 1e-6L);
-    return false;
+    return 0;
 }
 
 TEST(Gjk, TheCornerOfAFailedAxisProvesAGapThatIsAskedForToo)
@@ -197,13 +200,36 @@ TEST(Gjk, TheCornerOfAFailedAxisProvesAGapThatIsAskedForToo)
         GjkCache<float> cache;
         for (int frame = 0; frame < 12; ++frame, ++queries)
         {
-            proved += isCornerEnough(scene, limit, cache);
+            // Before the corner, the axis is moved where a hull has many.
+            const int axes = axesForGap(scene, limit, cache);
+            proved += axes == 2 || axes == 3;
             moveALittle(scene, 0.003, engine);
         }
     }
     testing::Test::RecordProperty("proved", std::to_string(proved));
     // An eighth if it is asked only where an axis does not separate at all.
     EXPECT_GT(proved, queries / 7);
+}
+
+TEST(Gjk, AStepUphillFindsNearlyTheBestAxisOfTwoBalls)
+{
+    const Hull<float> ball = hullOf<float>(icoPoints(3));
+    const Eigen::Matrix3f turn = Eigen::AngleAxisf(0.3f, Eigen::Vector3f(1, 2, 3).normalized()).matrix();
+    const PosedHull<float> a(ball, turn, Eigen::Vector3f(2.03f, 0, 0));
+    const PosedHull<float> b(ball, Eigen::Matrix3f::Identity(), Eigen::Vector3f::Zero());
+    const float limit2 = 0.025f * 0.025f;
+    const HullPair<float> pair(a, b);
+    GjkCache<float> cache;
+    cache.axis = {1.0f, 0.1f, -0.1f};
+    const AxisTest<float> test = pair.test(1.0f, 0.1f, -0.1f, limit2, -1, -1);
+    ASSERT_FALSE(test.isProved);
+    ASSERT_GT(test.along, 0.0f);
+    NoObserver observer;
+    GjkResult<float> result;
+    ASSERT_TRUE(isaGjkUphill(pair, limit2, test, cache, observer, result));
+    EXPECT_EQ(result.state, GjkState::Separated);
+    EXPECT_TRUE(pair.test(cache.axis[0], cache.axis[1], cache.axis[2], limit2, -1, -1).isProved);
+    EXPECT_LT(std::abs(cache.axis[1]) + std::abs(cache.axis[2]), 0.1f);
 }
 }  // namespace
 }  // namespace cullet::test
