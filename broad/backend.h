@@ -231,9 +231,10 @@ enum class PsapCells
 /// How the rows variant brings the boxes into order. The pairs are the same.
 enum class PsapOrder
 {
-    Automatic,  ///< counting below some million boxes, radix above
+    Automatic,  ///< bins for small worlds on a GPU, counting below some million boxes, radix above
     Counting,  ///< counts and offsets per bin: random accesses, which are cheap as long as caches hold the bins
-    Radix      ///< a radix sort of the numbers of the bins
+    Radix,     ///< a radix sort of the numbers of the bins
+    Bins       ///< without counting into bins of fixed room; by counting in updates where one of them is full
 };
 
 /// In which order the CPU runs the indices of a step. The pairs are the same.

@@ -203,6 +203,26 @@ public:
             });
     }
 
+    /// For each bin in [0, bins) calls step.begin(bin, emit), then step(bin, slot, share, true, emit) for each of its
+    /// step.countOf(bin) slots and each of kSharers shares. On a GPU a block deals out the slots of some bins among its
+    /// lanes, which are together as in forEachTogether().
+    template <std::uint32_t kSharers, class Step>
+    void forEachDealt(std::uint64_t bins, const Step& step, const PairList& list)
+    {
+        run(0, bins,
+            [&]
+            {
+                return [&step, emit = Emitter{list, &m_tests, 0}](std::uint64_t index) mutable
+                {
+                    const auto bin = static_cast<std::uint32_t>(index);
+                    step.begin(bin, emit);
+                    const std::uint32_t count = step.countOf(bin);
+                    for (std::uint32_t k = 0; k < count * kSharers; ++k)
+                        step(bin, k / kSharers, k % kSharers, true, emit);
+                };
+            });
+    }
+
     /// Whether work on few boxes is better cut into smaller pieces: not here, but one order tests how it is done.
     bool hasSpareLanes() const { return m_order == PsapExecutor::Shuffled; }
 

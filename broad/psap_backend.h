@@ -145,7 +145,7 @@ private:
         m_exec.reserve(m_added, initial);
         growTable(initial);
         m_exec.beginStage("sort");
-        m_search.build(m_exec, {m_rows.now(), m_rows.count()});
+        m_search.build(m_exec, {m_rows.now(), m_rows.count(), nullptr, m_heldCount});
         m_exec.beginStage("settle");
         settle(view.margin);
         m_exec.beginStage("search");
@@ -160,13 +160,23 @@ private:
             emit();
             fetchChanges();
         }
+        if (m_counts.lists.added == kSpilled)
+        {
+            m_search.buildByCounting(m_exec);
+            searchAgain();
+        }
         while (m_counts.lists.added > m_added.size())
         {
             m_exec.reserve(m_added, m_counts.lists.added);
-            m_exec.clear(&counters()->lists.added, 1);
-            emit();
-            fetchChanges();
+            searchAgain();
         }
+    }
+
+    void searchAgain()
+    {
+        m_exec.clear(&counters()->lists.added, 1);
+        emit();
+        fetchChanges();
     }
 
     Counters* counters() const { return &m_tally.data()->counters; }

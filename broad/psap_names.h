@@ -87,6 +87,8 @@ struct CloseUpdate
             return;
         report[kReportPairs + i] = {};
         keys[i] = ~0ull;
+        if (!lists.areComplete(counts))
+            return;
         if (i < counts.added)
             enter(i, counts.kept);
         else if (i - counts.added < counts.removed)
@@ -106,8 +108,6 @@ private:
 
     CULLET_HOST_DEVICE void enter(std::uint64_t i, std::uint64_t kept) const
     {
-        if (i >= lists.addedRoom)
-            return;
         keys[i] = keyOf(lists.added[i]);
         if (kept + i < lists.keptRoom)
             lists.kept[kept + i] = lists.added[i];

@@ -2,9 +2,12 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "broad/psap_bin_search.h"
 #include "broad/psap_kernels.h"
 #include "broad/psap_principal.h"
+#include "broad/psap_row_planner.h"
 #include "broad/psap_rows.h"
+#include "broad/psap_search_input.h"
 #include "broad/psap_second_level.h"
 #include "broad/psap_shifted.h"
 
@@ -15,61 +18,10 @@
 ///
 /// An executor has: Buffer<T> with data() and size(); reserve(buffer, n), which may discard; upload, download, copy,
 /// clear and wait; forEach(n, functor); forEachEmitting(n, functor, list); forEachTogether(n, functor, list);
-/// hasSpareLanes; scan; scanLargest; sortPairs; sortKeys. Steps run one after the other. HostExec and CudaExec are
+/// forEachDealt<sharers>(bins, functor, list); hasSpareLanes; scan; scanLargest; sortPairs; sortKeys. Steps run one after the other. HostExec and CudaExec are
 /// executors.
 namespace cullet::psap
 {
-/// Boxes to search, by row, in the executor's memory.
-struct SearchInput
-{
-    const Aabb* boxes;
-    std::uint64_t count;
-    std::uint64_t* pairCount = nullptr;  ///< build() sets it to 0
-};
-
-template <class Exec>
-void clearPairCount(Exec& exec, const SearchInput& input)
-{
-    if (input.pairCount != nullptr)
-        exec.clear(input.pairCount, 1);
-}
-
-/// Sums the boxes for the choice of axis and cells.
-template <class Exec>
-class Statistics
-{
-public:
-    void collect(Exec& exec, SearchInput input, std::uint64_t stride)
-    {
-        // Enough parts to keep a GPU busy, whatever executor this is: the sums depend on it.
-        const std::uint64_t samples = (input.count + stride - 1) / stride;
-        std::uint64_t parts = std::clamp<std::uint64_t>(samples / 8, 1, 16384);
-        exec.reserve(m_moments[0], parts);
-        exec.reserve(m_moments[1], parts);
-        exec.reserve(m_sizes, 1);
-        exec.clear(m_sizes.data(), 1);
-        exec.forEach(parts,
-                     SumBoxes{input.boxes, input.count, parts, stride, m_moments[0].data(), m_sizes.data()});
-        while (parts > 1)
-        {
-            const std::uint64_t sums = (parts + SumMoments::kFanIn - 1) / SumMoments::kFanIn;
-            exec.forEach(sums, SumMoments{m_moments[0].data(), parts, m_moments[1].data()});
-            std::swap(m_moments[0], m_moments[1]);
-            parts = sums;
-        }
-    }
-
-    const Moments* moments() const { return m_moments[0].data(); }
-    const SizeClasses* sizes() const { return m_sizes.data(); }
-
-private:
-    template <class T>
-    using Buffer = typename Exec::template Buffer<T>;
-
-    Buffer<Moments> m_moments[2];
-    Buffer<SizeClasses> m_sizes;
-};
-
 /// Finds the principal directions of a scene and projects the boxes onto them.
 template <class Exec>
 class PrincipalFrame
@@ -262,15 +214,13 @@ template <class Exec>
 class RowSearch
 {
 public:
-    RowSearch(const PsapOptions& options, PsapAxis axis) : m_options(options), m_axis(axis) {}
+    RowSearch(const PsapOptions& options, PsapAxis axis) : m_options(options), m_planner(options, axis, 0) {}
 
     void build(Exec& exec, SearchInput input)
     {
         m_input = input;
         reserveForBoxes(exec, input.count);
-        if (isPlanStale())
-            makePlan(exec);
-        ++m_planAge;
+        m_planner.prepare(exec, input, m_binCapacity);
 
         // The search leaves both clear.
         if (!m_isClear || input.count == 0)
@@ -293,11 +243,12 @@ public:
     }
 
     /// Whether the next build() of as many boxes makes the same launches as the last one, without allocation or wait.
-    bool isRepeatable() const { return m_input.count != 0 && !isPlanStale(); }
+    bool isRepeatable() const { return m_input.count != 0 && !m_planner.isStale(); }
 
     /// Counts a repetition that happened without build().
-    void countRepeat() { ++m_planAge; }
+    void countRepeat() { m_planner.countUse(); }
 
+    std::uint32_t levelCount() const { return m_planner.levelCount(); }
     const std::uint32_t* sideCount() const { return &m_totals.data()->sides; }
     std::uint64_t entryCount() const { return m_input.count; }
 
@@ -306,9 +257,6 @@ private:
     using Buffer = typename Exec::template Buffer<T>;
 
     static constexpr float kBinsPerBox = 1.25f;
-    static constexpr std::uint32_t kUpdatesPerPlan = 32;
-    static constexpr std::uint64_t kBoxesInSample = 1u << 17;
-
     static constexpr std::uint64_t kBoxesForRadix = 6u << 20;
     static constexpr std::uint64_t kMostBinsOfThreePasses = (1u << 24) - 1;
     // Up to here a GPU has lanes to spare.
@@ -325,7 +273,7 @@ private:
         const std::uint64_t count = m_input.count;
         exec.forEach(count, CountRows{rowBins(), m_places.data(), m_binCounts.data()});
         exec.scan(m_binCounts.data(), m_binStarts.data(), m_binCapacity + 1);
-        exec.forEach(count, ScatterRows{m_input.boxes, m_plan.data(), m_places.data(), m_binStarts.data(),
+        exec.forEach(count, ScatterRows{m_input.boxes, m_planner.plan(), m_places.data(), m_binStarts.data(),
                                         m_binCapacity, m_records.data(), tidying()});
     }
 
@@ -338,7 +286,7 @@ private:
         while (bits < 32 && none >> bits != 0)
             ++bits;
         exec.sortPairs(m_keys[0].data(), m_keys[1].data(), m_rows[0].data(), m_rows[1].data(), count, bits);
-        exec.forEach(count, GatherRows{m_input.boxes, m_plan.data(), m_keys[1].data(), m_rows[1].data(),
+        exec.forEach(count, GatherRows{m_input.boxes, m_planner.plan(), m_keys[1].data(), m_rows[1].data(),
                                        count, none, m_records.data(), m_binCounts.data(), tidying()});
         exec.scanLargest(m_binCounts.data(), m_binStarts.data(), m_binCapacity + 1);
     }
@@ -355,20 +303,25 @@ private:
     template <std::uint32_t kSharers, class IsNew>
     void emitSharing(Exec& exec, const IsNew& isNew, const PairList& pairs)
     {
-        exec.forEachTogether(
-            kSharers * m_input.count,
-            SearchRows<IsNew, kSharers>{m_records.data(), m_binStarts.data(), m_binCapacity, m_plan.data(),
-                                        m_input.boxes, m_side.data(), m_totals.data(), isNew, m_input.count,
-                                        m_binCounts.data()},
-            pairs);
+        exec.forEachTogether(kSharers * m_input.count,
+                             SearchRows<IsNew, kSharers>{
+                                 {m_records.data(), m_planner.plan(), m_input.boxes, m_side.data(), isNew},
+                                 m_binStarts.data(),
+                                 m_binCapacity,
+                                 m_totals.data(),
+                                 m_input.count,
+                                 m_binCounts.data()},
+                             pairs);
     }
 
-    RowBins rowBins() const { return {m_input.boxes, m_plan.data(), m_side.data(), m_totals.data()}; }
+    RowBins rowBins() const
+    {
+        return {m_input.boxes, m_planner.plan(), m_side.data(), &m_totals.data()->sidesFound};
+    }
     RowTidying tidying() const { return {m_totals.data(), m_input.pairCount}; }
 
     void reserveForBoxes(Exec& exec, std::uint64_t count)
     {
-        exec.reserve(m_plan, 1);
         exec.reserve(m_side, count);
         if (m_records.size() <= count)
         {
@@ -391,7 +344,7 @@ private:
             if (isRadix() && count < 5 * kMostBinsOfThreePasses / 4)
                 m_binCapacity = std::min(m_binCapacity, kMostBinsOfThreePasses);
             m_plannedCount = count;
-            m_planAge = kUpdatesPerPlan;
+            m_planner.forget();
             m_isClear = false;
         }
         exec.reserve(m_binCounts, m_binCapacity + 1);
@@ -399,26 +352,11 @@ private:
         exec.reserve(m_binStarts, m_binCapacity + 1);
     }
 
-    bool isPlanStale() const { return m_planAge >= kUpdatesPerPlan; }
-
-    void makePlan(Exec& exec)
-    {
-        const std::uint64_t stride = std::max<std::uint64_t>(1, m_input.count / kBoxesInSample);
-        m_statistics.collect(exec, m_input, stride);
-        exec.forEach(
-            1, PlanRows{m_statistics.moments(), m_statistics.sizes(), static_cast<double>(stride), m_axis,
-                        m_options.cellScale, m_options.binScale, m_binCapacity, m_plan.data()});
-        m_planAge = 0;
-    }
-
     PsapOptions m_options;
-    PsapAxis m_axis;
     SearchInput m_input{};
     std::uint64_t m_binCapacity = 0;
     std::uint64_t m_plannedCount = 0;
-    std::uint32_t m_planAge = kUpdatesPerPlan;
-    Statistics<Exec> m_statistics;
-    Buffer<RowPlan> m_plan;
+    RowPlanner<Exec> m_planner;
     Buffer<RowPlace> m_places;
     Buffer<std::uint32_t> m_keys[2], m_rows[2];  ///< for the radix sort: as filled, and sorted
     Buffer<std::uint32_t> m_binCounts, m_binStarts;
@@ -428,36 +366,118 @@ private:
     bool m_isClear = false;  ///< m_binCounts and sidesFound of m_totals
 };
 
-/// Either search, as the options say.
+/// One of the searches, as the options and the number of boxes say.
 template <class Exec>
 class Search
 {
 public:
     explicit Search(const PsapOptions& options)
-        : m_isLiteral(options.variant != PsapVariant::Rows),
+        : m_order(options.order),
+          m_isLiteral(options.variant != PsapVariant::Rows),
           m_cells(options, resolve(options)),
-          m_rows(options, resolve(options) == PsapAxis::Principal ? PsapAxis::Variance : resolve(options))
+          m_rows(options, axisOfRows(options)),
+          m_bins(options, axisOfRows(options))
     {
     }
 
     void build(Exec& exec, SearchInput input)
     {
-        m_isLiteral ? m_cells.build(exec, input) : m_rows.build(exec, input);
+        m_input = input;
+        m_way = nextWay(exec, input);
+        countUpdate();
+        if (m_way == Way::Cells)
+            m_cells.build(exec, input);
+        else if (m_way == Way::Rows)
+            m_rows.build(exec, input);
+        else
+            m_bins.build(exec, input);
+    }
+
+    /// Again, where emit() found kSpilled pairs.
+    void buildByCounting(Exec& exec)
+    {
+        m_updatesByCounting = m_order == PsapOrder::Bins ? 0 : kUpdatesByCounting;
+        m_way = Way::Rows;
+        m_rows.build(exec, m_input);
     }
 
     void emit(Exec& exec, const EntryTest& isNew, const PairList& pairs)
     {
-        m_isLiteral ? m_cells.emit(exec, isNew, pairs) : m_rows.emit(exec, isNew, pairs);
+        if (m_way == Way::Cells)
+            m_cells.emit(exec, isNew, pairs);
+        else if (m_way == Way::Rows)
+            m_rows.emit(exec, isNew, pairs);
+        else
+            m_bins.emit(exec, isNew, pairs);
     }
 
-    bool isRepeatable() const { return !m_isLiteral && m_rows.isRepeatable(); }
-    void countRepeat() { m_rows.countRepeat(); }
+    /// Whether the next build() of as many boxes makes the same launches as an earlier one of the same nextPhase(), without
+    /// allocation or wait.
+    bool isRepeatable(const Exec& exec, const SearchInput& input) const
+    {
+        return m_way != Way::Cells && m_way == nextWay(exec, input) &&
+               (m_way == Way::Rows ? m_rows.isRepeatable() : m_bins.isRepeatable());
+    }
 
-    const std::uint32_t* sideCount() const { return m_isLiteral ? m_cells.sideCount() : m_rows.sideCount(); }
-    std::uint64_t entryCount() const { return m_isLiteral ? m_cells.entryCount() : m_rows.entryCount(); }
+    /// Counts a repetition that happened without build().
+    void countRepeat()
+    {
+        countUpdate();
+        m_way == Way::Rows ? m_rows.countRepeat() : m_bins.countRepeat();
+    }
+
+    static constexpr unsigned kPhases = 3;
+    unsigned nextPhase() const { return m_way == Way::Bins ? 1 + m_bins.nextPhase() : 0; }
+
+    const std::uint32_t* sideCount() const
+    {
+        return m_way == Way::Cells  ? m_cells.sideCount()
+               : m_way == Way::Rows ? m_rows.sideCount()
+                                    : m_bins.sideCount();
+    }
+    std::uint64_t entryCount() const { return m_way == Way::Cells ? m_cells.entryCount() : m_input.count; }
     std::uint64_t falsePairCount() const { return m_cells.falsePairCount(); }
 
 private:
+    enum class Way
+    {
+        Cells,
+        Rows,
+        Bins
+    };
+
+    static constexpr std::uint64_t kMostBoxesInBins = 1u << 16;
+    static constexpr std::uint64_t kMostWorkOfOneSize = 5u << 15;  // boxes and pairs
+    static constexpr std::uint64_t kMostWork = 1u << 15;
+    // After a bin was full: trying in vain costs half an update.
+    static constexpr std::uint32_t kUpdatesByCounting = 256;
+
+    Way nextWay(const Exec& exec, const SearchInput& input) const
+    {
+        if (m_isLiteral)
+            return Way::Cells;
+        const bool isChosen =
+            m_order == PsapOrder::Bins || (m_order == PsapOrder::Automatic && exec.hasSpareLanes() &&
+                                           isForBins(input) && m_updatesByCounting == 0);
+        return isChosen && BinSearch<Exec>::canHold(input.count) ? Way::Bins : Way::Rows;
+    }
+
+    /// Whether the steps saved cost more than what bins of fixed room cost: cache for empty places, and more of them around
+    /// a box, which is worst where there are many pairs or many sizes.
+    bool isForBins(const SearchInput& input) const
+    {
+        const std::uint32_t levels = m_way == Way::Bins ? m_bins.levelCount() : m_rows.levelCount();
+        const bool isOfOneSize = levels <= 2;  // the last one is empty
+        return input.count <= kMostBoxesInBins &&
+               input.count + input.expectedPairs <= (isOfOneSize ? kMostWorkOfOneSize : kMostWork);
+    }
+
+    void countUpdate()
+    {
+        if (m_way == Way::Rows && m_updatesByCounting != 0)
+            --m_updatesByCounting;
+    }
+
     static PsapAxis resolve(const PsapOptions& options)
     {
         constexpr PsapAxis kAxes[3] = {PsapAxis::X, PsapAxis::Y, PsapAxis::Z};
@@ -465,8 +485,18 @@ private:
                                                 : options.axis;
     }
 
+    static PsapAxis axisOfRows(const PsapOptions& options)
+    {
+        return resolve(options) == PsapAxis::Principal ? PsapAxis::Variance : resolve(options);
+    }
+
+    PsapOrder m_order;
     bool m_isLiteral;
+    SearchInput m_input{};
+    Way m_way = Way::Rows;
+    std::uint32_t m_updatesByCounting = 0;  ///< before bins are tried again
     CellSearch<Exec> m_cells;
     RowSearch<Exec> m_rows;
+    BinSearch<Exec> m_bins;
 };
 }  // namespace cullet::psap

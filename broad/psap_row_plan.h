@@ -35,6 +35,8 @@ struct alignas(16) RowPlan
     Axes axes;
     std::uint32_t binCount;  ///< of all levels
     RowLevel levels[kMostLevels];
+    /// First bin of the last level, which has boxes only where a sample missed some.
+    std::uint32_t spareBin;
 };
 
 /// How many bins a search over so many boxes has room for, whatever the plan.
@@ -56,6 +58,9 @@ struct PlanRows
     static constexpr double kCostOfBin = 4;
     // Boxes per cell from which on a doubling of size gets its own level.
     static constexpr double kFullCell = 2.5;
+    // The window of a box is two longest sides and a little: it touches two bins of that length.
+    static constexpr double kTwoSides = 2.02;
+    static constexpr double kNarrowest = 0.25;
 
     const Moments* moments;
     const SizeClasses* sizes;
@@ -63,6 +68,7 @@ struct PlanRows
     PsapAxis axis;
     float cellScale;  ///< width of a cell in longest sides of its level; 0: chosen
     float binScale;   ///< length of a bin, likewise
+    double perBin;    ///< 0, or how many boxes a bin is to have on average
     std::uint64_t binCapacity;
     RowPlan* plan;
 
@@ -92,6 +98,7 @@ struct PlanRows
             level.endBin = firstBin;
             finer += counts[k];
         }
+        plan->spareBin = plan->levels[plan->levelCount - 1].firstBin;
         plan->binCount = firstBin;
     }
 
@@ -169,6 +176,8 @@ private:
     {
         const double limit = level.limit;
         const double density = count / spread.volume(limit);
+        if (perBin > 0)
+            return chooseFilledCells(level, spread, density, room);
         double best = -1;
         double width = 2 * limit;
         double length = 4 * limit;
@@ -190,6 +199,21 @@ private:
                 length = l;
             }
         }
+        setCells(level, limited(cellsFor(spread, width, length), room), width, length);
+    }
+
+    /// Bins with as many boxes as they are to have.
+    CULLET_HOST_DEVICE void chooseFilledCells(RowLevel& level, const Spread& spread, double density,
+                                              double room) const
+    {
+        const double limit = level.limit;
+        const double volume = perBin / (density > 1e-30 ? density : 1e-30);
+        const double edge = cbrt(volume);
+        double length = edge > kTwoSides * limit ? edge : kTwoSides * limit;
+        double width = sqrt(volume / length);
+        width = width > kNarrowest * limit ? width : kNarrowest * limit;
+        width = cellScale > 0 ? static_cast<double>(cellScale) * limit : width;
+        length = binScale > 0 ? static_cast<double>(binScale) * limit : length;
         setCells(level, limited(cellsFor(spread, width, length), room), width, length);
     }
 

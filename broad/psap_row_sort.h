@@ -74,16 +74,17 @@ struct RowBins
     const Aabb* boxes;
     const RowPlan* plan;
     std::uint32_t* side;  ///< [boxes, out]
-    RowTotals* totals;
+    std::uint32_t* sideCount;
 
     /// @return kNoBin for boxes without a level, which go to the side list, and for invalid ones
-    CULLET_HOST_DEVICE std::uint32_t take(std::uint64_t i) const
+    CULLET_HOST_DEVICE std::uint32_t take(std::uint64_t i) const { return take(i, loadBox(boxes, i)); }
+    /// @param box the same
+    CULLET_HOST_DEVICE std::uint32_t take(std::uint64_t i, const Aabb& box) const
     {
-        const Aabb box = loadBox(boxes, i);
         const std::uint32_t bin = isValid(box) ? binOf(box) : kNoBin;
         if (bin != kNoLevel)
             return bin;
-        side[fetchAdd(&totals->sidesFound, 1u)] = static_cast<std::uint32_t>(i);
+        side[fetchAdd(sideCount, 1u)] = static_cast<std::uint32_t>(i);
         return kNoBin;
     }
 

@@ -43,6 +43,8 @@ struct RowRange
     std::uint32_t begin, end;
 
     CULLET_HOST_DEVICE std::uint32_t size() const { return begin < end ? end - begin : 0; }
+    CULLET_HOST_DEVICE std::uint32_t at(std::uint32_t k) const { return begin + k; }
+    CULLET_HOST_DEVICE const RowRecord* among(const RowRecord* records) const { return records + begin; }
 };
 
 /// Cells of one level around a box, wrapped: `left` cells of row v from u on, then `perRow` of each later row.
@@ -72,79 +74,15 @@ struct RowCells
     }
 };
 
-/// Step 4: finds the partners of record i, in the cells around it, on its level and coarser ones; and those on the side
-/// list. The records behind the last one stand for the boxes on the side list.
-///
-/// Of two levels the finer one reports a pair. On one level both boxes would: it is the one whose cell comes first, by
-/// rows of cells that are not wrapped, and of one cell the first record. So only half of the cells around are looked at.
-/// Where the cells of a level are so few that one may be wrapped onto another around the same box, all are looked at,
-/// and the first record reports.
-///
-/// The lanes of a warp go from cell to cell together, and write out together what they found. Several indices in a row
-/// may share a record, each taking some of the cells: more to do in all, and sooner done where a GPU has lanes to spare.
-template <class IsNew, std::uint32_t kSharers>
-struct SearchRows
+/// What every search with records does with a box.
+template <class IsNew>
+struct RowPartners
 {
-    const RowRecord* records;        ///< one more than there are
-    const std::uint32_t* binStarts;  ///< [binCapacity + 1]
-    std::uint64_t binCapacity;
+    const RowRecord* records;  ///< and one more
     const RowPlan* plan;
     const Aabb* boxes;
     const std::uint32_t* side;
-    const RowTotals* allTotals;
     IsNew isNew;
-    std::uint64_t boxCount;
-    std::uint32_t* binCounts;  ///< [binCapacity + 1] set to 0 for the next update
-
-    /// @param index of kSharers for each box
-    /// @param isIndex false for what only fills up a warp
-    template <class Emit>
-    CULLET_HOST_DEVICE void operator()(std::uint64_t index, bool isIndex, Emit& emit) const
-    {
-        if (isIndex)
-            clearBins(index);
-        const std::uint64_t i = index / kSharers;
-        const std::uint32_t share = static_cast<std::uint32_t>(index % kSharers);
-        const RowTotals totals = *allTotals;
-        const bool isRecord = isIndex && i < totals.records;
-        const auto entryTest = isNew.ready();
-        if (emit.any(isRecord))
-            searchRecord(isRecord ? static_cast<std::uint32_t>(i) : totals.records - 1, share, isRecord,
-                         totals.levels, entryTest, emit);
-        if (totals.sides == 0 || !isIndex)
-            return;
-        if (isRecord)
-            searchSide(records[i].back.row, share, totals.sides, emit);
-        else if (i - totals.records < totals.sides)
-            searchSide(side[i - totals.records], static_cast<std::uint32_t>(i - totals.records) + 1 + share,
-                       totals.sides, emit);
-    }
-
-private:
-    CULLET_HOST_DEVICE void clearBins(std::uint64_t index) const
-    {
-        for (std::uint64_t bin = index; bin <= binCapacity; bin += boxCount * kSharers)
-            binCounts[bin] = 0;
-    }
-
-    template <class Test, class Emit>
-    CULLET_HOST_DEVICE void searchRecord(std::uint32_t i, std::uint32_t share, bool isRecord,
-                                         std::uint32_t levels, const Test& entryTest, Emit& emit) const
-    {
-        const RowRecord self = records[i];
-        for (std::uint32_t k = 0; k < levels; ++k)
-        {
-            const RowLevel level = plan->levels[k];
-            const bool isSeen = isRecord && self.back.bin < level.endBin;
-            if (!emit.any(isSeen))
-                continue;
-            const bool isOwn = self.back.bin >= level.firstBin;
-            RowCells cells = cellsAround(self, level, isOwn);
-            cells.count = isSeen ? cells.count : 0;
-            search(self, level, cells, share, isOwn ? i + 1 : 0, entryTest, emit);
-        }
-        report(self, entryTest, emit);
-    }
 
     /// The cells of a level to be searched.
     CULLET_HOST_DEVICE RowCells cellsAround(const RowRecord& self, const RowLevel& level, bool isOwn) const
@@ -168,58 +106,12 @@ private:
         return cells;
     }
 
-    CULLET_HOST_DEVICE std::int32_t cellU(float u, const RowLevel& level) const
-    {
-        return cellOf(u, plan->originU, level.inverse);
-    }
-    CULLET_HOST_DEVICE std::int32_t cellV(float v, const RowLevel& level) const
-    {
-        return cellOf(v, plan->originV, level.inverse);
-    }
-
-    CULLET_HOST_DEVICE static std::uint32_t cellsBetween(std::int32_t first, std::int32_t last,
-                                                         std::uint32_t most)
-    {
-        const std::uint32_t count = static_cast<std::uint32_t>(last - first) + 1;
-        return count < most ? count : most;
-    }
-
-    /// Tests the record against those of every kSharers-th cell from `share` on.
-    ///
-    /// @param behind 0, or on its own level the index of the record behind this one
-    template <class Test, class Emit>
-    CULLET_HOST_DEVICE void search(const RowRecord& self, const RowLevel& level, RowCells cells,
-                                   std::uint32_t share, std::uint32_t behind, const Test& entryTest,
-                                   Emit& emit) const
-    {
-        const std::uint32_t bin0 = level.firstBin + binAlong(*plan, level, self.front.s0 - level.reach);
-        const std::uint32_t bin1 = level.firstBin + binAlong(*plan, level, self.front.s1) + 1;
-        const auto rangeOf = [&](std::uint32_t k) -> RowRange
-        {
-            if (k >= cells.count)
-                return {0, 0};
-            const std::uint32_t cell = cells.index() * level.binCount;
-            const std::uint32_t begin = binStarts[cell + bin0];
-            const std::uint32_t end = binStarts[cell + bin1];
-            return {k == 0 || level.isRoomy == 0 ? (begin > behind ? begin : behind) : begin, end};
-        };
-        cells.skip(share);
-        RowRange next = rangeOf(share);
-        for (std::uint32_t k = share; emit.any(k < cells.count); k += kSharers)
-        {
-            const RowRange range = next;
-            cells.skip(kSharers);
-            next = rangeOf(k + kSharers);  // on its way while this one is read
-            scan(self, range, entryTest, emit);
-        }
-    }
-
-    /// Finds the partners of a box on the side list among its records from `begin` on.
+    /// Finds the partners of a box on the side list, among every `step`-th there from `begin` on.
     template <class Emit>
     CULLET_HOST_DEVICE void searchSide(std::uint32_t row, std::uint32_t begin, std::uint32_t count,
-                                       Emit& emit) const
+                                       std::uint32_t step, Emit& emit) const
     {
-        for (std::uint32_t k = begin; k < count; k += kSharers)
+        for (std::uint32_t k = begin; k < count; k += step)
         {
             const IdPair pair = {row, side[k]};
             if (overlaps(loadBox(boxes, row), loadBox(boxes, pair.b)) && isNew(pair))
@@ -230,44 +122,14 @@ private:
 
     /// Tests the record against those of a range. First all tests of some records, then what they found, which is
     /// reported when there is more of it: most lanes find nothing in a cell, and would wait for those that do.
-    template <class Test, class Emit>
-    CULLET_HOST_DEVICE void scan(const RowRecord& self, RowRange range, const Test& entryTest,
-                                 Emit& emit) const
+    template <class Range, class Test, class Emit>
+    CULLET_HOST_DEVICE void scan(const RowRecord& self, Range range, const Test& entryTest, Emit& emit) const
     {
         for (; emit.any(range.begin < range.end); range.begin += kTestsTogether)
         {
             const std::uint32_t count = range.size() < kTestsTogether ? range.size() : kTestsTogether;
-            keep(self, range.begin, hitsAmong(self, records + range.begin, count), entryTest, emit);
+            keep(self, range, hitsAmong(self, range.among(records), count), entryTest, emit);
             emit.tested(count);
-        }
-    }
-
-    /// Bit k: the record meets others[k].
-    CULLET_HOST_DEVICE static std::uint32_t hitsAmong(const RowRecord& self, const RowRecord* others,
-                                                      std::uint32_t count)
-    {
-        std::uint32_t hits = 0;
-        // Two at a time, so that the second is read while the first is tested; behind the last one there is a record too.
-#ifdef __CUDA_ARCH__
-#pragma unroll 1
-#endif
-        for (std::uint32_t k = 0; k < count; k += 2)
-            hits |= (meets(self, others[k]) ? 1u : 0u) << k | (meets(self, others[k + 1]) ? 2u : 0u) << k;
-        return count < 32 ? hits & ((1u << count) - 1u) : hits;
-    }
-
-    /// Keeps the records that bits of `hits` stand for; reports what is kept where a lane has no room for more.
-    template <class Test, class Emit>
-    CULLET_HOST_DEVICE void keep(const RowRecord& self, std::uint32_t begin, std::uint32_t hits,
-                                 const Test& entryTest, Emit& emit) const
-    {
-        for (;;)
-        {
-            for (; hits != 0 && !emit.isFull(); hits &= hits - 1)
-                emit.keep(begin + lowestBit(hits));
-            if (!emit.any(hits != 0))
-                return;
-            report(self, entryTest, emit);
         }
     }
 
@@ -290,6 +152,156 @@ private:
         emit.dropKept();
     }
 
+private:
     static constexpr std::uint32_t kTestsTogether = 32;
+
+    CULLET_HOST_DEVICE std::int32_t cellU(float u, const RowLevel& level) const
+    {
+        return cellOf(u, plan->originU, level.inverse);
+    }
+    CULLET_HOST_DEVICE std::int32_t cellV(float v, const RowLevel& level) const
+    {
+        return cellOf(v, plan->originV, level.inverse);
+    }
+
+    CULLET_HOST_DEVICE static std::uint32_t cellsBetween(std::int32_t first, std::int32_t last,
+                                                         std::uint32_t most)
+    {
+        const std::uint32_t count = static_cast<std::uint32_t>(last - first) + 1;
+        return count < most ? count : most;
+    }
+
+    /// Bit k: the record meets others[k].
+    template <class Records>
+    CULLET_HOST_DEVICE static std::uint32_t hitsAmong(const RowRecord& self, const Records& others,
+                                                      std::uint32_t count)
+    {
+        std::uint32_t hits = 0;
+        // Two at a time, so that the second is read while the first is tested; behind the last one there is a record too.
+#ifdef __CUDA_ARCH__
+#pragma unroll 1
+#endif
+        for (std::uint32_t k = 0; k < count; k += 2)
+            hits |= (meets(self, others[k]) ? 1u : 0u) << k | (meets(self, others[k + 1]) ? 2u : 0u) << k;
+        return count < 32 ? hits & ((1u << count) - 1u) : hits;
+    }
+
+    /// Keeps the records of the range that bits of `hits` stand for; reports what is kept where a lane has no room for more.
+    template <class Range, class Test, class Emit>
+    CULLET_HOST_DEVICE void keep(const RowRecord& self, const Range& range, std::uint32_t hits,
+                                 const Test& entryTest, Emit& emit) const
+    {
+        for (;;)
+        {
+            for (; hits != 0 && !emit.isFull(); hits &= hits - 1)
+                emit.keep(range.at(lowestBit(hits)));
+            if (!emit.any(hits != 0))
+                return;
+            report(self, entryTest, emit);
+        }
+    }
+};
+
+/// Step 4: finds the partners of record i, in the cells around it, on its level and coarser ones; and those on the side
+/// list. The records behind the last one stand for the boxes on the side list.
+///
+/// Of two levels the finer one reports a pair. On one level both boxes would: it is the one whose cell comes first, by
+/// rows of cells that are not wrapped, and of one cell the first record. So only half of the cells around are looked at.
+/// Where the cells of a level are so few that one may be wrapped onto another around the same box, all are looked at,
+/// and the first record reports.
+///
+/// The lanes of a warp go from cell to cell together, and write out together what they found. Several indices in a row
+/// may share a record, each taking some of the cells: more to do in all, and sooner done where a GPU has lanes to spare.
+template <class IsNew, std::uint32_t kSharers>
+struct SearchRows
+{
+    RowPartners<IsNew> partners;
+    const std::uint32_t* binStarts;  ///< [binCapacity + 1]
+    std::uint64_t binCapacity;
+    const RowTotals* allTotals;
+    std::uint64_t boxCount;
+    std::uint32_t* binCounts;  ///< [binCapacity + 1] set to 0 for the next update
+
+    /// @param index of kSharers for each box
+    /// @param isIndex false for what only fills up a warp
+    template <class Emit>
+    CULLET_HOST_DEVICE void operator()(std::uint64_t index, bool isIndex, Emit& emit) const
+    {
+        if (isIndex)
+            clearBins(index);
+        const std::uint64_t i = index / kSharers;
+        const std::uint32_t share = static_cast<std::uint32_t>(index % kSharers);
+        const RowTotals totals = *allTotals;
+        const bool isRecord = isIndex && i < totals.records;
+        const auto entryTest = partners.isNew.ready();
+        if (emit.any(isRecord))
+            searchRecord(isRecord ? static_cast<std::uint32_t>(i) : totals.records - 1, share, isRecord,
+                         totals.levels, entryTest, emit);
+        if (totals.sides == 0 || !isIndex)
+            return;
+        if (isRecord)
+            partners.searchSide(partners.records[i].back.row, share, totals.sides, kSharers, emit);
+        else if (i - totals.records < totals.sides)
+            partners.searchSide(partners.side[i - totals.records],
+                                static_cast<std::uint32_t>(i - totals.records) + 1 + share, totals.sides,
+                                kSharers, emit);
+    }
+
+private:
+    CULLET_HOST_DEVICE void clearBins(std::uint64_t index) const
+    {
+        for (std::uint64_t bin = index; bin <= binCapacity; bin += boxCount * kSharers)
+            binCounts[bin] = 0;
+    }
+
+    template <class Test, class Emit>
+    CULLET_HOST_DEVICE void searchRecord(std::uint32_t i, std::uint32_t share, bool isRecord,
+                                         std::uint32_t levels, const Test& entryTest, Emit& emit) const
+    {
+        const RowRecord self = partners.records[i];
+        for (std::uint32_t k = 0; k < levels; ++k)
+        {
+            const RowLevel level = partners.plan->levels[k];
+            const bool isSeen = isRecord && self.back.bin < level.endBin;
+            if (!emit.any(isSeen))
+                continue;
+            const bool isOwn = self.back.bin >= level.firstBin;
+            RowCells cells = partners.cellsAround(self, level, isOwn);
+            cells.count = isSeen ? cells.count : 0;
+            search(self, level, cells, share, isOwn ? i + 1 : 0, entryTest, emit);
+        }
+        partners.report(self, entryTest, emit);
+    }
+
+    /// Tests the record against those of every kSharers-th cell from `share` on.
+    ///
+    /// @param behind 0, or on its own level the index of the record behind this one
+    template <class Test, class Emit>
+    CULLET_HOST_DEVICE void search(const RowRecord& self, const RowLevel& level, RowCells cells,
+                                   std::uint32_t share, std::uint32_t behind, const Test& entryTest,
+                                   Emit& emit) const
+    {
+        const std::uint32_t bin0 =
+            level.firstBin + binAlong(*partners.plan, level, self.front.s0 - level.reach);
+        const std::uint32_t bin1 = level.firstBin + binAlong(*partners.plan, level, self.front.s1) + 1;
+        const auto rangeOf = [&](std::uint32_t k) -> RowRange
+        {
+            if (k >= cells.count)
+                return {0, 0};
+            const std::uint32_t cell = cells.index() * level.binCount;
+            const std::uint32_t begin = binStarts[cell + bin0];
+            const std::uint32_t end = binStarts[cell + bin1];
+            return {k == 0 || level.isRoomy == 0 ? (begin > behind ? begin : behind) : begin, end};
+        };
+        cells.skip(share);
+        RowRange next = rangeOf(share);
+        for (std::uint32_t k = share; emit.any(k < cells.count); k += kSharers)
+        {
+            const RowRange range = next;
+            cells.skip(kSharers);
+            next = rangeOf(k + kSharers);  // on its way while this one is read
+            partners.scan(self, range, entryTest, emit);
+        }
+    }
 };
 }  // namespace cullet::psap

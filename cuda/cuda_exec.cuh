@@ -10,6 +10,7 @@
 #include "cuda/part_stream.h"
 #include "cuda/stage_clock.h"
 
+#include <cub/block/block_scan.cuh>
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
 
@@ -29,6 +30,8 @@ inline constexpr unsigned kTogetherBlocks = 8;
 #else
 inline constexpr unsigned kTogetherBlocks = 12;
 #endif
+/// More registers, where a small world's blocks run all at once.
+inline constexpr unsigned kDealtBlocks = 8;
 inline constexpr unsigned kWarpBuffer = 384;  ///< pairs that a warp keeps before they go to the list
 
 template <class Step>
@@ -148,6 +151,50 @@ __global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
     TogetherEmitter emit = {buffers[threadIdx.x / 32], 0, list, kept + threadIdx.x, 0};
     const std::uint64_t i = static_cast<std::uint64_t>(blockIdx.x) * kEmitThreads + threadIdx.x;
     step(i, i < end, emit);
+    if (emit.held != 0)
+        emit.flush();
+}
+
+/// The same where a block deals out the slots of as many bins as it has lanes for: most bins have none or one, and lanes
+/// that keep to a bin would wait for those with more.
+template <std::uint32_t kSharers, class Step>
+__global__ void __launch_bounds__(kEmitThreads, kDealtBlocks)
+    runDealt(std::uint32_t bins, const Step step, const PairList list)
+{
+    constexpr unsigned kBins = kEmitThreads / kSharers;
+    constexpr unsigned kMostRoom = Step::kMostRoom;
+    __shared__ alignas(8) IdPair buffers[kEmitThreads / 32][TogetherEmitter::kRoom];
+    __shared__ std::uint32_t kept[TogetherEmitter::kMostKept * kEmitThreads];
+    __shared__ std::uint16_t slots[kBins * kMostRoom];
+    using Scan = cub::BlockScan<std::uint32_t, kEmitThreads>;
+    __shared__ typename Scan::TempStorage scratch;
+    TogetherEmitter emit = {buffers[threadIdx.x / 32], 0, list, kept + threadIdx.x, 0};
+
+    const std::uint32_t firstBin = blockIdx.x * kBins;
+    const std::uint32_t bin = firstBin + threadIdx.x;
+    const bool isBin = threadIdx.x < kBins && bin < bins;
+    std::uint32_t count = 0;
+    if (isBin)
+    {
+        count = step.countOf(bin);
+        step.begin(bin, emit);
+    }
+    std::uint32_t first = 0;
+    std::uint32_t total = 0;
+    Scan(scratch).ExclusiveSum(count, first, total);
+    for (std::uint32_t k = 0; k < count; ++k)
+        slots[first + k] = static_cast<std::uint16_t>(threadIdx.x * kMostRoom + k);
+    __syncthreads();
+
+    for (std::uint32_t base = 0; base < total * kSharers; base += kEmitThreads)
+    {
+        const std::uint32_t index = (base + threadIdx.x) / kSharers;
+        const bool isSlot = index < total;
+        if (!emit.any(isSlot))
+            break;
+        const std::uint32_t slot = slots[isSlot ? index : total - 1];
+        step(firstBin + slot / kMostRoom, slot % kMostRoom, threadIdx.x % kSharers, isSlot, emit);
+    }
     if (emit.held != 0)
         emit.flush();
 }
@@ -339,6 +386,13 @@ public:
     void forEachEmitting(std::uint64_t count, const Step& step, const PairList& list)
     {
         launch(runEmittingStep<Step>, count, kEmitThreads, count, step, list);
+    }
+
+    template <std::uint32_t kSharers, class Step>
+    void forEachDealt(std::uint64_t bins, const Step& step, const PairList& list)
+    {
+        launch(runDealt<kSharers, Step>, kSharers * bins, kEmitThreads, static_cast<std::uint32_t>(bins),
+               step, list);
     }
 
     bool hasSpareLanes() const { return true; }

@@ -20,7 +20,7 @@ public:
         : m_options(options), m_exec(options, stream), m_search(options)
     {
     }
-    ~PairFinder() override { dropGraph(); }
+    ~PairFinder() override { dropGraphs(); }
 
     Status enqueue(const Aabb* boxes, std::uint64_t count) override
     {
@@ -29,7 +29,7 @@ public:
             {
                 m_exec.reserve(m_found, 1);
                 m_exec.reserve(m_count, 1);
-                enqueueOrThrow({boxes, count, m_found.data()});
+                enqueueOrThrow({boxes, count, m_found.data(), m_lastCount});
             });
     }
 
@@ -42,15 +42,22 @@ public:
                 if (m_found.size() == 0)
                     return;
                 fetchCount();
+                if (*m_count.data() == kSpilled)
+                {
+                    m_search.buildByCounting(m_exec);
+                    emit();
+                    fetchCount();
+                }
                 while (*m_count.data() > m_pairs.size())
                 {
-                    dropGraph();
+                    dropGraphs();
                     m_exec.reserve(m_pairs, *m_count.data());
                     m_exec.clear(m_found.data(), 1);
                     emit();
                     fetchCount();
                 }
                 pairs = {m_pairs.data(), *m_count.data()};
+                m_lastCount = pairs.count;
             });
     }
 
@@ -68,7 +75,7 @@ private:
         }
         catch (const ExecutorFailure& failure)
         {
-            dropGraph();
+            dropGraphs();
             m_search = Search<CudaExec>(m_options);
             return failure.status;
         }
@@ -83,13 +90,15 @@ private:
         const bool isSame = input.boxes == m_input.boxes && input.count == m_input.count;
         m_input = input;
         if (!isSame)
-            dropGraph();
-        if (isSame && m_search.isRepeatable())
+            dropGraphs();
+        if (isSame && m_search.isRepeatable(m_exec, input))
         {
-            if (m_graph == nullptr)
-                record();
-            CULLET_CUDA_TRY(cudaGraphLaunch(m_graph, m_exec.stream()));
-            m_search.countRepeat();
+            cudaGraphExec_t& graph = m_graphs[m_search.nextPhase()];
+            if (graph == nullptr)
+                record(graph);
+            else
+                m_search.countRepeat();
+            CULLET_CUDA_TRY(cudaGraphLaunch(graph, m_exec.stream()));
             return;
         }
         m_exec.reserve(m_pairs, m_options.initialCapacity);
@@ -116,7 +125,7 @@ private:
     }
 
     /// Records the launches of one search, so that they go to the device in one call.
-    void record()
+    void record(cudaGraphExec_t& graphOfPhase)
     {
         cudaGraph_t graph = nullptr;
         CULLET_CUDA_TRY(cudaStreamBeginCapture(m_exec.stream(), cudaStreamCaptureModeThreadLocal));
@@ -133,23 +142,27 @@ private:
             throw;
         }
         CULLET_CUDA_TRY(cudaStreamEndCapture(m_exec.stream(), &graph));
-        const cudaError_t error = cudaGraphInstantiateWithFlags(&m_graph, graph, 0);
+        const cudaError_t error = cudaGraphInstantiateWithFlags(&graphOfPhase, graph, 0);
         cudaGraphDestroy(graph);
         throwIfFailed(error, "cudaGraphInstantiateWithFlags");
     }
 
-    void dropGraph() noexcept
+    void dropGraphs() noexcept
     {
-        if (m_graph != nullptr)
-            cudaGraphExecDestroy(m_graph);
-        m_graph = nullptr;
+        for (cudaGraphExec_t& graph : m_graphs)
+        {
+            if (graph != nullptr)
+                cudaGraphExecDestroy(graph);
+            graph = nullptr;
+        }
     }
 
     PsapOptions m_options;
     CudaExec m_exec;
     Search<CudaExec> m_search;
     SearchInput m_input{};
-    cudaGraphExec_t m_graph = nullptr;
+    std::uint64_t m_lastCount = 0;
+    cudaGraphExec_t m_graphs[Search<CudaExec>::kPhases] = {};
     DeviceBuffer<IdPair> m_pairs;
     DeviceBuffer<std::uint64_t> m_found;
     PinnedBuffer<std::uint64_t> m_count;

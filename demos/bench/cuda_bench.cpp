@@ -386,13 +386,17 @@ void timeAblation(const Scene& scene, int frames, Table& table)
     bits.bitStrings = true;
     PsapOptions split = literal();
     split.splitWork = true;
+    // What small worlds are not searched with, and larger ones.
+    const bool isSmall = scene.bodies <= 1u << 16;
+    table.add(timePairs(scene, isSmall ? "rows-counting" : "rows-bins",
+                        ordered(isSmall ? PsapOrder::Counting : PsapOrder::Bins), frames));
     table.add(timePairs(scene, "literal", literal(), frames));
     table.add(timePairs(scene, "literal-bits", bits, frames));
     table.add(timePairs(scene, "literal-split", split, frames));
     table.add(
         timePairs(scene, "literal-principal", literal(PsapCells::Automatic, PsapAxis::Principal), frames));
     // One cell for 64,000 boxes: a sweep over many boxes in each.
-    if (scene.bodies <= 1u << 16)
+    if (isSmall)
         table.add(timePairs(scene, "literal-thesis-cells", literal(PsapCells::Thesis), 3));
 }
 

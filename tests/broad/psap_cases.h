@@ -27,6 +27,14 @@ inline std::vector<BackendCase> psapCases(
     add("Rows", [](PsapOptions&) {});
     add("RowsCapacityOne", [](PsapOptions& options) { options.initialCapacity = 1; });
     add("RowsRadix", [](PsapOptions& options) { options.order = PsapOrder::Radix; });
+    add("RowsCounting", [](PsapOptions& options) { options.order = PsapOrder::Counting; });
+    add("RowsBins", [](PsapOptions& options) { options.order = PsapOrder::Bins; });
+    add("RowsBinsCapacityOne",
+        [](PsapOptions& options)
+        {
+            options.order = PsapOrder::Bins;
+            options.initialCapacity = 1;
+        });
     add("RowsAxisX", [](PsapOptions& options) { options.axis = PsapAxis::X; });
     add("RowsAxisY", [](PsapOptions& options) { options.axis = PsapAxis::Y; });
     add("RowsAxisZ", [](PsapOptions& options) { options.axis = PsapAxis::Z; });

@@ -1,0 +1,214 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/psap_rows.h"
+
+#include <cstdint>
+
+/// The search with rows where every bin has room for as many records: a box goes straight into its bin, without counting
+/// first. Two steps instead of five, for small worlds, where each takes longer to start than to run. Where a bin is full
+/// the search finds nothing and says so, and all of it is done by counting.
+namespace cullet::psap
+{
+/// Stands for the number of pairs where a bin was full.
+inline constexpr std::uint64_t kSpilled = 1ull << 63;
+
+/// Records in a bin, at most.
+inline constexpr std::uint32_t kBinRoom = 12;
+
+/// What the search needs to know of all bins. Aligned, so that a GPU reads it at once.
+struct alignas(16) BinTotals
+{
+    std::uint32_t sides;    ///< boxes on the side list
+    std::uint32_t spilled;  ///< boxes that found a bin full
+    std::uint32_t spares;   ///< boxes on the last level, which is empty else
+    std::uint32_t padding;
+};
+
+/// Bins, and what is known of them. There are two: one is filled and searched while the other one is cleared.
+struct RowBinSet
+{
+    std::uint32_t* counts;  ///< [bins] 0 before
+    BinTotals* totals;      ///< 0 before
+};
+
+/// Step 1: writes the record of box i into its bin.
+struct PlaceRows
+{
+    RowBins bins;
+    RowBinSet set;
+    std::uint32_t room;
+    RowRecord* records;        ///< [bins * room, out]
+    std::uint64_t* pairCount;  ///< set to 0; may be null
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    {
+        if (i == 0 && pairCount != nullptr)
+            *pairCount = 0;
+        const Aabb box = loadBox(bins.boxes, i);
+        const std::uint32_t bin = bins.take(i, box);
+        storeRecord(records, placeIn(bin),
+                    recordOf(box, bins.plan->axes, static_cast<std::uint32_t>(i), bin));
+    }
+
+private:
+    CULLET_HOST_DEVICE std::uint32_t placeIn(std::uint32_t bin) const
+    {
+        if (bin == kNoBin)
+            return kNoPlace;
+        if (bin >= bins.plan->spareBin)
+            fetchAdd(&set.totals->spares, 1u);
+        const std::uint32_t rank = fetchAdd(&set.counts[bin], 1u);
+        if (rank < room)
+            return bin * room + rank;
+        fetchAdd(&set.totals->spilled, 1u);
+        return kNoPlace;
+    }
+};
+
+/// The records of two neighbouring bins, and more bins behind them.
+struct BinRange
+{
+    const RowRecord* records;
+    std::uint32_t place;       ///< of the first bin's first record
+    std::uint32_t room;        ///< of a bin
+    std::uint32_t firstCount;  ///< records of the first bin
+    std::uint32_t begin, end;  ///< of the records of both, counted on
+    std::uint32_t next, last;  ///< bins behind them
+
+    CULLET_HOST_DEVICE std::uint32_t size() const { return begin < end ? end - begin : 0; }
+    CULLET_HOST_DEVICE std::uint32_t at(std::uint32_t k) const
+    {
+        const std::uint32_t record = begin + k;
+        return place + (record < firstCount ? record : record - firstCount + room);
+    }
+    CULLET_HOST_DEVICE const BinRange& among(const RowRecord*) const { return *this; }
+    CULLET_HOST_DEVICE const RowRecord& operator[](std::uint32_t k) const { return records[at(k)]; }
+};
+
+/// Step 2: as SearchRows, for the records of a bin.
+template <class IsNew, std::uint32_t kSharers>
+struct SearchBins
+{
+    static constexpr std::uint32_t kMostRoom = kBinRoom;
+
+    RowPartners<IsNew> partners;
+    RowBinSet set;
+    RowBinSet other;  ///< set to 0 for the next update
+    std::uint32_t room;
+    std::uint64_t* pairCount;  ///< kSpilled where a bin was full
+
+    /// Does for a bin what is to be done once.
+    ///
+    /// @pre there are as many bins as boxes, or more
+    template <class Emit>
+    CULLET_HOST_DEVICE void begin(std::uint32_t bin, Emit& emit) const
+    {
+        other.counts[bin] = 0;
+        if (bin == 0)
+        {
+            *other.totals = {};
+            if (set.totals->spilled != 0)
+                *pairCount = kSpilled;
+        }
+        const std::uint32_t sides = set.totals->spilled != 0 ? 0 : set.totals->sides;
+        if (bin < sides)
+            partners.searchSide(partners.side[bin], bin + 1, sides, 1, emit);
+    }
+
+    /// How many records of the bin are to be searched.
+    CULLET_HOST_DEVICE std::uint32_t countOf(std::uint32_t bin) const
+    {
+        const std::uint32_t count = set.counts[bin];  // on its way while the other is read
+        return set.totals->spilled != 0 ? 0 : count;
+    }
+
+    /// @param slot     of the record in the bin
+    /// @param share    of its cells, below kSharers
+    /// @param isRecord false for what only fills up a warp
+    template <class Emit>
+    CULLET_HOST_DEVICE void operator()(std::uint32_t bin, std::uint32_t slot, std::uint32_t share,
+                                       bool isRecord, Emit& emit) const
+    {
+        const BinTotals totals = *set.totals;
+        const auto entryTest = partners.isNew.ready();
+        const RowRecord self = partners.records[bin * room + slot];
+        const std::uint32_t levels = partners.plan->levelCount - (totals.spares == 0 ? 1 : 0);
+        std::uint32_t k = 0;
+        do  // there is a level: the first one is read while their number is
+        {
+            const RowLevel level = partners.plan->levels[k];
+            const bool isSeen = isRecord && bin < level.endBin;
+            if (!emit.any(isSeen))
+                continue;
+            const bool isOwn = bin >= level.firstBin;
+            RowCells cells = partners.cellsAround(self, level, isOwn);
+            cells.count = isSeen ? cells.count : 0;
+            search(self, level, cells, share, isOwn ? Place{bin, slot + 1} : Place{0, 0}, entryTest, emit);
+        } while (++k < levels);
+        partners.report(self, entryTest, emit);
+        if (isRecord && totals.sides != 0)
+            partners.searchSide(self.back.row, share, totals.sides, kSharers, emit);
+    }
+
+private:
+    /// Records from here on count.
+    struct Place
+    {
+        std::uint32_t bin, slot;
+    };
+
+    /// Tests the record against those of every kSharers-th cell from `share` on.
+    ///
+    /// @param behind on its own level the place behind this one
+    template <class Test, class Emit>
+    CULLET_HOST_DEVICE void search(const RowRecord& self, const RowLevel& level, RowCells cells,
+                                   std::uint32_t share, Place behind, const Test& entryTest, Emit& emit) const
+    {
+        const std::uint32_t bin0 =
+            level.firstBin + binAlong(*partners.plan, level, self.front.s0 - level.reach);
+        const std::uint32_t bin1 = level.firstBin + binAlong(*partners.plan, level, self.front.s1) + 1;
+        const auto rangeOf = [&](std::uint32_t k) -> BinRange
+        {
+            if (k >= cells.count)
+                return nothing();
+            const std::uint32_t cell = cells.index() * level.binCount;
+            const Place from = {cell + bin0, 0};
+            const bool isCut = (k == 0 || level.isRoomy == 0) && behind.bin >= from.bin;
+            return rangeBetween(isCut ? behind : from, cell + bin1);
+        };
+        cells.skip(share);
+        BinRange next = rangeOf(share);
+        for (std::uint32_t k = share; emit.any(k < cells.count); k += kSharers)
+        {
+            BinRange range = next;
+            cells.skip(kSharers);
+            next = rangeOf(k + kSharers);  // on its way while this one is read
+            partners.scan(self, range, entryTest, emit);
+            // Rounding, or a plan of another frame, makes a window touch more bins.
+            for (; emit.any(range.next < range.last);)
+            {
+                range = rangeBetween({range.next, 0}, range.last);
+                partners.scan(self, range, entryTest, emit);
+            }
+        }
+    }
+
+    /// No records, of the same array: so that a GPU need not keep which array in every lane.
+    CULLET_HOST_DEVICE BinRange nothing() const { return {partners.records, 0, room, 0, 0, 0, 0, 0}; }
+
+    /// The records from a place on in two bins.
+    ///
+    /// @param last behind the last bin
+    CULLET_HOST_DEVICE BinRange rangeBetween(Place from, std::uint32_t last) const
+    {
+        if (from.bin >= last)
+            return nothing();
+        const std::uint32_t first = set.counts[from.bin];
+        const std::uint32_t second = from.bin + 1 < last ? set.counts[from.bin + 1] : 0;
+        return {partners.records, from.bin * room, room,         first,
+                from.slot,        first + second,  from.bin + 2, last};
+    }
+};
+}  // namespace cullet::psap

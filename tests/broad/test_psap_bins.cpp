@@ -1,0 +1,215 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// Bins of fixed room: when they are used, and what happens where one is full.
+
+#include "broad/host_exec.h"
+#include "broad/psap_pipeline.h"
+#include "tests/support/boxes.h"
+#include "tests/support/pair_lists.h"
+#include "tests/support/random.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+namespace cullet::test
+{
+namespace
+{
+/// HostExec with lanes to spare, which remembers how often bins were searched.
+class BinExec : public psap::HostExec
+{
+public:
+    using HostExec::HostExec;
+
+    bool hasSpareLanes() const { return true; }
+
+    template <std::uint32_t kSharers, class Step>
+    void forEachDealt(std::uint64_t bins, const Step& step, const psap::PairList& list)
+    {
+        ++searchesOfBins;
+        HostExec::forEachDealt<kSharers>(bins, step, list);
+    }
+
+    int searchesOfBins = 0;
+};
+
+/// A search that finds every pair, again and again.
+class BinSearches
+{
+public:
+    explicit BinSearches(const PsapOptions& options = {}) : m_exec(options), m_search(options) {}
+
+    /// @return all pairs in order, found by counting where a bin was full
+    std::vector<Pair> find(const std::vector<Aabb>& boxes, std::uint64_t expectedPairs = 0)
+    {
+        m_search.build(m_exec, {boxes.data(), boxes.size(), &m_count, expectedPairs});
+        emit();
+        m_wasFull = m_count == psap::kSpilled;
+        if (m_wasFull)
+        {
+            m_search.buildByCounting(m_exec);
+            emit();
+        }
+        EXPECT_LE(m_count, m_found.size());
+        return inOrder({m_found.begin(), m_found.begin() + static_cast<std::ptrdiff_t>(m_count)});
+    }
+
+    bool wasFull() const { return m_wasFull; }
+    int searchesOfBins() const { return m_exec.searchesOfBins; }
+
+private:
+    void emit()
+    {
+        psap::EntryTest all{};
+        all.takeAll = true;
+        m_search.emit(m_exec, all, {m_found.data(), m_found.size(), &m_count});
+    }
+
+    BinExec m_exec;
+    psap::Search<BinExec> m_search;
+    std::vector<IdPair> m_found = std::vector<IdPair>(1u << 18);
+    std::uint64_t m_count = 0;
+    bool m_wasFull = false;
+};
+
+/// Unit cubes, one for each `volume`.
+std::vector<Aabb> cubesFor(std::uint32_t count, float volume, Random& random)
+{
+    const float side = std::cbrt(volume * static_cast<float>(count));
+    std::vector<Aabb> boxes;
+    for (std::uint32_t i = 0; i < count; ++i)
+        boxes.push_back(boxAt(random.between(0, side), random.between(0, side), random.between(0, side)));
+    return boxes;
+}
+
+TEST(PsapBins, SmallWorldsAreSearchedInBins)
+{
+    SCOPED_TRACE("seed 5");
+    Random random(5);
+    for (const std::uint32_t count :
+         {1u, 40u, 3000u, 30000u, 1u << 16})  // with four lanes for a box, with two, with one
+    {
+        const std::vector<Aabb> boxes = cubesFor(count, 4, random);
+        BinSearches search;
+        PsapOptions counting;
+        counting.order = PsapOrder::Counting;
+        const std::vector<Pair> expected = BinSearches(counting).find(boxes);
+        for (int update = 1; update <= 3; ++update)
+        {
+            EXPECT_EQ(search.find(boxes), expected) << count;
+            EXPECT_FALSE(search.wasFull()) << count;
+            EXPECT_EQ(search.searchesOfBins(), update) << count;
+        }
+    }
+}
+
+TEST(PsapBins, LargerWorldsAreNot)
+{
+    Random random(6);
+    const std::vector<Aabb> boxes = cubesFor((1u << 16) + 1, 4, random);
+    BinSearches search;
+    search.find(boxes);
+    EXPECT_EQ(search.searchesOfBins(), 0);
+}
+
+TEST(PsapBins, WorldsWithManyPairsAreNot)
+{
+    SCOPED_TRACE("seed 10");
+    Random random(10);
+    const std::vector<Aabb> cubes = cubesFor(1000, 4, random);
+    BinSearches ofOneSize;
+    EXPECT_EQ(ofOneSize.find(cubes, 162000), ofOneSize.find(cubes, 163000));
+    EXPECT_EQ(ofOneSize.searchesOfBins(), 1);
+
+    std::vector<Aabb> boxes;
+    for (const Aabb& cube : cubesFor(1000, 0.1f, random))
+        boxes.push_back(boxAt(cube.min[0], cube.min[1], cube.min[2], random.logUniform(-6, 0)));
+    BinSearches ofManySizes;
+    const std::vector<Pair> expected = everyPair(boxes);
+    for (const std::uint64_t pairs : {160000u, 30000u, 32000u})  // at first it does not know of sizes
+    {
+        EXPECT_EQ(ofManySizes.find(boxes, pairs), expected) << pairs;
+        EXPECT_FALSE(ofManySizes.wasFull()) << pairs;
+    }
+    EXPECT_EQ(ofManySizes.searchesOfBins(), 2);
+}
+
+TEST(PsapBins, WhereOneIsFullCountingFindsThePairs)
+{
+    SCOPED_TRACE("seed 7");
+    Random random(7);
+    const std::vector<Aabb> sparse = cubesFor(1000, 4, random);
+    std::vector<Aabb> piled = sparse;
+    piled.insert(piled.end(), 13, sparse[500]);
+    const std::vector<Pair> expected = everyPair(piled);
+    BinSearches search;
+    EXPECT_EQ(search.find(sparse), everyPair(sparse));
+    EXPECT_EQ(search.find(piled), expected);
+    EXPECT_TRUE(search.wasFull());
+    // And goes on, for a while.
+    for (int update = 0; update < 256; ++update)
+    {
+        ASSERT_EQ(search.find(piled), expected) << update;
+        ASSERT_FALSE(search.wasFull()) << update;
+    }
+    EXPECT_EQ(search.searchesOfBins(), 2);
+    EXPECT_EQ(search.find(piled), expected);
+    EXPECT_TRUE(search.wasFull());
+    EXPECT_EQ(search.searchesOfBins(), 3);
+}
+
+// Up to a dozen cells across, a cell ahead of a box may be one behind it, wrapped.
+TEST(PsapBins, FewCellsFindEachPairOnce)
+{
+    SCOPED_TRACE("seed 8");
+    Random random(8);
+    int inBins = 0;
+    for (float side = 3; side < 60; side *= 1.1f)
+    {
+        std::vector<Aabb> boxes;
+        for (std::uint32_t i = 0; i < 60; ++i)
+            boxes.push_back(boxAt(random.between(0, side), random.between(0, side), random.between(0, side)));
+        // Some far outside of where the plan looks, and a larger size.
+        for (std::uint32_t i = 0; i < 6; ++i)
+            boxes.push_back(boxAt(random.between(-9 * side, 9 * side), random.between(0, side), side / 2));
+        for (std::uint32_t i = 0; i < 3; ++i)
+            boxes.push_back({{random.between(0, side), 0, 0}, {2 * side, side / 3, side / 3}});
+        const std::vector<Pair> expected = everyPair(boxes);
+        // The last with windows over many bins.
+        for (const float scale : {0.0f, 0.5f, 3.0f, 0.1f})
+        {
+            PsapOptions options;
+            options.cellScale = options.binScale = scale;
+            BinSearches search(options);
+            EXPECT_EQ(search.find(boxes), expected) << side << ", " << scale;
+            inBins += search.wasFull() ? 0 : 1;
+        }
+    }
+    EXPECT_GT(inBins, 60) << "of 128";
+}
+
+// Boxes that come after the plan was made: larger ones, far away ones, and some without any cell.
+TEST(PsapBins, APlanOfAnotherFrameFindsThePairs)
+{
+    SCOPED_TRACE("seed 9");
+    Random random(9);
+    BinSearches search;
+    std::vector<Aabb> boxes = cubesFor(1000, 4, random);
+    EXPECT_EQ(search.find(boxes), everyPair(boxes));
+    for (std::uint32_t i = 0; i < 10; ++i)
+        boxes[100 * i] = boxAt(random.between(0, 16), random.between(0, 16), random.between(0, 16), 1.5f);
+    for (std::uint32_t i = 0; i < 3; ++i)
+        boxes[100 * i + 1] = boxAt(random.between(-1e6f, 1e6f), 0, 0, 40);
+    boxes[7] = boxes[8] = boxAt(1e7f, 0, 0);
+    boxes[9] = {{-kInfinity, -kInfinity, -1}, {kInfinity, kInfinity, 1}};
+    boxes[10] = {{kNan, 0, 0}, {1, 1, 1}};
+    EXPECT_EQ(search.find(boxes), everyPair(boxes));
+    EXPECT_EQ(search.searchesOfBins(), 2);
+    EXPECT_FALSE(search.wasFull());
+}
+}  // namespace
+}  // namespace cullet::test
