@@ -386,10 +386,9 @@ void timeAblation(const Scene& scene, int frames, Table& table)
     bits.bitStrings = true;
     PsapOptions split = literal();
     split.splitWork = true;
-    // What small worlds are not searched with, and larger ones.
     const bool isSmall = scene.bodies <= 1u << 16;
-    table.add(timePairs(scene, isSmall ? "rows-counting" : "rows-bins",
-                        ordered(isSmall ? PsapOrder::Counting : PsapOrder::Bins), frames));
+    if (isSmall)
+        table.add(timePairs(scene, "rows-counting", ordered(PsapOrder::Counting), frames));
     table.add(timePairs(scene, "literal", literal(), frames));
     table.add(timePairs(scene, "literal-bits", bits, frames));
     table.add(timePairs(scene, "literal-split", split, frames));
