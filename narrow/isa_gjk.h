@@ -178,6 +178,20 @@ bool isCornerPromising(const PosedHull<H>& a, const PosedHull<H>& b, const AxisT
            std::max(a.vertexCount(), b.vertexCount()) > kLarge;
 }
 
+/// What can be done about an axis that failed, with less than a search. Out of line, as above.
+template <class S, class H, class Observer>
+[[gnu::noinline]] bool isaGjkBeside(const HullPair<H>& pair, const Eigen::Matrix<H, 3, 1>& axis, H limit2,
+                                    const AxisTest<H>& test, GjkCache<S>& cache, Observer& observer,
+                                    GjkResult<S>& result)
+{
+    const PosedHull<H>&a = pair.a(), &b = pair.b();
+    if (isRound(a, b) && test.along > H(0) && limit2 > H(0) &&
+        isaGjkUphill(pair, limit2, test, cache, observer, result))
+        return true;
+    return isCornerPromising(a, b, test, axis, limit2) &&
+           isaGjkFromCorner(a, b, limit2, test, cache, observer, result);
+}
+
 /// Queries of two hulls that need no search in double.
 ///
 /// @param looksAround the corner where the axis fails is used
@@ -194,18 +208,11 @@ bool isaGjkQuickly(const PosedHull<H>& a, const PosedHull<H>& b, H limit, GjkCac
     test = pair.test(axis[0], axis[1], axis[2], limit2, startOf(cache.startA), startOf(cache.startB));
     if (test.vertexA >= 0)
         observer(axis.template cast<double>(), static_cast<double>(test.along));
-    if (test.isProved)
-    {
-        keepSeparated(axis, test, cache, result);
-        return true;
-    }
-    if (!looksAround || test.vertexA < 0)
-        return false;
-    if (isRound(a, b) && test.along > H(0) && limit2 > H(0) &&
-        isaGjkUphill(pair, limit2, test, cache, observer, result))
-        return true;
-    return isCornerPromising(a, b, test, axis, limit2) &&
-           isaGjkFromCorner(a, b, limit2, test, cache, observer, result);
+    if (!test.isProved)
+        return looksAround && test.vertexA >= 0 &&
+               isaGjkBeside(pair, axis, limit2, test, cache, observer, result);
+    keepSeparated(axis, test, cache, result);
+    return true;
 }
 
 /// What a shape's own arithmetic is done in.
