@@ -3,6 +3,7 @@
 #pragma once
 
 #include "broad/aabb.h"
+#include "broad/prefetch_box.h"
 
 #include <cstdint>
 #include <cstring>
@@ -27,13 +28,6 @@ inline bool isTrueInAll(Int4 comparison) noexcept
     std::uint64_t halves[2];
     std::memcpy(halves, &comparison, sizeof halves);
     return (halves[0] & halves[1]) == ~std::uint64_t{0};
-}
-
-/// Brings a box on its way from memory; one in four is in two cache lines.
-inline void prefetchBox(const Aabb* box) noexcept
-{
-    __builtin_prefetch(box->min);
-    __builtin_prefetch(box->max + 2);
 }
 
 /// The minima of a box; lane 3 repeats lane 2.

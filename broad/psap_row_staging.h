@@ -3,6 +3,7 @@
 #pragma once
 
 #include "broad/backend.h"
+#include "broad/prefetch_box.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -107,12 +108,6 @@ private:
             all &= from.changes[row];
         }
         return withLargestId({any, all, 0}, view, view.dirty, begin, end);
-    }
-
-    static void prefetchBox(const Aabb* box)
-    {
-        __builtin_prefetch(&box->min);
-        __builtin_prefetch(&box->max[2]);
     }
 
     /// @param rows null: 0, 1, 2, ...

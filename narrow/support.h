@@ -391,26 +391,29 @@ SupportHit<S> supportHierarchy(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>
     return supportClimbArtificial(hull, d, hierarchyStart(hull, d), counters);
 }
 
+/// Whether the scan looks at eight vertices at a time.
+template <class S>
+bool isScanWide()
+{
+#ifdef __SSE2__
+    return std::is_same_v<S, float> && kHasAvx2;
+#else
+    return false;
+#endif
+}
+
 /// Up to this many vertices the scan beats the table and a climb for unrelated directions, where measured.
 template <class S>
 std::int32_t linearSupportMaximum()
 {
-#ifdef __SSE2__
-    if (std::is_same_v<S, float> && kHasAvx2)
-        return 100;
-#endif
-    return 48;
+    return isScanWide<S>() ? 100 : 48;
 }
 
 /// Up to this many vertices the scan beats a climb from a vertex near the answer, where measured.
 template <class S>
 std::int32_t cheapScanMaximum()
 {
-#ifdef __SSE2__
-    if (std::is_same_v<S, float> && kHasAvx2)
-        return 64;
-#endif
-    return 16;
+    return isScanWide<S>() ? 64 : 16;
 }
 
 /// Support vertex and its product by the measured best method.
