@@ -112,6 +112,20 @@ public:
         return vertexBeside({d[0], d[1], d[2]}, vertices, count);
     }
 
+    /// Whether all other vertices are farther back along a direction than a vertex, by more than a height.
+    ///
+    /// @param direction unit
+    /// @return false too if that is not known without looking at all of them
+    bool isAhead(std::int32_t vertex, const Vector& direction, S height) const
+    {
+        if (vertex < 0 || vertex >= m_hull->blockCount())
+            return false;
+        Quad d;
+        toLocal(direction, d);
+        S unused;
+        return isPeak(*m_hull, vertex, LaneDirection<S>(d), height, unused);
+    }
+
     /// World coordinates, fourth lane 0: rows of the basis.
     const Quad& row(int i) const { return m_rows[i]; }
     const Quad& originQuad() const { return m_origin; }

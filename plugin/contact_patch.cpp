@@ -310,11 +310,24 @@ btScalar clipFaces(const PatchSide& reference, const PatchSide& other, bool isAR
     builder.add(prism.clip(face, cut), noise);
     return noise;
 }
+/// Whether two corners are the touch, and nothing else can be within the limit: if every edge from either corner leads
+/// farther away along the normal than the limit allows, then so does all of a hull but for these edges and the faces
+/// between them, which meet those of the other hull at the touch only.
+bool isOnlyTouch(const PosedShape& a, const PosedShape& b, const Touch& touch, double limit)
+{
+    if (!touch.areCorners)
+        return false;
+    const PosedShape::Vector normal = touch.normal.cast<btScalar>();
+    const btScalar range = static_cast<btScalar>(limit - touch.distance);
+    return a.isAhead(touch.vertexA, -normal, range) && b.isAhead(touch.vertexB, normal, range);
+}
 }  // namespace
 
 ContactPatch makeContactPatch(const PosedShape& a, const PosedShape& b, const Touch& touch,
                               const PatchLimits& limits)
 {
+    if (isOnlyTouch(a, b, touch, limits.distance))
+        return {{{{btVector3(0, 0, 0), static_cast<btScalar>(touch.distance)}}}, 1};
     ContactFrame frame(touch.normal);
     PatchBuilder builder(touch, frame, limits);
     const PatchSide sideA = {a, ContactFace(a, -touch.normal, touch.vertexA), -touch.onB};

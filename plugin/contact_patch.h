@@ -19,6 +19,7 @@ struct Touch
     Eigen::Vector3d onB;        ///< closest or deepest point of B
     std::int32_t vertexA = -1;  ///< support vertex of A against the normal, -1: not known
     std::int32_t vertexB = -1;  ///< support vertex of B along the normal, -1: not known
+    bool areCorners = false;    ///< the closest points are the support vertices
 };
 
 struct ContactPoint

@@ -79,6 +79,8 @@ GjkState measure(const ConvexCores& cores, btScalar limit, GjkCache<btScalar>& c
     { return id == GjkCache<btScalar>::kUnknown ? -1 : std::int32_t(id); };
     touch = {near.axis.cast<double>().normalized(), double(near.distance), near.pointB.cast<double>(),
              vertexOf(cache.startA), vertexOf(cache.startB)};
+    touch.areCorners =
+        cache.count == 1 && cache.verticesA[0] == cache.startA && cache.verticesB[0] == cache.startB;
     if (near.state != GjkState::Overlapping)
         return near.state;
     const PenetrationResult<btScalar> deep = penetration(*cores.a, *cores.b, cache, memory);
