@@ -167,8 +167,11 @@ private:
         Polytope polytope(size());
         for (int i = 0; i < memory.vertexCount; ++i)
             polytope.addVertex(m_supports[i].w);
-        for (int i = 0; i < memory.faceCount; ++i)
-            polytope.addFace(memory.corners(i));
+        for (int i = 0; i < memory.faceCount; i += 2)
+        {
+            const int left = std::min(2, memory.faceCount - i);
+            polytope.addFaces({{memory.corners(i), memory.corners(i + left - 1)}}, left);
+        }
         m_result.state = GjkState::Overlapping;
         return expand(polytope);
     }

@@ -45,6 +45,10 @@ struct Lanes
             return Vector{value, value};
     }
     static Mask largest() { return Mask{} + std::numeric_limits<Integer>::max(); }
+    static Vector magnitude(Vector v)
+    {
+        return reinterpret_cast<Vector>(reinterpret_cast<Mask>(v) & largest());
+    }
     static Mask loadIds(const std::int32_t* p)
     {
         Mask ids;

@@ -50,17 +50,22 @@ public:
         // Counter-clockwise from outside if the volume is positive, else with two corners swapped.
         const std::int16_t i = volume > 0.0 ? 0 : 1;
         const std::int16_t j = volume > 0.0 ? 1 : 0;
-        addFace({i, j, 2});
-        addFace({j, i, 3});
-        addFace({2, j, 3});
-        addFace({i, 2, 3});
+        addFaces({{{i, j, 2}, {j, i, 3}}}, 2);
+        addFaces({{{2, j, 3}, {i, 2, 3}}}, 2);
     }
 
     /// A corner of faces to come.
     void addVertex(const Eigen::Vector3d& point) { m_vertices[m_vertexCount++] = point; }
 
-    /// @param corners counter-clockwise from outside; the caller sees to it that the faces close the surface
-    void addFace(const Corners& corners) { setFace(m_faceCount++, corners); }
+    using TwoFaces = std::array<Corners, 2>;
+
+    /// @param faces counter-clockwise from outside; the caller sees to it that the faces close the surface
+    /// @param count 1 or 2 of them; the others are any
+    void addFaces(const TwoFaces& faces, int count)
+    {
+        setFaces(m_faceCount, faces);
+        m_faceCount += count;
+    }
 
     bool isValid() const { return m_isValid; }
     int vertexCount() const { return m_vertexCount; }
@@ -138,7 +143,6 @@ private:
     /// The face with the smallest square, in four lanes and without a branch.
     int closest()
     {
-        using L = Lanes<double>;
         for (int i = m_faceCount; i % (2 * L::kWidth) != 0; ++i)
             m_squares[i] = std::numeric_limits<double>::infinity();
         L::Vector low0 = L::load(&m_squares[0]), low1 = L::load(&m_squares[L::kWidth]);
@@ -159,28 +163,63 @@ private:
         return static_cast<int>(low0[1] < low0[0] ? where0[1] : where0[0]);
     }
 
-    /// Normals stay as long as twice the area of their face: one division for each face instead of a root and four.
-    void setFace(int place, const Corners& corners)
+    using L = Lanes<double>;
+    static_assert(L::kWidth == 2);
+
+    /// One point of each of two faces.
+    struct TwoPoints
     {
-        const Eigen::Vector3d& first = m_vertices[corners[0]];
-        const Eigen::Vector3d ij = m_vertices[corners[1]] - first;
-        const Eigen::Vector3d ik = m_vertices[corners[2]] - first;
-        const Eigen::Vector3d normal = ij.cross(ik);
-        const double square = normal.squaredNorm();
-        m_isValid = m_isValid && square > kThinnest * ij.squaredNorm() * ik.squaredNorm();
-        const double offset = normal.dot(first);
-        m_x[place] = normal.x();
-        m_y[place] = normal.y();
-        m_z[place] = normal.z();
-        m_limits[place] = limitOf(offset, normal.x(), normal.y(), normal.z());
-        m_squares[place] = offset * std::abs(offset) / square;
-        m_corners[place] = corners;
+        L::Vector x, y, z;
+
+        L::Vector dot(const TwoPoints& o) const { return x * o.x + y * o.y + z * o.z; }
+        TwoPoints operator-(const TwoPoints& o) const { return {x - o.x, y - o.y, z - o.z}; }
+        TwoPoints cross(const TwoPoints& o) const
+        {
+            return {y * o.z - z * o.y, z * o.x - x * o.z, x * o.y - y * o.x};
+        }
+    };
+
+    TwoPoints cornersOf(const TwoFaces& faces, std::size_t corner) const
+    {
+        const Eigen::Vector3d& p = m_vertices[faces[0][corner]];
+        const Eigen::Vector3d& q = m_vertices[faces[1][corner]];
+        return {L::Vector{p.x(), q.x()}, L::Vector{p.y(), q.y()}, L::Vector{p.z(), q.z()}};
     }
 
-    /// With the sum of magnitudes in the place of the length, which needs a root: at most 1.8 times as much.
-    double limitOf(double offset, double x, double y, double z) const
+    /// Into a place and the next one.
+    void setFaces(int place, const TwoFaces& faces)
     {
-        return offset + m_tolerance * (std::abs(x) + std::abs(y) + std::abs(z));
+        const TwoPoints first = cornersOf(faces, 0);
+        const TwoPoints ij = cornersOf(faces, 1) - first;
+        const TwoPoints ik = cornersOf(faces, 2) - first;
+        m_isValid = setPlanes(ij, ik, first, {place, place + 1}) && m_isValid;
+        m_corners[place] = faces[0];
+        m_corners[place + 1] = faces[1];
+    }
+
+    /// Normals stay as long as twice the area of their face: one division for each face instead of a root and four.
+    ///
+    /// @return false if a face is too thin
+    [[gnu::always_inline]] bool setPlanes(const TwoPoints& ij, const TwoPoints& ik, const TwoPoints& corner,
+                                          const std::array<int, 2>& places)
+    {
+        const TwoPoints normal = ij.cross(ik);
+        const L::Vector square = normal.dot(normal);
+        const L::Vector offset = normal.dot(corner);
+        // With the sum of magnitudes in the place of the length, which needs a root: at most 1.8 times as much.
+        const L::Vector limit =
+            offset + m_tolerance * (L::magnitude(normal.x) + L::magnitude(normal.y) + L::magnitude(normal.z));
+        const L::Vector distance2 = offset * L::magnitude(offset) / square;
+        for (int i = 0; i < 2; ++i)
+        {
+            const int place = places[static_cast<std::size_t>(i)];
+            m_x[place] = normal.x[i];
+            m_y[place] = normal.y[i];
+            m_z[place] = normal.z[i];
+            m_limits[place] = limit[i];
+            m_squares[place] = distance2[i];
+        }
+        return laneBits(square > kThinnest * (ij.dot(ij) * ik.dot(ik))) == 3;
     }
 
     void moveFace(int from, int to)
@@ -200,36 +239,32 @@ private:
     bool setFan(const Eigen::Vector3d& point, int vertex)
     {
         const int count = m_horizonCount;
-        Ring x, y, z, square;
+        Ring x, y, z;
         for (int i = 0; i < count; ++i)
         {
             const Eigen::Vector3d& v = m_vertices[m_horizon[i]];
             x[i] = v.x() - point.x();
             y[i] = v.y() - point.y();
             z[i] = v.z() - point.z();
-            square[i] = x[i] * x[i] + y[i] * y[i] + z[i] * z[i];
         }
-        x[count] = x[0];
-        y[count] = y[0];
-        z[count] = z[0];
-        square[count] = square[0];
-        m_horizon[count] = m_horizon[0];
-        bool isSolid = true;
-        for (int i = 0; i < count; ++i)
+        for (int i = 0; i < 2; ++i)
         {
-            const double nx = y[i] * z[i + 1] - z[i] * y[i + 1];
-            const double ny = z[i] * x[i + 1] - x[i] * z[i + 1];
-            const double nz = x[i] * y[i + 1] - y[i] * x[i + 1];
-            const double area2 = nx * nx + ny * ny + nz * nz;
-            const double offset = nx * point.x() + ny * point.y() + nz * point.z();
-            isSolid = isSolid && area2 > kThinnest * square[i] * square[i + 1];
-            const int place = i < m_visibleCount ? m_visible[i] : m_faceCount++;
-            m_x[place] = nx;
-            m_y[place] = ny;
-            m_z[place] = nz;
-            m_limits[place] = limitOf(offset, nx, ny, nz);
-            m_squares[place] = offset * std::abs(offset) / area2;
-            m_corners[place] = {m_horizon[i], m_horizon[i + 1], static_cast<std::int16_t>(vertex)};
+            x[count + i] = x[i];
+            y[count + i] = y[i];
+            z[count + i] = z[i];
+            m_horizon[count + i] = m_horizon[i];
+        }
+        const TwoPoints apex = {L::fill(point.x()), L::fill(point.y()), L::fill(point.z())};
+        const auto load = [&](int i) { return TwoPoints{L::load(&x[i]), L::load(&y[i]), L::load(&z[i])}; };
+        const auto placeOf = [&](int i) { return i < m_visibleCount ? m_visible[i] : m_faceCount++; };
+        bool isSolid = true;
+        for (int i = 0; i < count; i += 2)
+        {
+            const int first = placeOf(i);
+            const int second = i + 1 < count ? placeOf(i + 1) : kMaxFaces + 3;
+            isSolid = setPlanes(load(i), load(i + 1), apex, {first, second}) && isSolid;
+            m_corners[first] = {m_horizon[i], m_horizon[i + 1], static_cast<std::int16_t>(vertex)};
+            m_corners[second] = {m_horizon[i + 1], m_horizon[i + 2], static_cast<std::int16_t>(vertex)};
         }
         for (int i = m_visibleCount - 1; i >= count; --i)
             moveFace(--m_faceCount, m_visible[i]);
@@ -244,15 +279,20 @@ private:
         if (count < 1 || scratch + count > kMaxFaces)
             return false;
         std::int16_t corner = m_next[apex];
-        for (int i = 0; i < count; ++i, corner = m_next[corner])
+        for (int i = 0; i < count; i += 2)
         {
-            setFace(scratch + i, {apex, corner, m_next[corner]});
+            const std::int16_t next = m_next[corner], last = m_next[next];
+            const int second = i + 1 < count ? 1 : 0;
+            const TwoFaces faces = {{{apex, corner, next}, {apex, next, last}}};
+            setFaces(scratch + i, {{faces[0], faces[static_cast<std::size_t>(second)]}});
             // A NaN makes the comparison false.
-            if (!m_isValid || !(m_squares[scratch + i] >= square))
+            const bool areFar = m_squares[scratch + i] >= square && m_squares[scratch + i + 1] >= square;
+            if (!m_isValid || !areFar)
             {
                 m_isValid = true;
                 return false;
             }
+            corner = last;
         }
         for (int i = 0; i < count; ++i)
             moveFace(scratch + i, m_visible[i]);
@@ -330,7 +370,7 @@ private:
     Row m_x, m_y, m_z, m_limits, m_squares;
     std::array<Corners, kMaxFaces + 4> m_corners;
     std::array<std::int16_t, kMaxFaces + 4> m_visible;
-    std::array<std::int16_t, kMaxVertices + 1> m_horizon;  ///< vertices in the order of the walk
+    std::array<std::int16_t, kMaxVertices + 2> m_horizon;  ///< vertices in the order of the walk
     std::array<std::int16_t, kMaxVertices> m_next;         ///< by vertex: the one after it on a walk
     double m_tolerance;
     int m_vertexCount = 0;

@@ -428,6 +428,8 @@ SupportHit<S> supportHit(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d, s
     if (method == SupportMethod::Linear || !hull.hasNeighbours())
         return hitLinear(hull, d);
     const bool hasStart = start >= 0 && start < hull.vertexCount();
+    if (hasStart && method == SupportMethod::Automatic && hull.vertexCount() <= cheapScanMaximum<S>())
+        return hitLinear(hull, d);
     if (hasStart && (method == SupportMethod::Automatic || method == SupportMethod::ClimbArtificial))
         return supportClimbArtificial(hull, d, start, counters);
     if (method == SupportMethod::Climb)
