@@ -35,7 +35,7 @@ public:
         : m_options(options),
           m_name(name),
           m_exec(std::forward<ExecArguments>(arguments)...),
-          m_rows(options.threads),
+          m_rows(options.threads, options.initialCapacity),
           m_search(options),
           m_names(options.initialCapacity)
     {
@@ -112,7 +112,9 @@ private:
         m_exec.beginStage("upload");
         m_exec.reserve(m_tally, 1);
         m_exec.clear(m_tally.data(), 1);
-        m_rows.send(m_exec, view, &m_tally.data()->motion);
+        prepareLists();
+        m_rows.send(m_exec, view, &m_tally.data()->motion,
+                    [&](std::uint64_t end) { settleAhead(view, end); });
         findChanges(view);
         takeChanges(delta);
         m_exec.beginStage(nullptr);
@@ -136,18 +138,35 @@ private:
         m_exec.uploadNow(m_held.data(), held.data(), held.size());
     }
 
-    /// Settles the held pairs and searches, again with more room as long as a list was too short.
-    void findChanges(const ProxyView& view)
+    /// Empties the lists of this update, and makes room where it can be known.
+    void prepareLists()
     {
         const std::uint64_t initial = m_options.initialCapacity;
         m_exec.reserve(m_kept, std::max(m_heldCount + m_heldCount / 8, initial));
         m_exec.reserve(m_removed, std::max(m_heldCount, initial));
         m_exec.reserve(m_added, initial);
         growTable(initial);
+        freeTable();
+        m_rowsSettled = 0;
+    }
+
+    /// Settles the held pairs among the rows before `end`, which are in place, while others are on their way. Not before half
+    /// of what was missing has come: each time takes a look at all held pairs.
+    void settleAhead(const ProxyView& view, std::uint64_t end)
+    {
+        if (view.size - end > (view.size - m_rowsSettled) / 2)
+            return;
+        settle(view.margin, {m_rowsSettled, static_cast<std::uint32_t>(end) - 1});
+        m_rowsSettled = static_cast<std::uint32_t>(end);
+    }
+
+    /// Settles the held pairs and searches, again with more room as long as a list was too short.
+    void findChanges(const ProxyView& view)
+    {
         m_exec.beginStage("sort");
         m_search.build(m_exec, {m_rows.now(), m_rows.count(), nullptr, m_heldCount});
         m_exec.beginStage("settle");
-        settle(view.margin);
+        settle(view.margin, {m_rowsSettled, kAllRows.last});
         m_exec.beginStage("search");
         emit();
         m_exec.beginStage("deltas");
@@ -156,7 +175,8 @@ private:
         {
             growTable(2 * m_counts.lists.lookups);
             m_exec.clear(&counters()->lists, 1);
-            settle(view.margin);
+            freeTable();
+            settle(view.margin, kAllRows);
             emit();
             fetchChanges();
         }
@@ -199,18 +219,25 @@ private:
                 m_rows.changes(), m_retestAll,  m_retestAll ? nullptr : &m_tally.data()->motion};
     }
 
-    /// @pre the counts are 0
-    void settle(float margin)
+    /// The table is in use from here on.
+    void freeTable()
     {
         if (!m_isTableFree)
             m_exec.forEach(m_tableSlots, FreeSlot{m_table.data()});
         m_isTableFree = false;
+    }
+
+    /// Settles the held pairs whose later row is in the span.
+    ///
+    /// @pre the table is free, and the counts are 0, but for what other spans have left there
+    void settle(float margin, RowSpan span)
+    {
         const PairList removed = {m_removed.data(), m_removed.size(), &counters()->lists.removed};
         const PairList kept = {m_kept.data(), m_kept.size(), &counters()->lists.kept};
         m_exec.forEachTogether(
             m_heldCount,
             SettleHeld{m_held.data(), history(), margin,
-                       margin >= m_margin && !m_isFresh && !m_rows.haveAllChanged(), removed, table()},
+                       margin >= m_margin && !m_isFresh && !m_rows.haveAllChanged(), span, removed, table()},
             kept);
     }
 
@@ -276,6 +303,7 @@ private:
     bool m_retestAll = false;
     float m_margin = 0;
 
+    std::uint32_t m_rowsSettled = 0;  ///< before these, while others are on their way
     std::uint64_t m_heldCount = 0;
     Buffer<IdPair> m_held, m_kept, m_added, m_removed;
     std::uint64_t m_tableSlots = 0;

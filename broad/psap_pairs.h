@@ -377,13 +377,26 @@ struct FreeSlot
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const { slots[i] = LookupTable::kFree; }
 };
 
+/// Rows `first` to `last`.
+struct RowSpan
+{
+    std::uint32_t first, last;
+
+    CULLET_HOST_DEVICE bool contains(std::uint32_t row) const { return row >= first && row <= last; }
+};
+inline constexpr RowSpan kAllRows = {0, 0xffffffffu};
+
 /// Decides about held pair i: it stays, and is open or not, or it leaves.
+///
+/// Several steps may share the pairs, each deciding about those whose later row lies in its span, as soon as the rows up to
+/// there have come. BoxHistory::motion may still lack later rows: it is enough that it covers both rows of a pair.
 struct SettleHeld
 {
     const IdPair* held;
     BoxHistory boxes;
     float margin;
     bool isLoose;  ///< the margin is no smaller than in the last update
+    RowSpan span;
     PairList removed;
     LookupTable open;
 
@@ -392,7 +405,8 @@ struct SettleHeld
     CULLET_HOST_DEVICE void operator()(std::uint64_t i, bool isIndex, Kept& kept) const
     {
         const IdPair pair = isIndex ? held[i] : IdPair{};
-        kept.append(isIndex && stays(pair), pair);
+        const bool isMine = isIndex && span.contains(pair.a > pair.b ? pair.a : pair.b);
+        kept.append(isMine && stays(pair), pair);
     }
 
 private:

@@ -24,7 +24,12 @@ class RowMemory
 {
 public:
     /// @param threads for packing
-    explicit RowMemory(unsigned threads) : m_workers(threads) {}
+    /// @param initialCapacity as PsapOptions has it: of a small one, small tables come in parts too
+    RowMemory(unsigned threads, std::uint64_t initialCapacity)
+        : m_workers(threads),
+          m_tablePart(std::clamp<std::uint64_t>(initialCapacity * kPartOfCapacity, 1, kTablePart))
+    {
+    }
 
     /// The next send() brings everything.
     void forget()
@@ -38,7 +43,10 @@ public:
     /// Brings the changed rows over; rows that changed in the last update grow old first.
     ///
     /// @param motion as BoxHistory::motion; 0 before
-    void send(Exec& exec, const ProxyView& view, std::uint32_t* motion)
+    /// @param ready  where boxes come in parts on a stream of their own, called with the end of each part but the last:
+    ///               rows before it are in place while others are on their way
+    template <class Ready>
+    void send(Exec& exec, const ProxyView& view, std::uint32_t* motion, const Ready& ready)
     {
         reserveRows(exec, view.size);
         m_haveAllChanged = m_isFresh || view.dirtyCount == view.size;
@@ -50,7 +58,7 @@ public:
         m_dirtyIsAll = sendsAll;
         m_dirtyCount = sendsAll ? view.size : view.dirtyCount;
         const Staged all =
-            sendsAll ? sendTable(exec, view, isDirect, motion) : sendScattered(exec, view, motion);
+            sendsAll ? sendTable(exec, view, isDirect, motion, ready) : sendScattered(exec, view, motion);
         if (view.filters != nullptr)
             sendFilters(exec, view, (all.anyChanges & (kRowCreated | kRowRefiltered)) != 0);
         if ((all.anyChanges & kRowCreated) != 0)
@@ -117,21 +125,23 @@ private:
     /// Sends all boxes and puts them into their places.
     ///
     /// @param isDirect from the table itself, which is not packed
-    Staged sendTable(Exec& exec, const ProxyView& view, bool isDirect, std::uint32_t* motion)
+    template <class Ready>
+    Staged sendTable(Exec& exec, const ProxyView& view, bool isDirect, std::uint32_t* motion,
+                     const Ready& ready)
     {
         const std::uint64_t room = std::max<std::uint64_t>(m_dirtyCount, 1);
         exec.reserve(m_newBoxes, room);
         exec.reserve(m_newChanges, room);
         m_staging.reserve(exec, room, !isDirect);
         if (isDirect)
-            exec.uploadParts(m_newBoxes.data(), view.boxes, m_dirtyCount, kTablePart);
+            exec.uploadParts(m_newBoxes.data(), view.boxes, m_dirtyCount, m_tablePart);
         Staged all;
-        for (std::uint64_t begin = 0; begin < m_dirtyCount; begin += kTablePart)
+        for (std::uint64_t begin = 0; begin < m_dirtyCount; begin += m_tablePart)
         {
-            const std::uint64_t end = std::min(begin + kTablePart, m_dirtyCount);
+            const std::uint64_t end = std::min(begin + m_tablePart, m_dirtyCount);
             const Staged staged = stageTable(view, begin, end, !isDirect);
             if (isDirect)
-                exec.awaitPart(begin / kTablePart);
+                exec.awaitPart(begin / m_tablePart);
             else
                 exec.upload(m_newBoxes.data() + begin, m_staging.boxes() + begin, end - begin);
             // Mostly they have all moved and nothing else, which need not be told of each.
@@ -139,6 +149,8 @@ private:
                 exec.upload(m_newChanges.data() + begin, m_staging.changes() + begin, end - begin);
             apply(exec, begin, end, {m_newBoxes.data(), false, m_newChanges.data(), nullptr}, staged, motion);
             all.add(staged);
+            if (isDirect && end != m_dirtyCount)
+                ready(end);
         }
         return all;
     }
@@ -283,7 +295,10 @@ private:
     // than to wake a thread.
     static constexpr std::size_t kBoxesGrain = 2048;
     static constexpr std::size_t kBitsGrain = 1u << 16;
+
+    // Rows that are sent at once where all are, at most and for each one of the initial capacity.
     static constexpr std::uint64_t kTablePart = 1u << 17;
+    static constexpr std::uint64_t kPartOfCapacity = 128;
 
     // Scattered rows: so many are picked by a GPU in the time that sixteen threads take to wake up and pack as many.
     static constexpr std::uint64_t kMostPicked = 1u << 15;
@@ -295,6 +310,7 @@ private:
     static constexpr std::uint32_t kDirectShare = 3;
 
     WorkerPool m_workers;
+    std::uint64_t m_tablePart;
     bool m_isFresh = true;
     bool m_hasFilters = false;
     std::uint64_t m_rowCount = 0;  ///< rows that have been sent

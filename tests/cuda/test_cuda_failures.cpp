@@ -30,6 +30,8 @@ struct Motion
 constexpr Motion kAllMove = {300, 1};
 // As many as a device picks boxes of from the table.
 constexpr Motion kSomeMove = {3000, 5};
+// So many that a device takes all boxes from the table, in parts.
+constexpr Motion kMostMove = {3000, 2};
 
 struct FaultEnd
 {
@@ -144,6 +146,7 @@ TEST(CudaFailures, AnyCallMayFailWhereTheDeviceReadsTheTable)
 {
     EXPECT_GT(failEveryCall(PsapVariant::Rows, CudaFault::DeviceLost, false, kSomeMove), 50u);
     EXPECT_GT(failEveryCall(PsapVariant::Rows, CudaFault::OutOfMemory, true, kSomeMove), 50u);
+    EXPECT_GT(failEveryCall(PsapVariant::Rows, CudaFault::DeviceLost, true, kMostMove), 50u);
 }
 
 TEST(CudaFailures, TheFactoryTellsWhyThereIsNoBackend)

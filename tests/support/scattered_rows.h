@@ -13,8 +13,9 @@
 
 namespace cullet::test
 {
-/// Fingerprint of updates in which every third of 150,000 bodies moves: more than a GPU picks from the table, and fewer than
-/// it takes for all boxes to be sent. In the last ones some come, go or change their filter words instead.
+/// Fingerprint of updates of 150,000 bodies. Every third moves: more than a GPU picks from the table, and fewer than it takes
+/// for all boxes to be sent; then all do; then of every third, and at last of every second, some come, go or change their
+/// filter words instead.
 ///
 /// @param isLockable whether a device may read from the table
 inline std::uint64_t scatteredStream(Backend& backend, bool isLockable)
@@ -27,7 +28,7 @@ inline std::uint64_t scatteredStream(Backend& backend, bool isLockable)
     PairStreamHash hash;
     PairDelta delta;
     std::uint32_t nextId = kCount + 1;
-    for (std::uint32_t step = 0; step < 6; ++step)
+    for (std::uint32_t step = 0; step < 8; ++step)
     {
         ProxyView view = table.beginUpdate(0, true);
         view.lockableRows = isLockable ? view.lockableRows : 0;
@@ -35,10 +36,11 @@ inline std::uint64_t scatteredStream(Backend& backend, bool isLockable)
         table.endUpdate();
         EXPECT_GT(delta.added.size(), 0u);
         hash.add(delta);
-        for (std::uint32_t row = step % 3; row < kCount; row += 3)
+        const std::uint32_t every = step == 2 ? 1 : step < 6 ? 3 : 2;
+        for (std::uint32_t row = step % every; row < kCount; row += every)
         {
             const float way = 0.3f * static_cast<float>(row % 7) - 0.9f;
-            if (step < 2 || row % 11 > 2)
+            if (step < 3 || row % 11 > 2)
                 table.setBox(row, translated(table.box(row), way, 0.5f * way, -way));
             else if (row % 11 == 0)
                 table.setFilter(row, Filter{2, row % 2 == 0 ? ~2 : -1});
