@@ -65,7 +65,7 @@ public:
     S size() const { return S(0.5774) * (m_normA * m_a.hull().reach() + m_normB * m_b.hull().reach()); }
 
     /// The point of A - B of two vertices, rounded.
-    Eigen::Matrix<S, 3, 1> point(std::int32_t vertexA, std::int32_t vertexB) const
+    [[gnu::always_inline]] Eigen::Matrix<S, 3, 1> point(std::int32_t vertexA, std::int32_t vertexB) const
     {
         return place(m_a, vertexA) - place(m_b, vertexB) -
                Eigen::Matrix<S, 3, 1>(m_offset[0], m_offset[1], m_offset[2]);
@@ -95,7 +95,7 @@ public:
     }
 
 private:
-    static Eigen::Matrix<S, 3, 1> place(const PosedHull<S>& shape, std::int32_t vertex)
+    [[gnu::always_inline]] static Eigen::Matrix<S, 3, 1> place(const PosedHull<S>& shape, std::int32_t vertex)
     {
         const Eigen::Matrix<S, 3, 1> p = shape.hull().vertex(vertex);
         return {shape.row(0)[0] * p[0] + shape.row(0)[1] * p[1] + shape.row(0)[2] * p[2],

@@ -6,6 +6,7 @@
 #include "narrow/gjk_types.h"
 #include "narrow/hull_pair.h"
 #include "narrow/isa_gjk_search.h"
+#include "narrow/simplex_steps.h"
 #include "narrow/tetrahedron_walk.h"
 
 #include <algorithm>
@@ -140,21 +141,40 @@ template <class S, class H, class Observer>
 /// From an axis that separates, but by less than asked, one step of Newton's towards the best: as if A - B were a ball of its
 /// own size at the support point. That is right for round hulls, and too short a step for others.
 ///
+/// @param again [out] the new axis
 /// @return false if nothing was proved
 template <class S, class H, class Observer>
 [[gnu::noinline]] bool isaGjkUphill(const HullPair<H>& pair, H limit2, const AxisTest<H>& test,
-                                    GjkCache<S>& cache, Observer& observer, GjkResult<S>& result)
+                                    GjkCache<S>& cache, Observer& observer, GjkResult<S>& result,
+                                    AxisTest<H>& again)
 {
     using Vector = Eigen::Matrix<H, 3, 1>;
     const Vector failed(cache.axis[0], cache.axis[1], cache.axis[2]);
     const H length2 = failed.squaredNorm(), length = squareRoot(length2);
     const Vector aside = pair.point(test.vertexA, test.vertexB) - failed * (test.along / length2);
     const Vector axis = scaledAxis<H>(failed + aside * (length / (pair.size() + test.along / length)));
-    const AxisTest<H> again = pair.test(axis[0], axis[1], axis[2], limit2, test.vertexA, test.vertexB);
+    again = pair.test(axis[0], axis[1], axis[2], limit2, test.vertexA, test.vertexB);
     observer(axis.template cast<double>(), static_cast<double>(again.along));
     if (!again.isProved)
         return false;
     keepAxis(axis, again, cache, result);
+    return true;
+}
+
+/// From the remembered simplex and the support points of axes that separate, but by less than asked.
+///
+/// @return false if nothing was proved
+template <class S, class H, class Observer>
+[[gnu::noinline]] bool isaGjkFromSimplex(const HullPair<H>& pair, H limit2, const AxisTest<H>& test,
+                                         const AxisTest<H>& again, GjkCache<S>& cache, Observer& observer,
+                                         GjkResult<S>& result)
+{
+    SimplexSteps<H> steps(pair, limit2, test, again);
+    if (!steps.run(cache, observer))
+        return false;
+    steps.remember(cache);
+    result.iterations = steps.steps();
+    keepAxis(steps.axis(), steps.test(), cache, result);
     return true;
 }
 
@@ -178,23 +198,39 @@ bool isCornerPromising(const PosedHull<H>& a, const PosedHull<H>& b, const AxisT
            std::max(a.vertexCount(), b.vertexCount()) > kLarge;
 }
 
+/// What can be done about an axis that separates, but by less than asked, before a search in double. Out of line, as above.
+template <class S, class H, class Observer>
+[[gnu::noinline]] bool isaGjkForGap(const HullPair<H>& pair, const Eigen::Matrix<H, 3, 1>& axis, H limit2,
+                                    const AxisTest<H>& test, GjkCache<S>& cache, Observer& observer,
+                                    GjkResult<S>& result)
+{
+    const bool areRound = isRound(pair.a(), pair.b());
+    AxisTest<H> again;
+    if (areRound ? isaGjkUphill(pair, limit2, test, cache, observer, result, again)
+                 : isaGjkFromSimplex(pair, limit2, test, again, cache, observer, result))
+        return true;
+    if (isCornerPromising(pair.a(), pair.b(), test, axis, limit2) &&
+        isaGjkFromCorner(pair.a(), pair.b(), limit2, test, cache, observer, result))
+        return true;
+    return areRound && isaGjkFromSimplex(pair, limit2, test, again, cache, observer, result);
+}
+
 /// What can be done about an axis that failed, with less than a search. Out of line, as above.
 template <class S, class H, class Observer>
 [[gnu::noinline]] bool isaGjkBeside(const HullPair<H>& pair, const Eigen::Matrix<H, 3, 1>& axis, H limit2,
                                     const AxisTest<H>& test, GjkCache<S>& cache, Observer& observer,
                                     GjkResult<S>& result)
 {
-    const PosedHull<H>&a = pair.a(), &b = pair.b();
-    if (isRound(a, b) && test.along > H(0) && limit2 > H(0) &&
-        isaGjkUphill(pair, limit2, test, cache, observer, result))
-        return true;
-    return isCornerPromising(a, b, test, axis, limit2) &&
-           isaGjkFromCorner(a, b, limit2, test, cache, observer, result);
+    if (test.along > H(0) && limit2 > H(0))
+        return isaGjkForGap(pair, axis, limit2, test, cache, observer, result);
+    return isCornerPromising(pair.a(), pair.b(), test, axis, limit2) &&
+           isaGjkFromCorner(pair.a(), pair.b(), limit2, test, cache, observer, result);
 }
 
 /// Queries of two hulls that need no search in double.
 ///
 /// @param looksAround the corner where the axis fails is used
+/// @param test        [in, out] of the cache's axis, if that is known to have failed; its vertices are -1 if not
 template <class S, class H, class Observer>
 bool isaGjkQuickly(const PosedHull<H>& a, const PosedHull<H>& b, H limit, GjkCache<S>& cache,
                    Observer& observer, GjkResult<S>& result, AxisTest<H>& test, bool looksAround)
@@ -205,7 +241,8 @@ bool isaGjkQuickly(const PosedHull<H>& a, const PosedHull<H>& b, H limit, GjkCac
     const HullPair<H> pair(a, b);
     const Eigen::Matrix<H, 3, 1> axis(cache.axis[0], cache.axis[1], cache.axis[2]);
     const auto startOf = [](std::uint16_t id) { return id == GjkCache<S>::kUnknown ? -1 : std::int32_t(id); };
-    test = pair.test(axis[0], axis[1], axis[2], limit2, startOf(cache.startA), startOf(cache.startB));
+    if (test.vertexA < 0)
+        test = pair.test(axis[0], axis[1], axis[2], limit2, startOf(cache.startA), startOf(cache.startB));
     if (test.vertexA >= 0)
         observer(axis.template cast<double>(), static_cast<double>(test.along));
     if (!test.isProved)
@@ -249,23 +286,31 @@ bool isaGjkQuickly(const A&, const B&, H, GjkCache<S>&, Observer&, GjkResult<S>&
 /// @param cache       of this pair in this order; a default-constructed one for a pair without history
 /// @param observer    called after each support, see NoObserver
 /// @param variant     for comparison: where the search begins, and reflections
+/// @param test        [in, out] how the cache's axis has failed just now for this question, if that is known
 /// Cost: with a valid axis two coherent supports; else those and the neighbours of two vertices settle most pairs of hulls;
 /// else one support of each shape per simplex, 2 to 10 simplices.
 /// Errors: NotConverged; never loops, since |v| strictly decreases, and never returns a NaN.
 template <class S, class A, class B, class Observer>
 GjkResult<S> isaGjk(const A& a, const B& b, S maxDistance, GjkCache<S>& cache, Observer& observer,
-                    const IsaGjkVariant& variant = {})
+                    const IsaGjkVariant& variant, AxisTest<typename ShapeScalar<A>::Type>& test)
 {
     using Scalar = typename ShapeScalar<A>::Type;
     const Scalar limit = maxDistance > S(0) ? static_cast<Scalar>(maxDistance) : Scalar(0);
     if (cache.axis == std::array<float, 3>{})
         cache.axis = firstAxis(a, b);
     GjkResult<S> result;
-    AxisTest<Scalar> test;
     if (variant.start == GjkStart::Memory &&
         isaGjkQuickly(a, b, limit, cache, observer, result, test, variant.reflections <= 0))
         return result;
     return isaGjkSearch<S>(a, b, static_cast<double>(limit), cache, observer, test, variant);
+}
+
+template <class S, class A, class B, class Observer>
+GjkResult<S> isaGjk(const A& a, const B& b, S maxDistance, GjkCache<S>& cache, Observer& observer,
+                    const IsaGjkVariant& variant = {})
+{
+    AxisTest<typename ShapeScalar<A>::Type> test;
+    return isaGjk(a, b, maxDistance, cache, observer, variant, test);
 }
 
 template <class S, class A, class B>

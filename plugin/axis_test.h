@@ -3,6 +3,7 @@
 #pragma once
 
 #include "narrow/gjk_types.h"
+#include "narrow/hull_pair.h"
 #include "narrow/support.h"
 
 #include <LinearMath/btTransform.h>
@@ -43,23 +44,23 @@ constexpr std::int32_t kFewVertices = 16;
 
 /// Where the climb does not end where it starts.
 ///
-/// @param vertex [in, out] where it starts, if the hull has that
+/// @param start [in, out] a vertex as the cache stores it: where the climb starts, if the hull has that; then its end
 [[gnu::noinline]] inline btScalar searchedHeight(const Hull<btScalar>& hull, const Components& local,
-                                                 std::int32_t& vertex)
+                                                 std::uint16_t& start)
 {
     const Eigen::Matrix<btScalar, 3, 1> along(local[0], local[1], local[2]);
     const SupportHit<btScalar> hit = hull.vertexCount() <= cheapScanMaximum<btScalar>()
                                          ? hitLinear(hull, along)
-                                         : supportHit(hull, along, vertex);
-    vertex = hit.vertex;
+                                         : supportHit(hull, along, start);
+    start = narrowId<btScalar>(hit.vertex);
     return hit.height;
 }
 
 /// Highest product of a core's points with a direction, relative to its origin.
 ///
-/// @param vertex [in, out] that has it, where it is of use: with few vertices it stays as it is
+/// @param start [in, out] the vertex that has it, where it is of use: with few vertices it stays as it is
 [[gnu::always_inline]] inline btScalar heightAlong(const StretchedHull& core, const Components& direction,
-                                                   std::int32_t& vertex)
+                                                   std::uint16_t& start)
 {
     const Hull<btScalar>& hull = *core.hull;
     const btMatrix3x3& basis = core.transform->getBasis();
@@ -72,17 +73,17 @@ constexpr std::int32_t kFewVertices = 16;
     const LaneDirection<btScalar> lanes(local);
     if (hull.vertexCount() <= kFewVertices)
         return largestProduct(hull, lanes);
-    if (vertex < hull.blockCount())
+    if (start < hull.blockCount())
     {
         btScalar height;
         Components magnitudes = local;
         Quad<btScalar>::makePositive(magnitudes);
         const btScalar band = hull.tieBand() * Quad<btScalar>::sumOfThree(magnitudes);
         // In a coherent scene nearly always.
-        if (isPeak(hull, vertex, lanes, band, height))
+        if (isPeak(hull, start, lanes, band, height))
             return height;
     }
-    return searchedHeight(hull, local, vertex);
+    return searchedHeight(hull, local, start);
 }
 
 /// How much higher along an axis each of two cores may be for each unit of arc that it turns on a sphere of its reach.
@@ -127,24 +128,38 @@ struct AxisRoom
     TurnRates rates;
 };
 
+/// How an axis has failed, for isaGjk(), which then need not look along it again.
+inline AxisTest<btScalar> failedTest(const StretchedHull& a, const StretchedHull& b, btScalar along,
+                                     const GjkCache<btScalar>& cache)
+{
+    AxisTest<btScalar> test;
+    const auto isKnown = [](const StretchedHull& core, std::uint16_t vertex)
+    { return core.hull->vertexCount() > kFewVertices && vertex < core.hull->vertexCount(); };
+    if (!std::isfinite(along) || !isKnown(a, cache.startA) || !isKnown(b, cache.startB))
+        return test;
+    test.along = along;
+    test.vertexA = cache.startA;
+    test.vertexB = cache.startB;
+    return test;
+}
+
 /// True if the remembered axis still proves that the cores are farther apart than `limit`: the first step of isaGjk(),
 /// in the precision of the shapes with a bound of its rounding, since four of five pairs need no more.
 ///
 /// False says nothing; ask isaGjk().
 /// @param limit length unit of the world, not negative
 /// @param cache its support vertices follow
-/// @param room  [out] if not null
+/// @param room   [out] if not null
+/// @param failed [out] if not null and the answer is false: how far the axis goes, if its support vertices are known
 [[gnu::always_inline]] inline bool staysSeparated(const StretchedHull& a, const StretchedHull& b,
                                                   btScalar limit, GjkCache<btScalar>& cache,
-                                                  AxisRoom* room = nullptr)
+                                                  AxisRoom* room = nullptr,
+                                                  AxisTest<btScalar>* failed = nullptr)
 {
     const Components axis = {btScalar(cache.axis[0]), btScalar(cache.axis[1]), btScalar(cache.axis[2])};
     const Components opposite = -axis;
-    std::int32_t vertexA = cache.startA, vertexB = cache.startB;
-    const btScalar heightA = heightAlong(a, opposite, vertexA);
-    const btScalar heightB = heightAlong(b, axis, vertexB);
-    cache.startA = static_cast<std::uint16_t>(std::min(vertexA, 0xffff));
-    cache.startB = static_cast<std::uint16_t>(std::min(vertexB, 0xffff));
+    const btScalar heightA = heightAlong(a, opposite, cache.startA);
+    const btScalar heightB = heightAlong(b, axis, cache.startB);
     Components apart, origin, sizes, stretch;
     read(a.transform->getOrigin(), apart);
     read(b.transform->getOrigin(), origin);
@@ -166,7 +181,11 @@ struct AxisRoom
     const btScalar gap = limit + 16 * std::numeric_limits<btScalar>::epsilon() * size;
     // A NaN makes the comparisons false, and what is infinite proves nothing.
     if (!(along > 0 && along <= std::numeric_limits<btScalar>::max() && along * along > gap * gap * length2))
+    {
+        if (failed != nullptr)
+            *failed = failedTest(a, b, along, cache);
         return false;
+    }
     if (room != nullptr)
     {
         // Again off by less than four roundings of what is at most twice the size.

@@ -19,9 +19,8 @@ namespace
 /// Bodies between the first touch of one's memory and its use.
 constexpr std::size_t kAhead = 6;
 
-/// A body with less credit is left alone for so many updates, and then has to be of use at once.
+/// A body with less credit is left alone, and then has to be of use at once.
 constexpr std::int32_t kLeastCredit = -2, kMostCredit = 8;
-constexpr std::uint8_t kPause = 24;
 
 /// Matrices are rotations enough for the bound of motionTo() up to here.
 constexpr float kMostSkew = 4e-5f;
@@ -55,11 +54,10 @@ float skewOf(const Rows& m)
     return static_cast<float>(sumOfMagnitudes(squares) + 2 * sumOfMagnitudes(products)) + 2e-6f;
 }
 
-/// Makes eight pauses shorter by one, unless one of them is over.
+/// Makes eight pauses shorter by one, unless one of them is over. @pre none is longer than 127
 bool passPauses(std::uint8_t* pauses)
 {
     constexpr std::uint64_t kOnes = 0x0101010101010101u;
-    static_assert(kPause < 0x80);
     std::uint64_t eight;
     std::memcpy(&eight, pauses, sizeof(eight));
     // Of a zero among bytes that are no larger than that, a borrow sets the highest bit.
@@ -115,6 +113,7 @@ std::uint32_t BodyMotions::acquire(const btCollisionObject& body)
     slot.body = &body;
     slot.watchers = 1;
     slot.credit = 0;
+    slot.pause = kPause;
     m_pauses[known->second] = 0;
     m_moved[known->second] = Motion();
     slot.shape = nullptr;
@@ -180,7 +179,8 @@ void BodyMotions::update(std::size_t begin, std::size_t end, std::uint64_t pass,
             // The first look after the pause is no comparison with what was before.
             slot.shape = nullptr;
             slot.credit = kLeastCredit;
-            m_pauses[i] = kPause - 1;
+            m_pauses[i] = static_cast<std::uint8_t>(slot.pause - 1);
+            slot.pause = std::min(static_cast<std::uint8_t>(2 * slot.pause), kLongestPause);
             continue;
         }
         const Motion moved = slot.move(pass);
@@ -194,10 +194,12 @@ bool BodyMotions::isInVain(std::size_t place)
     if (std::isinf(m_moved[place].rest))
         return false;
     // About half a look for a body at rest, two for one that has moved.
-    std::int32_t& credit = m_slots[place].credit;
+    Slot& slot = m_slots[place];
     const std::int32_t cost = m_moved[place].rest == 0.0f ? 1 : 2;
-    credit = std::min(credit + m_uses[place] - cost, kMostCredit);
-    return credit < kLeastCredit;
+    slot.credit = std::min(slot.credit + m_uses[place] - cost, kMostCredit);
+    if (slot.credit >= 0)
+        slot.pause = kPause;
+    return slot.credit < kLeastCredit;
 }
 
 void BodyMotions::clear()

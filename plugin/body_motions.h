@@ -98,6 +98,7 @@ private:
 
         const btCollisionObject* body = nullptr;
         std::uint32_t watchers = 0;
+        std::uint8_t pause = kPause;              ///< the next one
         std::int32_t credit = 0;                  ///< looks spared by its motion, less what updates cost
         const btCollisionShape* shape = nullptr;  ///< null: of a kind whose changes cannot be noticed
         HullUse hull;
@@ -111,6 +112,8 @@ private:
     };
 
     static constexpr std::uint8_t kEnoughUses = 8;
+    /// Updates for which a body of no use is left alone; twice as many after each time that it was of none.
+    static constexpr std::uint8_t kPause = 24, kLongestPause = 96;
 
     bool isInVain(std::size_t place);
     void addPlace();

@@ -25,11 +25,16 @@ void count(ThreadCounter& counter)
 }
 
 /// Is the distance of the cores larger than `limit`?
+///
+/// @param test see isaGjk()
 GjkState separation(const ConvexPair& pair, const ConvexCores& cores, btScalar limit,
-                    GjkCache<btScalar>& cache)
+                    AxisTest<btScalar>& test, GjkCache<btScalar>& cache)
 {
     if (cores.a && cores.b)
-        return isaGjk(*cores.a, *cores.b, limit, cache).state;
+    {
+        NoObserver observer;
+        return isaGjk(*cores.a, *cores.b, limit, cache, observer, {}, test).state;
+    }
     const PosedSupport a(pair.a.shape, pair.a.transform), b(pair.b.shape, pair.b.transform);
     if (cores.a)
         return isaGjk(*cores.a, b, limit, cache).state;
@@ -169,7 +174,7 @@ void IsaGjkAlgorithm::processCollision(const btCollisionObjectWrapper* a, const 
 
 /// The cheap proof, where there is one.
 [[gnu::always_inline]] inline bool IsaGjkAlgorithm::staysApart(const ConvexPair& pair, btScalar limit,
-                                                               AxisRoom* room)
+                                                               AxisTest<btScalar>& failed, AxisRoom* room)
 {
     StretchedHull a, b;
     if (m_cache.state != GjkState::Separated ||
@@ -179,7 +184,7 @@ void IsaGjkAlgorithm::processCollision(const btCollisionObjectWrapper* a, const 
         b = {a.hull, a.stretch, &pair.b.transform};
     else if (!stretchShape(pair.b.shape, pair.b.transform, m_hulls[1], m_isaGjk.pass(), b))
         return false;
-    return staysSeparated(a, b, limit, m_cache, room);
+    return staysSeparated(a, b, limit, m_cache, room, &failed);
 }
 
 bool IsaGjkAlgorithm::isIdle(const btCollisionObject& a, const btCollisionObject& b)
@@ -189,32 +194,35 @@ bool IsaGjkAlgorithm::isIdle(const btCollisionObject& a, const btCollisionObject
     if (m_hasContacts || m_breakingThreshold < 0 || (m_cache.state != GjkState::Separated && !isNew))
         return false;
     const bool remembers = remembersRoom();
+    AxisTest<btScalar> failed;
     {
         // Known to this block only, so that none of it has to be in memory.
         const ConvexPair pair(a, b);
         AxisRoom room;
-        if (staysApart(pair, pair.margins() + m_breakingThreshold, remembers ? &room : nullptr))
+        if (staysApart(pair, pair.margins() + m_breakingThreshold, failed, remembers ? &room : nullptr))
         {
             if (remembers)
                 m_leeway.set(room);
             return true;
         }
     }
-    return findsAxis(a, b, remembers);
+    return findsAxis(a, b, failed, remembers);
 }
 
 /// Whether another axis proves the gap.
-bool IsaGjkAlgorithm::findsAxis(const btCollisionObject& a, const btCollisionObject& b, bool remembers)
+bool IsaGjkAlgorithm::findsAxis(const btCollisionObject& a, const btCollisionObject& b,
+                                AxisTest<btScalar>& failed, bool remembers)
 {
     const ConvexPair pair(a, b);
     const btScalar limit = pair.margins() + m_breakingThreshold;
     if (!canRunConcurrently(pair.a.shape.getShapeType()) || !canRunConcurrently(pair.b.shape.getShapeType()))
         return false;
     const ConvexCores cores(pair, m_hulls, m_isaGjk.pass());
-    if (!cores.arePlaced(pair) || separation(pair, cores, limit, m_cache) != GjkState::Separated)
+    if (!cores.arePlaced(pair) || separation(pair, cores, limit, failed, m_cache) != GjkState::Separated)
         return false;
     AxisRoom room;
-    if (remembers && staysApart(pair, limit, &room))
+    AxisTest<btScalar> unused;
+    if (remembers && staysApart(pair, limit, unused, &room))
         m_leeway.set(room);
     return true;
 }
@@ -229,7 +237,8 @@ try
     const btScalar limit = pair.margins() + m_breakingThreshold +
                            (isStep ? btScalar(0) : pair.margins() + result.m_closestPointDistanceThreshold);
     // First what settles most pairs; it proves nothing of shapes or places that are not fit for it.
-    if (staysApart(pair, limit))
+    AxisTest<btScalar> failed;
+    if (staysApart(pair, limit, failed))
     {
         count(counters.separated);
         return true;
@@ -248,7 +257,7 @@ try
     const bool wasNear = m_cache.state == GjkState::Near || m_cache.state == GjkState::Overlapping;
     GjkState state = GjkState::Near;
     if (!arePolytopes || !wasNear)
-        state = separation(pair, cores, limit, m_cache);
+        state = separation(pair, cores, limit, failed, m_cache);
     const bool mayTouch = state == GjkState::Near || state == GjkState::Overlapping;
     if (mayTouch && (!arePolytopes || usesSeparatingAxisTest(pair, info)))
     {

@@ -77,8 +77,10 @@ private:
         return m_places[1] != BodyMotions::kNone && !m_isaGjk.motions().isPaused(m_places[0]) &&
                !m_isaGjk.motions().isPaused(m_places[1]);
     }
-    bool staysApart(const ConvexPair& pair, btScalar limit, AxisRoom* room = nullptr);
-    bool findsAxis(const btCollisionObject& a, const btCollisionObject& b, bool remembers);
+    bool staysApart(const ConvexPair& pair, btScalar limit, AxisTest<btScalar>& failed,
+                    AxisRoom* room = nullptr);
+    bool findsAxis(const btCollisionObject& a, const btCollisionObject& b, AxisTest<btScalar>& failed,
+                   bool remembers);
     bool collide(const ConvexPair& pair, const btDispatcherInfo& info, btManifoldResult& result);
     void report(const ConvexPair& pair, const ConvexCores& cores, const Touch& touch, btScalar reach,
                 btManifoldResult& result);

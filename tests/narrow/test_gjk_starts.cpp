@@ -226,7 +226,9 @@ TEST(Gjk, AStepUphillFindsNearlyTheBestAxisOfTwoBalls)
     ASSERT_GT(test.along, 0.0f);
     NoObserver observer;
     GjkResult<float> result;
-    ASSERT_TRUE(isaGjkUphill(pair, limit2, test, cache, observer, result));
+    AxisTest<float> again;
+    ASSERT_TRUE(isaGjkUphill(pair, limit2, test, cache, observer, result, again));
+    EXPECT_GT(again.along, test.along);
     EXPECT_EQ(result.state, GjkState::Separated);
     EXPECT_TRUE(pair.test(cache.axis[0], cache.axis[1], cache.axis[2], limit2, -1, -1).isProved);
     EXPECT_LT(std::abs(cache.axis[1]) + std::abs(cache.axis[2]), 0.1f);

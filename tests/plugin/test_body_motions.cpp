@@ -240,9 +240,23 @@ TEST(BodyMotions, OfNoUseAreLeftAloneForSomeTime)
         EXPECT_GE(moved, 1.0f);
     }
     EXPECT_EQ(unknown, 155);
-    for (int i = 0; i < 40; ++i)
-        watched.update();
-    EXPECT_EQ(watched.update(), 0.0f) << "found again";
+    // The third pause is the longest.
+    int waited = 0;
+    while (waited < 200 && watched.update() != 0.0f)
+        ++waited;
+    EXPECT_GT(waited, 4) << "left alone for longer than before";
+    EXPECT_LT(waited, 98) << "found again";
+    for (int i = 0; i < 10; ++i)
+        EXPECT_EQ(watched.update(), 0.0f);
+    // Once it was of use it is left alone as shortly as at first.
+    for (int i = 0; i < 12; ++i)
+    {
+        watched.body.getWorldTransform().getOrigin() += vec(1, 0, 0);
+        watched.updateUnused();
+    }
+    for (waited = 0; waited < 200 && watched.update() != 0.0f;)
+        ++waited;
+    EXPECT_LT(waited, 26);
 }
 
 TEST(BodyMotions, ServeOneCacheAtATimeAndReuseTheirPlaces)
