@@ -115,18 +115,22 @@ public:
     /// Width of the finest cells.
     float finestWidth() const { return m_plan.width[0]; }
 
-    /// Hands every kept box that overlaps one of the boxes to the sink as {id, other}, each once; scan(Query) came before.
+    /// Hands every kept box that overlaps one of the boxes to the sink as {index, kept}, each once, one box after another;
+    /// scan(Query) came before.
     ///
-    /// None of the boxes should be kept itself, or it is reported too. Fast where the ids are ordered as by
-    /// sortAlongRows(). Safe from several threads with different workers.
+    /// Fast where the boxes are ordered as by orderAlongRows(). Safe from several threads with different workers.
+    ///
+    /// @param boxes [count] empty ones are passed over
+    void query(const Aabb* boxes, std::uint32_t count, unsigned worker, PairSink& sink) const;
+
+    /// Tells in which order ids lie by the rows that their boxes begin in, and along these.
     ///
     /// @param boxes row of the proxy table -> box
-    /// @param ids   [count] rows; empty boxes are passed over
-    void query(const Aabb* boxes, const std::uint32_t* ids, std::uint32_t count, unsigned worker,
-               PairSink& sink) const;
+    /// @return indices into `ids`
+    std::vector<std::uint32_t> orderAlongRows(const Aabb* boxes, const std::vector<std::uint32_t>& ids) const;
 
-    /// Orders ids by the rows that their boxes begin in, and along these.
-    void sortAlongRows(const Aabb* boxes, std::vector<std::uint32_t>& ids) const;
+    /// The box with all faces this much farther out.
+    static Aabb grown(const Aabb& box, float grow);
 
     /// The rows as boxes that are infinite along the sweep axis; see CellSource.
     void forEachCell(const CellVisitor& visit) const;
@@ -232,7 +236,6 @@ private:
                          Located* block) const;
     bool locateOne(const GridInput& input, std::uint32_t index, Task& task, Located& to) const;
     void sampleSizes(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task) const;
-    static Aabb grown(const Aabb& box, float grow);
     static std::int64_t cellCountOf(const TileRange& cells);
     static bool isManyCells(const TileRange& cells)
     {

@@ -247,10 +247,12 @@ BackendStats RowGridBackend::stats() const
                   m_sorts[1].bytes() + m_reference.capacity() * sizeof(Aabb) + m_states.capacity() +
                   m_words.capacity() * sizeof(Filter) + m_motions.capacity() * sizeof(float) +
                   m_despite.bytes() + m_oldPairs.bytes() + m_oldKeys.capacity() * sizeof(std::uint64_t) +
-                  (m_apart.capacity() + m_overlapping.capacity() + m_sorted.capacity() +
-                   m_activePairs.capacity() + m_foundPairs.capacity() + m_unmatched.capacity()) *
-                      sizeof(IdPair) +
+                  (m_apart.capacity() + m_overlapping.capacity() + m_sorted.capacity()) * sizeof(IdPair) +
+                  m_between.bytes() + m_betweenBoxes.capacity() * sizeof(Aabb) +
+                  m_lists.capacity() * sizeof(NeighbourList) +
                   (m_active.capacity() + m_quiet.capacity() + m_escaped.capacity()) * sizeof(std::uint32_t);
+    for (const NeighbourPart& part : m_parts)
+        stats.bytes += part.bytes();
     for (unsigned worker = 0; worker < m_workers.threads(); ++worker)
     {
         stats.bytes += m_added[worker].bytes() + m_removed[worker].bytes() + m_found[worker].bytes() +

@@ -6,6 +6,7 @@
 #include "broad/backend.h"
 #include "broad/huge_vector.h"
 #include "broad/key_sort.h"
+#include "broad/neighbour_lists.h"
 #include "broad/pair_set.h"
 #include "broad/row_grid.h"
 #include "broad/settle_policy.h"
@@ -21,6 +22,8 @@
 
 namespace cullet
 {
+class CollectingSink;
+
 /// The production CPU backend: the row grid plus what makes unmoved and slowly moving boxes nearly free.
 ///
 /// It is in one of two modes.
@@ -33,7 +36,7 @@ namespace cullet
 /// *Settled*: the grid of the last refill stays. Each box has a shell of thickness `m_slack` around its reference
 /// position; while it stays inside, only its watched pairs (SettledPairs) can change. Boxes that leave their shell
 /// become *active*: they are paired among themselves by a small grid that is refilled each time, and with the settled
-/// ones by queries. When too many are active, the whole is refilled.
+/// ones by lists of neighbours (NeighbourList), which queries make anew when a box has left its list's reach. When too many are active, the whole is refilled.
 ///
 /// Both are exact: the pair set is that of Backend's definition, bit for bit.
 class RowGridBackend final : public Backend, public CellSource
@@ -70,7 +73,7 @@ private:
 
     class MovingSink;
     class JumpedSink;
-    class SettledSink;
+    class NeighbourSink;
 
     /// What one thread finds out about pairs in the moving mode, besides m_added and m_removed.
     struct alignas(64) PairNews
@@ -84,6 +87,9 @@ private:
 
     /// Octave of the smallest reach: 2^-63, so that its multiples are no denormals, which are slow.
     static constexpr std::uint32_t kLeastReach = 64;
+
+    /// A little more than the slack covers the rounding of sums and differences.
+    static constexpr float kGrowFactor = 1.0001f;
 
     /// A box as it is remembered: an empty one as one that no comparison holds for, not even with an infinite box.
     static Aabb remembered(const Aabb& box)
@@ -175,6 +181,8 @@ private:
     void collectKnown(const ProxyView& view, std::vector<IdPair>& held);
     void rebuildMoving(const ProxyView& view, const std::vector<IdPair>& held);
     void rebuildSettled(const ProxyView& view, const std::vector<IdPair>& held);
+    void watch(const ProxyView& view, const CollectingSink& candidates, const std::vector<IdPair>& held,
+               SettledPairs& pairs);
 
     // row_grid_settled.cpp
     SettledOutcome updateSettled(const ProxyView& view);
@@ -183,17 +191,28 @@ private:
     std::uint32_t findEscapedOfAll(const ProxyView& view);
     void activate(std::uint32_t row);
     void updateWatched(const ProxyView& view);
-    void updateAllWatched(const ProxyView& view);
-    void changeWatchedPair(const ProxyView& view, std::size_t index);
+    void updateAllWatched(const ProxyView& view, SettledPairs& pairs, unsigned worker);
+    bool isSure(const SettledPairs& pairs, const Aabb& a, const Aabb& b) const;
+    void changeWatchedPair(const ProxyView& view, SettledPairs& pairs, std::size_t index, unsigned worker);
 
     // row_grid_active.cpp
     void updateActive(const ProxyView& view);
-    void findActivePairs(const ProxyView& view, std::vector<IdPair>& found);
-    void matchActivePairs();
-    void takeUnmatchedFound(const ProxyView& view);
-    void takeUnmatchedOld(const ProxyView& view);
-    void findPairsWithSettled(const ProxyView& view, unsigned part, unsigned parts, unsigned worker);
-    void findPairsWithUnbounded(const ProxyView& view, std::vector<IdPair>& found) const;
+    bool isBetweenValid() const;
+    void scanBetween(const ProxyView& view, CollectingSink& sink);
+    void findPairsWithUnbounded(const ProxyView& view, CollectingSink& sink) const;
+    void chooseBetweenReach();
+    void rebuildBetween(const ProxyView& view, const CollectingSink& sink);
+
+    // row_grid_lists.cpp
+    TaskRange rangeOf(unsigned part) const;
+    void beginList(std::uint32_t row);
+    void orderActive(const ProxyView& view, unsigned parts);
+    void updateLists(const ProxyView& view, unsigned part, unsigned worker);
+    void dropEscaped(NeighbourPart& to) const;
+    void askForList(const ProxyView& view, std::uint32_t index, NeighbourPart& to);
+    void makeLists(const ProxyView& view, unsigned part, unsigned worker);
+    void compactLists(unsigned part);
+    static void moveList(const SettledPairs& from, NeighbourList& list, SettledPairs& to);
 
     GridOptions m_options;
     const RowKernels& m_kernels;
@@ -236,15 +255,16 @@ private:
     float m_sureGap = 0;  ///< held pairs whose reference boxes are this near stay held inside their shells
     SettledPairs m_settled;
     std::vector<std::uint32_t> m_active;
-    std::size_t m_orderedCount = 0;     ///< active boxes when they were ordered along the rows
-    std::uint32_t m_orderedAge = 0;     ///< updates since
-    std::vector<IdPair> m_activePairs;  ///< held pairs with an active box
-    // Scratch of updateActive():
-    std::vector<std::vector<IdPair>> m_partPairs;  // by part of the active boxes
-    std::vector<IdPair> m_foundPairs;              // overlap now
-    std::vector<IdPair> m_unmatched;               // of m_activePairs
-    std::vector<std::uint32_t> m_unmatchedFound;   // of m_foundPairs, their indices
-    // Of a refill too:
+    std::size_t m_orderedCount = 0;      ///< active boxes when they were ordered along the rows
+    std::uint32_t m_orderedAge = 0;      ///< updates since
+    std::vector<NeighbourList> m_lists;  ///< [active]
+    std::vector<NeighbourPart> m_parts;  ///< of the lists
+    SettledPairs m_between;              ///< pairs of active boxes among themselves, and with unbounded ones
+    std::vector<Aabb> m_betweenBoxes;    ///< [active] when these pairs were looked for
+    std::uint32_t m_betweenAge = 0;      ///< updates since
+    std::uint32_t m_betweenWait = 0;     ///< ... until a list that lasts is tried again
+    float m_betweenReach = 0;            ///< how far each box may move from there
+    // Of refills and of m_between:
     SortedPairs m_oldPairs;
     std::vector<std::uint64_t> m_oldKeys;  // memory for those that come next
     bool m_haveFewChanged = true;

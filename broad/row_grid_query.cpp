@@ -14,9 +14,6 @@ namespace cullet
 {
 namespace
 {
-// Boxes that are on their way from memory.
-constexpr std::uint32_t kPrefetch = 24;
-
 /// Where the first of some ascending values is that is not below `from`; without branches, which nobody could predict.
 std::uint32_t lowerBound(const float* values, std::uint32_t count, float from)
 {
@@ -101,34 +98,35 @@ RowGrid::Work RowGrid::takeWork()
     return work;
 }
 
-void RowGrid::query(const Aabb* boxes, const std::uint32_t* ids, std::uint32_t count, unsigned worker,
-                    PairSink& sink) const
+void RowGrid::query(const Aabb* boxes, std::uint32_t count, unsigned worker, PairSink& sink) const
 {
     SinkContext context = {&sink, worker};
     PairBuffer& out = prepareBuffer(GridInput{}, context);
     for (std::uint32_t i = 0; i < count; ++i)
     {
-        prefetchBox(boxes + ids[std::min(i + kPrefetch, count - 1)]);
-        if (isValid(boxes[ids[i]]))
-            queryBox(boxes[ids[i]], ids[i], out);
+        if (isValid(boxes[i]))
+            queryBox(boxes[i], i, out);
     }
     out.handOn();
 }
 
-void RowGrid::sortAlongRows(const Aabb* boxes, std::vector<std::uint32_t>& ids) const
+std::vector<std::uint32_t> RowGrid::orderAlongRows(const Aabb* boxes,
+                                                   const std::vector<std::uint32_t>& ids) const
 {
     std::vector<std::tuple<std::uint64_t, float, std::uint32_t>> places;
     places.reserve(ids.size());
-    for (const std::uint32_t id : ids)
+    for (std::uint32_t i = 0; i < ids.size(); ++i)
     {
-        const bool isBounded = kindOf(boxes[id], 0) == BoxKind::Bounded;
-        const TileRange cells = isBounded ? cellsOf(boxes[id], ruleOf(0.0f, 0)) : TileRange{};
-        places.emplace_back(packCell(0, cells.j0, cells.k0),
-                            isBounded ? boxes[id].min[m_plan.sweepAxis] : 0.0f, id);
+        const Aabb& box = boxes[ids[i]];
+        const bool isBounded = kindOf(box, 0) == BoxKind::Bounded;
+        const TileRange cells = isBounded ? cellsOf(box, ruleOf(0.0f, 0)) : TileRange{};
+        places.emplace_back(packCell(0, cells.j0, cells.k0), isBounded ? box.min[m_plan.sweepAxis] : 0.0f, i);
     }
     std::sort(places.begin(), places.end());
-    std::transform(places.begin(), places.end(), ids.begin(),
+    std::vector<std::uint32_t> order(places.size());
+    std::transform(places.begin(), places.end(), order.begin(),
                    [](const auto& place) { return std::get<2>(place); });
+    return order;
 }
 
 void RowGrid::forEachCell(const CellVisitor& visit) const

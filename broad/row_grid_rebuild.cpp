@@ -8,12 +8,6 @@
 
 namespace cullet
 {
-namespace
-{
-// A little more than the slack, and a little less than the margin, cover the rounding of sums and differences.
-constexpr float kGrowFactor = 1.0001f;
-}  // namespace
-
 void RowGridBackend::collectHeld(std::vector<IdPair>& held)
 {
     if (m_mode == Mode::Moving)
@@ -26,7 +20,9 @@ void RowGridBackend::collectHeld(std::vector<IdPair>& held)
         return;
     }
     m_settled.forEachHeld([&](IdPair pair) { held.push_back(pair); });
-    held.insert(held.end(), m_activePairs.begin(), m_activePairs.end());
+    m_between.forEachHeld([&](IdPair pair) { held.push_back(pair); });
+    for (const NeighbourPart& part : m_parts)
+        part.pairs.forEachHeld([&](IdPair pair) { held.push_back(pair); });
 }
 
 /// Turns the pairs given to restart() into rows; those whose proxies are gone leave at once.
@@ -69,9 +65,14 @@ void RowGridBackend::rebuild(const ProxyView& view, bool settle)
     m_isReferenceOld = false;
     m_despite.reset(0);
     m_apart.clear();
-    m_activePairs.clear();
+    m_between.clear();
+    m_betweenBoxes.clear();
     m_active.clear();
+    m_lists.clear();
+    m_parts.resize(1);
+    m_parts[0].clear();
     m_orderedCount = 0;
+    m_betweenReach = 0;
     m_settled.clear();
     std::transform(view.boxes, view.boxes + view.size, m_reference.begin(), remembered);
     if (settle)
@@ -131,16 +132,27 @@ void RowGridBackend::rebuildSettled(const ProxyView& view, const std::vector<IdP
     m_wasted = 0;
     for (std::uint32_t row = 0; row < view.size; ++row)
         m_states[row] = isValid(view.boxes[row]) ? RowState::Settled : RowState::Absent;
-    sortOldPairs(held);
-
     CollectingSink sink(m_workers.threads());
     GridInput input;
     input.boxes = view.boxes;
     input.count = view.size;
     input.grow = kGrowFactor * m_slack;
     m_grid.scan(input, sink, RowUse::Query);
+    watch(view, sink, held, m_settled);
+    m_settled.finish(view.size);
+}
+
+/// Sorts pairs by what they are now.
+///
+/// @param candidates all pairs that may come to overlap
+/// @param held       those of before; which are no candidates were held by the margin alone, farther apart than shells reach
+/// @param pairs      [out] all that may change, and those that are held; sure ones only of settled boxes
+void RowGridBackend::watch(const ProxyView& view, const CollectingSink& candidates,
+                           const std::vector<IdPair>& held, SettledPairs& pairs)
+{
+    sortOldPairs(held);
     std::vector<std::pair<IdPair, SettledPairs::State>> watched;
-    sink.forEach(
+    candidates.forEach(
         [&](IdPair pair)
         {
             const std::uint64_t key = PairSet::keyOf(pair.a, pair.b);
@@ -151,8 +163,8 @@ void RowGridBackend::rebuildSettled(const ProxyView& view, const std::vector<IdP
             const Aabb& a = view.boxes[pair.a];
             const Aabb& b = view.boxes[pair.b];
             const bool isHeld = overlaps(a, b) || (wasHeld && overlapsWithMargin(a, b, view.margin));
-            if (isHeld && gapOf(a, b) <= m_sureGap)
-                m_settled.add(pair, SettledPairs::State::Sure);
+            if (isHeld && isSure(pairs, a, b))
+                pairs.add(pair, SettledPairs::State::Sure);
             else
                 watched.push_back({pair, isHeld ? SettledPairs::State::Held : SettledPairs::State::Open});
             if (isHeld && !wasHeld)
@@ -160,23 +172,17 @@ void RowGridBackend::rebuildSettled(const ProxyView& view, const std::vector<IdP
             if (!isHeld && wasHeld)
                 reportRemoved(view, pair);
         });
-    // What is left was held by the margin alone, farther apart than the shells reach.
-    for (const IdPair pair : held)
-    {
-        if (!m_oldPairs.contains(PairSet::keyOf(pair.a, pair.b)))
-            continue;
-        const bool valid = isValid(view.boxes[pair.a]) && isValid(view.boxes[pair.b]);
-        if (valid && overlapsWithMargin(view.boxes[pair.a], view.boxes[pair.b], view.margin))
+    m_oldPairs.forEach(
+        [&](std::uint64_t key)
         {
-            watched.push_back({pair, SettledPairs::State::Held});
-        }
-        else
-        {
-            reportRemoved(view, pair);
-        }
-    }
+            const IdPair pair = rowsOf(key);
+            const bool valid = isValid(view.boxes[pair.a]) && isValid(view.boxes[pair.b]);
+            if (valid && overlapsWithMargin(view.boxes[pair.a], view.boxes[pair.b], view.margin))
+                watched.push_back({pair, SettledPairs::State::Held});
+            else
+                reportRemoved(view, pair);
+        });
     for (const auto& [pair, state] : watched)
-        m_settled.add(pair, state);
-    m_settled.finish(view.size);
+        pairs.add(pair, state);
 }
 }  // namespace cullet

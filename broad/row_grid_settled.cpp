@@ -71,7 +71,7 @@ void RowGridBackend::findEscaped(const ProxyView& view)
     m_haveFewChanged = view.dirtyCount <= view.size / kManyShare || !std::isfinite(m_slack);
     const std::uint32_t activeMoves = m_haveFewChanged ? findEscapedOfFew(view) : findEscapedOfAll(view);
     m_quietCount = view.dirtyCount - activeMoves - m_escaped.size();
-    m_wasted += SettlePolicy::kCostOfActive * static_cast<double>(m_active.size() - activeMoves);
+    m_wasted += SettlePolicy::kCostOfStranded * static_cast<double>(m_active.size() - activeMoves);
 }
 
 /// @return changed rows that are active
@@ -117,36 +117,37 @@ std::uint32_t RowGridBackend::findEscapedOfAll(const ProxyView& view)
 
 void RowGridBackend::activate(std::uint32_t row)
 {
-    m_settled.forEachOf(row,
-                        [&](std::size_t index)
-                        {
-                            if (m_settled.state(index) != SettledPairs::State::Open)
-                                m_activePairs.push_back(m_settled.pair(index));
-                            m_settled.setState(index, SettledPairs::State::Gone);
-                        });
+    beginList(row);
     m_states[row] = RowState::Active;
     m_active.push_back(row);
 }
 
-/// Only open and held pairs can change.
-void RowGridBackend::changeWatchedPair(const ProxyView& view, std::size_t index)
+/// Whether a held pair of boxes as they are in their references stays so inside their shells.
+bool RowGridBackend::isSure(const SettledPairs& pairs, const Aabb& a, const Aabb& b) const
 {
-    const SettledPairs::State state = m_settled.state(index);
-    const IdPair pair = m_settled.pair(index);
+    return &pairs == &m_settled && gapOf(a, b) <= m_sureGap;
+}
+
+/// Only open and held pairs can change.
+void RowGridBackend::changeWatchedPair(const ProxyView& view, SettledPairs& pairs, std::size_t index,
+                                       unsigned worker)
+{
+    const SettledPairs::State state = pairs.state(index);
+    const IdPair pair = pairs.pair(index);
     const Aabb& a = view.boxes[pair.a];
     const Aabb& b = view.boxes[pair.b];
     const bool overlap = overlapsBranchless(a, b);
     // An open pair may be one that was held although its filter words had come to reject it: hence the question.
     if (state == SettledPairs::State::Open && overlap && mayEnter(view, pair))
     {
-        const bool isSure = gapOf(m_reference[pair.a], m_reference[pair.b]) <= m_sureGap;
-        m_settled.setState(index, isSure ? SettledPairs::State::Sure : SettledPairs::State::Held);
-        reportAdded(view, pair);
+        const bool stays = isSure(pairs, m_reference[pair.a], m_reference[pair.b]);
+        pairs.setState(index, stays ? SettledPairs::State::Sure : SettledPairs::State::Held);
+        m_added[worker].push(idsOf(view, pair));
     }
     else if (state == SettledPairs::State::Held && !overlap && !overlapsWithMargin(a, b, view.margin))
     {
-        m_settled.setState(index, SettledPairs::State::Open);
-        reportRemoved(view, pair);
+        pairs.setState(index, SettledPairs::State::Open);
+        m_removed[worker].push(idsOf(view, pair));
     }
 }
 
@@ -155,7 +156,8 @@ void RowGridBackend::updateWatched(const ProxyView& view)
     // All in a row is faster per pair than box by box.
     if (!m_haveFewChanged)
     {
-        updateAllWatched(view);
+        m_stats.candidates += m_settled.changeableCount();
+        updateAllWatched(view, m_settled, 0);
         return;
     }
     for (const std::uint32_t row : m_quiet)
@@ -166,25 +168,24 @@ void RowGridBackend::updateWatched(const ProxyView& view)
                                 if (!m_settled.isChangeable(index))
                                     return;
                                 ++m_stats.candidates;
-                                changeWatchedPair(view, index);
+                                changeWatchedPair(view, m_settled, index, 0);
                             });
     }
 }
 
 /// Hardly any of them changes, and which one nobody can predict.
-void RowGridBackend::updateAllWatched(const ProxyView& view)
+void RowGridBackend::updateAllWatched(const ProxyView& view, SettledPairs& pairs, unsigned worker)
 {
-    const WatchSource source = m_settled.watchSource(view.boxes, view.margin);
+    const WatchSource source = pairs.watchSource(view.boxes, view.margin);
     std::array<std::uint32_t, kBlock> stirred;
-    const auto first = static_cast<std::uint32_t>(m_settled.firstWatched());
-    const auto size = static_cast<std::uint32_t>(m_settled.size());
-    m_stats.candidates += m_settled.changeableCount();
+    const auto first = static_cast<std::uint32_t>(pairs.firstWatched());
+    const auto size = static_cast<std::uint32_t>(pairs.size());
     for (std::uint32_t begin = first; begin < size; begin += kBlock)
     {
         const std::uint32_t end = std::min(begin + kBlock, size);
         const std::uint32_t count = m_kernels.findStirred(source, begin, end, stirred.data());
         for (std::uint32_t i = 0; i < count; ++i)
-            changeWatchedPair(view, stirred[i]);
+            changeWatchedPair(view, pairs, stirred[i], worker);
     }
 }
 }  // namespace cullet

@@ -20,6 +20,8 @@ public:
             m_lists[worker].pairs.push_back(found.pair(i));
     }
 
+    void add(IdPair pair) { m_lists[0].pairs.push_back(pair); }
+
     /// Calls visit(pair) for every pair, worker by worker.
     template <class Visit>
     void forEach(Visit visit) const

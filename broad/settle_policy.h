@@ -65,7 +65,8 @@ public:
     static constexpr double kCostOfStray = 200;   ///< more, for a box that came into other cells of them
     static constexpr double kCostOfRefill = 110;  ///< in rows that are cleared first
     static constexpr double kCostOfSettling = 290;
-    static constexpr double kCostOfActive = 250;
+    static constexpr double kCostOfActive = 140;   ///< outside of its shell, on its way
+    static constexpr double kCostOfStranded = 45;  ///< ... and at rest
     static constexpr double kCostOfQuiet = 15;
 
 private:

@@ -9,7 +9,7 @@
 
 namespace cullet
 {
-/// Pairs of table rows in order of their keys, PairSet::keyOf(), that are ticked off one by one.
+/// Pairs of rows in order of their keys, the first row in the upper half, that are ticked off one by one.
 ///
 /// Cost: O(1) a question where keys are spread, for which their range is cut evenly into about as many parts as there are pairs;
 /// O(log pairs) in any case.
@@ -39,6 +39,17 @@ public:
             return false;
         m_isGone[place] = 1;
         return true;
+    }
+
+    /// Calls visit(key) for every pair that has not been ticked off.
+    template <class Visit>
+    void forEach(Visit visit) const
+    {
+        for (std::size_t place = 0; place < m_keys.size(); ++place)
+        {
+            if (m_isGone[place] == 0)
+                visit(m_keys[place]);
+        }
     }
 
     std::uint64_t bytes() const

@@ -288,7 +288,7 @@ TEST(RowKernelSets, LocateTheSameWithEveryWidth)
 }
 
 /// Boxes of 1 in a cube, `movers` of which moved by more than their shells in each of the last updates.
-BackendStats statsOfMovers(std::uint32_t movers)
+BackendStats statsOfMovers(std::uint32_t movers, int updates)
 {
     GridOptions options;
     options.threads = 1;
@@ -300,7 +300,7 @@ BackendStats statsOfMovers(std::uint32_t movers)
         table.create(boxAt(random.between(0, 60), random.between(0, 60), random.between(0, 60)), i + 1,
                      {1, -1});
     PairDelta delta;
-    for (int update = 0; update < 6; ++update)
+    for (int update = 0; update < updates; ++update)
     {
         EXPECT_EQ(grid.update(table.beginUpdate(0.0625f, false), delta), Status::Ok);
         table.endUpdate();
@@ -312,18 +312,27 @@ BackendStats statsOfMovers(std::uint32_t movers)
 
 TEST(RowWork, AnUpdateLooksIntoTheRowsOfThoseThatMoveOnly)
 {
-    const BackendStats few = statsOfMovers(20);
+    const BackendStats few = statsOfMovers(20, 7);
     EXPECT_STREQ(few.path, "incremental");
-    // A box of 1 touches at most four of the wider cells.
+    // A box of 1, and what its list reaches, touches at most four of the wider cells.
     EXPECT_GE(few.cellsVisited, 20u);
     EXPECT_LE(few.cellsVisited, 4u * 20u);
     EXPECT_GT(few.candidates, 0u);
     EXPECT_LT(few.candidates, 20u * 200u);
-    const BackendStats more = statsOfMovers(200);
+    const BackendStats more = statsOfMovers(200, 7);
     EXPECT_STREQ(more.path, "incremental");
     EXPECT_GE(more.cellsVisited, 5 * few.cellsVisited);
     EXPECT_LE(more.cellsVisited, 4u * 200u);
-    EXPECT_EQ(statsOfMovers(0).candidates, 0u);
+    EXPECT_EQ(statsOfMovers(0, 7).candidates, 0u);
+}
+
+TEST(RowWork, AListOfNeighboursLastsWhileItsBoxIsInReach)
+{
+    const BackendStats stats = statsOfMovers(200, 6);
+    EXPECT_STREQ(stats.path, "incremental");
+    EXPECT_EQ(stats.cellsVisited, 0u);
+    EXPECT_GT(stats.candidates, 0u);
+    EXPECT_LT(stats.candidates, 200u * 20u);
 }
 }  // namespace
 }  // namespace cullet::test
