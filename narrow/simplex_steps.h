@@ -74,7 +74,7 @@ public:
     }
 
 private:
-    /// Nine of ten need one to four.
+    /// Then the search in double goes on.
     static constexpr std::int32_t kLimit = 8;
 
     template <class C>
