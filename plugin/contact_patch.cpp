@@ -310,9 +310,11 @@ btScalar clipFaces(const PatchSide& reference, const PatchSide& other, bool isAR
     builder.add(prism.clip(face, cut), noise);
     return noise;
 }
-/// Whether two corners are the touch, and nothing else can be within the limit: if every edge from either corner leads
-/// farther away along the normal than the limit allows, then so does all of a hull but for these edges and the faces
-/// between them, which meet those of the other hull at the touch only.
+
+/// Whether two corners are the touch, and the patch needs nothing else: every edge from either corner leads farther away along
+/// the normal than the limit allows, and so does the rest of its hull. The corners lie one above the other along the normal, so
+/// that the faces around them share a cone with its tip there; clipped, it has the tip, and points at the limit, which are
+/// no contacts yet.
 bool isOnlyTouch(const PosedShape& a, const PosedShape& b, const Touch& touch, double limit)
 {
     if (!touch.areCorners)

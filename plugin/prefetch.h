@@ -12,7 +12,8 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// Asks for bytes [from, to) of an object, multiples of 16 and the object aligned to that; always inline, or it is a call for two instructions.
+/// Asks for bytes [from, to) of an object, multiples of 16 and the object aligned to that; always inline, or it is a call for
+/// two instructions.
 [[gnu::always_inline]] inline void prefetchBytes(const void* object, std::size_t from, std::size_t to)
 {
     const auto* bytes = static_cast<const char*>(object);
