@@ -13,6 +13,9 @@ namespace
 // Updates that a settled grid has to last to be worth its refill.
 constexpr std::uint32_t kQuietUpdates = 4;
 constexpr std::uint32_t kAnchorSample = 256;
+// Share of boxes, one in so many, that may begin to move in an update: more of them fill the settled mode with active boxes
+// before it has paid for its refill.
+constexpr std::uint32_t kFreshShare = 64;
 constexpr std::size_t kFewChanges = 65536;  // new and parted pairs
 constexpr std::size_t kHardlyAny = 1024;
 constexpr std::uint32_t kSmallWorld = 4096;  // has hardly a loop for several threads
@@ -205,7 +208,7 @@ bool RowGridBackend::shouldSettle(const ProxyView& view)
     if (!m_policy.mayBegin())
         return false;
     if (view.dirtyCount < view.size / 8)
-        return true;
+        return countFreshMovers(view) <= view.size / kFreshShare;
     const float slack = 0.5f * view.margin;
     std::uint32_t away = 0;
     for (std::size_t i = 0; i < m_anchors.size(); ++i)
@@ -223,6 +226,21 @@ bool RowGridBackend::shouldSettle(const ProxyView& view)
     for (std::uint32_t row = 0; row < view.size; row += m_anchorStride)
         m_anchors.push_back(view.boxes[row]);
     return false;
+}
+
+/// Rows that changed, and had not changed when they were last counted.
+std::uint32_t RowGridBackend::countFreshMovers(const ProxyView& view)
+{
+    m_moverStamps.resize(std::max<std::size_t>(m_moverStamps.size(), view.size), 0);
+    const std::uint32_t before = m_moverStamp++;
+    std::uint32_t fresh = 0;
+    for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
+    {
+        std::uint32_t& stamp = m_moverStamps[view.dirty[i]];
+        fresh += stamp != before ? 1u : 0u;
+        stamp = m_moverStamp;
+    }
+    return fresh;
 }
 
 void RowGridBackend::forEachCell(const CellVisitor& visit) const
@@ -246,7 +264,8 @@ BackendStats RowGridBackend::stats() const
     stats.bytes = m_grid.bytes() + m_activeGrid.bytes() + m_settled.bytes() + m_sorts[0].bytes() +
                   m_sorts[1].bytes() + m_reference.capacity() * sizeof(Aabb) + m_states.capacity() +
                   m_words.capacity() * sizeof(Filter) + m_motions.capacity() * sizeof(float) +
-                  m_despite.bytes() + m_oldPairs.bytes() + m_oldKeys.capacity() * sizeof(std::uint64_t) +
+                  m_moverStamps.capacity() * sizeof(std::uint32_t) + m_despite.bytes() + m_oldPairs.bytes() +
+                  m_oldKeys.capacity() * sizeof(std::uint64_t) +
                   (m_apart.capacity() + m_overlapping.capacity() + m_sorted.capacity()) * sizeof(IdPair) +
                   m_between.bytes() + m_betweenBoxes.capacity() * sizeof(Aabb) +
                   m_lists.capacity() * sizeof(NeighbourList) +

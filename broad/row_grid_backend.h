@@ -105,6 +105,7 @@ private:
     void prepareRows(const ProxyView& view, bool hasCreated);
     void rememberWords(const ProxyView& view, bool all);
     bool shouldSettle(const ProxyView& view);
+    std::uint32_t countFreshMovers(const ProxyView& view);
     void decide(const char* reason, std::size_t strays, double cost, double otherCost)
     {
         m_stats.decision.reason = reason;
@@ -277,6 +278,9 @@ private:
     std::vector<Aabb> m_anchors;  ///< moving: a sample of the boxes some updates ago
     std::uint32_t m_anchorStride = 1;
     std::uint32_t m_anchorAge = 0;
+    std::vector<std::uint32_t>
+        m_moverStamps;               ///< [rows] of the last count in which each had changed; while few do
+    std::uint32_t m_moverStamp = 1;  ///< ... of the last count
 
     // Keys by id, [threads]. A pair that comes back, kept by the margin, is among the added ones twice, which cancels.
     std::vector<KeyList> m_added;

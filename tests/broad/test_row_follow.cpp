@@ -295,6 +295,36 @@ TEST(GridDecision, TakesTheCheaperPathAndSaysWhy)
     EXPECT_LT(resting.decision.cost, resting.decision.otherCost);
 }
 
+/// Updates in settled mode of 30, in each of which a twentieth of the boxes moves: the same one, or the next.
+int settledUpdatesOf(bool isFresh)
+{
+    constexpr std::uint32_t kCount = 5000;
+    constexpr std::uint32_t kShares = 20;
+    RowGridBackend grid{GridOptions()};
+    ProxyTable table;
+    Random random(28);
+    for (std::uint32_t i = 0; i < kCount; ++i)
+        table.create(boxAt(random.between(0, 40), random.between(0, 40), random.between(0, 40)), i + 1,
+                     {1, -1});
+    PairDelta delta;
+    int settled = 0;
+    for (std::uint32_t update = 0; update < 30; ++update)
+    {
+        EXPECT_EQ(grid.update(table.beginUpdate(0.0625f, false), delta), Status::Ok);
+        table.endUpdate();
+        settled += grid.stats().path == std::string("incremental") ? 1 : 0;
+        for (std::uint32_t row = isFresh ? update % kShares : 0; row < kCount; row += kShares)
+            table.setBox(row, translated(table.box(row), 0.125f, 0, 0));
+    }
+    return settled;
+}
+
+TEST(GridDecision, BoxesThatMoveInTurnAreNoReasonToSettle)
+{
+    EXPECT_GT(settledUpdatesOf(false), 24);
+    EXPECT_EQ(settledUpdatesOf(true), 0);
+}
+
 TEST(GridDecision, ThePlanIsNoDearerThanItsAlternatives)
 {
     const BackendStats stats = statsOfMotion({}, 0.1f, 2);
