@@ -237,6 +237,14 @@ enum class PsapOrder
     Bins       ///< without counting into bins of fixed room; by counting in updates where one of them is full
 };
 
+/// How the rows variant looks for partners where boxes are sorted, not put into bins of fixed room. The pairs are the same.
+enum class PsapRowSearch
+{
+    Automatic,  ///< grouped where boxes are many and of sizes that take several levels, else each alone
+    Alone,      ///< each box by itself
+    Grouped     ///< the boxes of a warp together: what is around all of them is read once
+};
+
 /// In which order the CPU runs the indices of a step. The pairs are the same.
 enum class PsapExecutor
 {
@@ -261,7 +269,8 @@ struct PsapOptions
     /// values give the same pairs.
     float cellScale = 0.0f;
     float binScale = 0.0f;
-    PsapOrder order = PsapOrder::Automatic;  ///< rows variant
+    PsapOrder order = PsapOrder::Automatic;              ///< rows variant
+    PsapRowSearch rowSearch = PsapRowSearch::Automatic;  ///< rows variant
     /// Room for pairs, entries and look-ups at the start; every list grows when it has to. Any value gives the same
     /// pairs (1 forces every growth).
     std::uint32_t initialCapacity = 1024;

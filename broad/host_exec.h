@@ -203,6 +203,20 @@ public:
             });
     }
 
+    /// The same for a step whose indices work in groups: those of the lanes of a warp on a GPU, here each alone. They share
+    /// emit.room(), a Step::Room, between two emit.sync(). All of a group have to be together in each call of emit:
+    /// ballot() tells whose lanes say yes, from() what another lane has, sum() and least() what comes of all.
+    template <class Step>
+    void forEachGrouped(std::uint64_t count, const Step& step, const PairList& list)
+    {
+        run(0, count,
+            [&]
+            {
+                return [&step, emit = GroupEmitter<typename Step::Room>(Emitter{list, &m_tests, 0})](
+                           std::uint64_t i) mutable { step(i, true, emit); };
+            });
+    }
+
     /// For each bin in [0, bins) calls step.begin(bin, emit), then step(bin, slot, share, true, emit) for each of its
     /// step.countOf(bin) slots and each of kSharers shares. On a GPU a block deals out the slots of some bins among its
     /// lanes, which are together as in forEachTogether().
@@ -318,6 +332,28 @@ private:
 
         std::uint32_t m_keptCount = 0;
         std::uint32_t m_kept[kMostKept] = {};
+    };
+
+    /// A group of one.
+    template <class Room>
+    struct GroupEmitter : Emitter
+    {
+        static constexpr std::uint32_t kLanes = 1;
+
+        explicit GroupEmitter(const Emitter& emitter) : Emitter(emitter) {}
+
+        Room& room() { return m_room; }
+        std::uint32_t lane() const { return 0; }
+        void sync() const {}
+        std::uint32_t ballot(bool isMine) const { return isMine ? 1 : 0; }
+        std::uint32_t countOf(std::uint32_t lanes) const { return lanes; }
+        std::uint32_t rankIn(std::uint32_t) const { return 0; }
+        std::uint32_t from(std::uint32_t value, std::uint32_t) const { return value; }
+        std::uint32_t sum(std::uint32_t value) const { return value; }
+        float least(float value, bool) const { return value; }
+
+    private:
+        Room m_room = {};
     };
 
     /// Calls body(i) for each index; makeBody() makes one body per task.

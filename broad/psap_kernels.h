@@ -43,15 +43,6 @@ struct CellBlock
     }
 };
 
-/// Cell along one axis, clamped: monotone, so that boxes outside of the planned scene are still exact.
-CULLET_HOST_DEVICE inline std::uint32_t clampedCell(float value, float origin, float inverse,
-                                                    std::uint32_t count)
-{
-    const std::int32_t cell = cellOf(value, origin, inverse);
-    const std::int32_t last = static_cast<std::int32_t>(count) - 1;
-    return static_cast<std::uint32_t>(cell < 0 ? 0 : cell > last ? last : cell);
-}
-
 CULLET_HOST_DEVICE inline CellBlock cellsOf(const CellPlan& plan, const Aabb& box)
 {
     return {clampedCell(along(box.min, plan.axes.u), plan.originU, plan.inverseU, plan.countU),

@@ -5,6 +5,7 @@
 #include "broad/psap_bin_search.h"
 #include "broad/psap_kernels.h"
 #include "broad/psap_principal.h"
+#include "broad/psap_row_groups.h"
 #include "broad/psap_row_planner.h"
 #include "broad/psap_rows.h"
 #include "broad/psap_search_input.h"
@@ -18,6 +19,7 @@
 ///
 /// An executor has: Buffer<T> with data() and size(); reserve(buffer, n), which may discard; upload, download, copy,
 /// clear and wait; forEach(n, functor); forEachEmitting(n, functor, list); forEachTogether(n, functor, list);
+/// forEachGrouped(n, functor, list);
 /// forEachDealt<sharers>(bins, functor, list); hasSpareLanes; scan; scanLargest; sortPairs; sortKeys. Steps run one after the other. HostExec and CudaExec are
 /// executors.
 namespace cullet::psap
@@ -219,6 +221,8 @@ public:
     void build(Exec& exec, SearchInput input)
     {
         m_input = input;
+        if (m_isGrouped != groupsNext())
+            setGrouped(!m_isGrouped);
         reserveForBoxes(exec, input.count);
         m_planner.prepare(exec, input, m_binCapacity);
 
@@ -243,7 +247,10 @@ public:
     }
 
     /// Whether the next build() of as many boxes makes the same launches as the last one, without allocation or wait.
-    bool isRepeatable() const { return m_input.count != 0 && !m_planner.isStale(); }
+    bool isRepeatable() const
+    {
+        return m_input.count != 0 && !m_planner.isStale() && m_isGrouped == groupsNext();
+    }
 
     /// Counts a repetition that happened without build().
     void countRepeat() { m_planner.countUse(); }
@@ -257,6 +264,8 @@ private:
     using Buffer = typename Exec::template Buffer<T>;
 
     static constexpr float kBinsPerBox = 1.25f;
+    static constexpr float kBinsPerBoxOfGroup = 0.5f;
+    static constexpr std::uint64_t kBoxesForGroups = 1u << 16;
     static constexpr std::uint64_t kBoxesForRadix = 6u << 20;
     static constexpr std::uint64_t kMostBinsOfThreePasses = (1u << 24) - 1;
     // Up to here a GPU has lanes to spare.
@@ -266,6 +275,22 @@ private:
     {
         return m_options.order == PsapOrder::Radix ||
                (m_options.order == PsapOrder::Automatic && m_input.count >= kBoxesForRadix);
+    }
+
+    /// Whether the boxes of the input search in groups: in scenes of one size a box alone has fewer records to look at.
+    bool groupsNext() const
+    {
+        constexpr std::uint32_t kLevelsOfOneSize = 2;  // the last one is empty
+        return m_options.rowSearch == PsapRowSearch::Grouped ||
+               (m_options.rowSearch == PsapRowSearch::Automatic && m_input.count >= kBoxesForGroups &&
+                m_planner.levelCount() > kLevelsOfOneSize);
+    }
+
+    void setGrouped(bool isGrouped)
+    {
+        m_isGrouped = isGrouped;
+        m_planner.planForGroups(isGrouped);
+        m_binCapacity = 0;
     }
 
     void sortByCounting(Exec& exec)
@@ -294,24 +319,32 @@ private:
     template <class IsNew>
     void emitTesting(Exec& exec, const IsNew& isNew, const PairList& pairs)
     {
-        if (exec.hasSpareLanes() && m_input.count <= kBoxesWithSharers)
-            emitSharing<4>(exec, isNew, pairs);
+        if (m_isGrouped)
+            exec.forEachGrouped(m_input.count,
+                                SearchGroups<IsNew>{partners<TestPackedFirst>(isNew), rowOrder()}, pairs);
+        else if (exec.hasSpareLanes() && m_input.count <= kBoxesWithSharers)
+            emitSharing<TestInTurn, 4>(exec, isNew, pairs);
+        else if (isRadix())
+            emitSharing<TestAtOnce, 1>(exec, isNew, pairs);
         else
-            emitSharing<1>(exec, isNew, pairs);
+            emitSharing<TestInTurn, 1>(exec, isNew, pairs);
     }
 
-    template <std::uint32_t kSharers, class IsNew>
+    template <class Tests, std::uint32_t kSharers, class IsNew>
     void emitSharing(Exec& exec, const IsNew& isNew, const PairList& pairs)
     {
         exec.forEachTogether(kSharers * m_input.count,
-                             SearchRows<IsNew, kSharers>{
-                                 {m_records.data(), m_planner.plan(), m_input.boxes, m_side.data(), isNew},
-                                 m_binStarts.data(),
-                                 m_binCapacity,
-                                 m_totals.data(),
-                                 m_input.count,
-                                 m_binCounts.data()},
-                             pairs);
+                             SearchRows<IsNew, Tests, kSharers>{partners<Tests>(isNew), rowOrder()}, pairs);
+    }
+
+    template <class Tests, class IsNew>
+    RowPartners<IsNew, Tests> partners(const IsNew& isNew) const
+    {
+        return {m_records.data(), m_planner.plan(), m_input.boxes, m_side.data(), isNew};
+    }
+    RowOrder rowOrder() const
+    {
+        return {m_binStarts.data(), m_binCapacity, m_totals.data(), m_input.count, m_binCounts.data()};
     }
 
     RowBins rowBins() const
@@ -339,7 +372,7 @@ private:
             m_binCapacity = 0;
         if (m_binCapacity == 0)
         {
-            m_binCapacity = binCapacityFor(count, kBinsPerBox);
+            m_binCapacity = binCapacityFor(count, m_isGrouped ? kBinsPerBoxOfGroup : kBinsPerBox);
             // A fourth pass for a few more bins does not pay.
             if (isRadix() && count < 5 * kMostBinsOfThreePasses / 4)
                 m_binCapacity = std::min(m_binCapacity, kMostBinsOfThreePasses);
@@ -357,6 +390,7 @@ private:
     std::uint64_t m_binCapacity = 0;
     std::uint64_t m_plannedCount = 0;
     RowPlanner<Exec> m_planner;
+    bool m_isGrouped = false;
     Buffer<RowPlace> m_places;
     Buffer<std::uint32_t> m_keys[2], m_rows[2];  ///< for the radix sort: as filled, and sorted
     Buffer<std::uint32_t> m_binCounts, m_binStarts;

@@ -93,7 +93,7 @@ struct SearchBins
 {
     static constexpr std::uint32_t kMostRoom = kBinRoom;
 
-    RowPartners<IsNew> partners;
+    RowPartners<IsNew, TestAtOnce> partners;
     RowBinSet set;
     RowBinSet other;  ///< set to 0 for the next update
     std::uint32_t room;

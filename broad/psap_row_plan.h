@@ -18,14 +18,16 @@ struct alignas(16) RowLevel
 {
     float limit;                   ///< longest side of a box on this level
     float reach;                   ///< a little more: how far before a box its partners' minima may lie
-    float inverse;                 ///< 1 / width of a cell
+    float inverseU;                ///< 1 / width of a cell
     float inverseBin;              ///< 1 / length of a bin
     std::uint32_t firstBin;        ///< bins of all finer levels
     std::uint32_t endBin;          ///< and those of this one
     std::uint32_t countU, countV;  ///< cells, before they repeat
     std::uint32_t binCount;        ///< bins per cell
     std::uint32_t isRoomy;         ///< 1: no two cells around a box are the same one, wrapped
-    std::uint32_t padding[2];
+    // For groups: the other width, which is the same elsewhere, and 1 where cells end with the plan's and lie in a serpentine.
+    float inverseV;
+    std::uint32_t isSerpentine;
 };
 
 struct alignas(16) RowPlan
@@ -35,6 +37,7 @@ struct alignas(16) RowPlan
     Axes axes;
     std::uint32_t binCount;  ///< of all levels
     RowLevel levels[kMostLevels];
+    std::uint32_t levelsBySize;  ///< as many as the sizes ask for; a plan for groups of boxes has fewer
     /// First bin of the last level, which has boxes only where a sample missed some.
     std::uint32_t spareBin;
 };
@@ -58,6 +61,12 @@ struct PlanRows
     static constexpr double kCostOfBin = 4;
     // Boxes per cell from which on a doubling of size gets its own level.
     static constexpr double kFullCell = 2.5;
+    // The same for groups of boxes, and the sizes of their cells and bins in mean distances of boxes: a group is about as
+    // wide as a cell, in which it lies one behind the other.
+    static constexpr double kFullCellOfGroup = 10;
+    static constexpr double kWidthForGroup = 2.5;
+    static constexpr double kLengthForGroup = 0.5;
+    static constexpr double kNarrowestForGroup = 0.5;  // in longest sides
     // The window of a box is two longest sides and a little: it touches two bins of that length.
     static constexpr double kTwoSides = 2.02;
     static constexpr double kNarrowest = 0.25;
@@ -69,6 +78,7 @@ struct PlanRows
     float cellScale;  ///< width of a cell in longest sides of its level; 0: chosen
     float binScale;   ///< length of a bin, likewise
     double perBin;    ///< 0, or how many boxes a bin is to have on average
+    bool isForGroups;
     std::uint64_t binCapacity;
     RowPlan* plan;
 
@@ -78,12 +88,15 @@ struct PlanRows
         plan->axes = chooseAxes(sums, axis);
         const bool isEmpty = sums.count == 0;
         plan->originS = isEmpty ? 0.0f : sums.low[plan->axes.s];
-        plan->originU = isEmpty ? 0.0f : sums.low[plan->axes.u];
-        plan->originV = isEmpty ? 0.0f : sums.low[plan->axes.v];
+        plan->originU = isEmpty ? 0.0f : static_cast<float>(begin(plan->axes.u));
+        plan->originV = isEmpty ? 0.0f : static_cast<float>(begin(plan->axes.v));
         const Spread spread = {spreadAlong(plan->axes.s), spreadAlong(plan->axes.u),
                                spreadAlong(plan->axes.v)};
         double counts[kMostLevels];
-        chooseLevels(spread, counts);
+        chooseLevels(spread, kFullCell, counts);
+        plan->levelsBySize = plan->levelCount;
+        if (isForGroups)
+            chooseLevels(spread, kFullCellOfGroup, counts);
         std::uint32_t firstBin = 0;
         double finer = 0;
         for (std::uint32_t k = 0; k < plan->levelCount; ++k)
@@ -127,6 +140,24 @@ private:
         return moments->count == 0 ? 0.0 : static_cast<double>(moments->high[along]) - moments->low[along];
     }
 
+    /// Where cells begin along an axis, and where those end that do not repeat. Few boxes lie beyond.
+    CULLET_HOST_DEVICE double begin(std::uint32_t along) const
+    {
+        const double low = moments->low[along];
+        const double first = mean(along) - spreadAlong(along);
+        return isForGroups && first > low ? first : low;
+    }
+    CULLET_HOST_DEVICE double end(std::uint32_t along) const
+    {
+        const double high = moments->high[along];
+        const double last = mean(along) + spreadAlong(along);
+        return last < high ? last : high;
+    }
+    CULLET_HOST_DEVICE double mean(std::uint32_t along) const
+    {
+        return moments->sum[along] / static_cast<double>(moments->count);
+    }
+
     CULLET_HOST_DEVICE double spreadAlong(std::uint32_t along) const
     {
         const double variance = moments->variance(along);
@@ -134,8 +165,9 @@ private:
         return uniform < side(along) ? uniform : side(along);
     }
 
-    /// @param counts [out] boxes per level
-    CULLET_HOST_DEVICE void chooseLevels(const Spread& spread, double* counts) const
+    /// @param fullCell boxes per cell from which on a doubling of size gets its own level
+    /// @param counts   [out] boxes per level
+    CULLET_HOST_DEVICE void chooseLevels(const Spread& spread, double fullCell, double* counts) const
     {
         std::uint32_t levels = 0;
         double taken = 0;
@@ -147,7 +179,7 @@ private:
             const double count = stride * sizes->count[octave];
             const double next = floatOf(sizes->largestBits[octave]);
             const double perCell = (taken + count) * next * next * next / spread.volume(next);
-            if (taken > 0 && perCell > kFullCell && levels + 2 < kMostLevels)
+            if (taken > 0 && perCell > fullCell && levels + 2 < kMostLevels)
             {
                 closeLevel(levels, limit, taken, counts);
                 taken = 0;
@@ -176,6 +208,10 @@ private:
     {
         const double limit = level.limit;
         const double density = count / spread.volume(limit);
+        level.reach = level.limit * 1.001f;
+        level.isSerpentine = isForGroups ? 1 : 0;
+        if (isForGroups)
+            return chooseCellsForGroups(level, density, room);
         if (perBin > 0)
             return chooseFilledCells(level, spread, density, room);
         double best = -1;
@@ -269,16 +305,50 @@ private:
 
     CULLET_HOST_DEVICE void setCells(RowLevel& level, const Cells& cells, double width, double length) const
     {
-        level.reach = level.limit * 1.001f;
-        level.inverse = static_cast<float>(1.0 / width);
+        level.inverseU = level.inverseV = static_cast<float>(1.0 / width);
         level.countU = static_cast<std::uint32_t>(cells.u);
         level.countV = static_cast<std::uint32_t>(cells.v);
         // Cells ahead of a box and cells behind it, and three on either side for rounding and where it lies.
         const double around = floor(2 * 1.001 * level.limit / width) + 8;
         level.isRoomy = cells.u >= around && cells.v >= around ? 1 : 0;
-        level.binCount = static_cast<std::uint32_t>(cells.s);
-        const double fitting = cells.s / side(plan->axes.s);
+        setBins(level, cells.s, length);
+    }
+
+    CULLET_HOST_DEVICE void setBins(RowLevel& level, double count, double length) const
+    {
+        level.binCount = static_cast<std::uint32_t>(count);
+        const double fitting = count / side(plan->axes.s);
         level.inverseBin = static_cast<float>(fitting < 1.0 / length ? fitting : 1.0 / length);
+    }
+
+    /// Cells of the same width all of them, since a group in a narrow last one would be a long one.
+    CULLET_HOST_DEVICE void chooseCellsForGroups(RowLevel& level, double density, double room) const
+    {
+        const double distance = cbrt(1 / (density > 1e-30 ? density : 1e-30));
+        const double least = kNarrowestForGroup * level.limit;
+        double width = kWidthForGroup * distance > least ? kWidthForGroup * distance : least;
+        double length = kLengthForGroup * distance;
+        width = cellScale > 0 ? static_cast<double>(cellScale) * level.limit : width;
+        length = binScale > 0 ? static_cast<double>(binScale) * level.limit : length;
+        const double sideU = sideOfCells(plan->axes.u);
+        const double sideV = sideOfCells(plan->axes.v);
+        const Cells cells =
+            limited({PlanRows::cells(sideU - 0.5 * width, width), PlanRows::cells(sideV - 0.5 * width, width),
+                     PlanRows::cells(side(plan->axes.s), length)},
+                    room);
+        level.countU = static_cast<std::uint32_t>(cells.u);
+        level.countV = static_cast<std::uint32_t>(cells.v);
+        level.inverseU = static_cast<float>(cells.u / sideU);
+        level.inverseV = static_cast<float>(cells.v / sideV);
+        level.isRoomy = 0;
+        setBins(level, cells.s, length);
+    }
+
+    /// From where the cells begin to where they end, and a little: rounding makes no cell more.
+    CULLET_HOST_DEVICE double sideOfCells(std::uint32_t along) const
+    {
+        const double side = moments->count == 0 ? 0.0 : end(along) - begin(along);
+        return side > 1e-30 ? 1.00001 * side : 1e-30;
     }
 };
 }  // namespace cullet::psap

@@ -30,10 +30,12 @@ public:
     }
 
     const RowPlan* plan() const { return m_plan.data(); }
-    /// Levels of the last plan that the executor was waited for; 0: none yet.
+    /// Levels that the sizes ask for, in the last plan that the executor was waited for; 0: none yet.
     std::uint32_t levelCount() const { return m_levelCount.size() == 0 ? 0 : *m_levelCount.data(); }
     bool isStale() const { return m_age >= kUpdatesPerPlan; }
     void forget() { m_age = kUpdatesPerPlan; }
+    /// From the next plan on; see PlanRows.
+    void planForGroups(bool isForGroups) { m_isForGroups = isForGroups; }
     /// Counts an update without prepare().
     void countUse() { ++m_age; }
 
@@ -54,15 +56,17 @@ private:
         }
         const std::uint64_t stride = std::max<std::uint64_t>(1, input.count / kBoxesInSample);
         m_statistics.collect(exec, input, stride);
-        exec.forEach(1, PlanRows{m_statistics.moments(), m_statistics.sizes(), static_cast<double>(stride),
-                                 m_axis, m_cellScale, m_binScale, m_perBin, binCapacity, m_plan.data()});
-        exec.download(m_levelCount.data(), &m_plan.data()->levelCount, 1);
+        exec.forEach(
+            1, PlanRows{m_statistics.moments(), m_statistics.sizes(), static_cast<double>(stride), m_axis,
+                        m_cellScale, m_binScale, m_perBin, m_isForGroups, binCapacity, m_plan.data()});
+        exec.download(m_levelCount.data(), &m_plan.data()->levelsBySize, 1);
         m_age = 0;
     }
 
     PsapAxis m_axis;
     float m_cellScale, m_binScale;
     double m_perBin;
+    bool m_isForGroups = false;
     std::uint32_t m_age = kUpdatesPerPlan;
     Statistics<Exec> m_statistics;
     Buffer<RowPlan> m_plan;

@@ -24,9 +24,20 @@ CULLET_HOST_DEVICE inline std::uint32_t wrapped(std::int32_t cell, std::uint32_t
 
 CULLET_HOST_DEVICE inline std::uint32_t binAlong(const RowPlan& plan, const RowLevel& level, float s)
 {
-    const std::int32_t bin = cellOf(s, plan.originS, level.inverseBin);
-    const std::int32_t last = static_cast<std::int32_t>(level.binCount) - 1;
-    return static_cast<std::uint32_t>(bin < 0 ? 0 : bin > last ? last : bin);
+    return clampedCell(s, plan.originS, level.inverseBin, level.binCount);
+}
+
+/// The cells of a level to and fro, and the bins of each cell likewise: bins one behind the other lie side by side.
+CULLET_HOST_DEVICE inline std::uint32_t serpentineCell(const RowLevel& level, std::uint32_t u,
+                                                       std::uint32_t v)
+{
+    return v * level.countU + (v % 2 == 0 ? u : level.countU - 1 - u);
+}
+
+CULLET_HOST_DEVICE inline std::uint32_t serpentineBin(const RowLevel& level, std::uint32_t cell,
+                                                      std::uint32_t bin)
+{
+    return cell % 2 == 0 ? bin : level.binCount - 1 - bin;
 }
 
 /// Where box i goes.
@@ -101,10 +112,20 @@ private:
             return kNoLevel;
         const RowLevel& level = plan->levels[k];
         const Axes axes = plan->axes;
-        const std::int32_t u = cellOf(along(box.min, axes.u), plan->originU, level.inverse);
-        const std::int32_t v = cellOf(along(box.min, axes.v), plan->originV, level.inverse);
-        const std::uint32_t cell = wrapped(v, level.countV) * level.countU + wrapped(u, level.countU);
-        return level.firstBin + cell * level.binCount + binAlong(*plan, level, along(box.min, axes.s));
+        const float u = along(box.min, axes.u);
+        const float v = along(box.min, axes.v);
+        const std::uint32_t bin = binAlong(*plan, level, along(box.min, axes.s));
+        if (level.isSerpentine != 0)
+        {
+            const std::uint32_t cell =
+                serpentineCell(level, clampedCell(u, plan->originU, level.inverseU, level.countU),
+                               clampedCell(v, plan->originV, level.inverseV, level.countV));
+            return level.firstBin + cell * level.binCount + serpentineBin(level, cell, bin);
+        }
+        const std::uint32_t cell =
+            wrapped(cellOf(v, plan->originV, level.inverseU), level.countV) * level.countU +
+            wrapped(cellOf(u, plan->originU, level.inverseU), level.countU);
+        return level.firstBin + cell * level.binCount + bin;
     }
 };
 

@@ -14,13 +14,6 @@
 /// for another frame, or from a sample, costs time only.
 namespace cullet::psap
 {
-CULLET_HOST_DEVICE inline bool meets(const RowRecord& a, const RowRecord& b)
-{
-    // Not &&: six comparisons are cheaper than a branch that lanes take apart.
-    return (a.front.s0 <= b.front.s1) & (b.front.s0 <= a.front.s1) & (a.front.u0 <= b.front.u1) &
-           (b.front.u0 <= a.front.u1) & (a.back.v0 <= b.back.v1) & (b.back.v0 <= a.back.v1);
-}
-
 /// What two intervals share; negative when they are apart.
 CULLET_HOST_DEVICE inline float sharedLength(float a0, float a1, float b0, float b1)
 {
@@ -74,8 +67,43 @@ struct RowCells
     }
 };
 
+// Not &&: some comparisons are cheaper than a branch that lanes take apart.
+CULLET_HOST_DEVICE inline bool meets(const RowRecord::Front& a, const RowRecord::Front& b)
+{
+    return (a.s0 <= b.s1) & (b.s0 <= a.s1) & (a.u0 <= b.u1) & (b.u0 <= a.u1);
+}
+CULLET_HOST_DEVICE inline bool meets(const RowRecord::Back& a, const RowRecord::Back& b)
+{
+    return (a.v0 <= b.v1) & (b.v0 <= a.v1);
+}
+CULLET_HOST_DEVICE inline bool meets(const RowRecord& a, const RowRecord& b)
+{
+    return meets(a.front, b.front) & meets(a.back, b.back);
+}
+
+/// How a search tests records: isNear() all that it looks at, isPair() what it kept of them.
+struct TestAtOnce
+{
+    CULLET_HOST_DEVICE static bool isNear(const RowRecord& a, const RowRecord& b) { return meets(a, b); }
+    CULLET_HOST_DEVICE static bool isPair(const RowRecord&, const RowRecord&) { return true; }
+};
+/// The third axis of those alone that meet along two: half as much is read of the others.
+struct TestInTurn
+{
+    CULLET_HOST_DEVICE static bool isNear(const RowRecord& a, const RowRecord& b)
+    {
+        return meets(a.front, b.front);
+    }
+    CULLET_HOST_DEVICE static bool isPair(const RowRecord& a, const RowRecord& b)
+    {
+        return meets(a.back, b.back);
+    }
+};
+
 /// What every search with records does with a box.
-template <class IsNew>
+///
+/// @tparam Tests TestAtOnce, TestInTurn or another one
+template <class IsNew, class Tests>
 struct RowPartners
 {
     const RowRecord* records;  ///< and one more
@@ -120,20 +148,49 @@ struct RowPartners
         }
     }
 
-    /// Tests the record against those of a range. First all tests of some records, then what they found, which is
-    /// reported when there is more of it: most lanes find nothing in a cell, and would wait for those that do.
+    /// The same for record i; the ones behind the last stand for the boxes on the side list.
+    template <class Emit>
+    CULLET_HOST_DEVICE void searchSideOf(std::uint64_t i, const RowTotals& totals, std::uint32_t share,
+                                         std::uint32_t sharers, Emit& emit) const
+    {
+        if (i < totals.records)
+            searchSide(records[i].back.row, share, totals.sides, sharers, emit);
+        else if (i - totals.records < totals.sides)
+            searchSide(side[i - totals.records], static_cast<std::uint32_t>(i - totals.records) + 1 + share,
+                       totals.sides, sharers, emit);
+    }
+
+    /// Tests the record against those of a range. First all tests of some records, then what they found,
+    /// which is reported when there is more of it: most lanes find nothing in a cell, and would wait for those that do.
     template <class Range, class Test, class Emit>
     CULLET_HOST_DEVICE void scan(const RowRecord& self, Range range, const Test& entryTest, Emit& emit) const
     {
         for (; emit.any(range.begin < range.end); range.begin += kTestsTogether)
         {
             const std::uint32_t count = range.size() < kTestsTogether ? range.size() : kTestsTogether;
-            keep(self, range, hitsAmong(self, range.among(records), count), entryTest, emit);
+            keep(
+                self, hitsAmong(self, range.among(records), count),
+                [&](std::uint32_t k) { return range.at(k); }, entryTest, emit);
             emit.tested(count);
         }
     }
 
-    /// Appends those of the kept pairs that enter.
+    /// Keeps the records recordAt(k) of the bits k of `hits`; reports what is kept where a lane has no room for more.
+    template <class RecordAt, class Test, class Emit>
+    CULLET_HOST_DEVICE void keep(const RowRecord& self, std::uint32_t hits, const RecordAt& recordAt,
+                                 const Test& entryTest, Emit& emit) const
+    {
+        for (;;)
+        {
+            for (; hits != 0 && !emit.isFull(); hits &= hits - 1)
+                emit.keep(recordAt(lowestBit(hits)));
+            if (!emit.any(hits != 0))
+                return;
+            report(self, entryTest, emit);
+        }
+    }
+
+    /// Appends those of the kept pairs that are pairs, and enter.
     template <class Test, class Emit>
     CULLET_HOST_DEVICE void report(const RowRecord& self, const Test& entryTest, Emit& emit) const
     {
@@ -145,7 +202,8 @@ struct RowPartners
             {
                 const RowRecord& other = records[emit.kept(k)];
                 pair.b = other.back.row;
-                isEntering = entryTest(pair, [&] { return overlapOf(self, other); });
+                isEntering =
+                    Tests::isPair(self, other) && entryTest(pair, [&] { return overlapOf(self, other); });
             }
             emit.append(isEntering, pair);
         }
@@ -155,13 +213,14 @@ struct RowPartners
 private:
     static constexpr std::uint32_t kTestsTogether = 32;
 
+    // Cells that wrap around are square: one number less to hold.
     CULLET_HOST_DEVICE std::int32_t cellU(float u, const RowLevel& level) const
     {
-        return cellOf(u, plan->originU, level.inverse);
+        return cellOf(u, plan->originU, level.inverseU);
     }
     CULLET_HOST_DEVICE std::int32_t cellV(float v, const RowLevel& level) const
     {
-        return cellOf(v, plan->originV, level.inverse);
+        return cellOf(v, plan->originV, level.inverseU);
     }
 
     CULLET_HOST_DEVICE static std::uint32_t cellsBetween(std::int32_t first, std::int32_t last,
@@ -171,7 +230,7 @@ private:
         return count < most ? count : most;
     }
 
-    /// Bit k: the record meets others[k].
+    /// Bit k: the record is near others[k].
     template <class Records>
     CULLET_HOST_DEVICE static std::uint32_t hitsAmong(const RowRecord& self, const Records& others,
                                                       std::uint32_t count)
@@ -182,23 +241,26 @@ private:
 #pragma unroll 1
 #endif
         for (std::uint32_t k = 0; k < count; k += 2)
-            hits |= (meets(self, others[k]) ? 1u : 0u) << k | (meets(self, others[k + 1]) ? 2u : 0u) << k;
+            hits |= (Tests::isNear(self, others[k]) ? 1u : 0u) << k |
+                    (Tests::isNear(self, others[k + 1]) ? 2u : 0u) << k;
         return count < 32 ? hits & ((1u << count) - 1u) : hits;
     }
+};
 
-    /// Keeps the records of the range that bits of `hits` stand for; reports what is kept where a lane has no room for more.
-    template <class Range, class Test, class Emit>
-    CULLET_HOST_DEVICE void keep(const RowRecord& self, const Range& range, std::uint32_t hits,
-                                 const Test& entryTest, Emit& emit) const
+/// What the steps before have left for the search, and what it clears for the next update.
+struct RowOrder
+{
+    const std::uint32_t* binStarts;  ///< [binCapacity + 1]
+    std::uint64_t binCapacity;
+    const RowTotals* totals;
+    std::uint64_t boxCount;
+    std::uint32_t* binCounts;  ///< [binCapacity + 1]
+
+    /// @param index one of `sharers` for each box
+    CULLET_HOST_DEVICE void clearBins(std::uint64_t index, std::uint32_t sharers) const
     {
-        for (;;)
-        {
-            for (; hits != 0 && !emit.isFull(); hits &= hits - 1)
-                emit.keep(range.at(lowestBit(hits)));
-            if (!emit.any(hits != 0))
-                return;
-            report(self, entryTest, emit);
-        }
+        for (std::uint64_t bin = index; bin <= binCapacity; bin += boxCount * sharers)
+            binCounts[bin] = 0;
     }
 };
 
@@ -212,15 +274,11 @@ private:
 ///
 /// The lanes of a warp go from cell to cell together, and write out together what they found. Several indices in a row
 /// may share a record, each taking some of the cells: more to do in all, and sooner done where a GPU has lanes to spare.
-template <class IsNew, std::uint32_t kSharers>
+template <class IsNew, class Tests, std::uint32_t kSharers>
 struct SearchRows
 {
-    RowPartners<IsNew> partners;
-    const std::uint32_t* binStarts;  ///< [binCapacity + 1]
-    std::uint64_t binCapacity;
-    const RowTotals* allTotals;
-    std::uint64_t boxCount;
-    std::uint32_t* binCounts;  ///< [binCapacity + 1] set to 0 for the next update
+    RowPartners<IsNew, Tests> partners;
+    RowOrder order;
 
     /// @param index of kSharers for each box
     /// @param isIndex false for what only fills up a warp
@@ -228,32 +286,20 @@ struct SearchRows
     CULLET_HOST_DEVICE void operator()(std::uint64_t index, bool isIndex, Emit& emit) const
     {
         if (isIndex)
-            clearBins(index);
+            order.clearBins(index, kSharers);
         const std::uint64_t i = index / kSharers;
         const std::uint32_t share = static_cast<std::uint32_t>(index % kSharers);
-        const RowTotals totals = *allTotals;
+        const RowTotals totals = *order.totals;
         const bool isRecord = isIndex && i < totals.records;
         const auto entryTest = partners.isNew.ready();
         if (emit.any(isRecord))
             searchRecord(isRecord ? static_cast<std::uint32_t>(i) : totals.records - 1, share, isRecord,
                          totals.levels, entryTest, emit);
-        if (totals.sides == 0 || !isIndex)
-            return;
-        if (isRecord)
-            partners.searchSide(partners.records[i].back.row, share, totals.sides, kSharers, emit);
-        else if (i - totals.records < totals.sides)
-            partners.searchSide(partners.side[i - totals.records],
-                                static_cast<std::uint32_t>(i - totals.records) + 1 + share, totals.sides,
-                                kSharers, emit);
+        if (totals.sides != 0 && isIndex)
+            partners.searchSideOf(i, totals, share, kSharers, emit);
     }
 
 private:
-    CULLET_HOST_DEVICE void clearBins(std::uint64_t index) const
-    {
-        for (std::uint64_t bin = index; bin <= binCapacity; bin += boxCount * kSharers)
-            binCounts[bin] = 0;
-    }
-
     template <class Test, class Emit>
     CULLET_HOST_DEVICE void searchRecord(std::uint32_t i, std::uint32_t share, bool isRecord,
                                          std::uint32_t levels, const Test& entryTest, Emit& emit) const
@@ -289,8 +335,8 @@ private:
             if (k >= cells.count)
                 return {0, 0};
             const std::uint32_t cell = cells.index() * level.binCount;
-            const std::uint32_t begin = binStarts[cell + bin0];
-            const std::uint32_t end = binStarts[cell + bin1];
+            const std::uint32_t begin = order.binStarts[cell + bin0];
+            const std::uint32_t end = order.binStarts[cell + bin1];
             return {k == 0 || level.isRoomy == 0 ? (begin > behind ? begin : behind) : begin, end};
         };
         cells.skip(share);

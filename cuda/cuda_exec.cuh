@@ -155,6 +155,86 @@ __global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
         emit.flush();
 }
 
+/// The same where the lanes of a warp are a group.
+template <class Room>
+struct GroupEmitter : TogetherEmitter
+{
+    static constexpr std::uint32_t kLanes = 32;
+
+    Room* shared;  ///< of the warp
+
+    __device__ GroupEmitter(const TogetherEmitter& emitter, Room* room)
+        : TogetherEmitter(emitter), shared(room)
+    {
+    }
+
+    __device__ Room& room() const { return *shared; }
+    __device__ std::uint32_t lane() const { return threadIdx.x % kLanes; }
+    __device__ void sync() const { __syncwarp(); }
+    __device__ std::uint32_t ballot(bool isMine) const { return __ballot_sync(kAll, isMine); }
+    __device__ std::uint32_t countOf(std::uint32_t lanes) const { return __popc(lanes); }
+    __device__ std::uint32_t rankIn(std::uint32_t lanes) const
+    {
+        return __popc(lanes & ((1u << lane()) - 1u));
+    }
+    __device__ std::uint32_t from(std::uint32_t value, std::uint32_t lane) const
+    {
+        return __shfl_sync(kAll, value, static_cast<int>(lane));
+    }
+    __device__ std::uint32_t sum(std::uint32_t value) const
+    {
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 800
+        return __reduce_add_sync(kAll, value);
+#else
+        for (int distance = 1; distance < 32; distance *= 2)
+            value += __shfl_xor_sync(kAll, value, distance);
+        return value;
+#endif
+    }
+    __device__ float least(float value, bool isMine) const
+    {
+        return fromOrdered(leastOf(isMine ? ordered(value) : 0x7fffffff));
+    }
+
+private:
+    /// Ordered as the float is.
+    __device__ static int ordered(float value)
+    {
+        const int bits = __float_as_int(value);
+        return bits ^ ((bits >> 31) & 0x7fffffff);
+    }
+    __device__ static float fromOrdered(int number)
+    {
+        return __int_as_float(number ^ ((number >> 31) & 0x7fffffff));
+    }
+    __device__ static int leastOf(int number)
+    {
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 800
+        return __reduce_min_sync(kAll, number);
+#else
+        for (int distance = 1; distance < 32; distance *= 2)
+            number = min(number, __shfl_xor_sync(kAll, number, distance));
+        return number;
+#endif
+    }
+};
+
+template <class Step>
+__global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
+    runGrouped(std::uint64_t end, const Step step, const PairList list)
+{
+    using Room = typename Step::Room;
+    __shared__ alignas(8) IdPair buffers[kEmitThreads / 32][TogetherEmitter::kRoom];
+    __shared__ std::uint32_t kept[TogetherEmitter::kMostKept * kEmitThreads];
+    __shared__ Room rooms[kEmitThreads / 32];
+    GroupEmitter<Room> emit({buffers[threadIdx.x / 32], 0, list, kept + threadIdx.x, 0},
+                            &rooms[threadIdx.x / 32]);
+    const std::uint64_t i = static_cast<std::uint64_t>(blockIdx.x) * kEmitThreads + threadIdx.x;
+    step(i, i < end, emit);
+    if (emit.held != 0)
+        emit.flush();
+}
+
 /// The same where a block deals out the slots of as many bins as it has lanes for: most bins have none or one, and lanes
 /// that keep to a bin would wait for those with more.
 template <std::uint32_t kSharers, class Step>
@@ -401,6 +481,12 @@ public:
     void forEachTogether(std::uint64_t count, const Step& step, const PairList& list)
     {
         launch(runTogether<Step>, count, kEmitThreads, count, step, list);
+    }
+
+    template <class Step>
+    void forEachGrouped(std::uint64_t count, const Step& step, const PairList& list)
+    {
+        launch(runGrouped<Step>, count, kEmitThreads, count, step, list);
     }
 
     template <class T>

@@ -351,6 +351,13 @@ PsapOptions ordered(PsapOrder order)
     return options;
 }
 
+PsapOptions searched(PsapRowSearch search)
+{
+    PsapOptions options;
+    options.rowSearch = search;
+    return options;
+}
+
 PsapOptions scaled(float cell, float bin)
 {
     PsapOptions options;
@@ -389,6 +396,8 @@ void timeAblation(const Scene& scene, int frames, Table& table)
     const bool isSmall = scene.bodies <= 1u << 16;
     if (isSmall)
         table.add(timePairs(scene, "rows-counting", ordered(PsapOrder::Counting), frames));
+    table.add(timePairs(scene, "rows-alone", searched(PsapRowSearch::Alone), frames));
+    table.add(timePairs(scene, "rows-grouped", searched(PsapRowSearch::Grouped), frames));
     table.add(timePairs(scene, "literal", literal(), frames));
     table.add(timePairs(scene, "literal-bits", bits, frames));
     table.add(timePairs(scene, "literal-split", split, frames));

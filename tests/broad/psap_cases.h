@@ -28,6 +28,19 @@ inline std::vector<BackendCase> psapCases(
     add("RowsCapacityOne", [](PsapOptions& options) { options.initialCapacity = 1; });
     add("RowsRadix", [](PsapOptions& options) { options.order = PsapOrder::Radix; });
     add("RowsCounting", [](PsapOptions& options) { options.order = PsapOrder::Counting; });
+    add("RowsGrouped",
+        [](PsapOptions& options)
+        {
+            options.rowSearch = PsapRowSearch::Grouped;
+            options.order = PsapOrder::Counting;
+        });
+    add("RowsGroupedRadixCapacityOne",
+        [](PsapOptions& options)
+        {
+            options.rowSearch = PsapRowSearch::Grouped;
+            options.order = PsapOrder::Radix;
+            options.initialCapacity = 1;
+        });
     add("RowsBins", [](PsapOptions& options) { options.order = PsapOrder::Bins; });
     add("RowsBinsCapacityOne",
         [](PsapOptions& options)

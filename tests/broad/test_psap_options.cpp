@@ -141,11 +141,14 @@ TEST(PsapOptions, RowsOfFewCellsFindEachPairOnce)
         pairs += expected.size();
         for (const float cell : {0.0f, 0.3f, 1.0f, 2.0f})
         {
-            for (const PsapExecutor executor : {PsapExecutor::InOrder, PsapExecutor::Shuffled})
+            PsapOptions inOrder;
+            inOrder.cellScale = cell;
+            PsapOptions shuffled = inOrder;
+            shuffled.executor = PsapExecutor::Shuffled;
+            PsapOptions grouped = inOrder;
+            grouped.rowSearch = PsapRowSearch::Grouped;
+            for (const PsapOptions& options : {inOrder, shuffled, grouped})
             {
-                PsapOptions options;
-                options.cellScale = cell;
-                options.executor = executor;
                 const std::vector<Pair> found = pairsOfRows(boxes, options);
                 EXPECT_TRUE(found == expected) << "side " << side << ", cells of " << cell << ": "
                                                << found.size() << " pairs instead of " << expected.size();
