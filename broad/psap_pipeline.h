@@ -265,7 +265,7 @@ private:
 
     static constexpr float kBinsPerBox = 1.25f;
     static constexpr float kBinsPerBoxOfGroup = 0.5f;
-    static constexpr std::uint64_t kBoxesForGroups = 1u << 16;
+    static constexpr std::uint64_t kBoxesForGroups = 1u << 17;
     static constexpr std::uint64_t kBoxesForRadix = 6u << 20;
     static constexpr std::uint64_t kMostBinsOfThreePasses = (1u << 24) - 1;
     // Up to here a GPU has lanes to spare.
@@ -277,13 +277,14 @@ private:
                (m_options.order == PsapOrder::Automatic && m_input.count >= kBoxesForRadix);
     }
 
-    /// Whether the boxes of the input search in groups: in scenes of one size a box alone has fewer records to look at.
+    /// Whether the boxes of the input search in groups. With one or two levels a box alone has fewer records to look at, above
+    /// all where small ones lie much denser than the plan thinks.
     bool groupsNext() const
     {
-        constexpr std::uint32_t kLevelsOfOneSize = 2;  // the last one is empty
+        constexpr std::uint32_t kLevelsForGroups = 4;  // the last one is empty
         return m_options.rowSearch == PsapRowSearch::Grouped ||
                (m_options.rowSearch == PsapRowSearch::Automatic && m_input.count >= kBoxesForGroups &&
-                m_planner.levelCount() > kLevelsOfOneSize);
+                m_planner.levelCount() >= kLevelsForGroups);
     }
 
     void setGrouped(bool isGrouped)
