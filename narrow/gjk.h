@@ -117,6 +117,47 @@ private:
     bool m_isLikelyDone = false;  ///< the remembered simplex is near the closest one, if not it
 };
 
+/// From a simplex of one point, with less than a search: its two vertices are the closest points if each is the support
+/// vertex against their difference. So it is for most pairs of hulls with large faces.
+///
+/// @return false if they are not, or it is not known
+template <class S, class H, class Observer>
+[[gnu::noinline]] bool gjkFromVertices(const PosedHull<H>& a, const PosedHull<H>& b, S maxDistance,
+                                       GjkCache<S>& cache, Observer& observer, GjkResult<S>& result)
+{
+    const std::int32_t vertexA = cache.verticesA[0], vertexB = cache.verticesB[0];
+    if (vertexA >= a.vertexCount() || vertexB >= b.vertexCount())
+        return false;
+    const Eigen::Vector3d pointA = a.point(vertexA);
+    const Eigen::Vector3d v = pointA - b.point(vertexB) - (b.origin() - a.origin());
+    const double length2 = v.squaredNorm();
+    // A NaN makes the comparisons false.
+    if (!(length2 > 0.0 && length2 <= std::numeric_limits<double>::max()))
+        return false;
+    const Eigen::Matrix<H, 3, 1> direction = PosedHull<H>::usableDirection(v);
+    if (!a.isSupport(-direction, vertexA) || !b.isSupport(direction, vertexB))
+        return false;
+    observer(v, length2);
+    const double distance = squareRoot(length2);
+    const bool isNear = distance <= static_cast<double>(maxDistance);
+    result.state = cache.state = isNear ? GjkState::Near : GjkState::Separated;
+    result.axis = (v * (1.0 / distance)).template cast<S>();
+    GjkSearch<PosedHull<H>, PosedHull<H>>::rememberAxis(v, vertexA, vertexB, cache);
+    if (!isNear)
+        return true;
+    result.distance = static_cast<S>(distance);
+    result.pointA = pointA.template cast<S>();
+    result.pointB = (pointA - v).template cast<S>();
+    return true;
+}
+
+/// Other shapes have no neighbours.
+template <class S, class A, class B, class Observer>
+bool gjkFromVertices(const A&, const B&, S, GjkCache<S>&, Observer&, GjkResult<S>&)
+{
+    return false;
+}
+
 /// Distance and closest points of two convex shapes.
 ///
 /// Gilbert, Johnson and Keerthi 1988, in the form of van den Bergen 1999, section 4, and the thesis, Algorithm 2, with
@@ -141,7 +182,12 @@ GjkResult<S> gjkDistance(const A& a, const B& b, S maxDistance, GjkCache<S>& cac
     if (start == GjkStart::Memory && cache.state == GjkState::Overlapping && cache.count == 4 &&
         isaGjkFromTetrahedron(a, b, kNever, cache, observer, result))
         return result;
-    return GjkDistance<S, A, B, Observer>(a, b, maxDistance, cache, observer).run(start);
+    if (start == GjkStart::Memory && cache.count == 1 &&
+        gjkFromVertices(a, b, maxDistance, cache, observer, result))
+        return result;
+    // One object on all paths, or it would be copied.
+    result = GjkDistance<S, A, B, Observer>(a, b, maxDistance, cache, observer).run(start);
+    return result;
 }
 
 template <class S, class A, class B>

@@ -119,7 +119,7 @@ public:
     std::int32_t paddedCount() const { return static_cast<std::int32_t>(m_x.size()); }
 
     /// True for a Solid: climbing is possible.
-    bool hasNeighbours() const { return !m_blocks.empty(); }
+    bool hasNeighbours() const { return m_blockCount > 0; }
     Span naturalNeighbours(std::int32_t v) const
     {
         return span(m_neighbours, m_neighbourBegin[v], m_naturalEnd[v]);
@@ -132,7 +132,7 @@ public:
     /// The vertex farthest below vertex v along the mean normal at v; of a Solid.
     std::int32_t opposite(std::int32_t v) const { return m_opposite[v]; }
     /// Vertices with a block: none, or all.
-    std::int32_t blockCount() const { return hasNeighbours() ? m_vertexCount : 0; }
+    std::int32_t blockCount() const { return m_blockCount; }
     /// The first block of vertex i is block i.
     const Block& block(std::int32_t i) const { return m_blocks[i]; }
 
@@ -181,6 +181,7 @@ private:
 
     HullKind m_kind = HullKind::Empty;
     std::int32_t m_vertexCount = 0;
+    std::int32_t m_blockCount = 0;
     std::vector<S> m_x, m_y, m_z;
     std::vector<std::int32_t> m_source;
     std::vector<std::int32_t> m_neighbours, m_neighbourBegin, m_naturalEnd, m_opposite;

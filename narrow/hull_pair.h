@@ -46,14 +46,12 @@ public:
 
     // Out of line it costs a tenth of a query.
     [[gnu::always_inline]] HullPair(const PosedHull<S>& a, const PosedHull<S>& b)
-        : m_a(a),
-          m_b(b),
-          m_offset(b.originQuad() - a.originQuad()),
-          m_normA(norm(a)),
-          m_normB(norm(b)),
-          m_reach(m_normA * a.hull().reach() + m_normB * b.hull().reach() + std::abs(m_offset[0]) +
-                  std::abs(m_offset[1]) + std::abs(m_offset[2]))
+        : m_a(a), m_b(b), m_offset(b.originQuad() - a.originQuad())
     {
+        setNorms();
+        Vector distances = m_offset;
+        Quad<S>::makePositive(distances);
+        m_reach = m_normA * a.hull().reach() + m_normB * b.hull().reach() + Quad<S>::sumOfThree(distances);
     }
 
     const PosedHull<S>& a() const { return m_a; }
@@ -74,12 +72,20 @@ public:
     /// Is the distance along an axis larger than the root of limit2? Two supports are all that a pair costs that is as
     /// far apart as before.
     ///
-    /// @param vx x, with vy and vz the axis in world axes, from B to A; components beyond 1, or all tiny, are not tested
+    /// @param vx x, with vy and vz the axis in world axes, from B to A; not tested if longer than the root of 3, or tiny
     AxisTest<S> test(S vx, S vy, S vz, S limit2, std::int32_t startA, std::int32_t startB) const
     {
+        return testHere(vx, vy, vz, limit2, startA, startB);
+    }
+
+    /// The same, for the one test that most queries end with: then nothing of the pair has to be in memory.
+    [[gnu::always_inline]] AxisTest<S> testHere(S vx, S vy, S vz, S limit2, std::int32_t startA,
+                                                std::int32_t startB) const
+    {
         AxisTest<S> test;
-        const S largest = std::max({std::abs(vx), std::abs(vy), std::abs(vz)});
-        if (!(largest > S(1e-8) && largest <= S(1)))
+        const S length2 = vx * vx + vy * vy + vz * vz;
+        // A NaN makes the comparisons false. No axis of scaledAxis() is longer.
+        if (!(length2 > S(1e-16) && length2 < S(3.001)))
             return test;
         const Vector localB = m_b.row(0) * vx + m_b.row(1) * vy + m_b.row(2) * vz;
         const Vector localA = -(m_a.row(0) * vx + m_a.row(1) * vy + m_a.row(2) * vz);
@@ -89,8 +95,7 @@ public:
         test.vertexB = hitB.vertex;
         test.along = -(hitA.height + hitB.height) - (vx * m_offset[0] + vy * m_offset[1] + vz * m_offset[2]);
         const S sure = test.along - S(8.7) * std::numeric_limits<S>::epsilon() * m_reach;
-        // A NaN makes the comparisons false.
-        test.isProved = sure > S(0) && sure * sure > limit2 * (vx * vx + vy * vy + vz * vz);
+        test.isProved = sure > S(0) && sure * sure > limit2 * length2;
         return test;
     }
 
@@ -103,29 +108,50 @@ private:
                 shape.row(2)[0] * p[0] + shape.row(2)[1] * p[1] + shape.row(2)[2] * p[2]};
     }
 
-    static S norm(const PosedHull<S>& shape)
+    [[gnu::always_inline]] static void sumSquares(const PosedHull<S>& shape, Vector& sums)
     {
-        const Vector squares =
-            shape.row(0) * shape.row(0) + shape.row(1) * shape.row(1) + shape.row(2) * shape.row(2);
-        return squareRoot(squares[0] + squares[1] + squares[2]);
+        sums = shape.row(0) * shape.row(0) + shape.row(1) * shape.row(1) + shape.row(2) * shape.row(2);
+    }
+
+    /// Both at once.
+    [[gnu::always_inline]] void setNorms()
+    {
+        Vector sumsA, sumsB;
+        sumSquares(m_a, sumsA);
+        sumSquares(m_b, sumsB);
+        const Vector firstTwo = __builtin_shufflevector(sumsA, sumsB, 0, 4, 1, 5);
+        Vector norms = firstTwo + __builtin_shufflevector(firstTwo, firstTwo, 2, 3, 2, 3) +
+                       __builtin_shufflevector(sumsA, sumsB, 2, 6, 3, 7);
+        Quad<S>::takeRootsOfTwo(norms);
+        m_normA = norms[0];
+        m_normB = norms[1];
     }
 
     /// @param norm of the basis
-    static SupportHit<S> support(const PosedHull<S>& shape, const Vector& d, S norm, std::int32_t start)
+    [[gnu::always_inline]] static SupportHit<S> support(const PosedHull<S>& shape, const Vector& d, S norm,
+                                                        std::int32_t start)
     {
         const Hull<S>& hull = shape.hull();
-        const Eigen::Matrix<S, 3, 1> direction(d[0], d[1], d[2]);
-        if (shape.method() == SupportMethod::Automatic)
-        {
-            const bool hasStart = start >= 0 && start < hull.blockCount();
-            S height;
-            // The 1-norm of the direction is at most sqrt(3) F |v|; the band has room for rounding.
-            if (hasStart &&
-                isPeak(hull, start, LaneDirection<S>(direction), hull.tieBand() * (S(3) * norm), height))
-                return {start, height};
-            if (hull.vertexCount() <= (hasStart ? cheapScanMaximum<S>() : linearSupportMaximum<S>()))
-                return hitLinear(hull, direction);
-        }
+        // A negative one is large.
+        const bool hasStart =
+            static_cast<std::uint32_t>(start) < static_cast<std::uint32_t>(hull.blockCount());
+        S height;
+        // The 1-norm of the direction is at most sqrt(3) F |v|; the band has room for rounding.
+        if (hasStart && shape.method() == SupportMethod::Automatic &&
+            isPeak(hull, start, LaneDirection<S>(d), hull.tieBand() * (S(3) * norm), height))
+            return {start, height};
+        return search(shape, {d[0], d[1], d[2]}, start, hasStart);
+    }
+
+    [[gnu::noinline]] static SupportHit<S> search(const PosedHull<S>& shape,
+                                                  const Eigen::Matrix<S, 3, 1>& direction, std::int32_t start,
+                                                  bool hasStart)
+    {
+        const Hull<S>& hull = shape.hull();
+        const bool isScanned =
+            hull.vertexCount() <= (hasStart ? cheapScanMaximum<S>() : linearSupportMaximum<S>());
+        if (shape.method() == SupportMethod::Automatic && isScanned)
+            return hitLinear(hull, direction);
         return supportHit(hull, direction, start, shape.method());
     }
 

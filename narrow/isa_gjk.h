@@ -13,6 +13,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 
 namespace cullet
 {
@@ -61,21 +62,34 @@ void keepAxis(const Eigen::Matrix<H, 3, 1>& axis, const AxisTest<H>& test, GjkCa
 
 /// A walk from four vertex pairs. Out of line, as the search in double, to keep the path of a separated pair short.
 ///
+/// @param isRemembered the cache has them already
 /// @return false if nothing was proved; then the cache has the points for the search in double
 template <class S, class H, class Observer>
 [[gnu::noinline]] bool isaGjkWalk(const HullPair<H>& pair, H limit2,
                                   const std::array<std::int32_t, 4>& verticesA,
-                                  const std::array<std::int32_t, 4>& verticesB, GjkCache<S>& cache,
-                                  Observer& observer, GjkResult<S>& result)
+                                  const std::array<std::int32_t, 4>& verticesB, bool isRemembered,
+                                  GjkCache<S>& cache, Observer& observer, GjkResult<S>& result)
 {
     TetrahedronWalk<H, Observer> walk(pair, limit2, observer);
     walk.start(verticesA, verticesB);
     result.state = walk.run();
     result.iterations = walk.iterations();
-    walk.remember(result.state, cache);
+    if (!isRemembered || result.state != GjkState::Overlapping || walk.iterations() > 0)
+        walk.remember(result.state, cache);
     if (result.state == GjkState::Separated)
         result.axis = {S(walk.axis()[0]), S(walk.axis()[1]), S(walk.axis()[2])};
     return result.state != GjkState::NotConverged;
+}
+
+using FourIds = Lanes<float>::Mask;
+
+/// All at once: what is stored one by one is not there yet for a load of four.
+inline void widenIds(const std::array<std::uint16_t, 4>& narrow, FourIds& wide)
+{
+    typedef std::uint16_t Narrow __attribute__((vector_size(8)));
+    Narrow ids;
+    std::memcpy(&ids, narrow.data(), sizeof(ids));
+    wide = __builtin_convertvector(ids, FourIds);
 }
 
 /// From the remembered tetrahedron.
@@ -83,18 +97,16 @@ template <class S, class H, class Observer>
 bool isaGjkFromTetrahedron(const PosedHull<H>& a, const PosedHull<H>& b, H limit2, GjkCache<S>& cache,
                            Observer& observer, GjkResult<S>& result)
 {
-    std::array<std::int32_t, 4> verticesA, verticesB;
-    bool isKnown = true;
-    for (int i = 0; i < 4; ++i)
-    {
-        verticesA[i] = cache.verticesA[i];
-        verticesB[i] = cache.verticesB[i];
-        isKnown = isKnown && verticesA[i] < a.vertexCount() && verticesB[i] < b.vertexCount();
-    }
-    if (!isKnown)
+    FourIds idsA, idsB;
+    widenIds(cache.verticesA, idsA);
+    widenIds(cache.verticesB, idsB);
+    if (laneBits((idsA < a.vertexCount()) & (idsB < b.vertexCount())) != 15)
         return false;
+    std::array<std::int32_t, 4> verticesA, verticesB;
+    std::memcpy(&verticesA, &idsA, sizeof(idsA));
+    std::memcpy(&verticesB, &idsB, sizeof(idsB));
     const HullPair<H> pair(a, b);
-    return isaGjkWalk(pair, limit2, verticesA, verticesB, cache, observer, result);
+    return isaGjkWalk(pair, limit2, verticesA, verticesB, true, cache, observer, result);
 }
 
 /// Other shapes have no vertices to walk along.
@@ -128,7 +140,7 @@ template <class S, class H, class Observer>
     if (!fan.isComplete() || (isNear && fan.isCone()))
         return false;
     if (fan.isCone())
-        return isaGjkWalk(pair, limit2, fan.verticesA(), fan.verticesB(), cache, observer, result);
+        return isaGjkWalk(pair, limit2, fan.verticesA(), fan.verticesB(), false, cache, observer, result);
     const Vector axis = scaledAxis(fan.axis());
     const AxisTest<H> again = pair.test(axis[0], axis[1], axis[2], limit2, test.vertexA, test.vertexB);
     observer(axis.template cast<double>(), static_cast<double>(again.along));
@@ -232,22 +244,21 @@ template <class S, class H, class Observer>
 /// @param looksAround the corner where the axis fails is used
 /// @param test        [in, out] of the cache's axis, if that is known to have failed; its vertices are -1 if not
 template <class S, class H, class Observer>
-bool isaGjkQuickly(const PosedHull<H>& a, const PosedHull<H>& b, H limit, GjkCache<S>& cache,
-                   Observer& observer, GjkResult<S>& result, AxisTest<H>& test, bool looksAround)
+[[gnu::always_inline]] inline bool isaGjkQuickly(const PosedHull<H>& a, const PosedHull<H>& b, H limit,
+                                                 GjkCache<S>& cache, Observer& observer, GjkResult<S>& result,
+                                                 AxisTest<H>& test, bool looksAround)
 {
     const H limit2 = limit * limit;
     if (cache.state == GjkState::Overlapping && cache.count == 4)
         return isaGjkFromTetrahedron(a, b, limit2, cache, observer, result);
-    const HullPair<H> pair(a, b);
     const Eigen::Matrix<H, 3, 1> axis(cache.axis[0], cache.axis[1], cache.axis[2]);
-    const auto startOf = [](std::uint16_t id) { return id == GjkCache<S>::kUnknown ? -1 : std::int32_t(id); };
     if (test.vertexA < 0)
-        test = pair.test(axis[0], axis[1], axis[2], limit2, startOf(cache.startA), startOf(cache.startB));
+        test = HullPair<H>(a, b).testHere(axis[0], axis[1], axis[2], limit2, cache.startA, cache.startB);
     if (test.vertexA >= 0)
         observer(axis.template cast<double>(), static_cast<double>(test.along));
     if (!test.isProved)
         return looksAround && test.vertexA >= 0 &&
-               isaGjkBeside(pair, axis, limit2, test, cache, observer, result);
+               isaGjkBeside(HullPair<H>(a, b), axis, limit2, test, cache, observer, result);
     keepSeparated(axis, test, cache, result);
     return true;
 }
@@ -291,8 +302,9 @@ bool isaGjkQuickly(const A&, const B&, H, GjkCache<S>&, Observer&, GjkResult<S>&
 /// else one support of each shape per simplex, 2 to 10 simplices.
 /// Errors: NotConverged; never loops, since |v| strictly decreases, and never returns a NaN.
 template <class S, class A, class B, class Observer>
-GjkResult<S> isaGjk(const A& a, const B& b, S maxDistance, GjkCache<S>& cache, Observer& observer,
-                    const IsaGjkVariant& variant, AxisTest<typename ShapeScalar<A>::Type>& test)
+[[gnu::always_inline]] inline GjkResult<S> isaGjk(const A& a, const B& b, S maxDistance, GjkCache<S>& cache,
+                                                  Observer& observer, const IsaGjkVariant& variant,
+                                                  AxisTest<typename ShapeScalar<A>::Type>& test)
 {
     using Scalar = typename ShapeScalar<A>::Type;
     const Scalar limit = maxDistance > S(0) ? static_cast<Scalar>(maxDistance) : Scalar(0);
@@ -302,12 +314,14 @@ GjkResult<S> isaGjk(const A& a, const B& b, S maxDistance, GjkCache<S>& cache, O
     if (variant.start == GjkStart::Memory &&
         isaGjkQuickly(a, b, limit, cache, observer, result, test, variant.reflections <= 0))
         return result;
-    return isaGjkSearch<S>(a, b, static_cast<double>(limit), cache, observer, test, variant);
+    // One object on all paths, or it would be copied.
+    result = isaGjkSearch<S>(a, b, static_cast<double>(limit), cache, observer, test, variant);
+    return result;
 }
 
 template <class S, class A, class B, class Observer>
-GjkResult<S> isaGjk(const A& a, const B& b, S maxDistance, GjkCache<S>& cache, Observer& observer,
-                    const IsaGjkVariant& variant = {})
+[[gnu::always_inline]] inline GjkResult<S> isaGjk(const A& a, const B& b, S maxDistance, GjkCache<S>& cache,
+                                                  Observer& observer, const IsaGjkVariant& variant = {})
 {
     AxisTest<typename ShapeScalar<A>::Type> test;
     return isaGjk(a, b, maxDistance, cache, observer, variant, test);

@@ -81,6 +81,12 @@ struct Quad
         v = reinterpret_cast<Vector>(reinterpret_cast<Mask>(v) & (Mask{} + kMagnitude));
     }
 
+    static void clearLast(Vector& v)
+    {
+        constexpr Mask kFirstThree = {-1, -1, -1, 0};
+        v = reinterpret_cast<Vector>(reinterpret_cast<Mask>(v) & kFirstThree);
+    }
+
     /// One lane in all lanes of a narrow vector.
     template <int kLane>
     static typename Lanes<S>::Vector spread(const Vector& v)
@@ -100,6 +106,22 @@ struct Quad
         v = isThis ? Vector{} + value : v;
     }
 
+    /// Of lanes 0 and 1; the others then mean nothing.
+    static void takeRootsOfTwo(Vector& v)
+    {
+#ifdef __SSE2__
+        if constexpr (Lanes<S>::kWidth == 4)
+            v = reinterpret_cast<Vector>(_mm_sqrt_ps(reinterpret_cast<__m128>(v)));
+        else
+        {
+            const __m128d roots = _mm_sqrt_pd(_mm_set_pd(v[1], v[0]));
+            v = Vector{roots[0], roots[1]};
+        }
+#else
+        v = Vector{std::sqrt(v[0]), std::sqrt(v[1])};
+#endif
+    }
+
     static int indexOfLargest(const Vector& v)
     {
         const int low = v[1] > v[0] ? 1 : 0;
@@ -108,11 +130,12 @@ struct Quad
     }
 };
 
-/// Without the call that std::sqrt() makes for a negative argument, to set errno.
+/// Without the call that std::sqrt() makes for a negative argument, to set errno. All lanes alike, since zeros beside one
+/// lane take it through a register of integers.
 inline float squareRoot(float x)
 {
 #ifdef __SSE2__
-    return _mm_cvtss_f32(_mm_sqrt_ss(_mm_set_ss(x)));
+    return _mm_cvtss_f32(_mm_sqrt_ss(_mm_set1_ps(x)));
 #else
     return std::sqrt(x);
 #endif
@@ -121,7 +144,7 @@ inline float squareRoot(float x)
 inline double squareRoot(double x)
 {
 #ifdef __SSE2__
-    return _mm_cvtsd_f64(_mm_sqrt_sd(_mm_setzero_pd(), _mm_set_sd(x)));
+    return _mm_cvtsd_f64(_mm_sqrt_sd(_mm_setzero_pd(), _mm_set1_pd(x)));
 #else
     return std::sqrt(x);
 #endif
@@ -144,6 +167,16 @@ inline unsigned laneBits(Lanes<double>::Mask m)
 #else
     return static_cast<unsigned>((m[0] & 1) | (m[1] & 2));
 #endif
+}
+
+/// Bit i: lane i of four is set.
+template <class S>
+unsigned quadBits(const typename Quad<S>::Mask& m)
+{
+    if constexpr (Lanes<S>::kWidth == 4)
+        return laneBits(m);
+    else
+        return static_cast<unsigned>((m[0] & 1) | (m[1] & 2) | (m[2] & 4) | (m[3] & 8));
 }
 
 /// The same vector with lane 1 in the place of lane 0.

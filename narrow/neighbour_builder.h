@@ -122,6 +122,7 @@ private:
     void storeBlocks()
     {
         m_hull.m_blocks.resize(m_hull.m_vertexCount);
+        m_hull.m_blockCount = m_hull.m_vertexCount;
         for (std::int32_t v = 0; v < m_hull.m_vertexCount; ++v)
         {
             const typename Hull<S>::Span list = m_hull.neighbours(v);

@@ -55,6 +55,15 @@ public:
     {
     }
 
+    /// @param rows of the basis; their fourth lanes, and the origin's, are 0
+    PosedHull(const Hull<S>& hull, const Quad (&rows)[3], const Quad& origin)
+        : m_rows{rows[0], rows[1], rows[2]},
+          m_origin(origin),
+          m_hull(&hull.corners()),
+          m_method(SupportMethod::Automatic)
+    {
+    }
+
     /// The hull of the corners: all vertex ids here are its.
     const Hull<S>& hull() const { return *m_hull; }
     Eigen::Matrix3d basis() const
@@ -100,16 +109,18 @@ public:
     {
         Quad d;
         toLocal(direction, d);
-        if (isOne && m_method == SupportMethod::Automatic && m_hull->hasNeighbours())
-        {
-            Quad magnitudes = d;
-            cullet::Quad<S>::makePositive(magnitudes);
-            const S band = m_hull->tieBand() * cullet::Quad<S>::sumOfThree(magnitudes);
-            S height;
-            if (isPeak(*m_hull, vertices[0], LaneDirection<S>(d), band, height))
-                return vertices[0];
-        }
+        if (isOne && isSupportAlong(d, vertices[0]))
+            return vertices[0];
         return vertexBeside({d[0], d[1], d[2]}, vertices, count);
+    }
+
+    /// Whether a vertex is the support vertex, as far as its neighbours tell.
+    /// @param direction a usableDirection()
+    [[gnu::always_inline]] bool isSupport(const Vector& direction, std::int32_t vertex) const
+    {
+        Quad d;
+        toLocal(direction, d);
+        return isSupportAlong(d, vertex);
     }
 
     /// Whether all other vertices are farther back along a direction than a vertex, by more than a height.
@@ -135,6 +146,18 @@ private:
     void toLocal(const Vector& d, Quad& local) const
     {
         local = m_rows[0] * d[0] + m_rows[1] * d[1] + m_rows[2] * d[2];
+    }
+
+    /// @param d local
+    [[gnu::always_inline]] bool isSupportAlong(const Quad& d, std::int32_t vertex) const
+    {
+        if (m_method != SupportMethod::Automatic || !m_hull->hasNeighbours())
+            return false;
+        Quad magnitudes = d;
+        cullet::Quad<S>::makePositive(magnitudes);
+        const S band = m_hull->tieBand() * cullet::Quad<S>::sumOfThree(magnitudes);
+        S height;
+        return isPeak(*m_hull, vertex, LaneDirection<S>(d), band, height);
     }
 
     /// A climb starts from the highest of the vertices.

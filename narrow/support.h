@@ -110,7 +110,7 @@ template <class S>
         return L::load(x + i) * d.x + L::load(y + i) * d.y + L::load(z + i) * d.z;
     };
     Vector best0 = product(0), best1 = product(L::kWidth);
-    for (std::int32_t i = 2 * L::kWidth; i < hull.paddedCount(); i += 2 * L::kWidth)
+    for (std::int32_t i = 2 * L::kWidth; i < hull.vertexCount(); i += 2 * L::kWidth)
     {
         const Vector s0 = product(i), s1 = product(i + L::kWidth);
         best0 = best0 > s0 ? best0 : s0;

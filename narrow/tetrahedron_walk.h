@@ -126,16 +126,16 @@ private:
                                          q.z * (r.x * s.y - r.y * s.x));
         Vector doubt;
         boundErrors(doubt);
-        if (isAllPositive(weight - doubt) || isAllPositive(-weight - doubt))
+        constexpr unsigned kAll = 15;
+        if (quadBits<S>(weight > doubt) == kAll || quadBits<S>(-weight > doubt) == kAll)
         {
             m_isProved = true;
             return -1;
         }
         const S volume = weight[0] + weight[1] + weight[2] + weight[3];
         const Vector beyond = volume > S(0) ? -weight : weight;
-        const Mask isOutside = beyond > S(0);
-        m_outsideCount = -static_cast<int>(isOutside[0] + isOutside[1] + isOutside[2] + isOutside[3]);
-        if (m_outsideCount == 0)
+        m_outside = quadBits<S>(beyond > S(0));
+        if (m_outside == 0)
             return -1;
         m_isUp = kParity * volume < S(0);
         const Points e = {r.x - q.x, r.y - q.y, r.z - q.z};
@@ -147,11 +147,6 @@ private:
         const Vector score = beyond * size / norm2;
         const int best = Quad<S>::indexOfLargest(score);
         return score[best] > S(0) ? best : -1;
-    }
-
-    static bool isAllPositive(const Vector& v)
-    {
-        return v[0] > S(0) && v[1] > S(0) && v[2] > S(0) && v[3] > S(0);
     }
 
     /// Bounds of the errors of the determinants. With d the error of a coordinate, u of a rounding, and |x| 1-norms: of
@@ -184,7 +179,8 @@ private:
         if (!isStuckAt(test))
         {
             const Point w = m_pair.point(test.vertexA, test.vertexB);
-            const int lane = m_outsideCount == 1 ? laneToGo(face, w) : face;
+            const bool isOutsideOfOne = (m_outside & (m_outside - 1)) == 0;
+            const int lane = isOutsideOfOne ? laneToGo(face, w) : face;
             m_vertexA[lane] = test.vertexA;
             m_vertexB[lane] = test.vertexB;
             Quad<S>::replace(m_p.x, lane, w[0]);
@@ -239,7 +235,7 @@ private:
     Mask m_isUp;
     Point m_axis = Point::Zero();
     std::int32_t m_iterations = 0;
-    int m_outsideCount = 0;
+    unsigned m_outside = 0;  ///< bit i: the origin is outside of face i
     std::int32_t m_startA = -1, m_startB = -1;
     bool m_isProved = false;
     bool m_isStuck = false;

@@ -9,6 +9,7 @@
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletCollision/CollisionShapes/btPolyhedralConvexShape.h>
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <optional>
@@ -103,13 +104,15 @@ struct ConvexPair
     const btCollisionObjectWrapper* wrapB = nullptr;
 };
 
+/// Hulls whose points have been compared with their shapes' in this call; null where that is still to be done.
+using KnownHulls = std::array<const Hull<btScalar>*, 2>;
+
 /// Both cores at their places; empty where a side is no polytope, or could not be placed.
 struct ConvexCores
 {
-    ConvexCores(const ConvexPair& pair, HullUse (&hulls)[2], std::uint64_t pass)
-        : a(poseShape(pair.a.shape, pair.a.kind, pair.a.transform, hulls[0], pass)),
-          b(a && pair.isTwice() ? poseHull(a->hull(), pair.b.shape, pair.b.transform)
-                                : poseShape(pair.b.shape, pair.b.kind, pair.b.transform, hulls[1], pass))
+    ConvexCores(const ConvexPair& pair, const KnownHulls& known, HullUse (&hulls)[2], std::uint64_t pass)
+        : a(poseSide(pair.a, known[0], hulls[0], pass)),
+          b(poseSide(pair.b, a && pair.isTwice() ? &a->hull() : known[1], hulls[1], pass))
     {
     }
 
@@ -120,6 +123,15 @@ struct ConvexCores
     }
 
     std::optional<PosedShape> a, b;
+
+private:
+    static std::optional<PosedShape> poseSide(const ConvexSide& side, const Hull<btScalar>* known,
+                                              HullUse& use, std::uint64_t pass)
+    {
+        if (known != nullptr && side.kind == ConvexKind::Hull)
+            return poseHull(*known, side.shape, side.transform);
+        return poseShape(side.shape, side.kind, side.transform, use, pass);
+    }
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

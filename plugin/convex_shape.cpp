@@ -79,17 +79,31 @@ std::optional<PosedShape> poseHullShape(const btConvexHullShape& shape, const bt
     return poseHull(*hull, shape, transform);
 }
 
+PosedShape poseStretched(const Hull<btScalar>& hull, const btVector3& stretch, const btTransform& transform)
+{
+    Components rows[3], origin, scale;
+    read(stretch, scale);
+    for (int i = 0; i < 3; ++i)
+    {
+        read(transform.getBasis()[i], rows[i]);
+        rows[i] *= scale;
+        Quad<btScalar>::clearLast(rows[i]);
+    }
+    read(transform.getOrigin(), origin);
+    Quad<btScalar>::clearLast(origin);
+    return {hull, rows, origin};
+}
+
 PosedShape poseBox(const btBoxShape& box, const btTransform& transform)
 {
-    const Vector half = toEigen(box.getImplicitShapeDimensions());
-    return {unitHulls().cube, basisOf(transform) * half.asDiagonal(), toEigen(transform.getOrigin())};
+    return poseStretched(unitHulls().cube, box.getImplicitShapeDimensions(), transform);
 }
 }  // namespace
 
 PosedShape poseHull(const Hull<btScalar>& hull, const btConvexShape& hullShape, const btTransform& transform)
 {
-    const Vector scaling = toEigen(static_cast<const btConvexHullShape&>(hullShape).getLocalScalingNV());
-    return {hull, basisOf(transform) * scaling.asDiagonal(), toEigen(transform.getOrigin())};
+    return poseStretched(hull, static_cast<const btConvexHullShape&>(hullShape).getLocalScalingNV(),
+                         transform);
 }
 
 bool canRunConcurrently(int shapeType)

@@ -14,11 +14,9 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-constexpr std::size_t kScalarsPerPoint = sizeof(btVector3) / sizeof(btScalar);
-
-std::size_t scalarCount(const btConvexHullShape& shape)
+std::size_t byteCount(const btConvexHullShape& shape)
 {
-    return kScalarsPerPoint * static_cast<std::size_t>(shape.getNumPoints());
+    return sizeof(btVector3) * static_cast<std::size_t>(shape.getNumPoints());
 }
 
 /// Four independent multiplications at a time: a single chain would wait for each.
@@ -44,18 +42,11 @@ std::uint64_t hashOf(const void* data, std::size_t bytes)
 
 HullContents::HullContents(const btConvexHullShape& shape)
 {
-    const std::size_t count = scalarCount(shape);
-    if (count == 0)
+    const std::size_t bytes = byteCount(shape);
+    if (bytes == 0)
         return;
-    m_points.resize(count);
-    std::memcpy(m_points.data(), shape.getUnscaledPoints(), count * sizeof(btScalar));
-}
-
-bool HullContents::equals(const btConvexHullShape& shape) const noexcept
-{
-    const std::size_t count = scalarCount(shape);
-    return count == m_points.size() && (count == 0 || std::memcmp(m_points.data(), shape.getUnscaledPoints(),
-                                                                  count * sizeof(btScalar)) == 0);
+    m_points.resize(bytes / sizeof(btScalar));
+    std::memcpy(m_points.data(), shape.getUnscaledPoints(), bytes);
 }
 
 void HullContents::build()
@@ -114,7 +105,7 @@ void HullCache::sweep()
 
 std::shared_ptr<HullContents> HullCache::contentsOf(const btConvexHullShape& shape)
 {
-    const std::size_t bytes = scalarCount(shape) * sizeof(btScalar);
+    const std::size_t bytes = byteCount(shape);
     const std::uint64_t hash = bytes == 0 ? 0 : hashOf(shape.getUnscaledPoints(), bytes);
     const auto [begin, end] = m_contents.equal_range(hash);
     for (auto it = begin; it != end; ++it)

@@ -19,9 +19,22 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-void count(ThreadCounter& counter)
+[[gnu::always_inline]] inline void count(ThreadCounter& counter)
 {
     counter.add(1);
+}
+
+/// A result of Bullet's step drops points beyond the breaking threshold; others get what Bullet's detector reports.
+bool isOfStep(const btManifoldResult& result)
+{
+    return typeid(result) == typeid(btManifoldResult);
+}
+
+/// The distance of the cores beyond which there is no contact.
+btScalar limitOf(const ConvexPair& pair, btScalar breakingThreshold, const btManifoldResult& result)
+{
+    return pair.margins() + breakingThreshold +
+           (isOfStep(result) ? btScalar(0) : pair.margins() + result.m_closestPointDistanceThreshold);
 }
 
 /// Is the distance of the cores larger than `limit`?
@@ -153,8 +166,35 @@ void IsaGjkAlgorithm::processCollision(const btCollisionObjectWrapper* a, const 
     if (m_manifold == nullptr)
         return;
     m_breakingThreshold = m_manifold->getContactBreakingThreshold();
-    const ConvexPair pair(*a, *b);
-    const bool isAnswered = collide(pair, info, *result);
+    ApartTest failed;
+    bool isApart;
+    {
+        // Known to this block only, so that none of it has to be in memory.
+        const ConvexPair pair(*a, *b);
+        // It proves nothing of shapes or places that are not fit for it.
+        isApart = staysApart(pair, limitOf(pair, m_breakingThreshold, *result), failed);
+    }
+    if (!isApart)
+        return collideAndRefresh(ConvexPair(*a, *b), info, failed, *result);
+    count(m_isaGjk.counters().separated);
+    m_hasContacts = m_manifold->getNumContacts() > 0;
+    if (m_hasContacts)
+        refresh(*result);
+}
+
+/// What is left of a manifold of a pair that has moved.
+void IsaGjkAlgorithm::refresh(btManifoldResult& result)
+{
+    if (m_ownsManifold)
+        result.refreshContactPoints();
+    m_hasContacts = m_manifold->getNumContacts() > 0;
+}
+
+/// @param failed how the axis that the cache has does not prove that there is no contact
+void IsaGjkAlgorithm::collideAndRefresh(const ConvexPair& pair, const btDispatcherInfo& info,
+                                        ApartTest& failed, btManifoldResult& result)
+{
+    const bool isAnswered = collide(pair, info, failed, result);
     m_hasContacts = m_manifold->getNumContacts() > 0;
     if (isAnswered && !m_hasContacts && m_cache.state == GjkState::Separated)
         return;
@@ -163,18 +203,19 @@ void IsaGjkAlgorithm::processCollision(const btCollisionObjectWrapper* a, const 
                            !m_closestOnly &&
                            m_manifold->getNumContacts() < stock.m_minimumPointsPerturbationThreshold;
     if (!isAnswered || wantsMore)
-        runStock(pair, info, *result);
+        runStock(pair, info, result);
     // Bullet's algorithm refreshes the manifold of two round shapes by itself, whoever owns it.
     const bool isRefreshed = !isAnswered && pair.a.isRound() && pair.b.isRound() &&
                              (pair.a.kind == ConvexKind::Capsule || pair.b.kind == ConvexKind::Capsule);
-    if (m_ownsManifold && !isRefreshed)
-        result->refreshContactPoints();
-    m_hasContacts = m_manifold->getNumContacts() > 0;
+    if (isRefreshed)
+        m_hasContacts = m_manifold->getNumContacts() > 0;
+    else
+        refresh(result);
 }
 
 /// The cheap proof, where there is one.
 [[gnu::always_inline]] inline bool IsaGjkAlgorithm::staysApart(const ConvexPair& pair, btScalar limit,
-                                                               AxisTest<btScalar>& failed, AxisRoom* room)
+                                                               ApartTest& failed, AxisRoom* room)
 {
     StretchedHull a, b;
     if (m_cache.state != GjkState::Separated ||
@@ -184,7 +225,8 @@ void IsaGjkAlgorithm::processCollision(const btCollisionObjectWrapper* a, const 
         b = {a.hull, a.stretch, &pair.b.transform};
     else if (!stretchShape(pair.b.shape, pair.b.transform, m_hulls[1], m_isaGjk.pass(), b))
         return false;
-    return staysSeparated(a, b, limit, m_cache, room, &failed);
+    failed.hulls = {a.hull, b.hull};
+    return staysSeparated(a, b, limit, m_cache, room, &failed.axis);
 }
 
 bool IsaGjkAlgorithm::isIdle(const btCollisionObject& a, const btCollisionObject& b)
@@ -194,7 +236,7 @@ bool IsaGjkAlgorithm::isIdle(const btCollisionObject& a, const btCollisionObject
     if (m_hasContacts || m_breakingThreshold < 0 || (m_cache.state != GjkState::Separated && !isNew))
         return false;
     const bool remembers = remembersRoom();
-    AxisTest<btScalar> failed;
+    ApartTest failed;
     {
         // Known to this block only, so that none of it has to be in memory.
         const ConvexPair pair(a, b);
@@ -210,39 +252,30 @@ bool IsaGjkAlgorithm::isIdle(const btCollisionObject& a, const btCollisionObject
 }
 
 /// Whether another axis proves the gap.
-bool IsaGjkAlgorithm::findsAxis(const btCollisionObject& a, const btCollisionObject& b,
-                                AxisTest<btScalar>& failed, bool remembers)
+bool IsaGjkAlgorithm::findsAxis(const btCollisionObject& a, const btCollisionObject& b, ApartTest& failed,
+                                bool remembers)
 {
     const ConvexPair pair(a, b);
     const btScalar limit = pair.margins() + m_breakingThreshold;
     if (!canRunConcurrently(pair.a.shape.getShapeType()) || !canRunConcurrently(pair.b.shape.getShapeType()))
         return false;
-    const ConvexCores cores(pair, m_hulls, m_isaGjk.pass());
-    if (!cores.arePlaced(pair) || separation(pair, cores, limit, failed, m_cache) != GjkState::Separated)
+    const ConvexCores cores(pair, failed.hulls, m_hulls, m_isaGjk.pass());
+    if (!cores.arePlaced(pair) || separation(pair, cores, limit, failed.axis, m_cache) != GjkState::Separated)
         return false;
     AxisRoom room;
-    AxisTest<btScalar> unused;
+    ApartTest unused;
     if (remembers && staysApart(pair, limit, unused, &room))
         m_leeway.set(room);
     return true;
 }
 
 /// @return false if Bullet's own algorithm has to answer
-bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& info, btManifoldResult& result)
+bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& info, ApartTest& failed,
+                              btManifoldResult& result)
 try
 {
     IsaGjkRegistration::Counters& counters = m_isaGjk.counters();
-    // A result of Bullet's step drops points beyond the breaking threshold; others get what Bullet's detector reports.
-    const bool isStep = typeid(result) == typeid(btManifoldResult);
-    const btScalar limit = pair.margins() + m_breakingThreshold +
-                           (isStep ? btScalar(0) : pair.margins() + result.m_closestPointDistanceThreshold);
-    // First what settles most pairs; it proves nothing of shapes or places that are not fit for it.
-    AxisTest<btScalar> failed;
-    if (staysApart(pair, limit, failed))
-    {
-        count(counters.separated);
-        return true;
-    }
+    const btScalar limit = limitOf(pair, m_breakingThreshold, result);
     if (!pair.isConvex() || !pair.a.isFinite() || !pair.b.isFinite())
         return true;
     if (pair.isForBullet())
@@ -250,14 +283,14 @@ try
         count(counters.delegated);
         return false;
     }
-    const ConvexCores cores(pair, m_hulls, m_isaGjk.pass());
+    const ConvexCores cores(pair, failed.hulls, m_hulls, m_isaGjk.pass());
     if (!cores.arePlaced(pair))
         return !pair.a.hasPoints() || !pair.b.hasPoints();
     const bool arePolytopes = cores.a && cores.b;
     const bool wasNear = m_cache.state == GjkState::Near || m_cache.state == GjkState::Overlapping;
     GjkState state = GjkState::Near;
     if (!arePolytopes || !wasNear)
-        state = separation(pair, cores, limit, failed, m_cache);
+        state = separation(pair, cores, limit, failed.axis, m_cache);
     const bool mayTouch = state == GjkState::Near || state == GjkState::Overlapping;
     if (mayTouch && (!arePolytopes || usesSeparatingAxisTest(pair, info)))
     {
@@ -279,7 +312,8 @@ try
     count(counters.touching);
     if (state == GjkState::Overlapping)
         count(counters.depths);
-    report(pair, cores, touch, isStep ? btScalar(0) : result.m_closestPointDistanceThreshold, result);
+    report(pair, cores, touch, isOfStep(result) ? btScalar(0) : result.m_closestPointDistanceThreshold,
+           result);
     return true;
 }
 catch (const std::exception&)

@@ -5,6 +5,7 @@
 #include "narrow/depth_memory.h"
 #include "narrow/gjk_types.h"
 #include "plugin/body_motions.h"
+#include "plugin/convex_pair.h"
 #include "plugin/hull_cache.h"
 #include "plugin/isa_gjk.h"
 
@@ -15,8 +16,6 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-struct ConvexPair;
-struct ConvexCores;
 struct Touch;
 
 /// The contacts of one pair of convex shapes; takes the place of btConvexConvexAlgorithm. See registerIsaGjk().
@@ -77,11 +76,19 @@ private:
         return m_places[1] != BodyMotions::kNone && !m_isaGjk.motions().isPaused(m_places[0]) &&
                !m_isaGjk.motions().isPaused(m_places[1]);
     }
-    bool staysApart(const ConvexPair& pair, btScalar limit, AxisTest<btScalar>& failed,
-                    AxisRoom* room = nullptr);
-    bool findsAxis(const btCollisionObject& a, const btCollisionObject& b, AxisTest<btScalar>& failed,
-                   bool remembers);
-    bool collide(const ConvexPair& pair, const btDispatcherInfo& info, btManifoldResult& result);
+    /// What is known when the cheap proof has failed.
+    struct ApartTest
+    {
+        AxisTest<btScalar> axis;
+        KnownHulls hulls = {};
+    };
+    bool staysApart(const ConvexPair& pair, btScalar limit, ApartTest& failed, AxisRoom* room = nullptr);
+    bool findsAxis(const btCollisionObject& a, const btCollisionObject& b, ApartTest& failed, bool remembers);
+    void collideAndRefresh(const ConvexPair& pair, const btDispatcherInfo& info, ApartTest& failed,
+                           btManifoldResult& result);
+    bool collide(const ConvexPair& pair, const btDispatcherInfo& info, ApartTest& failed,
+                 btManifoldResult& result);
+    void refresh(btManifoldResult& result);
     void report(const ConvexPair& pair, const ConvexCores& cores, const Touch& touch, btScalar reach,
                 btManifoldResult& result);
     void runStock(const ConvexPair& pair, const btDispatcherInfo& info, btManifoldResult& result);

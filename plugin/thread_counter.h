@@ -11,7 +11,7 @@ namespace cullet
 class ThreadCounter
 {
 public:
-    void add(std::uint64_t count)
+    [[gnu::always_inline]] void add(std::uint64_t count)
     {
         const void* const self = &t_self;
         const void* first = m_first.load(std::memory_order_relaxed);

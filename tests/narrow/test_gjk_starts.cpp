@@ -132,6 +132,51 @@ TEST(Gjk, CoherentMotionTakesFewIterations)
     EXPECT_LT(booleanIterations / 5000.0, 0.02);
 }
 
+TEST(Gjk, VerticesAnswerAloneWhileTheyAreTheClosestPoints)
+{
+    const Hull<float> box = hullOf<float>(boxPoints(0.7, 0.5, 0.6));
+    std::mt19937 engine(23);
+    int answered = 0, refused = 0;
+    for (int pair = 0; pair < 100; ++pair)
+    {
+        PairScene<float> scene = randomPair(box, box, 1.5, 0.0, engine);
+        GjkCache<float> cache;
+        for (int frame = 0; frame < 30; ++frame)
+        {
+            const auto a = scene.posedA(), b = scene.posedB();
+            GjkCache<float> cold;
+            const GjkResult<float> whole = gjkDistance(a, b, kNoLimit, cold);
+            NoObserver observer;
+            GjkResult<float> quick, limited;
+            GjkCache<float> other = cache;
+            if (cache.count == 1 && gjkFromVertices(a, b, kNoLimit, cache, observer, quick))
+            {
+                ++answered;
+                ASSERT_EQ(quick.state, GjkState::Near);
+                ASSERT_NEAR(quick.distance, whole.distance, 2e-7);
+                ASSERT_LT((quick.axis - whole.axis).norm(), 1e-5);
+                ASSERT_LT((quick.pointA - whole.pointA).norm(), 1e-5);
+                ASSERT_LT((quick.pointB - whole.pointB).norm(), 1e-5);
+                ASSERT_TRUE(gjkFromVertices(a, b, 0.9f * whole.distance, other, observer, limited));
+                ASSERT_EQ(limited.state, GjkState::Separated);
+                ASSERT_EQ(isaGjk(a, b, 0.9f * whole.distance, cache).state, GjkState::Separated);
+                // A vertex across the box is never one of the closest points.
+                other.verticesA[0] = static_cast<std::uint16_t>(box.opposite(cache.verticesA[0]));
+                ASSERT_FALSE(gjkFromVertices(a, b, kNoLimit, other, observer, limited));
+                other.verticesA = cache.verticesA;
+                other.verticesB[0] = static_cast<std::uint16_t>(box.opposite(cache.verticesB[0]));
+                ASSERT_FALSE(gjkFromVertices(a, b, kNoLimit, other, observer, limited));
+            }
+            else
+                refused += cache.count == 1;
+            gjkDistance(a, b, kNoLimit, cache);
+            moveALittle(scene, 0.01, engine);
+        }
+    }
+    EXPECT_GT(answered, 500);
+    EXPECT_GT(refused, 20);
+}
+
 /// Pairs without history that the axis between the centres, or the corner where it fails, is enough for.
 int settledAtOnce(double gap, GjkState state, std::mt19937& engine)
 {

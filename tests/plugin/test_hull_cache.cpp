@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <limits>
 #include <new>
 #include <vector>
@@ -39,6 +40,26 @@ private:
     ConvexPairProbe m_probe;
 };
 }  // namespace
+
+TEST(HullCache, ComparisonOfPointsSeesEveryBit)
+{
+    constexpr std::size_t kWords = 70;
+    std::vector<std::uint64_t> a(kWords), b;
+    for (std::size_t i = 0; i < kWords; ++i)
+        a[i] = 0x9e3779b97f4a7c15u * (i + 1);
+    b = a;
+    EXPECT_TRUE(areEqualBytes(nullptr, nullptr, 0));
+    for (std::size_t words = 1; words < kWords; ++words)
+    {
+        EXPECT_TRUE(areEqualBytes(a.data(), b.data(), 8 * words));
+        for (std::size_t bit = 0; bit < 64 * kWords; ++bit)
+        {
+            b[bit / 64] ^= std::uint64_t(1) << bit % 64;
+            EXPECT_EQ(areEqualBytes(a.data(), b.data(), 8 * words), bit / 64 >= words) << words << ' ' << bit;
+            b[bit / 64] = a[bit / 64];
+        }
+    }
+}
 
 TEST(HullCache, ShapeThatIsEditedInPlaceIsNeverStale)
 {

@@ -157,6 +157,22 @@ TEST(IsaGjkAlgorithm, SetsTheManifoldAndRefreshesItAlsoWhenTheShapesAreFarApart)
     EXPECT_GE(bench.registration->stats().separatedTotal, 2u);
 }
 
+TEST(IsaGjkAlgorithm, RefreshesWhatIsAddedToTheManifoldOfShapesThatStayApart)
+{
+    Shapes shapes;
+    ConvexBench bench;
+    ConvexPairProbe probe(bench.dispatcher, *shapes.hull, shapes.box);
+    probe.place(vec(0, 3, 0), vec(0, 0, 0));
+    probe.step();
+    btPersistentManifold* manifold = probe.step();
+    EXPECT_EQ(bench.registration->stats().separatedTotal, 2u);
+    // A point of the bodies' centres is farther apart than the threshold of the manifold.
+    manifold->addManifoldPoint(btManifoldPoint(vec(0, 0, 0), vec(0, 0, 0), vec(0, 1, 0), 0));
+    probe.step();
+    EXPECT_EQ(bench.registration->stats().separatedTotal, 3u);
+    EXPECT_EQ(manifold->getNumContacts(), 0);
+}
+
 TEST(IsaGjkAlgorithm, LeavesTheRefreshOfASharedManifoldToItsOwner)
 {
     Shapes shapes;
