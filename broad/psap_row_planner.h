@@ -55,7 +55,7 @@ private:
             *m_levelCount.data() = 0;
         }
         const std::uint64_t stride = std::max<std::uint64_t>(1, input.count / kBoxesInSample);
-        m_statistics.collect(exec, input, stride);
+        m_statistics.collectMost(exec, input, stride);
         exec.forEach(
             1, PlanRows{m_statistics.moments(), m_statistics.sizes(), static_cast<double>(stride), m_axis,
                         m_cellScale, m_binScale, m_perBin, m_isForGroups, binCapacity, m_plan.data()});

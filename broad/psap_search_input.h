@@ -32,23 +32,24 @@ template <class Exec>
 class Statistics
 {
 public:
-    void collect(Exec& exec, SearchInput input, std::uint64_t stride)
+    /// All boxes.
+    void collect(Exec& exec, const SearchInput& input, std::uint64_t stride)
     {
-        // Enough parts to keep a GPU busy, whatever executor this is: the sums depend on it.
-        const std::uint64_t samples = (input.count + stride - 1) / stride;
-        std::uint64_t parts = std::clamp<std::uint64_t>(samples / 8, 1, 16384);
-        exec.reserve(m_moments[0], parts);
-        exec.reserve(m_moments[1], parts);
-        exec.reserve(m_sizes, 1);
-        exec.clear(m_sizes.data(), 1);
-        exec.forEach(parts,
-                     SumBoxes{input.boxes, input.count, parts, stride, m_moments[0].data(), m_sizes.data()});
-        while (parts > 1)
+        sum(exec, input, stride, partsOf(input, stride), nullptr);
+    }
+
+    /// But for those that are far away from most, or were not among them the last time.
+    void collectMost(Exec& exec, const SearchInput& input, std::uint64_t stride)
+    {
+        const std::uint64_t parts = partsOf(input, stride);
+        const bool isFirst = m_window.size() == 0 || parts > m_moments[0].size();
+        exec.reserve(m_window, 1);
+        // One far away hides others that are not as far.
+        for (int pass = isFirst ? 0 : kPasses - 1; pass < kPasses; ++pass)
         {
-            const std::uint64_t sums = (parts + SumMoments::kFanIn - 1) / SumMoments::kFanIn;
-            exec.forEach(sums, SumMoments{m_moments[0].data(), parts, m_moments[1].data()});
-            std::swap(m_moments[0], m_moments[1]);
-            parts = sums;
+            const bool isKnown = !isFirst || pass > 0;
+            exec.forEach(1, FindWindow{isKnown ? moments() : nullptr, m_window.data()});
+            sum(exec, input, stride, parts, m_window.data());
         }
     }
 
@@ -59,6 +60,34 @@ private:
     template <class T>
     using Buffer = typename Exec::template Buffer<T>;
 
+    static constexpr int kPasses = 4;
+
+    /// Enough parts to keep a GPU busy, whatever executor this is: the sums depend on it.
+    static std::uint64_t partsOf(const SearchInput& input, std::uint64_t stride)
+    {
+        const std::uint64_t samples = (input.count + stride - 1) / stride;
+        return std::clamp<std::uint64_t>(samples / 8, 1, 16384);
+    }
+
+    void sum(Exec& exec, const SearchInput& input, std::uint64_t stride, std::uint64_t parts,
+             const CentreWindow* window)
+    {
+        exec.reserve(m_moments[0], parts);
+        exec.reserve(m_moments[1], parts);
+        exec.reserve(m_sizes, 1);
+        exec.clear(m_sizes.data(), 1);
+        exec.forEach(parts, SumBoxes{input.boxes, input.count, parts, stride, window, m_moments[0].data(),
+                                     m_sizes.data()});
+        while (parts > 1)
+        {
+            const std::uint64_t sums = (parts + SumMoments::kFanIn - 1) / SumMoments::kFanIn;
+            exec.forEach(sums, SumMoments{m_moments[0].data(), parts, m_moments[1].data()});
+            std::swap(m_moments[0], m_moments[1]);
+            parts = sums;
+        }
+    }
+
+    Buffer<CentreWindow> m_window;
     Buffer<Moments> m_moments[2];
     Buffer<SizeClasses> m_sizes;
 };

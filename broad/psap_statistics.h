@@ -53,6 +53,7 @@ struct Moments
     float low[3];         ///< least minimum
     float high[3];        ///< greatest minimum
     std::uint64_t count;
+    std::uint64_t others;  ///< boxes outside of the window, which are in none of these
 
     CULLET_HOST_DEVICE void reset()
     {
@@ -62,7 +63,7 @@ struct Moments
             low[axis] = kInfinity;
             high[axis] = -kInfinity;
         }
-        count = 0;
+        count = others = 0;
     }
 
     CULLET_HOST_DEVICE void add(const Aabb& box)
@@ -91,6 +92,7 @@ struct Moments
             high[axis] = other.high[axis] > high[axis] ? other.high[axis] : high[axis];
         }
         count += other.count;
+        others += other.others;
     }
 
     CULLET_HOST_DEVICE double variance(std::uint32_t axis) const
@@ -98,6 +100,54 @@ struct Moments
         const double n = count == 0 ? 1.0 : static_cast<double>(count);
         const double mean = sum[axis] / n;
         return sumSquare[axis] / n - mean * mean;
+    }
+};
+
+/// Where most boxes are: one that was flung far away would make the others look like one point.
+struct CentreWindow
+{
+    double low[3], high[3];
+
+    CULLET_HOST_DEVICE bool contains(const Aabb& box) const
+    {
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            const double centre = 0.5 * (static_cast<double>(box.min[axis]) + box.max[axis]);
+            if (centre < low[axis] || centre > high[axis])
+                return false;
+        }
+        return true;
+    }
+};
+
+/// Makes the window from sums over an earlier one, or one that contains everything. One index.
+struct FindWindow
+{
+    static constexpr double kDeviations = 8;
+
+    const Moments* moments;  ///< null: none yet
+    CentreWindow* window;
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t) const
+    {
+        // Boxes that have all gone elsewhere are looked for everywhere.
+        const bool isKnown = moments != nullptr && moments->count > moments->others;
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            const double mean = isKnown ? moments->sum[axis] / static_cast<double>(moments->count) : 0;
+            const double variance = isKnown ? moments->variance(static_cast<std::uint32_t>(axis)) : 0;
+            const double reach = isKnown ? kDeviations * sqrt(variance > 0 ? variance : 0) + width(axis)
+                                         : static_cast<double>(kInfinity);
+            window->low[axis] = mean - reach;
+            window->high[axis] = mean + reach;
+        }
+    }
+
+private:
+    /// Of a box: all may be at one place.
+    CULLET_HOST_DEVICE double width(int axis) const
+    {
+        return moments->extent[axis] / static_cast<double>(moments->count);
     }
 };
 
@@ -110,9 +160,10 @@ struct SumBoxes
     const Aabb* boxes;
     std::uint64_t count;
     std::uint64_t parts;
-    std::uint64_t stride;  ///< 1: all boxes; more: a sample
-    Moments* moments;      ///< [parts]
-    SizeClasses* sizes;    ///< zero before
+    std::uint64_t stride;        ///< 1: all boxes; more: a sample
+    const CentreWindow* window;  ///< null: all count
+    Moments* moments;            ///< [parts]
+    SizeClasses* sizes;          ///< zero before; of the boxes outside too
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t part) const
     {
@@ -128,7 +179,10 @@ struct SumBoxes
             const float extent = boundedExtent(box);
             if (!isValid(box) || !(extent <= kUnboundedExtent))
                 continue;
-            sums.add(box);
+            if (window == nullptr || window->contains(box))
+                sums.add(box);
+            else
+                ++sums.others;
             if (octaveOf(extent) != octave)
             {
                 flush(octave, run, largest);
