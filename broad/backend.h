@@ -231,10 +231,11 @@ enum class PsapCells
 /// How the rows variant brings the boxes into order. The pairs are the same.
 enum class PsapOrder
 {
-    Automatic,  ///< bins for small worlds on a GPU, counting below some million boxes, radix above
+    Automatic,  ///< on a GPU bins for small worlds and tiles for larger ones of one size; counting below some million boxes, radix above
     Counting,  ///< counts and offsets per bin: random accesses, which are cheap as long as caches hold the bins
     Radix,     ///< a radix sort of the numbers of the bins
-    Bins       ///< without counting into bins of fixed room; by counting in updates where one of them is full
+    Bins,      ///< without counting into bins of fixed room; by counting in updates where one of them is full
+    Tiles  ///< into blocks of space, each sorted and searched by itself; by counting where one of them is full
 };
 
 /// How the rows variant looks for partners where boxes are sorted, not put into bins of fixed room. The pairs are the same.

@@ -237,6 +237,33 @@ public:
             });
     }
 
+    /// Calls step(i) for each box. On a GPU a block takes some thousand boxes and asks for their places at once.
+    template <class Step>
+    void placeInTiles(const Step& step)
+    {
+        forEach(step.count, step);
+    }
+
+    /// Calls step(tile, memory, emit) for each of the tiles. On a GPU a block does what that does.
+    template <class Step>
+    void searchTiles(const Step& step, const PairList& list)
+    {
+        run(0, step.shape.tiles,
+            [&]
+            {
+                return [&step, memory = typename Step::Memory(step.shape),
+                        emit = Emitter{list, &m_tests, 0}](std::uint64_t tile) mutable
+                { step(static_cast<std::uint32_t>(tile), memory, emit); };
+            });
+    }
+
+    /// Whether there is memory to sort a tile in.
+    template <class Shape>
+    bool canSearchTiles(const Shape&) const
+    {
+        return true;
+    }
+
     /// Whether work on few boxes is better cut into smaller pieces: not here, but one order tests how it is done.
     bool hasSpareLanes() const { return m_order == PsapExecutor::Shuffled; }
 

@@ -11,6 +11,7 @@
 #include "broad/psap_search_input.h"
 #include "broad/psap_second_level.h"
 #include "broad/psap_shifted.h"
+#include "broad/psap_tile_search.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -411,27 +412,37 @@ public:
           m_isLiteral(options.variant != PsapVariant::Rows),
           m_cells(options, resolve(options)),
           m_rows(options, axisOfRows(options)),
-          m_bins(options, axisOfRows(options))
+          m_bins(options, axisOfRows(options)),
+          m_tiles(options, axisOfRows(options))
     {
     }
+
+    /// To be called before each build() or repetition: what the executor has told since then counts from now on.
+    void look() { m_tiles.look(); }
 
     void build(Exec& exec, SearchInput input)
     {
         m_input = input;
         m_way = nextWay(exec, input);
+        if (m_way == Way::Tiles && !m_tiles.prepare(exec, input))
+            m_way = Way::Rows;
         countUpdate();
         if (m_way == Way::Cells)
             m_cells.build(exec, input);
         else if (m_way == Way::Rows)
             m_rows.build(exec, input);
-        else
+        else if (m_way == Way::Bins)
             m_bins.build(exec, input);
+        else
+            m_tiles.build(exec, input);
     }
 
     /// Again, where emit() found kSpilled pairs.
     void buildByCounting(Exec& exec)
     {
-        m_updatesByCounting = m_order == PsapOrder::Bins ? 0 : kUpdatesByCounting;
+        // The next plan of tiles knows better, but not what this one of some frames ago did not.
+        const bool isWaiting = m_way == Way::Tiles ? m_tiles.noteSpill() : true;
+        m_updatesByCounting = m_order == PsapOrder::Automatic && isWaiting ? kUpdatesByCounting : 0;
         m_way = Way::Rows;
         m_rows.build(exec, m_input);
     }
@@ -442,33 +453,49 @@ public:
             m_cells.emit(exec, isNew, pairs);
         else if (m_way == Way::Rows)
             m_rows.emit(exec, isNew, pairs);
-        else
+        else if (m_way == Way::Bins)
             m_bins.emit(exec, isNew, pairs);
+        else
+            m_tiles.emit(exec, isNew, pairs);
     }
 
     /// Whether the next build() of as many boxes makes the same launches as an earlier one of the same nextPhase(), without
     /// allocation or wait.
     bool isRepeatable(const Exec& exec, const SearchInput& input) const
     {
-        return m_way != Way::Cells && m_way == nextWay(exec, input) &&
-               (m_way == Way::Rows ? m_rows.isRepeatable() : m_bins.isRepeatable());
+        const Way next = nextWay(exec, input);
+        if (m_way == Way::Cells || !isSameWay(next) || (next == Way::Tiles && !m_tiles.isRepeatable(input)))
+            return false;
+        return m_way == Way::Tiles || (m_way == Way::Rows ? m_rows.isRepeatable() : m_bins.isRepeatable());
     }
 
     /// Counts a repetition that happened without build().
     void countRepeat()
     {
         countUpdate();
-        m_way == Way::Rows ? m_rows.countRepeat() : m_bins.countRepeat();
+        if (m_way == Way::Rows)
+        {
+            m_rows.countRepeat();
+            m_tiles.countUse();
+        }
+        else
+            m_way == Way::Bins ? m_bins.countRepeat() : m_tiles.countRepeat();
     }
 
-    static constexpr unsigned kPhases = 3;
-    unsigned nextPhase() const { return m_way == Way::Bins ? 1 + m_bins.nextPhase() : 0; }
+    static constexpr unsigned kPhases = 5;
+    unsigned nextPhase() const
+    {
+        return m_way == Way::Rows ? 0 : m_way == Way::Bins ? 1 + m_bins.nextPhase() : 3 + m_tiles.nextPhase();
+    }
+    /// Changes where what a phase launches is not what it did before.
+    std::uint32_t launches() const { return m_tiles.launches(); }
 
     const std::uint32_t* sideCount() const
     {
         return m_way == Way::Cells  ? m_cells.sideCount()
                : m_way == Way::Rows ? m_rows.sideCount()
-                                    : m_bins.sideCount();
+               : m_way == Way::Bins ? m_bins.sideCount()
+                                    : m_tiles.sideCount();
     }
     std::uint64_t entryCount() const { return m_way == Way::Cells ? m_cells.entryCount() : m_input.count; }
     std::uint64_t falsePairCount() const { return m_cells.falsePairCount(); }
@@ -478,23 +505,34 @@ private:
     {
         Cells,
         Rows,
-        Bins
+        Bins,
+        Tiles  ///< or rows, where there is no plan, or none that is worth it
     };
 
     static constexpr std::uint64_t kMostBoxesInBins = 1u << 16;
     static constexpr std::uint64_t kMostWorkOfOneSize = 5u << 15;  // boxes and pairs
     static constexpr std::uint64_t kMostWork = 1u << 15;
-    // After a bin was full: trying in vain costs half an update.
+    // After a bin or a tile was full: trying in vain costs half an update.
     static constexpr std::uint32_t kUpdatesByCounting = 256;
 
     Way nextWay(const Exec& exec, const SearchInput& input) const
     {
         if (m_isLiteral)
             return Way::Cells;
+        if (isForTiles(exec, input) && TileSearch<Exec>::canHold(input.count))
+            return Way::Tiles;
         const bool isChosen =
             m_order == PsapOrder::Bins || (m_order == PsapOrder::Automatic && exec.hasSpareLanes() &&
                                            isForBins(input) && m_updatesByCounting == 0);
         return isChosen && BinSearch<Exec>::canHold(input.count) ? Way::Bins : Way::Rows;
+    }
+
+    bool isSameWay(Way next) const { return m_way == next || (m_way == Way::Rows && next == Way::Tiles); }
+
+    bool isForTiles(const Exec& exec, const SearchInput& input) const
+    {
+        return m_order == PsapOrder::Tiles || (m_order == PsapOrder::Automatic && exec.hasSpareLanes() &&
+                                               input.count > kMostBoxesInBins && m_updatesByCounting == 0);
     }
 
     /// Whether the steps saved cost more than what bins of fixed room cost: cache for empty places, and more of them around
@@ -529,9 +567,10 @@ private:
     bool m_isLiteral;
     SearchInput m_input{};
     Way m_way = Way::Rows;
-    std::uint32_t m_updatesByCounting = 0;  ///< before bins are tried again
+    std::uint32_t m_updatesByCounting = 0;  ///< before bins or tiles are tried again
     CellSearch<Exec> m_cells;
     RowSearch<Exec> m_rows;
     BinSearch<Exec> m_bins;
+    TileSearch<Exec> m_tiles;
 };
 }  // namespace cullet::psap

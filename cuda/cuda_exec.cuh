@@ -9,6 +9,7 @@
 #include "cuda/page_locks.h"
 #include "cuda/part_stream.h"
 #include "cuda/stage_clock.h"
+#include "cuda/tile_kernels.cuh"
 
 #include <cub/block/block_scan.cuh>
 #include <cub/device/device_radix_sort.cuh>
@@ -23,7 +24,6 @@
 namespace cullet::psap
 {
 inline constexpr unsigned kThreadsPerBlock = 256;
-inline constexpr unsigned kEmitThreads = 128;
 /// On a multiprocessor: more lanes to wait with, fewer registers. Turing's holds 1,024 threads, later ones 1,536 and more.
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ < 800
 inline constexpr unsigned kTogetherBlocks = 8;
@@ -41,24 +41,6 @@ __global__ void __launch_bounds__(kThreadsPerBlock)
     const std::uint64_t i = begin + static_cast<std::uint64_t>(blockIdx.x) * kThreadsPerBlock + threadIdx.x;
     if (i < end)
         step(i);
-}
-
-/// Appends pairs that a warp holds in shared memory; all its lanes call.
-__device__ inline void appendTogether(const PairList& list, const IdPair* pairs, unsigned count)
-{
-    const unsigned lane = threadIdx.x % 32;
-    unsigned long long base = 0;
-    if (lane == 0)
-        base = fetchAdd(list.count, std::uint64_t{count});
-    base = __shfl_sync(0xffffffffu, base, 0);
-    // A pair at a time: as two numbers, it would be written twice.
-    const auto* from = reinterpret_cast<const uint2*>(pairs);
-    auto* to = reinterpret_cast<uint2*>(list.pairs);
-    for (unsigned k = lane; k < count; k += 32)
-    {
-        if (base + k < list.capacity)
-            to[base + k] = from[k];
-    }
 }
 
 /// What a step sees of its list on the GPU: room for some pairs of its warp, which then take one atomic together.
@@ -100,47 +82,6 @@ __global__ void __launch_bounds__(kEmitThreads)
     if (count != 0)
         appendTogether(list, buffers[warp], count);
 }
-
-/// The same where the lanes of a warp go together: no lane asks for a place, the votes of all tell it. A full buffer is
-/// written out, so that a small one is enough and more of the cache is left.
-struct TogetherEmitter
-{
-    static constexpr unsigned kRoom = 128;
-    static constexpr std::uint32_t kMostKept = 8;
-    static constexpr unsigned kAll = 0xffffffffu;
-
-    IdPair* buffer;  ///< [kRoom] of the warp
-    unsigned held;   ///< in the buffer, the same in all lanes
-    PairList list;
-    std::uint32_t* keptRecords;  ///< of this lane: every kEmitThreads-th, kMostKept of them
-    std::uint32_t keptRecordCount;
-
-    __device__ bool isFull() const { return keptRecordCount == kMostKept; }
-    __device__ void keep(std::uint32_t record) { keptRecords[kEmitThreads * keptRecordCount++] = record; }
-    __device__ std::uint32_t keptCount() const { return keptRecordCount; }
-    __device__ std::uint32_t kept(std::uint32_t k) const { return keptRecords[kEmitThreads * k]; }
-    __device__ void dropKept() { keptRecordCount = 0; }
-
-    __device__ void push(IdPair pair) { list.push(pair); }
-    __device__ void tested(std::uint64_t) {}
-    __device__ bool any(bool isMine) const { return __any_sync(kAll, isMine) != 0; }
-    __device__ void append(bool isMine, IdPair pair)
-    {
-        const unsigned lanes = __ballot_sync(kAll, isMine);
-        if (isMine)
-            buffer[held + __popc(lanes & ((1u << threadIdx.x % 32) - 1u))] = pair;
-        held += __popc(lanes);
-        if (held > kRoom - 32)
-            flush();
-    }
-    __device__ void flush()
-    {
-        __syncwarp();
-        appendTogether(list, buffer, held);
-        __syncwarp();
-        held = 0;
-    }
-};
 
 template <class Step>
 __global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
@@ -323,6 +264,9 @@ public:
         : m_device(options.device), m_stream(stream), m_stages(options.timeStages)
     {
         const Use use(*this);
+        int bytes = 0;
+        CULLET_CUDA_TRY(cudaDeviceGetAttribute(&bytes, cudaDevAttrMaxSharedMemoryPerBlockOptin, m_device));
+        m_sharedBytes = static_cast<std::uint32_t>(bytes);
         if (m_stream == nullptr)
         {
             CULLET_CUDA_TRY(cudaStreamCreateWithFlags(&m_ownStream, cudaStreamNonBlocking));
@@ -477,6 +421,32 @@ public:
 
     bool hasSpareLanes() const { return true; }
 
+    void placeInTiles(const PlaceInTiles& step)
+    {
+        const std::uint64_t tiles = step.shape.tiles;
+        // With more tiles, more boxes for each of them.
+        if (tiles > kFewTiles)
+            placeByBlocks<1024, 4, 1>(step);
+        else
+            placeByBlocks<512, 4, 2>(step);
+    }
+
+    template <class Step>
+    void searchTiles(const Step& step, const PairList& list)
+    {
+        if (step.shape.room <= SmallTiles<Step>::kMostRoom)
+            launchShared(psap::searchTiles<Step, 256, 4>, step.shape.tiles, 256,
+                         SmallTiles<Step>::sharedBytes(step.shape), step, list);
+        else
+            launchShared(psap::searchTiles<Step, 512, 6>, step.shape.tiles, 512,
+                         LargeTiles<Step>::sharedBytes(step.shape), step, list);
+    }
+
+    bool canSearchTiles(const TileShape& shape) const
+    {
+        return LargeTiles<SearchTiles<EveryPair>>::sharedBytes(shape) + kStaticShared <= m_sharedBytes;
+    }
+
     template <class Step>
     void forEachTogether(std::uint64_t count, const Step& step, const PairList& list)
     {
@@ -563,6 +533,36 @@ private:
         CULLET_CUDA_TRY(cudaGetLastError());
     }
 
+    template <class Step>
+    using SmallTiles = TileSearching<Step, 256, 4>;
+    template <class Step>
+    using LargeTiles = TileSearching<Step, 512, 6>;
+
+    static constexpr std::uint32_t kFewTiles = 2048;
+    static constexpr std::uint32_t kStaticShared = 1024;  ///< at most, beside what a launch asks for
+
+    template <unsigned kThreads, unsigned kPerThread, unsigned kBlocks>
+    void placeByBlocks(const PlaceInTiles& step)
+    {
+        using Placing = TilePlacing<kThreads, kPerThread>;
+        const std::uint32_t bytes = Placing::sharedBytes(step.shape.tiles);
+        if (bytes + kStaticShared > m_sharedBytes)
+            forEach(step.count, step);
+        else
+            launchShared(psap::placeInTiles<kThreads, kPerThread, kBlocks>,
+                         (step.count + Placing::kBoxes - 1) / Placing::kBoxes, kThreads, bytes, step);
+    }
+
+    template <class... Parameters, class... Arguments>
+    void launchShared(void (*kernel)(Parameters...), std::uint64_t blocks, unsigned threads,
+                      std::uint32_t bytes, const Arguments&... arguments)
+    {
+        CULLET_CUDA_TRY(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
+                                             static_cast<int>(bytes)));
+        kernel<<<static_cast<unsigned>(blocks), threads, bytes, m_stream>>>(arguments...);
+        CULLET_CUDA_TRY(cudaGetLastError());
+    }
+
     /// CUB of CUDA 11 counts in int; a list longer than that is more than such a device holds.
     static int cubCount(std::uint64_t count)
     {
@@ -584,6 +584,7 @@ private:
     int m_device;
     cudaStream_t m_stream;
     cudaStream_t m_ownStream = nullptr;
+    std::uint32_t m_sharedBytes = 0;  ///< that a block may have
     std::uint64_t m_bytes = 0;
     std::uint64_t m_bytesMoved = 0;
     DeviceBuffer<unsigned char> m_scratch;

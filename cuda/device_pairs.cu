@@ -89,10 +89,14 @@ private:
     {
         const bool isSame = input.boxes == m_input.boxes && input.count == m_input.count;
         m_input = input;
+        m_search.look();
         if (!isSame)
             dropGraphs();
         if (isSame && m_search.isRepeatable(m_exec, input))
         {
+            if (m_search.launches() != m_recorded)
+                dropGraphs();
+            m_recorded = m_search.launches();
             cudaGraphExec_t& graph = m_graphs[m_search.nextPhase()];
             if (graph == nullptr)
                 record(graph);
@@ -163,6 +167,7 @@ private:
     SearchInput m_input{};
     std::uint64_t m_lastCount = 0;
     cudaGraphExec_t m_graphs[Search<CudaExec>::kPhases] = {};
+    std::uint32_t m_recorded = 0;  ///< launches of the search that the graphs are made of
     DeviceBuffer<IdPair> m_pairs;
     DeviceBuffer<std::uint64_t> m_found;
     PinnedBuffer<std::uint64_t> m_count;

@@ -353,7 +353,7 @@ PsapOptions ordered(PsapOrder order)
 
 PsapOptions searched(PsapRowSearch search)
 {
-    PsapOptions options;
+    PsapOptions options = ordered(PsapOrder::Counting);
     options.rowSearch = search;
     return options;
 }
@@ -386,6 +386,7 @@ void timeAblation(const Scene& scene, int frames, Table& table)
     if (scene.bodies > 4u << 20)
     {
         table.add(timePairs(scene, "rows-counting", ordered(PsapOrder::Counting), frames));
+        table.add(timePairs(scene, "rows-tiles", ordered(PsapOrder::Tiles), frames));
         table.add(timePairs(scene, "literal", literal(), 3));
         return;
     }
@@ -394,8 +395,8 @@ void timeAblation(const Scene& scene, int frames, Table& table)
     PsapOptions split = literal();
     split.splitWork = true;
     const bool isSmall = scene.bodies <= 1u << 16;
-    if (isSmall)
-        table.add(timePairs(scene, "rows-counting", ordered(PsapOrder::Counting), frames));
+    table.add(timePairs(scene, "rows-counting", ordered(PsapOrder::Counting), frames));
+    table.add(timePairs(scene, "rows-tiles", ordered(PsapOrder::Tiles), frames));
     table.add(timePairs(scene, "rows-alone", searched(PsapRowSearch::Alone), frames));
     table.add(timePairs(scene, "rows-grouped", searched(PsapRowSearch::Grouped), frames));
     table.add(timePairs(scene, "literal", literal(), frames));

@@ -48,6 +48,13 @@ inline std::vector<BackendCase> psapCases(
             options.order = PsapOrder::Bins;
             options.initialCapacity = 1;
         });
+    add("RowsTiles", [](PsapOptions& options) { options.order = PsapOrder::Tiles; });
+    add("RowsTilesCapacityOne",
+        [](PsapOptions& options)
+        {
+            options.order = PsapOrder::Tiles;
+            options.initialCapacity = 1;
+        });
     add("RowsAxisX", [](PsapOptions& options) { options.axis = PsapAxis::X; });
     add("RowsAxisY", [](PsapOptions& options) { options.axis = PsapAxis::Y; });
     add("RowsAxisZ", [](PsapOptions& options) { options.axis = PsapAxis::Z; });

@@ -1,0 +1,445 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/psap_search_input.h"
+#include "broad/psap_tiles.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+
+namespace cullet::psap
+{
+/// Decides about sizes, and how many tiles there are along each axis. One index.
+struct SpanTiles
+{
+    // Records that a block sorts with most of its threads at work, and that leave room for other blocks beside it.
+    static constexpr double kMostBoxesInTile = 2100;
+    static constexpr double kNearlyWhole = 0.75;  ///< of a tile: a shorter axis is not cut
+    static constexpr double kDeviations = 4;      ///< from the mean, where most boxes are
+    // Boxes that would fit into a cube of the longest side: from about one on, a search of denser bins is as fast.
+    static constexpr double kMostInCube = 0.75;
+
+    const Moments* moments;
+    const SizeClasses* sizes;
+    double stride;  ///< boxes in the scene for each one in the statistics
+    PsapAxis axis;
+    bool isForced;  ///< tiles whatever the boxes look like
+    TilePlan* plan;
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t) const
+    {
+        const Moments& sums = *moments;
+        plan->axes = chooseAxes(sums, axis);
+        plan->limit = longestSide();
+        plan->mostBits = plan->entries = 0;
+        plan->shape = {};
+        const std::uint32_t axes[3] = {plan->axes.s, plan->axes.u, plan->axes.v};
+        double sides[3];
+        double volume = 1;
+        for (int k = 0; k < 3; ++k)
+        {
+            sides[k] = sums.count == 0 ? 0.0 : setSteps(k, axes[k]);
+            volume *= sides[k] + plan->limit;
+        }
+        const double count = stride * static_cast<double>(sums.count);
+        const double inCube = count * plan->limit * plan->limit * plan->limit / volume;
+        if (sums.count != 0 && (isForced || inCube <= kMostInCube))
+            setCounts(sides, count);
+    }
+
+private:
+    /// Of all but a few boxes, which may go to the side list.
+    CULLET_HOST_DEVICE float longestSide() const
+    {
+        double larger = 0;
+        float longest = 0;
+        for (std::uint32_t octave = kOctaves; octave-- > 0;)
+        {
+            if (sizes->count[octave] == 0)
+                continue;
+            larger += stride * sizes->count[octave];
+            longest = floatOf(sizes->largestBits[octave]);
+            if (larger > PlaceInTiles::kMostSides / 2)
+                break;
+        }
+        // Sides of equal boxes differ by rounding.
+        return 1.001f * longest > 1e-20f ? 1.001f * longest : 1e-20f;
+    }
+
+    /// @return the length that most boxes spread over
+    CULLET_HOST_DEVICE double setSteps(int k, std::uint32_t along) const
+    {
+        const Moments& sums = *moments;
+        const double variance = sums.variance(along);
+        const double deviation = variance > 0 ? sqrt(variance) : 0.0;
+        const double mean = sums.sum[along] / static_cast<double>(sums.count);
+        const double low = larger(sums.low[along], mean - kDeviations * deviation - plan->limit);
+        const double high = -larger(-static_cast<double>(sums.high[along]), -mean - kDeviations * deviation);
+        const double side = high > low ? high - low : 0.0;
+        plan->steps.origin[k] = static_cast<float>(low);
+        plan->steps.inverse[k] = static_cast<float>(TileSteps::kPerAxis / larger(side * 1.0001, 1e-20));
+        const double uniform = sqrt(12.0) * deviation;
+        return uniform < side ? uniform : side;
+    }
+
+    CULLET_HOST_DEVICE static double larger(double a, double b) { return a > b ? a : b; }
+
+    CULLET_HOST_DEVICE void setCounts(const double (&sides)[3], double count) const
+    {
+        const double wanted = larger(sqrt(count), count / kMostBoxesInTile);
+        double whole = wanted < TileShape::kMostTiles ? wanted : TileShape::kMostTiles;
+        bool isCut[3] = {true, true, true};
+        double edge = 0;
+        for (int pass = 0; pass < 3; ++pass)
+        {
+            double volume = 1;
+            int axes = 0;
+            for (int k = 0; k < 3; ++k)
+            {
+                volume *= isCut[k] ? sides[k] : 1.0;
+                axes += isCut[k] ? 1 : 0;
+            }
+            edge = axes == 0 ? 0.0 : pow(volume / whole, 1.0 / axes);
+            for (int k = 0; k < 3; ++k)
+                isCut[k] = isCut[k] && sides[k] > kNearlyWhole * edge;
+        }
+        std::uint32_t most = 0;
+        for (std::uint32_t k = 0; k < 3; ++k)
+        {
+            const double tiles = isCut[k] && edge > 0 ? floor(sides[k] / edge + 0.5) : 1.0;
+            plan->steps.counts[k] = tiles < 1                        ? 1
+                                    : tiles < TilePlan::kMostPerAxis ? static_cast<std::uint32_t>(tiles)
+                                                                     : TilePlan::kMostPerAxis;
+            most = plan->steps.counts[k] > plan->steps.counts[most] ? k : most;
+        }
+        while (plan->steps.counts[0] * plan->steps.counts[1] * plan->steps.counts[2] > TileShape::kMostTiles)
+            --plan->steps.counts[most];
+        plan->shape.tiles = plan->steps.counts[0] * plan->steps.counts[1] * plan->steps.counts[2];
+    }
+};
+
+/// Every `stride`-th box.
+struct TileSample
+{
+    const Aabb* boxes;
+    std::uint64_t stride;
+
+    /// @return false for boxes that tiles do not take
+    CULLET_HOST_DEVICE bool take(std::uint64_t i, const TilePlan& plan, RowRecord& record) const
+    {
+        const Aabb box = loadBox(boxes, i * stride);
+        record = recordOf(box, plan.axes, 0, 0);
+        return plan.shape.tiles != 0 && isValid(box) && boundedExtent(box) <= plan.limit;
+    }
+};
+
+/// Counts on which steps the boxes of a sample begin.
+struct CountSteps
+{
+    TileSample sample;
+    const TilePlan* plan;
+    std::uint32_t* counts;  ///< [3 * TileSteps::kPerAxis] 0 before
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    {
+        RowRecord box;
+        if (!sample.take(i, *plan, box))
+            return;
+        count(0, box.front.s0);
+        count(1, box.front.u0);
+        count(2, box.back.v0);
+    }
+
+private:
+    CULLET_HOST_DEVICE void count(std::uint32_t axis, float x) const
+    {
+        fetchAdd(&counts[axis * TileSteps::kPerAxis + plan->steps.stepOf(axis, x)], 1u);
+    }
+};
+
+/// Cuts an axis so that about as many boxes begin in each tile, and chooses the cells in there. One index for each axis.
+struct CutTiles
+{
+    // So many cells that a box in a thousand of a tile has one of its own; fewer bits are left for v.
+    static constexpr std::uint32_t kMostCells = 24, kMostCellsOfV = 16;
+
+    const std::uint32_t* counts;  ///< of CountSteps
+    TilePlan* plan;
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t axis) const
+    {
+        if (plan->shape.tiles != 0)
+            setCells(axis, cut(axis, plan->steps.counts[axis]));
+    }
+
+private:
+    /// @return length of the longest tile
+    CULLET_HOST_DEVICE float cut(std::uint64_t axis, std::uint32_t tiles) const
+    {
+        const std::uint32_t* ofAxis = counts + axis * TileSteps::kPerAxis;
+        const double length = 1.0 / plan->steps.inverse[axis];
+        double boxes = 0;
+        for (std::uint32_t step = 0; step < TileSteps::kPerAxis; ++step)
+            boxes += ofAxis[step];
+        double before = 0;
+        std::uint32_t tile = 0, first = 0, longest = 0;
+        plan->low[axis][0] = plan->steps.origin[axis];
+        for (std::uint32_t step = 0; step < TileSteps::kPerAxis; ++step)
+        {
+            if (tile + 1 < tiles && before + 0.5 * ofAxis[step] >= boxes * (tile + 1) / tiles)
+            {
+                ++tile;
+                plan->low[axis][tile] = static_cast<float>(plan->steps.origin[axis] + step * length);
+                longest = step - first > longest ? step - first : longest;
+                first = step;
+            }
+            plan->ofStep[axis][step] = static_cast<std::uint8_t>(tile);
+            before += ofAxis[step];
+        }
+        longest = TileSteps::kPerAxis - first > longest ? TileSteps::kPerAxis - first : longest;
+        return static_cast<float>(longest * length);
+    }
+
+    CULLET_HOST_DEVICE void setCells(std::uint64_t axis, float longest) const
+    {
+        constexpr float kQuanta = 1u << TilePlan::kCellShift;
+        const std::uint32_t most = axis == 2 ? kMostCellsOfV : kMostCells;
+        const float fine = TilePlan::kMostQuanta / plan->limit;
+        const float cells = longest * fine / kQuanta;
+        const std::uint32_t count =
+            cells < static_cast<float>(most - 1) ? 1 + static_cast<std::uint32_t>(cells) : most;
+        const float fitting = (kQuanta * static_cast<float>(count) - 0.5f) / longest;
+        plan->cells[axis] = count;
+        plan->scale[axis] = fitting < fine ? fitting : fine;
+        plan->reach[axis] = 1 + static_cast<std::uint32_t>(plan->limit * plan->scale[axis] + 0.01f);
+    }
+};
+
+/// Counts the boxes of a sample in their tiles.
+struct CountTiles
+{
+    TileSample sample;
+    const TilePlan* plan;
+    std::uint32_t* counts;  ///< [TileShape::kMostTiles] 0 before
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    {
+        RowRecord box;
+        if (sample.take(i, *plan, box))
+            tilesOf(plan->steps, plan->ofStep[0], box)
+                .forEach(plan->steps,
+                         [&](std::uint32_t tile, std::uint32_t) { fetchAdd(&counts[tile], 1u); });
+    }
+};
+
+/// Finds the fullest tile of the sample. One index for each.
+struct FindFullest
+{
+    const std::uint32_t* counts;
+    TilePlan* plan;
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t tile) const
+    {
+        if (tile >= plan->shape.tiles)
+            return;
+        fetchAdd(&plan->entries, counts[tile]);
+        raise(&plan->mostBits, static_cast<float>(counts[tile]));
+    }
+};
+
+/// Decides how much room a tile has, and whether that is worth it; tells it in one word, so that the CPU sees all of it or
+/// nothing. One index.
+struct CloseTiles
+{
+    static constexpr double kMostEntries = 1.6;  ///< for each box
+    // In frames to come a tile has more boxes, if there is room.
+    static constexpr double kSlack = 1.2;
+    static constexpr double kLeastSlack = 1.05;
+
+    std::uint64_t samples;
+    double stride;
+    double mostRoom;
+    bool isForced;
+    TilePlan* plan;
+    std::uint32_t launches;  ///< number of this plan
+    std::uint64_t* word;     ///< [out]
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t) const
+    {
+        TileShape& shape = plan->shape;
+        const double fullest = stride * floatOf(plan->mostBits) + 1;
+        const double room = kSlack * fullest + 32;
+        const bool isFit =
+            kLeastSlack * fullest <= mostRoom && plan->entries <= kMostEntries * static_cast<double>(samples);
+        shape.cells = plan->cells[0] * plan->cells[1] * plan->cells[2];
+        shape.room = static_cast<std::uint32_t>(room < mostRoom ? room : mostRoom);
+        if (shape.tiles == 0 || !(isFit || isForced))
+            shape = {};
+        *word = wordOf(shape, launches);
+    }
+
+    CULLET_HOST_DEVICE static std::uint64_t wordOf(const TileShape& shape, std::uint32_t launches)
+    {
+        return std::uint64_t{launches & 0xffffu} << 48 | std::uint64_t{shape.cells} << 32 |
+               std::uint64_t{shape.room} << 16 | shape.tiles;
+    }
+    static TileShape shapeOf(std::uint64_t word)
+    {
+        const auto part = [word](int shift) { return static_cast<std::uint32_t>(word >> shift & 0xffffu); };
+        return {part(0), part(16), part(32)};
+    }
+    static bool isOf(std::uint64_t word, std::uint32_t launches)
+    {
+        return word >> 48 == (launches & 0xffffu);
+    }
+};
+
+/// Makes plans from samples of the boxes, and keeps each for some hundred updates. A plan is used from the first update on
+/// that finds its shape on the CPU; nothing waits for it.
+template <class Exec>
+class TilePlanner
+{
+public:
+    static constexpr std::uint64_t kMostBoxes = std::uint64_t{TileShape::kMostTiles} * 2600;
+
+    TilePlanner(const PsapOptions& options, PsapAxis axis)
+        : m_axis(axis),
+          m_isForced(options.order == PsapOrder::Tiles),
+          m_mostRoom(std::clamp(kRoomOfCapacity * options.initialCapacity, 1.0, kMostRoom))
+    {
+    }
+
+    /// Looks whether the last plan's shape has come. Not done by others, so that all that happens until the next call is as
+    /// isSettled() says.
+    void look()
+    {
+        if (m_word.size() != 0)
+            m_seen = *static_cast<const volatile std::uint64_t*>(m_word.data());
+    }
+
+    /// For one update.
+    void prepare(Exec& exec, const SearchInput& input)
+    {
+        if (hasNews())
+            adopt();
+        if (isStale(input))
+            make(exec, input);
+        ++m_age;
+    }
+
+    /// Counts an update without prepare().
+    void countUse() { ++m_age; }
+
+    /// Whether prepare() would change nothing.
+    bool isSettled(const SearchInput& input) const { return !isStale(input) && !hasNews(); }
+
+    /// The next prepare() makes a plan.
+    ///
+    /// @return whether the one of now was as good as new
+    bool giveUp()
+    {
+        const bool isNew = m_age <= kNewUpdates;
+        m_age = kUpdatesPerPlan;
+        m_shape = {};
+        return isNew;
+    }
+
+    const TilePlan* plan() const { return m_plans[m_current].data(); }
+    const TileShape& shape() const { return m_shape; }
+    /// Changes with the plan.
+    std::uint32_t launches() const { return m_launches; }
+
+private:
+    template <class T>
+    using Buffer = typename Exec::template Buffer<T>;
+
+    static constexpr std::uint32_t kUpdatesPerPlan = 256;
+    static constexpr std::uint32_t kNewUpdates = 16;
+    static constexpr std::uint64_t kBoxesInSample = 1u << 17;
+    // Some hundred in each tile, so that the fullest is known well.
+    static constexpr std::uint64_t kBoxesCounted = 1u << 22;
+
+    static std::uint64_t strideFor(const SearchInput& input, std::uint64_t samples)
+    {
+        return std::max<std::uint64_t>(1, input.count / samples);
+    }
+    static std::uint64_t samplesOf(const SearchInput& input, std::uint64_t stride)
+    {
+        return (input.count + stride - 1) / stride;
+    }
+
+    bool isStale(const SearchInput& input) const
+    {
+        return m_age >= kUpdatesPerPlan || input.count > m_plannedCount + m_plannedCount / 8 ||
+               2 * input.count < m_plannedCount;
+    }
+
+    bool hasNews() const { return m_made != m_launches && CloseTiles::isOf(m_seen, m_made); }
+
+    void adopt()
+    {
+        m_shape = CloseTiles::shapeOf(m_seen);
+        m_launches = m_made;
+        m_current = 1 - m_current;
+    }
+
+    /// Into the plan that is not in use.
+    void make(Exec& exec, const SearchInput& input)
+    {
+        reserve(exec);
+        TilePlan* plan = m_plans[1 - m_current].data();
+        const std::uint64_t stride = strideFor(input, kBoxesInSample);
+        const std::uint64_t strideOfCount = strideFor(input, kBoxesCounted);
+        std::uint32_t* steps = m_counts.data();
+        std::uint32_t* tiles = steps + kStepCounts;
+        m_statistics.collectMost(exec, input, stride);
+        exec.clear(m_counts.data(), kStepCounts + TileShape::kMostTiles);
+        exec.forEach(1, SpanTiles{m_statistics.moments(), m_statistics.sizes(), static_cast<double>(stride),
+                                  m_axis, m_isForced, plan});
+        exec.forEach(samplesOf(input, stride), CountSteps{{input.boxes, stride}, plan, steps});
+        exec.forEach(3, CutTiles{steps, plan});
+        exec.forEach(samplesOf(input, strideOfCount), CountTiles{{input.boxes, strideOfCount}, plan, tiles});
+        exec.forEach(TileShape::kMostTiles, FindFullest{tiles, plan});
+        ++m_made;
+        exec.forEach(1, CloseTiles{samplesOf(input, strideOfCount), static_cast<double>(strideOfCount),
+                                   m_mostRoom, m_isForced, plan, m_made, m_told.data()});
+        exec.download(m_word.data(), m_told.data(), 1);
+        m_plannedCount = input.count;
+        m_age = 0;
+    }
+
+    void reserve(Exec& exec)
+    {
+        exec.reserve(m_plans[1 - m_current], 1);
+        exec.reserve(m_counts, kStepCounts + TileShape::kMostTiles);
+        exec.reserve(m_told, 1);
+        if (m_word.size() == 0)
+        {
+            exec.reserve(m_word, 1);
+            *m_word.data() = 0;
+        }
+    }
+
+    static constexpr double kRoomOfCapacity = 64;  ///< for each one of the initial capacity
+    static constexpr double kMostRoom = TileShape::kMostRoom;
+    static constexpr std::uint64_t kStepCounts = 3 * TileSteps::kPerAxis;
+
+    PsapAxis m_axis;
+    bool m_isForced;
+    double m_mostRoom;
+    std::uint32_t m_age = kUpdatesPerPlan;
+    std::uint64_t m_plannedCount = 0;
+    std::uint32_t m_made = 0;      ///< plans
+    std::uint32_t m_launches = 0;  ///< the plan in use
+    std::uint64_t m_seen = 0;
+    TileShape m_shape{};
+    unsigned m_current = 0;
+    Statistics<Exec> m_statistics;
+    Buffer<TilePlan> m_plans[2];
+    Buffer<std::uint32_t> m_counts;
+    Buffer<std::uint64_t> m_told;
+    typename Exec::template Staging<std::uint64_t> m_word;
+};
+}  // namespace cullet::psap
