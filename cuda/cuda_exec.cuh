@@ -423,10 +423,11 @@ public:
 
     void placeInTiles(const PlaceInTiles& step)
     {
-        const std::uint64_t tiles = step.shape.tiles;
-        // With more tiles, more boxes for each of them.
-        if (tiles > kFewTiles)
+        // With more tiles, more boxes for each of them; in a small world enough blocks for the device.
+        if (step.shape.tiles > kFewTiles)
             placeByBlocks<1024, 4, 1>(step);
+        else if (step.count <= kFewBoxes)
+            placeByBlocks<512, 2, 2>(step);
         else
             placeByBlocks<512, 4, 2>(step);
     }
@@ -539,6 +540,7 @@ private:
     using LargeTiles = TileSearching<Step, 512, 6>;
 
     static constexpr std::uint32_t kFewTiles = 2048;
+    static constexpr std::uint64_t kFewBoxes = 3u << 16;
     static constexpr std::uint32_t kStaticShared = 1024;  ///< at most, beside what a launch asks for
 
     template <unsigned kThreads, unsigned kPerThread, unsigned kBlocks>
