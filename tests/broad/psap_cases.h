@@ -4,6 +4,7 @@
 
 #include "tests/broad/backend_cases.h"
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <string>
@@ -26,35 +27,26 @@ inline std::vector<BackendCase> psapCases(
     };
     add("Rows", [](PsapOptions&) {});
     add("RowsCapacityOne", [](PsapOptions& options) { options.initialCapacity = 1; });
-    add("RowsRadix", [](PsapOptions& options) { options.order = PsapOrder::Radix; });
-    add("RowsCounting", [](PsapOptions& options) { options.order = PsapOrder::Counting; });
-    add("RowsGrouped",
-        [](PsapOptions& options)
-        {
-            options.rowSearch = PsapRowSearch::Grouped;
-            options.order = PsapOrder::Counting;
-        });
-    add("RowsGroupedRadixCapacityOne",
-        [](PsapOptions& options)
-        {
-            options.rowSearch = PsapRowSearch::Grouped;
-            options.order = PsapOrder::Radix;
-            options.initialCapacity = 1;
-        });
-    add("RowsBins", [](PsapOptions& options) { options.order = PsapOrder::Bins; });
-    add("RowsBinsCapacityOne",
-        [](PsapOptions& options)
-        {
-            options.order = PsapOrder::Bins;
-            options.initialCapacity = 1;
-        });
-    add("RowsTiles", [](PsapOptions& options) { options.order = PsapOrder::Tiles; });
-    add("RowsTilesCapacityOne",
-        [](PsapOptions& options)
-        {
-            options.order = PsapOrder::Tiles;
-            options.initialCapacity = 1;
-        });
+    const auto addOrdered = [&](const char* name, PsapOrder order,
+                                std::uint32_t capacity = PsapOptions{}.initialCapacity,
+                                PsapRowSearch search = PsapRowSearch::Automatic)
+    {
+        add(name,
+            [&](PsapOptions& options)
+            {
+                options.order = order;
+                options.initialCapacity = capacity;
+                options.rowSearch = search;
+            });
+    };
+    addOrdered("RowsRadix", PsapOrder::Radix);
+    addOrdered("RowsCounting", PsapOrder::Counting);
+    addOrdered("RowsGrouped", PsapOrder::Counting, PsapOptions{}.initialCapacity, PsapRowSearch::Grouped);
+    addOrdered("RowsGroupedRadixCapacityOne", PsapOrder::Radix, 1, PsapRowSearch::Grouped);
+    addOrdered("RowsBins", PsapOrder::Bins);
+    addOrdered("RowsBinsCapacityOne", PsapOrder::Bins, 1);
+    addOrdered("RowsTiles", PsapOrder::Tiles);
+    addOrdered("RowsTilesCapacityOne", PsapOrder::Tiles, 1);
     add("RowsAxisX", [](PsapOptions& options) { options.axis = PsapAxis::X; });
     add("RowsAxisY", [](PsapOptions& options) { options.axis = PsapAxis::Y; });
     add("RowsAxisZ", [](PsapOptions& options) { options.axis = PsapAxis::Z; });

@@ -3,89 +3,12 @@
 
 // Bins of fixed room: when they are used, and what happens where one is full.
 
-#include "broad/host_exec.h"
-#include "broad/psap_pipeline.h"
-#include "tests/support/boxes.h"
-#include "tests/support/pair_lists.h"
-#include "tests/support/random.h"
-
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <cstdint>
-#include <vector>
+#include "tests/broad/watched_search.h"
 
 namespace cullet::test
 {
 namespace
 {
-/// HostExec with lanes to spare, which remembers how often bins were searched.
-class BinExec : public psap::HostExec
-{
-public:
-    using HostExec::HostExec;
-
-    bool hasSpareLanes() const { return true; }
-
-    template <std::uint32_t kSharers, class Step>
-    void forEachDealt(std::uint64_t bins, const Step& step, const psap::PairList& list)
-    {
-        ++searchesOfBins;
-        HostExec::forEachDealt<kSharers>(bins, step, list);
-    }
-
-    int searchesOfBins = 0;
-};
-
-/// A search that finds every pair, again and again.
-class BinSearches
-{
-public:
-    explicit BinSearches(const PsapOptions& options = {}) : m_exec(options), m_search(options) {}
-
-    /// @return all pairs in order, found by counting where a bin was full
-    std::vector<Pair> find(const std::vector<Aabb>& boxes, std::uint64_t expectedPairs = 0)
-    {
-        m_search.build(m_exec, {boxes.data(), boxes.size(), &m_count, expectedPairs});
-        emit();
-        m_wasFull = m_count == psap::kSpilled;
-        if (m_wasFull)
-        {
-            m_search.buildByCounting(m_exec);
-            emit();
-        }
-        EXPECT_LE(m_count, m_found.size());
-        return inOrder({m_found.begin(), m_found.begin() + static_cast<std::ptrdiff_t>(m_count)});
-    }
-
-    bool wasFull() const { return m_wasFull; }
-    int searchesOfBins() const { return m_exec.searchesOfBins; }
-
-private:
-    void emit()
-    {
-        psap::EntryTest all{};
-        all.takeAll = true;
-        m_search.emit(m_exec, all, {m_found.data(), m_found.size(), &m_count});
-    }
-
-    BinExec m_exec;
-    psap::Search<BinExec> m_search;
-    std::vector<IdPair> m_found = std::vector<IdPair>(1u << 18);
-    std::uint64_t m_count = 0;
-    bool m_wasFull = false;
-};
-
-/// Unit cubes, one for each `volume`.
-std::vector<Aabb> cubesFor(std::uint32_t count, float volume, Random& random)
-{
-    const float side = std::cbrt(volume * static_cast<float>(count));
-    std::vector<Aabb> boxes;
-    for (std::uint32_t i = 0; i < count; ++i)
-        boxes.push_back(boxAt(random.between(0, side), random.between(0, side), random.between(0, side)));
-    return boxes;
-}
-
 TEST(PsapBins, SmallWorldsAreSearchedInBins)
 {
     SCOPED_TRACE("seed 5");
@@ -93,11 +16,9 @@ TEST(PsapBins, SmallWorldsAreSearchedInBins)
     for (const std::uint32_t count :
          {1u, 40u, 3000u, 30000u, 1u << 16})  // with four lanes for a box, with two, with one
     {
-        const std::vector<Aabb> boxes = cubesFor(count, 4, random);
-        BinSearches search;
-        PsapOptions counting;
-        counting.order = PsapOrder::Counting;
-        const std::vector<Pair> expected = BinSearches(counting).find(boxes);
+        const std::vector<Aabb> boxes = cubesIn(count, 4, random);
+        WatchedSearch search;
+        const std::vector<Pair> expected = pairsByCounting(boxes);
         for (int update = 1; update <= 3; ++update)
         {
             EXPECT_EQ(search.find(boxes), expected) << count;
@@ -110,8 +31,8 @@ TEST(PsapBins, SmallWorldsAreSearchedInBins)
 TEST(PsapBins, LargerWorldsAreNot)
 {
     Random random(6);
-    const std::vector<Aabb> boxes = cubesFor((1u << 16) + 1, 4, random);
-    BinSearches search;
+    const std::vector<Aabb> boxes = cubesIn((1u << 16) + 1, 4, random);
+    WatchedSearch search;
     search.find(boxes);
     EXPECT_EQ(search.searchesOfBins(), 0);
 }
@@ -120,15 +41,15 @@ TEST(PsapBins, WorldsWithManyPairsAreNot)
 {
     SCOPED_TRACE("seed 10");
     Random random(10);
-    const std::vector<Aabb> cubes = cubesFor(1000, 4, random);
-    BinSearches ofOneSize;
+    const std::vector<Aabb> cubes = cubesIn(1000, 4, random);
+    WatchedSearch ofOneSize;
     EXPECT_EQ(ofOneSize.find(cubes, 162000), ofOneSize.find(cubes, 163000));
     EXPECT_EQ(ofOneSize.searchesOfBins(), 1);
 
     std::vector<Aabb> boxes;
-    for (const Aabb& cube : cubesFor(1000, 0.1f, random))
+    for (const Aabb& cube : cubesIn(1000, 0.1f, random))
         boxes.push_back(boxAt(cube.min[0], cube.min[1], cube.min[2], random.logUniform(-6, 0)));
-    BinSearches ofManySizes;
+    WatchedSearch ofManySizes;
     const std::vector<Pair> expected = everyPair(boxes);
     for (const std::uint64_t pairs : {160000u, 30000u, 32000u})  // at first it does not know of sizes
     {
@@ -142,11 +63,11 @@ TEST(PsapBins, WhereOneIsFullCountingFindsThePairs)
 {
     SCOPED_TRACE("seed 7");
     Random random(7);
-    const std::vector<Aabb> sparse = cubesFor(1000, 4, random);
+    const std::vector<Aabb> sparse = cubesIn(1000, 4, random);
     std::vector<Aabb> piled = sparse;
     piled.insert(piled.end(), 13, sparse[500]);
     const std::vector<Pair> expected = everyPair(piled);
-    BinSearches search;
+    WatchedSearch search;
     EXPECT_EQ(search.find(sparse), everyPair(sparse));
     EXPECT_EQ(search.find(piled), expected);
     EXPECT_TRUE(search.wasFull());
@@ -184,7 +105,7 @@ TEST(PsapBins, FewCellsFindEachPairOnce)
         {
             PsapOptions options;
             options.cellScale = options.binScale = scale;
-            BinSearches search(options);
+            WatchedSearch search(options);
             EXPECT_EQ(search.find(boxes), expected) << side << ", " << scale;
             inBins += search.wasFull() ? 0 : 1;
         }
@@ -197,8 +118,8 @@ TEST(PsapBins, APlanOfAnotherFrameFindsThePairs)
 {
     SCOPED_TRACE("seed 9");
     Random random(9);
-    BinSearches search;
-    std::vector<Aabb> boxes = cubesFor(1000, 4, random);
+    WatchedSearch search;
+    std::vector<Aabb> boxes = cubesIn(1000, 4, random);
     EXPECT_EQ(search.find(boxes), everyPair(boxes));
     for (std::uint32_t i = 0; i < 10; ++i)
         boxes[100 * i] = boxAt(random.between(0, 16), random.between(0, 16), random.between(0, 16), 1.5f);

@@ -3,128 +3,20 @@
 
 // Tiles: when they are used, and what happens where one is full.
 
-#include "broad/host_exec.h"
-#include "broad/psap_pipeline.h"
-#include "tests/support/boxes.h"
-#include "tests/support/pair_lists.h"
-#include "tests/support/random.h"
-
-#include <gtest/gtest.h>
-
-#include <cmath>
-#include <cstdint>
-#include <vector>
+#include "tests/broad/watched_search.h"
 
 namespace cullet::test
 {
 namespace
 {
-/// HostExec with lanes to spare, which remembers what was searched.
-class TileExec : public psap::HostExec
-{
-public:
-    using HostExec::HostExec;
-
-    bool hasSpareLanes() const { return true; }
-
-    template <class Step>
-    void searchTiles(const Step& step, const psap::PairList& list)
-    {
-        ++searchesOfTiles;
-        lastShape = step.shape;
-        HostExec::searchTiles(step, list);
-    }
-
-    bool canSearchTiles(const psap::TileShape& shape) const { return shape.tiles <= mostTiles; }
-
-    int searchesOfTiles = 0;
-    psap::TileShape lastShape{};
-    std::uint32_t mostTiles = psap::TileShape::kMostTiles;
-};
-
-/// A search that finds every pair, again and again.
-class TileSearches
-{
-public:
-    explicit TileSearches(PsapOrder order = PsapOrder::Automatic,
-                          PsapExecutor executor = PsapExecutor::InOrder)
-        : m_options(optionsOf(order, executor)), exec(m_options), m_search(m_options)
-    {
-    }
-
-    /// @return all pairs in order, found by counting where a tile was full
-    std::vector<Pair> find(const std::vector<Aabb>& boxes)
-    {
-        m_search.look();
-        m_search.build(exec, {boxes.data(), boxes.size(), &m_count});
-        emit();
-        m_wasFull = m_count == psap::kSpilled;
-        if (m_wasFull)
-        {
-            m_search.buildByCounting(exec);
-            emit();
-        }
-        EXPECT_LE(m_count, m_found.size());
-        return inOrder({m_found.begin(), m_found.begin() + static_cast<std::ptrdiff_t>(m_count)});
-    }
-
-    bool wasFull() const { return m_wasFull; }
-    int searchesOfTiles() const { return exec.searchesOfTiles; }
-
-private:
-    static PsapOptions optionsOf(PsapOrder order, PsapExecutor executor)
-    {
-        PsapOptions options;
-        options.order = order;
-        options.executor = executor;
-        options.threads = 3;
-        return options;
-    }
-
-    void emit()
-    {
-        psap::EntryTest all{};
-        all.takeAll = true;
-        m_search.emit(exec, all, {m_found.data(), m_found.size(), &m_count});
-    }
-
-    PsapOptions m_options;
-
-public:
-    TileExec exec;
-
-private:
-    psap::Search<TileExec> m_search;
-    std::vector<IdPair> m_found = std::vector<IdPair>(1u << 20);
-    std::uint64_t m_count = 0;
-    bool m_wasFull = false;
-};
-
-std::vector<Pair> byCounting(const std::vector<Aabb>& boxes)
-{
-    return TileSearches(PsapOrder::Counting).find(boxes);
-}
-
-/// Unit cubes in a block of space with these sides, relative to each other; one for each `volume`.
-std::vector<Aabb> cubesIn(std::uint32_t count, float volume, Random& random, float x = 1, float y = 1,
-                          float z = 1)
-{
-    const float side = std::cbrt(volume * static_cast<float>(count) / (x * y * z));
-    std::vector<Aabb> boxes;
-    for (std::uint32_t i = 0; i < count; ++i)
-        boxes.push_back(
-            boxAt(random.between(0, x * side), random.between(0, y * side), random.between(0, z * side)));
-    return boxes;
-}
-
 TEST(PsapTiles, LargeWorldsOfOneSizeAreSearchedInTiles)
 {
     SCOPED_TRACE("seed 5");
     Random random(5);
     const std::vector<Aabb> boxes = cubesIn((1u << 16) + 1, 4, random);
-    const std::vector<Pair> expected = byCounting(boxes);
+    const std::vector<Pair> expected = pairsByCounting(boxes);
     ASSERT_GT(expected.size(), 50000u);
-    TileSearches search;
+    WatchedSearch search;
     // The first update makes the plan.
     for (int update = 0; update < 4; ++update)
     {
@@ -144,7 +36,7 @@ TEST(PsapTiles, SmallerDenserAndMixedWorldsAreNot)
         box = boxAt(box.min[0], box.min[1], box.min[2], random.logUniform(-2, 1));
     for (const std::vector<Aabb>& boxes : {cubesIn(1u << 16, 4, random), cubesIn(70000, 1, random), mixed})
     {
-        TileSearches search;
+        WatchedSearch search;
         for (int update = 0; update < 3; ++update)
             search.find(boxes);
         EXPECT_EQ(search.searchesOfTiles(), 0) << boxes.size();
@@ -155,7 +47,7 @@ TEST(PsapTiles, NeitherAreThoseThatADeviceHasNoMemoryFor)
 {
     Random random(7);
     const std::vector<Aabb> boxes = cubesIn(70000, 4, random);
-    TileSearches search;
+    WatchedSearch search;
     search.exec.mostTiles = 10;
     for (int update = 0; update < 3; ++update)
         search.find(boxes);
@@ -170,7 +62,7 @@ TEST(PsapTiles, BodiesFlungFarAwayDoNotSpoilThePlan)
     for (const PsapOrder order : {PsapOrder::Counting, PsapOrder::Bins, PsapOrder::Tiles})
     {
         std::vector<Aabb> boxes = cubesIn(6000, 4, random);
-        TileSearches search(order);
+        WatchedSearch search(order);
         search.find(boxes);
         search.find(boxes);
         search.exec.takeTestCount();
@@ -179,7 +71,7 @@ TEST(PsapTiles, BodiesFlungFarAwayDoNotSpoilThePlan)
         boxes[3] = boxAt(3e4f, 0, 0);
         boxes[4000] = boxAt(0, -1e9f, 0);
         boxes[4001] = boxAt(0, 0, 1e30f);
-        TileSearches another(order);
+        WatchedSearch another(order);
         const std::vector<Pair> expected = everyPair(boxes);
         for (int update = 0; update < 3; ++update)
             EXPECT_EQ(another.find(boxes), expected);
@@ -202,10 +94,10 @@ TEST(PsapTiles, LargeBoxesAmongMany)
     boxes[40001] = {{kNan, 0, 0}, {1, 1, 1}};
     boxes[40002] = {{1e30f, 1e30f, 1e30f}, {1e30f, 1e30f, 1e30f}};
     boxes[40003] = {{5, 5, 5}, {4, 4, 4}};
-    const std::vector<Pair> expected = byCounting(boxes);
+    const std::vector<Pair> expected = pairsByCounting(boxes);
     for (const PsapExecutor executor : {PsapExecutor::InOrder, PsapExecutor::Shuffled, PsapExecutor::Threads})
     {
-        TileSearches search(PsapOrder::Automatic, executor);
+        WatchedSearch search(PsapOrder::Automatic, executor);
         EXPECT_EQ(search.find(boxes), expected);
         EXPECT_EQ(search.find(boxes), expected);
         EXPECT_EQ(search.searchesOfTiles(), 1);
@@ -221,8 +113,8 @@ TEST(PsapTiles, WhereOneIsFullCountingFindsThePairs)
     std::vector<Aabb> piled = sparse;
     for (std::uint32_t i = 0; i < 1500; ++i)
         piled[40 * i] = boxAt(random.between(30, 40), random.between(30, 40), random.between(30, 40));
-    const std::vector<Pair> expected = byCounting(piled);
-    TileSearches search;
+    const std::vector<Pair> expected = pairsByCounting(piled);
+    WatchedSearch search;
     for (int update = 0; update < 20; ++update)
         search.find(sparse);
     EXPECT_EQ(search.searchesOfTiles(), 19);
@@ -235,18 +127,18 @@ TEST(PsapTiles, WhereOneIsFullCountingFindsThePairs)
     EXPECT_FALSE(search.wasFull());
     EXPECT_EQ(search.searchesOfTiles(), 21);
     // A plan as good as new is not tried again for a while.
-    EXPECT_EQ(search.find(sparse), byCounting(sparse));
+    EXPECT_EQ(search.find(sparse), pairsByCounting(sparse));
     std::vector<Aabb> heap = sparse;
     for (std::uint32_t i = 0; i < 20000; ++i)
         heap[3 * i] = boxAt(1 + random.between(0, 14), 1 + random.between(0, 14), 1 + random.between(0, 14));
-    EXPECT_EQ(search.find(heap), byCounting(heap));
+    EXPECT_EQ(search.find(heap), pairsByCounting(heap));
     EXPECT_TRUE(search.wasFull());
     const int searches = search.searchesOfTiles();
     for (int update = 0; update < 256; ++update)
         search.find(sparse);
     EXPECT_EQ(search.searchesOfTiles(), searches);
     for (int update = 0; update < 3; ++update)
-        EXPECT_EQ(search.find(sparse), byCounting(sparse));
+        EXPECT_EQ(search.find(sparse), pairsByCounting(sparse));
     EXPECT_GT(search.searchesOfTiles(), searches);
 }
 
@@ -255,7 +147,7 @@ TEST(PsapTiles, RoomIsUsedToTheLastPlace)
     SCOPED_TRACE("seed 13");
     Random random(13);
     std::vector<Aabb> boxes = cubesIn(1500, 4, random);
-    TileSearches search(PsapOrder::Tiles);
+    WatchedSearch search(PsapOrder::Tiles);
     search.find(boxes);
     // One after the other to the same place.
     std::uint32_t piled = 0;
@@ -285,7 +177,7 @@ TEST(PsapTiles, AnyWorldThatIsForcedIntoThem)
                     boxes[i] =
                         boxAt(boxes[i].min[0], boxes[i].min[1], boxes[i].min[2], random.between(0, 1.5f));
                 const std::vector<Pair> expected = everyPair(boxes);
-                TileSearches search(PsapOrder::Tiles);
+                WatchedSearch search(PsapOrder::Tiles);
                 for (int update = 0; update < 2; ++update)
                     ASSERT_EQ(search.find(boxes), expected) << count << ", " << volume << ", " << flat;
                 if (search.searchesOfTiles() != 0 && !search.wasFull())
@@ -303,7 +195,7 @@ TEST(PsapTiles, APlanOfAnotherFrameFindsThePairs)
 {
     SCOPED_TRACE("seed 11");
     Random random(11);
-    TileSearches search(PsapOrder::Tiles);
+    WatchedSearch search(PsapOrder::Tiles);
     std::vector<Aabb> boxes = cubesIn(1000, 4, random);
     for (Aabb& box : boxes)
         box = boxAt(std::floor(box.min[0]), std::floor(box.min[1]), std::floor(box.min[2]));
