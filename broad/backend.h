@@ -231,7 +231,9 @@ enum class PsapCells
 /// How the rows variant brings the boxes into order. The pairs are the same.
 enum class PsapOrder
 {
-    Automatic,  ///< on a GPU bins for small worlds and tiles for larger ones of one size; counting below some million boxes, radix above
+    /// On a GPU bins for small worlds and tiles for larger ones of one size; else counting below some million boxes,
+    /// radix above.
+    Automatic,
     Counting,  ///< counts and offsets per bin: random accesses, which are cheap as long as caches hold the bins
     Radix,     ///< a radix sort of the numbers of the bins
     Bins,      ///< without counting into bins of fixed room; by counting in updates where one of them is full

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/psap_row_bins.h"
+#include "broad/psap_bin_sets.h"
 #include "broad/psap_row_planner.h"
 
 #include <algorithm>
@@ -32,12 +32,8 @@ public:
         m_input = input;
         reserveForBoxes(exec, input.count);
         m_planner.prepare(exec, input, m_binCapacity);
-        m_current = 1 - m_current;
-        // The search leaves the others clear.
-        if (!m_isClear)
-            clear(exec);
-        m_isClear = false;
-        const RowBinSet bins = set(m_current);
+        m_bins.begin(exec);
+        const RowBinSet bins = m_bins.current();
         exec.forEach(input.count,
                      PlaceRows{{input.boxes, m_planner.plan(), m_side.data(), &bins.totals->sides},
                                bins,
@@ -48,11 +44,8 @@ public:
 
     void emit(Exec& exec, const EntryTest& isNew, const PairList& pairs)
     {
-        if (isNew.takeAll)
-            emitTesting(exec, EveryPair{}, pairs);
-        else
-            emitTesting(exec, isNew, pairs);
-        m_isClear = true;
+        withTest(isNew, [&](const auto& test) { emitTesting(exec, test, pairs); });
+        m_bins.noteSearched();
     }
 
     /// Whether the next build() of as many boxes makes the same launches as the last but one.
@@ -62,14 +55,14 @@ public:
     void countRepeat()
     {
         m_planner.countUse();
-        m_current = 1 - m_current;
+        m_bins.swap();
     }
 
     /// Which of two sets of launches the next update is.
-    unsigned nextPhase() const { return 1 - m_current; }
+    unsigned nextPhase() const { return m_bins.nextPhase(); }
 
     std::uint32_t levelCount() const { return m_planner.levelCount(); }
-    const std::uint32_t* sideCount() const { return &m_totals[m_current].data()->sides; }
+    const std::uint32_t* sideCount() const { return m_bins.sideCount(); }
     std::uint64_t entryCount() const { return m_input.count; }
 
 private:
@@ -83,8 +76,6 @@ private:
     // Up to so many boxes a GPU has lanes to spare: four for each, or two.
     static constexpr std::uint64_t kBoxesOfFour = 3u << 13;
     static constexpr std::uint64_t kBoxesOfTwo = 3u << 14;
-
-    RowBinSet set(unsigned which) const { return {m_counts[which].data(), m_totals[which].data()}; }
 
     template <class IsNew>
     void emitTesting(Exec& exec, const IsNew& isNew, const PairList& pairs)
@@ -104,8 +95,8 @@ private:
             m_binCapacity,
             SearchBins<IsNew, kSharers>{
                 {m_records.data(), m_planner.plan(), m_input.boxes, m_side.data(), isNew},
-                set(m_current),
-                set(1 - m_current),
+                m_bins.current(),
+                m_bins.other(),
                 m_room,
                 pairs.count},
             pairs);
@@ -119,13 +110,9 @@ private:
             m_binCapacity = binCapacityFor(count, kBinsPerBox);
             m_plannedCount = count;
             m_planner.forget();
-            m_isClear = false;
+            m_bins.forget();
         }
-        for (int which = 0; which < 2; ++which)
-        {
-            exec.reserve(m_counts[which], m_binCapacity);
-            exec.reserve(m_totals[which], 1);
-        }
+        m_bins.reserve(exec, m_binCapacity);
         const std::uint64_t places = (m_binCapacity + 1) * m_room + 1;
         if (m_records.size() < places)
         {
@@ -135,25 +122,13 @@ private:
         }
     }
 
-    void clear(Exec& exec)
-    {
-        for (int which = 0; which < 2; ++which)
-        {
-            exec.clear(m_counts[which].data(), m_binCapacity);
-            exec.clear(m_totals[which].data(), 1);
-        }
-    }
-
     std::uint32_t m_room;
     SearchInput m_input{};
     std::uint64_t m_binCapacity = 0;
     std::uint64_t m_plannedCount = 0;
     RowPlanner<Exec> m_planner;
-    unsigned m_current = 0;
-    Buffer<std::uint32_t> m_counts[2];
-    Buffer<BinTotals> m_totals[2];
+    RowBinSets<Exec> m_bins;
     Buffer<RowRecord> m_records;
     Buffer<std::uint32_t> m_side;
-    bool m_isClear = false;  ///< the set that comes next
 };
 }  // namespace cullet::psap

@@ -279,6 +279,16 @@ struct EveryPair
     }
 };
 
+/// Calls body with the test, or with one that is none where every pair is taken.
+template <class Body>
+void withTest(const EntryTest& isNew, const Body& body)
+{
+    if (isNew.takeAll)
+        body(EveryPair{});
+    else
+        body(isNew);
+}
+
 /// Makes the boxes of the last update those of rows that changed in it.
 struct AgeRow
 {

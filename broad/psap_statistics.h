@@ -101,6 +101,13 @@ struct Moments
         const double mean = sum[axis] / n;
         return sumSquare[axis] / n - mean * mean;
     }
+
+    /// Rounding may leave a variance below 0.
+    CULLET_HOST_DEVICE double deviation(std::uint32_t axis) const
+    {
+        const double square = variance(axis);
+        return square > 0 ? sqrt(square) : 0.0;
+    }
 };
 
 /// Where most boxes are: one that was flung far away would make the others look like one point.
@@ -132,11 +139,10 @@ struct FindWindow
     {
         // Boxes that have all gone elsewhere are looked for everywhere.
         const bool isKnown = moments != nullptr && moments->count > moments->others;
-        for (int axis = 0; axis < 3; ++axis)
+        for (std::uint32_t axis = 0; axis < 3; ++axis)
         {
             const double mean = isKnown ? moments->sum[axis] / static_cast<double>(moments->count) : 0;
-            const double variance = isKnown ? moments->variance(static_cast<std::uint32_t>(axis)) : 0;
-            const double reach = isKnown ? kDeviations * sqrt(variance > 0 ? variance : 0) + width(axis)
+            const double reach = isKnown ? kDeviations * moments->deviation(axis) + width(axis)
                                          : static_cast<double>(kInfinity);
             window->low[axis] = mean - reach;
             window->high[axis] = mean + reach;
@@ -145,7 +151,7 @@ struct FindWindow
 
 private:
     /// Of a box: all may be at one place.
-    CULLET_HOST_DEVICE double width(int axis) const
+    CULLET_HOST_DEVICE double width(std::uint32_t axis) const
     {
         return moments->extent[axis] / static_cast<double>(moments->count);
     }

@@ -72,8 +72,7 @@ private:
     CULLET_HOST_DEVICE double setSteps(int k, std::uint32_t along) const
     {
         const Moments& sums = *moments;
-        const double variance = sums.variance(along);
-        const double deviation = variance > 0 ? sqrt(variance) : 0.0;
+        const double deviation = sums.deviation(along);
         const double mean = sums.sum[along] / static_cast<double>(sums.count);
         const double low = larger(sums.low[along], mean - kDeviations * deviation - plan->limit);
         const double high = -larger(-static_cast<double>(sums.high[along]), -mean - kDeviations * deviation);

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "broad/psap_bin_sets.h"
 #include "broad/psap_tile_planner.h"
 
 #include <algorithm>
@@ -166,22 +167,15 @@ public:
     void build(Exec& exec, const SearchInput& input)
     {
         m_input = input;
-        m_current = 1 - m_current;
-        // The search leaves the others clear.
-        if (!m_isClear)
-            clear(exec);
-        m_isClear = false;
+        m_tiles.begin(exec);
         exec.placeInTiles(PlaceInTiles{input.boxes, input.count, m_planner.plan(), m_planner.shape(),
-                                       set(m_current), m_side.data(), m_records.data(), input.pairCount});
+                                       m_tiles.current(), m_side.data(), m_records.data(), input.pairCount});
     }
 
     void emit(Exec& exec, const EntryTest& isNew, const PairList& pairs)
     {
-        if (isNew.takeAll)
-            emitTesting(exec, EveryPair{}, pairs);
-        else
-            emitTesting(exec, isNew, pairs);
-        m_isClear = true;
+        withTest(isNew, [&](const auto& test) { emitTesting(exec, test, pairs); });
+        m_tiles.noteSearched();
     }
 
     /// As TilePlanner has it.
@@ -193,7 +187,7 @@ public:
     void countRepeat()
     {
         m_planner.countUse();
-        m_current = 1 - m_current;
+        m_tiles.swap();
     }
     /// Counts an update that was searched in another way.
     void countUse() { m_planner.countUse(); }
@@ -203,28 +197,25 @@ public:
     /// @return whether that one had been as good as new
     bool noteSpill() { return m_planner.giveUp(); }
 
-    unsigned nextPhase() const { return 1 - m_current; }
+    unsigned nextPhase() const { return m_tiles.nextPhase(); }
     /// Changes where launches of an earlier build() are not those of the next one.
     std::uint32_t launches() const { return m_planner.launches(); }
 
-    const std::uint32_t* sideCount() const { return &m_totals[m_current].data()->sides; }
+    const std::uint32_t* sideCount() const { return m_tiles.sideCount(); }
     std::uint64_t entryCount() const { return m_input.count; }
 
 private:
     template <class T>
     using Buffer = typename Exec::template Buffer<T>;
 
-    RowBinSet set(unsigned which) const { return {m_counts[which].data(), m_totals[which].data()}; }
-
     template <class IsNew>
     void emitTesting(Exec& exec, const IsNew& isNew, const PairList& pairs)
     {
-        const TileShape shape = m_planner.shape();
         exec.searchTiles(SearchTiles<IsNew>{{m_records.data(), nullptr, m_input.boxes, m_side.data(), isNew},
                                             m_planner.plan(),
-                                            set(m_current),
-                                            set(1 - m_current),
-                                            shape,
+                                            m_tiles.current(),
+                                            m_tiles.other(),
+                                            m_planner.shape(),
                                             pairs.count},
                          pairs);
     }
@@ -233,33 +224,17 @@ private:
     {
         const TileShape shape = m_planner.shape();
         exec.reserve(m_side, PlaceInTiles::kMostSides);
-        for (int which = 0; which < 2; ++which)
-        {
-            exec.reserve(m_counts[which], shape.tiles);
-            exec.reserve(m_totals[which], 1);
-        }
+        m_tiles.reserve(exec, shape.tiles);
+        m_tiles.forget();
         exec.reserve(m_records, std::uint64_t{shape.tiles} * shape.room);
         m_launches = m_planner.launches();
-        m_isClear = false;
-    }
-
-    void clear(Exec& exec)
-    {
-        for (int which = 0; which < 2; ++which)
-        {
-            exec.clear(m_counts[which].data(), m_planner.shape().tiles);
-            exec.clear(m_totals[which].data(), 1);
-        }
     }
 
     SearchInput m_input{};
     TilePlanner<Exec> m_planner;
     std::uint32_t m_launches = 0;  ///< that there is room for
-    unsigned m_current = 0;
-    Buffer<std::uint32_t> m_counts[2];
-    Buffer<BinTotals> m_totals[2];
+    RowBinSets<Exec> m_tiles;
     Buffer<RowRecord> m_records;
     Buffer<std::uint32_t> m_side;
-    bool m_isClear = false;  ///< the set that comes next
 };
 }  // namespace cullet::psap

@@ -199,9 +199,7 @@ private:
                 continue;
             RowRecord record = m_wide[extra.code >> 3];
             record.back.bin = extra.code & kBeginsThere;
-            auto* halves = reinterpret_cast<float4*>(m_step.records) + 2 * std::uint64_t{place};
-            halves[0] = reinterpret_cast<const float4&>(record.front);
-            halves[1] = reinterpret_cast<const float4&>(record.back);
+            m_step.records[place] = record;
         }
     }
 

@@ -28,8 +28,8 @@ __device__ inline void appendTogether(const PairList& list, const IdPair* pairs,
     }
 }
 
-/// What a step sees of its list on the GPU where the lanes of a warp go together: no lane asks for a place, the votes of all tell it. A full buffer is
-/// written out, so that a small one is enough and more of the cache is left.
+/// What a step sees of its list on the GPU where the lanes of a warp go together: no lane asks for a place, the votes of
+/// all tell it. A full buffer is written out, so that a small one is enough and more of the cache is left.
 struct TogetherEmitter
 {
     static constexpr unsigned kRoom = 128;

@@ -1,0 +1,211 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/psap_pairs.h"
+#include "cuda/together_emitter.cuh"
+
+#include <cub/block/block_scan.cuh>
+
+#include <cstdint>
+
+/// The kernels that run a step for each index.
+namespace cullet::psap
+{
+inline constexpr unsigned kThreadsPerBlock = 256;
+/// On a multiprocessor: more lanes to wait with, fewer registers. Turing's holds 1,024 threads, later ones 1,536 and more.
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ < 800
+inline constexpr unsigned kTogetherBlocks = 8;
+#else
+inline constexpr unsigned kTogetherBlocks = 12;
+#endif
+/// More registers, where a small world's blocks run all at once.
+inline constexpr unsigned kDealtBlocks = 8;
+inline constexpr unsigned kWarpBuffer = 384;  ///< pairs that a warp keeps before they go to the list
+
+template <class Step>
+__global__ void __launch_bounds__(kThreadsPerBlock)
+    runStep(std::uint64_t begin, std::uint64_t end, const Step step)
+{
+    const std::uint64_t i = begin + static_cast<std::uint64_t>(blockIdx.x) * kThreadsPerBlock + threadIdx.x;
+    if (i < end)
+        step(i);
+}
+
+/// What a step sees of its list on the GPU: room for some pairs of its warp, which then take one atomic together.
+struct WarpEmitter
+{
+    IdPair* buffer;
+    unsigned* count;
+    PairList list;
+
+    __device__ void push(IdPair pair)
+    {
+        const unsigned slot = atomicAdd(count, 1u);
+        if (slot < kWarpBuffer)
+            buffer[slot] = pair;
+        else
+            list.push(pair);
+    }
+    __device__ void tested(std::uint64_t) {}
+};
+
+template <class Step>
+__global__ void __launch_bounds__(kEmitThreads)
+    runEmittingStep(std::uint64_t end, const Step step, const PairList list)
+{
+    __shared__ alignas(8) IdPair buffers[kEmitThreads / 32][kWarpBuffer];
+    __shared__ unsigned counts[kEmitThreads / 32];
+    const unsigned warp = threadIdx.x / 32;
+    const unsigned lane = threadIdx.x % 32;
+    if (lane == 0)
+        counts[warp] = 0;
+    __syncwarp();
+    WarpEmitter emit = {buffers[warp], &counts[warp], list};
+    const std::uint64_t i = static_cast<std::uint64_t>(blockIdx.x) * kEmitThreads + threadIdx.x;
+    if (i < end)
+        step(i, emit);
+    __syncwarp();
+
+    const unsigned count = counts[warp] < kWarpBuffer ? counts[warp] : kWarpBuffer;
+    if (count != 0)
+        appendTogether(list, buffers[warp], count);
+}
+
+template <class Step>
+__global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
+    runTogether(std::uint64_t end, const Step step, const PairList list)
+{
+    __shared__ alignas(8) IdPair buffers[kEmitThreads / 32][TogetherEmitter::kRoom];
+    __shared__ std::uint32_t kept[TogetherEmitter::kMostKept * kEmitThreads];
+    TogetherEmitter emit = {buffers[threadIdx.x / 32], 0, list, kept + threadIdx.x, 0};
+    const std::uint64_t i = static_cast<std::uint64_t>(blockIdx.x) * kEmitThreads + threadIdx.x;
+    step(i, i < end, emit);
+    if (emit.held != 0)
+        emit.flush();
+}
+
+/// The same where the lanes of a warp are a group.
+template <class Room>
+struct GroupEmitter : TogetherEmitter
+{
+    static constexpr std::uint32_t kLanes = 32;
+
+    Room* shared;  ///< of the warp
+
+    __device__ GroupEmitter(const TogetherEmitter& emitter, Room* room)
+        : TogetherEmitter(emitter), shared(room)
+    {
+    }
+
+    __device__ Room& room() const { return *shared; }
+    __device__ std::uint32_t lane() const { return threadIdx.x % kLanes; }
+    __device__ void sync() const { __syncwarp(); }
+    __device__ std::uint32_t ballot(bool isMine) const { return __ballot_sync(kAll, isMine); }
+    __device__ std::uint32_t countOf(std::uint32_t lanes) const { return __popc(lanes); }
+    __device__ std::uint32_t rankIn(std::uint32_t lanes) const
+    {
+        return __popc(lanes & ((1u << lane()) - 1u));
+    }
+    __device__ std::uint32_t from(std::uint32_t value, std::uint32_t lane) const
+    {
+        return __shfl_sync(kAll, value, static_cast<int>(lane));
+    }
+    __device__ std::uint32_t sum(std::uint32_t value) const
+    {
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 800
+        return __reduce_add_sync(kAll, value);
+#else
+        for (int distance = 1; distance < 32; distance *= 2)
+            value += __shfl_xor_sync(kAll, value, distance);
+        return value;
+#endif
+    }
+    __device__ float least(float value, bool isMine) const
+    {
+        return fromOrdered(leastOf(isMine ? ordered(value) : 0x7fffffff));
+    }
+
+private:
+    /// Ordered as the float is.
+    __device__ static int ordered(float value)
+    {
+        const int bits = __float_as_int(value);
+        return bits ^ ((bits >> 31) & 0x7fffffff);
+    }
+    __device__ static float fromOrdered(int number)
+    {
+        return __int_as_float(number ^ ((number >> 31) & 0x7fffffff));
+    }
+    __device__ static int leastOf(int number)
+    {
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 800
+        return __reduce_min_sync(kAll, number);
+#else
+        for (int distance = 1; distance < 32; distance *= 2)
+            number = min(number, __shfl_xor_sync(kAll, number, distance));
+        return number;
+#endif
+    }
+};
+
+template <class Step>
+__global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
+    runGrouped(std::uint64_t end, const Step step, const PairList list)
+{
+    using Room = typename Step::Room;
+    __shared__ alignas(8) IdPair buffers[kEmitThreads / 32][TogetherEmitter::kRoom];
+    __shared__ std::uint32_t kept[TogetherEmitter::kMostKept * kEmitThreads];
+    __shared__ Room rooms[kEmitThreads / 32];
+    GroupEmitter<Room> emit({buffers[threadIdx.x / 32], 0, list, kept + threadIdx.x, 0},
+                            &rooms[threadIdx.x / 32]);
+    const std::uint64_t i = static_cast<std::uint64_t>(blockIdx.x) * kEmitThreads + threadIdx.x;
+    step(i, i < end, emit);
+    if (emit.held != 0)
+        emit.flush();
+}
+
+/// The same where a block deals out the slots of as many bins as it has lanes for: most bins have none or one, and lanes
+/// that keep to a bin would wait for those with more.
+template <std::uint32_t kSharers, class Step>
+__global__ void __launch_bounds__(kEmitThreads, kDealtBlocks)
+    runDealt(std::uint32_t bins, const Step step, const PairList list)
+{
+    constexpr unsigned kBins = kEmitThreads / kSharers;
+    constexpr unsigned kMostRoom = Step::kMostRoom;
+    __shared__ alignas(8) IdPair buffers[kEmitThreads / 32][TogetherEmitter::kRoom];
+    __shared__ std::uint32_t kept[TogetherEmitter::kMostKept * kEmitThreads];
+    __shared__ std::uint16_t slots[kBins * kMostRoom];
+    using Scan = cub::BlockScan<std::uint32_t, kEmitThreads>;
+    __shared__ typename Scan::TempStorage scratch;
+    TogetherEmitter emit = {buffers[threadIdx.x / 32], 0, list, kept + threadIdx.x, 0};
+
+    const std::uint32_t firstBin = blockIdx.x * kBins;
+    const std::uint32_t bin = firstBin + threadIdx.x;
+    const bool isBin = threadIdx.x < kBins && bin < bins;
+    std::uint32_t count = 0;
+    if (isBin)
+    {
+        count = step.countOf(bin);
+        step.begin(bin, emit);
+    }
+    std::uint32_t first = 0;
+    std::uint32_t total = 0;
+    Scan(scratch).ExclusiveSum(count, first, total);
+    for (std::uint32_t k = 0; k < count; ++k)
+        slots[first + k] = static_cast<std::uint16_t>(threadIdx.x * kMostRoom + k);
+    __syncthreads();
+
+    for (std::uint32_t base = 0; base < total * kSharers; base += kEmitThreads)
+    {
+        const std::uint32_t index = (base + threadIdx.x) / kSharers;
+        const bool isSlot = index < total;
+        if (!emit.any(isSlot))
+            break;
+        const std::uint32_t slot = slots[isSlot ? index : total - 1];
+        step(firstBin + slot / kMostRoom, slot % kMostRoom, threadIdx.x % kSharers, isSlot, emit);
+    }
+    if (emit.held != 0)
+        emit.flush();
+}
+}  // namespace cullet::psap
