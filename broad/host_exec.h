@@ -348,6 +348,7 @@ private:
         }
 
         bool isFull() const { return m_keptCount == kMostKept; }
+        bool hasRoomForTwo() const { return m_keptCount + 2 <= kMostKept; }
         void keep(std::uint32_t record) { m_kept[m_keptCount++] = record; }
         std::uint32_t keptCount() const { return m_keptCount; }
         std::uint32_t kept(std::uint32_t k) const { return m_kept[k]; }

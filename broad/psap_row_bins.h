@@ -5,6 +5,7 @@
 #include "broad/psap_rows.h"
 
 #include <cstdint>
+#include <type_traits>
 
 /// The search with rows where every bin has room for as many records: a box goes straight into its bin, without counting
 /// first. Two steps instead of five, for small worlds, where each takes longer to start than to run. Where a bin is full
@@ -46,18 +47,19 @@ struct PlaceRows
     {
         if (i == 0 && pairCount != nullptr)
             *pairCount = 0;
+        const RowBins::Known ahead = bins.known();
         const Aabb box = loadBox(bins.boxes, i);
-        const std::uint32_t bin = bins.take(i, box);
-        storeRecord(records, placeIn(bin),
-                    recordOf(box, bins.plan->axes, static_cast<std::uint32_t>(i), bin));
+        const std::uint32_t bin = bins.take(ahead, i, box);
+        storeRecord(records, placeIn(bin, ahead.plan.spareBin),
+                    recordOf(box, ahead.plan.axes, static_cast<std::uint32_t>(i), bin));
     }
 
 private:
-    CULLET_HOST_DEVICE std::uint32_t placeIn(std::uint32_t bin) const
+    CULLET_HOST_DEVICE std::uint32_t placeIn(std::uint32_t bin, std::uint32_t spareBin) const
     {
         if (bin == kNoBin)
             return kNoPlace;
-        if (bin >= bins.plan->spareBin)
+        if (bin >= spareBin)
             fetchAdd(&set.totals->spares, 1u);
         const std::uint32_t rank = fetchAdd(&set.counts[bin], 1u);
         if (rank < room)
@@ -70,21 +72,21 @@ private:
 /// The records of two neighbouring bins, and more bins behind them.
 struct BinRange
 {
-    const RowRecord* records;
-    std::uint32_t place;       ///< of the first bin's first record
-    std::uint32_t room;        ///< of a bin
-    std::uint32_t firstCount;  ///< records of the first bin
-    std::uint32_t begin, end;  ///< of the records of both, counted on
-    std::uint32_t next, last;  ///< bins behind them
+    std::uint32_t bin, last;  ///< the first bin, and behind the last of all
+    std::uint32_t slot;       ///< records from here on count
+    std::uint32_t firstCount, secondCount;
 
-    CULLET_HOST_DEVICE std::uint32_t size() const { return begin < end ? end - begin : 0; }
-    CULLET_HOST_DEVICE std::uint32_t at(std::uint32_t k) const
+    CULLET_HOST_DEVICE std::uint32_t size() const
     {
-        const std::uint32_t record = begin + k;
-        return place + (record < firstCount ? record : record - firstCount + room);
+        const std::uint32_t end = firstCount + secondCount;
+        return slot < end ? end - slot : 0;
     }
-    CULLET_HOST_DEVICE const BinRange& among(const RowRecord*) const { return *this; }
-    CULLET_HOST_DEVICE const RowRecord& operator[](std::uint32_t k) const { return records[at(k)]; }
+    /// The place of the k-th record.
+    CULLET_HOST_DEVICE std::uint32_t at(std::uint32_t k, std::uint32_t room) const
+    {
+        const std::uint32_t record = slot + k;
+        return bin * room + (record < firstCount ? record : record - firstCount + room);
+    }
 };
 
 /// Step 2: as SearchRows, for the records of a bin.
@@ -147,7 +149,7 @@ struct SearchBins
             cells.count = isSeen ? cells.count : 0;
             search(self, level, cells, share, isOwn ? Place{bin, slot + 1} : Place{0, 0}, entryTest, emit);
         } while (++k < levels);
-        partners.report(self, entryTest, emit);
+        report(self, entryTest, emit);
         if (isRecord && totals.sides != 0)
             partners.searchSide(self.back.row, share, totals.sides, kSharers, emit);
     }
@@ -172,7 +174,7 @@ private:
         const auto rangeOf = [&](std::uint32_t k) -> BinRange
         {
             if (k >= cells.count)
-                return nothing();
+                return {0, 0, 0, 0, 0};
             const std::uint32_t cell = cells.index() * level.binCount;
             const Place from = {cell + bin0, 0};
             const bool isCut = (k == 0 || level.isRoomy == 0) && behind.bin >= from.bin;
@@ -185,30 +187,81 @@ private:
             BinRange range = next;
             cells.skip(kSharers);
             next = rangeOf(k + kSharers);  // on its way while this one is read
-            partners.scan(self, range, entryTest, emit);
+            scan(self, range, entryTest, emit);
             // Rounding, or a plan of another frame, makes a window touch more bins.
-            for (; emit.any(range.next < range.last);)
+            for (; emit.any(range.bin + 2 < range.last);)
             {
-                range = rangeBetween({range.next, 0}, range.last);
-                partners.scan(self, range, entryTest, emit);
+                range = rangeBetween({range.bin + 2, 0}, range.last);
+                scan(self, range, entryTest, emit);
             }
         }
     }
 
-    /// No records, of the same array: so that a GPU need not keep which array in every lane.
-    CULLET_HOST_DEVICE BinRange nothing() const { return {partners.records, 0, room, 0, 0, 0, 0, 0}; }
+    /// Tests the record against those of a range, and keeps those that it meets.
+    template <class Test, class Emit>
+    CULLET_HOST_DEVICE void scan(const RowRecord& self, const BinRange& range, const Test& entryTest,
+                                 Emit& emit) const
+    {
+        const std::uint32_t count = range.size();
+        std::uint32_t k = 0;
+        for (;;)
+        {
+            // Two at a time, so that the second is read while the first is tested; behind the last one there is a record too.
+#ifdef __CUDA_ARCH__
+#pragma unroll 1
+#endif
+            for (; k < count && emit.hasRoomForTwo(); k += 2)
+            {
+                const std::uint32_t firstPlace = range.at(k, room);
+                const std::uint32_t secondPlace = range.at(k + 1, room);
+                const RowRecord first = loadRecord(partners.records, firstPlace);
+                const RowRecord second = loadRecord(partners.records, secondPlace);
+                const bool isFirst = meets(self, first);
+                const bool isSecond = meets(self, second) & (k + 1 < count);
+                if (isFirst)
+                    emit.keep(kKeepsRows ? first.back.row : firstPlace);
+                if (isSecond)
+                    emit.keep(kKeepsRows ? second.back.row : secondPlace);
+            }
+            if (!emit.any(k < count))
+                break;
+            report(self, entryTest, emit);
+        }
+        emit.tested(count);
+    }
+
+    /// What is kept of a record that is met: its row where every pair is taken, so that nothing more is asked of it, else its
+    /// place.
+    static constexpr bool kKeepsRows = std::is_same<IsNew, EveryPair>::value;
+
+    /// Appends those of the kept pairs that enter.
+    template <class Test, class Emit>
+    CULLET_HOST_DEVICE void report(const RowRecord& self, const Test& entryTest, Emit& emit) const
+    {
+        if constexpr (kKeepsRows)
+        {
+            for (std::uint32_t k = 0; emit.any(k < emit.keptCount()); ++k)
+            {
+                const bool isKept = k < emit.keptCount();
+                emit.append(isKept, {self.back.row, isKept ? emit.kept(k) : 0});
+            }
+            emit.dropKept();
+        }
+        else
+            partners.report(self, entryTest, emit);
+    }
 
     /// The records from a place on in two bins.
     ///
     /// @param last behind the last bin
     CULLET_HOST_DEVICE BinRange rangeBetween(Place from, std::uint32_t last) const
     {
-        if (from.bin >= last)
-            return nothing();
-        const std::uint32_t first = set.counts[from.bin];
-        const std::uint32_t second = from.bin + 1 < last ? set.counts[from.bin + 1] : 0;
-        return {partners.records, from.bin * room, room,         first,
-                from.slot,        first + second,  from.bin + 2, last};
+        BinRange range = {from.bin, last, from.slot, 0, 0};
+        if (from.bin < last)
+            range.firstCount = set.counts[from.bin];
+        if (from.bin + 1 < last)
+            range.secondCount = set.counts[from.bin + 1];
+        return range;
     }
 };
 }  // namespace cullet::psap

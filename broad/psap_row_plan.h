@@ -30,16 +30,21 @@ struct alignas(16) RowLevel
     std::uint32_t isSerpentine;
 };
 
-struct alignas(16) RowPlan
+/// What every box needs of a plan. Aligned, so that a GPU reads it at once.
+struct alignas(16) RowPlanHead
 {
     float originS, originU, originV;
     std::uint32_t levelCount;
     Axes axes;
     std::uint32_t binCount;  ///< of all levels
-    RowLevel levels[kMostLevels];
-    std::uint32_t levelsBySize;  ///< as many as the sizes ask for; a plan for groups of boxes has fewer
     /// First bin of the last level, which has boxes only where a sample missed some.
     std::uint32_t spareBin;
+    std::uint32_t levelsBySize;  ///< as many as the sizes ask for; a plan for groups of boxes has fewer
+};
+
+struct RowPlan : RowPlanHead
+{
+    RowLevel levels[kMostLevels];
 };
 
 /// How many bins a search over so many boxes has room for, whatever the plan.

@@ -22,7 +22,7 @@ CULLET_HOST_DEVICE inline std::uint32_t wrapped(std::int32_t cell, std::uint32_t
     return static_cast<std::uint32_t>(rest < 0 ? rest + static_cast<std::int32_t>(count) : rest);
 }
 
-CULLET_HOST_DEVICE inline std::uint32_t binAlong(const RowPlan& plan, const RowLevel& level, float s)
+CULLET_HOST_DEVICE inline std::uint32_t binAlong(const RowPlanHead& plan, const RowLevel& level, float s)
 {
     return clampedCell(s, plan.originS, level.inverseBin, level.binCount);
 }
@@ -87,12 +87,24 @@ struct RowBins
     std::uint32_t* side;  ///< [boxes, out]
     std::uint32_t* sideCount;
 
-    /// @return kNoBin for boxes without a level, which go to the side list, and for invalid ones
-    CULLET_HOST_DEVICE std::uint32_t take(std::uint64_t i) const { return take(i, loadBox(boxes, i)); }
-    /// @param box the same
-    CULLET_HOST_DEVICE std::uint32_t take(std::uint64_t i, const Aabb& box) const
+    /// What most boxes need of the plan. To be read before the box, so that a GPU does not wait for one after the other.
+    struct Known
     {
-        const std::uint32_t bin = isValid(box) ? binOf(box) : kNoBin;
+        RowPlanHead plan;
+        RowLevel finest;
+    };
+    CULLET_HOST_DEVICE Known known() const { return {*plan, plan->levels[0]}; }
+
+    /// @return kNoBin for boxes without a level, which go to the side list, and for invalid ones
+    CULLET_HOST_DEVICE std::uint32_t take(std::uint64_t i) const
+    {
+        const Known ahead = known();
+        return take(ahead, i, loadBox(boxes, i));
+    }
+    /// @param box the same
+    CULLET_HOST_DEVICE std::uint32_t take(const Known& ahead, std::uint64_t i, const Aabb& box) const
+    {
+        const std::uint32_t bin = isValid(box) ? binOf(ahead, box) : kNoBin;
         if (bin != kNoLevel)
             return bin;
         side[fetchAdd(sideCount, 1u)] = static_cast<std::uint32_t>(i);
@@ -102,29 +114,36 @@ struct RowBins
 private:
     static constexpr std::uint32_t kNoLevel = kNoBin - 1;
 
-    CULLET_HOST_DEVICE std::uint32_t binOf(const Aabb& box) const
+    CULLET_HOST_DEVICE std::uint32_t binOf(const Known& ahead, const Aabb& box) const
     {
         const float extent = boundedExtent(box);
-        std::uint32_t k = 0;
-        while (k < plan->levelCount && !(extent <= plan->levels[k].limit))
-            ++k;
-        if (k == plan->levelCount)
-            return kNoLevel;
-        const RowLevel& level = plan->levels[k];
-        const Axes axes = plan->axes;
-        const float u = along(box.min, axes.u);
-        const float v = along(box.min, axes.v);
-        const std::uint32_t bin = binAlong(*plan, level, along(box.min, axes.s));
+        RowLevel level = ahead.finest;
+        for (std::uint32_t k = 0; k < ahead.plan.levelCount;)
+        {
+            if (extent <= level.limit)
+                return binOn(ahead.plan, level, box);
+            if (++k < ahead.plan.levelCount)
+                level = plan->levels[k];
+        }
+        return kNoLevel;
+    }
+
+    CULLET_HOST_DEVICE static std::uint32_t binOn(const RowPlanHead& plan, const RowLevel& level,
+                                                  const Aabb& box)
+    {
+        const float u = along(box.min, plan.axes.u);
+        const float v = along(box.min, plan.axes.v);
+        const std::uint32_t bin = binAlong(plan, level, along(box.min, plan.axes.s));
         if (level.isSerpentine != 0)
         {
             const std::uint32_t cell =
-                serpentineCell(level, clampedCell(u, plan->originU, level.inverseU, level.countU),
-                               clampedCell(v, plan->originV, level.inverseV, level.countV));
+                serpentineCell(level, clampedCell(u, plan.originU, level.inverseU, level.countU),
+                               clampedCell(v, plan.originV, level.inverseV, level.countV));
             return level.firstBin + cell * level.binCount + serpentineBin(level, cell, bin);
         }
         const std::uint32_t cell =
-            wrapped(cellOf(v, plan->originV, level.inverseU), level.countV) * level.countU +
-            wrapped(cellOf(u, plan->originU, level.inverseU), level.countU);
+            wrapped(cellOf(v, plan.originV, level.inverseU), level.countV) * level.countU +
+            wrapped(cellOf(u, plan.originU, level.inverseU), level.countU);
         return level.firstBin + cell * level.binCount + bin;
     }
 };
@@ -212,6 +231,27 @@ CULLET_HOST_DEVICE inline void storeRecord(RowRecord* records, std::uint32_t pla
 #endif
     if (place != kNoPlace)
         records[place] = record;
+}
+
+/// A record, of which both halves are asked for before either is needed: as a GPU's compiler would not have it.
+CULLET_HOST_DEVICE inline RowRecord loadRecord(const RowRecord* records, std::uint32_t place)
+{
+#ifdef __CUDA_ARCH__
+    const auto load = [](const void* half)
+    {
+        float4 numbers = {};
+        asm volatile("ld.global.v4.f32 {%0, %1, %2, %3}, [%4];"
+                     : "=f"(numbers.x), "=f"(numbers.y), "=f"(numbers.z), "=f"(numbers.w)
+                     : "l"(half));
+        return numbers;
+    };
+    const float4 front = load(&records[place].front);
+    const float4 back = load(&records[place].back);
+    return {{front.x, front.y, front.z, front.w},
+            {back.x, back.y, __float_as_uint(back.z), __float_as_uint(back.w)}};
+#else
+    return records[place];
+#endif
 }
 
 /// Step 3: writes the record of box i to its place.

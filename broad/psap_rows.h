@@ -37,7 +37,6 @@ struct RowRange
 
     CULLET_HOST_DEVICE std::uint32_t size() const { return begin < end ? end - begin : 0; }
     CULLET_HOST_DEVICE std::uint32_t at(std::uint32_t k) const { return begin + k; }
-    CULLET_HOST_DEVICE const RowRecord* among(const RowRecord* records) const { return records + begin; }
 };
 
 /// Cells of one level around a box, wrapped: `left` cells of row v from u on, then `perRow` of each later row.
@@ -162,14 +161,15 @@ struct RowPartners
 
     /// Tests the record against those of a range. First all tests of some records, then what they found,
     /// which is reported when there is more of it: most lanes find nothing in a cell, and would wait for those that do.
-    template <class Range, class Test, class Emit>
-    CULLET_HOST_DEVICE void scan(const RowRecord& self, Range range, const Test& entryTest, Emit& emit) const
+    template <class Test, class Emit>
+    CULLET_HOST_DEVICE void scan(const RowRecord& self, RowRange range, const Test& entryTest,
+                                 Emit& emit) const
     {
         for (; emit.any(range.begin < range.end); range.begin += kTestsTogether)
         {
             const std::uint32_t count = range.size() < kTestsTogether ? range.size() : kTestsTogether;
             keep(
-                self, hitsAmong(self, range.among(records), count),
+                self, hitsAmong(self, records + range.begin, count),
                 [&](std::uint32_t k) { return range.at(k); }, entryTest, emit);
             emit.tested(count);
         }
@@ -231,8 +231,7 @@ private:
     }
 
     /// Bit k: the record is near others[k].
-    template <class Records>
-    CULLET_HOST_DEVICE static std::uint32_t hitsAmong(const RowRecord& self, const Records& others,
+    CULLET_HOST_DEVICE static std::uint32_t hitsAmong(const RowRecord& self, const RowRecord* others,
                                                       std::uint32_t count)
     {
         std::uint32_t hits = 0;
@@ -335,17 +334,17 @@ private:
             if (k >= cells.count)
                 return {0, 0};
             const std::uint32_t cell = cells.index() * level.binCount;
-            const std::uint32_t begin = order.binStarts[cell + bin0];
-            const std::uint32_t end = order.binStarts[cell + bin1];
-            return {k == 0 || level.isRoomy == 0 ? (begin > behind ? begin : behind) : begin, end};
+            return {order.binStarts[cell + bin0], order.binStarts[cell + bin1]};
         };
         cells.skip(share);
         RowRange next = rangeOf(share);
         for (std::uint32_t k = share; emit.any(k < cells.count); k += kSharers)
         {
-            const RowRange range = next;
+            RowRange range = next;
             cells.skip(kSharers);
-            next = rangeOf(k + kSharers);  // on its way while this one is read
+            next = rangeOf(k + kSharers);  // on its way while this one is read: not looked at before
+            if (k == 0 || level.isRoomy == 0)
+                range.begin = range.begin > behind ? range.begin : behind;
             partners.scan(self, range, entryTest, emit);
         }
     }

@@ -77,24 +77,22 @@ __global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
     runTogether(std::uint64_t end, const Step step, const PairList list)
 {
     __shared__ alignas(8) IdPair buffers[kEmitThreads / 32][TogetherEmitter::kRoom];
-    __shared__ std::uint32_t kept[TogetherEmitter::kMostKept * kEmitThreads];
-    TogetherEmitter emit = {buffers[threadIdx.x / 32], 0, list, kept + threadIdx.x, 0};
+    __shared__ std::uint32_t kept[KeepingEmitter::kMostKept * kEmitThreads];
+    KeepingEmitter emit(buffers[threadIdx.x / 32], kept, list);
     const std::uint64_t i = static_cast<std::uint64_t>(blockIdx.x) * kEmitThreads + threadIdx.x;
     step(i, i < end, emit);
-    if (emit.held != 0)
-        emit.flush();
+    emit.finish();
 }
 
 /// The same where the lanes of a warp are a group.
 template <class Room>
-struct GroupEmitter : TogetherEmitter
+struct GroupEmitter : KeepingEmitter
 {
     static constexpr std::uint32_t kLanes = 32;
 
     Room* shared;  ///< of the warp
 
-    __device__ GroupEmitter(const TogetherEmitter& emitter, Room* room)
-        : TogetherEmitter(emitter), shared(room)
+    __device__ GroupEmitter(const KeepingEmitter& emitter, Room* room) : KeepingEmitter(emitter), shared(room)
     {
     }
 
@@ -155,14 +153,12 @@ __global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
 {
     using Room = typename Step::Room;
     __shared__ alignas(8) IdPair buffers[kEmitThreads / 32][TogetherEmitter::kRoom];
-    __shared__ std::uint32_t kept[TogetherEmitter::kMostKept * kEmitThreads];
+    __shared__ std::uint32_t kept[KeepingEmitter::kMostKept * kEmitThreads];
     __shared__ Room rooms[kEmitThreads / 32];
-    GroupEmitter<Room> emit({buffers[threadIdx.x / 32], 0, list, kept + threadIdx.x, 0},
-                            &rooms[threadIdx.x / 32]);
+    GroupEmitter<Room> emit({buffers[threadIdx.x / 32], kept, list}, &rooms[threadIdx.x / 32]);
     const std::uint64_t i = static_cast<std::uint64_t>(blockIdx.x) * kEmitThreads + threadIdx.x;
     step(i, i < end, emit);
-    if (emit.held != 0)
-        emit.flush();
+    emit.finish();
 }
 
 /// The same where a block deals out the slots of as many bins as it has lanes for: most bins have none or one, and lanes
@@ -172,29 +168,27 @@ __global__ void __launch_bounds__(kEmitThreads, kDealtBlocks)
     runDealt(std::uint32_t bins, const Step step, const PairList list)
 {
     constexpr unsigned kBins = kEmitThreads / kSharers;
-    constexpr unsigned kMostRoom = Step::kMostRoom;
+    constexpr unsigned kSlots = 16;  // a power of two: the bin and the slot are bits of a number
+    static_assert(Step::kMostRoom <= kSlots, "a bin has more slots than there are numbers for");
     __shared__ alignas(8) IdPair buffers[kEmitThreads / 32][TogetherEmitter::kRoom];
-    __shared__ std::uint32_t kept[TogetherEmitter::kMostKept * kEmitThreads];
-    __shared__ std::uint16_t slots[kBins * kMostRoom];
-    using Scan = cub::BlockScan<std::uint32_t, kEmitThreads>;
+    __shared__ std::uint32_t kept[KeepingEmitter::kMostKept * kEmitThreads];
+    __shared__ std::uint16_t slots[kBins * Step::kMostRoom];
+    using Scan = cub::BlockScan<std::uint32_t, kEmitThreads, cub::BLOCK_SCAN_WARP_SCANS>;
     __shared__ typename Scan::TempStorage scratch;
-    TogetherEmitter emit = {buffers[threadIdx.x / 32], 0, list, kept + threadIdx.x, 0};
+    KeepingEmitter emit(buffers[threadIdx.x / 32], kept, list);
 
     const std::uint32_t firstBin = blockIdx.x * kBins;
     const std::uint32_t bin = firstBin + threadIdx.x;
     const bool isBin = threadIdx.x < kBins && bin < bins;
-    std::uint32_t count = 0;
-    if (isBin)
-    {
-        count = step.countOf(bin);
-        step.begin(bin, emit);
-    }
+    const std::uint32_t count = isBin ? step.countOf(bin) : 0;
     std::uint32_t first = 0;
     std::uint32_t total = 0;
     Scan(scratch).ExclusiveSum(count, first, total);
     for (std::uint32_t k = 0; k < count; ++k)
-        slots[first + k] = static_cast<std::uint16_t>(threadIdx.x * kMostRoom + k);
+        slots[first + k] = static_cast<std::uint16_t>(threadIdx.x * kSlots + k);
     __syncthreads();
+    if (isBin)
+        step.begin(bin, emit);
 
     for (std::uint32_t base = 0; base < total * kSharers; base += kEmitThreads)
     {
@@ -203,9 +197,8 @@ __global__ void __launch_bounds__(kEmitThreads, kDealtBlocks)
         if (!emit.any(isSlot))
             break;
         const std::uint32_t slot = slots[isSlot ? index : total - 1];
-        step(firstBin + slot / kMostRoom, slot % kMostRoom, threadIdx.x % kSharers, isSlot, emit);
+        step(firstBin + slot / kSlots, slot % kSlots, threadIdx.x % kSharers, isSlot, emit);
     }
-    if (emit.held != 0)
-        emit.flush();
+    emit.finish();
 }
 }  // namespace cullet::psap

@@ -262,7 +262,7 @@ public:
     __device__ void operator()(const PairList& list, typename Scan::TempStorage& scratch)
     {
         const std::uint32_t tile = blockIdx.x;
-        TogetherEmitter emit = {m_pairs, 0, list, nullptr, 0};
+        TogetherEmitter emit(m_pairs, list);
         if (threadIdx.x == 0)
             m_step.begin(tile);
         const auto counts = m_step.countsOf(tile);
@@ -277,8 +277,7 @@ public:
                 m_step.searchAmongSides(tile, counts.sides, emit);
         }
         __syncwarp();
-        if (emit.held != 0)
-            emit.flush();
+        emit.finish();
     }
 
 private:
