@@ -21,6 +21,8 @@ inline constexpr unsigned kTogetherBlocks = 12;
 #endif
 /// More registers, where a small world's blocks run all at once.
 inline constexpr unsigned kDealtBlocks = 8;
+/// Pairs that a warp of a search by rows has room for: more make it ask for places less often, and leave less of the cache.
+inline constexpr unsigned kPairsOfRows = 192;
 inline constexpr unsigned kWarpBuffer = 384;  ///< pairs that a warp keeps before they go to the list
 
 template <class Step>
@@ -69,16 +71,18 @@ __global__ void __launch_bounds__(kEmitThreads)
 
     const unsigned count = counts[warp] < kWarpBuffer ? counts[warp] : kWarpBuffer;
     if (count != 0)
-        appendTogether(list, buffers[warp], count);
+        appendTogether(list, count,
+                       [&](unsigned k) { return reinterpret_cast<const uint2*>(buffers[warp])[k]; });
 }
 
 template <class Step>
 __global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
     runTogether(std::uint64_t end, const Step step, const PairList list)
 {
-    __shared__ alignas(8) IdPair buffers[kEmitThreads / 32][TogetherEmitter::kRoom];
-    __shared__ std::uint32_t kept[KeepingEmitter::kMostKept * kEmitThreads];
-    KeepingEmitter emit(buffers[threadIdx.x / 32], kept, list);
+    using Emitter = KeepingEmitter<kPairsOfRows>;
+    __shared__ alignas(8) IdPair buffers[kEmitThreads / 32][Emitter::kRoom];
+    __shared__ std::uint32_t kept[Emitter::kMostKept * kEmitThreads];
+    Emitter emit(buffers[threadIdx.x / 32], kept, list);
     const std::uint64_t i = static_cast<std::uint64_t>(blockIdx.x) * kEmitThreads + threadIdx.x;
     step(i, i < end, emit);
     emit.finish();
@@ -86,7 +90,7 @@ __global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
 
 /// The same where the lanes of a warp are a group.
 template <class Room>
-struct GroupEmitter : KeepingEmitter
+struct GroupEmitter : KeepingEmitter<>
 {
     static constexpr std::uint32_t kLanes = 32;
 
@@ -152,8 +156,8 @@ __global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
     runGrouped(std::uint64_t end, const Step step, const PairList list)
 {
     using Room = typename Step::Room;
-    __shared__ alignas(8) IdPair buffers[kEmitThreads / 32][TogetherEmitter::kRoom];
-    __shared__ std::uint32_t kept[KeepingEmitter::kMostKept * kEmitThreads];
+    __shared__ alignas(8) IdPair buffers[kEmitThreads / 32][KeepingEmitter<>::kRoom];
+    __shared__ std::uint32_t kept[KeepingEmitter<>::kMostKept * kEmitThreads];
     __shared__ Room rooms[kEmitThreads / 32];
     GroupEmitter<Room> emit({buffers[threadIdx.x / 32], kept, list}, &rooms[threadIdx.x / 32]);
     const std::uint64_t i = static_cast<std::uint64_t>(blockIdx.x) * kEmitThreads + threadIdx.x;
@@ -170,12 +174,12 @@ __global__ void __launch_bounds__(kEmitThreads, kDealtBlocks)
     constexpr unsigned kBins = kEmitThreads / kSharers;
     constexpr unsigned kSlots = 16;  // a power of two: the bin and the slot are bits of a number
     static_assert(Step::kMostRoom <= kSlots, "a bin has more slots than there are numbers for");
-    __shared__ alignas(8) IdPair buffers[kEmitThreads / 32][TogetherEmitter::kRoom];
-    __shared__ std::uint32_t kept[KeepingEmitter::kMostKept * kEmitThreads];
+    __shared__ alignas(8) IdPair buffers[kEmitThreads / 32][KeepingEmitter<>::kRoom];
+    __shared__ std::uint32_t kept[KeepingEmitter<>::kMostKept * kEmitThreads];
     __shared__ std::uint16_t slots[kBins * Step::kMostRoom];
     using Scan = cub::BlockScan<std::uint32_t, kEmitThreads, cub::BLOCK_SCAN_WARP_SCANS>;
     __shared__ typename Scan::TempStorage scratch;
-    KeepingEmitter emit(buffers[threadIdx.x / 32], kept, list);
+    KeepingEmitter<> emit(buffers[threadIdx.x / 32], kept, list);
 
     const std::uint32_t firstBin = blockIdx.x * kBins;
     const std::uint32_t bin = firstBin + threadIdx.x;

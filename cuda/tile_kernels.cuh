@@ -241,7 +241,7 @@ public:
         return SharedMemory::bytesOf<std::uint32_t>(words(shape.cells)) +
                SharedMemory::bytesOf<TileBox>(shape.room) + SharedMemory::bytesOf<std::uint16_t>(shape.room) +
                SharedMemory::bytesOf<std::uint32_t>(kWarps * kWordsPerWarp) +
-               SharedMemory::bytesOf<IdPair>(kWarps * TogetherEmitter::kRoom);
+               SharedMemory::bytesOf<IdPair>(kWarps * TogetherEmitter<>::kRoom);
     }
 
     using Scan = cub::BlockScan<std::uint32_t, kThreads, cub::BLOCK_SCAN_WARP_SCANS>;
@@ -253,8 +253,8 @@ public:
           m_ids(memory.take<std::uint16_t>(searching.shape.room)),
           m_ranges(memory.take<std::uint32_t>(kWarps * kWordsPerWarp) + threadIdx.x / 32 * kWordsPerWarp),
           m_hits(m_ranges + kRangeWords),
-          m_pairs(memory.take<IdPair>(kWarps * TogetherEmitter::kRoom) +
-                  threadIdx.x / 32 * TogetherEmitter::kRoom),
+          m_pairs(memory.take<IdPair>(kWarps * TogetherEmitter<>::kRoom) +
+                  threadIdx.x / 32 * TogetherEmitter<>::kRoom),
           m_records(searching.recordsOf(blockIdx.x))
     {
     }
@@ -262,7 +262,7 @@ public:
     __device__ void operator()(const PairList& list, typename Scan::TempStorage& scratch)
     {
         const std::uint32_t tile = blockIdx.x;
-        TogetherEmitter emit(m_pairs, list);
+        TogetherEmitter<> emit(m_pairs, list);
         if (threadIdx.x == 0)
             m_step.begin(tile);
         const auto counts = m_step.countsOf(tile);
@@ -352,7 +352,7 @@ private:
         }
     }
 
-    __device__ void search(const TileFrame& frame, std::uint32_t count, TogetherEmitter& emit)
+    __device__ void search(const TileFrame& frame, std::uint32_t count, TogetherEmitter<>& emit)
     {
         const std::uint32_t reach[3] = {m_step.plan->reach[0], m_step.plan->reach[1], m_step.plan->reach[2]};
         const auto entryTest = m_step.partners.isNew.ready();
@@ -429,7 +429,7 @@ private:
 
     /// Appends the pairs among the first hits.
     template <class Test>
-    __device__ void report(std::uint32_t hits, const Test& entryTest, TogetherEmitter& emit) const
+    __device__ void report(std::uint32_t hits, const Test& entryTest, TogetherEmitter<>& emit) const
     {
         __syncwarp();
         const unsigned lane = threadIdx.x % 32;

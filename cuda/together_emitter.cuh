@@ -11,20 +11,21 @@ namespace cullet::psap
 inline constexpr unsigned kEmitThreads = 128;
 
 /// Appends pairs that a warp holds in shared memory; all its lanes call.
-__device__ inline void appendTogether(const PairList& list, const IdPair* pairs, unsigned count)
+///
+/// @param pairAt(k) gives the k-th as it lies in memory: as two numbers, it would be written twice
+template <class PairAt>
+__device__ void appendTogether(const PairList& list, unsigned count, const PairAt& pairAt)
 {
     const unsigned lane = threadIdx.x % 32;
     unsigned long long base = 0;
     if (lane == 0)
         base = fetchAdd(list.count, std::uint64_t{count});
     base = __shfl_sync(0xffffffffu, base, 0);
-    // A pair at a time: as two numbers, it would be written twice.
-    const auto* from = reinterpret_cast<const uint2*>(pairs);
     auto* to = reinterpret_cast<uint2*>(list.pairs);
     for (unsigned k = lane; k < count; k += 32)
     {
         if (base + k < list.capacity)
-            to[base + k] = from[k];
+            to[base + k] = pairAt(k);
     }
 }
 
@@ -50,20 +51,37 @@ __device__ inline std::uint32_t loadShared(std::uint32_t address)
     return value;
 }
 
+__device__ inline uint2 loadSharedPair(std::uint32_t address)
+{
+    uint2 pair = {};
+    asm volatile("ld.shared.v2.u32 {%0, %1}, [%2];" : "=r"(pair.x), "=r"(pair.y) : "r"(address) : "memory");
+    return pair;
+}
+
+/// How many of some lanes of a warp come before this one. A special register tells which: no other is kept for that.
+__device__ inline std::uint32_t countBefore(std::uint32_t lanes)
+{
+    std::uint32_t before = 0;
+    asm volatile("mov.u32 %0, %%lanemask_lt;" : "=r"(before));
+    return __popc(lanes & before);
+}
+
 /// What a step sees of its list on the GPU where the lanes of a warp go together: no lane asks for a place, the votes of
 /// all tell it. A full buffer is written out, so that a small one is enough and more of the cache is left.
+///
+/// @tparam kPairs that a warp has room for
+template <unsigned kPairs = 128>
 struct TogetherEmitter
 {
-    static constexpr unsigned kRoom = 128;
+    static constexpr unsigned kRoom = kPairs;
     static constexpr unsigned kAll = 0xffffffffu;
 
-    IdPair* buffer;         ///< [kRoom] of the warp
-    std::uint32_t address;  ///< of the buffer in shared memory
-    unsigned held;          ///< in the buffer, the same in all lanes
+    std::uint32_t buffer;  ///< [kRoom] pairs of the warp: an address in shared memory
+    unsigned held;         ///< in the buffer, the same in all lanes
     PairList list;
 
-    __device__ TogetherEmitter(IdPair* pairs, const PairList& whole)
-        : buffer(pairs), address(addressInShared(pairs)), held(0), list(whole)
+    __device__ TogetherEmitter(const IdPair* pairs, const PairList& whole)
+        : buffer(addressInShared(pairs)), held(0), list(whole)
     {
     }
 
@@ -74,8 +92,7 @@ struct TogetherEmitter
     {
         const unsigned lanes = __ballot_sync(kAll, isMine);
         if (isMine)
-            storeShared(address + sizeof(IdPair) * (held + __popc(lanes & ((1u << threadIdx.x % 32) - 1u))),
-                        pair);
+            storeShared(buffer + sizeof(IdPair) * (held + countBefore(lanes)), pair);
         held += __popc(lanes);
         if (held > kRoom - 32)
             flush();
@@ -91,14 +108,15 @@ private:
     __device__ void flush()
     {
         __syncwarp();
-        appendTogether(list, buffer, held);
+        appendTogether(list, held, [&](unsigned k) { return loadSharedPair(buffer + sizeof(IdPair) * k); });
         __syncwarp();
         held = 0;
     }
 };
 
 /// The same for a step that keeps some of what it finds for a while.
-struct KeepingEmitter : TogetherEmitter
+template <unsigned kPairs = 128>
+struct KeepingEmitter : TogetherEmitter<kPairs>
 {
     static constexpr std::uint32_t kMostKept = 8;
     static constexpr std::uint32_t kStride = sizeof(std::uint32_t) * kEmitThreads;
@@ -106,8 +124,10 @@ struct KeepingEmitter : TogetherEmitter
     std::uint32_t firstKept, endOfKept;  ///< of this lane: addresses in shared memory, kStride apart
 
     /// @param room [kMostKept * kEmitThreads] of the block
-    __device__ KeepingEmitter(IdPair* pairs, const std::uint32_t* room, const PairList& whole)
-        : TogetherEmitter(pairs, whole), firstKept(addressInShared(room + threadIdx.x)), endOfKept(firstKept)
+    __device__ KeepingEmitter(const IdPair* pairs, const std::uint32_t* room, const PairList& whole)
+        : TogetherEmitter<kPairs>(pairs, whole),
+          firstKept(addressInShared(room + threadIdx.x)),
+          endOfKept(firstKept)
     {
     }
 
