@@ -78,20 +78,16 @@ public:
     /// The same against closest(), where the simplex likely has it already.
     Support supportAmongOwn()
     {
-        if constexpr (HasVertexAmong<A>::value && HasVertexAmong<B>::value)
+        if constexpr (HasVertexAmong<A, B>::value)
         {
             std::array<std::int32_t, 4> ofA, ofB;
-            bool isOneA = true, isOneB = true;
             for (int i = 0; i < m_count; ++i)
             {
                 ofA[i] = m_tags[i].vertexA;
                 ofB[i] = m_tags[i].vertexB;
-                isOneA &= ofA[i] == ofA[0];
-                isOneB &= ofB[i] == ofB[0];
             }
             const auto direction = A::usableDirection(m_closest);
-            const std::int32_t vertexA = m_a.vertexAmong(-direction, ofA, m_count, isOneA);
-            const std::int32_t vertexB = m_b.vertexAmong(direction, ofB, m_count, isOneB);
+            const auto [vertexA, vertexB] = A::verticesAmong(m_a, m_b, direction, ofA, ofB, m_count);
             for (int i = 0; i < m_count; ++i)
             {
                 if (m_tags[i].vertexA == vertexA && m_tags[i].vertexB == vertexB)

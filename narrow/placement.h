@@ -11,14 +11,14 @@
 
 namespace cullet
 {
-/// Whether a shape can look for its support vertex among given ones: hulls.
-template <class A>
+/// Whether two shapes can look for their support vertices among given ones: hulls.
+template <class A, class B>
 struct HasVertexAmong : std::false_type
 {
 };
 
 template <class S>
-struct HasVertexAmong<PosedHull<S>> : std::true_type
+struct HasVertexAmong<PosedHull<S>, PosedHull<S>> : std::true_type
 {
 };
 

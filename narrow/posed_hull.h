@@ -3,6 +3,7 @@
 #pragma once
 
 #include "narrow/hull.h"
+#include "narrow/paired_climb.h"
 #include "narrow/support.h"
 
 #include <Eigen/Core>
@@ -99,19 +100,31 @@ public:
         return (direction / largest).template cast<S>();
     }
 
-    /// The vertex of the same, from those of a simplex that is likely the closest already.
+    /// The vertices of A against a direction and of B along it, from those of a simplex that is likely the closest already.
     /// @param direction a usableDirection()
-    /// @param vertices  of the simplex, `count` of them
-    /// @param isOne     all are the same
-    [[gnu::always_inline]] std::int32_t vertexAmong(const Vector& direction,
-                                                    const std::array<std::int32_t, 4>& vertices, int count,
-                                                    bool isOne) const
+    /// @param ofA, ofB  vertices of the simplex, `count` of each
+    [[gnu::always_inline]] static VertexPair verticesAmong(const PosedHull& a, const PosedHull& b,
+                                                           const Vector& direction,
+                                                           const std::array<std::int32_t, 4>& ofA,
+                                                           const std::array<std::int32_t, 4>& ofB, int count)
     {
-        Quad d;
-        toLocal(direction, d);
-        if (isOne && isSupportAlong(d, vertices[0]))
-            return vertices[0];
-        return vertexBeside({d[0], d[1], d[2]}, vertices, count);
+        bool isProvedA = true, isProvedB = true;
+        for (int i = 1; i < count; ++i)
+        {
+            isProvedA &= ofA[i] == ofA[0];
+            isProvedB &= ofB[i] == ofB[0];
+        }
+        Quad dA, dB;
+        a.toLocal(-direction, dA);
+        b.toLocal(direction, dB);
+        isProvedA = isProvedA && a.isSupportAlong(dA, ofA[0]);
+        isProvedB = isProvedB && b.isSupportAlong(dB, ofB[0]);
+        const Vector localA(dA[0], dA[1], dA[2]), localB(dB[0], dB[1], dB[2]);
+        if (!isProvedA && !isProvedB && a.isClimbed() && b.isClimbed())
+            return climbBoth(*a.m_hull, localA, *b.m_hull, localB,
+                             {a.highestOf(localA, ofA, count), b.highestOf(localB, ofB, count)});
+        return {isProvedA ? ofA[0] : a.vertexBeside(localA, ofA, count),
+                isProvedB ? ofB[0] : b.vertexBeside(localB, ofB, count)};
     }
 
     /// Whether a vertex is the support vertex, as far as its neighbours tell.
@@ -160,23 +173,36 @@ private:
         return isPeak(*m_hull, vertex, LaneDirection<S>(d), band, height);
     }
 
-    /// A climb starts from the highest of the vertices.
+    /// Whether a climb from a vertex near the answer is the search of choice.
+    bool isClimbed() const
+    {
+        return m_method == SupportMethod::Automatic && m_hull->hasNeighbours() &&
+               m_hull->vertexCount() > cheapScanMaximum<S>();
+    }
+
+    /// @param d local
     [[gnu::noinline]] std::int32_t vertexBeside(const Vector& d, const std::array<std::int32_t, 4>& vertices,
                                                 int count) const
     {
-        if (m_method != SupportMethod::Automatic || !m_hull->hasNeighbours())
+        if (m_method != SupportMethod::Automatic)
             return supportVertex<S>(*m_hull, d, -1, m_method);
-        if (m_hull->vertexCount() <= cheapScanMaximum<S>())
+        if (!isClimbed())
             return hitLinear(*m_hull, d).vertex;
-        std::int32_t start = vertices[0];
-        S highest = supportProduct(*m_hull, start, d);
+        return supportClimbArtificial(*m_hull, d, highestOf(d, vertices, count)).vertex;
+    }
+
+    /// @param d local
+    std::int32_t highestOf(const Vector& d, const std::array<std::int32_t, 4>& vertices, int count) const
+    {
+        std::int32_t best = vertices[0];
+        S highest = supportProduct(*m_hull, best, d);
         for (int i = 1; i < count; ++i)
         {
             const S height = supportProduct(*m_hull, vertices[i], d);
-            start = height > highest ? vertices[i] : start;
+            best = height > highest ? vertices[i] : best;
             highest = height > highest ? height : highest;
         }
-        return supportClimbArtificial(*m_hull, d, start).vertex;
+        return best;
     }
 
     Quad m_rows[3];

@@ -304,13 +304,27 @@ SupportHit<S> bestOfLevel(const Hull<S>& hull, const LaneDirection<S>& d, std::i
     return best;
 }
 
+/// The support vertex, at a vertex that no neighbour is higher than.
+template <class S>
+SupportHit<S> endOfClimb(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d, const LaneDirection<S>& lanes,
+                         std::int32_t vertex, const ClimbStep<S>& last, SupportCounters* counters = nullptr)
+{
+    const S band = hull.tieBand() * (std::abs(d[0]) + std::abs(d[1]) + std::abs(d[2]));
+    // If a product is NaN, this does not hold, and the scan ends the search.
+    if (last.bestHeight < last.height - band)
+        return {vertex, last.height};
+    if (counters != nullptr)
+        ++counters->ties;
+    const SupportHit<S> hit = bestOfLevel(hull, lanes, vertex, last.height, band);
+    return hit.vertex >= 0 && last.height == last.height ? hit : hitLinear(hull, d);
+}
+
 /// Hill climbing over natural and artificial neighbours, with the vertex itself eight at a time. Cost: 4 ns a step where
 /// measured; from the support vertex of a direction a few degrees away it takes one or two steps at any size.
 template <class S>
 SupportHit<S> supportClimbArtificial(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d, std::int32_t start,
                                      SupportCounters* counters = nullptr)
 {
-    const S band = hull.tieBand() * (std::abs(d[0]) + std::abs(d[1]) + std::abs(d[2]));
     const LaneDirection<S> lanes(d);
     std::int32_t vertex = start;
     for (;;)
@@ -318,18 +332,9 @@ SupportHit<S> supportClimbArtificial(const Hull<S>& hull, const Eigen::Matrix<S,
         const ClimbStep<S> step = climbStep(hull, vertex, lanes);
         if (counters != nullptr)
             ++counters->steps;
-        // Comparison order: if a product is NaN, neither of the first two holds, and the scan ends the search.
-        if (step.bestHeight > step.height)
-        {
-            vertex = step.best;
-            continue;
-        }
-        if (step.bestHeight < step.height - band)
-            return {vertex, step.height};
-        if (counters != nullptr)
-            ++counters->ties;
-        const SupportHit<S> hit = bestOfLevel(hull, lanes, vertex, step.height, band);
-        return hit.vertex >= 0 && step.height == step.height ? hit : hitLinear(hull, d);
+        if (!(step.bestHeight > step.height))
+            return endOfClimb(hull, d, lanes, vertex, step, counters);
+        vertex = step.best;
     }
 }
 

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "narrow/paired_climb.h"
 #include "narrow/support.h"
 #include "tests/narrow/shapes.h"
 
@@ -72,10 +73,26 @@ struct Comparison
         }
     }
 
+    /// One climb along the direction and one against it, each in both places.
+    void checkBoth(const Eigen::Matrix<S, 3, 1>& d, std::int32_t start)
+    {
+        if (!hull.hasNeighbours())
+            return;
+        const std::int32_t top = supportLinear(hull, d), bottom = supportLinear<S>(hull, -d);
+        const std::int32_t first = start >= 0 ? start : top;
+        const VertexPair found = climbBoth<S>(hull, d, hull, -d, {first, first});
+        const VertexPair swapped = climbBoth<S>(hull, -d, hull, d, {first, first});
+        EXPECT_EQ(found.a, top) << "start " << start << " direction " << d.transpose();
+        EXPECT_EQ(found.b, bottom) << "start " << start << " direction " << d.transpose();
+        EXPECT_EQ(swapped.a, found.b);
+        EXPECT_EQ(swapped.b, found.a);
+    }
+
     void check(const Eigen::Matrix<S, 3, 1>& d, std::int32_t start)
     {
         const std::int32_t expected = scanPoints(points, d);
         checkPeaks(d, start, expected);
+        checkBoth(d, start);
         for (const SupportMethod method : kMethods)
         {
             const std::int32_t found = hull.sourceIndex(supportVertex(hull, d, start, method, &counters));
