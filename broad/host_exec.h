@@ -203,6 +203,13 @@ public:
             });
     }
 
+    /// The same for a step so short that a lane of a GPU had better take several indices.
+    template <class Step>
+    void forEachShortTogether(std::uint64_t count, const Step& step, const PairList& list)
+    {
+        forEachTogether(count, step, list);
+    }
+
     /// The same for a step whose indices work in groups: those of the lanes of a warp on a GPU, here each alone. They share
     /// emit.room(), a Step::Room, between two emit.sync(). All of a group have to be together in each call of emit:
     /// ballot() tells whose lanes say yes, from() what another lane has, sum() and least() what comes of all.

@@ -235,7 +235,7 @@ private:
     {
         const PairList removed = {m_removed.data(), m_removed.size(), &counters()->lists.removed};
         const PairList kept = {m_kept.data(), m_kept.size(), &counters()->lists.kept};
-        m_exec.forEachTogether(
+        m_exec.forEachShortTogether(
             m_heldCount,
             SettleHeld{m_held.data(), history(), margin,
                        margin >= m_margin && !m_isFresh && !m_rows.haveAllChanged(), span, removed, table()},

@@ -13,9 +13,9 @@
 ///
 /// An executor has: Buffer<T> with data() and size(); reserve(buffer, n), which may discard; upload, download, copy,
 /// clear and wait; forEach(n, functor); forEachEmitting(n, functor, list); forEachTogether(n, functor, list);
-/// forEachGrouped(n, functor, list); forEachDealt<sharers>(bins, functor, list); placeInTiles(functor);
-/// searchTiles(functor, list); canSearchTiles(shape); hasSpareLanes; scan; scanLargest; sortPairs; sortKeys. Steps run
-/// one after the other. HostExec and CudaExec are executors.
+/// forEachShortTogether(n, functor, list); forEachGrouped(n, functor, list); forEachDealt<sharers>(bins, functor, list);
+/// placeInTiles(functor); searchTiles(functor, list); canSearchTiles(shape); hasSpareLanes; scan; scanLargest; sortPairs;
+/// sortKeys. Steps run one after the other. HostExec and CudaExec are executors.
 namespace cullet::psap
 {
 /// One of the searches, as the options and the number of boxes say.

@@ -258,6 +258,17 @@ public:
     }
 
     template <class Step>
+    void forEachShortTogether(std::uint64_t count, const Step& step, const PairList& list)
+    {
+        // Fewer have no time to lose, and multiprocessors to spare.
+        if (count < kManyShort)
+            launch(runShortTogether<1, Step>, count, kEmitThreads, count, step, list);
+        else
+            launch(runShortTogether<kEachShort, Step>, (count + kEachShort - 1) / kEachShort, kEmitThreads,
+                   count, step, list);
+    }
+
+    template <class Step>
     void forEachGrouped(std::uint64_t count, const Step& step, const PairList& list)
     {
         launch(runGrouped<Step>, count, kEmitThreads, count, step, list);
@@ -342,6 +353,8 @@ private:
     template <class Step>
     using LargeTiles = TileSearching<Step, 512, 6>;
 
+    static constexpr unsigned kEachShort = 6;
+    static constexpr std::uint64_t kManyShort = 1u << 18;
     static constexpr std::uint32_t kFewTiles = 2048;
     static constexpr std::uint64_t kFewBoxes = 3u << 16;
     static constexpr std::uint32_t kStaticShared = 1024;  ///< at most, beside what a launch asks for
