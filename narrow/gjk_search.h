@@ -70,9 +70,18 @@ public:
     /// Support point of A - B against v: the smallest v.w.
     Support supportAgainst(const Eigen::Vector3d& v, std::int32_t startA = -1, std::int32_t startB = -1)
     {
-        const SupportPoint a = m_a.support(-v, startA);
-        const SupportPoint b = m_b.support(v, startB);
-        return note({a.point - b.point - m_offset, a.point, a.vertex, b.vertex});
+        if constexpr (HasVertexAmong<A, B>::value)
+        {
+            const auto [vertexA, vertexB] =
+                A::supportVertices(m_a, m_b, A::usableDirection(v), {startA, startB});
+            return supportOf(vertexA, vertexB);
+        }
+        else
+        {
+            const SupportPoint a = m_a.support(-v, startA);
+            const SupportPoint b = m_b.support(v, startB);
+            return note({a.point - b.point - m_offset, a.point, a.vertex, b.vertex});
+        }
     }
 
     /// The same against closest(), where the simplex likely has it already.

@@ -100,6 +100,23 @@ public:
         return (direction / largest).template cast<S>();
     }
 
+    /// The vertices of A against a direction and of B along it.
+    /// @param direction a usableDirection()
+    /// @param start     vertices that are likely near them, or -1
+    static VertexPair supportVertices(const PosedHull& a, const PosedHull& b, const Vector& direction,
+                                      const VertexPair& start)
+    {
+        Quad dA, dB;
+        a.toLocal(-direction, dA);
+        b.toLocal(direction, dB);
+        const Vector localA(dA[0], dA[1], dA[2]), localB(dB[0], dB[1], dB[2]);
+        if (a.isMapped() && b.isMapped() && start.a < 0 && start.b < 0)
+            return climbBoth(*a.m_hull, localA, *b.m_hull, localB,
+                             {cubeMapStart(*a.m_hull, localA), cubeMapStart(*b.m_hull, localB)});
+        return {supportVertex<S>(*a.m_hull, localA, start.a, a.m_method),
+                supportVertex<S>(*b.m_hull, localB, start.b, b.m_method)};
+    }
+
     /// The vertices of A against a direction and of B along it, from those of a simplex that is likely the closest already.
     /// @param direction a usableDirection()
     /// @param ofA, ofB  vertices of the simplex, `count` of each
@@ -178,6 +195,13 @@ private:
     {
         return m_method == SupportMethod::Automatic && m_hull->hasNeighbours() &&
                m_hull->vertexCount() > cheapScanMaximum<S>();
+    }
+
+    /// Whether a climb from the start table is the search of choice for unrelated directions.
+    bool isMapped() const
+    {
+        return m_method == SupportMethod::Automatic && m_hull->hasNeighbours() &&
+               m_hull->vertexCount() > linearSupportMaximum<S>();
     }
 
     /// @param d local
