@@ -190,19 +190,16 @@ private:
         return isPeak(*m_hull, vertex, LaneDirection<S>(d), band, height);
     }
 
-    /// Whether a climb from a vertex near the answer is the search of choice.
-    bool isClimbed() const
+    /// Whether a climb is the search of choice, where a scan is up to so many vertices.
+    bool isClimbedAbove(std::int32_t mostScanned) const
     {
         return m_method == SupportMethod::Automatic && m_hull->hasNeighbours() &&
-               m_hull->vertexCount() > cheapScanMaximum<S>();
+               m_hull->vertexCount() > mostScanned;
     }
-
-    /// Whether a climb from the start table is the search of choice for unrelated directions.
-    bool isMapped() const
-    {
-        return m_method == SupportMethod::Automatic && m_hull->hasNeighbours() &&
-               m_hull->vertexCount() > linearSupportMaximum<S>();
-    }
+    /// From a vertex near the answer.
+    bool isClimbed() const { return isClimbedAbove(cheapScanMaximum<S>()); }
+    /// From the start table, for unrelated directions.
+    bool isMapped() const { return isClimbedAbove(linearSupportMaximum<S>()); }
 
     /// @param d local
     [[gnu::noinline]] std::int32_t vertexBeside(const Vector& d, const std::array<std::int32_t, 4>& vertices,
