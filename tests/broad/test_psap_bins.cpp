@@ -121,13 +121,7 @@ TEST(PsapBins, APlanOfAnotherFrameFindsThePairs)
     WatchedSearch search;
     std::vector<Aabb> boxes = cubesIn(1000, 4, random);
     EXPECT_EQ(search.find(boxes), everyPair(boxes));
-    for (std::uint32_t i = 0; i < 10; ++i)
-        boxes[100 * i] = boxAt(random.between(0, 16), random.between(0, 16), random.between(0, 16), 1.5f);
-    for (std::uint32_t i = 0; i < 3; ++i)
-        boxes[100 * i + 1] = boxAt(random.between(-1e6f, 1e6f), 0, 0, 40);
-    boxes[7] = boxes[8] = boxAt(1e7f, 0, 0);
-    boxes[9] = {{-kInfinity, -kInfinity, -1}, {kInfinity, kInfinity, 1}};
-    boxes[10] = {{kNan, 0, 0}, {1, 1, 1}};
+    makeSomeUnplanned(boxes, random);
     EXPECT_EQ(search.find(boxes), everyPair(boxes));
     EXPECT_EQ(search.searchesOfBins(), 2);
     EXPECT_FALSE(search.wasFull());

@@ -114,6 +114,18 @@ inline std::vector<Aabb> cubesIn(std::uint32_t count, float volume, Random& rand
     return boxes;
 }
 
+/// Makes some of 1,000 boxes such as a plan for unit cubes does not foresee: larger ones, far away ones, unbounded and invalid.
+inline void makeSomeUnplanned(std::vector<Aabb>& boxes, Random& random)
+{
+    for (std::uint32_t i = 0; i < 10; ++i)
+        boxes[100 * i] = boxAt(random.between(0, 16), random.between(0, 16), random.between(0, 16), 1.5f);
+    for (std::uint32_t i = 0; i < 3; ++i)
+        boxes[100 * i + 1] = boxAt(random.between(-1e6f, 1e6f), 0, 0, 40);
+    boxes[7] = boxes[8] = boxAt(1e7f, 0, 0);
+    boxes[9] = {{-kInfinity, -kInfinity, -1}, {kInfinity, kInfinity, 1}};
+    boxes[10] = {{kNan, 0, 0}, {1, 1, 1}};
+}
+
 inline std::vector<Pair> pairsByCounting(const std::vector<Aabb>& boxes)
 {
     return WatchedSearch(PsapOrder::Counting).find(boxes);
