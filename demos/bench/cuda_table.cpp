@@ -1,0 +1,47 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/bench/cuda_table.h"
+
+#include "demos/bench/cuda_timing.h"
+
+#include <cinttypes>
+#include <cstdio>
+
+namespace cullet
+{
+CudaRow rowFor(const FreshScene& scene, const std::string& variant)
+{
+    CudaRow row;
+    row.scene = scene.name;
+    row.variant = variant;
+    row.bodies = scene.bodies;
+    return row;
+}
+
+CudaTable::CudaTable(ResultFile& file) : m_file(file)
+{
+    int version = 0;
+    checkCuda(cudaRuntimeGetVersion(&version));
+    m_cuda = std::to_string(version / 1000) + "." + std::to_string(version % 1000 / 10);
+    std::printf("%-6s %-28s %9s %10s %9s %13s  %s\n", "scene", "variant", "bodies", "pairs", "gpu_ms",
+                "end_to_end_ms", "hash");
+}
+
+void CudaTable::add(const CudaRow& row)
+{
+    std::printf("%-6s %-28s %9" PRIu64 " %10" PRIu64 " %9.4f %13.4f  %s\n", row.scene.c_str(),
+                row.variant.c_str(), row.bodies, row.pairs, row.gpuMs, row.endToEndMs,
+                toHex(row.hash).c_str());
+    std::fflush(stdout);
+    m_file.addRow({{"benchmark", "cuda"},
+                   {"scene", row.scene},
+                   {"variant", row.variant},
+                   {"bodies", row.bodies},
+                   {"pairs", row.pairs},
+                   {"gpu_ms", row.gpuMs},
+                   {"end_to_end_ms", row.endToEndMs},
+                   {"bytes", row.bytes},
+                   {"hash", toHex(row.hash)},
+                   {"cuda", m_cuda}});
+}
+}  // namespace cullet

@@ -1,0 +1,114 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/bench/cuda_updates.h"
+
+#include "broad/box_memory.h"
+#include "demos/bench/cuda_timing.h"
+#include "demos/program/statistics.h"
+
+#include <algorithm>
+#include <chrono>
+
+namespace cullet
+{
+namespace
+{
+constexpr int kHashedFrames = 11;  // at most kWarmUps and the fewest timed ones
+
+/// Boxes that drift, as a ProxyTable hands them over.
+class DriftingBoxes
+{
+public:
+    DriftingBoxes(const FreshScene& scene, std::uint32_t every)
+        : m_every(every), m_ids(scene.bodies), m_changes(scene.bodies, kRowCreated)
+    {
+        const std::vector<Aabb> first = scene.make(scene.bodies, kFirstSeed);
+        m_boxes.assign(first.begin(), first.end());
+        for (std::uint32_t body = 0; body < scene.bodies; ++body)
+        {
+            m_ids[body] = body + 1;
+            m_dirty.push_back(body);
+        }
+    }
+
+    ProxyView view() const
+    {
+        ProxyView view;
+        view.size = static_cast<std::uint32_t>(m_boxes.size());
+        view.boxes = m_boxes.data();
+        view.lockableRows = m_boxes.capacity();
+        view.uniqueIds = m_ids.data();
+        view.changes = m_changes.data();
+        view.dirty = m_dirty.data();
+        view.dirtyCount = static_cast<std::uint32_t>(m_dirty.size());
+        return view;
+    }
+
+    void step(std::uint32_t frame)
+    {
+        m_dirty.clear();
+        std::fill(m_changes.begin(), m_changes.end(), std::uint8_t{0});
+        for (std::uint32_t body = frame % m_every; body < m_boxes.size(); body += m_every)
+        {
+            for (int axis = 0; axis < 3; ++axis)
+            {
+                const float step = m_random.uniform(-0.05f, 0.05f);
+                m_boxes[body].min[axis] += step;
+                m_boxes[body].max[axis] += step;
+            }
+            m_dirty.push_back(body);
+            m_changes[body] = kRowMoved;
+        }
+    }
+
+private:
+    std::uint32_t m_every;
+    std::vector<Aabb, BoxAllocator<Aabb>> m_boxes;
+    std::vector<std::uint32_t> m_ids, m_dirty;
+    std::vector<std::uint8_t> m_changes;
+    SplitMix64 m_random{7};
+};
+
+void addChanges(const PairDelta& delta, std::uint64_t& hash)
+{
+    for (const Pair pair : delta.added)
+        hash += hashOf(pair);
+    for (const Pair pair : delta.removed)
+        hash -= hashOf(pair);
+}
+
+void addStages(const BackendStats& stats, StageTimes& stages)
+{
+    for (const StageTime& stage : stats.stages)
+        stages[stage.name].push_back(stage.milliseconds);
+}
+}  // namespace
+
+CudaRow timeUpdates(const FreshScene& scene, const std::string& variant, std::unique_ptr<Backend> backend,
+                    std::uint32_t every, int frames, StageTimes* stages)
+{
+    DriftingBoxes boxes(scene, every);
+    CudaRow row = rowFor(scene, variant);
+    PairDelta delta;
+    std::vector<double> times;
+    for (int frame = 0; frame < kWarmUps + frames; ++frame)
+    {
+        const ProxyView view = boxes.view();
+        const auto begin = std::chrono::steady_clock::now();
+        requireOk(backend->update(view, delta));
+        const std::chrono::duration<double, std::milli> passed = std::chrono::steady_clock::now() - begin;
+        if (frame >= kWarmUps)
+            times.push_back(passed.count());
+        if (frame >= kWarmUps && stages != nullptr)
+            addStages(backend->stats(), *stages);
+        if (frame < kHashedFrames)
+            addChanges(delta, row.hash);
+        if (frame + 1 == kHashedFrames)
+            row.pairs = backend->stats().pairs;
+        boxes.step(static_cast<std::uint32_t>(frame));
+    }
+    row.bytes = backend->stats().bytes;
+    row.endToEndMs = summarise(times).median;
+    return row;
+}
+}  // namespace cullet

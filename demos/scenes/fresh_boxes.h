@@ -1,0 +1,33 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/aabb.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace cullet
+{
+// The boxes of one frame, other ones for each seed: what broad phases on GPUs are compared on.
+
+/// W1: spheres of radius 1, constant density, about one pair per body.
+std::vector<Aabb> uniformBoxes(std::uint32_t count, std::uint64_t seed);
+
+/// W2: sides log-uniform from 0.1 to 100, just under five pairs per body.
+std::vector<Aabb> boxesOfManySizes(std::uint32_t count, std::uint64_t seed);
+
+/// W3: a heap of spheres, dense below, 7.6 pairs per body.
+std::vector<Aabb> heapOfBoxes(std::uint32_t count, std::uint64_t seed);
+
+/// All boxes have the same extent along x.
+std::vector<Aabb> flatBoxes(std::uint32_t count, std::uint64_t seed);
+
+/// A scene of such boxes.
+struct FreshScene
+{
+    const char* name;
+    std::uint32_t bodies;
+    std::vector<Aabb> (*make)(std::uint32_t count, std::uint64_t seed);
+};
+}  // namespace cullet
