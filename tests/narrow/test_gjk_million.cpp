@@ -26,5 +26,24 @@ TEST(IsaGjkMillion, NoBooleanOfAMillionIsWrong)
         decided += tally.queries - tally.undecided;
     EXPECT_GE(decided, 1000000);
 }
+
+/// As the plug-in asks: margins and breaking threshold are a gap.
+TEST(IsaGjkMillion, NoGapOfAMillionIsWrong)
+{
+    const Tally regular = checkAll<float>(false, 0.0, 4500, 0, 111, askedGaps());
+    const Tally thin = checkAll<float>(true, 0.0, 5500, 0, 112, askedGaps());
+    const Tally far = checkAll<float>(false, 1e4, 1500, 0, 113, askedGaps());
+    const Tally warm = checkAll<float>(false, 0.0, 80, 40, 114, askedGaps());
+    const Tally warmThin = checkAll<float>(true, 0.0, 80, 40, 115, askedGaps());
+    expectGoodGaps(regular, "regular");
+    expectGoodGaps(thin, "thin");
+    expectGoodGaps(far, "far");
+    expectGoodGaps(warm, "warm");
+    expectGoodGaps(warmThin, "warm thin");
+    std::int64_t decided = 0;
+    for (const Tally& tally : {regular, thin, far, warm, warmThin})
+        decided += tally.queries - tally.undecided;
+    EXPECT_GE(decided, 1000000);
+}
 }  // namespace
 }  // namespace cullet::test

@@ -55,6 +55,27 @@ TEST(IsaGjkOracle, AllClassesInDouble)
     expectGood(checkAll<double>(false, 0.0, 3, 40, 9), "warm");
 }
 
+TEST(IsaGjkOracle, GapsOfAllClassesInFloat)
+{
+    expectGoodGaps(checkAll<float>(false, 0.0, 100, 0, 51, askedGaps()), "regular");
+    expectGoodGaps(checkAll<float>(true, 0.0, 100, 0, 52, askedGaps()), "thin");
+    expectGoodGaps(checkAll<float>(false, 1e4, 50, 0, 53, askedGaps()), "far");
+    expectGoodGaps(checkAll<float>(true, 0.0, 5, 40, 55, askedGaps()), "warm thin");
+    const Tally warm = checkAll<float>(false, 0.0, 5, 40, 54, askedGaps());
+    expectGoodGaps(warm, "warm");
+    // The proofs in the shapes' own precision do their work.
+    EXPECT_GT(warm.withoutSimplex, warm.queries / 2);
+}
+
+TEST(IsaGjkOracle, GapsOfAllClassesInDouble)
+{
+    expectGoodGaps(checkAll<double>(false, 0.0, 50, 0, 56, askedGaps()), "regular");
+    expectGoodGaps(checkAll<double>(true, 0.0, 50, 0, 57, askedGaps()), "thin");
+    expectGoodGaps(checkAll<double>(false, 1e4, 25, 0, 58, askedGaps()), "far");
+    expectGoodGaps(checkAll<double>(false, 0.0, 2, 40, 59, askedGaps()), "warm");
+    expectGoodGaps(checkAll<double>(true, 0.0, 2, 40, 60, askedGaps()), "warm thin");
+}
+
 struct DistanceTally
 {
     std::int64_t queries = 0, near = 0, overlapping = 0, unanswered = 0;
