@@ -23,7 +23,15 @@ int benchCuda(const CudaBenchOptions& options, const FileOptions& files)
                      {"only", options.only}},
                     files.json, files.csv);
     printHead();
-    runCudaBench(options, file);
+    try
+    {
+        runCudaBench(options, file);
+    }
+    catch (const ProgramError&)
+    {
+        file.save();
+        throw;
+    }
     file.save();
     return isInterrupted() ? kExitInterrupted : kExitOk;
 }

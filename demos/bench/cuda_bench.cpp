@@ -6,6 +6,7 @@
 #include "broad/backend.h"
 #include "cuda/device_pairs.h"
 #include "demos/bench/cuda_pairs.h"
+#include "demos/bench/cuda_sets.h"
 #include "demos/bench/cuda_table.h"
 #include "demos/bench/cuda_timing.h"
 #include "demos/bench/cuda_updates.h"
@@ -55,7 +56,7 @@ PsapOptions scaled(float cell, float bin)
     return options;
 }
 
-void sweepScales(const FreshScene& scene, CudaTable& table)
+void sweepScales(const FreshSets& sets, CudaTable& table)
 {
     for (const float cell : {0.5f, 0.7f, 1.0f, 1.4f, 2.0f})
     {
@@ -63,54 +64,54 @@ void sweepScales(const FreshScene& scene, CudaTable& table)
         {
             char name[64];
             std::snprintf(name, sizeof(name), "rows-%.1f-%.2f", cell, bin);
-            table.add(timePairs(scene, name, scaled(cell, bin), 9));
+            table.add(timePairs(sets, name, scaled(cell, bin), 9));
         }
     }
 }
 
 /// What each part of the design is worth.
-void timeAblation(const FreshScene& scene, int frames, CudaTable& table)
+void timeAblation(const FreshSets& sets, int frames, CudaTable& table)
 {
-    table.add(timePairs(scene, "rows-radix", ordered(PsapOrder::Radix), frames));
-    if (scene.bodies > 4u << 20)
+    table.add(timePairs(sets, "rows-radix", ordered(PsapOrder::Radix), frames));
+    if (sets.scene().bodies > 4u << 20)
     {
-        table.add(timePairs(scene, "rows-counting", ordered(PsapOrder::Counting), frames));
-        table.add(timePairs(scene, "rows-tiles", ordered(PsapOrder::Tiles), frames));
-        table.add(timePairs(scene, "literal", literal(), 3));
+        table.add(timePairs(sets, "rows-counting", ordered(PsapOrder::Counting), frames));
+        table.add(timePairs(sets, "rows-tiles", ordered(PsapOrder::Tiles), frames));
+        table.add(timePairs(sets, "literal", literal(), 3));
         return;
     }
     PsapOptions bits = literal();
     bits.bitStrings = true;
     PsapOptions split = literal();
     split.splitWork = true;
-    const bool isSmall = scene.bodies <= 1u << 16;
-    table.add(timePairs(scene, "rows-counting", ordered(PsapOrder::Counting), frames));
-    table.add(timePairs(scene, "rows-tiles", ordered(PsapOrder::Tiles), frames));
-    table.add(timePairs(scene, "rows-alone", searched(PsapRowSearch::Alone), frames));
-    table.add(timePairs(scene, "rows-grouped", searched(PsapRowSearch::Grouped), frames));
-    table.add(timePairs(scene, "literal", literal(), frames));
-    table.add(timePairs(scene, "literal-bits", bits, frames));
-    table.add(timePairs(scene, "literal-split", split, frames));
+    const bool isSmall = sets.scene().bodies <= 1u << 16;
+    table.add(timePairs(sets, "rows-counting", ordered(PsapOrder::Counting), frames));
+    table.add(timePairs(sets, "rows-tiles", ordered(PsapOrder::Tiles), frames));
+    table.add(timePairs(sets, "rows-alone", searched(PsapRowSearch::Alone), frames));
+    table.add(timePairs(sets, "rows-grouped", searched(PsapRowSearch::Grouped), frames));
+    table.add(timePairs(sets, "literal", literal(), frames));
+    table.add(timePairs(sets, "literal-bits", bits, frames));
+    table.add(timePairs(sets, "literal-split", split, frames));
     table.add(
-        timePairs(scene, "literal-principal", literal(PsapCells::Automatic, PsapAxis::Principal), frames));
+        timePairs(sets, "literal-principal", literal(PsapCells::Automatic, PsapAxis::Principal), frames));
     // One cell for 64,000 boxes: a sweep over many boxes in each.
     if (isSmall)
-        table.add(timePairs(scene, "literal-thesis-cells", literal(PsapCells::Thesis), 3));
+        table.add(timePairs(sets, "literal-thesis-cells", literal(PsapCells::Thesis), 3));
 }
 
 void timeCrossover(CudaTable& table)
 {
     for (std::uint32_t bodies = 512; bodies <= 1u << 15; bodies *= 2)
     {
-        const FreshScene scene = {"W1", bodies, uniformBoxes};
+        const FreshSets sets({"W1", bodies, uniformBoxes});
         GridOptions oneThread;
         oneThread.threads = 1;
         for (const std::uint32_t every : {1u, 10u})
         {
             const std::string suffix = every == 1 ? "-all-move" : "-tenth-moves";
-            table.add(timeUpdates(scene, "rows-update" + suffix, makeCudaPsapBackend(), every, 60));
-            table.add(timeUpdates(scene, "grid-update" + suffix, makeGridBackend(oneThread), every, 60));
-            table.add(timeUpdates(scene, "grid-threads-update" + suffix, makeGridBackend(), every, 60));
+            table.add(timeUpdates(sets, "rows-update" + suffix, makeCudaPsapBackend(), every, 60));
+            table.add(timeUpdates(sets, "grid-update" + suffix, makeGridBackend(oneThread), every, 60));
+            table.add(timeUpdates(sets, "grid-threads-update" + suffix, makeGridBackend(), every, 60));
         }
     }
 }
@@ -143,13 +144,13 @@ CudaRow timeCopy(const char* variant, cudaMemcpyKind kind)
 }
 
 /// The stages of update() on the device, a row for each.
-void timeStages(const FreshScene& scene, std::uint32_t every, const std::string& suffix, CudaTable& table)
+void timeStages(const FreshSets& sets, std::uint32_t every, const std::string& suffix, CudaTable& table)
 {
     PsapOptions options;
     options.timeStages = true;
     StageTimes times;
     const CudaRow whole =
-        timeUpdates(scene, "rows-update" + suffix, makeCudaPsapBackend(options), every, 20, &times);
+        timeUpdates(sets, "rows-update" + suffix, makeCudaPsapBackend(options), every, 20, &times);
     for (const auto& [stage, values] : times)
     {
         CudaRow row = whole;
@@ -160,26 +161,28 @@ void timeStages(const FreshScene& scene, std::uint32_t every, const std::string&
     }
 }
 
-void runScene(const FreshScene& scene, const CudaBenchOptions& options, CudaTable& table)
+void runScene(const FreshSets& sets, const CudaBenchOptions& options, CudaTable& table)
 {
     const bool isQuick = options.quick;
-    table.add(timePairs(scene, "rows", {}, isQuick ? 9 : 30));
+    if (!isQuick && sets.scene().bodies <= 1u << 20)
+        table.add(timeGridPairs(sets));
+    table.add(timePairs(sets, "rows", {}, isQuick ? 9 : 30));
     if (!options.rowsOnly)
-        timeAblation(scene, isQuick ? 3 : 20, table);
-    if (options.sweep && scene.bodies <= 1u << 20)
-        sweepScales(scene, table);
-    if (scene.bodies > 1u << 20 || options.pairsOnly)
+        timeAblation(sets, isQuick ? 3 : 20, table);
+    if (options.sweep && sets.scene().bodies <= 1u << 20)
+        sweepScales(sets, table);
+    if (sets.scene().bodies > 1u << 20 || options.pairsOnly)
         return;
     for (const std::uint32_t every : {1u, 10u})
     {
         const std::string suffix = every == 1 ? "-all-move" : "-tenth-moves";
-        table.add(timeUpdates(scene, "rows-update" + suffix, makeCudaPsapBackend(), every, isQuick ? 5 : 20));
+        table.add(timeUpdates(sets, "rows-update" + suffix, makeCudaPsapBackend(), every, isQuick ? 5 : 20));
         GridOptions oneThread;
         oneThread.threads = 1;
         if (!isQuick)
-            table.add(timeUpdates(scene, "grid-update" + suffix, makeGridBackend(oneThread), every, 5));
-        if (!isQuick && scene.bodies == 1u << 20)
-            timeStages(scene, every, suffix, table);
+            table.add(timeUpdates(sets, "grid-update" + suffix, makeGridBackend(oneThread), every, 5));
+        if (!isQuick && sets.scene().bodies == 1u << 20)
+            timeStages(sets, every, suffix, table);
     }
 }
 
@@ -197,7 +200,7 @@ void measure(const CudaBenchOptions& options, CudaTable& table)
     {
         const std::string name = std::string(scene.name) + "-" + std::to_string(scene.bodies);
         if (name.find(options.only) != std::string::npos && !isInterrupted())
-            runScene(scene, options, table);
+            runScene(FreshSets(scene), options, table);
     }
 }
 }  // namespace
@@ -211,6 +214,10 @@ void runCudaBench(const CudaBenchOptions& options, ResultFile& file)
     {
         CudaTable table(file);
         measure(options, table);
+    }
+    catch (const ProgramError&)
+    {
+        throw;
     }
     catch (const std::runtime_error& error)
     {

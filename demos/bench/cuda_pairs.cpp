@@ -6,18 +6,13 @@
 #include "demos/bench/cuda_timing.h"
 #include "demos/program/statistics.h"
 
-#include <memory>
+#include <cstdint>
 #include <stdexcept>
 #include <vector>
 
 namespace cullet
 {
-namespace
-{
-constexpr int kSets = 3;
-}  // namespace
-
-CudaRow timePairs(const FreshScene& scene, const std::string& variant, const PsapOptions& options, int frames)
+CudaRow timePairs(const FreshSets& sets, const std::string& variant, const PsapOptions& options, int frames)
 {
     const Stream stream;
     StreamTimer timer(stream.get());
@@ -25,26 +20,26 @@ CudaRow timePairs(const FreshScene& scene, const std::string& variant, const Psa
     const auto finder = makeDevicePairFinder(options, stream.get(), &why);
     if (!finder)
         throw std::runtime_error(why);
-    std::vector<std::unique_ptr<DeviceBoxes>> sets;
-    for (int set = 0; set < kSets; ++set)
-        sets.push_back(std::make_unique<DeviceBoxes>(scene.make(scene.bodies, kFirstSeed + set)));
-    const DeviceBoxes current(scene.bodies);
-    CudaRow row = rowFor(scene, variant);
+    const std::uint32_t bodies = sets.scene().bodies;
+    const DeviceBoxes current(bodies);
+    CudaRow row = rowFor(sets.scene(), variant, kFreshPairs);
+    // The last of the first set: what is launched then was recorded in earlier frames.
+    const int hashedFrame = (kWarmUps + frames - 1) / FreshSets::kCount * FreshSets::kCount;
     DevicePairs found;
     std::vector<double> times;
     for (int frame = 0; frame < kWarmUps + frames; ++frame)
     {
         // One address, new content: as an engine that integrates on the device would have it.
-        checkCuda(cudaMemcpyAsync(current.data(), sets[frame % kSets]->data(), scene.bodies * sizeof(Aabb),
+        checkCuda(cudaMemcpyAsync(current.data(), sets.ofFrame(frame).data(), bodies * sizeof(Aabb),
                                   cudaMemcpyDeviceToDevice, stream.get()));
         checkCuda(cudaStreamSynchronize(stream.get()));
         timer.begin();
-        requireOk(finder->enqueue(current.data(), scene.bodies));
+        requireOk(finder->enqueue(current.data(), bodies));
         timer.end();
         requireOk(finder->collect(found));
         if (frame >= kWarmUps)
             times.push_back(timer.milliseconds());
-        if (frame == kWarmUps)
+        if (frame == hashedFrame)
         {
             row.pairs = found.count;
             row.hash = hashOfDevicePairs(found.pairs, found.count);

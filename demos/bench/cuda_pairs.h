@@ -3,14 +3,13 @@
 #pragma once
 
 #include "broad/backend.h"
+#include "demos/bench/cuda_sets.h"
 #include "demos/bench/cuda_table.h"
-#include "demos/scenes/fresh_boxes.h"
 
 #include <string>
 
 namespace cullet
 {
-/// Times a DevicePairFinder: the complete pair set of boxes in device memory, other ones in every frame (three sets in turn).
-CudaRow timePairs(const FreshScene& scene, const std::string& variant, const PsapOptions& options,
-                  int frames);
+/// Times a DevicePairFinder: the complete pair set of boxes in device memory, other ones in every frame.
+CudaRow timePairs(const FreshSets& sets, const std::string& variant, const PsapOptions& options, int frames);
 }  // namespace cullet

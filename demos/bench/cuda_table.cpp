@@ -9,11 +9,12 @@
 
 namespace cullet
 {
-CudaRow rowFor(const FreshScene& scene, const std::string& variant)
+CudaRow rowFor(const FreshScene& scene, const std::string& variant, const std::string& question)
 {
     CudaRow row;
     row.scene = scene.name;
     row.variant = variant;
+    row.question = question;
     row.bodies = scene.bodies;
     return row;
 }
@@ -43,5 +44,9 @@ void CudaTable::add(const CudaRow& row)
                    {"bytes", row.bytes},
                    {"hash", toHex(row.hash)},
                    {"cuda", m_cuda}});
+    if (!row.question.empty())
+        m_hashes.require(
+            row.question + " of " + row.scene + " with " + std::to_string(row.bodies) + " bodies",
+            row.variant, row.pairs, row.hash);
 }
 }  // namespace cullet

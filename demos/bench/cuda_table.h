@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "demos/program/hash_check.h"
 #include "demos/program/result_file.h"
 #include "demos/scenes/fresh_boxes.h"
 
@@ -10,28 +11,31 @@
 
 namespace cullet
 {
-/// Of the boxes of the first frame; the next number for each set that follows.
-inline constexpr std::uint64_t kFirstSeed = 12345;
+/// What rows of all the pairs of a frame's boxes answer.
+inline constexpr const char* kFreshPairs = "all pairs";
 
 /// A line of `bench cuda`; its columns are told at runCudaBench().
 struct CudaRow
 {
     std::string scene, variant;
+    std::string question;  ///< rows of one scene that answer the same one have the same hash; empty: none
     std::uint64_t bodies = 0, pairs = 0, bytes = 0, hash = 0;
     double gpuMs = 0, endToEndMs = 0;
 };
 
-CudaRow rowFor(const FreshScene& scene, const std::string& variant);
+CudaRow rowFor(const FreshScene& scene, const std::string& variant, const std::string& question);
 
-/// Collects rows, and prints them.
+/// Collects rows, prints them, and compares their hashes.
 class CudaTable
 {
 public:
     explicit CudaTable(ResultFile& file);
+    /// @throws ProgramError (kExitDisagreement) where the hash is not that of an earlier row
     void add(const CudaRow& row);
 
 private:
     ResultFile& m_file;
+    HashCheck m_hashes;
     std::string m_cuda;
 };
 }  // namespace cullet

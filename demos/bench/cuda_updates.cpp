@@ -19,12 +19,13 @@ constexpr int kHashedFrames = 11;  // at most kWarmUps and the fewest timed ones
 class DriftingBoxes
 {
 public:
-    DriftingBoxes(const FreshScene& scene, std::uint32_t every)
-        : m_every(every), m_ids(scene.bodies), m_changes(scene.bodies, kRowCreated)
+    DriftingBoxes(const std::vector<Aabb>& first, std::uint32_t every)
+        : m_every(every),
+          m_boxes(first.begin(), first.end()),
+          m_ids(first.size()),
+          m_changes(first.size(), kRowCreated)
     {
-        const std::vector<Aabb> first = scene.make(scene.bodies, kFirstSeed);
-        m_boxes.assign(first.begin(), first.end());
-        for (std::uint32_t body = 0; body < scene.bodies; ++body)
+        for (std::uint32_t body = 0; body < first.size(); ++body)
         {
             m_ids[body] = body + 1;
             m_dirty.push_back(body);
@@ -69,6 +70,15 @@ private:
     SplitMix64 m_random{7};
 };
 
+/// Milliseconds.
+double timeUpdate(Backend& backend, const ProxyView& view, PairDelta& delta)
+{
+    const auto begin = std::chrono::steady_clock::now();
+    requireOk(backend.update(view, delta));
+    const std::chrono::duration<double, std::milli> passed = std::chrono::steady_clock::now() - begin;
+    return passed.count();
+}
+
 void addChanges(const PairDelta& delta, std::uint64_t& hash)
 {
     for (const Pair pair : delta.added)
@@ -84,21 +94,19 @@ void addStages(const BackendStats& stats, StageTimes& stages)
 }
 }  // namespace
 
-CudaRow timeUpdates(const FreshScene& scene, const std::string& variant, std::unique_ptr<Backend> backend,
+CudaRow timeUpdates(const FreshSets& sets, const std::string& variant, std::unique_ptr<Backend> backend,
                     std::uint32_t every, int frames, StageTimes* stages)
 {
-    DriftingBoxes boxes(scene, every);
-    CudaRow row = rowFor(scene, variant);
+    DriftingBoxes boxes(sets.first(), every);
+    CudaRow row = rowFor(sets.scene(), variant, "changes where one in " + std::to_string(every) + " moves,");
     PairDelta delta;
     std::vector<double> times;
     for (int frame = 0; frame < kWarmUps + frames; ++frame)
     {
         const ProxyView view = boxes.view();
-        const auto begin = std::chrono::steady_clock::now();
-        requireOk(backend->update(view, delta));
-        const std::chrono::duration<double, std::milli> passed = std::chrono::steady_clock::now() - begin;
+        const double passed = timeUpdate(*backend, view, delta);
         if (frame >= kWarmUps)
-            times.push_back(passed.count());
+            times.push_back(passed);
         if (frame >= kWarmUps && stages != nullptr)
             addStages(backend->stats(), *stages);
         if (frame < kHashedFrames)
@@ -108,6 +116,27 @@ CudaRow timeUpdates(const FreshScene& scene, const std::string& variant, std::un
         boxes.step(static_cast<std::uint32_t>(frame));
     }
     row.bytes = backend->stats().bytes;
+    row.endToEndMs = summarise(times).median;
+    return row;
+}
+
+CudaRow timeGridPairs(const FreshSets& sets)
+{
+    const DriftingBoxes boxes(sets.first(), 1);
+    const auto grid = makeGridBackend();
+    CudaRow row = rowFor(sets.scene(), "grid-threads", kFreshPairs);
+    PairDelta delta;
+    std::vector<double> times;
+    for (int run = 0; run < 3; ++run)
+    {
+        grid->restart({});
+        times.push_back(timeUpdate(*grid, boxes.view(), delta));
+    }
+    // Ids count from one, rows from zero.
+    for (const Pair pair : delta.added)
+        row.hash += hashOf({pair.first - 1, pair.second - 1});
+    row.pairs = delta.added.size();
+    row.bytes = grid->stats().bytes;
     row.endToEndMs = summarise(times).median;
     return row;
 }

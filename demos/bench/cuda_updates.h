@@ -3,8 +3,8 @@
 #pragma once
 
 #include "broad/backend.h"
+#include "demos/bench/cuda_sets.h"
 #include "demos/bench/cuda_table.h"
-#include "demos/scenes/fresh_boxes.h"
 
 #include <cstdint>
 #include <map>
@@ -21,6 +21,9 @@ using StageTimes = std::map<std::string, std::vector<double>>;
 ///
 /// The hash is of the changes of the same frames for every backend, however many are timed.
 /// @param every one of so many boxes moves in a frame
-CudaRow timeUpdates(const FreshScene& scene, const std::string& variant, std::unique_ptr<Backend> backend,
+CudaRow timeUpdates(const FreshSets& sets, const std::string& variant, std::unique_ptr<Backend> backend,
                     std::uint32_t every, int frames, StageTimes* stages = nullptr);
+
+/// Times the CPU's grid on all cores where all boxes are new: what a row of timePairs() has to find.
+CudaRow timeGridPairs(const FreshSets& sets);
 }  // namespace cullet

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 #include "demos/program/exit_code.h"
+#include "demos/program/hash_check.h"
 #include "demos/program/progress.h"
 #include "demos/program/result_file.h"
 #include "demos/program/statistics.h"
@@ -9,6 +10,7 @@
 
 #include <fstream>
 #include <sstream>
+#include <utility>
 
 namespace cullet
 {
@@ -26,6 +28,29 @@ TEST(Statistics, OfKnownSamples)
     EXPECT_DOUBLE_EQ(one.p90, 3.0);
     EXPECT_DOUBLE_EQ(summarise({}).median, 0.0);
     EXPECT_DOUBLE_EQ(summarise({2, 1, 3}).median, 2.0);
+}
+
+TEST(HashCheck, EndsTheProgramWhereTwoAnswersToOneQuestionDiffer)
+{
+    HashCheck check;
+    check.require("W1, 1000 bodies", "grid", 3, 7);
+    check.require("W1, 1000 bodies", "rows", 3, 7);
+    check.require("W1, 2000 bodies", "rows", 4, 9);
+    for (const auto& [pairs, hash] : {std::pair{3, 8}, {4, 7}})
+    {
+        try
+        {
+            check.require("W1, 1000 bodies", "tiles", pairs, hash);
+            FAIL() << pairs << " pairs, hash " << hash;
+        }
+        catch (const ProgramError& error)
+        {
+            EXPECT_EQ(error.code(), kExitDisagreement);
+            const std::string message = error.what();
+            for (const char* part : {"W1, 1000 bodies", "grid has 3 (hash 0000000000000007)", "tiles has "})
+                EXPECT_NE(message.find(part), std::string::npos) << message;
+        }
+    }
 }
 
 TEST(Progress, WritesDurationsForPeople)
