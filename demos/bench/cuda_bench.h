@@ -24,8 +24,9 @@ struct CudaBenchOptions
 /// frame (three sets in turn); end-to-end time by the CPU's clock around update(), boxes and deltas in the CPU's memory;
 /// the stages of update() by events; how fast the device copies. A row for each, with a hash of the pairs, so that a
 /// faster wrong answer is seen: rows of one scene that find all pairs (the CPU's grid among them up to 1M boxes), and those
-/// whose boxes move alike, have to agree. Columns: scene, variant, bodies, pairs, gpu_ms, end_to_end_ms (0: not measured), bytes of
-/// device memory (of a copy: bytes copied), hash, cuda.
+/// whose boxes move alike, have to agree.
+/// Columns: scene, variant, bodies, pairs, gpu_ms and end_to_end_ms (medians; 0: not measured), p90_ms and max_ms of the same
+/// times, bytes of device memory (of a copy: bytes copied), hash, cuda.
 ///
 /// @throws ProgramError: kExitUnavailable without a device, or in a build without CUDA; kExitDisagreement where a hash is
 ///     not that of the rows before

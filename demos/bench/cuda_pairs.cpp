@@ -4,7 +4,6 @@
 
 #include "cuda/device_pairs.h"
 #include "demos/bench/cuda_timing.h"
-#include "demos/program/statistics.h"
 
 #include <cstdint>
 #include <stdexcept>
@@ -45,7 +44,7 @@ CudaRow timePairs(const FreshSets& sets, const std::string& variant, const PsapO
             row.hash = hashOfDevicePairs(found.pairs, found.count);
         }
     }
-    row.gpuMs = summarise(times).median;
+    setTimes(row, &CudaRow::gpuMs, times);
     row.bytes = finder->bytes();
     return row;
 }

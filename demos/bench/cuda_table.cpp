@@ -3,6 +3,7 @@
 #include "demos/bench/cuda_table.h"
 
 #include "demos/bench/cuda_timing.h"
+#include "demos/program/statistics.h"
 
 #include <cinttypes>
 #include <cstdio>
@@ -19,19 +20,27 @@ CudaRow rowFor(const FreshScene& scene, const std::string& variant, const std::s
     return row;
 }
 
+void setTimes(CudaRow& row, double CudaRow::*median, const std::vector<double>& times)
+{
+    const Statistics statistics = summarise(times);
+    row.*median = statistics.median;
+    row.p90Ms = statistics.p90;
+    row.maxMs = statistics.max;
+}
+
 CudaTable::CudaTable(ResultFile& file) : m_file(file)
 {
     int version = 0;
     checkCuda(cudaRuntimeGetVersion(&version));
     m_cuda = std::to_string(version / 1000) + "." + std::to_string(version % 1000 / 10);
-    std::printf("%-6s %-28s %9s %10s %9s %13s  %s\n", "scene", "variant", "bodies", "pairs", "gpu_ms",
-                "end_to_end_ms", "hash");
+    std::printf("%-6s %-28s %9s %10s %9s %13s %9s %9s  %s\n", "scene", "variant", "bodies", "pairs", "gpu_ms",
+                "end_to_end_ms", "p90_ms", "max_ms", "hash");
 }
 
 void CudaTable::add(const CudaRow& row)
 {
-    std::printf("%-6s %-28s %9" PRIu64 " %10" PRIu64 " %9.4f %13.4f  %s\n", row.scene.c_str(),
-                row.variant.c_str(), row.bodies, row.pairs, row.gpuMs, row.endToEndMs,
+    std::printf("%-6s %-28s %9" PRIu64 " %10" PRIu64 " %9.4f %13.4f %9.4f %9.4f  %s\n", row.scene.c_str(),
+                row.variant.c_str(), row.bodies, row.pairs, row.gpuMs, row.endToEndMs, row.p90Ms, row.maxMs,
                 toHex(row.hash).c_str());
     std::fflush(stdout);
     m_file.addRow({{"benchmark", "cuda"},
@@ -41,6 +50,8 @@ void CudaTable::add(const CudaRow& row)
                    {"pairs", row.pairs},
                    {"gpu_ms", row.gpuMs},
                    {"end_to_end_ms", row.endToEndMs},
+                   {"p90_ms", row.p90Ms},
+                   {"max_ms", row.maxMs},
                    {"bytes", row.bytes},
                    {"hash", toHex(row.hash)},
                    {"cuda", m_cuda}});

@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace cullet
 {
@@ -20,8 +21,12 @@ struct CudaRow
     std::string scene, variant;
     std::string question;  ///< rows of one scene that answer the same one have the same hash; empty: none
     std::uint64_t bodies = 0, pairs = 0, bytes = 0, hash = 0;
-    double gpuMs = 0, endToEndMs = 0;
+    double gpuMs = 0, endToEndMs = 0;  ///< medians
+    double p90Ms = 0, maxMs = 0;       ///< of the same times
 };
+
+/// Sets a median of the row, p90 and the maximum.
+void setTimes(CudaRow& row, double CudaRow::*median, const std::vector<double>& times);
 
 CudaRow rowFor(const FreshScene& scene, const std::string& variant, const std::string& question);
 

@@ -4,7 +4,6 @@
 
 #include "broad/box_memory.h"
 #include "demos/bench/cuda_timing.h"
-#include "demos/program/statistics.h"
 
 #include <algorithm>
 #include <chrono>
@@ -116,7 +115,7 @@ CudaRow timeUpdates(const FreshSets& sets, const std::string& variant, std::uniq
         boxes.step(static_cast<std::uint32_t>(frame));
     }
     row.bytes = backend->stats().bytes;
-    row.endToEndMs = summarise(times).median;
+    setTimes(row, &CudaRow::endToEndMs, times);
     return row;
 }
 
@@ -137,7 +136,7 @@ CudaRow timeGridPairs(const FreshSets& sets)
         row.hash += hashOf({pair.first - 1, pair.second - 1});
     row.pairs = delta.added.size();
     row.bytes = grid->stats().bytes;
-    row.endToEndMs = summarise(times).median;
+    setTimes(row, &CudaRow::endToEndMs, times);
     return row;
 }
 }  // namespace cullet

@@ -17,6 +17,7 @@ Statistics summarise(std::vector<double> sample)
     statistics.median = 0.5 * (sample[(count - 1) / 2] + sample[count / 2]);
     statistics.p90 = sample[(9 * count + 9) / 10 - 1];
     statistics.min = sample.front();
+    statistics.max = sample.back();
     statistics.mean = std::accumulate(sample.begin(), sample.end(), 0.0) / static_cast<double>(count);
     return statistics;
 }

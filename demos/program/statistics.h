@@ -12,6 +12,7 @@ struct Statistics
     double median = 0.0;  ///< mean of the two middle values of an even sample
     double p90 = 0.0;     ///< smallest value that at least 90 % do not exceed
     double min = 0.0;
+    double max = 0.0;
     double mean = 0.0;
 };
 

@@ -22,6 +22,7 @@ TEST(Statistics, OfKnownSamples)
     EXPECT_DOUBLE_EQ(ten.median, 5.5);
     EXPECT_DOUBLE_EQ(ten.p90, 9.0);
     EXPECT_DOUBLE_EQ(ten.min, 1.0);
+    EXPECT_DOUBLE_EQ(ten.max, 10.0);
     EXPECT_DOUBLE_EQ(ten.mean, 5.5);
     const Statistics one = summarise({3});
     EXPECT_DOUBLE_EQ(one.median, 3.0);
