@@ -1,5 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "demos/scenes/distance_oracle.h"
+#include "tests/plugin/core_oracle.h"
 #include "tests/plugin/random_motion.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +14,7 @@ namespace cullet::test
 {
 namespace
 {
-/// Bodies of changing shapes, all of them in pairs, dispatched by one that remembers and by one that never does.
+/// Bodies of changing shapes, all of them in pairs, dispatched by one that remembers and held against the exact distances.
 class RestlessCrowd
 {
 public:
@@ -39,9 +41,13 @@ public:
                 m_cache.addOverlappingPair(&m_entries[k].proxy, &m_entries[i].proxy);
         }
     }
-    ~RestlessCrowd() { forgetPairs(m_cache, m_dispatcher); }
+    ~RestlessCrowd()
+    {
+        for (Entry& entry : m_entries)
+            m_cache.removeOverlappingPairsContainingProxy(&entry.proxy, &m_dispatcher);
+    }
 
-    /// @return pairs that touch for the one that never remembers, and not for the other
+    /// @return pairs that touch, and not for the dispatcher
     int step()
     {
         for (Entry& entry : m_entries)
@@ -52,7 +58,7 @@ public:
         stillTotal += m_dispatcher.stillPairs();
         pairsTotal += std::uint64_t(m_cache.getNumOverlappingPairs());
         const std::set<std::pair<int, int>> ours = touching(m_dispatcher);
-        const std::set<std::pair<int, int>> truth = touchingForAStranger();
+        const std::set<std::pair<int, int>> truth = touchingExactly();
         int missing = 0;
         for (const auto& pair : truth)
         {
@@ -124,8 +130,7 @@ private:
                                       ~btCollisionDispatcher::CD_USE_RELATIVE_CONTACT_BREAKING_THRESHOLD);
     }
 
-    /// Pairs with a contact that no rounding can take away.
-    static std::set<std::pair<int, int>> touching(btCollisionDispatcher& dispatcher, double within = 1)
+    static std::set<std::pair<int, int>> touching(btCollisionDispatcher& dispatcher)
     {
         std::set<std::pair<int, int>> pairs;
         for (int i = 0; i < dispatcher.getNumManifolds(); ++i)
@@ -133,33 +138,49 @@ private:
             const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
             for (int k = 0; k < manifold.getNumContacts(); ++k)
             {
-                if (double(manifold.getContactPoint(k).getDistance()) <
-                    within * double(manifold.getContactBreakingThreshold()))
+                if (manifold.getContactPoint(k).getDistance() < manifold.getContactBreakingThreshold())
                     pairs.emplace(manifold.getBody0()->getUserIndex(), manifold.getBody1()->getUserIndex());
             }
         }
         return pairs;
     }
 
-    std::set<std::pair<int, int>> touchingForAStranger()
+    /// Pairs so near that no rounding of a manifold's points can take the contact away.
+    std::set<std::pair<int, int>> touchingExactly() const
     {
-        Dispatcher stranger(&m_configuration);
-        useOneThreshold(stranger);
-        btHashedOverlappingPairCache cache;
-        const btBroadphasePair* pairs = m_cache.getOverlappingPairArrayPtr();
-        for (int i = 0; i < m_cache.getNumOverlappingPairs(); ++i)
-            cache.addOverlappingPair(pairs[i].m_pProxy0, pairs[i].m_pProxy1);
-        stranger.dispatchAllCollisionPairs(&cache, m_info, &stranger);
-        EXPECT_EQ(stranger.stillPairs(), 0u);
-        std::set<std::pair<int, int>> found = touching(stranger, m_far > 0 ? 0.8 : 0.99);
-        forgetPairs(cache, stranger);
+        const double threshold = (m_far > 0 ? 0.8 : 0.99) * double(gContactBreakingThreshold);
+        std::vector<CoreOracle> cores;
+        for (const Entry& entry : m_entries)
+            cores.emplace_back(*entry.body.getCollisionShape(), entry.body.getWorldTransform());
+        std::set<std::pair<int, int>> found;
+        for (std::size_t i = 0; i < cores.size(); ++i)
+        {
+            for (std::size_t k = 0; k < i; ++k)
+            {
+                const double limit = threshold + marginOf(m_entries[i]) + marginOf(m_entries[k]);
+                if (areNear(m_entries[i], m_entries[k], limit) &&
+                    double(DistanceOracle(cores[k].posed(), cores[i].posed()).solve().upper) < limit)
+                    found.emplace(int(k), int(i));
+            }
+        }
         return found;
     }
 
-    void forgetPairs(btOverlappingPairCache& cache, btDispatcher& dispatcher)
+    static double marginOf(const Entry& entry) { return double(entry.body.getCollisionShape()->getMargin()); }
+
+    /// By balls around both.
+    static bool areNear(const Entry& a, const Entry& b, double limit)
     {
-        for (Entry& entry : m_entries)
-            cache.removeOverlappingPairsContainingProxy(&entry.proxy, &dispatcher);
+        const auto reachOf = [](const Entry& entry)
+        {
+            btVector3 centre;
+            btScalar radius;
+            entry.body.getCollisionShape()->getBoundingSphere(centre, radius);
+            return double(radius + centre.length());
+        };
+        const btVector3 apart =
+            a.body.getWorldTransform().getOrigin() - b.body.getWorldTransform().getOrigin();
+        return double(apart.length()) < reachOf(a) + reachOf(b) + limit;
     }
 
     std::mt19937 m_engine;

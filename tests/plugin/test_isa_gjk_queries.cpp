@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "narrow/epa.h"
 #include "narrow/gjk.h"
-#include "narrow/hull_builder.h"
 #include "tests/plugin/convex_contacts.h"
+#include "tests/plugin/core_oracle.h"
 
 #include <gtest/gtest.h>
 
@@ -14,38 +14,8 @@ namespace cullet::test
 {
 namespace
 {
-using Eigen::Vector3d;
-
-/// The same points in double, from the transform as Bullet rounded it.
-struct Oracle
-{
-    Oracle(const btConvexHullShape& shape, const btTransform& transform)
-    {
-        std::vector<Vector3d> points;
-        for (int i = 0; i < shape.getNumPoints(); ++i)
-        {
-            const btVector3& p = shape.getUnscaledPoints()[i];
-            const btVector3& s = shape.getLocalScalingNV();
-            points.emplace_back(double(p.x()) * double(s.x()), double(p.y()) * double(s.y()),
-                                double(p.z()) * double(s.z()));
-        }
-        hull = makeHull(points);
-        for (int row = 0; row < 3; ++row)
-        {
-            for (int column = 0; column < 3; ++column)
-                basis(row, column) = double(transform.getBasis()[row][column]);
-            origin[row] = double(transform.getOrigin()[row]);
-        }
-    }
-    PosedHull<double> posed() const { return {hull, basis, origin}; }
-
-    Hull<double> hull;
-    Eigen::Matrix3d basis;
-    Vector3d origin;
-};
-
 /// Distance of the cores, or minus the depth.
-double exactDistance(const Oracle& a, const Oracle& b)
+double exactDistance(const CoreOracle& a, const CoreOracle& b)
 {
     const PosedHull<double> posedA = a.posed(), posedB = b.posed();
     GjkCache<double> cache;
@@ -84,7 +54,7 @@ TEST(IsaGjkQueries, DistancesEqualThoseOfADoubleOracleAndNoSignIsWrong)
         const btTransform atA = randomPlace(engine, 0.6), atB = randomPlace(engine, 0.6);
         const auto found = bench.closest(a, atA, b, atB, 10);
         ASSERT_TRUE(found.has_value()) << i;
-        const double exact = exactDistance(Oracle(a, atA), Oracle(b, atB));
+        const double exact = exactDistance(CoreOracle(a, atA), CoreOracle(b, atB));
         const double core = found->distance + 0.08;
         // 4e-7 times the size: the rounding of float coordinates; depths are certified to 1e-5 of the size.
         const double tolerance = exact > 0 ? 2e-6 : 2e-5;
