@@ -13,23 +13,11 @@ namespace
 std::atomic<CudaFault> plannedFault{CudaFault::None};
 std::atomic<std::uint64_t> plannedCall{0};
 std::atomic<std::uint64_t> callCount{0};
-}  // namespace
+std::atomic<bool> hasHappened{false};
 
-void setCudaFault(CudaFault fault, std::uint64_t call) noexcept
+/// What the planned fault makes of that call.
+cudaError_t faultOf(std::uint64_t call)
 {
-    plannedFault = fault;
-    plannedCall = call;
-    callCount = 0;
-}
-
-std::uint64_t cudaCallCount() noexcept
-{
-    return callCount;
-}
-
-cudaError_t takeCudaFault() noexcept
-{
-    const std::uint64_t call = callCount.fetch_add(1, std::memory_order_relaxed);
     switch (plannedFault.load(std::memory_order_relaxed))
     {
         case CudaFault::OutOfMemory:
@@ -39,6 +27,29 @@ cudaError_t takeCudaFault() noexcept
         default:
             return cudaSuccess;
     }
+}
+}  // namespace
+
+void setCudaFault(CudaFault fault, std::uint64_t call) noexcept
+{
+    if (fault != CudaFault::None)
+        hasHappened = false;
+    plannedFault = fault;
+    plannedCall = call;
+    callCount = 0;
+}
+
+bool hasCudaFaultHappened() noexcept
+{
+    return hasHappened;
+}
+
+cudaError_t takeCudaFault() noexcept
+{
+    const cudaError_t fault = faultOf(callCount.fetch_add(1, std::memory_order_relaxed));
+    if (fault != cudaSuccess)
+        hasHappened = true;
+    return fault;
 }
 
 void throwIfFailed(cudaError_t error, const char* call)

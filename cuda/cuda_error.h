@@ -14,10 +14,13 @@ cudaError_t takeCudaFault() noexcept;
 void throwIfFailed(cudaError_t error, const char* call);
 }  // namespace cullet
 
+/// What the call says, or the fault that a test wants there; then it is not made. For calls that need not succeed.
+#define CULLET_CUDA_ASK(call)                                      \
+    [&]() -> cudaError_t                                           \
+    {                                                              \
+        const cudaError_t culletFault = ::cullet::takeCudaFault(); \
+        return culletFault != cudaSuccess ? culletFault : (call);  \
+    }()
+
 /// The one way in which this library calls CUDA where a failure matters.
-#define CULLET_CUDA_TRY(call)                                                              \
-    do                                                                                     \
-    {                                                                                      \
-        const cudaError_t culletFault = ::cullet::takeCudaFault();                         \
-        ::cullet::throwIfFailed(culletFault != cudaSuccess ? culletFault : (call), #call); \
-    } while (false)
+#define CULLET_CUDA_TRY(call) ::cullet::throwIfFailed(CULLET_CUDA_ASK(call), #call)

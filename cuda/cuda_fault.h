@@ -14,11 +14,11 @@ enum class CudaFault
     DeviceLost    ///< that call and all later ones say cudaErrorLaunchFailure
 };
 
-/// Lets the `call`-th checked CUDA call from now on (0: the next) fail without being made. For tests; None ends it.
+/// Lets the `call`-th CUDA call that matters from now on (0: the next) fail without being made. For tests; None ends it.
 ///
 /// Counts the calls of all threads together.
 void setCudaFault(CudaFault fault, std::uint64_t call) noexcept;
 
-/// Checked CUDA calls since the last setCudaFault().
-std::uint64_t cudaCallCount() noexcept;
+/// Whether a call has failed because of the last fault that was not None.
+bool hasCudaFaultHappened() noexcept;
 }  // namespace cullet

@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 #include "broad/box_memory.h"
+#include "cuda/cuda_error.h"
 #include "cuda/page_locks.h"
 
 #include <cuda_runtime_api.h>
@@ -29,8 +30,9 @@ public:
         if (known != m_locks.end())
             forget(known);
         Lock& lock = m_locks.emplace(memory, Lock{bytes, false}).first->second;
-        lock.isLocked = cudaHostRegister(const_cast<void*>(memory), bytes,
-                                         cudaHostRegisterPortable | cudaHostRegisterMapped) == cudaSuccess;
+        lock.isLocked = CULLET_CUDA_ASK(cudaHostRegister(
+                            const_cast<void*>(memory), bytes,
+                            cudaHostRegisterPortable | cudaHostRegisterMapped)) == cudaSuccess;
         cudaGetLastError();
         return lock.isLocked;
     }

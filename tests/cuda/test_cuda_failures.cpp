@@ -5,7 +5,8 @@
 // destroyed or started again, and another backend goes on with the known pairs.
 
 #include "broad/proxy_table.h"
-#include "cuda/cuda_fault.h"
+#include "tests/cuda/failing_calls.h"
+#include "tests/cuda/named_options.h"
 #include "tests/support/box_scenes.h"
 #include "tests/support/boxes.h"
 
@@ -33,32 +34,28 @@ constexpr Motion kSomeMove = {3000, 5};
 // So many that a device takes all boxes from the table, in parts.
 constexpr Motion kMostMove = {3000, 2};
 
-struct FaultEnd
+/// Who goes on after a failure.
+enum class Heir
 {
-    ~FaultEnd() { setCudaFault(CudaFault::None, 0); }
+    Grid,
+    SameBackend
 };
 
-/// Three updates of a world with the `call`-th CUDA call failing; true when it did.
+/// Three updates of a world while a CUDA call fails.
 class FailingWorld
 {
 public:
-    FailingWorld(PsapVariant variant, bool usesSameBackendAgain, Motion motion)
-        : m_usesSameAgain(usesSameBackendAgain),
-          m_motion(motion),
-          m_scene(SceneKind::Uniform, motion.count, 5)
+    FailingWorld(PsapOptions options, Heir heir, Motion motion)
+        : m_heir(heir), m_motion(motion), m_scene(SceneKind::Uniform, motion.count, 5)
     {
-        PsapOptions options;
-        options.variant = variant;
         options.initialCapacity = 1;
         m_backend = makeCudaPsapBackend(options);
         for (std::uint32_t body = 0; body < m_motion.count; ++body)
             m_table.create(m_scene.boxes()[body], body + 1, kEverything);
     }
 
-    bool run(CudaFault fault, std::uint64_t call)
+    void run(CudaFault fault)
     {
-        const FaultEnd end;
-        setCudaFault(fault, call);
         for (int step = 0; step < 3; ++step)
         {
             update(fault, step);
@@ -66,7 +63,6 @@ public:
             for (std::uint32_t body = 0; body < m_motion.count; body += m_motion.every)
                 m_table.setBox(body, m_scene.boxes()[body]);
         }
-        return m_failed != 0;
     }
 
 private:
@@ -78,11 +74,10 @@ private:
         Status status = m_backend->update(view, delta);
         if (status != Status::Ok)
         {
-            ++m_failed;
-            EXPECT_EQ(status, fault == CudaFault::OutOfMemory ? Status::OutOfMemory : Status::DeviceLost);
+            EXPECT_EQ(status, statusOf(fault));
             EXPECT_TRUE(delta.added.empty() && delta.removed.empty());
             setCudaFault(CudaFault::None, 0);
-            if (!m_usesSameAgain)
+            if (m_heir == Heir::Grid)
                 m_backend = makeGridBackend();
             m_backend->restart(m_pairs);
             status = m_backend->update(view, delta);
@@ -101,52 +96,56 @@ private:
         EXPECT_EQ(delta.removed, expected.removed);
     }
 
-    bool m_usesSameAgain;
+    Heir m_heir;
     Motion m_motion;
     BoxScene m_scene;
     ProxyTable m_table;
     std::unique_ptr<Backend> m_oracle = makeBruteForceBackend();
     std::vector<Pair> m_pairs;
     std::unique_ptr<Backend> m_backend;
-    int m_failed = 0;
 };
 
-/// Fails every call once; returns how many there were.
-std::uint64_t failEveryCall(PsapVariant variant, CudaFault fault, bool usesSameBackendAgain,
-                            Motion motion = kAllMove)
+/// Fails every call of such updates once; returns how many there were.
+std::uint64_t failEveryCall(const PsapOptions& options, CudaFault fault, Heir heir, Motion motion = kAllMove)
 {
-    for (std::uint64_t call = 0;; ++call)
-    {
-        SCOPED_TRACE("call " + std::to_string(call));
-        FailingWorld world(variant, usesSameBackendAgain, motion);
-        if (!world.run(fault, call) || testing::Test::HasFailure())
-            return call;
-    }
+    return failEachCall(fault,
+                        [&](const FaultPlan& plan)
+                        {
+                            FailingWorld world(options, heir, motion);
+                            plan.begin();
+                            world.run(fault);
+                        });
 }
 
-TEST(CudaFailures, AnyCallMayRunOutOfMemoryAndAnotherBackendGoesOn)
+class CudaFailuresOfVariants : public testing::TestWithParam<NamedOptions>
 {
-    EXPECT_GT(failEveryCall(PsapVariant::Rows, CudaFault::OutOfMemory, false), 50u);
-    EXPECT_GT(failEveryCall(PsapVariant::Literal, CudaFault::OutOfMemory, false), 50u);
+};
+
+TEST_P(CudaFailuresOfVariants, AnyCallMayRunOutOfMemoryAndTheBackendStartsAgain)
+{
+    EXPECT_GT(failEveryCall(GetParam().options, CudaFault::OutOfMemory, Heir::SameBackend), 50u);
 }
 
-TEST(CudaFailures, AnyCallMayRunOutOfMemoryAndTheBackendStartsAgain)
+TEST_P(CudaFailuresOfVariants, AnyCallMayLoseTheDeviceAndAnotherBackendGoesOn)
 {
-    EXPECT_GT(failEveryCall(PsapVariant::Rows, CudaFault::OutOfMemory, true), 50u);
-    EXPECT_GT(failEveryCall(PsapVariant::Literal, CudaFault::OutOfMemory, true), 50u);
+    EXPECT_GT(failEveryCall(GetParam().options, CudaFault::DeviceLost, Heir::Grid), 50u);
 }
 
-TEST(CudaFailures, AnyCallMayLoseTheDeviceAndAnotherBackendGoesOn)
+std::vector<NamedOptions> variantsAndStages()
 {
-    EXPECT_GT(failEveryCall(PsapVariant::Rows, CudaFault::DeviceLost, false), 50u);
-    EXPECT_GT(failEveryCall(PsapVariant::Literal, CudaFault::DeviceLost, false), 50u);
+    std::vector<NamedOptions> all = allVariants();
+    PsapOptions timed;
+    timed.timeStages = true;
+    all.push_back({"TimedStages", timed});
+    return all;
 }
+INSTANTIATE_TEST_SUITE_P(Cuda, CudaFailuresOfVariants, testing::ValuesIn(variantsAndStages()), nameOf);
 
 TEST(CudaFailures, AnyCallMayFailWhereTheDeviceReadsTheTable)
 {
-    EXPECT_GT(failEveryCall(PsapVariant::Rows, CudaFault::DeviceLost, false, kSomeMove), 50u);
-    EXPECT_GT(failEveryCall(PsapVariant::Rows, CudaFault::OutOfMemory, true, kSomeMove), 50u);
-    EXPECT_GT(failEveryCall(PsapVariant::Rows, CudaFault::DeviceLost, true, kMostMove), 50u);
+    EXPECT_GT(failEveryCall({}, CudaFault::DeviceLost, Heir::Grid, kSomeMove), 50u);
+    EXPECT_GT(failEveryCall({}, CudaFault::OutOfMemory, Heir::SameBackend, kSomeMove), 50u);
+    EXPECT_GT(failEveryCall({}, CudaFault::DeviceLost, Heir::SameBackend, kMostMove), 50u);
 }
 
 TEST(CudaFailures, TheFactoryTellsWhyThereIsNoBackend)

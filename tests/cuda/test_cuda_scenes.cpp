@@ -4,8 +4,8 @@
 // Scenes too large for the oracle: the device against the CPU grid, against the literal variant, and against itself.
 
 #include "broad/proxy_table.h"
-#include "cuda/device_buffer.h"
-#include "cuda/device_pairs.h"
+#include "tests/cuda/device_boxes.h"
+#include "tests/cuda/named_options.h"
 #include "tests/support/box_scenes.h"
 #include "tests/support/boxes.h"
 #include "tests/support/pair_hash.h"
@@ -27,13 +27,6 @@ namespace cullet::test
 namespace
 {
 constexpr SceneKind kScenes[] = {SceneKind::Uniform, SceneKind::ManySizes, SceneKind::Pile};
-
-PsapOptions literal()
-{
-    PsapOptions options;
-    options.variant = PsapVariant::Literal;
-    return options;
-}
 
 /// Fingerprint of some updates of a scene.
 std::uint64_t streamOf(Backend& backend, SceneKind kind, std::uint32_t count, int steps)
@@ -119,26 +112,6 @@ TEST(CudaScenes, TwentyRunsGiveTheSameStream)
     }
 }
 
-/// cudaMemcpy() from memory that is not locked may return before the device has everything, and a finder's own stream does
-/// not wait for it.
-void upload(const DeviceBuffer<Aabb>& to, const std::vector<Aabb>& boxes)
-{
-    ASSERT_EQ(cudaMemcpy(to.data(), boxes.data(), boxes.size() * sizeof(Aabb), cudaMemcpyHostToDevice),
-              cudaSuccess);
-    ASSERT_EQ(cudaDeviceSynchronize(), cudaSuccess);
-}
-
-std::vector<Pair> findOnDevice(DevicePairFinder& finder, const DeviceBuffer<Aabb>& boxes, std::uint64_t count)
-{
-    DevicePairs found;
-    EXPECT_EQ(finder.enqueue(boxes.data(), count), Status::Ok);
-    EXPECT_EQ(finder.collect(found), Status::Ok);
-    std::vector<IdPair> rows(found.count);
-    EXPECT_EQ(cudaMemcpy(rows.data(), found.pairs, rows.size() * sizeof(IdPair), cudaMemcpyDeviceToHost),
-              cudaSuccess);
-    return inOrder(rows);
-}
-
 TEST(CudaScenes, PairsOfBoxesOnTheDeviceEqualBruteForceInEveryFrame)
 {
     PsapOptions capacityOne;
@@ -157,7 +130,7 @@ TEST(CudaScenes, PairsOfBoxesOnTheDeviceEqualBruteForceInEveryFrame)
             for (int frame = 0; frame < 40; ++frame)
             {
                 upload(boxes, scene.boxes());
-                const std::vector<Pair> pairs = findOnDevice(*finder, boxes, 5000);
+                const std::vector<Pair> pairs = inOrder(findOnDevice(*finder, boxes, 5000));
                 if (frame % 8 == 0)
                 {
                     ASSERT_EQ(pairs, everyPair(scene.boxes())) << frame;

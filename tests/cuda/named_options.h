@@ -1,0 +1,81 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/backend.h"
+
+#include <gtest/gtest.h>
+
+#include <ostream>
+#include <string>
+#include <vector>
+
+namespace cullet::test
+{
+/// Options of a search on the device, under a name made of letters.
+struct NamedOptions
+{
+    std::string name;
+    PsapOptions options;
+};
+
+inline void PrintTo(const NamedOptions& value, std::ostream* stream)
+{
+    *stream << value.name;
+}
+
+inline std::string nameOf(const testing::TestParamInfo<NamedOptions>& info)
+{
+    return info.param.name;
+}
+
+inline PsapOptions ordered(PsapOrder order, PsapRowSearch search = PsapRowSearch::Automatic)
+{
+    PsapOptions options;
+    options.order = order;
+    options.rowSearch = search;
+    return options;
+}
+
+inline PsapOptions literal()
+{
+    PsapOptions options;
+    options.variant = PsapVariant::Literal;
+    return options;
+}
+
+/// Every way in which the rows variant brings boxes into order and looks for partners.
+inline std::vector<NamedOptions> rowVariants()
+{
+    return {{"Automatic", {}},
+            {"Counting", ordered(PsapOrder::Counting)},
+            {"Radix", ordered(PsapOrder::Radix)},
+            {"Bins", ordered(PsapOrder::Bins)},
+            {"Tiles", ordered(PsapOrder::Tiles)},
+            {"Grouped", ordered(PsapOrder::Counting, PsapRowSearch::Grouped)}};
+}
+
+/// The same, and the search as the thesis has it.
+inline std::vector<NamedOptions> allOrders()
+{
+    std::vector<NamedOptions> all = rowVariants();
+    all.push_back({"Literal", literal()});
+    return all;
+}
+
+/// The same, and the options of the thesis's search, each by itself.
+inline std::vector<NamedOptions> allVariants()
+{
+    std::vector<NamedOptions> all = allOrders();
+    PsapOptions options = literal();
+    options.bitStrings = true;
+    all.push_back({"BitStrings", options});
+    options = literal();
+    options.splitWork = true;
+    all.push_back({"SplitWork", options});
+    options = literal();
+    options.axis = PsapAxis::Principal;
+    all.push_back({"Principal", options});
+    return all;
+}
+}  // namespace cullet::test

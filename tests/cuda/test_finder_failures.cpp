@@ -1,0 +1,120 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// Whichever CUDA call of a finder fails, and however, enqueue() or collect() says so, and the finder goes on: the next
+// frame has the pairs of brute force.
+
+#include "tests/cuda/device_boxes.h"
+#include "tests/cuda/failing_calls.h"
+#include "tests/cuda/named_options.h"
+#include "tests/support/box_scenes.h"
+#include "tests/support/pair_lists.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace cullet::test
+{
+namespace
+{
+constexpr std::uint32_t kCount = 300;
+// The first makes a plan; then launches are recorded for each of two phases, and those are launched.
+constexpr int kFrames = 6;
+
+/// Frames of a scene, with the pairs of each.
+class Frames
+{
+public:
+    Frames()
+    {
+        BoxScene scene(SceneKind::Uniform, kCount, 5);
+        for (int frame = 0; frame < kFrames; ++frame)
+        {
+            boxes.push_back(scene.boxes());
+            pairs.push_back(everyPair(scene.boxes()));
+            EXPECT_GT(pairs.back().size(), 50u);
+            scene.step();
+        }
+    }
+
+    std::vector<std::vector<Aabb>> boxes;
+    std::vector<std::vector<Pair>> pairs;
+};
+
+/// Ok and the pairs of the boxes, or what went wrong.
+Status search(DevicePairFinder& finder, const DeviceBuffer<Aabb>& boxes, DevicePairs& found)
+{
+    const Status status = finder.enqueue(boxes.data(), boxes.size());
+    return status == Status::Ok ? finder.collect(found) : status;
+}
+
+std::uint64_t failEveryCallOfAFinder(PsapOptions options, CudaFault fault)
+{
+    options.initialCapacity = 1;
+    const Frames frames;
+    DeviceBuffer<Aabb> boxes;
+    boxes.allocate(kCount);
+    return failEachCall(fault,
+                        [&](const FaultPlan& plan)
+                        {
+                            const auto finder = makeDevicePairFinder(options, nullptr, nullptr);
+                            ASSERT_NE(finder, nullptr);
+                            plan.begin();
+                            for (std::size_t frame = 0; frame < kFrames; ++frame)
+                            {
+                                SCOPED_TRACE("frame " + std::to_string(frame));
+                                upload(boxes, frames.boxes[frame]);
+                                DevicePairs found;
+                                Status status = search(*finder, boxes, found);
+                                if (status != Status::Ok)
+                                {
+                                    EXPECT_EQ(status, statusOf(fault));
+                                    setCudaFault(CudaFault::None, 0);
+                                    status = search(*finder, boxes, found);
+                                }
+                                ASSERT_EQ(status, Status::Ok);
+                                EXPECT_EQ(inOrder(download(found)), frames.pairs[frame]);
+                            }
+                        });
+}
+
+class FinderFailures : public testing::TestWithParam<NamedOptions>
+{
+};
+
+TEST_P(FinderFailures, AnyCallMayRunOutOfMemory)
+{
+    EXPECT_GT(failEveryCallOfAFinder(GetParam().options, CudaFault::OutOfMemory), 50u);
+}
+
+TEST_P(FinderFailures, AnyCallMayLoseTheDevice)
+{
+    EXPECT_GT(failEveryCallOfAFinder(GetParam().options, CudaFault::DeviceLost), 50u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Cuda, FinderFailures, testing::ValuesIn(allOrders()), nameOf);
+
+TEST(FinderFactory, TheFactoryTellsWhyThereIsNoFinder)
+{
+    const FaultEnd end;
+    for (std::uint64_t call = 0;; ++call)
+    {
+        setCudaFault(CudaFault::DeviceLost, call);
+        std::string why;
+        const auto finder = makeDevicePairFinder({}, nullptr, &why);
+        if (!hasCudaFaultHappened())
+        {
+            EXPECT_GT(call, 2u);
+            break;
+        }
+        EXPECT_EQ(finder, nullptr) << call;
+        EXPECT_FALSE(why.empty()) << call;
+    }
+    setCudaFault(CudaFault::None, 0);
+    EXPECT_NE(makeDevicePairFinder({}, nullptr, nullptr), nullptr) << "a failed start must leave no trace";
+}
+}  // namespace
+}  // namespace cullet::test
