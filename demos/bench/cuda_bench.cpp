@@ -5,6 +5,7 @@
 
 #include "broad/backend.h"
 #include "cuda/device_pairs.h"
+#include "demos/bench/cuda_ablation.h"
 #include "demos/bench/cuda_pairs.h"
 #include "demos/bench/cuda_sets.h"
 #include "demos/bench/cuda_table.h"
@@ -15,7 +16,6 @@
 #include "demos/scenes/fresh_boxes.h"
 
 #include <cstdint>
-#include <cstdio>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -26,80 +26,6 @@ namespace
 {
 // Every 32nd frame plans anew: three of them are among these, and seen in the maximum.
 constexpr int kPlannedFrames = 96;
-
-PsapOptions literal(PsapCells cells = PsapCells::Automatic, PsapAxis axis = PsapAxis::Variance)
-{
-    PsapOptions options;
-    options.variant = PsapVariant::Literal;
-    options.cells = cells;
-    options.axis = axis;
-    return options;
-}
-
-PsapOptions ordered(PsapOrder order)
-{
-    PsapOptions options;
-    options.order = order;
-    return options;
-}
-
-PsapOptions searched(PsapRowSearch search)
-{
-    PsapOptions options = ordered(PsapOrder::Counting);
-    options.rowSearch = search;
-    return options;
-}
-
-PsapOptions scaled(float cell, float bin)
-{
-    PsapOptions options;
-    options.cellScale = cell;
-    options.binScale = bin;
-    return options;
-}
-
-void sweepScales(const FreshSets& sets, CudaTable& table)
-{
-    for (const float cell : {0.5f, 0.7f, 1.0f, 1.4f, 2.0f})
-    {
-        for (const float bin : {0.25f, 0.5f, 1.0f, 2.0f, 4.0f})
-        {
-            char name[64];
-            std::snprintf(name, sizeof(name), "rows-%.1f-%.2f", cell, bin);
-            table.add(timePairs(sets, name, scaled(cell, bin), 9));
-        }
-    }
-}
-
-/// What each part of the design is worth.
-void timeAblation(const FreshSets& sets, int frames, CudaTable& table)
-{
-    table.add(timePairs(sets, "rows-radix", ordered(PsapOrder::Radix), frames));
-    if (sets.scene().bodies > 4u << 20)
-    {
-        table.add(timePairs(sets, "rows-counting", ordered(PsapOrder::Counting), frames));
-        table.add(timePairs(sets, "rows-tiles", ordered(PsapOrder::Tiles), frames));
-        table.add(timePairs(sets, "literal", literal(), 3));
-        return;
-    }
-    PsapOptions bits = literal();
-    bits.bitStrings = true;
-    PsapOptions split = literal();
-    split.splitWork = true;
-    const bool isSmall = sets.scene().bodies <= 1u << 16;
-    table.add(timePairs(sets, "rows-counting", ordered(PsapOrder::Counting), frames));
-    table.add(timePairs(sets, "rows-tiles", ordered(PsapOrder::Tiles), frames));
-    table.add(timePairs(sets, "rows-alone", searched(PsapRowSearch::Alone), frames));
-    table.add(timePairs(sets, "rows-grouped", searched(PsapRowSearch::Grouped), frames));
-    table.add(timePairs(sets, "literal", literal(), frames));
-    table.add(timePairs(sets, "literal-bits", bits, frames));
-    table.add(timePairs(sets, "literal-split", split, frames));
-    table.add(
-        timePairs(sets, "literal-principal", literal(PsapCells::Automatic, PsapAxis::Principal), frames));
-    // One cell for 64,000 boxes: a sweep over many boxes in each.
-    if (isSmall)
-        table.add(timePairs(sets, "literal-thesis-cells", literal(PsapCells::Thesis), 3));
-}
 
 void timeCrossover(CudaTable& table)
 {
@@ -174,7 +100,7 @@ void runScene(const FreshSets& sets, const CudaBenchOptions& options, CudaTable&
     if (!options.rowsOnly)
         timeAblation(sets, isQuick ? 3 : 20, table);
     if (options.sweep && !isLarge)
-        sweepScales(sets, table);
+        timeScales(sets, table);
     if (isLarge || options.pairsOnly)
         return;
     for (const std::uint32_t every : {1u, 10u})
