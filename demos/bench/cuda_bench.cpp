@@ -44,47 +44,21 @@ void timeCrossover(CudaTable& table)
     }
 }
 
-/// How fast this device copies: what bytes are compared with. `bytes` are read, and as many written.
-CudaRow timeCopy(const char* variant, cudaMemcpyKind kind)
-{
-    constexpr std::uint64_t kBytes = 1u << 28;
-    void* from = nullptr;
-    void* to = nullptr;
-    checkCuda(kind == cudaMemcpyHostToDevice ? cudaMallocHost(&from, kBytes) : cudaMalloc(&from, kBytes));
-    checkCuda(cudaMalloc(&to, kBytes));
-    StreamTimer timer(nullptr);
-    std::vector<double> times;
-    for (int run = 0; run < 12; ++run)
-    {
-        timer.begin();
-        checkCuda(cudaMemcpyAsync(to, from, kBytes, kind));
-        timer.end();
-        times.push_back(timer.milliseconds());
-    }
-    checkCuda(cudaFree(to));
-    checkCuda(kind == cudaMemcpyHostToDevice ? cudaFreeHost(from) : cudaFree(from));
-    CudaRow row;
-    row.scene = "copy";
-    row.variant = variant;
-    setTimes(row, &CudaRow::gpuMs, times);
-    row.bytes = kBytes;
-    return row;
-}
-
 /// The stages of update() on the device, a row for each.
 void timeStages(const FreshSets& sets, std::uint32_t every, const std::string& suffix, CudaTable& table)
 {
     PsapOptions options;
     options.timeStages = true;
-    StageTimes times;
+    StageSamples samples;
     const CudaRow whole =
-        timeUpdates(sets, "rows-update" + suffix, makeCudaPsapBackend(options), every, 20, &times);
-    for (const auto& [stage, values] : times)
+        timeUpdates(sets, "rows-update" + suffix, makeCudaPsapBackend(options), every, 20, &samples);
+    for (const auto& [stage, times] : samples.times)
     {
         CudaRow row = whole;
         row.variant += "/" + stage;
         row.endToEndMs = 0;
-        setTimes(row, &CudaRow::gpuMs, values);
+        setTimes(row, &CudaRow::gpuMs, times);
+        row.moved = leastForStage(stage, samples.work);
         table.add(row);
     }
 }
@@ -122,10 +96,9 @@ void measure(const CudaBenchOptions& options, CudaTable& table)
                                  {"W1", 1u << 20, uniformBoxes}, {"W2", 1u << 20, boxesOfManySizes},
                                  {"W3", 1u << 20, heapOfBoxes},  {"flat", 1u << 20, flatBoxes},
                                  {"W1", 1u << 24, uniformBoxes}};
+    table.addCopies();
     if (options.crossover)
         return timeCrossover(table);
-    table.add(timeCopy("device-to-device", cudaMemcpyDeviceToDevice));
-    table.add(timeCopy("host-to-device", cudaMemcpyHostToDevice));
     for (const FreshScene& scene : scenes)
     {
         const std::string name = std::string(scene.name) + "-" + std::to_string(scene.bodies);

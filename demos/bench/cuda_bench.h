@@ -26,7 +26,10 @@ struct CudaBenchOptions
 /// faster wrong answer is seen: rows of one scene that find all pairs (the CPU's grid among them up to 1M boxes), and those
 /// whose boxes move alike, have to agree.
 /// Columns: scene, variant, bodies, pairs, gpu_ms and end_to_end_ms (medians; 0: not measured), p90_ms and max_ms of the same
-/// times, bytes of device memory (of a copy: bytes copied), hash, cuda.
+/// times, bytes of device memory held (of a copy: bytes copied), bytes_moved, floor_ms, times_floor, hash, cuda.
+/// bytes_moved: of pairs the least, boxes in and pairs out; of update() what went over the bus in the last frame; of a
+/// stage of it the least that it has to move (cuda_floor.h). floor_ms: what this device takes to copy as many, in its memory
+/// or over the bus, by the rows of scene `copy`; times_floor: the time of the row in floors.
 ///
 /// @throws ProgramError: kExitUnavailable without a device, or in a build without CUDA; kExitDisagreement where a hash is
 ///     not that of the rows before

@@ -46,6 +46,7 @@ CudaRow timePairs(const FreshSets& sets, const std::string& variant, const PsapO
     }
     setTimes(row, &CudaRow::gpuMs, times);
     row.bytes = finder->bytes();
+    row.moved = leastForPairs(bodies, row.pairs);
     return row;
 }
 }  // namespace cullet

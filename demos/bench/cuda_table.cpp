@@ -5,6 +5,7 @@
 #include "demos/bench/cuda_timing.h"
 #include "demos/program/statistics.h"
 
+#include <algorithm>
 #include <cinttypes>
 #include <cstdio>
 
@@ -33,28 +34,46 @@ CudaTable::CudaTable(ResultFile& file) : m_file(file)
     int version = 0;
     checkCuda(cudaRuntimeGetVersion(&version));
     m_cuda = std::to_string(version / 1000) + "." + std::to_string(version % 1000 / 10);
-    std::printf("%-6s %-28s %9s %10s %9s %13s %9s %9s  %s\n", "scene", "variant", "bodies", "pairs", "gpu_ms",
-                "end_to_end_ms", "p90_ms", "max_ms", "hash");
+    std::printf("%-6s %-28s %9s %10s %9s %13s %9s %9s %7s  %s\n", "scene", "variant", "bodies", "pairs",
+                "gpu_ms", "end_to_end_ms", "p90_ms", "max_ms", "x floor", "hash");
+}
+
+void CudaTable::addCopies()
+{
+    CudaRow device, bus;
+    device.scene = bus.scene = "copy";
+    device.variant = "device-to-device";
+    bus.variant = "host-to-device";
+    device.bytes = bus.bytes = kCopiedBytes;
+    setTimes(device, &CudaRow::gpuMs, timeCopies(false));
+    setTimes(bus, &CudaRow::gpuMs, timeCopies(true));
+    add(device);
+    add(bus);
+    m_copies = {2 * kCopiedBytes / device.gpuMs, kCopiedBytes / bus.gpuMs};
 }
 
 void CudaTable::add(const CudaRow& row)
 {
-    std::printf("%-6s %-28s %9" PRIu64 " %10" PRIu64 " %9.4f %13.4f %9.4f %9.4f  %s\n", row.scene.c_str(),
-                row.variant.c_str(), row.bodies, row.pairs, row.gpuMs, row.endToEndMs, row.p90Ms, row.maxMs,
-                toHex(row.hash).c_str());
+    const double floorMs = m_copies.floorOf(row.moved);
+    const double timesFloor = floorMs > 0 ? std::max(row.gpuMs, row.endToEndMs) / floorMs : 0;
+    std::printf("%-6s %-28s %9" PRIu64 " %10" PRIu64 " %9.4f %13.4f %9.4f %9.4f %7.1f  %s\n",
+                row.scene.c_str(), row.variant.c_str(), row.bodies, row.pairs, row.gpuMs, row.endToEndMs,
+                row.p90Ms, row.maxMs, timesFloor, toHex(row.hash).c_str());
     std::fflush(stdout);
-    m_file.addRow({{"benchmark", "cuda"},
-                   {"scene", row.scene},
-                   {"variant", row.variant},
-                   {"bodies", row.bodies},
-                   {"pairs", row.pairs},
-                   {"gpu_ms", row.gpuMs},
-                   {"end_to_end_ms", row.endToEndMs},
-                   {"p90_ms", row.p90Ms},
-                   {"max_ms", row.maxMs},
-                   {"bytes", row.bytes},
-                   {"hash", toHex(row.hash)},
-                   {"cuda", m_cuda}});
+    Json line = {{"benchmark", "cuda"},
+                 {"scene", row.scene},
+                 {"variant", row.variant},
+                 {"bodies", row.bodies},
+                 {"pairs", row.pairs},
+                 {"gpu_ms", row.gpuMs},
+                 {"end_to_end_ms", row.endToEndMs},
+                 {"p90_ms", row.p90Ms},
+                 {"max_ms", row.maxMs},
+                 {"bytes", row.bytes}};
+    if (floorMs > 0)
+        line.update({{"bytes_moved", row.moved.all()}, {"floor_ms", floorMs}, {"times_floor", timesFloor}});
+    line.update({{"hash", toHex(row.hash)}, {"cuda", m_cuda}});
+    m_file.addRow(line);
     if (!row.question.empty())
         m_hashes.require(
             row.question + " of " + row.scene + " with " + std::to_string(row.bodies) + " bodies",

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "demos/bench/cuda_floor.h"
 #include "demos/program/hash_check.h"
 #include "demos/program/result_file.h"
 #include "demos/scenes/fresh_boxes.h"
@@ -23,6 +24,7 @@ struct CudaRow
     std::uint64_t bodies = 0, pairs = 0, bytes = 0, hash = 0;
     double gpuMs = 0, endToEndMs = 0;  ///< medians
     double p90Ms = 0, maxMs = 0;       ///< of the same times
+    LeastBytes moved;
 };
 
 /// Sets a median of the row, p90 and the maximum.
@@ -35,12 +37,15 @@ class CudaTable
 {
 public:
     explicit CudaTable(ResultFile& file);
+    /// Measures how fast the device copies, which rows from then on are compared with, and adds a row for each way.
+    void addCopies();
     /// @throws ProgramError (kExitDisagreement) where the hash is not that of an earlier row
     void add(const CudaRow& row);
 
 private:
     ResultFile& m_file;
     HashCheck m_hashes;
+    CopySpeed m_copies;
     std::string m_cuda;
 };
 }  // namespace cullet

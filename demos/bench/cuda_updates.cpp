@@ -86,15 +86,17 @@ void addChanges(const PairDelta& delta, std::uint64_t& hash)
         hash -= hashOf(pair);
 }
 
-void addStages(const BackendStats& stats, StageTimes& stages)
+void addStages(const BackendStats& stats, const ProxyView& view, const PairDelta& delta,
+               StageSamples& samples)
 {
     for (const StageTime& stage : stats.stages)
-        stages[stage.name].push_back(stage.milliseconds);
+        samples.times[stage.name].push_back(stage.milliseconds);
+    samples.work = {view.size, view.dirtyCount, stats.pairs, delta.added.size() + delta.removed.size()};
 }
 }  // namespace
 
 CudaRow timeUpdates(const FreshSets& sets, const std::string& variant, std::unique_ptr<Backend> backend,
-                    std::uint32_t every, int frames, StageTimes* stages)
+                    std::uint32_t every, int frames, StageSamples* stages)
 {
     DriftingBoxes boxes(sets.first(), every);
     CudaRow row = rowFor(sets.scene(), variant, "changes where one in " + std::to_string(every) + " moves,");
@@ -107,7 +109,7 @@ CudaRow timeUpdates(const FreshSets& sets, const std::string& variant, std::uniq
         if (frame >= kWarmUps)
             times.push_back(passed);
         if (frame >= kWarmUps && stages != nullptr)
-            addStages(backend->stats(), *stages);
+            addStages(backend->stats(), view, delta, *stages);
         if (frame < kHashedFrames)
             addChanges(delta, row.hash);
         if (frame + 1 == kHashedFrames)
@@ -115,6 +117,7 @@ CudaRow timeUpdates(const FreshSets& sets, const std::string& variant, std::uniq
         boxes.step(static_cast<std::uint32_t>(frame));
     }
     row.bytes = backend->stats().bytes;
+    row.moved.bus = backend->stats().bytesMoved;
     setTimes(row, &CudaRow::endToEndMs, times);
     return row;
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "broad/backend.h"
+#include "demos/bench/cuda_floor.h"
 #include "demos/bench/cuda_sets.h"
 #include "demos/bench/cuda_table.h"
 
@@ -14,15 +15,19 @@
 
 namespace cullet
 {
-/// What an update took on the device, stage by stage; a list of frames for each.
-using StageTimes = std::map<std::string, std::vector<double>>;
+/// The stages of update() on the device.
+struct StageSamples
+{
+    std::map<std::string, std::vector<double>> times;  ///< by stage, of each frame
+    UpdateWork work;                                   ///< of the last frame
+};
 
 /// Times update(): boxes in the CPU's memory that drift by 0.05, deltas there too.
 ///
 /// The hash is of the changes of the same frames for every backend, however many are timed.
 /// @param every one of so many boxes moves in a frame
 CudaRow timeUpdates(const FreshSets& sets, const std::string& variant, std::unique_ptr<Backend> backend,
-                    std::uint32_t every, int frames, StageTimes* stages = nullptr);
+                    std::uint32_t every, int frames, StageSamples* stages = nullptr);
 
 /// Times the CPU's grid on all cores where all boxes are new: what a row of timePairs() has to find.
 CudaRow timeGridPairs(const FreshSets& sets);

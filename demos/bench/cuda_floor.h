@@ -1,0 +1,50 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace cullet
+{
+/// Bytes that something has to move at the least, in device memory (read or written) and between it and the CPU's.
+struct LeastBytes
+{
+    std::uint64_t device = 0, bus = 0;
+
+    std::uint64_t all() const { return device + bus; }
+};
+
+/// Bytes that a device copies in a millisecond.
+struct CopySpeed
+{
+    double device = 0;  ///< read and written
+    double bus = 0;     ///< from pinned memory of the CPU
+
+    /// Milliseconds to copy as many; 0 where no speed is known.
+    double floorOf(const LeastBytes& bytes) const;
+};
+
+/// Milliseconds of some copies of kCopiedBytes from device memory, or from pinned memory of the CPU.
+inline constexpr std::uint64_t kCopiedBytes = 1u << 28;
+std::vector<double> timeCopies(bool isFromHost);
+
+/// Boxes in, pairs out.
+LeastBytes leastForPairs(std::uint64_t bodies, std::uint64_t pairs);
+
+/// What update() had to do in a frame.
+struct UpdateWork
+{
+    std::uint64_t bodies = 0, moved = 0;
+    std::uint64_t held = 0;     ///< pairs
+    std::uint64_t changes = 0;  ///< pairs that entered or left
+};
+
+/// Of a stage of BackendStats::stages; nothing for an unknown one.
+///
+/// upload: moved boxes over the bus, with their rows unless all move, and from there to their rows; sort: boxes in, a record
+/// of 32 bytes out; settle: held pairs in and out, two boxes for each in which one moved; search: records in; deltas:
+/// the changes over the bus.
+LeastBytes leastForStage(const std::string& stage, const UpdateWork& work);
+}  // namespace cullet
