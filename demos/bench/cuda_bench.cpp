@@ -6,6 +6,7 @@
 #include "broad/backend.h"
 #include "cuda/device_pairs.h"
 #include "demos/bench/cuda_ablation.h"
+#include "demos/bench/cuda_extremes.h"
 #include "demos/bench/cuda_pairs.h"
 #include "demos/bench/cuda_sets.h"
 #include "demos/bench/cuda_table.h"
@@ -24,9 +25,6 @@ namespace cullet
 {
 namespace
 {
-// Every 32nd frame plans anew: three of them are among these, and seen in the maximum.
-constexpr int kPlannedFrames = 96;
-
 void timeCrossover(CudaTable& table)
 {
     for (std::uint32_t bodies = 512; bodies <= 1u << 15; bodies *= 2)
@@ -67,7 +65,7 @@ void runScene(const FreshSets& sets, const CudaBenchOptions& options, CudaTable&
 {
     const bool isQuick = options.quick;
     const bool isLarge = sets.scene().bodies > 1u << 20;
-    const int frames = isQuick ? 9 : isLarge ? 30 : kPlannedFrames;
+    const int frames = options.framesFor(sets.scene().bodies);
     if (!isQuick && !isLarge)
         table.add(timeGridPairs(sets));
     table.add(timePairs(sets, "rows", {}, frames));
@@ -101,10 +99,10 @@ void measure(const CudaBenchOptions& options, CudaTable& table)
         return timeCrossover(table);
     for (const FreshScene& scene : scenes)
     {
-        const std::string name = std::string(scene.name) + "-" + std::to_string(scene.bodies);
-        if (name.find(options.only) != std::string::npos && !isInterrupted())
+        if (options.wants(scene.name, scene.bodies) && !isInterrupted())
             runScene(FreshSets(scene), options, table);
     }
+    timeExtremes(options, table);
 }
 }  // namespace
 

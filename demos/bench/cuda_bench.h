@@ -4,6 +4,7 @@
 
 #include "demos/program/result_file.h"
 
+#include <cstdint>
 #include <string>
 
 namespace cullet
@@ -16,6 +17,14 @@ struct CudaBenchOptions
     bool sweep = false;      ///< widths of cells and lengths of bins too
     bool crossover = false;  ///< update() on small worlds instead, beside the grid on the CPU
     std::string only;        ///< scenes whose name, as W1-65536, contains that
+
+    bool wants(const std::string& scene, std::uint32_t bodies) const
+    {
+        return (scene + "-" + std::to_string(bodies)).find(only) != std::string::npos;
+    }
+
+    /// Every 32nd frame plans anew: three of them are among 96, and seen in the maximum.
+    int framesFor(std::uint32_t bodies) const { return quick ? 9 : bodies > 1u << 20 ? 30 : 96; }
 };
 
 /// Times the CUDA backend on the workloads that broad phases on GPUs are compared on.
@@ -26,10 +35,12 @@ struct CudaBenchOptions
 /// faster wrong answer is seen: rows of one scene that find all pairs (the CPU's grid among them up to 1M boxes), and those
 /// whose boxes move alike, have to agree.
 /// Columns: scene, variant, bodies, pairs, gpu_ms and end_to_end_ms (medians; 0: not measured), p90_ms and max_ms of the same
-/// times, bytes of device memory held (of a copy: bytes copied), bytes_moved, floor_ms, times_floor, hash, cuda.
+/// times, bytes of device memory held (of a copy: bytes copied), bytes_moved, floor_ms, times_floor, over_uniform,
+/// hash, cuda.
 /// bytes_moved: of pairs the least, boxes in and pairs out; of update() what went over the bus in the last frame; of a
 /// stage of it the least that it has to move (cuda_floor.h). floor_ms: what this device takes to copy as many, in its memory
-/// or over the bus, by the rows of scene `copy`; times_floor: the time of the row in floors.
+/// or over the bus, by the rows of scene `copy`; times_floor: the time of the row in floors. over_uniform: over that of
+/// the same variant in W1 with as many bodies; of one along an axis that was not measured there, of the one along its own.
 ///
 /// @throws ProgramError: kExitUnavailable without a device, or in a build without CUDA; kExitDisagreement where a hash is
 ///     not that of the rows before

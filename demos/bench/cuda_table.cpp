@@ -34,8 +34,8 @@ CudaTable::CudaTable(ResultFile& file) : m_file(file)
     int version = 0;
     checkCuda(cudaRuntimeGetVersion(&version));
     m_cuda = std::to_string(version / 1000) + "." + std::to_string(version % 1000 / 10);
-    std::printf("%-6s %-28s %9s %10s %9s %13s %9s %9s %7s  %s\n", "scene", "variant", "bodies", "pairs",
-                "gpu_ms", "end_to_end_ms", "p90_ms", "max_ms", "x floor", "hash");
+    std::printf("%-6s %-28s %9s %10s %9s %13s %9s %9s %7s %9s  %s\n", "scene", "variant", "bodies", "pairs",
+                "gpu_ms", "end_to_end_ms", "p90_ms", "max_ms", "x floor", "x uniform", "hash");
 }
 
 void CudaTable::addCopies()
@@ -52,13 +52,29 @@ void CudaTable::addCopies()
     m_copies = {2 * kCopiedBytes / device.gpuMs, kCopiedBytes / bus.gpuMs};
 }
 
+double CudaTable::overUniform(const CudaRow& row)
+{
+    if (row.question != kFreshPairs || row.gpuMs <= 0)
+        return 0;
+    const std::string prefix = std::to_string(row.bodies) + " ";
+    if (row.scene == "W1")
+        m_uniformMs[prefix + row.variant] = row.gpuMs;
+    std::string variant = row.variant;
+    const bool isAlongAxis = variant.size() > 2 && variant[variant.size() - 2] == '-';
+    if (isAlongAxis && m_uniformMs.count(prefix + variant) == 0)
+        variant.resize(variant.size() - 2);
+    const auto found = m_uniformMs.find(prefix + variant);
+    return found == m_uniformMs.end() ? 0 : row.gpuMs / found->second;
+}
+
 void CudaTable::add(const CudaRow& row)
 {
+    const double ratio = overUniform(row);
     const double floorMs = m_copies.floorOf(row.moved);
     const double timesFloor = floorMs > 0 ? std::max(row.gpuMs, row.endToEndMs) / floorMs : 0;
-    std::printf("%-6s %-28s %9" PRIu64 " %10" PRIu64 " %9.4f %13.4f %9.4f %9.4f %7.1f  %s\n",
+    std::printf("%-6s %-28s %9" PRIu64 " %10" PRIu64 " %9.4f %13.4f %9.4f %9.4f %7.1f %9.2f  %s\n",
                 row.scene.c_str(), row.variant.c_str(), row.bodies, row.pairs, row.gpuMs, row.endToEndMs,
-                row.p90Ms, row.maxMs, timesFloor, toHex(row.hash).c_str());
+                row.p90Ms, row.maxMs, timesFloor, ratio, toHex(row.hash).c_str());
     std::fflush(stdout);
     Json line = {{"benchmark", "cuda"},
                  {"scene", row.scene},
@@ -72,6 +88,8 @@ void CudaTable::add(const CudaRow& row)
                  {"bytes", row.bytes}};
     if (floorMs > 0)
         line.update({{"bytes_moved", row.moved.all()}, {"floor_ms", floorMs}, {"times_floor", timesFloor}});
+    if (ratio > 0)
+        line["over_uniform"] = ratio;
     line.update({{"hash", toHex(row.hash)}, {"cuda", m_cuda}});
     m_file.addRow(line);
     if (!row.question.empty())

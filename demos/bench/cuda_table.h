@@ -8,6 +8,7 @@
 #include "demos/scenes/fresh_boxes.h"
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -43,9 +44,13 @@ public:
     void add(const CudaRow& row);
 
 private:
+    /// The time of a row of all pairs over that of the uniform scene; 0 where that is not known.
+    double overUniform(const CudaRow& row);
+
     ResultFile& m_file;
     HashCheck m_hashes;
     CopySpeed m_copies;
+    std::map<std::string, double> m_uniformMs;  ///< by bodies and variant
     std::string m_cuda;
 };
 }  // namespace cullet

@@ -20,8 +20,16 @@ std::vector<Aabb> boxesOfManySizes(std::uint32_t count, std::uint64_t seed);
 /// W3: a heap of spheres, dense below, 7.6 pairs per body.
 std::vector<Aabb> heapOfBoxes(std::uint32_t count, std::uint64_t seed);
 
-/// All boxes have the same extent along x.
+/// All boxes have the same extent along x, y or z; half a pair per body.
 std::vector<Aabb> flatBoxes(std::uint32_t count, std::uint64_t seed);
+std::vector<Aabb> flatBoxesY(std::uint32_t count, std::uint64_t seed);
+std::vector<Aabb> flatBoxesZ(std::uint32_t count, std::uint64_t seed);
+
+/// All boxes are on a line along x, about one pair per body.
+std::vector<Aabb> boxesOnOneLine(std::uint32_t count, std::uint64_t seed);
+
+/// W1, but the first box covers all others.
+std::vector<Aabb> boxesUnderOne(std::uint32_t count, std::uint64_t seed);
 
 /// A scene of such boxes.
 struct FreshScene
