@@ -1,0 +1,108 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// The pairs do not depend on how boxes are ordered and searched, along which axis, in cells of which size, and they are
+// the same in every run.
+
+#include "demos/scenes/fresh_boxes.h"
+#include "tests/cuda/box_frames.h"
+#include "tests/cuda/device_boxes.h"
+#include "tests/cuda/named_options.h"
+#include "tests/cuda/pair_sums.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace cullet::test
+{
+namespace
+{
+constexpr PsapAxis kAxes[] = {PsapAxis::X, PsapAxis::Y, PsapAxis::Z, PsapAxis::Variance, PsapAxis::Random};
+constexpr int kRuns = 20;
+
+/// The options with each axis and three sizes of cells.
+std::vector<NamedOptions> withAxesAndCells(const PsapOptions& options)
+{
+    std::vector<NamedOptions> all;
+    for (const PsapAxis axis : kAxes)
+    {
+        for (const std::uint32_t size : {1u, 2u, 4u})
+        {
+            PsapOptions changed = options;
+            changed.axis = axis;
+            changed.seed = size;
+            changed.cellScale = changed.binScale = 0.5f * static_cast<float>(size);
+            changed.cells = PsapCells::FixedCount;  // of the literal search, which has no scales
+            changed.cellCount = 50 * size * size;
+            all.push_back(
+                {"axis " + std::to_string(static_cast<int>(axis)) + ", size " + std::to_string(size),
+                 changed});
+        }
+    }
+    return all;
+}
+
+class CudaIndependence : public testing::TestWithParam<NamedOptions>
+{
+};
+
+TEST_P(CudaIndependence, NeitherAxisNorCellsChangeThePairs)
+{
+    for (const SceneKind kind : {SceneKind::Uniform, SceneKind::ManySizes, SceneKind::Pile})
+    {
+        const BoxFrames frames = framesOf(kind, 20000, 4);
+        const PairStream expected = follow(*makeGridBackend(), frames);
+        EXPECT_GT(expected.added, 10000u);
+        EXPECT_GT(expected.removed, 0u);
+        for (const NamedOptions& changed : withAxesAndCells(GetParam().options))
+        {
+            SCOPED_TRACE(std::string(sceneName(kind)) + ", " + changed.name);
+            EXPECT_EQ(follow(*makeCudaPsapBackend(changed.options), frames), expected);
+        }
+    }
+}
+
+TEST_P(CudaIndependence, TwentyRunsGiveTheSameStream)
+{
+    const BoxFrames frames = framesOf(SceneKind::ManySizes, 1u << 17, 3);
+    const PairStream expected = follow(*makeGridBackend(), frames);
+    EXPECT_GT(expected.added, 500000u);
+    for (int run = 0; run < kRuns; ++run)
+        ASSERT_EQ(follow(*makeCudaPsapBackend(GetParam().options), frames), expected) << run;
+}
+
+TEST_P(CudaIndependence, TwentyFindersFindTheSamePairs)
+{
+    constexpr std::uint32_t kCount = 1u << 17;
+    const std::vector<Aabb> sets[2] = {boxesOfManySizes(kCount, 1), boxesOfManySizes(kCount, 2)};
+    DeviceBuffer<Aabb> boxes;
+    boxes.allocate(kCount);
+    PairSum expected[2];
+    for (int set = 0; set < 2; ++set)
+    {
+        upload(boxes, sets[set]);
+        expected[set] = sumOfBruteForce(boxes.data(), kCount);
+    }
+    EXPECT_GT(expected[0].count, 4 * kCount);
+    for (int run = 0; run < kRuns; ++run)
+    {
+        const auto finder = makeDevicePairFinder(GetParam().options, nullptr, nullptr);
+        ASSERT_NE(finder, nullptr);
+        for (int frame = 0; frame < 6; ++frame)
+        {
+            upload(boxes, sets[frame % 2]);
+            DevicePairs found;
+            ASSERT_EQ(finder->enqueue(boxes.data(), kCount), Status::Ok);
+            ASSERT_EQ(finder->collect(found), Status::Ok);
+            ASSERT_EQ(sumOf(found), expected[frame % 2]) << "run " << run << ", frame " << frame;
+        }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Cuda, CudaIndependence, testing::ValuesIn(allOrders()), nameOf);
+}  // namespace
+}  // namespace cullet::test
