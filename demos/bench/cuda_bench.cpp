@@ -7,6 +7,7 @@
 #include "cuda/device_pairs.h"
 #include "demos/bench/cuda_ablation.h"
 #include "demos/bench/cuda_extremes.h"
+#include "demos/bench/cuda_orders.h"
 #include "demos/bench/cuda_pairs.h"
 #include "demos/bench/cuda_sets.h"
 #include "demos/bench/cuda_table.h"
@@ -97,6 +98,8 @@ void measure(const CudaBenchOptions& options, CudaTable& table)
     table.addCopies();
     if (options.crossover)
         return timeCrossover(table);
+    if (options.orders)
+        return timeOrders(options, table);
     for (const FreshScene& scene : scenes)
     {
         if (options.wants(scene.name, scene.bodies) && !isInterrupted())

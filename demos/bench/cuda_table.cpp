@@ -90,6 +90,10 @@ void CudaTable::add(const CudaRow& row)
         line.update({{"bytes_moved", row.moved.all()}, {"floor_ms", floorMs}, {"times_floor", timesFloor}});
     if (ratio > 0)
         line["over_uniform"] = ratio;
+    if (row.overBest > 0)
+        line["over_best"] = row.overBest;
+    if (row.question == kFreshPairs)
+        line["late_frames"] = row.lateFrames;
     line.update({{"hash", toHex(row.hash)}, {"cuda", m_cuda}});
     m_file.addRow(line);
     if (!row.question.empty())

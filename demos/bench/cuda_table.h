@@ -25,6 +25,8 @@ struct CudaRow
     std::uint64_t bodies = 0, pairs = 0, bytes = 0, hash = 0;
     double gpuMs = 0, endToEndMs = 0;  ///< medians
     double p90Ms = 0, maxMs = 0;       ///< of the same times
+    std::uint64_t lateFrames = 0;      ///< of pairs: searched twice, since a bin was full or a list too short
+    double overBest = 0;               ///< of bench cuda --orders, where the search was not told how
     LeastBytes moved;
 };
 
