@@ -81,6 +81,22 @@ TEST(CudaScenes, ScatteredRowsPickedAndPackedGiveThePairsOfTheGrid)
         EXPECT_EQ(scatteredStream(*makeCudaPsapBackend(), isLockable), expected) << isLockable;
 }
 
+TEST(CudaScenes, HundredsOfThousandsOfHeldPairsAreSettled)
+{
+    const BoxFrames frames = framesOf(SceneKind::Pile, 80000, 3);
+    const PairStream expected = follow(*makeGridBackend(), frames);
+    EXPECT_GT(expected.removed, 0u);
+    for (const std::uint32_t capacity : {1u, PsapOptions{}.initialCapacity})
+    {
+        PsapOptions options;
+        options.initialCapacity = capacity;
+        const auto backend = makeCudaPsapBackend(options);
+        EXPECT_EQ(follow(*backend, frames), expected) << capacity;
+        // From so many on a lane takes several.
+        EXPECT_GT(backend->stats().pairs, 1u << 18);
+    }
+}
+
 TEST(CudaScenes, PairsOfBoxesOnTheDeviceEqualBruteForceInEveryFrame)
 {
     PsapOptions capacityOne;
