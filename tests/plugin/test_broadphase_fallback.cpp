@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/log.h"
 #include "tests/plugin/broadphase_support.h"
 #include "tests/plugin/exact_oracle.h"
 #include "tests/plugin/fake_backends.h"
+#include "tests/plugin/log_scope.h"
 
 #include <btBulletDynamicsCommon.h>
 #include <gtest/gtest.h>
@@ -17,31 +17,6 @@ namespace cullet::test
 {
 namespace
 {
-std::vector<std::string>& loggedLines()
-{
-    static std::vector<std::string> lines;
-    return lines;
-}
-
-/// Collects warnings and errors for a scope.
-class LogScope
-{
-public:
-    LogScope()
-    {
-        loggedLines().clear();
-        setLogFunction(
-            [](LogLevel level, const char* message)
-            {
-                if (level != LogLevel::Info)
-                    loggedLines().emplace_back(message);
-            });
-    }
-    ~LogScope() { setLogFunction(nullptr); }
-    LogScope(const LogScope&) = delete;
-    LogScope& operator=(const LogScope&) = delete;
-};
-
 /// Boxes in a heap on the ground; ends with the algorithms of all pairs by ids.
 class HeapWorld
 {
