@@ -26,7 +26,8 @@ public:
     {
     }
 
-    GjkResult<S> run(GjkStart start)
+    /// @param result [in, out] nothing yet
+    void run(GjkStart start, GjkResult<S>& result)
     {
         const bool isSeeded = start == GjkStart::Memory && m_search.seed(m_cache, nullptr);
         m_isLikelyDone =
@@ -38,11 +39,10 @@ public:
         if (isSeeded && m_search.isFinite() && m_search.isInside() && m_cache.count == 4 &&
             m_cache.state == GjkState::Overlapping)
         {
-            GjkResult<S> result;
             result.state = GjkState::Overlapping;
-            return result;
+            return;
         }
-        return iterate();
+        iterate(result);
     }
 
 private:
@@ -65,45 +65,43 @@ private:
         return true;
     }
 
-    GjkResult<S> iterate()
+    void iterate(GjkResult<S>& result)
     {
         for (; m_iterations < kGjkIterationLimit; ++m_iterations)
         {
             if (m_search.isTouching())
-                return finish(GjkState::Overlapping, nullptr);
+                return finish(GjkState::Overlapping, nullptr, result);
             const Eigen::Vector3d v = m_search.closest();
             const Support s = m_isLikelyDone ? m_search.supportAmongOwn() : m_search.supportAgainst(v);
             const double along = v.dot(s.w);
             m_observer(v, along);
             if (along > 0.0 && along * along > m_limit * m_limit * m_search.length2())
-                return finish(GjkState::Separated, &s);
+                return finish(GjkState::Separated, &s, result);
             const bool isClose = m_search.length2() - along <= kRelativeGap * m_search.length2();
             if (isClose)
-                return finish(GjkState::Near, &s);
+                return finish(GjkState::Near, &s, result);
             if (m_search.has(s) || !m_search.advance(s))
-                return finish(m_search.stalledState(along), &s);
+                return finish(m_search.stalledState(along), &s, result);
         }
-        return finish(GjkState::NotConverged, nullptr);
+        finish(GjkState::NotConverged, nullptr, result);
     }
 
-    GjkResult<S> finish(GjkState state, const Support* along)
+    void finish(GjkState state, const Support* along, GjkResult<S>& result)
     {
-        GjkResult<S> result;
         result.iterations = m_iterations;
         if (!m_search.rememberOutcome(state, along, m_cache))
-            return result;
+            return;
         result.state = state;
         if (state != GjkState::Near && state != GjkState::Separated)
-            return result;
+            return;
         const double distance = std::sqrt(m_search.length2());
         result.axis = (m_search.closest() * (1.0 / distance)).template cast<S>();
         if (state == GjkState::Separated)
-            return result;
+            return;
         const Eigen::Vector3d pointA = m_search.pointOfA();
         result.distance = static_cast<S>(distance);
         result.pointA = pointA.template cast<S>();
         result.pointB = (pointA - m_search.closest()).template cast<S>();
-        return result;
     }
 
     /// Of |v|^2: the distance is then wrong by 1e-12 of itself at most.
@@ -122,20 +120,21 @@ private:
 ///
 /// @return false if they are not, or it is not known
 template <class S, class H, class Observer>
-[[gnu::noinline]] bool gjkFromVertices(const PosedHull<H>& a, const PosedHull<H>& b, S maxDistance,
-                                       GjkCache<S>& cache, Observer& observer, GjkResult<S>& result)
+[[gnu::always_inline]] inline bool gjkFromVertices(const PosedHull<H>& a, const PosedHull<H>& b,
+                                                   S maxDistance, GjkCache<S>& cache, Observer& observer,
+                                                   GjkResult<S>& result)
 {
     const std::int32_t vertexA = cache.verticesA[0], vertexB = cache.verticesB[0];
     if (vertexA >= a.vertexCount() || vertexB >= b.vertexCount())
         return false;
-    const Eigen::Vector3d pointA = a.point(vertexA);
-    const Eigen::Vector3d v = pointA - b.point(vertexB) - (b.origin() - a.origin());
+    Eigen::Vector3d pointA, pointB;
+    Placement<PosedHull<H>, PosedHull<H>>(a, b).place(vertexA, vertexB, pointA, pointB);
+    const Eigen::Vector3d v = pointA - pointB - (b.origin() - a.origin());
     const double length2 = v.squaredNorm();
     // A NaN makes the comparisons false.
     if (!(length2 > 0.0 && length2 <= std::numeric_limits<double>::max()))
         return false;
-    const Eigen::Matrix<H, 3, 1> direction = PosedHull<H>::usableDirection(v);
-    if (!a.isSupport(-direction, vertexA) || !b.isSupport(direction, vertexB))
+    if (!PosedHull<H>::areSupports(a, b, PosedHull<H>::usableDirection(v), {vertexA, vertexB}))
         return false;
     observer(v, length2);
     const double distance = squareRoot(length2);
@@ -156,6 +155,14 @@ template <class S, class A, class B, class Observer>
 bool gjkFromVertices(const A&, const B&, S, GjkCache<S>&, Observer&, GjkResult<S>&)
 {
     return false;
+}
+
+/// The search. Out of line, to keep the path of two vertices short.
+template <class S, class A, class B, class Observer>
+[[gnu::noinline]] void gjkSearch(const A& a, const B& b, S maxDistance, GjkCache<S>& cache,
+                                 Observer& observer, GjkStart start, GjkResult<S>& result)
+{
+    GjkDistance<S, A, B, Observer>(a, b, maxDistance, cache, observer).run(start, result);
 }
 
 /// Distance and closest points of two convex shapes.
@@ -186,7 +193,7 @@ GjkResult<S> gjkDistance(const A& a, const B& b, S maxDistance, GjkCache<S>& cac
         gjkFromVertices(a, b, maxDistance, cache, observer, result))
         return result;
     // One object on all paths, or it would be copied.
-    result = GjkDistance<S, A, B, Observer>(a, b, maxDistance, cache, observer).run(start);
+    gjkSearch(a, b, maxDistance, cache, observer, start, result);
     return result;
 }
 

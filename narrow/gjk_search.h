@@ -30,8 +30,7 @@ public:
         std::int32_t vertexA, vertexB;
     };
 
-    GjkSearch(const A& a, const B& b)
-        : m_a(a), m_b(b), m_placeA(a), m_placeB(b), m_offset(b.origin() - a.origin())
+    GjkSearch(const A& a, const B& b) : m_a(a), m_b(b), m_placement(a, b), m_offset(b.origin() - a.origin())
     {
     }
 
@@ -113,8 +112,9 @@ public:
     /// The point of two vertices.
     [[gnu::always_inline]] Support supportOf(std::int32_t vertexA, std::int32_t vertexB)
     {
-        const Eigen::Vector3d a = m_placeA.point(vertexA);
-        return note({a - m_placeB.point(vertexB) - m_offset, a, vertexA, vertexB});
+        Eigen::Vector3d a, b;
+        m_placement.place(vertexA, vertexB, a, b);
+        return note({a - b - m_offset, a, vertexA, vertexB});
     }
 
     /// Starts from one point.
@@ -237,8 +237,8 @@ public:
 
     /// @param vertexA support vertices against v
     template <class S>
-    static void rememberAxis(const Eigen::Vector3d& v, std::int32_t vertexA, std::int32_t vertexB,
-                             GjkCache<S>& cache)
+    [[gnu::always_inline]] static void rememberAxis(const Eigen::Vector3d& v, std::int32_t vertexA,
+                                                    std::int32_t vertexB, GjkCache<S>& cache)
     {
         const double largest = std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
         const double scale = largest > 0.0 ? 1.0 / largest : 0.0;
@@ -285,8 +285,9 @@ private:
 
     void pushPair(std::int32_t vertexA, std::int32_t vertexB)
     {
-        const Eigen::Vector3d a = m_placeA.point(vertexA);
-        m_points[m_count] = a - m_placeB.point(vertexB) - m_offset;
+        Eigen::Vector3d a, b;
+        m_placement.place(vertexA, vertexB, a, b);
+        m_points[m_count] = a - b - m_offset;
         m_tags[m_count] = {a, vertexA, vertexB};
         note(m_points[m_count]);
         ++m_count;
@@ -336,8 +337,7 @@ private:
 
     const A& m_a;
     const B& m_b;
-    Placement<A> m_placeA;
-    Placement<B> m_placeB;
+    Placement<A, B> m_placement;
     Eigen::Vector3d m_offset;
     SimplexPoints m_points;
     std::array<Tag, 4> m_tags;

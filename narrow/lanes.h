@@ -150,6 +150,41 @@ inline double squareRoot(double x)
 #endif
 }
 
+/// Two numbers side by side.
+inline Lanes<double>::Vector widePair(float a, float b)
+{
+#ifdef __SSE2__
+    return reinterpret_cast<Lanes<double>::Vector>(
+        _mm_cvtps_pd(_mm_unpacklo_ps(_mm_set_ss(a), _mm_set_ss(b))));
+#else
+    return Lanes<double>::Vector{a, b};
+#endif
+}
+
+inline Lanes<double>::Vector widePair(double a, double b)
+{
+    return Lanes<double>::Vector{a, b};
+}
+
+/// One lane of two quads side by side.
+template <int kLane>
+Lanes<double>::Vector widePairOf(const Quad<float>::Vector& a, const Quad<float>::Vector& b)
+{
+#ifdef __SSE2__
+    // The compiler would take each out of its vector.
+    const auto low = __builtin_shufflevector(a, b, kLane, kLane + 4, kLane, kLane + 4);
+    return reinterpret_cast<Lanes<double>::Vector>(_mm_cvtps_pd(reinterpret_cast<__m128>(low)));
+#else
+    return Lanes<double>::Vector{a[kLane], b[kLane]};
+#endif
+}
+
+template <int kLane>
+Lanes<double>::Vector widePairOf(const Quad<double>::Vector& a, const Quad<double>::Vector& b)
+{
+    return Lanes<double>::Vector{a[kLane], b[kLane]};
+}
+
 /// Bit i: lane i is set (all its bits are).
 inline unsigned laneBits(Lanes<float>::Mask m)
 {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "narrow/lanes.h"
 #include "narrow/posed_hull.h"
 
 #include <Eigen/Core>
@@ -22,31 +23,59 @@ struct HasVertexAmong<PosedHull<S>, PosedHull<S>> : std::true_type
 {
 };
 
-/// Points of a shape by vertex, in world axes relative to its origin.
-template <class A>
+/// Points of two shapes by vertex, in world axes, each relative to its shape's origin.
+template <class A, class B>
 class Placement
 {
 public:
-    explicit Placement(const A& shape) : m_shape(shape) {}
-    Eigen::Vector3d point(std::int32_t vertex) const { return m_shape.point(vertex); }
-
-private:
-    const A& m_shape;
-};
-
-/// With the basis widened once: for each point anew it would cost as much as the product.
-template <class S>
-class Placement<PosedHull<S>>
-{
-public:
-    explicit Placement(const PosedHull<S>& shape) : m_basis(shape.basis()), m_hull(shape.hull()) {}
-    Eigen::Vector3d point(std::int32_t vertex) const
+    Placement(const A& a, const B& b) : m_a(a), m_b(b) {}
+    void place(std::int32_t vertexA, std::int32_t vertexB, Eigen::Vector3d& a, Eigen::Vector3d& b) const
     {
-        return m_basis * m_hull.vertex(vertex).template cast<double>();
+        a = m_a.point(vertexA);
+        b = m_b.point(vertexB);
     }
 
 private:
-    Eigen::Matrix3d m_basis;
-    const Hull<S>& m_hull;
+    const A& m_a;
+    const B& m_b;
+};
+
+/// The points of two hulls at once, A's in the first lane, from bases that are widened once: for each point anew it would
+/// cost as much as the product.
+template <class S>
+class Placement<PosedHull<S>, PosedHull<S>>
+{
+public:
+    [[gnu::always_inline]] Placement(const PosedHull<S>& a, const PosedHull<S>& b)
+        : m_hullA(a.hull()), m_hullB(b.hull())
+    {
+        for (int i = 0; i < 3; ++i)
+        {
+            m_rows[i][0] = widePairOf<0>(a.row(i), b.row(i));
+            m_rows[i][1] = widePairOf<1>(a.row(i), b.row(i));
+            m_rows[i][2] = widePairOf<2>(a.row(i), b.row(i));
+        }
+    }
+
+    [[gnu::always_inline]] void place(std::int32_t vertexA, std::int32_t vertexB, Eigen::Vector3d& a,
+                                      Eigen::Vector3d& b) const
+    {
+        const Pair x = widePair(m_hullA.x()[vertexA], m_hullB.x()[vertexB]);
+        const Pair y = widePair(m_hullA.y()[vertexA], m_hullB.y()[vertexB]);
+        const Pair z = widePair(m_hullA.z()[vertexA], m_hullB.z()[vertexB]);
+        // Rounded like PosedHull::point(), where Eigen has two lanes.
+        const Pair worldX = m_rows[0][0] * x + m_rows[0][1] * y + m_rows[0][2] * z;
+        const Pair worldY = m_rows[1][0] * x + m_rows[1][1] * y + m_rows[1][2] * z;
+        const Pair worldZ = m_rows[2][0] * x + (m_rows[2][1] * y + m_rows[2][2] * z);
+        a = {worldX[0], worldY[0], worldZ[0]};
+        b = {worldX[1], worldY[1], worldZ[1]};
+    }
+
+private:
+    using Pair = Lanes<double>::Vector;
+
+    Pair m_rows[3][3];
+    const Hull<S>& m_hullA;
+    const Hull<S>& m_hullB;
 };
 }  // namespace cullet

@@ -144,13 +144,17 @@ public:
                 isProvedB ? ofB[0] : b.vertexBeside(localB, ofB, count)};
     }
 
-    /// Whether a vertex is the support vertex, as far as its neighbours tell.
+    /// Whether vertices are the support vertices of A against a direction and of B along it, as far as their neighbours tell.
     /// @param direction a usableDirection()
-    [[gnu::always_inline]] bool isSupport(const Vector& direction, std::int32_t vertex) const
+    [[gnu::always_inline]] static bool areSupports(const PosedHull& a, const PosedHull& b,
+                                                   const Vector& direction, const VertexPair& vertices)
     {
-        Quad d;
-        toLocal(direction, d);
-        return isSupportAlong(d, vertex);
+        Quad dA, dB;
+        a.toLocal(direction, dA);
+        b.toLocal(direction, dB);
+        // Of integers, since && would branch once more.
+        return (static_cast<int>(a.isSupportAlong(-dA, vertices.a)) &
+                static_cast<int>(b.isSupportAlong(dB, vertices.b))) != 0;
     }
 
     /// Whether all other vertices are farther back along a direction than a vertex, by more than a height.
