@@ -101,7 +101,7 @@ def draw_device(rows, target):
     """The complete pair set on a GPU, boxes and pairs in its memory: the thesis's cells, ours, and rows."""
     figure, axis = plt.subplots(figsize=(7, 4.6))
     names = {"literal-thesis-cells": ("s--", "thesis's steps, N/64000 cells"),
-             "literal": ("v-", "thesis's steps, our cells"), "rows": ("D-", "cullet's rows"),
+             "literal": ("v-", "thesis's steps, our cells"), "rows": ("D-", "cullet, boxes and pairs on the device"),
              "rows-update-all-move": ("o:", "cullet, boxes and changes in CPU memory")}
     for variant, (style, label) in names.items():
         chosen = [row for row in rows if row["scene"] == "W1" and row["variant"] == variant]
@@ -129,7 +129,7 @@ def ratios_to_grid(rows):
 def draw_rivals(rows, target):
     """How many times longer than cullet's grid other broad phases take on the same boxes in the same run."""
     figure, axes = plt.subplots(1, 5, figsize=(13, 4.8), sharex=True, sharey=True)
-    ratios = list(ratios_to_grid(rows))
+    ratios = list(ratios_to_grid([row for row in rows if row["benchmark"] != "rivals.gpu"]))
     names = list(dict.fromkeys(backend for _, _, backend, _, _ in ratios))[::-1]
     for axis, scene in zip(axes, ("W1", "W2", "W3", "W4", "W5")):
         for bodies, marker in (("4000", "o"), ("16000", "s"), ("64000", "D")):
