@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 
 #include "cuda/cuda_device.h"
+#include "cuda/cuda_error.h"
+#include "cuda/device_words.h"
 
 #include <cuda_runtime_api.h>
 
@@ -15,94 +17,102 @@ namespace
 // Compute capability times ten of the oldest device this build has code for; the build system says.
 constexpr int kOldestArchitecture = CULLET_CUDA_OLDEST_ARCHITECTURE;
 
-std::string capabilityText(int architecture)
+/// How many devices this process sees; 0, and why.
+int deviceCount(std::string* reason)
 {
-    return std::to_string(architecture / 10) + "." + std::to_string(architecture % 10);
+    int count = 0;
+    cudaError_t error = CULLET_CUDA_ASK(cudaGetDeviceCount(&count));
+    if (error == cudaSuccess && count == 0)
+        error = cudaErrorNoDevice;
+    if (error == cudaSuccess)
+        return count;
+    int driver = 0;
+    int runtime = 0;
+    cudaDriverGetVersion(&driver);
+    cudaRuntimeGetVersion(&runtime);
+    *reason = whyNoDevice(error, driver, runtime);
+    return 0;
 }
 
-std::string versionText(int version)
+bool isUsable(int device, std::string* reason)
 {
-    // CUDA packs 11.8 as 11080.
-    return std::to_string(version / 1000) + "." + std::to_string(version % 1000 / 10);
+    int major = 0;
+    int minor = 0;
+    int mode = cudaComputeModeDefault;
+    const auto read = [device](int* value, cudaDeviceAttr attribute)
+    { return CULLET_CUDA_ASK(cudaDeviceGetAttribute(value, attribute, device)) == cudaSuccess; };
+    if (read(&major, cudaDevAttrComputeCapabilityMajor) && read(&minor, cudaDevAttrComputeCapabilityMinor) &&
+        read(&mode, cudaDevAttrComputeMode))
+        *reason = whyRefused(device, {10 * major + minor, mode}, kOldestArchitecture);
+    else
+        *reason = "CUDA device " + std::to_string(device) + " does not answer";
+    return reason->empty();
 }
 
-std::string reasonFor(cudaError_t error)
+bool isAnyUsable(std::string* reason)
 {
-    if (error == cudaErrorInsufficientDriver)
+    const int count = deviceCount(reason);
+    for (int device = 0; device < count; ++device)
     {
-        int driver = 0;
-        int runtime = 0;
-        cudaDriverGetVersion(&driver);
-        cudaRuntimeGetVersion(&runtime);
-        // The runtime reports a missing driver as a driver that is too old, of version 0.
-        if (driver == 0)
-            return "no NVIDIA driver is installed";
-        return "the NVIDIA driver supports CUDA " + versionText(driver) + ", this build needs CUDA " +
-               versionText(runtime);
-    }
-    if (error == cudaErrorNoDevice)
-        return "no CUDA device is visible (none in the machine, or CUDA_VISIBLE_DEVICES hides it)";
-    return std::string("the CUDA runtime does not start: ") + cudaGetErrorString(error);
-}
-
-bool isUsable(std::string* reason)
-{
-    int deviceCount = 0;
-    const cudaError_t error = cudaGetDeviceCount(&deviceCount);
-    if (error != cudaSuccess)
-    {
-        *reason = reasonFor(error);
-        return false;
-    }
-    if (deviceCount == 0)
-    {
-        *reason = reasonFor(cudaErrorNoDevice);
-        return false;
-    }
-    for (int device = 0; device < deviceCount; ++device)
-    {
-        int major = 0;
-        int minor = 0;
-        int mode = cudaComputeModeDefault;
-        if (cudaDeviceGetAttribute(&major, cudaDevAttrComputeCapabilityMajor, device) != cudaSuccess ||
-            cudaDeviceGetAttribute(&minor, cudaDevAttrComputeCapabilityMinor, device) != cudaSuccess ||
-            cudaDeviceGetAttribute(&mode, cudaDevAttrComputeMode, device) != cudaSuccess)
-        {
-            *reason = "CUDA device " + std::to_string(device) + " does not answer";
-            continue;
-        }
-        const int architecture = 10 * major + minor;
-        if (mode == cudaComputeModeProhibited)
-            *reason = "CUDA device " + std::to_string(device) + " is in compute mode Prohibited";
-        else if (architecture < kOldestArchitecture)
-            *reason = "CUDA device " + std::to_string(device) + " has compute capability " +
-                      capabilityText(architecture) + "; this build has code for " +
-                      capabilityText(kOldestArchitecture) + " and newer";
-        else
+        if (isUsable(device, reason))
             return true;
     }
     return false;
+}
+
+bool isChosenUsable(int device, std::string* reason)
+{
+    const int count = deviceCount(reason);
+    if (count == 0)
+        return false;
+    if (device >= 0 && device < count)
+        return isUsable(device, reason);
+    *reason = "there is no CUDA device " + std::to_string(device) + "; devices 0 to " +
+              std::to_string(count - 1) + " are visible";
+    return false;
+}
+
+/// What `probe` says, and why not; leaves no error behind.
+template <class Probe>
+bool answer(std::string* why, const Probe& probe) noexcept
+{
+    bool isFound = false;
+    try
+    {
+        std::string reason;
+        isFound = probe(&reason);
+        if (!isFound && why != nullptr)
+            *why = reason;
+    }
+    catch (...)
+    {
+        // Only a string can fail to allocate here. This one is short enough to need no memory.
+        if (why != nullptr)
+            *why = "out of memory";
+    }
+    // The runtime remembers the last error per thread; a later, unrelated check must not find this one.
+    cudaGetLastError();
+    return isFound;
 }
 
 }  // namespace
 
 bool cudaDeviceUsable(std::string* why) noexcept
 {
-    bool isFound = false;
-    try
-    {
-        std::string reason;
-        isFound = isUsable(&reason);
-        if (!isFound && why != nullptr)
-            *why = reason;
-    }
-    catch (...)
-    {
-        // Only a string can fail to allocate here; the answer "no" stands without its reason.
-    }
-    // The runtime remembers the last error per thread; a later, unrelated check must not find this one.
+    return answer(why, [](std::string* reason) { return isAnyUsable(reason); });
+}
+
+bool cudaDeviceUsable(int device, std::string* why) noexcept
+{
+    return answer(why, [device](std::string* reason) { return isChosenUsable(device, reason); });
+}
+
+std::string whyNotStarted(int device, const psap::ExecutorFailure& failure)
+{
+    int mode = cudaComputeModeDefault;
+    cudaDeviceGetAttribute(&mode, cudaDevAttrComputeMode, device);
     cudaGetLastError();
-    return isFound;
+    return whyNotStarted(device, mode, std::string(failure.call) + ": " + failure.reason);
 }
 
 }  // namespace cullet

@@ -147,21 +147,5 @@ TEST(CudaFailures, AnyCallMayFailWhereTheDeviceReadsTheTable)
     EXPECT_GT(failEveryCall({}, CudaFault::OutOfMemory, Heir::SameBackend, kSomeMove), 50u);
     EXPECT_GT(failEveryCall({}, CudaFault::DeviceLost, Heir::SameBackend, kMostMove), 50u);
 }
-
-TEST(CudaFailures, TheFactoryTellsWhyThereIsNoBackend)
-{
-    const FaultEnd end;
-    setCudaFault(CudaFault::DeviceLost, 0);
-    std::string why;
-    EXPECT_EQ(makeCudaPsapBackend({}, &why), nullptr);
-    EXPECT_FALSE(why.empty());
-    setCudaFault(CudaFault::None, 0);
-    PsapOptions options;
-    options.device = 1000;
-    why.clear();
-    EXPECT_EQ(makeCudaPsapBackend(options, &why), nullptr);
-    EXPECT_FALSE(why.empty());
-    EXPECT_NE(makeCudaPsapBackend({}, &why), nullptr) << "a failed start must leave no trace";
-}
 }  // namespace
 }  // namespace cullet::test

@@ -96,25 +96,5 @@ TEST_P(FinderFailures, AnyCallMayLoseTheDevice)
 }
 
 INSTANTIATE_TEST_SUITE_P(Cuda, FinderFailures, testing::ValuesIn(allOrders()), nameOf);
-
-TEST(FinderFactory, TheFactoryTellsWhyThereIsNoFinder)
-{
-    const FaultEnd end;
-    for (std::uint64_t call = 0;; ++call)
-    {
-        setCudaFault(CudaFault::DeviceLost, call);
-        std::string why;
-        const auto finder = makeDevicePairFinder({}, nullptr, &why);
-        if (!hasCudaFaultHappened())
-        {
-            EXPECT_GT(call, 2u);
-            break;
-        }
-        EXPECT_EQ(finder, nullptr) << call;
-        EXPECT_FALSE(why.empty()) << call;
-    }
-    setCudaFault(CudaFault::None, 0);
-    EXPECT_NE(makeDevicePairFinder({}, nullptr, nullptr), nullptr) << "a failed start must leave no trace";
-}
 }  // namespace
 }  // namespace cullet::test
