@@ -4,8 +4,10 @@
 
 #include "narrow/depth_memory.h"
 #include "narrow/exact_penetration.h"
+#include "narrow/gjk.h"
 #include "narrow/gjk_search.h"
 #include "narrow/gjk_types.h"
+#include "narrow/moved_shape.h"
 #include "narrow/penetration_result.h"
 #include "narrow/polytope.h"
 #include "narrow/remembered_surface.h"
@@ -14,6 +16,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 
 namespace cullet
 {
@@ -237,10 +240,10 @@ private:
     {
         const Eigen::Vector3d normal = face.scaledNormal / face.length;
         store(normal, face.distance + gap, gap, along);
-        const Eigen::Vector3d weights = polytope.weights(face);
+        const Polytope::Foot foot = polytope.footOf(face, gap);
         Eigen::Vector3d pointA = Eigen::Vector3d::Zero();
         for (int k = 0; k < 3; ++k)
-            pointA += weights[k] * m_supports[face.vertex[k]].a;
+            pointA += foot.weights[k] * m_supports[foot.vertex[k]].a;
         storePoints(pointA);
         m_result.method = PenetrationMethod::Expansion;
         if (m_isRecalled)
@@ -310,8 +313,20 @@ private:
         }
         const Support s = m_search.supportAgainst(-normal);
         store(normal, depth, 0.0, s);
-        storePoints(s.a);
+        storePoints(touchAfter(-normal, depth, s));
         m_result.method = PenetrationMethod::Exact;
+    }
+
+    /// A point of A that touches B once A has been moved out.
+    ///
+    /// @param along support along the axis
+    Eigen::Vector3d touchAfter(const Eigen::Vector3d& axis, double depth, const Support& along) const
+    {
+        // A little farther, so that there is a gap, and its closest points are those that touch.
+        const MovedShape<A> out(m_a, axis * (depth + 1e-3 * size()));
+        GjkCache<double> cache;
+        const GjkResult<double> near = gjkDistance(out, m_b, std::numeric_limits<double>::infinity(), cache);
+        return near.state == GjkState::Near ? near.pointA : along.a;
     }
 
     const A& m_a;

@@ -120,22 +120,56 @@ public:
         return false;
     }
 
-    /// Weights of the corners at the foot of the origin on the face, not negative.
-    Eigen::Vector3d weights(const Face& face) const
+    struct Foot
     {
-        const Eigen::Vector3d& a = m_vertices[face.vertex[0]];
-        const Eigen::Vector3d& b = m_vertices[face.vertex[1]];
-        const Eigen::Vector3d& c = m_vertices[face.vertex[2]];
-        const Eigen::Vector3d& n = face.scaledNormal;
-        Eigen::Vector3d w(n.dot(b.cross(c)), n.dot(c.cross(a)), n.dot(a.cross(b)));
-        w = w.cwiseMax(0.0);
-        const double sum = w.sum();
-        return sum > 0.0 ? Eigen::Vector3d(w / sum) : Eigen::Vector3d::Constant(1.0 / 3.0);
+        Corners vertex;
+        Eigen::Vector3d weights;  ///< of the corners, not negative
+    };
+
+    /// Where the ray from the origin along the normal of the closest face leaves the surface. That may be in another face:
+    /// of several in one plane, as two edges make, rounding decides which is the closest.
+    ///
+    /// @param gap the surface is there at most so much farther away than the plane of the face
+    Foot footOf(const Face& face, double gap) const
+    {
+        Foot foot = {face.vertex, rayWeights(face.vertex, face.scaledNormal)};
+        const double reach = (face.distance + gap) * (1.0 + 1e-9) + m_tolerance;
+        double inside = foot.weights.minCoeff();
+        for (int i = 0; inside < -kOnEdge && i < m_faceCount; ++i)
+        {
+            if (m_squares[i] > reach * reach)
+                continue;
+            const Eigen::Vector3d weights = rayWeights(m_corners[i], face.scaledNormal);
+            if (!(weights.minCoeff() > inside))
+                continue;
+            inside = weights.minCoeff();
+            foot = {m_corners[i], weights};
+        }
+        foot.weights = foot.weights.cwiseMax(0.0);
+        const double sum = foot.weights.sum();
+        // A sliver may be mostly rounding.
+        foot.weights = sum > 0.0 ? Eigen::Vector3d(foot.weights / sum) : Eigen::Vector3d::Constant(1.0 / 3.0);
+        return foot;
     }
 
 private:
     /// A face is too thin for its normal to mean anything below this square of a sine: mostly rounding.
     static constexpr double kThinnest = 1e-24;
+    /// A weight so far below 0 is rounding.
+    static constexpr double kOnEdge = 1e-10;
+
+    /// Weights of the corners where a ray from the origin meets the plane of a face, with a sum of 1; of a face that the ray
+    /// does not leave by, those of nothing.
+    Eigen::Vector3d rayWeights(const Corners& vertex, const Eigen::Vector3d& ray) const
+    {
+        const Eigen::Vector3d& a = m_vertices[vertex[0]];
+        const Eigen::Vector3d& b = m_vertices[vertex[1]];
+        const Eigen::Vector3d& c = m_vertices[vertex[2]];
+        const Eigen::Vector3d w(ray.dot(b.cross(c)), ray.dot(c.cross(a)), ray.dot(a.cross(b)));
+        const double sum = w.sum();
+        return sum > 0.0 ? Eigen::Vector3d(w / sum)
+                         : Eigen::Vector3d::Constant(-std::numeric_limits<double>::infinity());
+    }
 
     using Row = std::array<double, kMaxFaces + 4>;
     using Ring = std::array<double, kMaxVertices + 2>;

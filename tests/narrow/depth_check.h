@@ -28,7 +28,21 @@ struct DepthTally
     double worstDepth = 0.0;
     double worstGap = 0.0;
     double worstPoint = 0.0;
+    double worstOutside = 0.0;  ///< of a deepest point, from its own shape
 };
+
+/// How far a point is outside of a hull, 0 for one inside. Both relative to the origin of a shape.
+///
+/// @param shift from that origin to the hull's
+template <class S>
+double outsideOf(const PosedHull<S>& posed, const Eigen::Vector3d& shift, const Eigen::Matrix<S, 3, 1>& point)
+{
+    const PlacedHull placed(posed, shift, 1.0);
+    double outside = 0.0;
+    for (const Eigen::Vector3d& normal : placed.normals)
+        outside = std::max(outside, normal.dot(point.template cast<double>()) - placed.extent(normal));
+    return outside;
+}
 
 template <class S>
 PenetrationResult<S> depthOf(const PairScene<S>& scene, GjkCache<S>& cache, DepthMemory& memory,
@@ -79,6 +93,8 @@ void checkDepth(const PairScene<S>& scene, GjkCache<S>& cache, DepthMemory& memo
     const double rest =
         static_cast<double>(oracle.extent(-result.axis.template cast<long double>())) - result.depth;
     tally.worstPoint = std::max(tally.worstPoint, std::abs(rest));
+    tally.worstOutside = std::max({tally.worstOutside, outsideOf(a, Eigen::Vector3d::Zero(), result.pointA),
+                                   outsideOf(b, b.origin() - a.origin(), result.pointB)});
     EXPECT_LT((result.pointB - result.pointA - result.depth * result.axis).norm(), 1e-5);
 }
 
@@ -121,9 +137,12 @@ inline void expectGood(const DepthTally& tally, double tolerance, const char* na
                                   std::to_string(tally.worstDepth * 1e9) + "e-9");
     testing::Test::RecordProperty(std::string(name) + ".worstGap",
                                   std::to_string(tally.worstGap * 1e9) + "e-9");
+    testing::Test::RecordProperty(std::string(name) + ".worstOutside",
+                                  std::to_string(tally.worstOutside * 1e9) + "e-9");
     EXPECT_EQ(tally.unanswered, 0) << name;
     EXPECT_LE(tally.worstDepth, tolerance) << name;
     EXPECT_LE(tally.worstPoint, tolerance) << name;
+    EXPECT_LE(tally.worstOutside, tolerance) << name;
     EXPECT_GT(tally.deep, tally.queries / 20) << name;
     EXPECT_GT(tally.shallow, tally.queries / 20) << name;
     // From the surface that the query before has left, and from its closest face alone.

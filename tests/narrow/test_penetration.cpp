@@ -115,6 +115,8 @@ TEST(Penetration, TheExactSearchTakesOverWhenThePolytopeIsFull)
     for (const auto& face : hull.faces())
         inner = std::min(inner, face.offset);
     EXPECT_NEAR(result.depth, 2.0 * inner, 1e-5);
+    EXPECT_LT(outsideOf(at(hull, 0, 0, 0), Eigen::Vector3d::Zero(), result.pointA), 1e-5);
+    EXPECT_LT(outsideOf(at(hull, 0, 0, 0), Eigen::Vector3d::Zero(), result.pointB), 1e-5);
 }
 
 template <class S>
