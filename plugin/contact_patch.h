@@ -41,14 +41,15 @@ struct PatchLimits
     btScalar same;    ///< no point but the deepest is nearer to that: a manifold would take the two for one
 };
 
-/// At most four points at which the cores are within a limit of each other along the normal, the deepest among them.
+/// At most four points at which the cores are within a limit of each other along the normal, the deepest among them, or one
+/// that is deep up to a thousandth of what is left to the limit.
 ///
 /// Of either core the face at its support vertex that is aligned best with the normal is taken. What is within the limit
 /// of the one face is clipped to the prism over the other along the normal (Sutherland and Hodgman 1974, "Reentrant
 /// Polygon Clipping"); the corners that remain are points of the one face, and the heights of the other's plane over them
 /// are the distances. Heights are measured along the contact normal, not along that of a face, so that none is less than
 /// the true distance. If no corner is as deep as the touch (edges that cross outside of both faces), that is added.
-/// Faces with more than 16 corners are thinned out to 16.
+/// Faces with more than 16 corners are thinned out to 16, which leaves out a rim of a round face: 0.02 of its radius.
 ///
 /// For a corner, an edge of a capsule or a sphere, the patch has one or two points.
 ///
