@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #include "demos/bench/cuda_floor.h"
 
+#include "broad/aabb.h"
+#include "broad/id_pair.h"
 #include "broad/pair.h"
-#include "demos/bench/cuda_timing.h"
 
 namespace cullet
 {
@@ -27,27 +28,6 @@ double CopySpeed::floorOf(const LeastBytes& bytes) const
     if (device <= 0 || bus <= 0)
         return 0;
     return static_cast<double>(bytes.device) / device + static_cast<double>(bytes.bus) / bus;
-}
-
-std::vector<double> timeCopies(bool isFromHost)
-{
-    void* from = nullptr;
-    void* to = nullptr;
-    checkCuda(isFromHost ? cudaMallocHost(&from, kCopiedBytes) : cudaMalloc(&from, kCopiedBytes));
-    checkCuda(cudaMalloc(&to, kCopiedBytes));
-    StreamTimer timer(nullptr);
-    std::vector<double> times;
-    for (int run = 0; run < 12; ++run)
-    {
-        timer.begin();
-        checkCuda(cudaMemcpyAsync(to, from, kCopiedBytes,
-                                  isFromHost ? cudaMemcpyHostToDevice : cudaMemcpyDeviceToDevice));
-        timer.end();
-        times.push_back(timer.milliseconds());
-    }
-    checkCuda(cudaFree(to));
-    checkCuda(isFromHost ? cudaFreeHost(from) : cudaFree(from));
-    return times;
 }
 
 LeastBytes leastForPairs(std::uint64_t bodies, std::uint64_t pairs)

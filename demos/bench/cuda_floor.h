@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <string>
-#include <vector>
 
 namespace cullet
 {
@@ -25,10 +24,6 @@ struct CopySpeed
     /// Milliseconds to copy as many; 0 where no speed is known.
     double floorOf(const LeastBytes& bytes) const;
 };
-
-/// Milliseconds of some copies of kCopiedBytes from device memory, or from pinned memory of the CPU.
-inline constexpr std::uint64_t kCopiedBytes = 1u << 28;
-std::vector<double> timeCopies(bool isFromHost);
 
 /// Boxes in, pairs out.
 LeastBytes leastForPairs(std::uint64_t bodies, std::uint64_t pairs);

@@ -11,6 +11,33 @@
 
 namespace cullet
 {
+namespace
+{
+constexpr std::uint64_t kCopiedBytes = 1u << 28;
+
+/// Milliseconds of some copies from device memory, or from pinned memory of the CPU.
+std::vector<double> timeCopies(bool isFromHost)
+{
+    void* from = nullptr;
+    void* to = nullptr;
+    checkCuda(isFromHost ? cudaMallocHost(&from, kCopiedBytes) : cudaMalloc(&from, kCopiedBytes));
+    checkCuda(cudaMalloc(&to, kCopiedBytes));
+    StreamTimer timer(nullptr);
+    std::vector<double> times;
+    for (int run = 0; run < 12; ++run)
+    {
+        timer.begin();
+        checkCuda(cudaMemcpyAsync(to, from, kCopiedBytes,
+                                  isFromHost ? cudaMemcpyHostToDevice : cudaMemcpyDeviceToDevice));
+        timer.end();
+        times.push_back(timer.milliseconds());
+    }
+    checkCuda(cudaFree(to));
+    checkCuda(isFromHost ? cudaFreeHost(from) : cudaFree(from));
+    return times;
+}
+}  // namespace
+
 CudaRow rowFor(const FreshScene& scene, const std::string& variant, const std::string& question)
 {
     CudaRow row;
