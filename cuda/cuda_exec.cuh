@@ -14,10 +14,12 @@
 
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
+#include <cub/version.cuh>
 
 #include <algorithm>
 #include <cstdint>
 #include <limits>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -277,17 +279,16 @@ public:
     template <class T>
     void scan(const T* in, T* out, std::uint64_t count)
     {
-        const int n = cubCount(count);
-        withScratch([&](void* scratch, std::size_t& bytes)
-                    { return cub::DeviceScan::ExclusiveSum(scratch, bytes, in, out, n, m_stream); });
+        withScratch<LongScan>(
+            count, [&](void* scratch, std::size_t& bytes, auto n)
+            { return cub::DeviceScan::ExclusiveSum(scratch, bytes, in, out, n, m_stream); });
     }
 
     template <class T>
     void scanLargest(const T* in, T* out, std::uint64_t count)
     {
-        const int n = cubCount(count);
-        withScratch(
-            [&](void* scratch, std::size_t& bytes)
+        withScratch<LongScan>(
+            count, [&](void* scratch, std::size_t& bytes, auto n)
             { return cub::DeviceScan::InclusiveScan(scratch, bytes, in, out, Larger{}, n, m_stream); });
     }
 
@@ -295,28 +296,27 @@ public:
     void sortPairs(Key* keys, Key* sortedKeys, std::uint32_t* values, std::uint32_t* sortedValues,
                    std::uint64_t count, int bits)
     {
-        const int n = cubCount(count);
-        if (n == 0)
+        if (count == 0)
             return;
-        withScratch(
-            [&](void* scratch, std::size_t& bytes)
-            {
-                return cub::DeviceRadixSort::SortPairs(scratch, bytes, keys, sortedKeys, values, sortedValues,
-                                                       n, 0, bits, m_stream);
-            });
+        withScratch<std::uint64_t>(count,
+                                   [&](void* scratch, std::size_t& bytes, auto n)
+                                   {
+                                       return cub::DeviceRadixSort::SortPairs(
+                                           scratch, bytes, keys, sortedKeys, values, sortedValues, n, 0, bits,
+                                           m_stream);
+                                   });
     }
 
     void sortKeys(const std::uint64_t* keys, std::uint64_t* sortedKeys, std::uint64_t count, int firstBit,
                   int endBit)
     {
-        const int n = cubCount(count);
-        if (n == 0)
+        if (count == 0)
             return;
-        withScratch(
-            [&](void* scratch, std::size_t& bytes) {
-                return cub::DeviceRadixSort::SortKeys(scratch, bytes, keys, sortedKeys, n, firstBit, endBit,
-                                                      m_stream);
-            });
+        withScratch<std::uint64_t>(count,
+                                   [&](void* scratch, std::size_t& bytes, auto n) {
+                                       return cub::DeviceRadixSort::SortKeys(scratch, bytes, keys, sortedKeys,
+                                                                             n, firstBit, endBit, m_stream);
+                                   });
     }
 
     std::uint64_t bytes() const { return m_bytes; }
@@ -381,22 +381,30 @@ private:
         CULLET_CUDA_TRY(cudaGetLastError());
     }
 
-    /// CUB of CUDA 11 counts in int; a list longer than that is more than such a device holds.
-    static int cubCount(std::uint64_t count)
+    /// What CUB counts a long scan in: in an int before 2.7, of CUDA 12.8.
+    using LongScan = std::conditional_t<(CUB_VERSION >= 200700), std::uint64_t, int>;
+
+    /// @tparam Long counts what an int, which is faster, does not
+    template <class Long, class Call>
+    void withScratch(std::uint64_t count, const Call& call)
     {
-        if (count > static_cast<std::uint64_t>(std::numeric_limits<int>::max()))
-            throw ExecutorFailure{Status::OutOfMemory, "CudaExec", "more than 2^31 elements in one step"};
-        return static_cast<int>(count);
+        if (count <= static_cast<std::uint64_t>(std::numeric_limits<int>::max()))
+            withScratchFor(static_cast<int>(count), call);
+        else if constexpr (sizeof(Long) > sizeof(int))
+            withScratchFor(static_cast<Long>(count), call);
+        else
+            throw ExecutorFailure{Status::OutOfMemory, "CudaExec",
+                                  "2^31 elements or more in one scan, which takes CUDA 12.8"};
     }
 
     /// CUB asks twice: how much scratch memory, then with it.
-    template <class Call>
-    void withScratch(const Call& call)
+    template <class Count, class Call>
+    void withScratchFor(Count count, const Call& call)
     {
         std::size_t bytes = 0;
-        CULLET_CUDA_TRY(call(nullptr, bytes));
+        CULLET_CUDA_TRY(call(nullptr, bytes, count));
         reserve(m_scratch, std::max<std::size_t>(bytes, 1));
-        CULLET_CUDA_TRY(call(m_scratch.data(), bytes));
+        CULLET_CUDA_TRY(call(m_scratch.data(), bytes, count));
     }
 
     int m_device;
