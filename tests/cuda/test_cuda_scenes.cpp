@@ -127,6 +127,30 @@ TEST(CudaScenes, PairsOfBoxesOnTheDeviceEqualBruteForceInEveryFrame)
     }
 }
 
+// Small enough for a sanitizer: each way to search, by itself and as recorded launches.
+TEST(CudaScenes, EveryVariantFindsThePairsOfFewBoxes)
+{
+    constexpr std::uint32_t kFew = 2000;
+    DeviceBuffer<Aabb> boxes;
+    boxes.allocate(kFew);
+    for (const SceneKind kind : kScenes)
+    {
+        const BoxFrames frames = framesOf(kind, kFew, 6);
+        for (NamedOptions variant : allVariants())
+        {
+            SCOPED_TRACE(std::string(sceneName(kind)) + ", " + variant.name);
+            variant.options.initialCapacity = 1;
+            const auto finder = makeDevicePairFinder(variant.options, nullptr, nullptr);
+            ASSERT_NE(finder, nullptr);
+            for (const std::vector<Aabb>& frame : frames)
+            {
+                upload(boxes, frame);
+                ASSERT_EQ(inOrder(findOnDevice(*finder, boxes, kFew)), everyPair(frame));
+            }
+        }
+    }
+}
+
 TEST(CudaScenes, ManyBoxesAtOnePointAndOneBoxOverEverything)
 {
     std::vector<Aabb> boxes(3000, cube(0, 1));
