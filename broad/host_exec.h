@@ -203,11 +203,18 @@ public:
             });
     }
 
-    /// The same for a step so short that a lane of a GPU had better take several indices.
+    /// Calls step(i, true, first, second) for i in [0, count), where each of both appends to a list of its own, as above. For
+    /// a step so short that a lane of a GPU had better take several indices.
     template <class Step>
-    void forEachShortTogether(std::uint64_t count, const Step& step, const PairList& list)
+    void forEachParted(std::uint64_t count, const Step& step, const PairList& first, const PairList& second)
     {
-        forEachTogether(count, step, list);
+        run(0, count,
+            [&]
+            {
+                return [&step, toFirst = Emitter{first, &m_tests, 0},
+                        toSecond = Emitter{second, &m_tests, 0}](std::uint64_t i) mutable
+                { step(i, true, toFirst, toSecond); };
+            });
     }
 
     /// The same for a step whose indices work in groups: those of the lanes of a warp on a GPU, here each alone. They share

@@ -183,7 +183,7 @@ private:
         }
         if (m_counts.lists.added == kSpilled)
         {
-            m_search.buildByCounting(m_exec);
+            m_search.buildByCounting(m_exec, m_rows.now());
             searchAgain();
         }
         while (m_counts.lists.added > m_added.size())
@@ -216,8 +216,8 @@ private:
 
     BoxHistory history()
     {
-        return {m_rows.now(),     m_rows.old(), m_rows.filters(),
-                m_rows.changes(), m_retestAll,  m_retestAll ? nullptr : &m_tally.data()->motion};
+        return {m_rows.now(),     BoxRows(m_rows.old()), m_rows.filters(),
+                m_rows.changes(), m_retestAll,           m_retestAll ? nullptr : &m_tally.data()->motion};
     }
 
     /// The table is in use from here on.
@@ -235,11 +235,11 @@ private:
     {
         const PairList removed = {m_removed.data(), m_removed.size(), &counters()->lists.removed};
         const PairList kept = {m_kept.data(), m_kept.size(), &counters()->lists.kept};
-        m_exec.forEachShortTogether(
+        m_exec.forEachParted(
             m_heldCount,
             SettleHeld{m_held.data(), history(), margin,
-                       margin >= m_margin && !m_isFresh && !m_rows.haveAllChanged(), span, removed, table()},
-            kept);
+                       margin >= m_margin && !m_isFresh && !m_rows.haveAllChanged(), span, table()},
+            kept, removed);
     }
 
     void emit()

@@ -77,6 +77,98 @@ CULLET_HOST_DEVICE inline void storeBox(Aabb* boxes, std::uint64_t row, const Aa
 #endif
 }
 
+/// A box where reading it takes one sector of a GPU's memory, wherever it is.
+struct alignas(32) AlignedBox
+{
+    Aabb box;
+};
+
+CULLET_HOST_DEVICE inline Aabb loadBox(const AlignedBox* boxes, std::uint64_t row)
+{
+#ifdef __CUDA_ARCH__
+    const float4* words = reinterpret_cast<const float4*>(boxes) + 2 * row;
+    const float4 a = words[0];
+    const float2 b = *reinterpret_cast<const float2*>(words + 1);
+    return {{a.x, a.y, a.z}, {a.w, b.x, b.y}};
+#else
+    return boxes[row].box;
+#endif
+}
+/// copies[row] = box, nowhere() where that is invalid.
+CULLET_HOST_DEVICE inline void storeCopy(AlignedBox* copies, std::uint64_t row, const Aabb& box)
+{
+    const Aabb copy = isValid(box) ? box : nowhere();
+#ifdef __CUDA_ARCH__
+    float4* words = reinterpret_cast<float4*>(copies) + 2 * row;
+    words[0] = {copy.min[0], copy.min[1], copy.min[2], copy.max[0]};
+    words[1] = {copy.max[1], copy.max[2], 0, 0};  // whole sectors
+#else
+    copies[row].box = copy;
+#endif
+}
+
+/// The longest way that a side of a box has gone; infinite where either was empty or has no bounds.
+CULLET_HOST_DEVICE inline float wayOf(const Aabb& box, const Aabb& before)
+{
+    float longest = 0;
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        const float low = fabsf(box.min[axis] - before.min[axis]);
+        const float high = fabsf(box.max[axis] - before.max[axis]);
+        const float way = low > high ? low : high;
+        if (!(way <= kInfinity))  // NaN
+            return kInfinity;
+        longest = way > longest ? way : longest;
+    }
+    return longest;
+}
+
+/// Copies of the boxes of an update and of the one before.
+struct BoxCopies
+{
+    AlignedBox* now;        ///< [boxes, out] nowhere() for invalid ones; null: none are wanted
+    const AlignedBox* old;  ///< [oldCount]
+    std::uint64_t oldCount;
+    std::uint32_t* motion;  ///< as BoxHistory has it; 0 before
+
+    CULLET_HOST_DEVICE void keep(std::uint64_t i, const Aabb& box) const
+    {
+        storeCopy(now, i, box);
+        raise(motion, i < oldCount ? wayOf(box, loadBox(old, i)) : kInfinity);
+    }
+};
+
+/// Boxes by row, aligned or not.
+class BoxRows
+{
+public:
+    BoxRows() = default;
+    explicit BoxRows(const Aabb* boxes) : m_first(boxes), m_stride(sizeof(Aabb)) {}
+    explicit BoxRows(const AlignedBox* boxes)
+        : m_first(reinterpret_cast<const Aabb*>(boxes)), m_stride(sizeof(AlignedBox))
+    {
+    }
+
+    CULLET_HOST_DEVICE Aabb at(std::uint64_t row) const
+    {
+        return loadBox(reinterpret_cast<const Aabb*>(reinterpret_cast<const char*>(m_first) + row * m_stride),
+                       0);
+    }
+
+private:
+    const Aabb* m_first = nullptr;
+    std::uint32_t m_stride = sizeof(Aabb);  ///< bytes
+};
+
+/// Puts an aligned box to others that are not.
+struct UnalignBox
+{
+    const AlignedBox* from;
+    Aabb* to;
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const { storeBox(to, i, loadBox(from, i)); }
+};
+
 /// How long the lists of one update are.
 struct ListCounts
 {
@@ -199,9 +291,9 @@ CULLET_HOST_DEVICE inline float overlapOf(const Aabb& a, const Aabb& b)
 struct BoxHistory
 {
     const Aabb* now;
-    const Aabb* old;              ///< nowhere() for rows that hold another proxy since
+    BoxRows old;                  ///< nowhere() for rows that hold another proxy since
     const Filter* filters;        ///< null: every overlapping pair counts
-    const std::uint8_t* changes;  ///< RowChange bits of this update
+    const std::uint8_t* changes;  ///< RowChange bits of this update; null: all boxes may have moved
     bool retestAll;               ///< filter words no longer count, so old boxes decide nothing
     /// The longest way that a side of a box has gone since the last update, as bits of a float, infinite where a box
     /// is new or its filter words are; null: unknown.
@@ -218,6 +310,8 @@ struct BoxHistory
 
     CULLET_HOST_DEVICE unsigned changesOf(IdPair pair) const
     {
+        if (changes == nullptr)
+            return kRowMoved;
         return static_cast<unsigned>(changes[pair.a]) | changes[pair.b];
     }
 
@@ -228,8 +322,7 @@ struct BoxHistory
             return true;
         // Two boxes that stayed where they are overlapped there before.
         const unsigned bits = changesOf(pair);
-        return bits != 0 &&
-               ((bits & kRowRefiltered) != 0 || !overlaps(loadBox(old, pair.a), loadBox(old, pair.b)));
+        return bits != 0 && ((bits & kRowRefiltered) != 0 || !overlaps(old.at(pair.a), old.at(pair.b)));
     }
 };
 
@@ -333,22 +426,6 @@ struct ApplyRow
         const bool isSamePair = (bits & (kRowCreated | kRowRefiltered)) == 0;
         raise(motion, isSamePair ? wayOf(box, loadBox(old, row)) : kInfinity);
     }
-
-private:
-    CULLET_HOST_DEVICE static float wayOf(const Aabb& box, const Aabb& before)
-    {
-        float longest = 0;
-        for (int axis = 0; axis < 3; ++axis)
-        {
-            const float low = fabsf(box.min[axis] - before.min[axis]);
-            const float high = fabsf(box.max[axis] - before.max[axis]);
-            const float way = low > high ? low : high;
-            if (!(way <= kInfinity))  // NaN, where the box was empty or has no bounds
-                return kInfinity;
-            longest = way > longest ? way : longest;
-        }
-        return longest;
-    }
 };
 
 /// Stores the filter words of a changed row.
@@ -407,16 +484,18 @@ struct SettleHeld
     float margin;
     bool isLoose;  ///< the margin is no smaller than in the last update
     RowSpan span;
-    PairList removed;
     LookupTable open;
 
-    /// @param kept receives the pair when it stays
-    template <class Kept>
-    CULLET_HOST_DEVICE void operator()(std::uint64_t i, bool isIndex, Kept& kept) const
+    /// @param kept    receives the pair when it stays
+    /// @param removed receives it when it leaves
+    template <class Kept, class Removed>
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i, bool isIndex, Kept& kept, Removed& removed) const
     {
         const IdPair pair = isIndex ? held[i] : IdPair{};
         const bool isMine = isIndex && span.contains(pair.a > pair.b ? pair.a : pair.b);
-        kept.append(isMine && stays(pair), pair);
+        const bool isStaying = isMine && stays(pair);
+        kept.append(isStaying, pair);
+        removed.append(isMine && !isStaying, pair);
     }
 
 private:
@@ -428,10 +507,7 @@ private:
         const Aabb b = loadBox(boxes.now, pair.b);
         // Empty boxes first: overlapsWithMargin() counts NaN as near.
         if (!isValid(a) || !isValid(b) || !overlapsWithMargin(a, b, margin))
-        {
-            removed.push(pair);
             return false;
-        }
         // What the search does not find, or finds without asking, it does not look up.
         const float depth = overlapOf(a, b);
         if (depth >= 0 && !boxes.wereOverlapping(depth) && boxes.isOpen(pair))

@@ -13,7 +13,7 @@
 ///
 /// An executor has: Buffer<T> with data() and size(); reserve(buffer, n), which may discard; upload, download, copy,
 /// clear and wait; forEach(n, functor); forEachEmitting(n, functor, list); forEachTogether(n, functor, list);
-/// forEachShortTogether(n, functor, list); forEachGrouped(n, functor, list); forEachDealt<sharers>(bins, functor, list);
+/// forEachParted(n, functor, list, list); forEachGrouped(n, functor, list); forEachDealt<sharers>(bins, functor, list);
 /// placeInTiles(functor); searchTiles(functor, list); canSearchTiles(shape); hasSpareLanes; scan; scanLargest; sortPairs;
 /// sortKeys. Steps run one after the other. HostExec and CudaExec are executors.
 namespace cullet::psap
@@ -43,12 +43,17 @@ public:
         if (m_way == Way::Tiles && !m_tiles.prepare(exec, input))
             m_way = Way::Rows;
         countUpdate();
+        if (m_way != Way::Tiles && input.copies.now != nullptr)
+            exec.forEach(input.count, CopyBox{input.boxes, input.copies});
         visit(*this, [&](auto& search) { search.build(exec, input); });
     }
 
     /// Again, where emit() found kSpilled pairs.
-    void buildByCounting(Exec& exec)
+    ///
+    /// @param boxes those of build(), which may lie somewhere else by now
+    void buildByCounting(Exec& exec, const Aabb* boxes)
     {
+        m_input.boxes = boxes;
         // The next plan of tiles knows better, but not what this one of some frames ago did not.
         const bool isWaiting = m_way == Way::Tiles ? m_tiles.noteSpill() : true;
         m_updatesByCounting = m_order == PsapOrder::Automatic && isWaiting ? kUpdatesByCounting : 0;

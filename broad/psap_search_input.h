@@ -18,6 +18,16 @@ struct SearchInput
     std::uint64_t count;
     std::uint64_t* pairCount = nullptr;  ///< build() sets it to 0
     std::uint64_t expectedPairs = 0;     ///< about as many as before; decides what is fastest
+    BoxCopies copies{};                  ///< build() makes them
+};
+
+/// Keeps a copy of box i.
+struct CopyBox
+{
+    const Aabb* boxes;
+    BoxCopies copies;
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const { copies.keep(i, loadBox(boxes, i)); }
 };
 
 template <class Exec>

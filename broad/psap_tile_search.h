@@ -169,7 +169,8 @@ public:
         m_input = input;
         m_tiles.begin(exec);
         exec.placeInTiles(PlaceInTiles{input.boxes, input.count, m_planner.plan(), m_planner.shape(),
-                                       m_tiles.current(), m_side.data(), m_records.data(), input.pairCount});
+                                       m_tiles.current(), m_side.data(), m_records.data(), input.pairCount,
+                                       input.copies});
     }
 
     void emit(Exec& exec, const EntryTest& isNew, const PairList& pairs)

@@ -121,11 +121,13 @@ struct PlaceInTiles
     std::uint32_t* side;  ///< [kMostSides, out]
     RowRecord* records;   ///< [tiles * room, out]; `bin` tells along which axes the box begins in the tile
     std::uint64_t* pairCount;  ///< set to 0; may be null
+    BoxCopies copies;
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
         begin(i);
         const Aabb box = loadBox(boxes, i);
+        keepCopy(i, box);
         if (!takes(i, box))
             return;
         RowRecord record = recordOf(box, plan->axes, static_cast<std::uint32_t>(i), 0);
@@ -144,6 +146,12 @@ struct PlaceInTiles
     {
         if (i == 0 && pairCount != nullptr)
             *pairCount = 0;
+    }
+
+    CULLET_HOST_DEVICE void keepCopy(std::uint64_t i, const Aabb& box) const
+    {
+        if (copies.now != nullptr && i < count)
+            copies.keep(i, box);
     }
 
     /// Whether the box is one for tiles. Others go to the side list, or nowhere when they are invalid.

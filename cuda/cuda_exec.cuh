@@ -6,6 +6,7 @@
 #include "broad/psap_pairs.h"
 #include "cuda/cuda_error.h"
 #include "cuda/device_buffer.h"
+#include "cuda/event_mark.h"
 #include "cuda/page_locks.h"
 #include "cuda/part_stream.h"
 #include "cuda/stage_clock.h"
@@ -184,6 +185,9 @@ public:
             CULLET_CUDA_TRY(cudaMemsetAsync(what, 0, count * sizeof(T), m_stream));
     }
     void wait() { CULLET_CUDA_TRY(cudaStreamSynchronize(m_stream)); }
+    /// awaitMark() waits for what the stream was given before this, and for nothing behind it.
+    void mark() { m_mark.record(m_stream); }
+    void awaitMark() { m_mark.wait(); }
 
     /// Waits for what a failed update has left behind, so that it does not write into the next one.
     void drain() noexcept
@@ -260,14 +264,14 @@ public:
     }
 
     template <class Step>
-    void forEachShortTogether(std::uint64_t count, const Step& step, const PairList& list)
+    void forEachParted(std::uint64_t count, const Step& step, const PairList& first, const PairList& second)
     {
         // Fewer have no time to lose, and multiprocessors to spare.
         if (count < kManyShort)
-            launch(runShortTogether<1, Step>, count, kEmitThreads, count, step, list);
+            launch(runParted<1, Step>, count, kEmitThreads, count, step, first, second);
         else
-            launch(runShortTogether<kEachShort, Step>, (count + kEachShort - 1) / kEachShort, kEmitThreads,
-                   count, step, list);
+            launch(runParted<kEachShort, Step>, (count + kEachShort - 1) / kEachShort, kEmitThreads, count,
+                   step, first, second);
     }
 
     template <class Step>
@@ -415,6 +419,7 @@ private:
     std::uint64_t m_bytesMoved = 0;
     DeviceBuffer<unsigned char> m_scratch;
     PartStream m_parts;
+    EventMark m_mark;
     StageClock m_stages;
 };
 }  // namespace cullet::psap

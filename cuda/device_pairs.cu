@@ -1,17 +1,43 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "broad/psap_delta_search.h"
 #include "broad/psap_pipeline.h"
 #include "cuda/cuda_device.h"
 #include "cuda/cuda_exec.cuh"
 #include "cuda/device_pairs.h"
+#include "cuda/recorded_launches.cuh"
 
 #include <new>
+#include <utility>
 
 namespace cullet
 {
 namespace
 {
 using namespace psap;
+
+/// Calls `body`; `forget` after a failure, when nothing is at work any more.
+template <class Body, class Forget>
+Status guarded(CudaExec& exec, const Body& body, const Forget& forget)
+{
+    Status status = Status::OutOfMemory;
+    try
+    {
+        const CudaExec::Use use(exec);
+        body();
+        return Status::Ok;
+    }
+    catch (const ExecutorFailure& failure)
+    {
+        status = failure.status;
+    }
+    catch (const std::bad_alloc&)
+    {
+    }
+    exec.drain();
+    forget();
+    return status;
+}
 
 class PairFinder final : public DevicePairFinder
 {
@@ -20,93 +46,84 @@ public:
         : m_options(options), m_exec(options, stream), m_search(options)
     {
     }
-    ~PairFinder() override { dropGraphs(); }
 
     Status enqueue(const Aabb* boxes, std::uint64_t count) override
     {
         return guarded(
+            m_exec,
             [&]
             {
                 m_exec.reserve(m_found, 1);
                 m_exec.reserve(m_count, 1);
                 enqueueOrThrow({boxes, count, m_found.data(), m_lastCount});
-            });
+            },
+            [&] { forget(); });
     }
+
+    DevicePairsAhead ahead() const override { return {m_pairs.data(), m_pairs.size(), m_found.data()}; }
 
     Status collect(DevicePairs& pairs) override
     {
+        pairs = {};
         return guarded(
+            m_exec,
             [&]
             {
-                pairs = {};
-                if (m_found.size() == 0)
+                if (!m_hasSearch)
                     return;
-                fetchCount();
-                if (*m_count.data() == kSpilled)
-                {
-                    m_search.buildByCounting(m_exec);
-                    emit();
-                    fetchCount();
-                }
-                while (*m_count.data() > m_pairs.size())
-                {
-                    dropGraphs();
-                    m_exec.reserve(m_pairs, *m_count.data());
-                    m_exec.clear(m_found.data(), 1);
-                    emit();
-                    fetchCount();
-                }
+                collectOrThrow();
                 pairs = {m_pairs.data(), *m_count.data()};
                 m_lastCount = pairs.count;
-            });
+            },
+            [&] { forget(); });
     }
 
     std::uint64_t bytes() const override { return m_exec.bytes(); }
 
 private:
-    template <class Body>
-    Status guarded(const Body& body)
+    void forget()
     {
-        try
-        {
-            const CudaExec::Use use(m_exec);
-            body();
-            return Status::Ok;
-        }
-        catch (const ExecutorFailure& failure)
-        {
-            dropGraphs();
-            m_search = Search<CudaExec>(m_options);
-            return failure.status;
-        }
-        catch (const std::bad_alloc&)
-        {
-            return Status::OutOfMemory;
-        }
+        m_launches.drop();
+        m_search = Search<CudaExec>(m_options);
+        m_input = {};
+        m_hasSearch = false;
     }
 
     void enqueueOrThrow(SearchInput input)
     {
         const bool isSame = input.boxes == m_input.boxes && input.count == m_input.count;
         m_input = input;
+        m_hasSearch = true;
         m_search.look();
         if (!isSame)
-            dropGraphs();
-        if (isSame && m_search.isRepeatable(m_exec, input))
+            m_launches.drop();
+        if (!isSame || !m_search.isRepeatable(m_exec, input))
         {
-            if (m_search.launches() != m_recorded)
-                dropGraphs();
-            m_recorded = m_search.launches();
-            cudaGraphExec_t& graph = m_graphs[m_search.nextPhase()];
-            if (graph == nullptr)
-                record(graph);
-            else
-                m_search.countRepeat();
-            CULLET_CUDA_TRY(cudaGraphLaunch(graph, m_exec.stream()));
-            return;
+            m_exec.reserve(m_pairs, m_options.initialCapacity);
+            searchOnce();
         }
-        m_exec.reserve(m_pairs, m_options.initialCapacity);
-        searchOnce();
+        else if (m_launches.launch(m_exec.stream(), m_search.nextPhase(), m_search.launches(),
+                                   [&] { searchOnce(); }))
+            m_search.countRepeat();
+    }
+
+    void collectOrThrow()
+    {
+        fetchCount();
+        if (*m_count.data() == kSpilled)
+        {
+            m_search.buildByCounting(m_exec, m_input.boxes);
+            emit();
+            fetchCount();
+        }
+        while (*m_count.data() > m_pairs.size())
+        {
+            m_launches.drop();
+            m_exec.reserve(m_pairs, *m_count.data());
+            m_exec.clear(m_found.data(), 1);
+            emit();
+            fetchCount();
+        }
     }
 
     void searchOnce()
@@ -128,69 +145,128 @@ private:
         m_exec.wait();
     }
 
-    /// Records the launches of one search, so that they go to the device in one call.
-    void record(cudaGraphExec_t& graphOfPhase)
-    {
-        cudaGraph_t graph = nullptr;
-        CULLET_CUDA_TRY(cudaStreamBeginCapture(m_exec.stream(), cudaStreamCaptureModeThreadLocal));
-        try
-        {
-            searchOnce();
-        }
-        catch (...)
-        {
-            cudaStreamEndCapture(m_exec.stream(), &graph);
-            if (graph != nullptr)
-                cudaGraphDestroy(graph);
-            cudaGetLastError();
-            throw;
-        }
-        CULLET_CUDA_TRY(cudaStreamEndCapture(m_exec.stream(), &graph));
-        const cudaError_t error = cudaGraphInstantiateWithFlags(&graphOfPhase, graph, 0);
-        cudaGraphDestroy(graph);
-        throwIfFailed(error, "cudaGraphInstantiateWithFlags");
-    }
-
-    void dropGraphs() noexcept
-    {
-        for (cudaGraphExec_t& graph : m_graphs)
-        {
-            if (graph != nullptr)
-                cudaGraphExecDestroy(graph);
-            graph = nullptr;
-        }
-    }
-
     PsapOptions m_options;
-    CudaExec m_exec;
+    CudaExec m_exec;  ///< before the buffers: they live in its memory
     Search<CudaExec> m_search;
     SearchInput m_input{};
+    bool m_hasSearch = false;
     std::uint64_t m_lastCount = 0;
-    cudaGraphExec_t m_graphs[Search<CudaExec>::kPhases] = {};
-    std::uint32_t m_recorded = 0;  ///< launches of the search that the graphs are made of
+    RecordedLaunches<Search<CudaExec>::kPhases> m_launches;
     DeviceBuffer<IdPair> m_pairs;
     DeviceBuffer<std::uint64_t> m_found;
     PinnedBuffer<std::uint64_t> m_count;
 };
+
+class DeltaFinder final : public DeviceDeltaFinder
+{
+public:
+    DeltaFinder(const PsapOptions& options, cudaStream_t stream)
+        : m_options(options), m_exec(options, stream), m_search(options)
+    {
+    }
+
+    Status enqueue(const Aabb* boxes, std::uint64_t count) override
+    {
+        return guarded(
+            m_exec,
+            [&]
+            {
+                finish();
+                enqueueOrThrow(boxes, count);
+                m_exec.mark();
+                m_isFinished = false;
+            },
+            [&] { recover(); });
+    }
+
+    DeviceDeltasAhead ahead() const override
+    {
+        return {m_search.kept(), m_search.added(), m_search.addedRoom(), m_search.removed(),
+                m_search.countsThere()};
+    }
+
+    Status collect(DeviceDeltas& deltas) override
+    {
+        deltas = {};
+        return guarded(
+            m_exec,
+            [&]
+            {
+                finish();
+                const DeltaCounts& counts = m_search.counts();
+                deltas = {m_search.kept(), counts.kept,        m_search.added(),
+                          counts.added,    m_search.removed(), counts.removed};
+            },
+            [&] { recover(); });
+    }
+
+    void forget() override
+    {
+        m_exec.drain();
+        m_search.forget();
+        m_isFinished = true;
+    }
+
+    std::uint64_t bytes() const override { return m_exec.bytes(); }
+
+private:
+    void recover()
+    {
+        m_launches.drop();
+        m_search.recover(m_options);
+        m_isFinished = true;
+    }
+
+    void enqueueOrThrow(const Aabb* boxes, std::uint64_t count)
+    {
+        if (!m_search.prepare(m_exec, boxes, count))
+        {
+            m_launches.drop();
+            m_search.launch(m_exec);
+        }
+        else if (!m_search.isRepeatable(m_exec))
+            m_search.launch(m_exec);
+        else if (m_launches.launch(m_exec.stream(), m_search.nextPhase(), m_search.launches(),
+                                   [&] { m_search.launch(m_exec); }))
+            m_search.countRepeat();
+    }
+
+    /// Sees to it that the last search has found everything.
+    void finish()
+    {
+        if (m_isFinished)
+            return;
+        m_exec.awaitMark();
+        if (!m_search.finish(m_exec))
+            m_launches.drop();
+        m_isFinished = true;
+    }
+
+    PsapOptions m_options;
+    CudaExec m_exec;  ///< before the buffers: they live in its memory
+    DeltaSearch<CudaExec> m_search;
+    bool m_isFinished = true;
+    RecordedLaunches<DeltaSearch<CudaExec>::kPhases> m_launches;
+};
+
+/// @tparam Made with options and a stream
+template <class Finder, class Made>
+std::unique_ptr<Finder> make(const PsapOptions& options, CUstream_st* stream, std::string* why)
+{
+    return makeOnDevice(options.device, why,
+                        [&]() -> std::unique_ptr<Finder> { return std::make_unique<Made>(options, stream); });
+}
 }  // namespace
 
 std::unique_ptr<DevicePairFinder> makeDevicePairFinder(const PsapOptions& options, CUstream_st* stream,
                                                        std::string* why)
 {
-    std::string reason;
-    if (cudaDeviceUsable(&reason))
-    {
-        try
-        {
-            return std::make_unique<PairFinder>(options, stream);
-        }
-        catch (const ExecutorFailure& failure)
-        {
-            reason = std::string("the CUDA device does not start: ") + failure.call + ": " + failure.reason;
-        }
-    }
-    if (why != nullptr)
-        *why = reason;
-    return nullptr;
+    return make<DevicePairFinder, PairFinder>(options, stream, why);
+}
+
+std::unique_ptr<DeviceDeltaFinder> makeDeviceDeltaFinder(const PsapOptions& options, CUstream_st* stream,
+                                                         std::string* why)
+{
+    return make<DeviceDeltaFinder, DeltaFinder>(options, stream, why);
 }
 }  // namespace cullet

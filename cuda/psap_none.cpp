@@ -31,4 +31,9 @@ std::unique_ptr<DevicePairFinder> makeDevicePairFinder(const PsapOptions&, CUstr
 {
     return refuse(why);
 }
+
+std::unique_ptr<DeviceDeltaFinder> makeDeviceDeltaFinder(const PsapOptions&, CUstream_st*, std::string* why)
+{
+    return refuse(why);
+}
 }  // namespace cullet

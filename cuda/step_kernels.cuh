@@ -88,23 +88,29 @@ __global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
     emit.finish();
 }
 
-/// The same for a step so short that most of it would be asking for places: the device serves those who ask for places in one
-/// list one after the other, in more than a nanosecond.
+/// The same for a step with two lists, so short that most of it would be asking for places: the device serves those who ask
+/// for places in one list one after the other, in more than a nanosecond.
 ///
-/// @tparam kEach indices that a lane takes, every 32nd: as many pairs as a warp has room for
+/// @tparam kEach indices that a lane takes, every 32nd: a warp has room for as many pairs of the first list. Of the second
+///         there are mostly few.
 template <unsigned kEach, class Step>
 __global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
-    runShortTogether(std::uint64_t end, const Step step, const PairList list)
+    runParted(std::uint64_t end, const Step step, const PairList first, const PairList second)
 {
-    using Emitter = TogetherEmitter<32 * (kEach == 1 ? 2 : kEach)>;
-    __shared__ alignas(8) IdPair buffers[kEmitThreads / 32][Emitter::kRoom];
-    Emitter emit(buffers[threadIdx.x / 32], list);
+    constexpr unsigned kWarps = kEmitThreads / 32;
+    using First = TogetherEmitter<32 * (kEach == 1 ? 2 : kEach)>;
+    using Second = TogetherEmitter<64>;
+    __shared__ alignas(8) IdPair ofFirst[kWarps][First::kRoom];
+    __shared__ alignas(8) IdPair ofSecond[kWarps][Second::kRoom];
+    First toFirst(ofFirst[threadIdx.x / 32], first);
+    Second toSecond(ofSecond[threadIdx.x / 32], second);
     const std::uint64_t warp = (static_cast<std::uint64_t>(blockIdx.x) * kEmitThreads + threadIdx.x) / 32;
     std::uint64_t i = 32 * kEach * warp + threadIdx.x % 32;
 #pragma unroll 1
     for (unsigned k = 0; k < kEach; ++k, i += 32)
-        step(i, i < end, emit);
-    emit.finish();
+        step(i, i < end, toFirst, toSecond);
+    toFirst.finish();
+    toSecond.finish();
 }
 
 /// The same where the lanes of a warp are a group.

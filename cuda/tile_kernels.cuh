@@ -110,6 +110,7 @@ private:
             const std::uint64_t i = blockIdx.x * std::uint64_t{kBoxes} + k * kThreads + threadIdx.x;
             const Aabb box = loadBox(m_step.boxes, i < m_step.count ? i : m_step.count - 1);
             m_step.begin(i);
+            m_step.keepCopy(i, box);
             isTaken[k] = i < m_step.count && m_step.takes(i, box);
             records[k] =
                 recordOf(box, unforeseen(m_step.plan->axes), static_cast<std::uint32_t>(i), kBeginsThere);

@@ -5,11 +5,10 @@
 //
 // Balls fly through a box on the device. In every frame one kernel moves them and writes their boxes, DevicePairFinder
 // finds the overlapping pairs, and another kernel counts the neighbours of each ball from them. All of it is put on one
-// stream; nothing but the number of pairs ever comes to the CPU.
+// stream; nothing but the number of pairs ever comes to the CPU. cullet_device_deltas does without that too.
 
 #include "cuda/device_pairs.h"
-
-#include <cuda_runtime.h>
+#include "demos/device_balls.cuh"
 
 #include <cmath>
 #include <cstdio>
@@ -21,52 +20,7 @@ namespace
 {
 using namespace cullet;
 
-constexpr unsigned kThreads = 256;
 constexpr int kFrames = 100;
-
-void check(cudaError_t error)
-{
-    if (error != cudaSuccess)
-        throw std::runtime_error(cudaGetErrorString(error));
-}
-
-unsigned blocksFor(std::uint64_t count)
-{
-    return static_cast<unsigned>((count + kThreads - 1) / kThreads);
-}
-
-template <class T>
-T* allocate(std::uint64_t count)
-{
-    void* memory = nullptr;
-    check(cudaMalloc(&memory, count * sizeof(T)));
-    return static_cast<T*>(memory);
-}
-
-/// A number in [0, 1) of a ball, the same in every frame.
-__device__ float fractionOf(std::uint32_t ball, std::uint32_t stream)
-{
-    std::uint32_t bits = ball * 2654435761u ^ stream * 2246822519u;
-    bits = (bits ^ bits >> 15) * 2246822519u;
-    bits = (bits ^ bits >> 13) * 3266489917u;
-    return static_cast<float>((bits ^ bits >> 16) >> 8) / 16777216.0f;
-}
-
-/// Balls of radius 1 go back and forth between the walls.
-__global__ void __launch_bounds__(kThreads) fly(std::uint32_t count, float side, float time, Aabb* boxes)
-{
-    const std::uint32_t ball = blockIdx.x * kThreads + threadIdx.x;
-    if (ball >= count)
-        return;
-    for (std::uint32_t axis = 0; axis < 3; ++axis)
-    {
-        const float way = side * fractionOf(ball, axis) + time * (fractionOf(ball, axis + 3) - 0.5f);
-        const float folded = fabsf(fmodf(way, 2 * side));
-        const float centre = folded < side ? folded : 2 * side - folded;
-        boxes[ball].min[axis] = centre - 1;
-        boxes[ball].max[axis] = centre + 1;
-    }
-}
 
 __global__ void __launch_bounds__(kThreads)
     countNeighbours(const IdPair* pairs, std::uint64_t count, unsigned* neighbours)

@@ -6,6 +6,7 @@
 #include "broad/backend.h"
 #include "cuda/device_pairs.h"
 #include "demos/bench/cuda_ablation.h"
+#include "demos/bench/cuda_deltas.h"
 #include "demos/bench/cuda_extremes.h"
 #include "demos/bench/cuda_orders.h"
 #include "demos/bench/cuda_pairs.h"
@@ -70,6 +71,8 @@ void runScene(const FreshSets& sets, const CudaBenchOptions& options, CudaTable&
     if (!isQuick && !isLarge)
         table.add(timeGridPairs(sets));
     table.add(timePairs(sets, "rows", {}, frames));
+    for (const bool isFresh : {false, true})
+        table.add(timeDeltas(sets, isFresh, isQuick ? 9 : 30));
     if (!options.rowsOnly)
         timeAblation(sets, isQuick ? 3 : 20, table);
     if (options.sweep && !isLarge)

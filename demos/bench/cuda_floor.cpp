@@ -35,6 +35,11 @@ LeastBytes leastForPairs(std::uint64_t bodies, std::uint64_t pairs)
     return {bodies * kBox + pairs * kPair, 0};
 }
 
+LeastBytes leastForDeltas(std::uint64_t bodies, std::uint64_t pairs)
+{
+    return {bodies * kBox + 2 * pairs * kPair, 0};
+}
+
 LeastBytes leastForStage(const std::string& stage, const UpdateWork& work)
 {
     const bool isScattered = work.moved < work.bodies;

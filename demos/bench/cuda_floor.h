@@ -28,6 +28,9 @@ struct CopySpeed
 /// Boxes in, pairs out.
 LeastBytes leastForPairs(std::uint64_t bodies, std::uint64_t pairs);
 
+/// Boxes in; pairs in and out.
+LeastBytes leastForDeltas(std::uint64_t bodies, std::uint64_t pairs);
+
 /// What update() had to do in a frame.
 struct UpdateWork
 {

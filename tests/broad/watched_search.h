@@ -66,7 +66,7 @@ public:
         m_wasFull = m_count == psap::kSpilled;
         if (m_wasFull)
         {
-            m_search.buildByCounting(exec);
+            m_search.buildByCounting(exec, boxes.data());
             emit();
         }
         EXPECT_LE(m_count, m_found.size());

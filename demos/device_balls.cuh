@@ -1,0 +1,60 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/aabb.h"
+
+#include <cuda_runtime.h>
+
+#include <cstdint>
+#include <stdexcept>
+
+// Balls that live on the GPU, for the programs that search their pairs there.
+namespace cullet
+{
+inline constexpr unsigned kThreads = 256;
+
+inline void check(cudaError_t error)
+{
+    if (error != cudaSuccess)
+        throw std::runtime_error(cudaGetErrorString(error));
+}
+
+inline unsigned blocksFor(std::uint64_t count)
+{
+    return static_cast<unsigned>((count + kThreads - 1) / kThreads);
+}
+
+template <class T>
+T* allocate(std::uint64_t count)
+{
+    void* memory = nullptr;
+    check(cudaMalloc(&memory, count * sizeof(T)));
+    return static_cast<T*>(memory);
+}
+
+/// A number in [0, 1) of a ball, the same in every frame.
+__device__ inline float fractionOf(std::uint32_t ball, std::uint32_t stream)
+{
+    std::uint32_t bits = ball * 2654435761u ^ stream * 2246822519u;
+    bits = (bits ^ bits >> 15) * 2246822519u;
+    bits = (bits ^ bits >> 13) * 3266489917u;
+    return static_cast<float>((bits ^ bits >> 16) >> 8) / 16777216.0f;
+}
+
+/// Balls of radius 1 go back and forth between the walls.
+__global__ void __launch_bounds__(kThreads) fly(std::uint32_t count, float side, float time, Aabb* boxes)
+{
+    const std::uint32_t ball = blockIdx.x * kThreads + threadIdx.x;
+    if (ball >= count)
+        return;
+    for (std::uint32_t axis = 0; axis < 3; ++axis)
+    {
+        const float way = side * fractionOf(ball, axis) + time * (fractionOf(ball, axis + 3) - 0.5f);
+        const float folded = fabsf(fmodf(way, 2 * side));
+        const float centre = folded < side ? folded : 2 * side - folded;
+        boxes[ball].min[axis] = centre - 1;
+        boxes[ball].max[axis] = centre + 1;
+    }
+}
+}  // namespace cullet

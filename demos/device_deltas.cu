@@ -1,0 +1,176 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// cullet_device_deltas [BODIES]: changes of the pairs of a simulation that lives on the GPU.
+//
+// Balls fly through a box on the device, and each knows how many neighbours it has. In every frame one kernel moves them,
+// DeviceDeltaFinder finds which pairs enter and which leave, and another kernel adds and subtracts those. Nothing is
+// fetched and nobody waits, but every tenth frame to print something; then all neighbours are counted anew as well, to
+// see that nothing was lost.
+
+#include "cuda/device_pairs.h"
+#include "demos/device_balls.cuh"
+
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <stdexcept>
+#include <vector>
+
+namespace
+{
+using namespace cullet;
+
+constexpr int kFrames = 100;
+constexpr unsigned kBlocks = 256;  // how many pairs there are, the CPU does not know: each thread does some
+
+__device__ std::uint64_t threadOfAll()
+{
+    return static_cast<std::uint64_t>(blockIdx.x) * kThreads + threadIdx.x;
+}
+
+__device__ void add(unsigned* neighbours, IdPair pair, unsigned what)
+{
+    atomicAdd(&neighbours[pair.a], what);
+    atomicAdd(&neighbours[pair.b], what);
+}
+
+/// @param missed [out] whether there was not room for all changes, so that only collect() tells them
+__global__ void __launch_bounds__(kThreads)
+    follow(DeviceDeltasAhead found, unsigned* neighbours, unsigned* missed)
+{
+    const DeltaCounts counts = *found.counts;
+    if (counts.added > found.addedRoom)
+    {
+        *missed = 1;
+        return;
+    }
+    for (std::uint64_t i = threadOfAll(); i < counts.added; i += kBlocks * kThreads)
+        add(neighbours, found.added[i], 1u);
+    for (std::uint64_t i = threadOfAll(); i < counts.removed; i += kBlocks * kThreads)
+        add(neighbours, found.removed[i], ~0u);
+}
+
+__global__ void __launch_bounds__(kThreads)
+    count(const IdPair* pairs, std::uint64_t pairCount, unsigned* neighbours)
+{
+    for (std::uint64_t i = threadOfAll(); i < pairCount; i += kBlocks * kThreads)
+        add(neighbours, pairs[i], 1u);
+}
+
+/// The neighbours of each ball.
+class Neighbours
+{
+public:
+    Neighbours(std::uint32_t balls, cudaStream_t stream)
+        : m_balls(balls),
+          m_stream(stream),
+          m_followed(allocate<unsigned>(balls)),
+          m_counted(allocate<unsigned>(balls)),
+          m_missed(allocate<unsigned>(1))
+    {
+        check(cudaMemsetAsync(m_followed, 0, balls * sizeof(unsigned), stream));
+        check(cudaMemsetAsync(m_missed, 0, sizeof(unsigned), stream));
+    }
+    Neighbours(const Neighbours&) = delete;
+    Neighbours& operator=(const Neighbours&) = delete;
+    ~Neighbours()
+    {
+        for (unsigned* memory : {m_followed, m_counted, m_missed})
+            cudaFree(memory);
+    }
+
+    void follow(const DeviceDeltasAhead& found)
+    {
+        ::follow<<<kBlocks, kThreads, 0, m_stream>>>(found, m_followed, m_missed);
+        check(cudaGetLastError());
+    }
+
+    /// Counts them anew, and compares; where a list was too short the new counts are taken.
+    ///
+    /// @return whether one was
+    bool compare(const DeviceDeltas& found)
+    {
+        check(cudaMemsetAsync(m_counted, 0, m_balls * sizeof(unsigned), m_stream));
+        count<<<kBlocks, kThreads, 0, m_stream>>>(found.kept, found.keptCount, m_counted);
+        count<<<kBlocks, kThreads, 0, m_stream>>>(found.added, found.addedCount, m_counted);
+        check(cudaGetLastError());
+        const bool isMissing = fetch(m_missed, 1)[0] != 0;
+        if (isMissing)
+        {
+            check(cudaMemcpyAsync(m_followed, m_counted, m_balls * sizeof(unsigned), cudaMemcpyDeviceToDevice,
+                                  m_stream));
+            check(cudaMemsetAsync(m_missed, 0, sizeof(unsigned), m_stream));
+        }
+        else if (fetch(m_followed, m_balls) != fetch(m_counted, m_balls))
+            throw std::runtime_error("the changes do not make up the pairs");
+        return isMissing;
+    }
+
+private:
+    std::vector<unsigned> fetch(const unsigned* from, std::uint32_t size)
+    {
+        std::vector<unsigned> there(size);
+        check(cudaMemcpyAsync(there.data(), from, size * sizeof(unsigned), cudaMemcpyDeviceToHost, m_stream));
+        check(cudaStreamSynchronize(m_stream));
+        return there;
+    }
+
+    std::uint32_t m_balls;
+    cudaStream_t m_stream;
+    unsigned* m_followed;
+    unsigned* m_counted;
+    unsigned* m_missed;
+};
+
+void run(std::uint32_t balls)
+{
+    cudaStream_t stream = nullptr;
+    check(cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking));
+    std::string why;
+    const auto finder = makeDeviceDeltaFinder({}, stream, &why);
+    if (!finder)
+        throw std::runtime_error(why);
+    Aabb* boxes = allocate<Aabb>(balls);
+    Neighbours neighbours(balls, stream);
+    const float side = std::cbrt(32.0f * static_cast<float>(balls));
+    for (int frame = 0; frame < kFrames; ++frame)
+    {
+        fly<<<blocksFor(balls), kThreads, 0, stream>>>(balls, side, 0.1f * static_cast<float>(frame), boxes);
+        check(cudaGetLastError());
+        if (finder->enqueue(boxes, balls) != Status::Ok)
+            throw std::runtime_error("the search failed");
+        neighbours.follow(finder->ahead());
+        if (frame % 10 != 9)
+            continue;
+        DeviceDeltas found;
+        if (finder->collect(found) != Status::Ok)
+            throw std::runtime_error("the search failed");
+        const bool wasShort = neighbours.compare(found);
+        std::printf("frame %d: %llu pairs, %llu entered, %llu left%s\n", frame,
+                    static_cast<unsigned long long>(found.keptCount + found.addedCount),
+                    static_cast<unsigned long long>(found.addedCount),
+                    static_cast<unsigned long long>(found.removedCount),
+                    wasShort ? "; lists have grown" : "");
+    }
+    check(cudaStreamSynchronize(stream));
+    check(cudaFree(boxes));
+}
+}  // namespace
+
+int main(int argc, char** argv)
+{
+    try
+    {
+        const long balls = argc > 1 ? std::atol(argv[1]) : 100000;
+        if (balls < 1 || balls > 100000000)
+            throw std::runtime_error("between 1 and 100000000 bodies");
+        run(static_cast<std::uint32_t>(balls));
+        return 0;
+    }
+    catch (const std::exception& error)
+    {
+        std::fprintf(stderr, "cullet_device_deltas: %s\n", error.what());
+        return 1;
+    }
+}

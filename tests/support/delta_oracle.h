@@ -1,0 +1,123 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/aabb.h"
+#include "tests/support/box_scenes.h"
+#include "tests/support/boxes.h"
+#include "tests/support/pair_lists.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <iterator>
+#include <utility>
+#include <vector>
+
+namespace cullet::test
+{
+/// What a search for changes has told of one set of boxes.
+struct FoundDeltas
+{
+    std::vector<IdPair> kept, added, removed;
+};
+
+/// Follows a search for changes from one set of boxes to the next, and compares what it tells with every pair.
+class DeltaOracle
+{
+public:
+    /// @param before pairs that there are already
+    explicit DeltaOracle(std::vector<Pair> before = {}) : m_before(std::move(before)) {}
+
+    void expect(const std::vector<Aabb>& boxes, const FoundDeltas& found)
+    {
+        const std::vector<Pair> now = everyPair(boxes);
+        EXPECT_EQ(inOrder(found.kept), both(m_before, now));
+        EXPECT_EQ(inOrder(found.added), butFor(now, m_before));
+        EXPECT_EQ(inOrder(found.removed), butFor(m_before, now));
+        m_kept += found.kept.size();
+        m_added += found.added.size();
+        m_removed += found.removed.size();
+        m_before = now;
+    }
+    /// The next set is compared with none.
+    void forget() { m_before.clear(); }
+
+    std::uint64_t kept() const { return m_kept; }
+    std::uint64_t added() const { return m_added; }
+    std::uint64_t removed() const { return m_removed; }
+
+private:
+    static std::vector<Pair> both(const std::vector<Pair>& a, const std::vector<Pair>& b)
+    {
+        std::vector<Pair> pairs;
+        std::set_intersection(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(pairs));
+        return pairs;
+    }
+    static std::vector<Pair> butFor(const std::vector<Pair>& a, const std::vector<Pair>& b)
+    {
+        std::vector<Pair> pairs;
+        std::set_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(pairs));
+        return pairs;
+    }
+
+    std::vector<Pair> m_before;
+    std::uint64_t m_kept = 0, m_added = 0, m_removed = 0;
+};
+
+/// Boxes that drift, jump, come, go, are empty, unbounded, not numbers, and all gone for a while.
+inline std::vector<std::vector<Aabb>> changingBoxes(std::uint32_t count, std::uint32_t seed)
+{
+    std::vector<std::vector<Aabb>> sets;
+    BoxScene drifting(SceneKind::Uniform, count, seed);
+    BoxScene jumping(SceneKind::Teleport, count, seed + 1);
+    const auto drift = [&](int steps)
+    {
+        for (int step = 0; step < steps; ++step, drifting.step())
+            sets.push_back(drifting.boxes());
+    };
+    drift(8);
+    for (int step = 0; step < 4; ++step, jumping.step())
+        sets.push_back(jumping.boxes());
+    drift(4);
+    std::vector<Aabb> strange = drifting.boxes();
+    strange[1] = {{-kInfinity, -kInfinity, -1}, {kInfinity, kInfinity, 1}};
+    strange[2] = {{kNan, 0, 0}, {1, 1, 1}};
+    strange[3] = cube(1, -1);
+    strange[4] = cube(-1e6f, 1e6f);
+    sets.push_back(strange);
+    strange[3] = cube(-1, 2);
+    std::swap(strange[1], strange[2]);
+    sets.push_back(strange);
+    for (const std::uint32_t fewer : {count * 9 / 10, count / 3, count, 0u, 0u, count / 2})
+    {
+        drifting.step();
+        sets.emplace_back(drifting.boxes().begin(), drifting.boxes().begin() + fewer);
+    }
+    drift(4);
+    sets.emplace_back(count / 4, cube(0, 1));
+    drift(6);
+    return sets;
+}
+
+/// Has a search tell the changes of one set after the other.
+///
+/// @param search search(boxes) tells FoundDeltas of them
+template <class Search>
+void expectChanges(const std::vector<std::vector<Aabb>>& sets, const Search& search)
+{
+    DeltaOracle oracle;
+    for (std::size_t set = 0; set < sets.size(); ++set)
+    {
+        SCOPED_TRACE("set " + std::to_string(set));
+        oracle.expect(sets[set], search(sets[set]));
+        if (testing::Test::HasFatalFailure() || testing::Test::HasNonfatalFailure())
+            return;
+    }
+    EXPECT_GT(oracle.kept(), 5 * sets.front().size());
+    EXPECT_GT(oracle.added(), 2 * sets.front().size());
+    EXPECT_GT(oracle.removed(), 2 * sets.front().size());
+}
+}  // namespace cullet::test
