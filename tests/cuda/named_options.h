@@ -29,7 +29,7 @@ inline std::string nameOf(const testing::TestParamInfo<NamedOptions>& info)
     return info.param.name;
 }
 
-inline PsapOptions ordered(PsapOrder order, PsapRowSearch search = PsapRowSearch::Automatic)
+inline PsapOptions rowOptions(PsapOrder order, PsapRowSearch search = PsapRowSearch::Automatic)
 {
     PsapOptions options;
     options.order = order;
@@ -48,11 +48,11 @@ inline PsapOptions literal()
 inline std::vector<NamedOptions> rowVariants()
 {
     return {{"Automatic", {}},
-            {"Counting", ordered(PsapOrder::Counting)},
-            {"Radix", ordered(PsapOrder::Radix)},
-            {"Bins", ordered(PsapOrder::Bins)},
-            {"Tiles", ordered(PsapOrder::Tiles)},
-            {"Grouped", ordered(PsapOrder::Counting, PsapRowSearch::Grouped)}};
+            {"Counting", rowOptions(PsapOrder::Counting)},
+            {"Radix", rowOptions(PsapOrder::Radix)},
+            {"Bins", rowOptions(PsapOrder::Bins)},
+            {"Tiles", rowOptions(PsapOrder::Tiles)},
+            {"Grouped", rowOptions(PsapOrder::Counting, PsapRowSearch::Grouped)}};
 }
 
 /// The same, and the search as the thesis has it.

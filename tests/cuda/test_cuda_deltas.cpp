@@ -3,9 +3,9 @@
 
 // What changes between sets of boxes on the device, told there, against every pair.
 
-#include "cuda/cuda_fault.h"
 #include "cuda/device_buffer.h"
 #include "cuda/device_pairs.h"
+#include "tests/cuda/failing_calls.h"
 #include "tests/support/delta_oracle.h"
 
 #include <cuda_runtime_api.h>
@@ -204,18 +204,12 @@ TEST(CudaDeltas, WhatIsForgottenEntersAgain)
     }
 }
 
-/// Runs all sets while the `call`-th CUDA call fails; after the failure everything enters again. True when it failed.
-bool runFailing(const PsapOptions& options, const std::vector<std::vector<Aabb>>& sets, CudaFault fault,
-                std::uint64_t call)
+/// Runs all sets while a CUDA call fails; after the failure everything enters again.
+void runFailing(const PsapOptions& options, const std::vector<std::vector<Aabb>>& sets, const FaultPlan& plan)
 {
-    struct FaultEnd
-    {
-        ~FaultEnd() { setCudaFault(CudaFault::None, 0); }
-    };
     DeviceProgram program(options);
     DeltaOracle oracle;
-    const FaultEnd end;
-    setCudaFault(fault, call);
+    plan.begin();
     bool hasFailed = false;
     for (const std::vector<Aabb>& boxes : sets)
     {
@@ -225,7 +219,7 @@ bool runFailing(const PsapOptions& options, const std::vector<std::vector<Aabb>>
             status = program.finder->collect(found);
         if (status != Status::Ok)
         {
-            EXPECT_EQ(status, fault == CudaFault::OutOfMemory ? Status::OutOfMemory : Status::DeviceLost);
+            EXPECT_EQ(status, statusOf(plan.fault));
             EXPECT_EQ(found.addedCount, 0u);
             EXPECT_FALSE(hasFailed);
             hasFailed = true;
@@ -236,7 +230,6 @@ bool runFailing(const PsapOptions& options, const std::vector<std::vector<Aabb>>
         }
         oracle.expect(boxes, DeviceProgram::fetchAll(found));
     }
-    return hasFailed;
 }
 
 TEST(CudaDeltas, AnyCallMayFailAndThenEverythingEntersAgain)
@@ -248,10 +241,9 @@ TEST(CudaDeltas, AnyCallMayFailAndThenEverythingEntersAgain)
     {
         for (const CudaFault fault : {CudaFault::OutOfMemory, CudaFault::DeviceLost})
         {
-            std::uint64_t call = 0;
-            while (runFailing(options, sets, fault, call) && !testing::Test::HasFailure())
-                ++call;
-            EXPECT_GT(call, 50u);
+            const std::uint64_t calls =
+                failEachCall(fault, [&](const FaultPlan& plan) { runFailing(options, sets, plan); });
+            EXPECT_GT(calls, 50u);
         }
     }
 }

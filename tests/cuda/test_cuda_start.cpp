@@ -59,6 +59,13 @@ bool makesFinder(int device, std::string* why)
     return makeDevicePairFinder(options, nullptr, why) != nullptr;
 }
 
+bool makesDeltaFinder(int device, std::string* why)
+{
+    PsapOptions options;
+    options.device = device;
+    return makeDeviceDeltaFinder(options, nullptr, why) != nullptr;
+}
+
 using Make = bool (*)(int device, std::string* why);
 class CudaStart : public testing::TestWithParam<Make>
 {
@@ -115,8 +122,10 @@ TEST_P(CudaStart, ADeviceThatIsNotThereIsToldByItsNumber)
 
 std::string nameOfMake(const testing::TestParamInfo<Make>& made)
 {
-    return made.index == 0 ? "Backend" : "Finder";
+    const char* const names[] = {"Backend", "PairFinder", "DeltaFinder"};
+    return names[made.index];
 }
-INSTANTIATE_TEST_SUITE_P(Cuda, CudaStart, testing::Values(&makesBackend, &makesFinder), nameOfMake);
+INSTANTIATE_TEST_SUITE_P(Cuda, CudaStart, testing::Values(&makesBackend, &makesFinder, &makesDeltaFinder),
+                         nameOfMake);
 }  // namespace
 }  // namespace cullet::test
