@@ -36,7 +36,8 @@ struct LinearMaximum
                                         _mm256_mul_ps(_mm256_loadu_ps(y + i), dy));
         const __m256 product = _mm256_add_ps(xy, _mm256_mul_ps(_mm256_loadu_ps(z + i), dz));
         const __m256 isLarger = _mm256_cmp_ps(product, best, _CMP_GT_OQ);
-        best = _mm256_blendv_ps(best, product, isLarger);
+        // Of a NaN and another the second. Nothing then waits for the comparison but the index.
+        best = _mm256_max_ps(product, best);
         where = _mm256_blendv_epi8(where, index, _mm256_castps_si256(isLarger));
         index = _mm256_add_epi32(index, eight);
     }

@@ -137,11 +137,11 @@ public:
         isProvedA = isProvedA && a.isSupportAlong(dA, ofA[0]);
         isProvedB = isProvedB && b.isSupportAlong(dB, ofB[0]);
         const Vector localA(dA[0], dA[1], dA[2]), localB(dB[0], dB[1], dB[2]);
+        // The newest of the simplex is near enough: finding the highest of it costs more than it spares steps.
         if (!isProvedA && !isProvedB && a.isClimbed() && b.isClimbed())
-            return climbBoth(*a.m_hull, localA, *b.m_hull, localB,
-                             {a.highestOf(localA, ofA, count), b.highestOf(localB, ofB, count)});
-        return {isProvedA ? ofA[0] : a.vertexBeside(localA, ofA, count),
-                isProvedB ? ofB[0] : b.vertexBeside(localB, ofB, count)};
+            return climbBoth(*a.m_hull, localA, *b.m_hull, localB, {ofA[count - 1], ofB[count - 1]});
+        return {isProvedA ? ofA[0] : a.vertexBeside(localA, ofA[count - 1]),
+                isProvedB ? ofB[0] : b.vertexBeside(localB, ofB[count - 1])};
     }
 
     /// Whether vertices are the support vertices of A against a direction and of B along it, as far as their neighbours tell.
@@ -206,28 +206,13 @@ private:
     bool isMapped() const { return isClimbedAbove(linearSupportMaximum<S>()); }
 
     /// @param d local
-    [[gnu::noinline]] std::int32_t vertexBeside(const Vector& d, const std::array<std::int32_t, 4>& vertices,
-                                                int count) const
+    [[gnu::noinline]] std::int32_t vertexBeside(const Vector& d, std::int32_t start) const
     {
         if (m_method != SupportMethod::Automatic)
             return supportVertex<S>(*m_hull, d, -1, m_method);
         if (!isClimbed())
             return hitLinear(*m_hull, d).vertex;
-        return supportClimbArtificial(*m_hull, d, highestOf(d, vertices, count)).vertex;
-    }
-
-    /// @param d local
-    std::int32_t highestOf(const Vector& d, const std::array<std::int32_t, 4>& vertices, int count) const
-    {
-        std::int32_t best = vertices[0];
-        S highest = supportProduct(*m_hull, best, d);
-        for (int i = 1; i < count; ++i)
-        {
-            const S height = supportProduct(*m_hull, vertices[i], d);
-            best = height > highest ? vertices[i] : best;
-            highest = height > highest ? height : highest;
-        }
-        return best;
+        return supportClimbArtificial(*m_hull, d, start).vertex;
     }
 
     Quad m_rows[3];
