@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "narrow/lanes.h"
+#include "plugin/axis_test.h"
 #include "plugin/convex_shape.h"
 #include "plugin/hull_cache.h"
 
@@ -10,7 +12,6 @@
 #include <BulletCollision/CollisionShapes/btPolyhedralConvexShape.h>
 
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <optional>
 
@@ -47,9 +48,16 @@ struct ConvexSide
 
     bool isFinite() const
     {
-        const btMatrix3x3& m = transform.getBasis();
-        const btVector3 sum = m[0] + m[1] + m[2] + transform.getOrigin();
-        return std::isfinite(sum.x()) && std::isfinite(sum.y()) && std::isfinite(sum.z());
+        const btMatrix3x3& basis = transform.getBasis();
+        Components sum, row;
+        read(transform.getOrigin(), sum);
+        for (int i = 0; i < 3; ++i)
+        {
+            read(basis[i], row);
+            sum += row;
+        }
+        // What is not finite leaves NaN, and the fourth means nothing.
+        return (quadBits<btScalar>(sum - sum == Components{}) & 7u) == 7u;
     }
 
     /// False for a hull shape that has no points, or one that is not finite.

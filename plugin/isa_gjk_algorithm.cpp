@@ -76,6 +76,25 @@ Touch touchAt(const ConvexCores& cores, const PenetrationResult<btScalar>& deep)
     return touch;
 }
 
+/// The same direction with length 1, from one that has that up to the rounding of its precision: a step of Newton's, which is
+/// off by the square of that, instead of a root and divisions.
+Eigen::Vector3d lengthened(const Eigen::Matrix<btScalar, 3, 1>& axis)
+{
+    const Eigen::Vector3d v = axis.cast<double>();
+    return v * (1.5 - 0.5 * v.squaredNorm());
+}
+
+Touch touchAt(const GjkResult<btScalar>& near, const GjkCache<btScalar>& cache)
+{
+    const auto vertexOf = [](std::uint16_t id)
+    { return id == GjkCache<btScalar>::kUnknown ? -1 : std::int32_t(id); };
+    Touch touch = {lengthened(near.axis), double(near.distance), near.pointB.cast<double>(),
+                   vertexOf(cache.startA), vertexOf(cache.startB)};
+    touch.areCorners =
+        cache.count == 1 && cache.verticesA[0] == cache.startA && cache.verticesB[0] == cache.startB;
+    return touch;
+}
+
 /// Distance or depth of two polytopes.
 ///
 /// @param memory null: the pair will not be asked again
@@ -93,12 +112,8 @@ GjkState measure(const ConvexCores& cores, btScalar limit, GjkCache<btScalar>& c
         }
     }
     const GjkResult<btScalar> near = gjkDistance(*cores.a, *cores.b, limit, cache);
-    const auto vertexOf = [](std::uint16_t id)
-    { return id == GjkCache<btScalar>::kUnknown ? -1 : std::int32_t(id); };
-    touch = {near.axis.cast<double>().normalized(), double(near.distance), near.pointB.cast<double>(),
-             vertexOf(cache.startA), vertexOf(cache.startB)};
-    touch.areCorners =
-        cache.count == 1 && cache.verticesA[0] == cache.startA && cache.verticesB[0] == cache.startB;
+    if (near.state == GjkState::Near)
+        touch = touchAt(near, cache);
     if (near.state != GjkState::Overlapping)
         return near.state;
     const PenetrationResult<btScalar> deep = penetration(*cores.a, *cores.b, cache, memory);
@@ -269,6 +284,29 @@ bool IsaGjkAlgorithm::findsAxis(const btCollisionObject& a, const btCollisionObj
     return true;
 }
 
+/// @param reach points of a patch may be so much farther apart than the breaking threshold
+[[gnu::always_inline]] inline void IsaGjkAlgorithm::report(const ConvexPair& pair, const ConvexCores& cores,
+                                                           const Touch& touch, btScalar reach,
+                                                           btManifoldResult& result)
+{
+    // As in Bullet: where the application had faces made for both shapes, hulls touch without their margins.
+    const bool isBare = pair.a.features() != nullptr && pair.b.features() != nullptr;
+    const double marginA = isBare && pair.a.kind != ConvexKind::Box ? 0.0 : double(pair.a.margin);
+    const double marginB = isBare && pair.b.kind != ConvexKind::Box ? 0.0 : double(pair.b.margin);
+    const btVector3 normal = toBullet(touch.normal);
+    const btVector3 onB = toBullet(cores.a->origin() + touch.onB + marginB * touch.normal);
+    const btScalar margins = static_cast<btScalar>(marginA + marginB);
+    const double limit = marginA + marginB + double(m_breakingThreshold) + double(reach);
+    if (m_closestOnly || touch.distance > limit)
+        return result.addContactPoint(normal, onB, static_cast<btScalar>(touch.distance - marginA - marginB));
+    const ContactPatch patch = makeContactPatch(*cores.a, *cores.b, touch, {limit, m_breakingThreshold});
+    for (int i = 0; i < patch.count; ++i)
+    {
+        const ContactPoint& point = patch.points[static_cast<std::size_t>(i)];
+        result.addContactPoint(normal, onB + point.fromTouch, point.distance - margins);
+    }
+}
+
 /// @return false if Bullet's own algorithm has to answer
 bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& info, ApartTest& failed,
                               btManifoldResult& result)
@@ -319,28 +357,6 @@ try
 catch (const std::exception&)
 {
     return false;
-}
-
-/// @param reach points of a patch may be so much farther apart than the breaking threshold
-void IsaGjkAlgorithm::report(const ConvexPair& pair, const ConvexCores& cores, const Touch& touch,
-                             btScalar reach, btManifoldResult& result)
-{
-    // As in Bullet: where the application had faces made for both shapes, hulls touch without their margins.
-    const bool isBare = pair.a.features() != nullptr && pair.b.features() != nullptr;
-    const double marginA = isBare && pair.a.kind != ConvexKind::Box ? 0.0 : double(pair.a.margin);
-    const double marginB = isBare && pair.b.kind != ConvexKind::Box ? 0.0 : double(pair.b.margin);
-    const btVector3 normal = toBullet(touch.normal);
-    const btVector3 onB = toBullet(cores.a->origin() + touch.onB + marginB * touch.normal);
-    const btScalar margins = static_cast<btScalar>(marginA + marginB);
-    const double limit = marginA + marginB + double(m_breakingThreshold) + double(reach);
-    if (m_closestOnly || touch.distance > limit)
-        return result.addContactPoint(normal, onB, static_cast<btScalar>(touch.distance - marginA - marginB));
-    const ContactPatch patch = makeContactPatch(*cores.a, *cores.b, touch, {limit, m_breakingThreshold});
-    for (int i = 0; i < patch.count; ++i)
-    {
-        const ContactPoint& point = patch.points[static_cast<std::size_t>(i)];
-        result.addContactPoint(normal, onB + point.fromTouch, point.distance - margins);
-    }
 }
 
 void IsaGjkAlgorithm::runStock(const ConvexPair& pair, const btDispatcherInfo& info, btManifoldResult& result)
