@@ -163,7 +163,8 @@ void HullCache::invalidate(const btConvexHullShape& shape) noexcept
 {
     const std::lock_guard<std::mutex> lock(m_mutex);
     const auto it = m_records.find(&shape);
-    if (it == m_records.end())
+    // Without memory a record may have stayed empty.
+    if (it == m_records.end() || !it->second)
         return;
     it->second->isPinned = false;
     it->second->checkedIn.store(0, std::memory_order_release);

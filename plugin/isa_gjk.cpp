@@ -54,7 +54,7 @@ void IsaGjkRegistration::reset(btCollisionDispatcher& dispatcher, const IsaGjkOp
     m_options = options;
     endPass();
     for (ThreadCounter* counter : {&m_counters.separated, &m_counters.touching, &m_counters.depths,
-                                   &m_counters.notConverged, &m_counters.delegated})
+                                   &m_counters.notConverged, &m_counters.delegated, &m_counters.exact})
         counter->reset();
     m_stock = dynamic_cast<const btConvexConvexAlgorithm::CreateFunc*>(
         dispatcher.getCollisionConfiguration()->getCollisionAlgorithmCreateFunc(CONVEX_HULL_SHAPE_PROXYTYPE,
@@ -91,6 +91,7 @@ IsaGjkStats IsaGjkRegistration::stats() const
     stats.depthsTotal = m_counters.depths.value();
     stats.notConvergedTotal = m_counters.notConverged.value();
     stats.delegatedTotal = m_counters.delegated.value();
+    stats.exactTotal = m_counters.exact.value();
     return stats;
 }
 

@@ -35,12 +35,15 @@ struct IsaGjkOptions
 /// Counters since the registration, summed over all pairs.
 struct IsaGjkStats
 {
-    std::uint64_t separatedTotal = 0;     ///< queries that an axis answered: no contact
-    std::uint64_t touchingTotal = 0;      ///< queries that made contact points
-    std::uint64_t depthsTotal = 0;        ///< of these, with overlapping cores
-    std::uint64_t notConvergedTotal = 0;  ///< queries without an answer, which Bullet's own detector got
+    std::uint64_t separatedTotal = 0;  ///< queries that an axis answered: no contact
+    std::uint64_t touchingTotal = 0;   ///< queries that made contact points
+    std::uint64_t depthsTotal = 0;     ///< of these, with overlapping cores
+    /// Queries without an answer, or without memory for one, which Bullet's own detector got.
+    std::uint64_t notConvergedTotal = 0;
     /// Queries that Bullet's own algorithm gets as planned: round shapes that are close, enableSatConvex, perturbation.
     std::uint64_t delegatedTotal = 0;
+    /// Of depthsTotal, those that took an examination of all faces and pairs of edges: milliseconds for large round hulls.
+    std::uint64_t exactTotal = 0;
 };
 
 /// What all pairs of one dispatcher have in common: create functions, options, counters.
@@ -76,7 +79,7 @@ public:
     /// Those of IsaGjkStats.
     struct Counters
     {
-        ThreadCounter separated, touching, depths, notConverged, delegated;
+        ThreadCounter separated, touching, depths, notConverged, delegated, exact;
     };
     Counters& counters() { return m_counters; }
 

@@ -99,8 +99,9 @@ Touch touchAt(const GjkResult<btScalar>& near, const GjkCache<btScalar>& cache)
 ///
 /// @param memory null: the pair will not be asked again
 /// @param touch  [out] valid for Near and Overlapping
+/// @param exactTotal counts depths that only the exact search has found
 GjkState measure(const ConvexCores& cores, btScalar limit, GjkCache<btScalar>& cache, DepthMemory* memory,
-                 Touch& touch)
+                 Touch& touch, ThreadCounter& exactTotal)
 {
     if (memory != nullptr && memory->vertexCount > 0)
     {
@@ -120,6 +121,8 @@ GjkState measure(const ConvexCores& cores, btScalar limit, GjkCache<btScalar>& c
     // The two queries may disagree about shapes that only touch.
     if (deep.state != GjkState::Overlapping)
         return GjkState::NotConverged;
+    if (deep.method == PenetrationMethod::Exact)
+        count(exactTotal);
     touch = touchAt(cores, deep);
     return GjkState::Overlapping;
 }
@@ -323,7 +326,12 @@ try
     }
     const ConvexCores cores(pair, failed.hulls, m_hulls, m_isaGjk.pass());
     if (!cores.arePlaced(pair))
-        return !pair.a.hasPoints() || !pair.b.hasPoints();
+    {
+        if (!pair.a.hasPoints() || !pair.b.hasPoints())
+            return true;
+        count(counters.notConverged);
+        return false;
+    }
     const bool arePolytopes = cores.a && cores.b;
     const bool wasNear = m_cache.state == GjkState::Near || m_cache.state == GjkState::Overlapping;
     GjkState state = GjkState::Near;
@@ -340,7 +348,7 @@ try
     {
         // The algorithm of a mesh's triangle lives for one query.
         const bool isKept = pair.a.kind != ConvexKind::Triangle && pair.b.kind != ConvexKind::Triangle;
-        state = measure(cores, limit, m_cache, isKept ? &m_depth : nullptr, touch);
+        state = measure(cores, limit, m_cache, isKept ? &m_depth : nullptr, touch, counters.exact);
     }
     if (state == GjkState::Separated || state == GjkState::NotConverged)
     {
@@ -356,6 +364,7 @@ try
 }
 catch (const std::exception&)
 {
+    count(m_isaGjk.counters().notConverged);
     return false;
 }
 

@@ -47,6 +47,7 @@ void add(const IsaGjkStats& from, IsaGjkStats& to)
     to.touchingTotal += from.touchingTotal;
     to.notConvergedTotal += from.notConvergedTotal;
     to.delegatedTotal += from.delegatedTotal;
+    to.exactTotal += from.exactTotal;
 }
 
 const char* precisionName()
