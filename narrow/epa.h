@@ -69,9 +69,10 @@ private:
     using Search = GjkSearch<A, B>;
     using Support = typename Search::Support;
 
-    /// The certified gap up to which an expansion goes on, and up to which it is accepted when it cannot; times the size.
-    static constexpr double kGapWanted = 1e-7;
-    static constexpr double kGapAccepted = 1e-5;
+    /// The certified gap up to which an expansion goes on, and up to which it is accepted when it cannot; times the size. By
+    /// the precision of the answer.
+    static constexpr double kGapWanted = sizeof(S) == sizeof(float) ? 1e-7 : 1e-12;
+    static constexpr double kGapAccepted = sizeof(S) == sizeof(float) ? 1e-5 : 1e-10;
     /// Times the size: extents below this have no volume in double.
     static constexpr double kFlat = 1e-10;
 

@@ -11,7 +11,8 @@
 namespace cullet
 {
 /// Outcome of a query between two convex shapes. "Size" is the largest extent of their Minkowski difference as seen by
-/// the query; statements hold up to the rounding of the supports, about 4e-7 of the size for float hulls.
+/// the query; statements hold up to the rounding of the supports, about 4e-7 of the size for float hulls, and a search may
+/// take shapes for touching whose distance is less than 1e-7 of it.
 enum class GjkState : std::uint8_t
 {
     /// The distance is larger than maxDistance; `axis` proves it. No distance and no points.

@@ -18,11 +18,12 @@
 #include <string>
 #include <vector>
 
-/// Booleans against the oracle, by the query's own certificate where it has one. Gaps below kUndecided times the size are left out, as is
-/// usual for float coordinates; the size is 1.
+/// Booleans against the oracle, by the query's own certificate where it has one. Gaps below kUndecided times the size are
+/// left out, as is usual for float coordinates; in double the searches tell a tenth of that. The size is 1.
 namespace cullet::test
 {
-inline constexpr double kUndecided = 1e-6;
+template <class S>
+inline constexpr double kUndecided = sizeof(S) == sizeof(float) ? 1e-6 : 1e-7;
 
 struct Tally
 {
@@ -69,8 +70,8 @@ bool isRefuted(const PosedHull<S>& a, const PosedHull<S>& b, double limit, GjkSt
         exactPenetration(a, b, normal, depth);
     const double distance = static_cast<double>(truth.upper);
     const bool isUndecided = truth.isInside
-                                 ? depth < kUndecided
-                                 : distance < kUndecided || std::abs(distance - limit) < kUndecided;
+                                 ? depth < kUndecided<S>
+                                 : distance < kUndecided<S> || std::abs(distance - limit) < kUndecided<S>;
     tally.undecided += isUndecided;
     const GjkState right = truth.isInside     ? GjkState::Overlapping
                            : distance > limit ? GjkState::Separated
@@ -129,7 +130,8 @@ Tally checkAll(bool isThin, double farAway, int rounds, int frames, unsigned see
     for (const NamedPoints& shape : shapes)
         hulls.push_back(hullOf<S>(shape.points));
     // Far from the origin coordinates are rounded to eps times farAway: gaps below that are random, and harmless.
-    const double gaps[] = {0.06, 0.03, 3e-3, 1e-3, 1e-5, 2e-6, -2e-6, -1e-4, -3e-3, -0.03, -0.2};
+    const double least = 2.0 * kUndecided<S>;
+    const double gaps[] = {0.06, 0.03, 3e-3, 1e-3, 1e-5, least, -least, -1e-4, -3e-3, -0.03, -0.2};
     Tally tally;
     std::mt19937 engine(seed);
     const auto anyLimit = [&] { return limits.size() > 1 ? limits[engine() % limits.size()] : limits[0]; };

@@ -143,7 +143,7 @@ void checkMemoryOfAnotherPair()
         if (result.state == GjkState::Overlapping)
         {
             GjkCache<S> other;
-            EXPECT_NEAR(result.depth, penetration(a, b, other).depth, 1e-5);
+            EXPECT_NEAR(result.depth, penetration(a, b, other).depth, sizeof(S) == 4 ? 1e-5 : 1e-10);
             ++usedCount;
             continue;
         }
@@ -184,8 +184,8 @@ void checkMemoryOfPairsThatTurn()
             const PenetrationResult<S> fresh = penetration(a, b, other);
             if (result.state == GjkState::Overlapping)
             {
-                EXPECT_NEAR(result.depth, fresh.depth, 1e-6);
-                EXPECT_LE(result.dualGap, 1e-5);
+                EXPECT_NEAR(result.depth, fresh.depth, sizeof(S) == 4 ? 1e-6 : 1e-11);
+                EXPECT_LE(result.dualGap, sizeof(S) == 4 ? 1e-5 : 1e-10);
                 ++recalled;
                 grown += result.iterations > 0;
             }
@@ -266,10 +266,10 @@ TEST(Penetration, DepthsInFloatAreWithinATenThousandth)
     expectGood(checkDepths<float>(true, 0.0, 6000, 32), 1e-4, "thin");
 }
 
-TEST(Penetration, DepthsInDoubleAreWithinATenMillionth)
+TEST(Penetration, DepthsInDoubleAreWithinAFewRoundings)
 {
-    expectGood(checkDepths<double>(false, 0.0, 2000, 33), 1e-5, "regular");
-    expectGood(checkDepths<double>(true, 0.0, 2000, 34), 1e-5, "thin");
+    expectGood(checkDepths<double>(false, 0.0, 2000, 33), 1e-12, "regular");
+    expectGood(checkDepths<double>(true, 0.0, 2000, 34), 1e-12, "thin");
 }
 }  // namespace
 }  // namespace cullet::test

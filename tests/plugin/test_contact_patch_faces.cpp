@@ -25,7 +25,7 @@ constexpr double kPatchSame = 0.02;
 
 /// Rounding of the places, and in what overlaps the certificate of the depth.
 constexpr double kPlace = sizeof(btScalar) == 4 ? 4e-6 : 1e-13;
-constexpr double kDeepPlace = 3e-5;
+constexpr double kDeepPlace = sizeof(btScalar) == 4 ? 3e-5 : 1e-9;
 /// So far beyond a face a polygon is not cut, times the largest ratio of a 1-norm and a 2-norm.
 constexpr double kOverhang = 0.05 * 1.42 * kPatchSame;
 

@@ -55,15 +55,17 @@ TEST(IsaGjkQueries, DistancesEqualThoseOfADoubleOracleAndNoSignIsWrong)
         const auto found = bench.closest(a, atA, b, atB, 10);
         ASSERT_TRUE(found.has_value()) << i;
         const double exact = exactDistance(CoreOracle(a, atA), CoreOracle(b, atB));
-        const double core = found->distance + 0.08;
-        // 4e-7 times the size: the rounding of float coordinates; depths are certified to 1e-5 of the size.
-        const double tolerance = exact > 0 ? 2e-6 : 2e-5;
+        const double core = found->distance + double(a.getMargin()) + double(b.getMargin());
+        // Four roundings of the coordinates; depths in float are certified to 1e-5 of the size, in double to 1e-10.
+        const bool isFloat = sizeof(btScalar) == sizeof(float);
+        const double rounding = isFloat ? 2e-6 : 1e-12;
+        const double tolerance = exact > 0 ? rounding : isFloat ? 2e-5 : 1e-10;
         EXPECT_NEAR(core, exact, tolerance) << i;
-        if (std::abs(exact) > 2e-6)
+        if (std::abs(exact) > rounding)
         {
             EXPECT_EQ(core > 0, exact > 0) << i;
         }
-        EXPECT_NEAR(double(found->normal.length()), 1.0, 1e-5) << i;
+        EXPECT_NEAR(double(found->normal.length()), 1.0, isFloat ? 1e-5 : 1e-12) << i;
         (exact > 0 ? apart : overlapping)++;
     }
     EXPECT_GT(apart, 600);
@@ -185,10 +187,10 @@ TEST(IsaGjkQueries, AnAlgorithmThatRemembersAnswersLikeOneThatDoesNot)
         const auto fresh = bench.closest(a, atA, b, atB, threshold);
         ASSERT_EQ(!remembered.empty(), fresh.has_value()) << i;
         (fresh ? found : nothing)++;
-        // A depth is certified to 1e-5 of the size, from either tetrahedron.
+        // A depth is certified to 1e-5 of the size in float, from either tetrahedron, in double to 1e-10.
         if (fresh)
         {
-            ASSERT_NEAR(remembered[0].distance, fresh->distance, 5e-5) << i;
+            ASSERT_NEAR(remembered[0].distance, fresh->distance, sizeof(btScalar) == 4 ? 5e-5 : 5e-10) << i;
         }
     }
     EXPECT_GT(found, 1000);
