@@ -61,5 +61,10 @@ TEST(SupportMillion, AllMethodsFindTheScansVertexInTenMillionDirections)
 {
     compareOnAllShapes<float>(600000, 10000, 10000000);
 }
+
+TEST(SupportMillion, AllMethodsFindTheScansVertexInTenMillionDirectionsInDouble)
+{
+    compareOnAllShapes<double>(600000, 10000, 10000000);
+}
 }  // namespace
 }  // namespace cullet::test
