@@ -1,7 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 #include "narrow/gjk.h"
-#include "narrow/hull_builder.h"
 #include "plugin/contact_patch.h"
 #include "tests/narrow/shapes.h"
 
@@ -16,14 +15,6 @@ namespace
 using Vector = PosedShape::Vector;
 
 constexpr double kLimit = 0.03;
-
-Hull<btScalar> hullOf(const Points& points)
-{
-    std::vector<Vector> rounded;
-    for (const Eigen::Vector3d& p : points)
-        rounded.push_back(p.cast<btScalar>());
-    return makeHull(rounded);
-}
 
 PosedShape turned(const Hull<btScalar>& hull, std::mt19937& engine)
 {
@@ -46,7 +37,7 @@ TEST(ContactPatch, OfTwoCornersThatNothingElseIsNearIsThatOfTheirFaces)
     int corners = 0, alone = 0;
     for (const NamedPoints& shape : hullShapes())
     {
-        const Hull<btScalar> hull = hullOf(shape.points);
+        const Hull<btScalar> hull = hullOf<btScalar>(shape.points);
         for (int i = 0; i < 300; ++i)
         {
             const PosedShape a = turned(hull, engine), unmoved = turned(hull, engine);
