@@ -56,16 +56,9 @@ Outcome run(Narrow narrow, int steps, const Build& build)
     return outcome;
 }
 
-/// Steps of a world: once with each narrow phase.
-template <class Build>
-void compare(int steps, const Build& build, Outcome& stock, Outcome& ours)
+/// Within the noise of a simulation that any rounding changes.
+void expectNoWorse(const Outcome& ours, const Outcome& stock)
 {
-    stock = run(Narrow::Stock, steps, build);
-    ours = run(Narrow::Dispatcher, steps, build);
-    // Side by side in the test's report (--gtest_output=xml).
-    testing::Test::RecordProperty("bullet", testing::PrintToString(stock));
-    testing::Test::RecordProperty("cullet", testing::PrintToString(ours));
-    // Within the noise of a simulation that any rounding changes.
     EXPECT_LE(ours.deepest, 1.5 * stock.deepest + 0.01) << stock << '\n' << ours;
     EXPECT_LE(ours.lateEnergy, 2 * stock.lateEnergy + 1e-3) << stock << '\n' << ours;
     EXPECT_LE(ours.energyGain, 1.5 * stock.energyGain + 0.01) << stock << '\n' << ours;
@@ -74,6 +67,25 @@ void compare(int steps, const Build& build, Outcome& stock, Outcome& ours)
         EXPECT_GE(ours.sleepsAt, 0) << stock << '\n' << ours;
         EXPECT_LE(ours.sleepsAt, stock.sleepsAt + 60) << stock << '\n' << ours;
     }
+}
+
+/// Steps of a world: once with each narrow phase.
+///
+/// @param ours [out] of cullet::Dispatcher
+template <class Build>
+void compare(int steps, const Build& build, Outcome& stock, Outcome& ours)
+{
+    stock = run(Narrow::Stock, steps, build);
+    const Outcome registered = run(Narrow::IsaGjk, steps, build);
+    ours = run(Narrow::Dispatcher, steps, build);
+    // Side by side in the test's report (--gtest_output=xml), by number where a test has several scenes.
+    const testing::TestResult& report = *testing::UnitTest::GetInstance()->current_test_info()->result();
+    const std::string scene = std::to_string(report.test_property_count() / 3);
+    testing::Test::RecordProperty("bullet." + scene, testing::PrintToString(stock));
+    testing::Test::RecordProperty("registered." + scene, testing::PrintToString(registered));
+    testing::Test::RecordProperty("cullet." + scene, testing::PrintToString(ours));
+    expectNoWorse(registered, stock);
+    expectNoWorse(ours, stock);
 }
 
 constexpr double kStandingHalf = 0.54;  ///< of a cube hull, margin included
