@@ -216,8 +216,8 @@ private:
 
     BoxHistory history()
     {
-        return {m_rows.now(),     BoxRows(m_rows.old()), m_rows.filters(),
-                m_rows.changes(), m_retestAll,           m_retestAll ? nullptr : &m_tally.data()->motion};
+        return {m_rows.now(),     m_rows.old(), m_rows.filters(),
+                m_rows.changes(), m_retestAll,  m_retestAll ? nullptr : &m_tally.data()->motion};
     }
 
     /// The table is in use from here on.
@@ -245,7 +245,7 @@ private:
     void emit()
     {
         const PairList added = {m_added.data(), m_added.size(), &counters()->lists.added};
-        m_search.emit(m_exec, {history(), table(), false}, added);
+        m_search.emit(m_exec, EntryTest{history(), table()}, added);
     }
 
     ChangeLists lists()

@@ -42,9 +42,11 @@ public:
                                input.pairCount});
     }
 
-    void emit(Exec& exec, const EntryTest& isNew, const PairList& pairs)
+    /// @param isNew EveryPair, or another test
+    template <class IsNew>
+    void emit(Exec& exec, const IsNew& isNew, const PairList& pairs)
     {
-        withTest(isNew, [&](const auto& test) { emitTesting(exec, test, pairs); });
+        emitTesting(exec, isNew, pairs);
         m_bins.noteSearched();
     }
 

@@ -80,17 +80,19 @@ public:
             prepareSweep(exec);
     }
 
-    void emit(Exec& exec, const EntryTest& isNew, const PairList& pairs)
+    /// @param isNew EveryPair, or another test
+    template <class IsNew>
+    void emit(Exec& exec, const IsNew& isNew, const PairList& pairs)
     {
         if (m_isShifted)
             emitShifted(exec, isNew, pairs);
         else if (m_options.splitWork)
-            exec.forEachEmitting(m_partCount, SweepPart{sweepWith(isNew), m_firstParts.data()}, pairs);
+            exec.forEachEmitting(m_partCount, SweepPart<IsNew>{sweepWith(isNew), m_firstParts.data()}, pairs);
         else
             exec.forEachEmitting(m_entryCount, sweepWith(isNew), pairs);
         exec.forEachEmitting(
-            m_input.count, TestSide{m_input.boxes, m_counts.data(), m_side.data(), m_sideCount.data(), isNew},
-            pairs);
+            m_input.count,
+            TestSide<IsNew>{m_input.boxes, m_counts.data(), m_side.data(), m_sideCount.data(), isNew}, pairs);
     }
 
     const std::uint32_t* sideCount() const { return m_sideCount.data(); }
@@ -149,13 +151,14 @@ private:
     {
         exec.reserve(m_parts, roomForEntries() + 1);
         exec.reserve(m_firstParts, roomForEntries() + 1);
-        exec.forEach(m_entryCount + 1, CountParts{sweepWith({}), m_parts.data()});
+        exec.forEach(m_entryCount + 1, CountParts<EveryPair>{sweepWith(EveryPair{}), m_parts.data()});
         exec.scan(m_parts.data(), m_firstParts.data(), m_entryCount + 1);
         exec.download(&m_partCount, m_firstParts.data() + m_entryCount, 1);
         exec.wait();
     }
 
-    SweepCell sweepWith(const EntryTest& isNew) const
+    template <class IsNew>
+    SweepCell<IsNew> sweepWith(const IsNew& isNew) const
     {
         return {m_keys[1].data(),
                 m_rows[1].data(),
@@ -168,12 +171,13 @@ private:
                 isNew};
     }
 
-    void emitShifted(Exec& exec, const EntryTest& isNew, const PairList& pairs)
+    template <class IsNew>
+    void emitShifted(Exec& exec, const IsNew& isNew, const PairList& pairs)
     {
         exec.clear(m_falsePairs.data(), 1);
         exec.forEachEmitting(m_entryCount,
-                             SweepShifted{m_keys[1].data(), m_rows[1].data(), m_entryCount, m_input.boxes,
-                                          m_plan.data(), isNew, m_falsePairs.data()},
+                             SweepShifted<IsNew>{m_keys[1].data(), m_rows[1].data(), m_entryCount,
+                                                 m_input.boxes, m_plan.data(), isNew, m_falsePairs.data()},
                              pairs);
         exec.download(&m_falsePairCount, m_falsePairs.data(), 1);
         exec.wait();

@@ -16,7 +16,6 @@ namespace cullet::psap
 struct DeltaTally
 {
     DeltaCounts counts;
-    std::uint64_t lookups;  ///< 0: no pair is held but by its boxes
     /// As BoxHistory::motion, apart from what others count.
     alignas(128) std::uint32_t motion;
 };
@@ -57,16 +56,11 @@ struct PartPairs
     {
         const bool isPair = isIndex && before.has(i);
         const IdPair pair = isPair ? before.at(i) : IdPair{};
-        const bool isStaying = isPair && stays(pair);
+        const bool isThere = isPair && (pair.a > pair.b ? pair.a : pair.b) < boxCount;
+        const bool isOverlapping = boxCount != 0 && overlapTogether(boxes, isThere ? pair : IdPair{});
+        const bool isStaying = isThere && isOverlapping;
         kept.append(isStaying, pair);
         removed.append(isPair && !isStaying, pair);
-    }
-
-private:
-    CULLET_HOST_DEVICE bool stays(IdPair pair) const
-    {
-        return (pair.a > pair.b ? pair.a : pair.b) < boxCount &&
-               overlaps(loadBox(boxes, pair.a), loadBox(boxes, pair.b));
     }
 };
 
@@ -203,10 +197,7 @@ private:
 
     void emit(Exec& exec)
     {
-        BoxHistory history{};
-        history.old = BoxRows(m_boxes[1 - m_side].data());
-        history.motion = &tally()->motion;
-        m_search.emit(exec, {history, {nullptr, 0, &tally()->lookups}, false},
+        m_search.emit(exec, WasApart{m_boxes[1 - m_side].data(), &tally()->motion},
                       {m_added[m_side].data(), m_added[m_side].size(), &tally()->counts.added});
     }
 

@@ -218,6 +218,7 @@ struct MarkLonely
 ///
 /// @post a pair of boxes is reported by the cell that holds the corner (max of minima) of the two, and by no other
 /// Cost: O(k) for k entries of the cell that start inside the box
+template <class IsNew>
 struct SweepCell
 {
     const std::uint64_t* keys;  ///< [count] sorted
@@ -228,7 +229,7 @@ struct SweepCell
     const Aabb* boxes;
     const Aabb* placed;
     const CellPlan* plan;
-    EntryTest isNew;
+    IsNew isNew;
 
     template <class Emit>
     CULLET_HOST_DEVICE void operator()(std::uint64_t i, Emit& emit) const
@@ -289,13 +290,14 @@ private:
 };
 
 /// Finds the pairs of box i with the boxes on the side list.
+template <class IsNew>
 struct TestSide
 {
     const Aabb* boxes;
     const std::uint64_t* cellCounts;  ///< 0 for those on the side list, and for empty ones
     const std::uint32_t* side;
     const std::uint32_t* sideCount;
-    EntryTest isNew;
+    IsNew isNew;
 
     template <class Emit>
     CULLET_HOST_DEVICE void operator()(std::uint64_t i, Emit& emit) const

@@ -77,21 +77,45 @@ CULLET_HOST_DEVICE inline void storeBox(Aabb* boxes, std::uint64_t row, const Aa
 #endif
 }
 
-/// A box where reading it takes one sector of a GPU's memory, wherever it is.
+/// A box where reading it takes one sector of a GPU's memory, wherever it is. Either half can be tested against that of
+/// another box in the same way.
+struct alignas(16) BoxHalf
+{
+    float low0, high0, low1, high1;  ///< along two axes; of the second half one is the same for all boxes
+};
 struct alignas(32) AlignedBox
 {
-    Aabb box;
+    BoxHalf xy, z;
 };
 
+CULLET_HOST_DEVICE inline bool meets(const BoxHalf& a, const BoxHalf& b)
+{
+    return (a.low0 <= b.high0) & (b.low0 <= a.high0) & (a.low1 <= b.high1) & (b.low1 <= a.high1);
+}
+
+/// Half k of boxes, in one load on a GPU.
+CULLET_HOST_DEVICE inline BoxHalf loadHalf(const AlignedBox* boxes, std::uint64_t k)
+{
+#ifdef __CUDA_ARCH__
+    const float4 half = reinterpret_cast<const float4*>(boxes)[k];
+    return {half.x, half.y, half.z, half.w};
+#else
+    return k % 2 == 0 ? boxes[k / 2].xy : boxes[k / 2].z;
+#endif
+}
+
+/// boxes[row]. On a GPU in three loads: those of four numbers need registers side by side, which searches are short of.
 CULLET_HOST_DEVICE inline Aabb loadBox(const AlignedBox* boxes, std::uint64_t row)
 {
 #ifdef __CUDA_ARCH__
-    const float4* words = reinterpret_cast<const float4*>(boxes) + 2 * row;
-    const float4 a = words[0];
-    const float2 b = *reinterpret_cast<const float2*>(words + 1);
-    return {{a.x, a.y, a.z}, {a.w, b.x, b.y}};
+    const float2* axes = reinterpret_cast<const float2*>(boxes) + 4 * row;
+    const float2 x = axes[0];
+    const float2 y = axes[1];
+    const float2 z = axes[2];
+    return {{x.x, y.x, z.x}, {x.y, y.y, z.y}};
 #else
-    return boxes[row].box;
+    const AlignedBox& box = boxes[row];
+    return {{box.xy.low0, box.xy.low1, box.z.low0}, {box.xy.high0, box.xy.high1, box.z.high0}};
 #endif
 }
 /// copies[row] = box, nowhere() where that is invalid.
@@ -99,11 +123,33 @@ CULLET_HOST_DEVICE inline void storeCopy(AlignedBox* copies, std::uint64_t row, 
 {
     const Aabb copy = isValid(box) ? box : nowhere();
 #ifdef __CUDA_ARCH__
-    float4* words = reinterpret_cast<float4*>(copies) + 2 * row;
-    words[0] = {copy.min[0], copy.min[1], copy.min[2], copy.max[0]};
-    words[1] = {copy.max[1], copy.max[2], 0, 0};  // whole sectors
+    float4* halves = reinterpret_cast<float4*>(copies) + 2 * row;
+    halves[0] = {copy.min[0], copy.max[0], copy.min[1], copy.max[1]};
+    halves[1] = {copy.min[2], copy.max[2], 0, 0};  // whole sectors
 #else
-    copies[row].box = copy;
+    copies[row] = {{copy.min[0], copy.max[0], copy.min[1], copy.max[1]}, {copy.min[2], copy.max[2], 0, 0}};
+#endif
+}
+
+/// Whether the boxes of a pair overlap. On a GPU all lanes of a warp call together: two lanes read the boxes of both their
+/// pairs, half each, so that a sector is asked for once.
+CULLET_HOST_DEVICE inline bool overlapTogether(const AlignedBox* boxes, IdPair pair)
+{
+#ifdef __CUDA_ARCH__
+    constexpr unsigned kAll = 0xffffffffu;
+    const bool isSecond = threadIdx.x % 2 != 0;
+    const IdPair other = {__shfl_xor_sync(kAll, pair.a, 1), __shfl_xor_sync(kAll, pair.b, 1)};
+    const auto halvesMeet = [&](IdPair asked)
+    {
+        const std::uint64_t half = isSecond ? 1 : 0;
+        return meets(loadHalf(boxes, 2 * std::uint64_t{asked.a} + half),
+                     loadHalf(boxes, 2 * std::uint64_t{asked.b} + half));
+    };
+    const bool first = halvesMeet(isSecond ? other : pair);
+    const bool second = halvesMeet(isSecond ? pair : other);
+    return (isSecond ? second : first) & (__shfl_xor_sync(kAll, isSecond ? first : second, 1) != 0);
+#else
+    return overlaps(loadBox(boxes, pair.a), loadBox(boxes, pair.b));
 #endif
 }
 
@@ -131,33 +177,14 @@ struct BoxCopies
     std::uint64_t oldCount;
     std::uint32_t* motion;  ///< as BoxHistory has it; 0 before
 
-    CULLET_HOST_DEVICE void keep(std::uint64_t i, const Aabb& box) const
+    /// @return how far the box has gone
+    CULLET_HOST_DEVICE float keep(std::uint64_t i, const Aabb& box) const
     {
         storeCopy(now, i, box);
-        raise(motion, i < oldCount ? wayOf(box, loadBox(old, i)) : kInfinity);
+        const float way = i < oldCount ? wayOf(box, loadBox(old, i)) : kInfinity;
+        raise(motion, way);
+        return way;
     }
-};
-
-/// Boxes by row, aligned or not.
-class BoxRows
-{
-public:
-    BoxRows() = default;
-    explicit BoxRows(const Aabb* boxes) : m_first(boxes), m_stride(sizeof(Aabb)) {}
-    explicit BoxRows(const AlignedBox* boxes)
-        : m_first(reinterpret_cast<const Aabb*>(boxes)), m_stride(sizeof(AlignedBox))
-    {
-    }
-
-    CULLET_HOST_DEVICE Aabb at(std::uint64_t row) const
-    {
-        return loadBox(reinterpret_cast<const Aabb*>(reinterpret_cast<const char*>(m_first) + row * m_stride),
-                       0);
-    }
-
-private:
-    const Aabb* m_first = nullptr;
-    std::uint32_t m_stride = sizeof(Aabb);  ///< bytes
 };
 
 /// Puts an aligned box to others that are not.
@@ -287,13 +314,19 @@ CULLET_HOST_DEVICE inline float overlapOf(const Aabb& a, const Aabb& b)
     return shortest;
 }
 
+/// Two boxes that overlap by more have not come together by going so far, both together; a little more for rounding.
+CULLET_HOST_DEVICE inline float deeperThan(float ways)
+{
+    return 1.0001f * ways;
+}
+
 /// The boxes of this update and of the last one, by row; empty ones are nowhere().
 struct BoxHistory
 {
     const Aabb* now;
-    BoxRows old;                  ///< nowhere() for rows that hold another proxy since
+    const Aabb* old;              ///< nowhere() for rows that hold another proxy since
     const Filter* filters;        ///< null: every overlapping pair counts
-    const std::uint8_t* changes;  ///< RowChange bits of this update; null: all boxes may have moved
+    const std::uint8_t* changes;  ///< RowChange bits of this update
     bool retestAll;               ///< filter words no longer count, so old boxes decide nothing
     /// The longest way that a side of a box has gone since the last update, as bits of a float, infinite where a box
     /// is new or its filter words are; null: unknown.
@@ -301,17 +334,14 @@ struct BoxHistory
 
     /// Whether boxes that now overlap by `depth` on every axis cannot have been apart in the last update.
     ///
-    /// Two sides have come together by at most twice the motion; the rest of the factor is for rounding.
     CULLET_HOST_DEVICE bool wereOverlapping(float depth) const { return depth > deepEnough(); }
     CULLET_HOST_DEVICE float deepEnough() const
     {
-        return motion != nullptr ? 2.0001f * floatOf(*motion) : kInfinity;
+        return motion != nullptr ? deeperThan(2 * floatOf(*motion)) : kInfinity;
     }
 
     CULLET_HOST_DEVICE unsigned changesOf(IdPair pair) const
     {
-        if (changes == nullptr)
-            return kRowMoved;
         return static_cast<unsigned>(changes[pair.a]) | changes[pair.b];
     }
 
@@ -322,7 +352,30 @@ struct BoxHistory
             return true;
         // Two boxes that stayed where they are overlapped there before.
         const unsigned bits = changesOf(pair);
-        return bits != 0 && ((bits & kRowRefiltered) != 0 || !overlaps(old.at(pair.a), old.at(pair.b)));
+        return bits != 0 &&
+               ((bits & kRowRefiltered) != 0 || !overlaps(loadBox(old, pair.a), loadBox(old, pair.b)));
+    }
+};
+
+/// A test that boxes which overlap by much do not need; with what has to be read only once.
+template <class Test>
+struct DepthTest
+{
+    const Test& test;
+    float deepEnough;  ///< boxes that overlap by more did so before
+
+    /// @param depth called: by how much the boxes overlap on every axis, at most
+    template <class Depth>
+    CULLET_HOST_DEVICE bool operator()(IdPair pair, const Depth& depth) const
+    {
+        return !(depth() > deepEnough) && test(pair);
+    }
+    /// @param ways how far the two boxes have gone, in all
+    template <class Depth>
+    CULLET_HOST_DEVICE bool operator()(IdPair pair, float ways, const Depth& depth) const
+    {
+        const float own = deeperThan(ways);
+        return !(depth() > (own < deepEnough ? own : deepEnough)) && test(pair);
     }
 };
 
@@ -331,12 +384,9 @@ struct EntryTest
 {
     BoxHistory boxes;
     LookupTable held;  ///< the held pairs that are open
-    bool takeAll;      ///< every overlapping pair, for people who want the set itself
 
     CULLET_HOST_DEVICE bool operator()(IdPair pair) const
     {
-        if (takeAll)
-            return true;
         if (!boxes.isOpen(pair))
             return false;
         if (boxes.filters != nullptr && !passesFilter(boxes.filters[pair.a], boxes.filters[pair.b]))
@@ -344,20 +394,20 @@ struct EntryTest
         return !held.contains(pair);
     }
 
-    /// The same with what needs to be read only once.
-    struct Ready
-    {
-        const EntryTest& test;
-        float deepEnough;  ///< boxes that overlap by more did so before
+    CULLET_HOST_DEVICE DepthTest<EntryTest> ready() const { return {*this, boxes.deepEnough()}; }
+};
 
-        /// @param depth called: by how much the boxes overlap on every axis, at most
-        template <class Depth>
-        CULLET_HOST_DEVICE bool operator()(IdPair pair, const Depth& depth) const
-        {
-            return !(depth() > deepEnough) && test(pair);
-        }
-    };
-    CULLET_HOST_DEVICE Ready ready() const { return {*this, boxes.deepEnough()}; }
+/// Tells of an overlapping pair whether its boxes were apart in the last update.
+struct WasApart
+{
+    const AlignedBox* old;
+    const std::uint32_t* motion;  ///< as BoxHistory has it
+
+    CULLET_HOST_DEVICE bool operator()(IdPair pair) const
+    {
+        return !overlaps(loadBox(old, pair.a), loadBox(old, pair.b));
+    }
+    CULLET_HOST_DEVICE DepthTest<WasApart> ready() const { return {*this, deeperThan(2 * floatOf(*motion))}; }
 };
 
 /// Takes every overlapping pair, for people who want the set itself.
@@ -370,17 +420,12 @@ struct EveryPair
     {
         return true;
     }
+    template <class Depth>
+    CULLET_HOST_DEVICE bool operator()(IdPair, float, const Depth&) const
+    {
+        return true;
+    }
 };
-
-/// Calls body with the test, or with one that is none where every pair is taken.
-template <class Body>
-void withTest(const EntryTest& isNew, const Body& body)
-{
-    if (isNew.takeAll)
-        body(EveryPair{});
-    else
-        body(isNew);
-}
 
 /// Makes the boxes of the last update those of rows that changed in it.
 struct AgeRow

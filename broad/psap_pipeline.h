@@ -61,7 +61,9 @@ public:
         m_rows.build(exec, m_input);
     }
 
-    void emit(Exec& exec, const EntryTest& isNew, const PairList& pairs)
+    /// @param isNew EveryPair, or another test
+    template <class IsNew>
+    void emit(Exec& exec, const IsNew& isNew, const PairList& pairs)
     {
         visit(*this, [&](auto& search) { search.emit(exec, isNew, pairs); });
     }

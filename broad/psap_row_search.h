@@ -37,9 +37,11 @@ public:
         isRadix() ? sortByRadix(exec) : sortByCounting(exec);
     }
 
-    void emit(Exec& exec, const EntryTest& isNew, const PairList& pairs)
+    /// @param isNew EveryPair, or another test
+    template <class IsNew>
+    void emit(Exec& exec, const IsNew& isNew, const PairList& pairs)
     {
-        withTest(isNew, [&](const auto& test) { emitTesting(exec, test, pairs); });
+        emitTesting(exec, isNew, pairs);
         m_isClear = m_input.count != 0;
     }
 

@@ -53,24 +53,27 @@ private:
     }
 };
 
+/// Entries that a part of a sweep has.
+inline constexpr std::uint64_t kSweepPart = 128;
+
 /// Counts the parts that the sweep of entry i is cut into. Behind the last entry: none.
+template <class IsNew>
 struct CountParts
 {
-    static constexpr std::uint64_t kPart = 128;  // entries
-
-    SweepCell sweep;
+    SweepCell<IsNew> sweep;
     std::uint64_t* parts;  ///< [entries + 1, out]
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
-        parts[i] = i < sweep.count ? (sweep.firstBehind(i) - i - 1 + kPart - 1) / kPart : 0;
+        parts[i] = i < sweep.count ? (sweep.firstBehind(i) - i - 1 + kSweepPart - 1) / kSweepPart : 0;
     }
 };
 
-/// Sweeps part `item` of all parts, so that no index has more than CountParts::kPart tests.
+/// Sweeps part `item` of all parts, so that no index has more than kSweepPart tests.
+template <class IsNew>
 struct SweepPart
 {
-    SweepCell sweep;
+    SweepCell<IsNew> sweep;
     const std::uint64_t* firstParts;  ///< [entries + 1] exclusive scan of the parts
 
     template <class Emit>
@@ -87,8 +90,8 @@ struct SweepPart
             else
                 end = middle;
         }
-        const std::uint64_t begin = entry + 1 + (item - firstParts[entry]) * CountParts::kPart;
-        const std::uint64_t last = begin + CountParts::kPart;
+        const std::uint64_t begin = entry + 1 + (item - firstParts[entry]) * kSweepPart;
+        const std::uint64_t last = begin + kSweepPart;
         sweep.test(entry, begin, last < sweep.count ? last : sweep.count, emit);
     }
 };

@@ -38,6 +38,7 @@ struct ShiftKey
 };
 
 /// Finds the pairs that begin in entry i of the shifted list.
+template <class IsNew>
 struct SweepShifted
 {
     const std::uint64_t* keys;  ///< [count] sorted: shifted start, cell
@@ -45,7 +46,7 @@ struct SweepShifted
     std::uint64_t count;
     const Aabb* boxes;
     const CellPlan* plan;
-    EntryTest isNew;
+    IsNew isNew;
     std::uint64_t* falsePairs;  ///< pairs that the thesis would report although they do not overlap
 
     template <class Emit>

@@ -70,16 +70,17 @@ struct SearchTiles
     template <class Test>
     CULLET_HOST_DEVICE bool reports(const RowRecord& a, const RowRecord& b, const Test& entryTest) const
     {
-        if ((a.back.bin | b.back.bin) != kBeginsThere || !meets(a, b))
+        if (TileMark::begins(a.back.bin | b.back.bin) != kBeginsThere || !meets(a, b))
             return false;
-        return entryTest(IdPair{a.back.row, b.back.row}, [&] { return overlapOf(a, b); });
+        const float ways = TileMark::way(a.back.bin) + TileMark::way(b.back.bin);
+        return entryTest(IdPair{a.back.row, b.back.row}, ways, [&] { return overlapOf(a, b); });
     }
 
     /// Tests a box against the side list, in the tile where it begins.
     template <class Emit>
     CULLET_HOST_DEVICE void searchSides(const RowRecord& record, std::uint32_t sides, Emit& emit) const
     {
-        if (record.back.bin == kBeginsThere)
+        if (TileMark::begins(record.back.bin) == kBeginsThere)
             partners.searchSide(record.back.row, 0, sides, 1, emit);
     }
 
@@ -173,9 +174,11 @@ public:
                                        input.copies});
     }
 
-    void emit(Exec& exec, const EntryTest& isNew, const PairList& pairs)
+    /// @param isNew EveryPair, or another test
+    template <class IsNew>
+    void emit(Exec& exec, const IsNew& isNew, const PairList& pairs)
     {
-        withTest(isNew, [&](const auto& test) { emitTesting(exec, test, pairs); });
+        emitTesting(exec, isNew, pairs);
         m_tiles.noteSearched();
     }
 

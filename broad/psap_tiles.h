@@ -97,6 +97,22 @@ struct TileRange
 /// What TileRange::forEach() calls the tile with a box's lower corner.
 inline constexpr std::uint32_t kBeginsThere = 7;
 
+/// `bin` of a record in a tile: along which axes the box begins there, and how far it has gone since the last update, in the
+/// upper bits of a float that is no smaller.
+struct TileMark
+{
+    CULLET_HOST_DEVICE static std::uint32_t of(float way)
+    {
+        return (bitsOf(way) + kBeginsThere) & ~kBeginsThere;
+    }
+    CULLET_HOST_DEVICE static float way(std::uint32_t mark) { return floatOf(mark & ~kBeginsThere); }
+    CULLET_HOST_DEVICE static std::uint32_t begins(std::uint32_t mark) { return mark & kBeginsThere; }
+    CULLET_HOST_DEVICE static std::uint32_t with(std::uint32_t mark, std::uint32_t begins)
+    {
+        return (mark & ~kBeginsThere) | begins;
+    }
+};
+
 /// @param ofStep TilePlan::ofStep, or a copy of it
 CULLET_HOST_DEVICE inline TileRange tilesOf(const TileSteps& steps, const std::uint8_t* ofStep,
                                             const RowRecord& box)
@@ -117,9 +133,9 @@ struct PlaceInTiles
     std::uint64_t count;
     const TilePlan* plan;
     TileShape shape;
-    RowBinSet set;        ///< its bins are tiles
-    std::uint32_t* side;  ///< [kMostSides, out]
-    RowRecord* records;   ///< [tiles * room, out]; `bin` tells along which axes the box begins in the tile
+    RowBinSet set;             ///< its bins are tiles
+    std::uint32_t* side;       ///< [kMostSides, out]
+    RowRecord* records;        ///< [tiles * room, out]; `bin` is a TileMark
     std::uint64_t* pairCount;  ///< set to 0; may be null
     BoxCopies copies;
 
@@ -127,16 +143,16 @@ struct PlaceInTiles
     {
         begin(i);
         const Aabb box = loadBox(boxes, i);
-        keepCopy(i, box);
+        const std::uint32_t mark = keepCopy(i, box);
         if (!takes(i, box))
             return;
-        RowRecord record = recordOf(box, plan->axes, static_cast<std::uint32_t>(i), 0);
+        RowRecord record = recordOf(box, plan->axes, static_cast<std::uint32_t>(i), mark);
         tilesOf(plan->steps, plan->ofStep[0], record)
             .forEach(plan->steps,
                      [&](std::uint32_t tile, std::uint32_t begins)
                      {
                          const std::uint32_t place = reserve(tile, 1);
-                         record.back.bin = begins;
+                         record.back.bin = TileMark::with(mark, begins);
                          if (place != kNoPlace)
                              records[place] = record;
                      });
@@ -148,10 +164,11 @@ struct PlaceInTiles
             *pairCount = 0;
     }
 
-    CULLET_HOST_DEVICE void keepCopy(std::uint64_t i, const Aabb& box) const
+    /// @return the TileMark of the box where it begins
+    CULLET_HOST_DEVICE std::uint32_t keepCopy(std::uint64_t i, const Aabb& box) const
     {
-        if (copies.now != nullptr && i < count)
-            copies.keep(i, box);
+        const float way = copies.now != nullptr && i < count ? copies.keep(i, box) : kInfinity;
+        return TileMark::with(TileMark::of(way), kBeginsThere);
     }
 
     /// Whether the box is one for tiles. Others go to the side list, or nowhere when they are invalid.

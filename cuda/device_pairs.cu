@@ -132,12 +132,7 @@ private:
         emit();
     }
 
-    void emit()
-    {
-        EntryTest all{};
-        all.takeAll = true;
-        m_search.emit(m_exec, all, {m_pairs.data(), m_pairs.size(), m_found.data()});
-    }
+    void emit() { m_search.emit(m_exec, EveryPair{}, {m_pairs.data(), m_pairs.size(), m_found.data()}); }
 
     void fetchCount()
     {

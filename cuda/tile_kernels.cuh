@@ -110,10 +110,9 @@ private:
             const std::uint64_t i = blockIdx.x * std::uint64_t{kBoxes} + k * kThreads + threadIdx.x;
             const Aabb box = loadBox(m_step.boxes, i < m_step.count ? i : m_step.count - 1);
             m_step.begin(i);
-            m_step.keepCopy(i, box);
+            const std::uint32_t mark = m_step.keepCopy(i, box);
             isTaken[k] = i < m_step.count && m_step.takes(i, box);
-            records[k] =
-                recordOf(box, unforeseen(m_step.plan->axes), static_cast<std::uint32_t>(i), kBeginsThere);
+            records[k] = recordOf(box, unforeseen(m_step.plan->axes), static_cast<std::uint32_t>(i), mark);
         }
     }
 
@@ -199,7 +198,7 @@ private:
             if (place == kNoPlace)
                 continue;
             RowRecord record = m_wide[extra.code >> 3];
-            record.back.bin = extra.code & kBeginsThere;
+            record.back.bin = TileMark::with(record.back.bin, extra.code & kBeginsThere);
             m_step.records[place] = record;
         }
     }
@@ -319,7 +318,7 @@ private:
             const RowRecord record = m_records[i];
             const std::uint32_t slot = starts()[ranked[k] >> 16] + (ranked[k] & 0xffffu);
             m_boxes[slot] = {frame.lowCorner(record), frame.highCorner(record)};
-            m_ids[slot] = static_cast<std::uint16_t>(i | record.back.bin << kBeginsShift);
+            m_ids[slot] = static_cast<std::uint16_t>(i | TileMark::begins(record.back.bin) << kBeginsShift);
         }
         __syncthreads();
     }

@@ -67,9 +67,7 @@ Work searchOnce(const std::vector<Aabb>& boxes, const PsapOptions& options)
     search.build(exec, {boxes.data(), boxes.size()});
     std::vector<IdPair> found(1u << 20);
     std::uint64_t count = 0;
-    psap::EntryTest all{};
-    all.takeAll = true;
-    search.emit(exec, all, {found.data(), found.size(), &count});
+    search.emit(exec, psap::EveryPair{}, {found.data(), found.size(), &count});
     EXPECT_LE(count, found.size());
     return {count, exec.allTests, exec.mostTests, search.falsePairCount()};
 }
@@ -110,13 +108,11 @@ std::vector<Pair> pairsOfRows(const std::vector<Aabb>& boxes, const PsapOptions&
     psap::RowSearch<psap::HostExec> search(options, options.axis);
     std::vector<IdPair> found(1u << 18);
     std::uint64_t count = 0;
-    psap::EntryTest all{};
-    all.takeAll = true;
     // The second time with what the first left behind.
     for (int update = 0; update < 2; ++update)
     {
         search.build(exec, {boxes.data(), boxes.size(), &count});
-        search.emit(exec, all, {found.data(), found.size(), &count});
+        search.emit(exec, psap::EveryPair{}, {found.data(), found.size(), &count});
     }
     EXPECT_LE(count, found.size());
     found.resize(count);
@@ -372,7 +368,7 @@ TEST(PsapOptions, SplitWorkBoundsTheTestsOfAnIndex)
     EXPECT_EQ(split.pairs, whole.pairs);
     EXPECT_EQ(split.tests, whole.tests);
     EXPECT_GT(whole.mostTests, 1000u) << "the giant sweeps over a whole cell";
-    EXPECT_EQ(split.mostTests, psap::CountParts::kPart);
+    EXPECT_EQ(split.mostTests, psap::kSweepPart);
 }
 
 TEST(PsapOptions, ShiftingInFloatFindsFalsePairsTheMoreCellsThereAre)

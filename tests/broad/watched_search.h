@@ -89,12 +89,7 @@ private:
         return options;
     }
 
-    void emit()
-    {
-        psap::EntryTest all{};
-        all.takeAll = true;
-        m_search.emit(exec, all, {m_found.data(), m_found.size(), &m_count});
-    }
+    void emit() { m_search.emit(exec, psap::EveryPair{}, {m_found.data(), m_found.size(), &m_count}); }
 
     psap::Search<WatchedExec> m_search;
     std::vector<IdPair> m_found = std::vector<IdPair>(1u << 20);
