@@ -68,7 +68,8 @@ public:
         const float x = n.shift[0] - m.shift[0], y = n.shift[1] - m.shift[1], z = n.shift[2] - m.shift[2];
         return (x * axis[0] + y * axis[1] + z * axis[2]) + (rates.a() * m.rest + rates.b() * n.rest);
     }
-    /// What approach() gave has spared a look at a pair.
+    /// What approach() gave has spared a look at a pair. Threads may lose some of each other's counts, which only choose
+    /// whose motions are looked at.
     void use(std::uint32_t place)
     {
         const std::uint8_t uses = __atomic_load_n(&m_uses[place], __ATOMIC_RELAXED);

@@ -47,7 +47,9 @@ public:
     IsaGjkStats stats() const { return m_isaGjk.stats(); }
     /// Pairs that the last dispatch left out.
     std::uint64_t idlePairs() const { return m_idlePairs; }
-    /// Of these, pairs known to be apart by how little their bodies have moved, without a look at their shapes.
+    /// Of these, pairs known to be apart by how little their bodies have moved, without a look at their shapes. May differ
+    /// from run to run with several threads: what a body's motion has spared is counted without locks, and bodies whose
+    /// motion spares little are left alone for a while. Neither contacts nor idlePairs() depend on it.
     std::uint64_t stillPairs() const { return m_stillPairs; }
 
 private:

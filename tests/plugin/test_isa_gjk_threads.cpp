@@ -4,10 +4,150 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <thread>
 
 namespace cullet::test
 {
+namespace
+{
+/// What Bullet tells of contacts, in the order in which it does, and the manifolds after each step, bit by bit.
+class ContactLog
+{
+public:
+    ContactLog()
+    {
+        s_entries.clear();
+        s_points = 0;
+        gContactStartedCallback = [](btPersistentManifold* const& manifold) { addPair('S', *manifold); };
+        gContactEndedCallback = [](btPersistentManifold* const& manifold) { addPair('E', *manifold); };
+        gContactProcessedCallback = [](btManifoldPoint& point, void* a, void* b)
+        {
+            // What makes Bullet tell when the point goes.
+            if (point.m_userPersistentData == nullptr)
+                point.m_userPersistentData = reinterpret_cast<void*>(++s_points);
+            s_entries.push_back('P');
+            s_entries.push_back(reinterpret_cast<std::uintptr_t>(point.m_userPersistentData));
+            addBodies(static_cast<btCollisionObject*>(a), static_cast<btCollisionObject*>(b));
+            addPoint(point);
+            return true;
+        };
+        gContactDestroyedCallback = [](void* point)
+        {
+            s_entries.push_back('D');
+            s_entries.push_back(reinterpret_cast<std::uintptr_t>(point));
+            return true;
+        };
+    }
+    ~ContactLog()
+    {
+        gContactStartedCallback = nullptr;
+        gContactEndedCallback = nullptr;
+        gContactProcessedCallback = nullptr;
+        gContactDestroyedCallback = nullptr;
+    }
+    ContactLog(const ContactLog&) = delete;
+    ContactLog& operator=(const ContactLog&) = delete;
+
+    void addManifolds(btCollisionDispatcher& dispatcher)
+    {
+        for (int i = 0; i < dispatcher.getNumManifolds(); ++i)
+        {
+            const btPersistentManifold& manifold = *dispatcher.getManifoldByIndexInternal(i);
+            addPair('M', manifold);
+            for (int k = 0; k < manifold.getNumContacts(); ++k)
+                addPoint(manifold.getContactPoint(k));
+        }
+    }
+    const std::vector<std::uint64_t>& entries() const { return s_entries; }
+
+private:
+    static void addPair(char event, const btPersistentManifold& manifold)
+    {
+        s_entries.push_back(std::uint64_t(event));
+        s_entries.push_back(std::uint64_t(manifold.getNumContacts()));
+        addBodies(manifold.getBody0(), manifold.getBody1());
+    }
+    static void addBodies(const btCollisionObject* a, const btCollisionObject* b)
+    {
+        s_entries.push_back(std::uint64_t(a->getUserIndex()));
+        s_entries.push_back(std::uint64_t(b->getUserIndex()));
+    }
+    static void addPoint(const btManifoldPoint& point)
+    {
+        addBits(point.getDistance());
+        for (const btVector3* v :
+             {&point.getPositionWorldOnA(), &point.getPositionWorldOnB(), &point.m_normalWorldOnB})
+        {
+            for (int axis = 0; axis < 3; ++axis)
+                addBits((*v)[axis]);
+        }
+    }
+    static void addBits(btScalar value)
+    {
+        std::uint64_t bits = 0;
+        std::memcpy(&bits, &value, sizeof(value));
+        s_entries.push_back(bits);
+    }
+
+    inline static std::vector<std::uint64_t> s_entries;
+    inline static std::uintptr_t s_points;
+};
+
+/// A cloud of rods that drift and turn: the boxes of most overlap, and few of them touch.
+std::vector<std::uint64_t> contactsOfRods(unsigned seed, int threads)
+{
+    constexpr int kRods = 72;
+    std::mt19937 engine(seed);
+    std::vector<std::unique_ptr<btConvexHullShape>> shapes;
+    for (int i = 0; i < 4; ++i)
+    {
+        std::vector<btVector3> points = ballPoints(24 + 8 * i, 1, seed + unsigned(i));
+        for (btVector3& point : points)
+            point *= vec(1.6, 0.1 + 0.03 * i, 0.1);
+        shapes.push_back(makeHullShape(points));
+    }
+    shapes.push_back(makeHullShape(boxPoints(1.6, 0.05, 0.1)));
+    ContactLog log;
+    ConvexWorld world(Narrow::Dispatcher, threads);
+    world.world.setGravity(vec(0, 0, 0));
+    std::normal_distribution<double> normal;
+    const auto anyVector = [&](double size)
+    {
+        const double x = size * normal(engine), y = size * normal(engine), z = size * normal(engine);
+        return vec(x, y, z);
+    };
+    for (int i = 0; i < kRods; ++i)
+    {
+        const btTransform at(randomRotation(engine), anyVector(1.2));
+        btRigidBody& body = world.add(shapes[std::size_t(i) % shapes.size()].get(), 1, at);
+        body.setUserIndex(i);
+        body.setRestitution(btScalar(0.8));
+        body.setActivationState(DISABLE_DEACTIVATION);
+        // Some rest until they are hit.
+        if (i % 3 > 0)
+        {
+            body.setLinearVelocity(anyVector(0.7));
+            body.setAngularVelocity(anyVector(1));
+        }
+    }
+    auto& dispatcher = static_cast<Dispatcher&>(world.dispatcher());
+    std::uint64_t idle = 0, still = 0;
+    for (int i = 0; i < 50; ++i)
+    {
+        world.step();
+        log.addManifolds(dispatcher);
+        idle += dispatcher.idlePairs();
+        still += dispatcher.stillPairs();
+    }
+    // Enough for several threads.
+    EXPECT_GT(idle, 50u * 600u);
+    EXPECT_GT(still, idle / 8);
+    EXPECT_GT(dispatcher.stats().touchingTotal, 1000u);
+    return log.entries();
+}
+}  // namespace
+
 TEST(IsaGjkThreads, WorldsOfDifferentThreadsShareTheirShapes)
 {
     const auto shape = makeHullShape(ballPoints(60, 0.5, 8));
@@ -96,5 +236,15 @@ TEST(IsaGjkThreads, DispatcherGivesTheSameWorldOnAnyNumberOfThreads)
     }
     for (const std::uint64_t hash : hashes)
         EXPECT_EQ(hash, hashes[0]);
+}
+
+TEST(IsaGjkThreads, DispatcherGivesTheSameContactsAndCallbacksOnAnyNumberOfThreads)
+{
+    for (unsigned seed = 1; seed <= 3; ++seed)
+    {
+        const std::vector<std::uint64_t> alone = contactsOfRods(seed, 1);
+        for (const int threads : {2, 8})
+            EXPECT_TRUE(contactsOfRods(seed, threads) == alone) << "seed " << seed << ", threads " << threads;
+    }
 }
 }  // namespace cullet::test
