@@ -4,7 +4,10 @@
 #include "tests/plugin/convex_contacts.h"
 
 #include <BulletCollision/CollisionShapes/btBox2dShape.h>
+#include <BulletCollision/CollisionShapes/btConvexPointCloudShape.h>
+#include <BulletCollision/CollisionShapes/btMinkowskiSumShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>
+#include <BulletCollision/CollisionShapes/btUniformScalingShape.h>
 #include <LinearMath/btPoolAllocator.h>
 #include <gtest/gtest.h>
 
@@ -21,12 +24,37 @@ bool isOurs(const btCollisionAlgorithm& algorithm)
     return typeid(algorithm) == typeid(IsaGjkAlgorithm);
 }
 
+/// A shape of the application's: an ellipsoid.
+class EggShape : public btConvexInternalShape
+{
+public:
+    EggShape() { m_shapeType = CUSTOM_CONVEX_SHAPE_TYPE; }
+
+    btVector3 localGetSupportingVertexWithoutMargin(const btVector3& direction) const override
+    {
+        const btVector3 half(btScalar(0.4), btScalar(0.46), btScalar(0.3));
+        const btVector3 scaled = direction * half;
+        return scaled.fuzzyZero() ? btVector3(0, 0, 0) : half * scaled.normalized();
+    }
+    void batchedUnitVectorGetSupportingVertexWithoutMargin(const btVector3* directions, btVector3* supports,
+                                                           int count) const override
+    {
+        for (int i = 0; i < count; ++i)
+            supports[i] = localGetSupportingVertexWithoutMargin(directions[i]);
+    }
+    void calculateLocalInertia(btScalar, btVector3& inertia) const override { inertia.setZero(); }
+    const char* getName() const override { return "Egg"; }
+};
+
 /// One shape of each kind that Bullet has an own type for.
 struct Shapes
 {
     Shapes()
     {
-        all = {hull.get(), &box, &sphere, &capsule, &cylinder, &cone, &multiSphere, &triangle, &tetrahedron};
+        for (int i = 0; i < 4; ++i)
+            mesh.addTriangle(corners[i], corners[(i + 1) % 4], corners[(i + 2) % 4]);
+        all = {hull.get(), &box,         &sphere,   &capsule,    &cylinder, &cone,         &multiSphere,
+               &triangle,  &tetrahedron, &meshHull, &pointCloud, &scaled,   &minkowskiSum, &egg};
     }
     std::unique_ptr<btConvexHullShape> hull = makeHullShape(boxPoints(0.5, 0.5, 0.5));
     btBoxShape box{vec(0.5, 0.5, 0.5)};
@@ -38,8 +66,14 @@ struct Shapes
     btScalar radii[2] = {btScalar(0.3), btScalar(0.4)};
     btMultiSphereShape multiSphere{centres, radii, 2};
     btTriangleShape triangle{vec(-0.5, 0, -0.5), vec(0.5, 0, -0.5), vec(0, 0, 0.5)};
-    btBU_Simplex1to4 tetrahedron{vec(0, 0.5, 0), vec(0.5, -0.5, 0.3), vec(-0.5, -0.5, 0.3),
-                                 vec(0, -0.5, -0.6)};
+    btVector3 corners[4] = {vec(0, 0.5, 0), vec(0.5, -0.5, 0.3), vec(-0.5, -0.5, 0.3), vec(0, -0.5, -0.6)};
+    btBU_Simplex1to4 tetrahedron{corners[0], corners[1], corners[2], corners[3]};
+    btTriangleMesh mesh;
+    btConvexTriangleMeshShape meshHull{&mesh};
+    btConvexPointCloudShape pointCloud{corners, 4, vec(1, 1, 1)};
+    btUniformScalingShape scaled{&cone, btScalar(0.9)};
+    btMinkowskiSumShape minkowskiSum{&triangle, &sphere};
+    EggShape egg;
     std::vector<btConvexShape*> all;
 };
 }  // namespace
@@ -113,7 +147,8 @@ TEST(IsaGjkAlgorithm, IsRegisteredInBothOrdersAndBothTablesButForPairsWithAlgori
             }
         }
     }
-    EXPECT_EQ(ours, 2 * (81 - 4 - 2 - 1));
+    // Two round shapes, a sphere and a triangle, two boxes.
+    EXPECT_EQ(ours, 2 * (14 * 14 - 4 - 2 - 1));
     btBox2dShape flat(vec(1, 1, 0));
     ConvexPairProbe probe(bench.dispatcher, flat, *shapes.hull);
     EXPECT_FALSE(isOurs(*probe.algorithm));
@@ -216,6 +251,9 @@ TEST(IsaGjkAlgorithm, HandlesAShapeOfAnyTypeThatABodyIsGivenLater)
                 probe.place(vec(0.05, height, 0), vec(0, 0, 0.03));
                 const bool isTouching = probe.step()->getNumContacts() > 0;
                 ConvexPairProbe fresh(stock.dispatcher, *shapes.hull, *shapes.hull);
+                // So that its manifold has the threshold of the same shapes.
+                fresh.place(vec(0, 9, 0), vec(0, 0, 0));
+                fresh.step();
                 fresh.bodyA.setCollisionShape(a);
                 fresh.bodyB.setCollisionShape(b);
                 fresh.place(vec(0.05, height, 0), vec(0, 0, 0.03));
@@ -225,12 +263,33 @@ TEST(IsaGjkAlgorithm, HandlesAShapeOfAnyTypeThatABodyIsGivenLater)
             }
         }
     }
-    EXPECT_GT(touching, 60);
-    EXPECT_GT(apart, 100);
+    EXPECT_GT(touching, 150);
+    EXPECT_GT(apart, 250);
     EXPECT_GT(bench.registration->stats().delegatedTotal, 20u);
     btBox2dShape flat(vec(0.5, 0.5, 0));
     probe.bodyA.setCollisionShape(&flat);
     probe.step();
+}
+
+TEST(IsaGjkAlgorithm, DistancesOfShapesOfAllKindsAreBullets)
+{
+    Shapes shapes;
+    ConvexBench bench, stock(true);
+    const btTransform below(btQuaternion(vec(0, 1, 0), btScalar(0.4)), vec(0, 0, 0.03));
+    const btTransform above(btQuaternion(vec(1, 0, 0), btScalar(0.3)), vec(0.2, 1.6, 0.1));
+    for (btConvexShape* a : shapes.all)
+    {
+        for (btConvexShape* b : shapes.all)
+        {
+            const auto ours = bench.closest(*a, above, *b, below, 2);
+            const auto bullets = stock.closest(*a, above, *b, below, 2);
+            ASSERT_TRUE(ours && bullets) << a->getName() << ' ' << b->getName();
+            EXPECT_NEAR(ours->distance, bullets->distance, 2e-3) << a->getName() << ' ' << b->getName();
+            EXPECT_GT(ours->normal.dot(bullets->normal), btScalar(0.999))
+                << a->getName() << ' ' << b->getName();
+        }
+    }
+    EXPECT_EQ(bench.registration->stats().notConvergedTotal, 0u);
 }
 
 TEST(IsaGjkAlgorithm, NormalPointsFromBToAInBothOrders)
