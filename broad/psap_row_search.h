@@ -64,7 +64,7 @@ private:
 
     static constexpr float kBinsPerBox = 1.25f;
     static constexpr float kBinsPerBoxOfGroup = 0.5f;
-    static constexpr std::uint64_t kBoxesForGroups = 1u << 17;
+    static constexpr std::uint64_t kBoxesForGroups = 1u << 16;
     static constexpr std::uint64_t kBoxesForRadix = 6u << 20;
     static constexpr std::uint64_t kMostBinsOfThreePasses = (1u << 24) - 1;
     // Up to here a GPU has lanes to spare.
