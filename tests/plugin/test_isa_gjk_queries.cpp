@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "demos/scenes/distance_oracle.h"
 #include "narrow/epa.h"
 #include "narrow/gjk.h"
 #include "tests/plugin/convex_contacts.h"
@@ -33,6 +34,29 @@ btTransform randomPlace(std::mt19937& engine, double spread)
     std::uniform_real_distribution<double> place(-spread, spread);
     const double x = place(engine), y = place(engine), z = place(engine);
     return btTransform(randomRotation(engine), vec(x, y, z));
+}
+
+/// Distance of two boxes, or minus the depth, which lies along a normal of a face or of an edge of each.
+double exactBoxDistance(const CoreOracle& a, const CoreOracle& b, const DistanceOracle& oracle)
+{
+    const Bounds bounds = oracle.solve();
+    if (!bounds.isInside)
+        return double(bounds.upper);
+    const Eigen::Matrix3d axesA = a.posed().basis(), axesB = b.posed().basis();
+    double depth = std::numeric_limits<double>::infinity();
+    const auto tryAxis = [&](const Eigen::Vector3d& axis)
+    {
+        const LongVector direction = axis.cast<long double>();
+        depth = std::min({depth, double(oracle.extent(direction)), double(oracle.extent(-direction))});
+    };
+    for (int i = 0; i < 3; ++i)
+    {
+        tryAxis(axesA.col(i));
+        tryAxis(axesB.col(i));
+        for (int k = 0; k < 3; ++k)
+            tryAxis(axesA.col(i).cross(axesB.col(k)));
+    }
+    return -depth;
 }
 }  // namespace
 
@@ -234,6 +258,51 @@ TEST(IsaGjkQueries, ExtremeSizesMarginsAndPlacesGiveTheDepthAndNormalOfTheGeomet
         EXPECT_NEAR(found->distance, height - 1.05, 1e-6);
         EXPECT_GT(double(found->normal.y()), 0.999);
     }
+    EXPECT_EQ(bench.registration->stats().notConvergedTotal, 0u);
+}
+
+TEST(IsaGjkQueries, NormalsOfATurnedPebbleOnATurnedRockTenThousandTimesItsSizeAreThoseOfAnOracle)
+{
+    ConvexBench bench;
+    std::mt19937 engine(65);
+    auto pebble = makeHullShape(boxPoints(0.05, 0.04, 0.03));
+    auto rock = makeHullShape(boxPoints(500, 400, 300));
+    pebble->setMargin(0);
+    rock->setMargin(0);
+    std::uniform_real_distribution<double> inside(-1, 1), gap(-0.08, 0.12);
+    int apart = 0, overlapping = 0;
+    // Of coordinates of 700.
+    const double tolerance = sizeof(btScalar) == sizeof(float) ? 4e-4 : 2e-8;
+    for (int i = 0; i < 2000; ++i)
+    {
+        const btTransform atRock = randomPlace(engine, 100);
+        // At a face, an edge or a corner of the rock.
+        btVector3 local(0, 0, 0), away(0, 0, 0);
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            const double half = 500 - 100 * axis, place = inside(engine);
+            if (axis <= i % 3)
+                away[axis] = btScalar(place > 0 ? 1 : -1);
+            local[axis] = axis <= i % 3 ? btScalar(half) * away[axis] : btScalar(half * place);
+        }
+        const btQuaternion turn = randomRotation(engine);
+        const btTransform atPebble(turn, atRock(local + btScalar(gap(engine)) * away));
+        const bool isSwapped = i % 2 == 1;
+        const auto found = isSwapped ? bench.closest(*rock, atRock, *pebble, atPebble, 10)
+                                     : bench.closest(*pebble, atPebble, *rock, atRock, 10);
+        ASSERT_TRUE(found.has_value()) << i;
+        const CoreOracle small(*pebble, atPebble), large(*rock, atRock);
+        const DistanceOracle oracle(small.posed(), large.posed());
+        const double exact = exactBoxDistance(small, large, oracle);
+        const btVector3 normal = isSwapped ? -found->normal : found->normal;
+        const LongVector n(normal.x(), normal.y(), normal.z());
+        EXPECT_NEAR(found->distance, exact, tolerance) << i;
+        // The gap along the normal, or how far the pebble has to go along it.
+        EXPECT_NEAR(-double(oracle.extent(-n)), exact, tolerance) << i;
+        (exact > 0 ? apart : overlapping)++;
+    }
+    EXPECT_GT(apart, 600);
+    EXPECT_GT(overlapping, 600);
     EXPECT_EQ(bench.registration->stats().notConvergedTotal, 0u);
 }
 
