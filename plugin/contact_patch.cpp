@@ -5,6 +5,7 @@
 #include "plugin/contact_polygon.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <limits>
@@ -176,8 +177,9 @@ private:
         return best([](const Components& c) { return -c[3]; }, margin);
     }
 
-    /// The deepest, the farthest from it, and the farthest on either side of the line through both. A candidate has to
-    /// be better by a margin, so that noise does not choose other points in every frame.
+    /// The deepest, the farthest from it, and the farthest on either side of the line through both; of candidates that
+    /// are all on one side, the farthest from the triangle. A candidate has to be better by a margin, so that noise does
+    /// not choose other points in every frame.
     void takeFour(ContactPatch& patch) const
     {
         const int first = deepest(btScalar(1e-3) * m_range);
@@ -192,11 +194,30 @@ private:
         const btScalar smallest = btScalar(1e-3) * size2;
         const int third = best(left, smallest);
         const int fourth = best(right, smallest);
+        const bool hasThird = left(at(third)) > smallest, hasFourth = right(at(fourth)) > smallest;
         take(first, patch);
         takeAnother(second, first, patch);
-        if (left(at(third)) > smallest)
+        if (hasThird)
             takeAnother(third, first, patch);
-        if (right(at(fourth)) > smallest)
+        if (hasFourth)
+            takeAnother(fourth, first, patch);
+        if (hasThird != hasFourth)
+            takeBeyond(hasThird ? std::array<int, 3>{first, second, third}
+                                : std::array<int, 3>{second, first, fourth},
+                       smallest, first, patch);
+    }
+
+    /// The point farthest beyond the last two edges of a counter-clockwise triangle, which has all points on the left of the
+    /// first.
+    void takeBeyond(const std::array<int, 3>& triangle, btScalar smallest, int first,
+                    ContactPatch& patch) const
+    {
+        const Components &i = at(triangle[0]), &j = at(triangle[1]), &k = at(triangle[2]);
+        const auto rightOf = [&](const Components& from, const Components& to, const Components& c)
+        { return (to[1] - from[1]) * (c[0] - from[0]) - (to[0] - from[0]) * (c[1] - from[1]); };
+        const auto beyond = [&](const Components& c) { return std::max(rightOf(j, k, c), rightOf(k, i, c)); };
+        const int fourth = best(beyond, smallest);
+        if (beyond(at(fourth)) > smallest)
             takeAnother(fourth, first, patch);
     }
 

@@ -178,7 +178,8 @@ void checkCover(const PatchScene& scene, const CoreSurface& surfaceA, const Core
     ++tally.areas;
     const double share = areaOf(points, normal) / area;
     tally.leastArea = std::min(tally.leastArea, share);
-    // All may be on one side of the deepest and of the farthest from it: then the triangle with the third is at least a quarter.
+    // Nothing is farther from the deepest than the farthest, nor from the line through both than what was taken on its side:
+    // at least a quarter.
     EXPECT_GT(share, 0.25);
     tally.areaTotal += share;
     EXPECT_LT(share, 1.0 + 4.0 * kOverhang * length / area + 1e-3);

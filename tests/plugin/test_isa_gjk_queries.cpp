@@ -355,6 +355,36 @@ TEST(IsaGjkQueries, PatchHasNoPointThatAManifoldWouldTakeForTheDeepest)
     }
 }
 
+TEST(IsaGjkQueries, PatchHasFourPointsAlsoWhereAllCornersAreOnOneSideOfTheLineToTheFarthest)
+{
+    ConvexBench bench;
+    std::vector<btVector3> points;
+    for (const double y : {-0.2, 0.2})
+    {
+        points.push_back(vec(-1, y, 0));
+        points.push_back(vec(1, y, 0));
+        points.push_back(vec(0.8, y, 0.6));
+        points.push_back(vec(0, y, 0.7));
+        points.push_back(vec(-0.8, y, 0.6));
+    }
+    auto slab = makeHullShape(points);
+    btBoxShape ground(vec(5, 0.5, 5));
+    ConvexPairProbe probe(bench.dispatcher, *slab, ground);
+    for (const double tilt : {0.002, -0.002})
+    {
+        probe.place(btTransform(btQuaternion(btVector3(0, 0, 1), btScalar(tilt)), vec(0, 0.745, 0)),
+                    btTransform::getIdentity());
+        const std::vector<Reported> patch = probe.query();
+        ASSERT_EQ(patch.size(), 4u) << tilt;
+        // The ends of the long side, the corner across, and one of its neighbours.
+        std::vector<double> places;
+        for (const Reported& point : patch)
+            places.push_back(std::round(10 * std::abs(double(point.onB.x()))) / 10);
+        std::sort(places.begin(), places.end());
+        EXPECT_EQ(places, (std::vector<double>{0, 0.8, 1, 1})) << tilt;
+    }
+}
+
 TEST(IsaGjkQueries, PatchKeepsTheDeepestPointOfATiltedBrickAndNoneBeyondTheThreshold)
 {
     ConvexBench bench;
