@@ -64,7 +64,9 @@ void HullContents::build()
 
 HullCache& HullCache::instance()
 {
-    static HullCache* const cache = new HullCache;
+    // Never destroyed, since shapes may outlive it otherwise; and made without memory, which may be short.
+    alignas(HullCache) static unsigned char place[sizeof(HullCache)];
+    static HullCache* const cache = new (place) HullCache;
     return *cache;
 }
 
