@@ -7,6 +7,8 @@
 #include <cuda_runtime.h>
 
 #include <cstdint>
+#include <cstdio>
+#include <cstdlib>
 #include <stdexcept>
 
 // Balls that live on the GPU, for the programs that search their pairs there.
@@ -55,6 +57,24 @@ __global__ void __launch_bounds__(kThreads) fly(std::uint32_t count, float side,
         const float centre = folded < side ? folded : 2 * side - folded;
         boxes[ball].min[axis] = centre - 1;
         boxes[ball].max[axis] = centre + 1;
+    }
+}
+
+/// Runs a program whose argument is how many balls there are; they are 100,000 otherwise.
+inline int mainWithBalls(const char* program, int argc, char** argv, void (*run)(std::uint32_t))
+{
+    try
+    {
+        const long balls = argc > 1 ? std::atol(argv[1]) : 100000;
+        if (balls < 1 || balls > 100000000)
+            throw std::runtime_error("between 1 and 100000000 bodies");
+        run(static_cast<std::uint32_t>(balls));
+        return 0;
+    }
+    catch (const std::exception& error)
+    {
+        std::fprintf(stderr, "%s: %s\n", program, error.what());
+        return 1;
     }
 }
 }  // namespace cullet

@@ -12,7 +12,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <stdexcept>
 #include <string>
 
@@ -67,17 +66,5 @@ void run(std::uint32_t balls)
 
 int main(int argc, char** argv)
 {
-    try
-    {
-        const long balls = argc > 1 ? std::atol(argv[1]) : 100000;
-        if (balls < 1 || balls > 100000000)
-            throw std::runtime_error("between 1 and 100000000 bodies");
-        run(static_cast<std::uint32_t>(balls));
-        return 0;
-    }
-    catch (const std::exception& error)
-    {
-        std::fprintf(stderr, "cullet_device_pairs: %s\n", error.what());
-        return 1;
-    }
+    return mainWithBalls("cullet_device_pairs", argc, argv, run);
 }

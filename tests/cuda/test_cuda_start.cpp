@@ -6,40 +6,11 @@
 
 #include "cuda/device_pairs.h"
 #include "tests/cuda/failing_calls.h"
+#include "tests/support/failing_new.h"
 
 #include <gtest/gtest.h>
 
-#include <cstddef>
-#include <cstdlib>
-#include <memory>
-#include <new>
 #include <string>
-
-namespace
-{
-/// Allocations of this thread before one fails; negative: none does.
-thread_local int allocationsLeft = -1;
-}  // namespace
-
-// Not inline: the compiler would take free() for what does not belong to the new of others.
-[[gnu::noinline]] void* operator new(std::size_t size)
-{
-    if (allocationsLeft >= 0 && allocationsLeft-- == 0)
-        throw std::bad_alloc();
-    if (void* memory = std::malloc(size != 0 ? size : 1))
-        return memory;
-    throw std::bad_alloc();
-}
-
-[[gnu::noinline]] void operator delete(void* memory) noexcept
-{
-    std::free(memory);
-}
-
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept
-{
-    std::free(memory);
-}
 
 namespace cullet::test
 {
@@ -92,21 +63,22 @@ TEST_P(CudaStart, AnyCallMayFail)
 
 TEST_P(CudaStart, AnyAllocationMayFail)
 {
-    int allocation = 0;
+    std::uint64_t allocation = 0;
     bool hasFailed = true;
     for (; hasFailed; ++allocation)
     {
         SCOPED_TRACE("allocation " + std::to_string(allocation));
         std::string why;
-        allocationsLeft = allocation;
         bool isMade = false;
-        EXPECT_NO_THROW(isMade = GetParam()(0, &why));
-        hasFailed = allocationsLeft < 0;
-        allocationsLeft = -1;
+        {
+            const OneNewFails failure(allocation);
+            EXPECT_NO_THROW(isMade = GetParam()(0, &why));
+            hasFailed = failure.hasHappened();
+        }
         EXPECT_EQ(isMade, !hasFailed) << why;
         EXPECT_EQ(isMade, why.empty()) << why;
     }
-    EXPECT_GT(allocation, 1);
+    EXPECT_GT(allocation, 1u);
 }
 
 TEST_P(CudaStart, ADeviceThatIsNotThereIsToldByItsNumber)

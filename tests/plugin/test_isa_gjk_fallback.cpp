@@ -1,6 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 #include "tests/plugin/convex_contacts.h"
+#include "tests/plugin/faulty_cube.h"
 
 #include <gtest/gtest.h>
 
@@ -8,38 +9,6 @@
 
 namespace cullet::test
 {
-namespace
-{
-/// A cube by its support function, one call of which goes wrong.
-class FaultyCube final : public btConvexInternalShape
-{
-public:
-    explicit FaultyCube(int badCall) : m_badCall(badCall) { m_shapeType = CUSTOM_CONVEX_SHAPE_TYPE; }
-
-    btVector3 localGetSupportingVertexWithoutMargin(const btVector3& d) const override
-    {
-        if (m_calls++ == m_badCall)
-            return btVector3(std::numeric_limits<btScalar>::quiet_NaN(), 0, 0);
-        return vec(d.x() < 0 ? -0.5 : 0.5, d.y() < 0 ? -0.5 : 0.5, d.z() < 0 ? -0.5 : 0.5);
-    }
-    /// Without a support.
-    void getAabb(const btTransform&, btVector3& low, btVector3& high) const override
-    {
-        low = vec(-1, -1, -1);
-        high = vec(1, 1, 1);
-    }
-    void batchedUnitVectorGetSupportingVertexWithoutMargin(const btVector3*, btVector3*, int) const override
-    {
-    }
-    void calculateLocalInertia(btScalar, btVector3& inertia) const override { inertia.setZero(); }
-    const char* getName() const override { return "FaultyCube"; }
-
-private:
-    int m_badCall;
-    mutable int m_calls = 0;
-};
-}  // namespace
-
 TEST(IsaGjkFallback, AQueryThatMeetsANanIsCountedAndAnsweredByBullet)
 {
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
@@ -51,7 +20,8 @@ TEST(IsaGjkFallback, AQueryThatMeetsANanIsCountedAndAnsweredByBullet)
         {
             SCOPED_TRACE(testing::Message() << "height " << height << ", call " << badCall);
             ConvexBench bench;
-            FaultyCube faulty(badCall);
+            FaultyCube faulty(badCall,
+                              [] { return btVector3(std::numeric_limits<btScalar>::quiet_NaN(), 0, 0); });
             ConvexPairProbe probe(bench.dispatcher, faulty, *cube);
             btTransform above = turned;
             above.setOrigin(turned.getOrigin() + vec(0, height, 0));

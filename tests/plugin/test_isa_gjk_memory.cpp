@@ -2,62 +2,17 @@
 // SPDX-License-Identifier: Zlib
 #include "demos/scenes/hull_points.h"
 #include "tests/plugin/convex_contacts.h"
+#include "tests/plugin/faulty_cube.h"
+#include "tests/support/failing_new.h"
 
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <limits>
-#include <new>
 #include <stdexcept>
-
-namespace
-{
-/// Of this program: every call of operator new, and those until one fails.
-std::size_t newTotal = 0;
-std::size_t newUntilFailure = std::numeric_limits<std::size_t>::max();
-}  // namespace
-
-[[gnu::noinline]] void* operator new(std::size_t size)
-{
-    ++newTotal;
-    if (newUntilFailure-- == 0)
-        throw std::bad_alloc();
-    if (void* memory = std::malloc(size > 0 ? size : 1))
-        return memory;
-    throw std::bad_alloc();
-}
-
-[[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept
-{
-    ++newTotal;
-    return newUntilFailure-- == 0 ? nullptr : std::malloc(size > 0 ? size : 1);
-}
-
-[[gnu::noinline]] void operator delete(void* memory) noexcept
-{
-    std::free(memory);
-}
-
-[[gnu::noinline]] void operator delete(void* memory, std::size_t) noexcept
-{
-    std::free(memory);
-}
 
 namespace cullet::test
 {
 namespace
 {
-/// One operator new fails in the life of this object, that after so many others.
-class OneFailure
-{
-public:
-    explicit OneFailure(std::size_t after) { newUntilFailure = after; }
-    ~OneFailure() { newUntilFailure = std::numeric_limits<std::size_t>::max(); }
-    OneFailure(const OneFailure&) = delete;
-    OneFailure& operator=(const OneFailure&) = delete;
-    bool hasHappened() const { return newUntilFailure > std::numeric_limits<std::size_t>::max() / 2; }
-};
-
 std::unique_ptr<btConvexHullShape> roundHull()
 {
     std::vector<btVector3> points;
@@ -65,34 +20,6 @@ std::unique_ptr<btConvexHullShape> roundHull()
         points.push_back(vec(p.x(), p.y(), p.z()));
     return makeHullShape(points);
 }
-
-/// A cube by its support function, one call of which throws.
-class ThrowingCube final : public btConvexInternalShape
-{
-public:
-    explicit ThrowingCube(int badCall) : m_badCall(badCall) { m_shapeType = CUSTOM_CONVEX_SHAPE_TYPE; }
-
-    btVector3 localGetSupportingVertexWithoutMargin(const btVector3& d) const override
-    {
-        if (m_calls++ == m_badCall)
-            throw std::runtime_error("no support");
-        return vec(d.x() < 0 ? -0.5 : 0.5, d.y() < 0 ? -0.5 : 0.5, d.z() < 0 ? -0.5 : 0.5);
-    }
-    void getAabb(const btTransform&, btVector3& low, btVector3& high) const override
-    {
-        low = vec(-1, -1, -1);
-        high = vec(1, 1, 1);
-    }
-    void batchedUnitVectorGetSupportingVertexWithoutMargin(const btVector3*, btVector3*, int) const override
-    {
-    }
-    void calculateLocalInertia(btScalar, btVector3& inertia) const override { inertia.setZero(); }
-    const char* getName() const override { return "ThrowingCube"; }
-
-private:
-    int m_badCall;
-    mutable int m_calls = 0;
-};
 }  // namespace
 
 TEST(IsaGjkMemory, NeitherConstructorNorDestructorNorAWarmStepTakesAny)
@@ -105,7 +32,7 @@ TEST(IsaGjkMemory, NeitherConstructorNorDestructorNorAWarmStepTakesAny)
         first.place(vec(0, 0.9, 0), vec(0, 0, 0));
         first.step();
     }
-    const std::size_t before = newTotal;
+    const std::uint64_t before = newCount();
     {
         ConvexPairProbe probe(bench.dispatcher, *hull, *other);
         for (const double height : {3.0, 1.03, 0.9, 3.0})
@@ -114,7 +41,7 @@ TEST(IsaGjkMemory, NeitherConstructorNorDestructorNorAWarmStepTakesAny)
             probe.step();
         }
     }
-    EXPECT_EQ(newTotal, before);
+    EXPECT_EQ(newCount(), before);
     EXPECT_EQ(bench.registration->stats().depthsTotal, 2u);
 }
 
@@ -132,7 +59,7 @@ TEST(IsaGjkFallback, APairWhoseGraphsFindNoMemoryIsCountedAndAnsweredByBullet)
         ConvexPairProbe probe(bench.dispatcher, *hull, *cube);
         probe.place(vec(0, 0.5, 0), vec(0, 0, 0));
         {
-            const OneFailure failure(after);
+            const OneNewFails failure(after);
             EXPECT_GT(probe.step()->getNumContacts(), 0);
             isReached = failure.hasHappened();
         }
@@ -161,7 +88,7 @@ TEST(IsaGjkFallback, ADepthThatFindsNoMemoryForTheExactSearchIsCountedAndAnswere
     EXPECT_EQ(stats.notConvergedTotal, 0u);
     for (const std::size_t after : {0, 1, 5})
     {
-        const OneFailure failure(after);
+        const OneNewFails failure(after);
         EXPECT_GT(probe.step()->getNumContacts(), 0);
         EXPECT_TRUE(failure.hasHappened());
     }
@@ -176,7 +103,7 @@ TEST(IsaGjkFallback, AShapeThatThrowsIsCountedAndAnsweredByBullet)
     for (const int badCall : {0, 1})
     {
         ConvexBench bench;
-        ThrowingCube faulty(badCall);
+        FaultyCube faulty(badCall, []() -> btVector3 { throw std::runtime_error("no support"); });
         ConvexPairProbe probe(bench.dispatcher, faulty, *cube);
         probe.place(btTransform(btQuaternion(vec(1, 2, 3).normalized(), btScalar(0.3)), vec(0.1, 0.5, 0.05)),
                     btTransform::getIdentity());
