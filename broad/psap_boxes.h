@@ -1,0 +1,196 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/aabb.h"
+#include "broad/host_device.h"
+#include "broad/id_pair.h"
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+
+/// Boxes in an executor's memory: how they are read and written there, and how far they have gone.
+namespace cullet::psap
+{
+inline constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+/// The box that passes no comparison: stands for empty boxes on the device, where isValid() is then never asked.
+CULLET_HOST_DEVICE inline Aabb nowhere()
+{
+    return {{kNan, kNan, kNan}, {kNan, kNan, kNan}};
+}
+
+/// Raises a non-negative float to at least `value`; the bits of such floats are ordered as they are.
+CULLET_HOST_DEVICE inline void raise(std::uint32_t* bits, float value)
+{
+#ifdef __CUDA_ARCH__
+    // Most values raise nothing; looking first spares the queue at one address.
+    if (*static_cast<volatile std::uint32_t*>(bits) < bitsOf(value))
+        atomicMax(bits, bitsOf(value));
+#else
+    std::uint32_t seen = __atomic_load_n(bits, __ATOMIC_RELAXED);
+    while (seen < bitsOf(value) && !__atomic_compare_exchange_n(bits, &seen, bitsOf(value), false,
+                                                                __ATOMIC_RELAXED, __ATOMIC_RELAXED))
+    {
+    }
+#endif
+}
+
+CULLET_HOST_DEVICE inline float floatOf(std::uint32_t bits)
+{
+    float value = 0;
+    memcpy(&value, &bits, sizeof(value));
+    return value;
+}
+
+/// boxes[row], on the GPU in three loads instead of six: the search is bound by their number.
+///
+/// @pre `boxes` is aligned to 8 bytes there, as what cudaMalloc gives is
+CULLET_HOST_DEVICE inline Aabb loadBox(const Aabb* boxes, std::uint64_t row)
+{
+#ifdef __CUDA_ARCH__
+    const float2* words = reinterpret_cast<const float2*>(boxes) + 3 * row;
+    const float2 a = words[0];
+    const float2 b = words[1];
+    const float2 c = words[2];
+    return {{a.x, a.y, b.x}, {b.y, c.x, c.y}};
+#else
+    return boxes[row];
+#endif
+}
+
+/// boxes[row] = box, likewise.
+CULLET_HOST_DEVICE inline void storeBox(Aabb* boxes, std::uint64_t row, const Aabb& box)
+{
+#ifdef __CUDA_ARCH__
+    float2* words = reinterpret_cast<float2*>(boxes) + 3 * row;
+    words[0] = {box.min[0], box.min[1]};
+    words[1] = {box.min[2], box.max[0]};
+    words[2] = {box.max[1], box.max[2]};
+#else
+    boxes[row] = box;
+#endif
+}
+
+/// A box where reading it takes one sector of a GPU's memory, wherever it is. Either half can be tested against that of
+/// another box in the same way.
+struct alignas(16) BoxHalf
+{
+    float low0, high0, low1, high1;  ///< along two axes; of the second half one is the same for all boxes
+};
+struct alignas(32) AlignedBox
+{
+    BoxHalf xy, z;
+};
+
+CULLET_HOST_DEVICE inline bool meets(const BoxHalf& a, const BoxHalf& b)
+{
+    return (a.low0 <= b.high0) & (b.low0 <= a.high0) & (a.low1 <= b.high1) & (b.low1 <= a.high1);
+}
+
+/// Half k of boxes, in one load on a GPU.
+CULLET_HOST_DEVICE inline BoxHalf loadHalf(const AlignedBox* boxes, std::uint64_t k)
+{
+#ifdef __CUDA_ARCH__
+    const float4 half = reinterpret_cast<const float4*>(boxes)[k];
+    return {half.x, half.y, half.z, half.w};
+#else
+    return k % 2 == 0 ? boxes[k / 2].xy : boxes[k / 2].z;
+#endif
+}
+
+/// boxes[row]. On a GPU in three loads: those of four numbers need registers side by side, which searches are short of.
+CULLET_HOST_DEVICE inline Aabb loadBox(const AlignedBox* boxes, std::uint64_t row)
+{
+#ifdef __CUDA_ARCH__
+    const float2* axes = reinterpret_cast<const float2*>(boxes) + 4 * row;
+    const float2 x = axes[0];
+    const float2 y = axes[1];
+    const float2 z = axes[2];
+    return {{x.x, y.x, z.x}, {x.y, y.y, z.y}};
+#else
+    const AlignedBox& box = boxes[row];
+    return {{box.xy.low0, box.xy.low1, box.z.low0}, {box.xy.high0, box.xy.high1, box.z.high0}};
+#endif
+}
+/// copies[row] = box, nowhere() where that is invalid.
+CULLET_HOST_DEVICE inline void storeCopy(AlignedBox* copies, std::uint64_t row, const Aabb& box)
+{
+    const Aabb copy = isValid(box) ? box : nowhere();
+#ifdef __CUDA_ARCH__
+    float4* halves = reinterpret_cast<float4*>(copies) + 2 * row;
+    halves[0] = {copy.min[0], copy.max[0], copy.min[1], copy.max[1]};
+    halves[1] = {copy.min[2], copy.max[2], 0, 0};  // whole sectors
+#else
+    copies[row] = {{copy.min[0], copy.max[0], copy.min[1], copy.max[1]}, {copy.min[2], copy.max[2], 0, 0}};
+#endif
+}
+
+/// Whether the boxes of a pair overlap. On a GPU all lanes of a warp call together: two lanes read the boxes of both their
+/// pairs, half each, so that a sector is asked for once.
+CULLET_HOST_DEVICE inline bool overlapTogether(const AlignedBox* boxes, IdPair pair)
+{
+#ifdef __CUDA_ARCH__
+    constexpr unsigned kAll = 0xffffffffu;
+    const bool isSecond = threadIdx.x % 2 != 0;
+    const IdPair other = {__shfl_xor_sync(kAll, pair.a, 1), __shfl_xor_sync(kAll, pair.b, 1)};
+    const auto halvesMeet = [&](IdPair asked)
+    {
+        const std::uint64_t half = isSecond ? 1 : 0;
+        return meets(loadHalf(boxes, 2 * std::uint64_t{asked.a} + half),
+                     loadHalf(boxes, 2 * std::uint64_t{asked.b} + half));
+    };
+    const bool first = halvesMeet(isSecond ? other : pair);
+    const bool second = halvesMeet(isSecond ? pair : other);
+    return (isSecond ? second : first) & (__shfl_xor_sync(kAll, isSecond ? first : second, 1) != 0);
+#else
+    return overlaps(loadBox(boxes, pair.a), loadBox(boxes, pair.b));
+#endif
+}
+
+/// The longest way that a side of a box has gone; infinite where either was empty or has no bounds.
+CULLET_HOST_DEVICE inline float wayOf(const Aabb& box, const Aabb& before)
+{
+    float longest = 0;
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        const float low = fabsf(box.min[axis] - before.min[axis]);
+        const float high = fabsf(box.max[axis] - before.max[axis]);
+        const float way = low > high ? low : high;
+        if (!(way <= kInfinity))  // NaN
+            return kInfinity;
+        longest = way > longest ? way : longest;
+    }
+    return longest;
+}
+
+/// Copies of the boxes of an update and of the one before.
+struct BoxCopies
+{
+    AlignedBox* now;        ///< [boxes, out] nowhere() for invalid ones; null: none are wanted
+    const AlignedBox* old;  ///< [oldCount]
+    std::uint64_t oldCount;
+    std::uint32_t* motion;  ///< as BoxHistory has it; 0 before
+
+    /// @return how far the box has gone
+    CULLET_HOST_DEVICE float keep(std::uint64_t i, const Aabb& box) const
+    {
+        storeCopy(now, i, box);
+        const float way = i < oldCount ? wayOf(box, loadBox(old, i)) : kInfinity;
+        raise(motion, way);
+        return way;
+    }
+};
+
+/// Puts an aligned box to others that are not.
+struct UnalignBox
+{
+    const AlignedBox* from;
+    Aabb* to;
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const { storeBox(to, i, loadBox(from, i)); }
+};
+}  // namespace cullet::psap
