@@ -46,7 +46,12 @@ public:
     template <class IsNew>
     void emit(Exec& exec, const IsNew& isNew, const PairList& pairs)
     {
-        emitTesting(exec, isNew, pairs);
+        if (m_input.count <= kBoxesOfFour)
+            emitSharing<4>(exec, isNew, pairs);
+        else if (m_input.count <= kBoxesOfTwo)
+            emitSharing<2>(exec, isNew, pairs);
+        else
+            emitSharing<1>(exec, isNew, pairs);
         m_bins.noteSearched();
     }
 
@@ -78,17 +83,6 @@ private:
     // Up to so many boxes a GPU has lanes to spare: four for each, or two.
     static constexpr std::uint64_t kBoxesOfFour = 3u << 13;
     static constexpr std::uint64_t kBoxesOfTwo = 3u << 14;
-
-    template <class IsNew>
-    void emitTesting(Exec& exec, const IsNew& isNew, const PairList& pairs)
-    {
-        if (m_input.count <= kBoxesOfFour)
-            emitSharing<4>(exec, isNew, pairs);
-        else if (m_input.count <= kBoxesOfTwo)
-            emitSharing<2>(exec, isNew, pairs);
-        else
-            emitSharing<1>(exec, isNew, pairs);
-    }
 
     template <std::uint32_t kSharers, class IsNew>
     void emitSharing(Exec& exec, const IsNew& isNew, const PairList& pairs)

@@ -41,7 +41,15 @@ public:
     template <class IsNew>
     void emit(Exec& exec, const IsNew& isNew, const PairList& pairs)
     {
-        emitTesting(exec, isNew, pairs);
+        if (m_isGrouped)
+            exec.forEachGrouped(m_input.count,
+                                SearchGroups<IsNew>{partners<TestPackedFirst>(isNew), rowOrder()}, pairs);
+        else if (exec.hasSpareLanes() && m_input.count <= kBoxesWithSharers)
+            emitSharing<TestInTurn, 4>(exec, isNew, pairs);
+        else if (isRadix())
+            emitSharing<TestAtOnce, 1>(exec, isNew, pairs);
+        else
+            emitSharing<TestInTurn, 1>(exec, isNew, pairs);
         m_isClear = m_input.count != 0;
     }
 
@@ -114,20 +122,6 @@ private:
         exec.forEach(count, GatherRows{m_input.boxes, m_planner.plan(), m_keys[1].data(), m_rows[1].data(),
                                        count, none, m_records.data(), m_binCounts.data(), tidying()});
         exec.scanLargest(m_binCounts.data(), m_binStarts.data(), m_binCapacity + 1);
-    }
-
-    template <class IsNew>
-    void emitTesting(Exec& exec, const IsNew& isNew, const PairList& pairs)
-    {
-        if (m_isGrouped)
-            exec.forEachGrouped(m_input.count,
-                                SearchGroups<IsNew>{partners<TestPackedFirst>(isNew), rowOrder()}, pairs);
-        else if (exec.hasSpareLanes() && m_input.count <= kBoxesWithSharers)
-            emitSharing<TestInTurn, 4>(exec, isNew, pairs);
-        else if (isRadix())
-            emitSharing<TestAtOnce, 1>(exec, isNew, pairs);
-        else
-            emitSharing<TestInTurn, 1>(exec, isNew, pairs);
     }
 
     template <class Tests, std::uint32_t kSharers, class IsNew>

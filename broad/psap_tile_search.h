@@ -178,7 +178,13 @@ public:
     template <class IsNew>
     void emit(Exec& exec, const IsNew& isNew, const PairList& pairs)
     {
-        emitTesting(exec, isNew, pairs);
+        exec.searchTiles(SearchTiles<IsNew>{{m_records.data(), nullptr, m_input.boxes, m_side.data(), isNew},
+                                            m_planner.plan(),
+                                            m_tiles.current(),
+                                            m_tiles.other(),
+                                            m_planner.shape(),
+                                            pairs.count},
+                         pairs);
         m_tiles.noteSearched();
     }
 
@@ -211,18 +217,6 @@ public:
 private:
     template <class T>
     using Buffer = typename Exec::template Buffer<T>;
-
-    template <class IsNew>
-    void emitTesting(Exec& exec, const IsNew& isNew, const PairList& pairs)
-    {
-        exec.searchTiles(SearchTiles<IsNew>{{m_records.data(), nullptr, m_input.boxes, m_side.data(), isNew},
-                                            m_planner.plan(),
-                                            m_tiles.current(),
-                                            m_tiles.other(),
-                                            m_planner.shape(),
-                                            pairs.count},
-                         pairs);
-    }
 
     void reserveForShape(Exec& exec)
     {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "broad/aabb.h"
+#include "demos/bench/cuda_timing.h"
 
 #include <cuda_runtime.h>
 
@@ -16,12 +17,6 @@ namespace cullet
 {
 inline constexpr unsigned kThreads = 256;
 
-inline void check(cudaError_t error)
-{
-    if (error != cudaSuccess)
-        throw std::runtime_error(cudaGetErrorString(error));
-}
-
 inline unsigned blocksFor(std::uint64_t count)
 {
     return static_cast<unsigned>((count + kThreads - 1) / kThreads);
@@ -31,7 +26,7 @@ template <class T>
 T* allocate(std::uint64_t count)
 {
     void* memory = nullptr;
-    check(cudaMalloc(&memory, count * sizeof(T)));
+    checkCuda(cudaMalloc(&memory, count * sizeof(T)));
     return static_cast<T*>(memory);
 }
 

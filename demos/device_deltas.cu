@@ -68,8 +68,8 @@ public:
           m_counted(allocate<unsigned>(balls)),
           m_missed(allocate<unsigned>(1))
     {
-        check(cudaMemsetAsync(m_followed, 0, balls * sizeof(unsigned), stream));
-        check(cudaMemsetAsync(m_missed, 0, sizeof(unsigned), stream));
+        checkCuda(cudaMemsetAsync(m_followed, 0, balls * sizeof(unsigned), stream));
+        checkCuda(cudaMemsetAsync(m_missed, 0, sizeof(unsigned), stream));
     }
     Neighbours(const Neighbours&) = delete;
     Neighbours& operator=(const Neighbours&) = delete;
@@ -82,7 +82,7 @@ public:
     void follow(const DeviceDeltasAhead& found)
     {
         ::follow<<<kBlocks, kThreads, 0, m_stream>>>(found, m_followed, m_missed);
-        check(cudaGetLastError());
+        checkCuda(cudaGetLastError());
     }
 
     /// Counts them anew, and compares; where a list was too short the new counts are taken.
@@ -90,16 +90,16 @@ public:
     /// @return whether one was
     bool compare(const DeviceDeltas& found)
     {
-        check(cudaMemsetAsync(m_counted, 0, m_balls * sizeof(unsigned), m_stream));
+        checkCuda(cudaMemsetAsync(m_counted, 0, m_balls * sizeof(unsigned), m_stream));
         count<<<kBlocks, kThreads, 0, m_stream>>>(found.kept, found.keptCount, m_counted);
         count<<<kBlocks, kThreads, 0, m_stream>>>(found.added, found.addedCount, m_counted);
-        check(cudaGetLastError());
+        checkCuda(cudaGetLastError());
         const bool isMissing = fetch(m_missed, 1)[0] != 0;
         if (isMissing)
         {
-            check(cudaMemcpyAsync(m_followed, m_counted, m_balls * sizeof(unsigned), cudaMemcpyDeviceToDevice,
-                                  m_stream));
-            check(cudaMemsetAsync(m_missed, 0, sizeof(unsigned), m_stream));
+            checkCuda(cudaMemcpyAsync(m_followed, m_counted, m_balls * sizeof(unsigned),
+                                      cudaMemcpyDeviceToDevice, m_stream));
+            checkCuda(cudaMemsetAsync(m_missed, 0, sizeof(unsigned), m_stream));
         }
         else if (fetch(m_followed, m_balls) != fetch(m_counted, m_balls))
             throw std::runtime_error("the changes do not make up the pairs");
@@ -110,8 +110,9 @@ private:
     std::vector<unsigned> fetch(const unsigned* from, std::uint32_t size)
     {
         std::vector<unsigned> there(size);
-        check(cudaMemcpyAsync(there.data(), from, size * sizeof(unsigned), cudaMemcpyDeviceToHost, m_stream));
-        check(cudaStreamSynchronize(m_stream));
+        checkCuda(
+            cudaMemcpyAsync(there.data(), from, size * sizeof(unsigned), cudaMemcpyDeviceToHost, m_stream));
+        checkCuda(cudaStreamSynchronize(m_stream));
         return there;
     }
 
@@ -125,7 +126,7 @@ private:
 void run(std::uint32_t balls)
 {
     cudaStream_t stream = nullptr;
-    check(cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking));
+    checkCuda(cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking));
     std::string why;
     const auto finder = makeDeviceDeltaFinder({}, stream, &why);
     if (!finder)
@@ -136,7 +137,7 @@ void run(std::uint32_t balls)
     for (int frame = 0; frame < kFrames; ++frame)
     {
         fly<<<blocksFor(balls), kThreads, 0, stream>>>(balls, side, 0.1f * static_cast<float>(frame), boxes);
-        check(cudaGetLastError());
+        checkCuda(cudaGetLastError());
         if (finder->enqueue(boxes, balls) != Status::Ok)
             throw std::runtime_error("the search failed");
         neighbours.follow(finder->ahead());
@@ -152,8 +153,8 @@ void run(std::uint32_t balls)
                     static_cast<unsigned long long>(found.removedCount),
                     wasShort ? "; lists have grown" : "");
     }
-    check(cudaStreamSynchronize(stream));
-    check(cudaFree(boxes));
+    checkCuda(cudaStreamSynchronize(stream));
+    checkCuda(cudaFree(boxes));
 }
 }  // namespace
 

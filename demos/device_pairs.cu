@@ -34,7 +34,7 @@ __global__ void __launch_bounds__(kThreads)
 void run(std::uint32_t balls)
 {
     cudaStream_t stream = nullptr;
-    check(cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking));
+    checkCuda(cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking));
     std::string why;
     const auto finder = makeDevicePairFinder({}, stream, &why);
     if (!finder)
@@ -45,22 +45,22 @@ void run(std::uint32_t balls)
     for (int frame = 0; frame < kFrames; ++frame)
     {
         fly<<<blocksFor(balls), kThreads, 0, stream>>>(balls, side, 0.1f * static_cast<float>(frame), boxes);
-        check(cudaMemsetAsync(neighbours, 0, balls * sizeof(unsigned), stream));
+        checkCuda(cudaMemsetAsync(neighbours, 0, balls * sizeof(unsigned), stream));
         DevicePairs found;
         if (finder->enqueue(boxes, balls) != Status::Ok || finder->collect(found) != Status::Ok)
             throw std::runtime_error("the search failed");
         if (found.count != 0)
             countNeighbours<<<blocksFor(found.count), kThreads, 0, stream>>>(found.pairs, found.count,
                                                                              neighbours);
-        check(cudaGetLastError());
+        checkCuda(cudaGetLastError());
         if (frame % 10 == 0)
             std::printf("frame %d: %llu pairs, %.2f neighbours per ball\n", frame,
                         static_cast<unsigned long long>(found.count),
                         2.0 * static_cast<double>(found.count) / balls);
     }
-    check(cudaStreamSynchronize(stream));
-    check(cudaFree(neighbours));
-    check(cudaFree(boxes));
+    checkCuda(cudaStreamSynchronize(stream));
+    checkCuda(cudaFree(neighbours));
+    checkCuda(cudaFree(boxes));
 }
 }  // namespace
 

@@ -16,59 +16,65 @@ Aabb cubeAround(float x, float y, float z, float half)
     return {{x - half, y - half, z - half}, {x + half, y + half, z + half}};
 }
 
-std::vector<Aabb> flatAlong(int axis, std::uint32_t count, std::uint64_t seed)
+/// @param place place(random) makes the next box
+template <class Place>
+std::vector<Aabb> boxesAt(std::uint32_t count, std::uint64_t seed, const Place& place)
 {
     SplitMix64 random(seed);
-    const float side = std::sqrt(16.0f * static_cast<float>(count));
     std::vector<Aabb> boxes(count);
     for (Aabb& box : boxes)
-    {
-        float centre[3] = {};
-        centre[(axis + 1) % 3] = random.uniform(0, side);
-        centre[(axis + 2) % 3] = random.uniform(0, side);
-        box = cubeAround(centre[0], centre[1], centre[2], 1);
-    }
+        box = place(random);
     return boxes;
+}
+
+std::vector<Aabb> flatAlong(int axis, std::uint32_t count, std::uint64_t seed)
+{
+    const float side = std::sqrt(16.0f * static_cast<float>(count));
+    return boxesAt(count, seed,
+                   [&](SplitMix64& random)
+                   {
+                       float centre[3] = {};
+                       centre[(axis + 1) % 3] = random.uniform(0, side);
+                       centre[(axis + 2) % 3] = random.uniform(0, side);
+                       return cubeAround(centre[0], centre[1], centre[2], 1);
+                   });
+}
+
+/// @param half half(random) is asked after the place
+template <class Half>
+std::vector<Aabb> scattered(std::uint32_t count, std::uint64_t seed, float volume, const Half& half)
+{
+    const float side = std::cbrt(volume * static_cast<float>(count));
+    return boxesAt(count, seed,
+                   [&](SplitMix64& random)
+                   {
+                       const float x = random.uniform(0, side), y = random.uniform(0, side),
+                                   z = random.uniform(0, side);
+                       return cubeAround(x, y, z, half(random));
+                   });
 }
 }  // namespace
 
 std::vector<Aabb> uniformBoxes(std::uint32_t count, std::uint64_t seed)
 {
-    SplitMix64 random(seed);
-    const float side = std::cbrt(32.0f * static_cast<float>(count));
-    std::vector<Aabb> boxes(count);
-    for (Aabb& box : boxes)
-    {
-        const float x = random.uniform(0, side), y = random.uniform(0, side), z = random.uniform(0, side);
-        box = cubeAround(x, y, z, 1);
-    }
-    return boxes;
+    return scattered(count, seed, 32, [](SplitMix64&) { return 1.0f; });
 }
 
 std::vector<Aabb> boxesOfManySizes(std::uint32_t count, std::uint64_t seed)
 {
-    SplitMix64 random(seed);
-    const float side = std::cbrt(16457.0f * static_cast<float>(count));
-    std::vector<Aabb> boxes(count);
-    for (Aabb& box : boxes)
-    {
-        const float x = random.uniform(0, side), y = random.uniform(0, side), z = random.uniform(0, side);
-        box = cubeAround(x, y, z, 0.5f * std::pow(10.0f, random.uniform(-1, 2)));
-    }
-    return boxes;
+    return scattered(count, seed, 16457,
+                     [](SplitMix64& random) { return 0.5f * std::pow(10.0f, random.uniform(-1, 2)); });
 }
 
 std::vector<Aabb> heapOfBoxes(std::uint32_t count, std::uint64_t seed)
 {
-    SplitMix64 random(seed);
     const float side = std::sqrt(0.1055f * static_cast<float>(count));
-    std::vector<Aabb> boxes(count);
-    for (Aabb& box : boxes)
-    {
-        const float x = random.uniform(0, side), z = random.uniform(0, side);
-        box = cubeAround(x, -20 * std::log(1 - random.uniform(0, 1)), z, 1);
-    }
-    return boxes;
+    return boxesAt(count, seed,
+                   [&](SplitMix64& random)
+                   {
+                       const float x = random.uniform(0, side), z = random.uniform(0, side);
+                       return cubeAround(x, -20 * std::log(1 - random.uniform(0, 1)), z, 1);
+                   });
 }
 
 std::vector<Aabb> flatBoxes(std::uint32_t count, std::uint64_t seed)
@@ -88,12 +94,9 @@ std::vector<Aabb> flatBoxesZ(std::uint32_t count, std::uint64_t seed)
 
 std::vector<Aabb> boxesOnOneLine(std::uint32_t count, std::uint64_t seed)
 {
-    SplitMix64 random(seed);
     const float length = 2.0f * static_cast<float>(count);
-    std::vector<Aabb> boxes(count);
-    for (Aabb& box : boxes)
-        box = cubeAround(random.uniform(0, length), 0, 0, 1);
-    return boxes;
+    return boxesAt(count, seed,
+                   [&](SplitMix64& random) { return cubeAround(random.uniform(0, length), 0, 0, 1); });
 }
 
 std::vector<Aabb> boxesUnderOne(std::uint32_t count, std::uint64_t seed)
