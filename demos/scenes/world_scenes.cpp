@@ -5,6 +5,7 @@
 #include "demos/scenes/file_world.h"
 #include "demos/scenes/flying_world.h"
 #include "demos/scenes/heap_worlds.h"
+#include "demos/scenes/hull_worlds.h"
 #include "demos/scenes/soft_world.h"
 #include "demos/scenes/space_worlds.h"
 #include "demos/scenes/structure_worlds.h"
@@ -24,6 +25,8 @@ const std::vector<WorldSceneInfo>& worldScenes()
         {"boxes", "cubes of 1 m fall from a column into a walled square", 4000, 1e3, makeBoxesScene},
         {"hulls", "random hulls of 20 points fall from a column into a walled square", 4000, 1e3,
          makeHullsScene},
+        {"barrels", "barrels of 44 points stand in columns", 960, 1e3, makeBarrelsScene},
+        {"hills", "random hulls of 20 points fall onto a mesh of triangles", 1000, 1e3, makeHillsScene},
         {"thesis", "spheres of 80 triangles, uniform, random velocities; no response", 4000, 1e4,
          makeThesisScene},
         {"W1", "boxes of uniform spheres of radius 1, all move; no response", 4000, 1e4, makeFlyingScene},

@@ -120,8 +120,8 @@ TEST(WorldScenes, AreTheSameBitByBitForTheSameOptionsAndEveryBackend)
 TEST(WorldScenes, DependOnTheirSeed)
 {
     // The others have nothing that is drawn.
-    for (const std::string name : {"drop", "boxes", "hulls", "thesis", "W1", "W2", "W3", "W4", "W5", "pour",
-                                   "pile", "static", "planet", "stampede", "crowd"})
+    for (const std::string name : {"drop", "boxes", "hulls", "hills", "thesis", "W1", "W2", "W3", "W4", "W5",
+                                   "pour", "pile", "static", "planet", "stampede", "crowd"})
     {
         WorldSceneOptions options = makeOptions(50);
         const auto one = makeWorldScene(name, options);
@@ -135,8 +135,8 @@ TEST(WorldScenes, DependOnTheirSeed)
 
 TEST(WorldScenes, HaveTheBodiesThatWereAskedFor)
 {
-    for (const std::string name : {"drop", "boxes", "thesis", "W2", "pile", "wall", "domino", "cards",
-                                   "planet", "stampede", "soft", "crowd"})
+    for (const std::string name : {"drop", "boxes", "barrels", "hills", "thesis", "W2", "pile", "wall",
+                                   "domino", "cards", "planet", "stampede", "soft", "crowd"})
         EXPECT_EQ(countObjects(*make(name, 101), moves), 101) << name;
 }
 

@@ -10,7 +10,6 @@
 
 #include <btBulletDynamicsCommon.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <memory>
@@ -99,50 +98,6 @@ public:
     {
         const btPersistentManifold* manifold = manifoldOf(a, b);
         return manifold == nullptr ? 0 : manifold->getNumContacts();
-    }
-    /// Largest depth of a contact point; margins are outside of it.
-    double deepest() const
-    {
-        double depth = 0;
-        for (int i = 0; i < m_dispatcher->getNumManifolds(); ++i)
-        {
-            const btPersistentManifold* manifold = m_dispatcher->getManifoldByIndexInternal(i);
-            for (int k = 0; k < manifold->getNumContacts(); ++k)
-                depth = std::max(depth, -double(manifold->getContactPoint(k).getDistance()));
-        }
-        return depth;
-    }
-    double kineticEnergy() const
-    {
-        double energy = 0;
-        for (const auto& body : bodies)
-        {
-            if (body->isStaticObject() || !body->isActive())
-                continue;
-            const btVector3 spin = body->getAngularVelocity() * body->getWorldTransform().getBasis();
-            const btVector3 inertia = body->getLocalInertia();
-            energy += 0.5 / double(body->getInvMass()) * double(body->getLinearVelocity().length2()) +
-                      0.5 * double((spin * spin).dot(inertia));
-        }
-        return energy;
-    }
-    /// Kinetic and potential.
-    double energy() const
-    {
-        double energy = kineticEnergy();
-        for (const auto& body : bodies)
-        {
-            if (!body->isStaticObject())
-                energy -= double(world.getGravity().dot(body->getWorldTransform().getOrigin())) /
-                          double(body->getInvMass());
-        }
-        return energy;
-    }
-    int awake() const
-    {
-        return static_cast<int>(std::count_if(bodies.begin(), bodies.end(),
-                                              [](const auto& body)
-                                              { return !body->isStaticObject() && body->isActive(); }));
     }
     /// Fingerprint of all transforms, bit by bit.
     std::uint64_t hash() const { return hashOfBodies(bodies); }

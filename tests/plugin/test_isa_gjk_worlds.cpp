@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 #include "tests/plugin/convex_world.h"
+#include "tests/support/world_outcome.h"
 
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>
 #include <gtest/gtest.h>
 
-#include <ostream>
 #include <string>
 #include <utility>
 
@@ -13,61 +13,12 @@ namespace cullet::test
 {
 namespace
 {
-/// What a scene did, to be held against the same scene with Bullet's own narrow phase.
-struct Outcome
-{
-    int sleepsAt = -1;  ///< step in which the last body fell asleep
-    double deepest = 0;
-    double lateEnergy = 0;  ///< largest kinetic energy in the second half
-    double energyGain = 0;  ///< largest energy, kinetic and potential, above that of the start
-    double topHeight = 0;   ///< of the last body
-    double topShift = 0;    ///< how far it went sideways
-};
-
-std::ostream& operator<<(std::ostream& out, const Outcome& o)
-{
-    return out << "sleeps at " << o.sleepsAt << ", deepest " << o.deepest << ", late energy " << o.lateEnergy
-               << ", energy gained " << o.energyGain << ", top at " << o.topHeight << ", shifted by "
-               << o.topShift;
-}
-
 template <class Build>
 Outcome run(Narrow narrow, int steps, const Build& build)
 {
     ConvexWorld world(narrow);
     build(world);
-    const btRigidBody& top = *world.bodies.back();
-    const btVector3 start = top.getWorldTransform().getOrigin();
-    const double energy = world.energy();
-    Outcome outcome;
-    for (int i = 0; i < steps; ++i)
-    {
-        world.step();
-        outcome.deepest = std::max(outcome.deepest, world.deepest());
-        outcome.energyGain = std::max(outcome.energyGain, world.energy() - energy);
-        if (i > steps / 2)
-            outcome.lateEnergy = std::max(outcome.lateEnergy, world.kineticEnergy());
-        if (outcome.sleepsAt < 0 && world.awake() == 0)
-            outcome.sleepsAt = i;
-    }
-    btVector3 moved = top.getWorldTransform().getOrigin() - start;
-    outcome.topHeight = double(top.getWorldTransform().getOrigin().y());
-    moved.setY(0);
-    outcome.topShift = double(moved.length());
-    return outcome;
-}
-
-/// Within the noise of a simulation that any rounding changes.
-void expectNoWorse(const Outcome& ours, const Outcome& stock)
-{
-    EXPECT_LE(ours.deepest, 1.5 * stock.deepest + 0.01) << stock << '\n' << ours;
-    EXPECT_LE(ours.lateEnergy, 2 * stock.lateEnergy + 1e-3) << stock << '\n' << ours;
-    EXPECT_LE(ours.energyGain, 1.5 * stock.energyGain + 0.01) << stock << '\n' << ours;
-    if (stock.sleepsAt >= 0)
-    {
-        EXPECT_GE(ours.sleepsAt, 0) << stock << '\n' << ours;
-        EXPECT_LE(ours.sleepsAt, stock.sleepsAt + 60) << stock << '\n' << ours;
-    }
+    return watch(world.world, *world.bodies.back(), steps, [&] { world.step(); });
 }
 
 /// Steps of a world: once with each narrow phase.
@@ -79,14 +30,7 @@ void compare(int steps, const Build& build, Outcome& stock, Outcome& ours)
     stock = run(Narrow::Stock, steps, build);
     const Outcome registered = run(Narrow::IsaGjk, steps, build);
     ours = run(Narrow::Dispatcher, steps, build);
-    // Side by side in the test's report (--gtest_output=xml), by number where a test has several scenes.
-    const testing::TestResult& report = *testing::UnitTest::GetInstance()->current_test_info()->result();
-    const std::string scene = std::to_string(report.test_property_count() / 3);
-    testing::Test::RecordProperty("bullet." + scene, testing::PrintToString(stock));
-    testing::Test::RecordProperty("registered." + scene, testing::PrintToString(registered));
-    testing::Test::RecordProperty("cullet." + scene, testing::PrintToString(ours));
-    expectNoWorse(registered, stock);
-    expectNoWorse(ours, stock);
+    expectNoWorse(stock, registered, ours, 1e-3);
 }
 
 constexpr double kStandingHalf = 0.54;  ///< of a cube hull, margin included

@@ -1,0 +1,89 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/scenes/world_scene.h"
+#include "tests/support/world_outcome.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+
+/// Many hulls in one world with each narrow phase, as in Bullet's own benchmarks of hulls: equal ones in columns, a pack
+/// of different ones, and those on a mesh.
+namespace cullet::test
+{
+namespace
+{
+Outcome run(const std::string& scene, const std::string& narrow, std::uint32_t bodies, int steps)
+{
+    WorldSceneOptions options;
+    options.bodies = bodies;
+    options.backend = "grid";
+    options.threads = 1;
+    options.narrow = narrow;
+    const std::unique_ptr<WorldScene> world = makeWorldScene(scene, options);
+    const btCollisionObjectArray& objects = world->world().getCollisionObjectArray();
+    return watch(world->world(), *btRigidBody::upcast(objects[objects.size() - 1]), steps,
+                 [&] { world->step(); });
+}
+
+struct Outcomes
+{
+    /// @param restEnergy see expectNoWorse()
+    Outcomes(const std::string& scene, std::uint32_t bodies, int steps, double restEnergy)
+        : stock(run(scene, "bullet", bodies, steps)),
+          registered(run(scene, "isa-gjk", bodies, steps)),
+          dispatcher(run(scene, "dispatcher", bodies, steps))
+    {
+        expectNoWorse(stock, registered, dispatcher, restEnergy);
+    }
+
+    Outcome stock, registered, dispatcher;
+};
+
+/// Hulls that roll where they like: only means compare.
+void expectSameHeap(const Outcome& ours, const Outcome& stock)
+{
+    EXPECT_NEAR(ours.meanHeight, stock.meanHeight, 0.06 * stock.meanHeight) << stock << '\n' << ours;
+    EXPECT_LE(ours.meanDepth, 2 * stock.meanDepth + 2e-4) << stock << '\n' << ours;
+    // Nothing is thrown up: all of the energy is that of the fall.
+    EXPECT_LE(ours.energyGain, 0) << stock << '\n' << ours;
+}
+
+void expectSameHeap(const std::string& scene)
+{
+    constexpr std::uint32_t kBodies = 200;
+    constexpr double kPerBody = 0.02;
+    const Outcomes outcomes(scene, kBodies, 400, kPerBody * kBodies);
+    expectSameHeap(outcomes.registered, outcomes.stock);
+    expectSameHeap(outcomes.dispatcher, outcomes.stock);
+}
+}  // namespace
+
+TEST(HullWorlds, ColumnsOfBarrelsStandAndSleepAlsoWhereTheyFallWithBullet)
+{
+    constexpr double kHalfHeight = 0.64;  ///< margin included
+    for (const std::uint32_t bodies : {5, 10, 15, 120})
+    {
+        SCOPED_TRACE(bodies);
+        const Outcomes outcomes("barrels", bodies, 400, 1e-3);
+        const double high = std::min(bodies, 15u);
+        for (const Outcome& ours : {outcomes.registered, outcomes.dispatcher})
+        {
+            EXPECT_NEAR(ours.meanHeight, kHalfHeight * high, 0.01 * high) << ours;
+            EXPECT_GT(ours.sleepsAt, 0) << ours;
+            EXPECT_EQ(ours.lateEnergy, 0) << ours;
+        }
+    }
+}
+
+TEST(HullWorlds, PackOfDifferentHullsIsAsDenseAsWithBullet)
+{
+    expectSameHeap("hulls");
+}
+
+TEST(HullWorlds, HullsComeToRestOnAMeshAsWithBullet)
+{
+    expectSameHeap("hills");
+}
+}  // namespace cullet::test
