@@ -17,6 +17,8 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <memory>
+#include <type_traits>
 
 namespace cullet
 {
@@ -46,9 +48,8 @@ public:
         if (!completeTetrahedron(normal))
             return finishFlat(normal);
         Polytope polytope(size());
-        polytope.setTetrahedron({m_seed[0].w, m_seed[1].w, m_seed[2].w, m_seed[3].w});
-        std::copy(m_seed.begin(), m_seed.end(), m_supports.begin());
-        if (!expand(polytope))
+        wrap(m_seed, 4, polytope, m_supports);
+        if (!expand(polytope, m_supports) && !(polytope.isFull() && expandFurther()))
             solveExactly();
         return m_result;
     }
@@ -177,7 +178,23 @@ private:
             polytope.addFaces({{memory.corners(i), memory.corners(i + left - 1)}}, left);
         }
         m_result.state = GjkState::Overlapping;
-        return expand(polytope);
+        return expand(polytope, m_supports);
+    }
+
+    /// The convex hull of points, the first four of which span space.
+    ///
+    /// @param supports [out] of the polytope's vertices
+    template <class Points, class P, class Supports>
+    static void wrap(const Points& points, int count, P& polytope, Supports& supports)
+    {
+        polytope.setTetrahedron({points[0].w, points[1].w, points[2].w, points[3].w});
+        std::copy_n(points.begin(), 4, supports.begin());
+        for (int i = 4; i < count; ++i)
+        {
+            const auto k = static_cast<std::size_t>(i);
+            if (const int vertex = polytope.add(points[k].w); vertex >= 0)
+                supports[static_cast<std::size_t>(vertex)] = points[k];
+        }
     }
 
     /// The same from the convex hull of the remembered points, where their surface has dents that no point closes.
@@ -189,28 +206,39 @@ private:
         if (!(spreadFour(left, count) > kFlat * m_search.size2() * size()))
             return false;
         Polytope polytope(size());
-        polytope.setTetrahedron({left[0].w, left[1].w, left[2].w, left[3].w});
-        std::copy_n(left.begin(), 4, m_supports.begin());
-        for (int i = 4; i < count; ++i)
-        {
-            if (const int vertex = polytope.add(left[i].w); vertex >= 0)
-                m_supports[vertex] = left[i];
-        }
+        wrap(left, count, polytope, m_supports);
         m_result.iterations = 1;  // so that it is remembered anew
-        return expand(polytope);
+        return expand(polytope, m_supports);
     }
 
+    /// The same with more room, from the points that have filled the first polytope: round shapes whose centres nearly
+    /// coincide have as many corners at about the depth as there are. Throws std::bad_alloc.
+    bool expandFurther()
+    {
+        struct Surface
+        {
+            explicit Surface(double size) : polytope(size) {}
+            BasicPolytope<2048> polytope;
+            std::array<Support, 2048> supports;
+        };
+        const auto surface = std::make_unique<Surface>(size());
+        wrap(m_supports, Polytope::kMaxVertices, surface->polytope, surface->supports);
+        return expand(surface->polytope, surface->supports);
+    }
+
+    /// @param supports of the polytope's vertices
     /// @return false if the answer could not be proved
-    bool expand(Polytope& polytope)
+    template <class P, class Supports>
+    bool expand(P& polytope, Supports& supports)
     {
         const double scale = size();
         while (polytope.isValid())
         {
-            const Polytope::Face face = polytope.closestFace();
+            const PolytopeParts::Face face = polytope.closestFace();
             const bool isOutside = !(face.distance > -kFlat * scale);
             if (isOutside && !m_isRecalled)
                 return false;
-            const Support& corner = m_supports[face.vertex[0]];
+            const Support& corner = supports[face.vertex[0]];
             const Support s =
                 m_isRecalled ? m_search.supportAgainst(-face.scaledNormal, corner.vertexA, corner.vertexB)
                              : m_search.supportAgainst(-face.scaledNormal);
@@ -223,38 +251,44 @@ private:
             const int vertex = isDone ? -1 : polytope.add(s.w);
             if (vertex >= 0)
             {
-                m_supports[vertex] = s;
+                supports[vertex] = s;
                 ++m_result.iterations;
                 continue;
             }
             // A NaN makes the comparison false.
             if (isOutside || !(gap <= kGapAccepted * scale))
                 return false;
-            finish(polytope, face, std::max(gap, 0.0), s);
+            finish(polytope, supports, face, std::max(gap, 0.0), s);
             return true;
         }
         return false;
     }
 
     /// @param along support along the face's normal
-    void finish(Polytope& polytope, const Polytope::Face& face, double gap, const Support& along)
+    template <class P, class Supports>
+    void finish(P& polytope, const Supports& supports, const PolytopeParts::Face& face, double gap,
+                const Support& along)
     {
         const Eigen::Vector3d normal = face.scaledNormal / face.length;
         store(normal, face.distance + gap, gap, along);
-        const Polytope::Foot foot = polytope.footOf(face, gap);
+        const PolytopeParts::Foot foot = polytope.footOf(face, gap);
         Eigen::Vector3d pointA = Eigen::Vector3d::Zero();
         for (int k = 0; k < 3; ++k)
-            pointA += foot.weights[k] * m_supports[foot.vertex[k]].a;
+            pointA += foot.weights[k] * supports[foot.vertex[k]].a;
         storePoints(pointA);
         m_result.method = PenetrationMethod::Expansion;
         if (m_isRecalled)
             rememberTriangle(face, -normal, along);
-        if (m_memory != nullptr && m_result.iterations > 0)
-            remember(polytope, face);
+        // The surface of a large one cannot be made small enough.
+        if constexpr (std::is_same_v<P, Polytope>)
+        {
+            if (m_memory != nullptr && m_result.iterations > 0)
+                remember(polytope, face);
+        }
     }
 
     /// For the query that finds the shapes apart again.
-    void rememberTriangle(const Polytope::Face& face, const Eigen::Vector3d& axis, const Support& along)
+    void rememberTriangle(const PolytopeParts::Face& face, const Eigen::Vector3d& axis, const Support& along)
     {
         m_cache.state = GjkState::Overlapping;
         m_cache.count = 3;
@@ -268,7 +302,7 @@ private:
     }
 
     /// Keeps the surface that proves the depth; if there is no room for it, a smaller one inside that does so too.
-    void remember(Polytope& polytope, const Polytope::Face& face)
+    void remember(Polytope& polytope, const PolytopeParts::Face& face)
     {
         if (polytope.faceCount() > DepthMemory::kFaces)
             shrink(polytope, face);
@@ -276,7 +310,7 @@ private:
     }
 
     /// With some room to move, so that what is cut off does not come into the way in the next query.
-    void shrink(Polytope& polytope, const Polytope::Face& face)
+    void shrink(Polytope& polytope, const PolytopeParts::Face& face)
     {
         const double reach = 1.2 * face.distance + 0.005 * size();
         for (std::int16_t v = 0; v < polytope.vertexCount(); ++v)
@@ -351,8 +385,9 @@ private:
 ///
 /// @param cache of this pair in this order, best after a query that said Overlapping
 /// @param memory of this pair in this order, or null: gets what rememberedPenetration() starts from
-/// Cost: about one support of each shape and a scan of the polytope's faces per point, 5 to 60 points.
-/// Errors: NotConverged for shapes that are no hulls when the expansion fails, and for inputs that are not finite.
+/// Cost: about one support of each shape and a scan of the polytope's faces per point, 5 to 60 points; up to 2,048, and an
+/// allocation, for round shapes whose centres nearly coincide.
+/// Errors: std::bad_alloc; NotConverged for shapes that are no hulls when the expansion fails, and for inputs that are not finite.
 template <class S, class A, class B>
 PenetrationResult<S> penetration(const A& a, const B& b, GjkCache<S>& cache, DepthMemory* memory = nullptr)
 {

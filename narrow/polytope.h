@@ -15,16 +15,9 @@
 
 namespace cullet
 {
-/// Closed surface of triangles around the origin that grows by points: the state of the expanding polytope algorithm.
-///
-/// Convex as long as it has grown from a tetrahedron. Fixed capacity on the stack: no allocation. add() refuses what
-/// would break the surface, and the caller has to find its answer in another way.
-class Polytope
+/// What polytopes of all capacities have in common.
+struct PolytopeParts
 {
-public:
-    static constexpr int kMaxVertices = 128;
-    static constexpr int kMaxFaces = 2 * kMaxVertices;
-
     using Corners = std::array<std::int16_t, 3>;
 
     struct Face
@@ -35,10 +28,30 @@ public:
         Corners vertex;
     };
 
+    struct Foot
+    {
+        Corners vertex;
+        Eigen::Vector3d weights;  ///< of the corners, not negative
+    };
+};
+
+/// Closed surface of triangles around the origin that grows by points: the state of the expanding polytope algorithm.
+///
+/// Convex as long as it has grown from a tetrahedron. Fixed capacity: no allocation. add() refuses what would break the
+/// surface, and the caller has to find its answer in another way.
+///
+/// @tparam Capacity most vertices; a multiple of 64
+template <int Capacity>
+class BasicPolytope : public PolytopeParts
+{
+public:
+    static constexpr int kMaxVertices = Capacity;
+    static constexpr int kMaxFaces = 2 * kMaxVertices;
+
     /// No points yet.
     ///
     /// @param size unit of the tolerances
-    explicit Polytope(double size) : m_tolerance(1e-13 * size) {}
+    explicit BasicPolytope(double size) : m_tolerance(1e-13 * size) {}
 
     /// Four points that are not coplanar, around the origin.
     void setTetrahedron(const std::array<Eigen::Vector3d, 4>& tetrahedron)
@@ -68,6 +81,8 @@ public:
     }
 
     bool isValid() const { return m_isValid; }
+    /// All that keeps it from growing is its capacity.
+    bool isFull() const { return m_isValid && m_vertexCount == kMaxVertices; }
     int vertexCount() const { return m_vertexCount; }
     int faceCount() const { return m_faceCount; }
     const Corners& corners(int face) const { return m_corners[face]; }
@@ -119,12 +134,6 @@ public:
         }
         return false;
     }
-
-    struct Foot
-    {
-        Corners vertex;
-        Eigen::Vector3d weights;  ///< of the corners, not negative
-    };
 
     /// Where the ray from the origin along the normal of the closest face leaves the surface. That may be in another face:
     /// of several in one plane, as two edges make, rounding decides which is the closest.
@@ -353,18 +362,16 @@ private:
     bool collectHorizon(const Eigen::Vector3d& point)
     {
         collectVisible(point);
-        // By vertex: a bit for every vertex that an edge of a visible face leads to.
-        std::array<std::array<std::uint64_t, 2>, kMaxVertices> ends;
         for (int i = 0; i < m_visibleCount; ++i)
         {
             for (const std::int16_t corner : m_corners[m_visible[i]])
-                ends[corner] = {0, 0};
+                m_ends[corner].fill(0);
         }
         for (int i = 0; i < m_visibleCount; ++i)
         {
             const Corners& c = m_corners[m_visible[i]];
             for (int k = 0; k < 3; ++k)
-                ends[c[k]][c[(k + 1) % 3] >> 6] |= std::uint64_t(1) << (c[(k + 1) % 3] & 63);
+                m_ends[c[k]][c[(k + 1) % 3] >> 6] |= std::uint64_t(1) << (c[(k + 1) % 3] & 63);
         }
         // An edge whose other side is visible too is no horizon.
         int edgeCount = 0;
@@ -376,7 +383,7 @@ private:
             {
                 const std::int16_t from = c[k], to = c[(k + 1) % 3];
                 // Without a branch, since every second edge is one.
-                const bool isHorizon = (ends[to][from >> 6] >> (from & 63) & 1) == 0;
+                const bool isHorizon = (m_ends[to][from >> 6] >> (from & 63) & 1) == 0;
                 m_next[from] = isHorizon ? to : m_next[from];
                 start = isHorizon ? from : start;
                 edgeCount += isHorizon ? 1 : 0;
@@ -406,6 +413,8 @@ private:
     std::array<std::int16_t, kMaxFaces + 4> m_visible;
     std::array<std::int16_t, kMaxVertices + 2> m_horizon;  ///< vertices in the order of the walk
     std::array<std::int16_t, kMaxVertices> m_next;         ///< by vertex: the one after it on a walk
+    /// By vertex of visible faces: a bit for every vertex that an edge of one leads to.
+    std::array<std::array<std::uint64_t, kMaxVertices / 64>, kMaxVertices> m_ends;
     double m_tolerance;
     int m_vertexCount = 0;
     int m_faceCount = 0;
@@ -413,4 +422,7 @@ private:
     int m_horizonCount = 0;
     bool m_isValid = true;
 };
+
+/// On the stack; room for the differences of most shapes.
+using Polytope = BasicPolytope<128>;
 }  // namespace cullet

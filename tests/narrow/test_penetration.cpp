@@ -21,9 +21,10 @@ namespace cullet::test
 {
 namespace
 {
-PosedHull<float> at(const Hull<float>& hull, float x, float y, float z)
+template <class S>
+PosedHull<S> at(const Hull<S>& hull, double x, double y, double z)
 {
-    return {hull, Eigen::Matrix3f::Identity(), Eigen::Vector3f(x, y, z)};
+    return {hull, Eigen::Matrix<S, 3, 3>::Identity(), Eigen::Vector3d(x, y, z).cast<S>()};
 }
 
 TEST(Penetration, OfTwoBoxesIsTheSmallestOverlapOfTheirSides)
@@ -102,10 +103,51 @@ TEST(Penetration, CoincidentShapesOfEveryKindHaveOne)
     }
 }
 
-TEST(Penetration, TheExactSearchTakesOverWhenThePolytopeIsFull)
+/// All faces of A - B are about equally close to the origin: the expansion has to find nearly all of them.
+template <class S>
+void checkLargePolytope(const Hull<S>& hull, const PosedHull<S>& b)
 {
-    // All faces of A - B are equally close to the origin: the expansion has to find nearly all of them.
-    const Hull<float> hull = hullOf<float>(icoPoints(3));
+    const PosedHull<S> a = at(hull, 0, 0, 0);
+    Eigen::Vector3d normal;
+    double depth = 0.0;
+    ASSERT_TRUE(exactPenetration(a, b, normal, depth));
+    GjkCache<S> cache;
+    DepthMemory memory;
+    for (int frame = 0; frame < 2; ++frame)
+    {
+        const PenetrationResult<S> result = penetration(a, b, cache, &memory);
+        ASSERT_EQ(result.state, GjkState::Overlapping);
+        EXPECT_EQ(result.method, PenetrationMethod::Expansion);
+        EXPECT_GT(result.iterations, Polytope::kMaxVertices);
+        EXPECT_EQ(memory.vertexCount, 0);
+        const double tolerance = sizeof(S) == 4 ? 1e-6 : 1e-12;
+        EXPECT_NEAR(result.depth, depth, tolerance);
+        EXPECT_LE(result.dualGap, tolerance);
+        EXPECT_LT(outsideOf(a, Eigen::Vector3d::Zero(), result.pointA), 1e-5);
+        EXPECT_LT(outsideOf(b, b.origin() - a.origin(), result.pointB), 1e-5);
+    }
+}
+
+template <class S>
+void checkLargePolytopes()
+{
+    const Hull<S> hull = hullOf<S>(icoPoints(3));
+    using Matrix = Eigen::Matrix<S, 3, 3>;
+    const Matrix turn(Eigen::AngleAxis<S>(S(0.3), Eigen::Matrix<S, 3, 1>(1, 2, 3).normalized()));
+    checkLargePolytope<S>(hull, at(hull, 0, 0, 0));
+    checkLargePolytope<S>(hull, PosedHull<S>(hull, turn, {S(0), S(0), S(0)}));
+    checkLargePolytope<S>(hull, PosedHull<S>(hull, turn, {S(0.01), S(0), S(0)}));
+}
+
+TEST(Penetration, RoundHullsWhoseCentresNearlyCoincideHaveALargePolytope)
+{
+    checkLargePolytopes<float>();
+    checkLargePolytopes<double>();
+}
+
+TEST(Penetration, TheExactSearchTakesOverWhenTheLargePolytopeIsFull)
+{
+    const Hull<float> hull = hullOf<float>(icoPoints(4));
     GjkCache<float> cache;
     const auto result = penetration(at(hull, 0, 0, 0), at(hull, 0, 0, 0), cache);
     ASSERT_EQ(result.state, GjkState::Overlapping);

@@ -7,16 +7,17 @@
 
 #include <gtest/gtest.h>
 
+#include <initializer_list>
 #include <stdexcept>
 
 namespace cullet::test
 {
 namespace
 {
-std::unique_ptr<btConvexHullShape> roundHull()
+std::unique_ptr<btConvexHullShape> roundHull(int level)
 {
     std::vector<btVector3> points;
-    for (const Eigen::Vector3d& p : icoPoints(3))
+    for (const Eigen::Vector3d& p : icoPoints(level))
         points.push_back(vec(p.x(), p.y(), p.z()));
     return makeHullShape(points);
 }
@@ -74,27 +75,40 @@ TEST(IsaGjkFallback, APairWhoseGraphsFindNoMemoryIsCountedAndAnsweredByBullet)
     EXPECT_GT(failed, 10u);
 }
 
-TEST(IsaGjkFallback, ADepthThatFindsNoMemoryForTheExactSearchIsCountedAndAnsweredByBullet)
+namespace
 {
-    const auto hull = roundHull();
+/// Coincident round hulls: all faces of the difference are equally close.
+///
+/// @param level     of icoPoints()
+/// @param isExact   the large polytope has no room for all of them either
+/// @param failures  which allocation of a step fails
+void checkDepthWithoutMemory(int level, bool isExact, std::initializer_list<std::size_t> failures)
+{
+    const auto hull = roundHull(level);
     ConvexBench bench;
     ConvexPairProbe probe(bench.dispatcher, *hull, *hull);
-    // Coincident: all faces of the difference are equally close, and the polytope has no room for them.
     probe.place(vec(0, 0, 0), vec(0, 0, 0));
     probe.step();
     IsaGjkStats stats = bench.registration->stats();
-    EXPECT_EQ(stats.exactTotal, 1u);
+    EXPECT_EQ(stats.exactTotal, isExact ? 1u : 0u);
     EXPECT_EQ(stats.depthsTotal, 1u);
     EXPECT_EQ(stats.notConvergedTotal, 0u);
-    for (const std::size_t after : {0, 1, 5})
+    for (const std::size_t after : failures)
     {
         const OneNewFails failure(after);
         EXPECT_GT(probe.step()->getNumContacts(), 0);
         EXPECT_TRUE(failure.hasHappened());
     }
     stats = bench.registration->stats();
-    EXPECT_EQ(stats.notConvergedTotal, 3u);
-    EXPECT_EQ(stats.exactTotal, 1u);
+    EXPECT_EQ(stats.notConvergedTotal, failures.size());
+    EXPECT_EQ(stats.exactTotal, isExact ? 1u : 0u);
+}
+}  // namespace
+
+TEST(IsaGjkFallback, ADepthThatFindsNoMemoryIsCountedAndAnsweredByBullet)
+{
+    checkDepthWithoutMemory(3, false, {0});
+    checkDepthWithoutMemory(4, true, {0, 1, 6});
 }
 
 TEST(IsaGjkFallback, AShapeThatThrowsIsCountedAndAnsweredByBullet)
