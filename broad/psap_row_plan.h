@@ -92,6 +92,7 @@ struct PlanRows
         const Moments& sums = *moments;
         plan->axes = chooseAxes(sums, axis);
         const bool isEmpty = sums.count == 0;
+        const double all = stride * static_cast<double>(sums.count + sums.others);
         plan->originS = isEmpty ? 0.0f : sums.low[plan->axes.s];
         plan->originU = isEmpty ? 0.0f : static_cast<float>(begin(plan->axes.u));
         plan->originV = isEmpty ? 0.0f : static_cast<float>(begin(plan->axes.v));
@@ -108,7 +109,7 @@ struct PlanRows
         {
             RowLevel& level = plan->levels[k];
             level.firstBin = firstBin;
-            const double share = isEmpty ? 0.0 : counts[k] / (stride * static_cast<double>(sums.count));
+            const double share = isEmpty ? 0.0 : counts[k] / all;
             const double room = static_cast<double>(binCapacity - kBinsKeptFree);
             chooseCells(level, spread, counts[k], finer, k == 0 ? 0.0f : plan->levels[k - 1].limit,
                         kBinsPerLevel + room * share);
