@@ -55,7 +55,7 @@ enum
     CULLET_ERROR_ARGUMENT = -2,       /**< a value is out of its range */
     CULLET_ERROR_SIZE = -3,           /**< a size or a stride does not fit */
     CULLET_ERROR_ID = -4,             /**< an id is not in the set, or is named twice */
-    CULLET_ERROR_NOT_FINITE = -5,     /**< a coordinate is NaN or infinite */
+    CULLET_ERROR_NOT_FINITE = -5,     /**< a coordinate is NaN or infinite, or beyond 1e60 in a hull */
     CULLET_ERROR_PRECISION = -6,      /**< this library is for the other precision of Bullet */
     CULLET_ERROR_NO_DEVICE = -7,      /**< no usable GPU, or built without CUDA */
     CULLET_ERROR_DEVICE = -8,         /**< the GPU failed while at work */

@@ -92,7 +92,7 @@ cullet_status cullet_hull_create(const double* points, size_t stride, uint32_t c
             const auto read = readPoints(points, stride == 0 ? kPoint : stride, count);
             auto made = std::make_unique<cullet_hull>(cullet_hull{makeHull(read)});
             require(made->hull.kind() != HullKind::NotFinite, CULLET_ERROR_NOT_FINITE,
-                    "a point is not finite");
+                    "a point is not finite, or beyond 1e60");
             *hull = made.release();
             return CULLET_OK;
         });

@@ -45,12 +45,12 @@ public:
         if (m_result.state != GjkState::Overlapping)
             return m_result;
         Eigen::Vector3d normal;
-        if (!completeTetrahedron(normal))
-            return finishFlat(normal);
-        Polytope polytope(size());
-        wrap(m_seed, 4, polytope, m_supports);
-        if (!expand(polytope, m_supports) && !(polytope.isFull() && expandFurther()))
-            solveExactly();
+        if (completeTetrahedron(normal))
+            enlarge();
+        else
+            finishFlat(normal);
+        if (!isFinite())
+            m_result = PenetrationResult<S>();
         return m_result;
     }
 
@@ -58,7 +58,7 @@ public:
     PenetrationResult<S> recall()
     {
         m_isRecalled = true;
-        if (!expandMemory() && !expandHull())
+        if ((!expandMemory() && !expandHull()) || !isFinite())
         {
             m_result = PenetrationResult<S>();
             m_memory->vertexCount = 0;
@@ -106,6 +106,18 @@ private:
 
     double size() const { return std::sqrt(m_search.size2()); }
 
+    /// A double may be too large for S. That of B depends on all other numbers.
+    bool isFinite() const { return m_result.pointB.allFinite(); }
+
+    /// From the tetrahedron, in one of three ways.
+    void enlarge()
+    {
+        Polytope polytope(size());
+        wrap(m_seed, 4, polytope, m_supports);
+        if (!expand(polytope, m_supports) && !(polytope.isFull() && expandFurther()))
+            solveExactly();
+    }
+
     /// Adds support points until four span space. The origin stays in the hull of the first ones, hence of all.
     ///
     /// @param normal [out] unit direction without extent, if false is returned
@@ -148,13 +160,14 @@ private:
         return true;
     }
 
-    PenetrationResult<S> finishFlat(const Eigen::Vector3d& normal)
+    void finishFlat(const Eigen::Vector3d& normal)
     {
         m_result.method = PenetrationMethod::Flat;
-        m_result.axis = normal.template cast<S>();
+        // Products of coordinates below 1e-160 vanish; of so small a shape any direction is as good.
+        m_result.axis =
+            (normal.isZero(0.0) ? Eigen::Vector3d(Eigen::Vector3d::UnitX()) : normal).template cast<S>();
         m_result.pointA = m_seed[0].a.template cast<S>();
         m_result.pointB = m_result.pointA;
-        return m_result;
     }
 
     bool expandMemory()

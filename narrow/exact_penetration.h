@@ -90,6 +90,9 @@ public:
 private:
     void consider(const Eigen::Vector3d& normal)
     {
+        // A face that the basis flattens to a line has no normal; those around the line have.
+        if (normal.isZero(0.0))
+            return;
         const double extent = m_a.extent(normal) + m_b.extent(normal);
         if (extent < m_depth)
         {

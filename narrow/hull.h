@@ -17,7 +17,7 @@ namespace cullet
 enum class HullKind : std::uint8_t
 {
     Empty,      ///< no points: no vertex, and support searches may not be called
-    NotFinite,  ///< a coordinate is NaN or infinite: treated as Empty
+    NotFinite,  ///< a coordinate is NaN, infinite or beyond 1e60: treated as Empty
     Point,      ///< one distinct point: one vertex
     Segment,    ///< collinear: all distinct points are vertices, no face
     Polygon,    ///< coplanar (exactly): all distinct points are vertices, two faces back to back

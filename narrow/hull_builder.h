@@ -27,6 +27,9 @@ namespace cullet
 ///  * 16 eps R: points at most so deep below the surface stay vertices. The rounded product of a point deeper than
 ///    3 eps R is never the largest, since a product's error is at most 1.5 eps R |d|; the rest covers thin triangles.
 ///  * 16 eps R: triangles at most so far out of a plane are merged into one face.
+///
+/// Fourth powers of coordinates have to be numbers, and products of three exact. So in double, points beyond kLargest are
+/// refused as those that are not finite, and coordinates below kSmallest count as 0; float has neither.
 template <class S>
 class HullBuilder
 {
@@ -43,11 +46,14 @@ public:
     }
 
 private:
+    static constexpr double kLargest = 1e60, kSmallest = 1e-60;
+
     void run(const Vector* points, std::int32_t count)
     {
         for (std::int32_t i = 0; i < count; ++i)
         {
-            if (!points[i].allFinite())
+            // A NaN makes the comparison false.
+            if (!(points[i].template cast<double>().array().abs() <= kLargest).all())
             {
                 m_hull.m_kind = HullKind::NotFinite;
                 return;
@@ -69,12 +75,18 @@ private:
     /// Keeps the first of equal points, in the given order; 0 and -0 are equal.
     void removeDuplicates(const Vector* points, std::int32_t count)
     {
-        std::vector<std::int32_t> order(static_cast<std::size_t>(count));
-        std::iota(order.begin(), order.end(), 0);
-        const auto less = [points](std::int32_t l, std::int32_t r)
+        std::vector<Eigen::Vector3d> given;
+        for (std::int32_t i = 0; i < count; ++i)
         {
-            return std::lexicographical_compare(points[l].data(), points[l].data() + 3, points[r].data(),
-                                                points[r].data() + 3);
+            const Eigen::Vector3d point = points[i].template cast<double>();
+            given.emplace_back((point.array().abs() < kSmallest).select(0.0, point));
+        }
+        std::vector<std::int32_t> order(given.size());
+        std::iota(order.begin(), order.end(), 0);
+        const auto less = [&given](std::int32_t l, std::int32_t r)
+        {
+            return std::lexicographical_compare(given[l].data(), given[l].data() + 3, given[r].data(),
+                                                given[r].data() + 3);
         };
         std::stable_sort(order.begin(), order.end(), less);
         order.erase(std::unique(order.begin(), order.end(),
@@ -83,7 +95,7 @@ private:
         std::sort(order.begin(), order.end());
         for (const std::int32_t i : order)
         {
-            m_points.push_back(points[i].template cast<double>());
+            m_points.push_back(given[i]);
             m_source.push_back(i);
             m_radius = std::max(m_radius, m_points.back().norm());
         }

@@ -127,6 +127,7 @@ static void testFlatHulls(const cullet_hull* cube)
 static void testErrors(const cullet_hull* cube)
 {
     const double points[6] = {0, 0, 0, 1, NAN, 0};
+    const double huge[6] = {0, 0, 0, 1, 1e61, 0};
     cullet_pose pose = kInPlace;
     cullet_hull* hull = NULL;
     int32_t overlaps = -1;
@@ -136,6 +137,7 @@ static void testErrors(const cullet_hull* cube)
     CHECK(cullet_hull_create(points, 8, 2, &hull) == CULLET_ERROR_SIZE);
     CHECK(cullet_hull_create(points, 0, 0, &hull) == CULLET_ERROR_ARGUMENT);
     CHECK(cullet_hull_create(points, 0, 2, &hull) == CULLET_ERROR_NOT_FINITE && hull == NULL);
+    CHECK(cullet_hull_create(huge, 0, 2, &hull) == CULLET_ERROR_NOT_FINITE && hull == NULL);
     CHECK(cullet_hull_vertex_count(NULL) == 0);
     CHECK(cullet_hull_cache_create(NULL) == CULLET_ERROR_NULL);
 

@@ -22,6 +22,13 @@
 /// Depths, as the algorithm of a pair asks for them, against the exact search over all faces and edge pairs.
 namespace cullet::test
 {
+/// A hull that is moved only.
+template <class S>
+PosedHull<S> at(const Hull<S>& hull, double x, double y, double z)
+{
+    return {hull, Eigen::Matrix<S, 3, 3>::Identity(), Eigen::Vector3d(x, y, z).cast<S>()};
+}
+
 struct DepthTally
 {
     std::int64_t queries = 0, exact = 0, unanswered = 0, deep = 0, shallow = 0, remembered = 0, atOnce = 0;

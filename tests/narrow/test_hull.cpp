@@ -55,14 +55,27 @@ TYPED_TEST(HullOf, NoPointsIsEmpty)
 
 TYPED_TEST(HullOf, NotFinitePointsAreRefused)
 {
+    // Products of the last would overflow, in double.
     for (const double bad :
-         {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()})
+         {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), -1e61})
     {
         Points points = icoPoints(0);
         points[7].y() = bad;
         EXPECT_EQ(hullOf<TypeParam>(points).kind(), HullKind::NotFinite);
         EXPECT_EQ(hullOf<TypeParam>(points).vertexCount(), 0);
     }
+}
+
+TYPED_TEST(HullOf, CoordinatesWhoseProductsUnderflowAreZero)
+{
+    Points points = boxPoints(1.0, 1.0, 1.0);
+    for (const double tiny : {1e-61, -1e-200, 5e-324})
+        points.push_back({1.0, tiny, 2.0 * tiny});
+    const Hull<TypeParam> hull = hullOf<TypeParam>(points);
+    EXPECT_EQ(hull.kind(), HullKind::Solid);
+    EXPECT_EQ(hull.vertexCount(), 9);
+    EXPECT_EQ(hull.corners().vertexCount(), 8);
+    EXPECT_EQ(hullOf<TypeParam>({{1e-61, 0, 0}, {0, 1e-70, 0}, {0, 0, 1e-80}}).kind(), HullKind::Point);
 }
 
 TYPED_TEST(HullOf, OnePointGivenOftenIsAPoint)

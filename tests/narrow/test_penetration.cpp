@@ -21,12 +21,6 @@ namespace cullet::test
 {
 namespace
 {
-template <class S>
-PosedHull<S> at(const Hull<S>& hull, double x, double y, double z)
-{
-    return {hull, Eigen::Matrix<S, 3, 3>::Identity(), Eigen::Vector3d(x, y, z).cast<S>()};
-}
-
 TEST(Penetration, OfTwoBoxesIsTheSmallestOverlapOfTheirSides)
 {
     const Hull<float> box = hullOf<float>(boxPoints(0.5, 0.5, 0.5));
@@ -258,6 +252,19 @@ TEST(Penetration, InputsThatAreNotFiniteDoNotConverge)
         EXPECT_EQ(isaGjk(at(hull, 0, 0, 0), at(hull, 0.1f, 0, 0), 0.0f, cache).state, GjkState::Overlapping);
         EXPECT_EQ(penetration(at(hull, 0, 0, 0), at(hull, bad, 0, 0), cache).state, GjkState::NotConverged);
     }
+}
+
+TEST(ExactPenetration, FacesThatAFlatBasisTakesAwayAreNone)
+{
+    const Hull<double> box = hullOf<double>(boxPoints(0.5, 0.5, 0.5));
+    const PosedHull<double> flat(box, Eigen::Vector3d(1, 1, 0).asDiagonal().toDenseMatrix(), {0, 0, 0});
+    Eigen::Vector3d normal;
+    double depth = 0.0;
+    ASSERT_TRUE(exactPenetration(flat, at(box, 0.25, 0.0, 0.375), normal, depth));
+    EXPECT_NEAR(depth, 0.125, 1e-15);
+    EXPECT_NEAR(std::abs(normal.z()), 1.0, 1e-15);
+    const PosedHull<double> point(box, Eigen::Matrix3d::Zero(), {0, 0, 0});
+    EXPECT_FALSE(exactPenetration(point, point, normal, depth));
 }
 
 /// The exact search is the reference below; here it is held against directions: no direction has a smaller extent.

@@ -5,7 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
+#include <vector>
 
 namespace cullet::test
 {
@@ -37,5 +39,82 @@ TEST(IsaGjkFallback, AQueryThatMeetsANanIsCountedAndAnsweredByBullet)
     }
     EXPECT_GE(failed, 5);
     EXPECT_GE(delegated, 5);
+}
+
+namespace
+{
+/// Two overlapping bodies with numbers at the ends of what btScalar holds.
+struct Extreme
+{
+    double size;   ///< of the points
+    double scale;  ///< of both shapes
+    double shift;  ///< between the bodies, of size * scale
+};
+
+/// @param isCounted the shapes have points, whatever scales and places them
+/// @return what the queries were counted as
+IsaGjkStats checkExtreme(const Extreme& extreme, bool isRound, bool isCounted)
+{
+    constexpr std::uint64_t kFrames = 3;
+    ConvexBench bench;
+    const auto shape = makeHullShape(isRound ? ballPoints(50, 0.5, 3) : boxPoints(0.5, 0.5, 0.5));
+    for (int i = 0; i < shape->getNumPoints(); ++i)
+        shape->getUnscaledPoints()[i] *= btScalar(extreme.size);
+    shape->setLocalScaling(vec(extreme.scale, extreme.scale, extreme.scale));
+    ConvexPairProbe probe(bench.dispatcher, *shape, *shape);
+    const btScalar shift = btScalar(extreme.shift) * btScalar(extreme.size) * btScalar(extreme.scale);
+    probe.place(btTransform(btQuaternion(vec(1, 2, 3).normalized(), btScalar(0.3)),
+                            btVector3(shift, shift / 2, shift / 3)),
+                btTransform::getIdentity());
+    std::uint64_t touching = 0;
+    for (std::uint64_t frame = 0; frame < kFrames; ++frame)
+    {
+        const std::vector<Reported> points = probe.query();
+        // Otherwise they are Bullet's.
+        const bool areOurs = bench.registration->stats().touchingTotal > touching;
+        touching = bench.registration->stats().touchingTotal;
+        for (std::size_t i = 0; i < points.size() && areOurs; ++i)
+        {
+            EXPECT_TRUE(std::isfinite(points[i].distance));
+            EXPECT_NEAR(double(points[i].normal.length()), 1.0, 1e-4);
+            for (int axis = 0; axis < 3; ++axis)
+                EXPECT_TRUE(std::isfinite(points[i].onB[axis]));
+        }
+    }
+    const IsaGjkStats stats = bench.registration->stats();
+    EXPECT_EQ(stats.separatedTotal + stats.touchingTotal + stats.notConvergedTotal, isCounted ? kFrames : 0);
+    return stats;
+}
+}  // namespace
+
+TEST(IsaGjkFallback, NumbersAtTheEndsOfTheirRangeGiveFiniteContactsOrAreCountedAndAnsweredByBullet)
+{
+    constexpr double kMost = double(std::numeric_limits<btScalar>::max());
+    constexpr double kLeast = double(std::numeric_limits<btScalar>::denorm_min());
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    std::uint64_t touching = 0, failed = 0;
+    for (const double size : {0.99 * kMost, 0.3 * kMost, std::sqrt(kMost), std::cbrt(kMost), 1e12, 1.0, 1e-12,
+                              1 / std::sqrt(kMost), 1 / kMost, 8 * kLeast, kLeast})
+    {
+        for (const double scale : {1.0, 0.5 * kMost, 1e18, 1e-18, kLeast, 0.0, -1.0, nan, HUGE_VAL})
+        {
+            for (const double shift : {0.0, 0.1, 0.9})
+            {
+                for (const bool isRound : {false, true})
+                {
+                    SCOPED_TRACE(testing::Message() << "size " << size << ", scale " << scale << ", shift "
+                                                    << shift << (isRound ? ", round" : ""));
+                    // A place that is not finite has no contacts.
+                    const bool isPlaced =
+                        std::isfinite(double(btScalar(shift) * btScalar(size) * btScalar(scale)));
+                    const IsaGjkStats stats = checkExtreme({size, scale, shift}, isRound, isPlaced);
+                    touching += stats.touchingTotal;
+                    failed += stats.notConvergedTotal;
+                }
+            }
+        }
+    }
+    EXPECT_GT(touching, 100u);
+    EXPECT_GT(failed, 30u);
 }
 }  // namespace cullet::test
