@@ -25,12 +25,13 @@ Outcome run(Narrow narrow, int steps, const Build& build)
 ///
 /// @param ours [out] of cullet::Dispatcher
 template <class Build>
-void compare(int steps, const Build& build, Outcome& stock, Outcome& ours)
+void compare(int steps, const Build& build, Outcome& stock, Outcome& ours,
+             const Noise& noise = kStandingNoise)
 {
     stock = run(Narrow::Stock, steps, build);
     const Outcome registered = run(Narrow::IsaGjk, steps, build);
     ours = run(Narrow::Dispatcher, steps, build);
-    expectNoWorse(stock, registered, ours, 1e-3);
+    expectNoWorse(stock, registered, ours, noise);
 }
 
 constexpr double kStandingHalf = 0.54;  ///< of a cube hull, margin included
@@ -62,7 +63,7 @@ TEST(IsaGjkWorlds, HullBoxOnABoxHasFourContactsInTheFirstStepThatTouches)
     EXPECT_EQ(world.contactsOf(*world.bodies[0], body), 4) << steps;
     world.step(120);
     EXPECT_EQ(world.contactsOf(*world.bodies[0], body), 4);
-    EXPECT_NEAR(double(body.getWorldTransform().getOrigin().y()), kStandingHalf, 5e-3);
+    EXPECT_NEAR(double(body.getWorldTransform().getOrigin().y()), kStandingHalf, 2e-3);
 }
 
 TEST(IsaGjkWorlds, StackOfTenHullsStandsAMinuteAndSleeps)
@@ -129,7 +130,7 @@ TEST(IsaGjkWorlds, WallOfFiveHundredHullBricksStands)
     };
     compare(240, build, stock, ours);
     EXPECT_NEAR(ours.topHeight, 0.29 * (2 * kRows - 1), 0.1) << stock << '\n' << ours;
-    EXPECT_LT(ours.topShift, 0.2) << stock << '\n' << ours;
+    EXPECT_LT(ours.topShift, 0.1) << stock << '\n' << ours;
 }
 
 TEST(IsaGjkWorlds, PyramidStandsAndSleeps)
@@ -147,7 +148,8 @@ TEST(IsaGjkWorlds, PyramidStandsAndSleeps)
     };
     compare(300, build, stock, ours);
     EXPECT_GT(ours.sleepsAt, 0) << stock << '\n' << ours;
-    EXPECT_NEAR(ours.topHeight, kStandingHalf * 15, 0.05) << stock << '\n' << ours;
+    EXPECT_NEAR(ours.topHeight, kStandingHalf * 15, 0.02) << stock << '\n' << ours;
+    EXPECT_LT(ours.topShift, 0.02) << stock << '\n' << ours;
 }
 
 TEST(IsaGjkWorlds, HouseOfSevenCardsStandsAsWithBullet)
@@ -175,7 +177,8 @@ TEST(IsaGjkWorlds, HouseOfSevenCardsStandsAsWithBullet)
         for (const auto& body : world.bodies)
             body->setFriction(1);
     };
-    compare(240, build, stock, ours);
+    // Cards shift until they hold.
+    compare(240, build, stock, ours, {1.25, 0.002, 1e-3, 0.01});
     EXPECT_EQ(ours.topHeight > 1.4, stock.topHeight > 1.4) << stock << '\n' << ours;
     EXPECT_GT(ours.topHeight, 1.4) << stock << '\n' << ours;
 }
@@ -206,7 +209,7 @@ TEST(IsaGjkWorlds, DodecahedronRollsAndComesToRest)
     EXPECT_GT(ours.topShift, 0.5) << stock << '\n' << ours;
     EXPECT_GT(ours.sleepsAt, 0) << stock << '\n' << ours;
     // On one of its faces.
-    EXPECT_NEAR(ours.topHeight, stock.topHeight, 5e-3) << stock << '\n' << ours;
+    EXPECT_NEAR(ours.topHeight, stock.topHeight, 1e-3) << stock << '\n' << ours;
 }
 
 TEST(IsaGjkWorlds, HullsRestOnMeshesCompoundsAndCompoundsOfCompounds)
@@ -247,9 +250,9 @@ TEST(IsaGjkWorlds, HullsRestOnMeshesCompoundsAndCompoundsOfCompounds)
                     EXPECT_EQ(world.bodies.back().get(), &body);
                 };
                 Outcome stock, ours;
-                compare(200, build, stock, ours);
-                EXPECT_NEAR(ours.topHeight, stock.topHeight, 0.01) << stock << '\n' << ours;
-                EXPECT_LT(ours.topShift, 0.05) << stock << '\n' << ours;
+                compare(200, build, stock, ours, {1.5, 0.01, 5e-3, 0.004});
+                EXPECT_NEAR(ours.topHeight, stock.topHeight, 2e-3) << stock << '\n' << ours;
+                EXPECT_LT(ours.topShift, 0.03) << stock << '\n' << ours;
                 EXPECT_GT(ours.sleepsAt, 0) << stock << '\n' << ours;
             }
         }
