@@ -272,6 +272,9 @@ struct PsapOptions
     /// values give the same pairs.
     float cellScale = 0.0f;
     float binScale = 0.0f;
+    /// Rows variant: updates until the next plan of cells, bins or tiles is begun; 0: 32, and 256 of tiles. Any value gives the
+    /// same pairs.
+    std::uint32_t updatesPerPlan = 0;
     PsapOrder order = PsapOrder::Automatic;              ///< rows variant
     PsapRowSearch rowSearch = PsapRowSearch::Automatic;  ///< rows variant
     /// Room for pairs, entries and look-ups at the start; every list grows when it has to. Any value gives the same

@@ -139,6 +139,16 @@ public:
     }
     void wait() {}
 
+    /// Runs steps after what was there at the last fork(), and beside what follows; join() ends that.
+    void fork() {}
+    template <class Body>
+    void aside(const Body& body)
+    {
+        body();
+    }
+    void join() {}
+    bool isAsideDone() const { return true; }
+
     /// Waits for what a failed update has left behind.
     void drain() {}
 

@@ -170,6 +170,7 @@ private:
         settle(view.margin, {m_rowsSettled, kAllRows.last});
         m_exec.beginStage("search");
         emit();
+        m_search.planAhead(m_exec);
         m_exec.beginStage("deltas");
         fetchChanges();
         while (m_counts.lists.lookups > table().limit())

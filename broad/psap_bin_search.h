@@ -56,18 +56,15 @@ public:
     }
 
     /// Whether the next build() of as many boxes makes the same launches as the last but one.
-    bool isRepeatable() const { return !m_planner.isStale(); }
+    bool isRepeatable() const { return m_planner.hasPlan(); }
 
     /// Counts a repetition that happened without build().
-    void countRepeat()
-    {
-        m_planner.countUse();
-        m_bins.swap();
-    }
+    void countRepeat() { m_bins.swap(); }
 
     /// Which of two sets of launches the next update is.
     unsigned nextPhase() const { return m_bins.nextPhase(); }
 
+    RowPlanner<Exec>& planner() { return m_planner; }
     std::uint32_t levelCount() const { return m_planner.levelCount(); }
     const std::uint32_t* sideCount() const { return m_bins.sideCount(); }
     std::uint64_t entryCount() const { return m_input.count; }

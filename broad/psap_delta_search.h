@@ -108,6 +108,8 @@ public:
         emit(exec);
         exec.download(m_staged.data(), &tally()->counts, 1);
     }
+    /// After launch() or what is in place of it.
+    void planAhead(Exec& exec) { m_search.planAhead(exec); }
     /// In place of launch(), where what it launches has been launched in another way.
     void countRepeat() { m_search.countRepeat(); }
 

@@ -15,7 +15,8 @@
 /// clear and wait; forEach(n, functor); forEachEmitting(n, functor, list); forEachTogether(n, functor, list);
 /// forEachParted(n, functor, list, list); forEachGrouped(n, functor, list); forEachDealt<sharers>(bins, functor, list);
 /// placeInTiles(functor); searchTiles(functor, list); canSearchTiles(shape); hasSpareLanes; scan; scanLargest; sortPairs;
-/// sortKeys. Steps run one after the other. HostExec and CudaExec are executors.
+/// sortKeys. Steps run one after the other, but for those of aside(body): they come after what was there at the last fork(), and
+/// only what follows join(), or isAsideDone(), comes after them. HostExec and CudaExec are executors.
 namespace cullet::psap
 {
 /// One of the searches, as the options and the number of boxes say.
@@ -33,8 +34,19 @@ public:
     {
     }
 
-    /// To be called before each build() or repetition: what the executor has told since then counts from now on.
-    void look() { m_tiles.look(); }
+    /// To be called before each build() or repetition: what the executor has told until now counts.
+    void look()
+    {
+        m_rows.planner().look();
+        m_bins.planner().look();
+        m_tiles.planner().look();
+    }
+
+    /// To be called after each emit() or repetition, before the boxes change: works on the next plan beside it.
+    void planAhead(Exec& exec)
+    {
+        forPlanners(exec, [&](auto& planner) { planner.planAhead(exec, m_input); });
+    }
 
     void build(Exec& exec, SearchInput input)
     {
@@ -82,13 +94,10 @@ public:
     void countRepeat()
     {
         countUpdate();
-        if (m_way == Way::Rows)
-        {
-            m_rows.countRepeat();
-            m_tiles.countUse();
-        }
-        else
-            m_way == Way::Bins ? m_bins.countRepeat() : m_tiles.countRepeat();
+        if (m_way == Way::Bins)
+            m_bins.countRepeat();
+        else if (m_way == Way::Tiles)
+            m_tiles.countRepeat();
     }
 
     static constexpr unsigned kPhases = 5;
@@ -133,6 +142,18 @@ private:
             default:
                 return body(self.m_tiles);
         }
+    }
+
+    /// Calls body(planner) for those whose plans an update like the last one asks for.
+    template <class Body>
+    void forPlanners(const Exec& exec, const Body& body)
+    {
+        if (m_way == Way::Rows)
+            body(m_rows.planner());
+        else if (m_way == Way::Bins)
+            body(m_bins.planner());
+        if (nextWay(exec, m_input) == Way::Tiles)
+            body(m_tiles.planner());
     }
 
     static constexpr std::uint64_t kMostBoxesInBins = 1u << 16;

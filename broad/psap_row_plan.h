@@ -39,7 +39,9 @@ struct alignas(16) RowPlanHead
     std::uint32_t binCount;  ///< of all levels
     /// First bin of the last level, which has boxes only where a sample missed some.
     std::uint32_t spareBin;
-    std::uint32_t levelsBySize;  ///< as many as the sizes ask for; a plan for groups of boxes has fewer
+    /// In one word, so that the CPU sees all of it or nothing: the number of the plan, and below that as many levels as the
+    /// sizes ask for; a plan for groups of boxes has fewer.
+    std::uint64_t told;
 };
 
 struct RowPlan : RowPlanHead
@@ -85,6 +87,7 @@ struct PlanRows
     double perBin;    ///< 0, or how many boxes a bin is to have on average
     bool isForGroups;
     std::uint64_t binCapacity;
+    std::uint32_t number;  ///< of the plan
     RowPlan* plan;
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t) const
@@ -100,7 +103,7 @@ struct PlanRows
                                spreadAlong(plan->axes.v)};
         double counts[kMostLevels];
         chooseLevels(spread, kFullCell, counts);
-        plan->levelsBySize = plan->levelCount;
+        plan->told = std::uint64_t{number} << 32 | plan->levelCount;
         if (isForGroups)
             chooseLevels(spread, kFullCellOfGroup, counts);
         std::uint32_t firstBin = 0;

@@ -10,66 +10,175 @@
 
 namespace cullet::psap
 {
-/// Makes a plan from a sample of the boxes, and keeps it for some updates.
+/// Makes plans from samples of the boxes, and keeps each for some updates. The first one is there at once; a later one is made
+/// in steps, one an update and beside it, and used when it has come: no update waits for it.
 template <class Exec>
 class RowPlanner
 {
 public:
     /// @param perBin as PlanRows::perBin
     RowPlanner(const PsapOptions& options, PsapAxis axis, double perBin)
-        : m_axis(axis), m_cellScale(options.cellScale), m_binScale(options.binScale), m_perBin(perBin)
+        : m_axis(axis),
+          m_cellScale(options.cellScale),
+          m_binScale(options.binScale),
+          m_perBin(perBin),
+          m_updatesPerPlan(options.updatesPerPlan != 0 ? options.updatesPerPlan : kUpdatesPerPlan)
     {
     }
 
-    /// For one update; makes a plan where there is none or that one is old.
+    /// Looks what has come of the next plan. Not done by others, so that nothing changes within an update.
+    void look()
+    {
+        if (m_word.size() != 0)
+            m_seen = *static_cast<const volatile std::uint64_t*>(m_word.data());
+    }
+
+    /// For one update; makes a plan where there is none.
     void prepare(Exec& exec, const SearchInput& input, std::uint64_t binCapacity)
     {
-        if (isStale())
+        if (!m_hasPlan)
             make(exec, input, binCapacity);
-        ++m_age;
     }
 
-    const RowPlan* plan() const { return m_plan.data(); }
-    /// Levels that the sizes ask for, in the last plan that the executor was waited for; 0: none yet.
-    std::uint32_t levelCount() const { return m_levelCount.size() == 0 ? 0 : *m_levelCount.data(); }
-    bool isStale() const { return m_age >= kUpdatesPerPlan; }
-    void forget() { m_age = kUpdatesPerPlan; }
+    /// Takes the next step towards the next plan. Once for each update, when all of it has been given to the executor.
+    void planAhead(Exec& exec, const SearchInput& input)
+    {
+        ++m_age;
+        switch (m_next)
+        {
+            case Step::Keep:
+                if (!m_hasPlan || m_age < m_updatesPerPlan)
+                    break;
+                keepSample(exec, input);
+                m_statistics.reserveFor(exec, sample());
+                m_next = Step::Sum;
+                m_age = 0;
+                break;
+            case Step::Sum:
+                exec.fork();
+                exec.aside([&] { m_statistics.begin(exec, sample()); });
+                m_next = Step::AddUp;
+                break;
+            case Step::AddUp:
+                exec.fork();  // not beside the search: it would take places of its last blocks
+                exec.aside([&] { m_next = m_statistics.addUp(exec) ? Step::Plan : Step::AddUp; });
+                break;
+            case Step::Plan:
+                exec.aside([&] { plan(exec, m_plans[1].data()); });
+                m_next = Step::Ready;
+                break;
+            case Step::Ready:
+                exec.aside([&] { m_statistics.ready(exec); });
+                m_next = Step::Take;
+                break;
+            case Step::Take:
+                if (m_seen >> 32 == m_made)
+                    take(exec);
+                break;
+        }
+    }
+
+    const RowPlan* plan() const { return m_plans[0].data(); }
+    /// Levels that the sizes ask for, in the last plan that look() has seen; 0: none yet.
+    std::uint32_t levelCount() const { return static_cast<std::uint32_t>(m_seen); }
+    bool hasPlan() const { return m_hasPlan; }
+    void forget() { m_hasPlan = false; }
     /// From the next plan on; see PlanRows.
     void planForGroups(bool isForGroups) { m_isForGroups = isForGroups; }
-    /// Counts an update without prepare().
-    void countUse() { ++m_age; }
 
 private:
     template <class T>
     using Buffer = typename Exec::template Buffer<T>;
+
+    /// Towards the next plan.
+    enum class Step
+    {
+        Keep,  ///< a sample, when it is time for one
+        Sum,
+        AddUp,
+        Plan,
+        Ready,  ///< for the statistics of the one behind it
+        Take
+    };
 
     static constexpr std::uint32_t kUpdatesPerPlan = 32;
     static constexpr std::uint64_t kBoxesInSample = 1u << 17;
 
     void make(Exec& exec, const SearchInput& input, std::uint64_t binCapacity)
     {
-        exec.reserve(m_plan, 1);
-        if (m_levelCount.size() == 0)
-        {
-            exec.reserve(m_levelCount, 1);
-            *m_levelCount.data() = 0;
-        }
-        const std::uint64_t stride = std::max<std::uint64_t>(1, input.count / kBoxesInSample);
-        m_statistics.collectMost(exec, input, stride);
-        exec.forEach(
-            1, PlanRows{m_statistics.moments(), m_statistics.sizes(), static_cast<double>(stride), m_axis,
-                        m_cellScale, m_binScale, m_perBin, m_isForGroups, binCapacity, m_plan.data()});
-        exec.download(m_levelCount.data(), &m_plan.data()->levelsBySize, 1);
+        exec.join();
+        reserve(exec);
+        m_binCapacity = binCapacity;
+        keepSample(exec, input);
+        m_statistics.collectMost(exec, sample());
+        plan(exec, m_plans[0].data());
+        exec.fork();
+        exec.aside([&] { m_statistics.ready(exec); });
+        m_hasPlan = true;
+        m_next = Step::Keep;
         m_age = 0;
+    }
+
+    void reserve(Exec& exec)
+    {
+        if (m_word.size() != 0)
+            return;
+        for (Buffer<RowPlan>& plan : m_plans)
+        {
+            exec.reserve(plan, 1);
+            exec.clear(plan.data(), 1);  // all of it is copied
+        }
+        exec.reserve(m_word, 1);
+        *m_word.data() = 0;
+    }
+
+    /// All that is read of the boxes, which the caller may change as soon as the update has ended.
+    void keepSample(Exec& exec, const SearchInput& input)
+    {
+        m_stride = strideFor(input);
+        m_sampleCount = samplesOf(input, m_stride);
+        exec.reserve(m_sample, m_sampleCount);
+        exec.forEach(m_sampleCount, KeepSample{input.boxes, m_stride, m_sample.data()});
+    }
+    SearchInput sample() const { return {m_sample.data(), m_sampleCount}; }
+
+    void plan(Exec& exec, RowPlan* to)
+    {
+        ++m_made;
+        exec.forEach(
+            1, PlanRows{m_statistics.moments(), m_statistics.sizes(), static_cast<double>(m_stride), m_axis,
+                        m_cellScale, m_binScale, m_perBin, m_isForGroups, m_binCapacity, m_made, to});
+        exec.download(m_word.data(), &to->told, 1);
+    }
+
+    /// Into the place of the one in use, so that launches with it stay the same.
+    void take(Exec& exec)
+    {
+        exec.copy(m_plans[0].data(), m_plans[1].data(), 1);
+        m_next = Step::Keep;
+    }
+
+    static std::uint64_t strideFor(const SearchInput& input)
+    {
+        return std::max<std::uint64_t>(1, input.count / kBoxesInSample);
     }
 
     PsapAxis m_axis;
     float m_cellScale, m_binScale;
     double m_perBin;
+    std::uint32_t m_updatesPerPlan;
     bool m_isForGroups = false;
-    std::uint32_t m_age = kUpdatesPerPlan;
+    std::uint64_t m_binCapacity = 0;
+    std::uint64_t m_stride = 1;
+    std::uint64_t m_sampleCount = 0;
+    bool m_hasPlan = false;
+    std::uint32_t m_age = 0;   ///< updates since the statistics of the last plan
+    std::uint32_t m_made = 0;  ///< plans
+    std::uint64_t m_seen = 0;
+    Step m_next = Step::Keep;
     Statistics<Exec> m_statistics;
-    Buffer<RowPlan> m_plan;
-    typename Exec::template Staging<std::uint32_t> m_levelCount;
+    Buffer<Aabb> m_sample;
+    Buffer<RowPlan> m_plans[2];  ///< in use, and the next one
+    typename Exec::template Staging<std::uint64_t> m_word;
 };
 }  // namespace cullet::psap

@@ -56,12 +56,10 @@ public:
     /// Whether the next build() of as many boxes makes the same launches as the last one, without allocation or wait.
     bool isRepeatable() const
     {
-        return m_input.count != 0 && !m_planner.isStale() && m_isGrouped == groupsNext();
+        return m_input.count != 0 && m_planner.hasPlan() && m_isGrouped == groupsNext();
     }
 
-    /// Counts a repetition that happened without build().
-    void countRepeat() { m_planner.countUse(); }
-
+    RowPlanner<Exec>& planner() { return m_planner; }
     std::uint32_t levelCount() const { return m_planner.levelCount(); }
     const std::uint32_t* sideCount() const { return &m_totals.data()->sides; }
     std::uint64_t entryCount() const { return m_input.count; }

@@ -37,6 +37,25 @@ void clearPairCount(Exec& exec, const SearchInput& input)
         exec.clear(input.pairCount, 1);
 }
 
+/// How many boxes there are where every `stride`-th counts.
+inline std::uint64_t samplesOf(const SearchInput& input, std::uint64_t stride)
+{
+    return (input.count + stride - 1) / stride;
+}
+
+/// Keeps such a sample of boxes that may change before it is needed.
+struct KeepSample
+{
+    const Aabb* boxes;
+    std::uint64_t stride;
+    Aabb* kept;
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    {
+        storeBox(kept, i, loadBox(boxes, i * stride));
+    }
+};
+
 /// Sums the boxes for the choice of axis and cells.
 template <class Exec>
 class Statistics
@@ -45,22 +64,49 @@ public:
     /// All boxes.
     void collect(Exec& exec, const SearchInput& input, std::uint64_t stride)
     {
-        sum(exec, input, stride, partsOf(input, stride), nullptr);
+        sum(exec, input, stride, nullptr);
     }
 
     /// But for those that are far away from most, or were not among them the last time.
-    void collectMost(Exec& exec, const SearchInput& input, std::uint64_t stride)
+    void collectMost(Exec& exec, const SearchInput& input)
     {
-        const std::uint64_t parts = partsOf(input, stride);
-        const bool isFirst = m_window.size() == 0 || parts > m_moments[0].size();
-        exec.reserve(m_window, 1);
+        const bool isFirst = reserveFor(exec, input);
         // One far away hides others that are not as far.
         for (int pass = isFirst ? 0 : kPasses - 1; pass < kPasses; ++pass)
         {
-            const bool isKnown = !isFirst || pass > 0;
-            exec.forEach(1, FindWindow{isKnown ? moments() : nullptr, m_window.data()});
-            sum(exec, input, stride, parts, m_window.data());
+            if (isFirst)
+                exec.forEach(1, FindWindow{pass == 0 ? nullptr : moments(), m_window.data()});
+            sum(exec, input, 1, m_window.data());
         }
+    }
+
+    /// The same in steps: ready(), begin(), and addUp() until it says that it was the last time.
+    void ready(Exec& exec)
+    {
+        exec.forEach(1, FindWindow{moments(), m_window.data()});
+        exec.clear(m_sizes.data(), 1);
+    }
+    /// @pre reserveFor() the same
+    void begin(Exec& exec, const SearchInput& input)
+    {
+        m_parts = partsOf(input, 1);
+        sumParts(exec, input, 1, m_parts, m_window.data());
+    }
+    bool addUp(Exec& exec)
+    {
+        if (m_parts > 1)
+            m_parts = addUpOnce(exec, m_parts);
+        return m_parts == 1;
+    }
+
+    /// @return whether nothing is known of the window any more
+    bool reserveFor(Exec& exec, const SearchInput& input)
+    {
+        const std::uint64_t parts = partsOf(input, 1);
+        const bool isFirst = m_window.size() == 0 || parts > m_moments[0].size();
+        exec.reserve(m_window, 1);
+        reserveParts(exec, parts);
+        return isFirst;
     }
 
     const Moments* moments() const { return m_moments[0].data(); }
@@ -75,28 +121,43 @@ private:
     /// Enough parts to keep a GPU busy, whatever executor this is: the sums depend on it.
     static std::uint64_t partsOf(const SearchInput& input, std::uint64_t stride)
     {
-        const std::uint64_t samples = (input.count + stride - 1) / stride;
-        return std::clamp<std::uint64_t>(samples / 8, 1, 16384);
+        return std::clamp<std::uint64_t>(samplesOf(input, stride) / 4, 1, 16384);
     }
 
-    void sum(Exec& exec, const SearchInput& input, std::uint64_t stride, std::uint64_t parts,
-             const CentreWindow* window)
+    void reserveParts(Exec& exec, std::uint64_t parts)
     {
         exec.reserve(m_moments[0], parts);
         exec.reserve(m_moments[1], parts);
         exec.reserve(m_sizes, 1);
-        exec.clear(m_sizes.data(), 1);
-        exec.forEach(parts, SumBoxes{input.boxes, input.count, parts, stride, window, m_moments[0].data(),
-                                     m_sizes.data()});
-        while (parts > 1)
-        {
-            const std::uint64_t sums = (parts + SumMoments::kFanIn - 1) / SumMoments::kFanIn;
-            exec.forEach(sums, SumMoments{m_moments[0].data(), parts, m_moments[1].data()});
-            std::swap(m_moments[0], m_moments[1]);
-            parts = sums;
-        }
     }
 
+    void sum(Exec& exec, const SearchInput& input, std::uint64_t stride, const CentreWindow* window)
+    {
+        std::uint64_t parts = partsOf(input, stride);
+        reserveParts(exec, parts);
+        exec.clear(m_sizes.data(), 1);
+        sumParts(exec, input, stride, parts, window);
+        while (parts > 1)
+            parts = addUpOnce(exec, parts);
+    }
+
+    void sumParts(Exec& exec, const SearchInput& input, std::uint64_t stride, std::uint64_t parts,
+                  const CentreWindow* window)
+    {
+        exec.forEach(parts, SumBoxes{input.boxes, input.count, parts, stride, window, m_moments[0].data(),
+                                     m_sizes.data()});
+    }
+
+    /// @return how many sums are left
+    std::uint64_t addUpOnce(Exec& exec, std::uint64_t parts)
+    {
+        const std::uint64_t sums = (parts + SumMoments::kFanIn - 1) / SumMoments::kFanIn;
+        exec.forEach(sums, SumMoments{m_moments[0].data(), parts, m_moments[1].data()});
+        std::swap(m_moments[0], m_moments[1]);
+        return sums;
+    }
+
+    std::uint64_t m_parts = 0;  ///< left to be added up
     Buffer<CentreWindow> m_window;
     Buffer<Moments> m_moments[2];
     Buffer<SizeClasses> m_sizes;

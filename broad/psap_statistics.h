@@ -179,9 +179,13 @@ struct SumBoxes
         std::uint32_t octave = 0;
         std::uint32_t run = 0;
         float largest = 0;
-        for (std::uint64_t i = part * stride; i < count; i += parts * stride)
+        const std::uint64_t step = parts * stride;
+        Aabb next = part * stride < count ? loadBox(boxes, part * stride) : Aabb{};
+        for (std::uint64_t i = part * stride; i < count; i += step)
         {
-            const Aabb box = loadBox(boxes, i);
+            const Aabb box = next;
+            if (i + step < count)
+                next = loadBox(boxes, i + step);  // on its way while this one is added
             const float extent = boundedExtent(box);
             if (!isValid(box) || !(extent <= kUnboundedExtent))
                 continue;
@@ -208,6 +212,14 @@ private:
     {
         if (run == 0)
             return;
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 800
+        // Lanes with boxes of one class ask together: those who ask at one address are served one after the other.
+        const unsigned lanes = __match_any_sync(__activemask(), octave);
+        run = __reduce_add_sync(lanes, run);
+        largest = floatOf(__reduce_max_sync(lanes, bitsOf(largest)));
+        if (threadIdx.x % 32 != static_cast<unsigned>(__ffs(static_cast<int>(lanes)) - 1))
+            return;
+#endif
         fetchAdd(&sizes->count[octave], run);
         raise(&sizes->largestBits[octave], largest);
     }

@@ -183,13 +183,15 @@ private:
         for (std::uint32_t step = 0; step < TileSteps::kPerAxis; ++step)
             boxes += ofAxis[step];
         double before = 0;
+        double end = boxes / tiles;  // of those in this tile and before
         std::uint32_t tile = 0, first = 0, longest = 0;
         plan->low[axis][0] = plan->steps.origin[axis];
         for (std::uint32_t step = 0; step < TileSteps::kPerAxis; ++step)
         {
-            if (tile + 1 < tiles && before + 0.5 * ofAxis[step] >= boxes * (tile + 1) / tiles)
+            if (tile + 1 < tiles && before + 0.5 * ofAxis[step] >= end)
             {
                 ++tile;
+                end = boxes * (tile + 1) / tiles;
                 plan->low[axis][tile] = static_cast<float>(plan->steps.origin[axis] + step * length);
                 longest = step - first > longest ? step - first : longest;
                 first = step;
@@ -219,9 +221,12 @@ private:
 /// Counts the boxes of a sample in their tiles.
 struct CountTiles
 {
+    // Those who ask at one line of a GPU's cache are served one after the other.
+    static constexpr std::uint32_t kApart = 32;
+
     TileSample sample;
     const TilePlan* plan;
-    std::uint32_t* counts;  ///< [TileShape::kMostTiles] 0 before
+    std::uint32_t* counts;  ///< [TileShape::kMostTiles * kApart] 0 before
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
@@ -229,7 +234,7 @@ struct CountTiles
         if (sample.take(i, *plan, box))
             tilesOf(plan->steps, plan->ofStep[0], box)
                 .forEach(plan->steps,
-                         [&](std::uint32_t tile, std::uint32_t) { fetchAdd(&counts[tile], 1u); });
+                         [&](std::uint32_t tile, std::uint32_t) { fetchAdd(&counts[tile * kApart], 1u); });
     }
 };
 
@@ -243,8 +248,9 @@ struct FindFullest
     {
         if (tile >= plan->shape.tiles)
             return;
-        fetchAdd(&plan->entries, counts[tile]);
-        raise(&plan->mostBits, static_cast<float>(counts[tile]));
+        const std::uint32_t count = counts[tile * CountTiles::kApart];
+        fetchAdd(&plan->entries, count);
+        raise(&plan->mostBits, static_cast<float>(count));
     }
 };
 
@@ -296,7 +302,8 @@ struct CloseTiles
 };
 
 /// Makes plans from samples of the boxes, and keeps each for some hundred updates. A plan is used from the first update on
-/// that finds its shape on the CPU; nothing waits for it.
+/// that finds its shape on the CPU; nothing waits for it. One for other boxes is made at once, one for the same boxes in steps,
+/// one an update and beside it.
 template <class Exec>
 class TilePlanner
 {
@@ -306,7 +313,8 @@ public:
     TilePlanner(const PsapOptions& options, PsapAxis axis)
         : m_axis(axis),
           m_isForced(options.order == PsapOrder::Tiles),
-          m_mostRoom(std::clamp(kRoomOfCapacity * options.initialCapacity, 1.0, kMostRoom))
+          m_mostRoom(std::clamp(kRoomOfCapacity * options.initialCapacity, 1.0, kMostRoom)),
+          m_updatesPerPlan(options.updatesPerPlan != 0 ? options.updatesPerPlan : kUpdatesPerPlan)
     {
     }
 
@@ -321,18 +329,44 @@ public:
     /// For one update.
     void prepare(Exec& exec, const SearchInput& input)
     {
-        if (hasNews())
+        if (hasOtherShape())
             adopt();
-        if (isStale(input))
+        if (isForOthers(input))
             make(exec, input);
-        ++m_age;
     }
 
-    /// Counts an update without prepare().
-    void countUse() { ++m_age; }
-
     /// Whether prepare() would change nothing.
-    bool isSettled(const SearchInput& input) const { return !isStale(input) && !hasNews(); }
+    bool isSettled(const SearchInput& input) const { return !isForOthers(input) && !hasOtherShape(); }
+
+    /// Takes the next step towards the next plan. Once for each update, when all of it has been given to the executor.
+    void planAhead(Exec& exec, const SearchInput& input)
+    {
+        ++m_age;
+        switch (m_next)
+        {
+            case Step::Keep:
+                if (m_plannedCount == 0 || m_age < m_updatesPerPlan)
+                    break;
+                keepSample(exec, input);
+                m_statistics.reserveFor(exec, sample());
+                m_next = Step::Sum;
+                break;
+            case Step::CountTiles:
+                // All boxes, in the update's own time; but that should not wait for the step before.
+                if (exec.isAsideDone())
+                    countSome(exec, input);
+                break;
+            case Step::Take:
+                if (hasNews())
+                    take(exec);
+                break;
+            default:
+                // Not beside the search: they would take places of its last blocks.
+                if (m_next != Step::Span && m_next != Step::Ready)
+                    exec.fork();
+                exec.aside([&] { goOn(exec); });
+        }
+    }
 
     /// The next prepare() makes a plan.
     ///
@@ -340,102 +374,219 @@ public:
     bool giveUp()
     {
         const bool isNew = m_age <= kNewUpdates;
-        m_age = kUpdatesPerPlan;
+        m_plannedCount = 0;
         m_shape = {};
         return isNew;
     }
 
     const TilePlan* plan() const { return m_plans[m_current].data(); }
     const TileShape& shape() const { return m_shape; }
-    /// Changes with the plan.
+    /// Changes with the shape.
     std::uint32_t launches() const { return m_launches; }
 
 private:
     template <class T>
     using Buffer = typename Exec::template Buffer<T>;
 
+    /// Towards the next plan.
+    enum class Step
+    {
+        Keep,  ///< a sample, when it is time for one
+        Sum,
+        AddUp,
+        Span,
+        Cut,
+        CountTiles,
+        Close,
+        Ready,  ///< for the statistics of the one behind it
+        Take
+    };
+
     static constexpr std::uint32_t kUpdatesPerPlan = 256;
     static constexpr std::uint32_t kNewUpdates = 16;
     static constexpr std::uint64_t kBoxesInSample = 1u << 17;
     // Some hundred in each tile, so that the fullest is known well.
     static constexpr std::uint64_t kBoxesCounted = 1u << 22;
+    static constexpr std::uint64_t kParts = 2;  ///< of those, an update for each
 
     static std::uint64_t strideFor(const SearchInput& input, std::uint64_t samples)
     {
         return std::max<std::uint64_t>(1, input.count / samples);
     }
-    static std::uint64_t samplesOf(const SearchInput& input, std::uint64_t stride)
+
+    bool isForOthers(const SearchInput& input) const
     {
-        return (input.count + stride - 1) / stride;
+        return input.count > m_plannedCount + m_plannedCount / 8 || 2 * input.count < m_plannedCount;
     }
 
-    bool isStale(const SearchInput& input) const
-    {
-        return m_age >= kUpdatesPerPlan || input.count > m_plannedCount + m_plannedCount / 8 ||
-               2 * input.count < m_plannedCount;
-    }
+    bool hasNews() const { return m_made != m_taken && CloseTiles::isOf(m_seen, m_made); }
+    bool hasOtherShape() const { return hasNews() && !fits(m_shape, CloseTiles::shapeOf(m_seen)); }
 
-    bool hasNews() const { return m_made != m_launches && CloseTiles::isOf(m_seen, m_made); }
+    /// Whether launches for this shape do for a plan of the next one, with nearly the room that it asks for and little too much.
+    static bool fits(const TileShape& now, const TileShape& next)
+    {
+        return next.tiles == now.tiles && next.cells <= now.cells && 4 * next.cells >= 3 * now.cells &&
+               20 * next.room <= 21 * now.room && 4 * next.room >= 3 * now.room;
+    }
 
     void adopt()
     {
         m_shape = CloseTiles::shapeOf(m_seen);
-        m_launches = m_made;
+        m_taken = m_made;
+        ++m_launches;
         m_current = 1 - m_current;
+        m_age = 0;
+        m_next = Step::Keep;
     }
 
-    /// Into the plan that is not in use.
+    /// Into the place of the one in use, so that launches with it stay the same.
+    void take(Exec& exec)
+    {
+        if (m_shape.tiles != 0)
+            exec.copy(m_plans[m_current].data(), nextPlan(), 1);
+        m_taken = m_made;
+        m_age = 0;
+        m_next = Step::Keep;
+    }
+
     void make(Exec& exec, const SearchInput& input)
     {
+        exec.join();
         reserve(exec);
-        TilePlan* plan = m_plans[1 - m_current].data();
-        const std::uint64_t stride = strideFor(input, kBoxesInSample);
-        const std::uint64_t strideOfCount = strideFor(input, kBoxesCounted);
-        std::uint32_t* steps = m_counts.data();
-        std::uint32_t* tiles = steps + kStepCounts;
-        m_statistics.collectMost(exec, input, stride);
-        exec.clear(m_counts.data(), kStepCounts + TileShape::kMostTiles);
-        exec.forEach(1, SpanTiles{m_statistics.moments(), m_statistics.sizes(), static_cast<double>(stride),
-                                  m_axis, m_isForced, plan});
-        exec.forEach(samplesOf(input, stride), CountSteps{{input.boxes, stride}, plan, steps});
-        exec.forEach(3, CutTiles{steps, plan});
-        exec.forEach(samplesOf(input, strideOfCount), CountTiles{{input.boxes, strideOfCount}, plan, tiles});
-        exec.forEach(TileShape::kMostTiles, FindFullest{tiles, plan});
-        ++m_made;
-        exec.forEach(1, CloseTiles{samplesOf(input, strideOfCount), static_cast<double>(strideOfCount),
-                                   m_mostRoom, m_isForced, plan, m_made, m_told.data()});
-        exec.download(m_word.data(), m_told.data(), 1);
+        keepSample(exec, input);
+        m_statistics.collectMost(exec, sample());
+        span(exec);
+        cut(exec);
+        countTiles(exec, input, 0, 1);
+        close(exec);
+        exec.fork();
+        exec.aside([&] { m_statistics.ready(exec); });
         m_plannedCount = input.count;
         m_age = 0;
+        m_part = 0;
+        m_next = Step::Take;
+    }
+
+    void keepSample(Exec& exec, const SearchInput& input)
+    {
+        m_stride = strideFor(input, kBoxesInSample);
+        m_sampleCount = samplesOf(input, m_stride);
+        exec.reserve(m_sample, m_sampleCount);
+        exec.forEach(m_sampleCount, KeepSample{input.boxes, m_stride, m_sample.data()});
+    }
+    SearchInput sample() const { return {m_sample.data(), m_sampleCount}; }
+
+    /// With what is known of the boxes.
+    void goOn(Exec& exec)
+    {
+        switch (m_next)
+        {
+            case Step::Sum:
+                m_statistics.begin(exec, sample());
+                m_next = Step::AddUp;
+                break;
+            case Step::AddUp:
+                m_next = m_statistics.addUp(exec) ? Step::Span : Step::AddUp;
+                break;
+            case Step::Span:
+                span(exec);
+                m_next = Step::Cut;
+                break;
+            case Step::Cut:
+                cut(exec);
+                m_next = Step::CountTiles;
+                break;
+            case Step::Close:
+                close(exec);
+                m_next = Step::Ready;
+                break;
+            default:
+                m_statistics.ready(exec);
+                m_next = Step::Take;
+        }
+    }
+
+    void span(Exec& exec)
+    {
+        exec.clear(m_counts.data(), kStepCounts + kTileCounts);
+        exec.forEach(1, SpanTiles{m_statistics.moments(), m_statistics.sizes(), static_cast<double>(m_stride),
+                                  m_axis, m_isForced, nextPlan()});
+    }
+
+    void cut(Exec& exec)
+    {
+        exec.forEach(m_sampleCount, CountSteps{{m_sample.data(), 1}, nextPlan(), steps()});
+        exec.forEach(3, CutTiles{steps(), nextPlan()});
+    }
+
+    /// @param part of `parts` that all boxes are counted in
+    void countTiles(Exec& exec, const SearchInput& input, std::uint64_t part, std::uint64_t parts)
+    {
+        m_strideOfCount = strideFor(input, kBoxesCounted);
+        m_counted = samplesOf(input, m_strideOfCount);
+        exec.forEachFrom(m_counted * part / parts, m_counted * (part + 1) / parts,
+                         CountTiles{{input.boxes, m_strideOfCount}, nextPlan(), tiles()});
+    }
+    void countSome(Exec& exec, const SearchInput& input)
+    {
+        countTiles(exec, input, m_part, kParts);
+        m_part = (m_part + 1) % kParts;
+        m_next = m_part == 0 ? Step::Close : Step::CountTiles;
+    }
+
+    void close(Exec& exec)
+    {
+        exec.forEach(TileShape::kMostTiles, FindFullest{tiles(), nextPlan()});
+        ++m_made;
+        exec.forEach(1, CloseTiles{m_counted, static_cast<double>(m_strideOfCount), m_mostRoom, m_isForced,
+                                   nextPlan(), m_made, m_told.data()});
+        exec.download(m_word.data(), m_told.data(), 1);
     }
 
     void reserve(Exec& exec)
     {
-        exec.reserve(m_plans[1 - m_current], 1);
-        exec.reserve(m_counts, kStepCounts + TileShape::kMostTiles);
-        exec.reserve(m_told, 1);
-        if (m_word.size() == 0)
+        if (m_word.size() != 0)
+            return;
+        for (Buffer<TilePlan>& plan : m_plans)
         {
-            exec.reserve(m_word, 1);
-            *m_word.data() = 0;
+            exec.reserve(plan, 1);
+            exec.clear(plan.data(), 1);  // all of it is copied
         }
+        exec.reserve(m_counts, kStepCounts + kTileCounts);
+        exec.reserve(m_told, 1);
+        exec.reserve(m_word, 1);
+        *m_word.data() = 0;
     }
+
+    /// The one that is not in use.
+    TilePlan* nextPlan() const { return m_plans[1 - m_current].data(); }
+    std::uint32_t* steps() const { return m_counts.data(); }
+    std::uint32_t* tiles() const { return m_counts.data() + kStepCounts; }
 
     static constexpr double kRoomOfCapacity = 64;  ///< for each one of the initial capacity
     static constexpr double kMostRoom = TileShape::kMostRoom;
     static constexpr std::uint64_t kStepCounts = 3 * TileSteps::kPerAxis;
+    static constexpr std::uint64_t kTileCounts = std::uint64_t{TileShape::kMostTiles} * CountTiles::kApart;
 
     PsapAxis m_axis;
     bool m_isForced;
     double m_mostRoom;
-    std::uint32_t m_age = kUpdatesPerPlan;
-    std::uint64_t m_plannedCount = 0;
+    std::uint32_t m_updatesPerPlan;
+    std::uint32_t m_age = 0;           ///< updates since the plan in use was new
+    std::uint64_t m_plannedCount = 0;  ///< 0: no plan
+    std::uint64_t m_stride = 1, m_strideOfCount = 1;
+    std::uint64_t m_sampleCount = 0;
+    std::uint64_t m_counted = 0;   ///< boxes whose tiles are counted
+    std::uint64_t m_part = 0;      ///< of those that is counted next
     std::uint32_t m_made = 0;      ///< plans
-    std::uint32_t m_launches = 0;  ///< the plan in use
+    std::uint32_t m_taken = 0;     ///< the plan in use
+    std::uint32_t m_launches = 0;  ///< shapes
     std::uint64_t m_seen = 0;
     TileShape m_shape{};
     unsigned m_current = 0;
+    Step m_next = Step::Keep;
     Statistics<Exec> m_statistics;
+    Buffer<Aabb> m_sample;
     Buffer<TilePlan> m_plans[2];
     Buffer<std::uint32_t> m_counts;
     Buffer<std::uint64_t> m_told;

@@ -188,19 +188,12 @@ public:
         m_tiles.noteSearched();
     }
 
-    /// As TilePlanner has it.
-    void look() { m_planner.look(); }
+    TilePlanner<Exec>& planner() { return m_planner; }
     /// Whether prepare() would say what it said, and the next build() make the same launches as the last but one.
     bool isRepeatable(const SearchInput& input) const { return m_planner.isSettled(input); }
 
     /// Counts a repetition that happened without prepare() and build().
-    void countRepeat()
-    {
-        m_planner.countUse();
-        m_tiles.swap();
-    }
-    /// Counts an update that was searched in another way.
-    void countUse() { m_planner.countUse(); }
+    void countRepeat() { m_tiles.swap(); }
 
     /// A tile was full: there will be another plan.
     ///

@@ -9,6 +9,7 @@
 #include "cuda/event_mark.h"
 #include "cuda/page_locks.h"
 #include "cuda/part_stream.h"
+#include "cuda/side_stream.h"
 #include "cuda/stage_clock.h"
 #include "cuda/step_kernels.cuh"
 #include "cuda/tile_kernels.cuh"
@@ -96,10 +97,13 @@ public:
     {
         if (count <= buffer.size())
             return;
-        // Growing by half at least: worlds grow body by body. Nothing on the stream may still use the old memory.
+        // Growing by half at least: worlds grow body by body. Nothing on a stream may still use the old memory.
         const std::uint64_t room = std::max(count, buffer.size() + buffer.size() / 2);
         if (buffer.size() != 0)
+        {
             wait();
+            m_side.wait();
+        }
         m_bytes -= buffer.size() * sizeof(T);
         buffer.allocate(room);
         m_bytes += buffer.size() * sizeof(T);
@@ -185,6 +189,19 @@ public:
             CULLET_CUDA_TRY(cudaMemsetAsync(what, 0, count * sizeof(T), m_stream));
     }
     void wait() { CULLET_CUDA_TRY(cudaStreamSynchronize(m_stream)); }
+
+    /// Runs steps on a stream of their own, after what was there at the last fork(), beside what follows, for some updates maybe.
+    void fork() { m_side.fork(m_stream); }
+    template <class Body>
+    void aside(const Body& body)
+    {
+        const Elsewhere elsewhere(m_stream, m_side.stream());
+        body();
+    }
+    /// What follows waits for them.
+    void join() { m_side.join(m_stream); }
+    bool isAsideDone() const { return m_side.isDone(); }
+
     /// awaitMark() waits for what the stream was given before this, and for nothing behind it.
     void mark() { m_mark.record(m_stream); }
     void awaitMark() { m_mark.wait(); }
@@ -194,6 +211,7 @@ public:
     {
         cudaStreamSynchronize(m_stream);
         m_parts.drain();
+        m_side.drain();
         cudaGetLastError();
     }
 
@@ -212,8 +230,9 @@ public:
     template <class Step>
     void forEachFrom(std::uint64_t begin, std::uint64_t end, const Step& step)
     {
+        // Steps of some indices run beside others, and should take no more of their registers than they need.
         if (begin < end)
-            launch(runStep<Step>, end - begin, kThreadsPerBlock, begin, end, step);
+            launch(runStep<Step>, end - begin, end - begin <= 32 ? 32 : kThreadsPerBlock, begin, end, step);
     }
     template <class Step>
     void forEachEmitting(std::uint64_t count, const Step& step, const PairList& list)
@@ -329,6 +348,23 @@ public:
     std::uint64_t takeTestCount() { return 0; }  ///< not counted here: it would cost time
 
 private:
+    /// Makes a stream another one for a while.
+    class Elsewhere
+    {
+    public:
+        Elsewhere(cudaStream_t& stream, cudaStream_t other) : m_stream(stream), m_before(stream)
+        {
+            m_stream = other;
+        }
+        Elsewhere(const Elsewhere&) = delete;
+        Elsewhere& operator=(const Elsewhere&) = delete;
+        ~Elsewhere() { m_stream = m_before; }
+
+    private:
+        cudaStream_t& m_stream;
+        cudaStream_t m_before;
+    };
+
     void transfer(void* to, const void* from, std::uint64_t bytes, cudaMemcpyKind kind)
     {
         transfer(to, from, bytes, kind, m_stream);
@@ -419,6 +455,7 @@ private:
     std::uint64_t m_bytesMoved = 0;
     DeviceBuffer<unsigned char> m_scratch;
     PartStream m_parts;
+    SideStream m_side;
     EventMark m_mark;
     StageClock m_stages;
 };

@@ -105,6 +105,7 @@ private:
         else if (m_launches.launch(m_exec.stream(), m_search.nextPhase(), m_search.launches(),
                                    [&] { searchOnce(); }))
             m_search.countRepeat();
+        m_search.planAhead(m_exec);
     }
 
     void collectOrThrow()
@@ -224,6 +225,7 @@ private:
         else if (m_launches.launch(m_exec.stream(), m_search.nextPhase(), m_search.launches(),
                                    [&] { m_search.launch(m_exec); }))
             m_search.countRepeat();
+        m_search.planAhead(m_exec);
     }
 
     /// Sees to it that the last search has found everything.

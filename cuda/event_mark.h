@@ -8,7 +8,7 @@
 
 namespace cullet::psap
 {
-/// A place in the work of a stream that the CPU can wait for.
+/// A place in the work of a stream that the CPU or other streams can wait for.
 class EventMark
 {
 public:
@@ -29,6 +29,8 @@ public:
         CULLET_CUDA_TRY(cudaEventRecord(m_event, stream));
     }
     void wait() { CULLET_CUDA_TRY(cudaEventSynchronize(m_event)); }
+    /// What that stream gets from now on waits.
+    void holdUp(cudaStream_t stream) { CULLET_CUDA_TRY(cudaStreamWaitEvent(stream, m_event, 0)); }
 
 private:
     cudaEvent_t m_event = nullptr;

@@ -24,7 +24,7 @@ struct CudaBenchOptions
         return (scene + "-" + std::to_string(bodies)).find(only) != std::string::npos;
     }
 
-    /// Every 32nd frame plans anew: three of them are among 96, and seen in the maximum.
+    /// Plans are begun every 32 frames, those of tiles every 256.
     int framesFor(std::uint32_t bodies) const { return quick ? 9 : bodies > 1u << 20 ? 30 : 96; }
 };
 

@@ -112,7 +112,7 @@ def variants(results):
 
 
 def spread(results):
-    """Every 32nd frame plans anew, which the median does not show."""
+    """Some frames make plans, which the median does not show."""
     cases = [("as chosen, " + name, scene, bodies, "rows", "gpu_ms") for name, scene, bodies, _ in WITH_FLAT]
     cases += [(f"update, {scene} 1M, {name}", scene, MILLION, "rows-update-" + variant, "end_to_end_ms")
               for scene in ("W1", "W2", "W3") for name, variant, _ in UPDATES]

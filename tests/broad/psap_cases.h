@@ -47,6 +47,18 @@ inline std::vector<BackendCase> psapCases(
     addOrdered("RowsBinsCapacityOne", PsapOrder::Bins, 1);
     addOrdered("RowsTiles", PsapOrder::Tiles);
     addOrdered("RowsTilesCapacityOne", PsapOrder::Tiles, 1);
+    const auto addPlannedOften = [&](const char* name, PsapOrder order)
+    {
+        add(name,
+            [&](PsapOptions& options)
+            {
+                options.order = order;
+                options.updatesPerPlan = 1;
+            });
+    };
+    addPlannedOften("RowsCountingPlannedOften", PsapOrder::Counting);
+    addPlannedOften("RowsBinsPlannedOften", PsapOrder::Bins);
+    addPlannedOften("RowsTilesPlannedOften", PsapOrder::Tiles);
     add("RowsAxisX", [](PsapOptions& options) { options.axis = PsapAxis::X; });
     add("RowsAxisY", [](PsapOptions& options) { options.axis = PsapAxis::Y; });
     add("RowsAxisZ", [](PsapOptions& options) { options.axis = PsapAxis::Z; });

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Plans that a search makes while its boxes change.
+// The first plan of a search is made at once, later ones beside updates that go on with the one before.
 
 #include "tests/broad/watched_search.h"
 
@@ -9,6 +9,38 @@ namespace cullet::test
 {
 namespace
 {
+/// @return box tests of one more update, which finds the pairs
+std::uint64_t testsOf(WatchedSearch& search, const std::vector<Aabb>& boxes, const std::vector<Pair>& pairs)
+{
+    search.exec.takeTestCount();
+    EXPECT_EQ(search.find(boxes), pairs);
+    return search.exec.takeTestCount();
+}
+
+TEST(PsapPlans, FollowAWorldThatGrows)
+{
+    SCOPED_TRACE("seed 3");
+    Random random(3);
+    const std::vector<Aabb> dense = cubesIn(6000, 4, random);
+    const std::vector<Aabb> sparse = cubesIn(6000, 4000, random);
+    const std::vector<Pair> pairs = everyPair(sparse);
+    for (const PsapOrder order : {PsapOrder::Counting, PsapOrder::Radix})
+    {
+        SCOPED_TRACE(static_cast<int>(order));
+        WatchedSearch fresh(order);
+        const std::uint64_t fewest = testsOf(fresh, sparse, pairs);
+        PsapOptions options;
+        options.order = order;
+        options.updatesPerPlan = 3;
+        WatchedSearch search(options);
+        search.find(dense);
+        EXPECT_GT(testsOf(search, sparse, pairs), 2 * fewest);
+        for (int update = 0; update < 20; ++update)
+            search.find(sparse);
+        EXPECT_LE(testsOf(search, sparse, pairs), fewest + fewest / 10);
+    }
+}
+
 // Then most boxes are far away from where most were when the last plan was made.
 TEST(PsapPlans, OfAWorldThatHasGrownKeepToTheirRoom)
 {
@@ -25,6 +57,53 @@ TEST(PsapPlans, OfAWorldThatHasGrownKeepToTheirRoom)
         for (int update = 0; update < 80; ++update)
             ASSERT_EQ(search.find(sparse), pairs) << update;
     }
+}
+
+TEST(PsapPlans, OfBinsFollowBoxesThatSpreadOut)
+{
+    SCOPED_TRACE("seed 4");
+    Random random(4);
+    const std::vector<Aabb> dense = cubesIn(6000, 4, random);
+    const std::vector<Aabb> sparse = cubesIn(6000, 4000, random);
+    const std::vector<Pair> pairs = everyPair(sparse);
+    PsapOptions options;
+    options.order = PsapOrder::Bins;
+    options.updatesPerPlan = 3;
+    WatchedSearch search(options);
+    search.find(dense);
+    EXPECT_FALSE(search.wasFull());
+    EXPECT_EQ(search.find(sparse), pairs);
+    EXPECT_TRUE(search.wasFull());
+    for (int update = 0; update < 20; ++update)
+        search.find(sparse);
+    EXPECT_EQ(search.find(sparse), pairs);
+    EXPECT_FALSE(search.wasFull());
+}
+
+TEST(PsapPlans, OfTilesFollowBoxesThatMoveAway)
+{
+    SCOPED_TRACE("seed 13");
+    Random random(13);
+    std::vector<Aabb> boxes = cubesIn(6000, 4, random);
+    PsapOptions options;
+    options.order = PsapOrder::Tiles;
+    WatchedSearch once(options);
+    options.updatesPerPlan = 1;
+    WatchedSearch often(options);
+    int fullOnce = 0;
+    constexpr int kUpdates = 200;
+    for (int update = 0; update < kUpdates; ++update)
+    {
+        for (Aabb& box : boxes)
+            box = boxAt(box.min[0] + 0.55f, box.min[1] + 0.5f, box.min[2] + 0.5f);
+        const std::vector<Pair> pairs = often.find(boxes);
+        EXPECT_FALSE(often.wasFull()) << update;
+        EXPECT_EQ(once.find(boxes), pairs) << update;
+        fullOnce += once.wasFull() ? 1 : 0;
+    }
+    EXPECT_EQ(often.searchesOfTiles(), kUpdates - 1);
+    EXPECT_GT(fullOnce, 0);
+    EXPECT_EQ(often.find(boxes), everyPair(boxes));
 }
 }  // namespace
 }  // namespace cullet::test

@@ -63,6 +63,7 @@ public:
         m_search.look();
         m_search.build(exec, {boxes.data(), boxes.size(), &m_count, expectedPairs});
         emit();
+        m_search.planAhead(exec);
         m_wasFull = m_count == psap::kSpilled;
         if (m_wasFull)
         {

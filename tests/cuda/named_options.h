@@ -44,6 +44,21 @@ inline PsapOptions literal()
     return options;
 }
 
+/// A plan is begun as soon as the last one is done.
+inline PsapOptions plannedOften(PsapOrder order)
+{
+    PsapOptions options = rowOptions(order);
+    options.updatesPerPlan = 1;
+    return options;
+}
+
+/// As many frames, or as it takes to plan ahead once where that begins at once.
+inline int framesWithPlan(const PsapOptions& options, int frames)
+{
+    constexpr int kStepsToPlan = 13;
+    return options.updatesPerPlan == 1 ? kStepsToPlan : frames;
+}
+
 /// Every way in which the rows variant brings boxes into order and looks for partners.
 inline std::vector<NamedOptions> rowVariants()
 {
@@ -52,7 +67,9 @@ inline std::vector<NamedOptions> rowVariants()
             {"Radix", rowOptions(PsapOrder::Radix)},
             {"Bins", rowOptions(PsapOrder::Bins)},
             {"Tiles", rowOptions(PsapOrder::Tiles)},
-            {"Grouped", rowOptions(PsapOrder::Counting, PsapRowSearch::Grouped)}};
+            {"Grouped", rowOptions(PsapOrder::Counting, PsapRowSearch::Grouped)},
+            {"BinsPlannedOften", plannedOften(PsapOrder::Bins)},
+            {"TilesPlannedOften", plannedOften(PsapOrder::Tiles)}};
 }
 
 /// The same, and the search as the thesis has it.

@@ -41,12 +41,15 @@ enum class Heir
     SameBackend
 };
 
-/// Three updates of a world while a CUDA call fails.
+/// Some updates of a world while a CUDA call fails.
 class FailingWorld
 {
 public:
     FailingWorld(PsapOptions options, Heir heir, Motion motion)
-        : m_heir(heir), m_motion(motion), m_scene(SceneKind::Uniform, motion.count, 5)
+        : m_heir(heir),
+          m_motion(motion),
+          m_steps(framesWithPlan(options, 3)),
+          m_scene(SceneKind::Uniform, motion.count, 5)
     {
         options.initialCapacity = 1;
         m_backend = makeCudaPsapBackend(options);
@@ -56,7 +59,7 @@ public:
 
     void run(CudaFault fault)
     {
-        for (int step = 0; step < 3; ++step)
+        for (int step = 0; step < m_steps; ++step)
         {
             update(fault, step);
             m_scene.step();
@@ -98,6 +101,7 @@ private:
 
     Heir m_heir;
     Motion m_motion;
+    int m_steps;
     BoxScene m_scene;
     ProxyTable m_table;
     std::unique_ptr<Backend> m_oracle = makeBruteForceBackend();

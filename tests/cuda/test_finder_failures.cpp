@@ -28,10 +28,10 @@ constexpr int kFrames = 6;
 class Frames
 {
 public:
-    Frames()
+    explicit Frames(int count)
     {
         BoxScene scene(SceneKind::Uniform, kCount, 5);
-        for (int frame = 0; frame < kFrames; ++frame)
+        for (int frame = 0; frame < count; ++frame)
         {
             boxes.push_back(scene.boxes());
             pairs.push_back(everyPair(scene.boxes()));
@@ -54,7 +54,7 @@ Status search(DevicePairFinder& finder, const DeviceBuffer<Aabb>& boxes, DeviceP
 std::uint64_t failEveryCallOfAFinder(PsapOptions options, CudaFault fault)
 {
     options.initialCapacity = 1;
-    const Frames frames;
+    const Frames frames(framesWithPlan(options, kFrames));
     DeviceBuffer<Aabb> boxes;
     boxes.allocate(kCount);
     return failEachCall(fault,
@@ -63,7 +63,7 @@ std::uint64_t failEveryCallOfAFinder(PsapOptions options, CudaFault fault)
                             const auto finder = makeDevicePairFinder(options, nullptr, nullptr);
                             ASSERT_NE(finder, nullptr);
                             plan.begin();
-                            for (std::size_t frame = 0; frame < kFrames; ++frame)
+                            for (std::size_t frame = 0; frame < frames.boxes.size(); ++frame)
                             {
                                 SCOPED_TRACE("frame " + std::to_string(frame));
                                 upload(boxes, frames.boxes[frame]);
