@@ -99,7 +99,9 @@ struct BackendStats
     std::uint64_t levels = 0;      ///< grid levels in use
     std::uint64_t unbounded = 0;   ///< boxes on the side list of unbounded boxes
     std::uint64_t bytes = 0;       ///< memory held, bytes
-    std::uint64_t rebuildsTotal = 0;     ///< updates that took the clear-and-rebuild path
+    std::uint64_t rebuildsTotal = 0;  ///< updates that took the clear-and-rebuild path
+    /// Sweep and prune on an executor: searches that ran once more, since a list, a bin or a tile had too little room.
+    std::uint64_t retriesTotal = 0;
     std::uint64_t cellsTouched = 0;      ///< cells that an id came into or left
     std::uint64_t cellsVisited = 0;      ///< cells that were searched for partners
     std::uint64_t mostTests = 0;         ///< Le Grand's grid: box tests in the fullest cell

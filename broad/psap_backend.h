@@ -179,8 +179,7 @@ private:
             m_exec.clear(&counters()->lists, 1);
             freeTable();
             settle(view.margin, kAllRows);
-            emit();
-            fetchChanges();
+            emitAgain();
         }
         if (m_counts.lists.added == kSpilled)
         {
@@ -197,6 +196,12 @@ private:
     void searchAgain()
     {
         m_exec.clear(&counters()->lists.added, 1);
+        emitAgain();
+    }
+
+    void emitAgain()
+    {
+        ++m_stats.retriesTotal;
         emit();
         fetchChanges();
     }

@@ -41,5 +41,24 @@ TEST(PsapStages, AreTimedWhereAskedFor)
     EXPECT_EQ(stagesOf(*timed, table), "upload sort settle search deltas ");
     EXPECT_EQ(stagesOf(*timed, table), "") << "nothing changed, nothing was done";
 }
+
+TEST(PsapRetries, AreCountedWhereAListIsTooShort)
+{
+    ProxyTable table;
+    for (std::uint32_t body = 0; body < 100; ++body)
+        table.create(cube(static_cast<float>(body), static_cast<float>(body) + 1.5f), body + 1, kEverything);
+    PsapOptions options;
+    const auto roomy = makeHostPsapBackend(options);
+    options.initialCapacity = 1;
+    const auto narrow = makeHostPsapBackend(options);
+    stagesOf(*roomy, table);
+    EXPECT_EQ(roomy->stats().retriesTotal, 0u);
+    stagesOf(*narrow, table);
+    const std::uint64_t retries = narrow->stats().retriesTotal;
+    EXPECT_GT(retries, 0u);
+    table.setBox(0, cube(0, 1.6f));
+    stagesOf(*narrow, table);
+    EXPECT_EQ(narrow->stats().retriesTotal, retries) << "as much room as the update before needed";
+}
 }  // namespace
 }  // namespace cullet::test
