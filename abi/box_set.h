@@ -37,7 +37,7 @@ public:
 
     void update();
     const PairDelta& delta() const { return m_delta; }
-    const std::vector<Pair>& pairs() const { return m_pairs; }
+    const Pairs& pairs() const { return m_pairs; }
 
     void fill(cullet_box_set_stats& stats) const;
 
@@ -56,7 +56,7 @@ private:
     std::uint32_t m_nextId = 1;
     std::uint64_t m_fallbacks = 0;
     PairDelta m_delta;
-    std::vector<Pair> m_pairs;
-    std::vector<Pair> m_merged;  ///< room that applyDelta() uses again
+    Pairs m_pairs;
+    Pairs m_merged;  ///< room that applyDelta() uses again
 };
 }  // namespace cullet::abi

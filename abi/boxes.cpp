@@ -41,7 +41,7 @@ BoxArray toArray(const float* boxes, std::size_t stride)
     return {boxes, stride == 0 ? sizeof(Aabb) : stride};
 }
 
-cullet_pairs toPairs(const std::vector<Pair>& pairs)
+cullet_pairs toPairs(const Pairs& pairs)
 {
     return {reinterpret_cast<const cullet_pair*>(pairs.data()), pairs.size()};
 }

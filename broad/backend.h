@@ -135,7 +135,7 @@ public:
     /// Forgets everything; the next update reads every row and reports its delta relative to `known`.
     ///
     /// @param known sorted, unique pairs of ids that live in the next view or were destroyed since
-    virtual void restart(const std::vector<Pair>& known) = 0;
+    virtual void restart(const Pairs& known) = 0;
 
     /// Short name for logs and tables: "grid", "brute", ...
     virtual const char* name() const noexcept = 0;

@@ -20,7 +20,8 @@ CULLET_API inline std::atomic<BoxMemoryRelease>& boxMemoryRelease() noexcept
     return release;
 }
 
-/// Allocates arrays that a device may copy from directly: whoever locked the pages of one is told before it goes away.
+/// Allocates arrays that a device may copy from or to directly: whoever locked the pages of one is told before it goes
+/// away.
 template <class T>
 struct BoxAllocator
 {
@@ -35,7 +36,8 @@ struct BoxAllocator
     T* allocate(std::size_t count) { return HugeAllocator<T>().allocate(count); }
     void deallocate(T* memory, std::size_t count) noexcept
     {
-        if (const BoxMemoryRelease release = boxMemoryRelease().load(std::memory_order_acquire))
+        const BoxMemoryRelease release = boxMemoryRelease().load(std::memory_order_acquire);
+        if (release != nullptr && count * sizeof(T) >= kLockableBytes)
             release(memory);
         HugeAllocator<T>().deallocate(memory, count);
     }

@@ -116,7 +116,7 @@ catch (const std::bad_alloc&)
     return Status::OutOfMemory;
 }
 
-void BruteForceBackend::restart(const std::vector<Pair>& known)
+void BruteForceBackend::restart(const Pairs& known)
 {
     m_pairs = known;
 }

@@ -16,7 +16,7 @@ class BruteForceBackend final : public Backend
 {
 public:
     Status update(const ProxyView& proxies, PairDelta& delta) override;
-    void restart(const std::vector<Pair>& known) override;
+    void restart(const Pairs& known) override;
     const char* name() const noexcept override { return "brute"; }
     BackendStats stats() const override;
 
@@ -26,8 +26,8 @@ private:
     void findOverlapsOf(std::size_t index);
     std::uint32_t rowOf(std::uint32_t uniqueId) const;
 
-    std::vector<Pair> m_pairs;              ///< held pairs, sorted
-    std::vector<Pair> m_overlapping;        ///< of this update, sorted
+    Pairs m_pairs;                          ///< held pairs, sorted
+    Pairs m_overlapping;                    ///< of this update, sorted
     std::vector<std::uint32_t> m_rows;      ///< rows with a valid box by ascending id
     std::vector<std::uint32_t> m_ids;       ///< their ids
     std::vector<float> m_min[3], m_max[3];  ///< their boxes, padded with NaN to whole blocks

@@ -44,7 +44,7 @@ CellGridBackend::CellGridBackend(const GridOptions& options)
 {
 }
 
-void CellGridBackend::restart(const std::vector<Pair>& known)
+void CellGridBackend::restart(const Pairs& known)
 {
     m_pairs.restart(known);
     m_isFresh = true;

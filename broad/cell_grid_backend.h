@@ -28,7 +28,7 @@ public:
     explicit CellGridBackend(const GridOptions& options);
 
     Status update(const ProxyView& proxies, PairDelta& delta) override;
-    void restart(const std::vector<Pair>& known) override;
+    void restart(const Pairs& known) override;
     const char* name() const noexcept override { return "cells"; }
     BackendStats stats() const override { return m_stats; }
     void forEachCell(const CellVisitor& visit) const override { m_grid.forEachCell(visit); }

@@ -11,7 +11,7 @@
 
 namespace cullet
 {
-void FlatBackend::restart(const std::vector<Pair>& known)
+void FlatBackend::restart(const Pairs& known)
 {
     m_known = known;
     m_isRestarted = true;
@@ -220,11 +220,11 @@ void FlatBackend::flip(std::uint32_t row, std::uint32_t column)
     heldOf(column)[row / 64] ^= std::uint64_t{1} << row % 64;
 }
 
-std::vector<Pair> FlatBackend::heldPairs() const
+Pairs FlatBackend::heldPairs() const
 {
     if (m_isRestarted)
         return m_known;
-    std::vector<Pair> pairs;
+    Pairs pairs;
     const std::size_t words = m_stride / 64;
     for (std::uint32_t row = 0; row < m_ids.size(); ++row)
     {

@@ -26,7 +26,7 @@ public:
     explicit FlatBackend(bool baseline) : m_kernels(chooseFlatKernels(baseline)) {}
 
     Status update(const ProxyView& proxies, PairDelta& delta) override;
-    void restart(const std::vector<Pair>& known) override;
+    void restart(const Pairs& known) override;
     const char* name() const noexcept override { return "flat"; }
     BackendStats stats() const override;
 
@@ -34,7 +34,7 @@ public:
     std::uint32_t worthwhileRows() const noexcept { return m_kernels.worthwhileRows; }
 
     /// The pairs held, or those given to restart() if there was no update since; sorted. O(rows^2 / 64 + pairs).
-    std::vector<Pair> heldPairs() const;
+    Pairs heldPairs() const;
 
 private:
     void updateOrThrow(const ProxyView& view);
@@ -61,7 +61,7 @@ private:
     std::vector<std::uint64_t> m_held;   ///< [stride * stride / 64] both halves of the symmetric matrix
     std::vector<std::uint64_t> m_found;  ///< [stride / 64] overlaps of the row at hand
     std::vector<std::uint32_t> m_ids;    ///< [rows] as of the last update
-    std::vector<Pair> m_known;           ///< given to restart()
+    Pairs m_known;                       ///< given to restart()
     bool m_isRestarted = true;
     bool m_hadFilter = false;  ///< the rules of the last update
     float m_margin = 0;

@@ -41,7 +41,7 @@ public:
     }
 
     /// Rows are never given back, so that only a restart can find fewer of them.
-    void restart(const std::vector<Pair>& known) override { current().restart(known); }
+    void restart(const Pairs& known) override { current().restart(known); }
 
     const char* name() const noexcept override { return "grid"; }
     BackendStats stats() const override { return current().stats(); }

@@ -8,7 +8,7 @@
 
 namespace cullet
 {
-void HeldPairs::restart(const std::vector<Pair>& known)
+void HeldPairs::restart(const Pairs& known)
 {
     m_known = known;
     m_held.clear();

@@ -17,7 +17,7 @@ class HeldPairs
 {
 public:
     /// As Backend::restart().
-    void restart(const std::vector<Pair>& known);
+    void restart(const Pairs& known);
 
     void begin(const ProxyView& proxies);
 
@@ -39,7 +39,7 @@ public:
 private:
     void addOverlap(const ProxyView& proxies, std::uint32_t a, std::uint32_t b);
 
-    std::vector<Pair> m_known;           ///< of restart(), until the next update
+    Pairs m_known;                       ///< of restart(), until the next update
     std::vector<RowPair> m_held;         ///< sorted
     std::vector<RowPair> m_overlapping;  ///< of this update
     std::uint64_t m_testCount = 0;

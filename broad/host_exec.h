@@ -122,6 +122,18 @@ public:
     {
         return memory;
     }
+    /// The same for what steps write.
+    template <class T>
+    T* mappedForWriting(T* memory) const
+    {
+        return memory;
+    }
+    /// Whether download() may write into that memory directly, with nobody else looking before the next wait().
+    template <class T>
+    bool canDownloadTo(const T*, std::uint64_t) const
+    {
+        return true;
+    }
     template <class T>
     void uploadNow(T* to, const T* from, std::uint64_t count)
     {
@@ -213,17 +225,19 @@ public:
             });
     }
 
-    /// Calls step(i, true, first, second) for i in [0, count), where each of both appends to a list of its own, as above. For
-    /// a step so short that a lane of a GPU had better take several indices.
-    template <class Step>
-    void forEachParted(std::uint64_t count, const Step& step, const PairList& first, const PairList& second)
+    /// Calls step(step.read(i), first, second) for i in [0, count), where each of both appends to a list of its own, as above.
+    /// For a step so short that a lane of a GPU had better take several indices; it reads the next while it does one.
+    ///
+    /// @param first a PairList or a DepthList
+    template <class Step, class List>
+    void forEachParted(std::uint64_t count, const Step& step, const List& first, const PairList& second)
     {
         run(0, count,
             [&]
             {
-                return [&step, toFirst = Emitter{first, &m_tests, 0},
+                return [&step, toFirst = EmitterFor<List>{first, &m_tests, 0},
                         toSecond = Emitter{second, &m_tests, 0}](std::uint64_t i) mutable
-                { step(i, true, toFirst, toSecond); };
+                { step(step.read(i), toFirst, toSecond); };
             });
     }
 
@@ -385,6 +399,23 @@ private:
         std::uint32_t m_keptCount = 0;
         std::uint32_t m_kept[kMostKept] = {};
     };
+
+    /// What a step sees of a list of pairs with depths.
+    struct DepthEmitter
+    {
+        DepthList list;
+
+        DepthEmitter(const DepthList& pairs, std::atomic<std::uint64_t>*, std::uint64_t) : list(pairs) {}
+
+        void append(bool isMine, IdPair pair, float depth)
+        {
+            if (isMine)
+                list.push(pair, depth);
+        }
+    };
+
+    template <class List>
+    using EmitterFor = std::conditional_t<std::is_same_v<List, DepthList>, DepthEmitter, Emitter>;
 
     /// A group of one.
     template <class Room>

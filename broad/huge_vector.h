@@ -12,6 +12,9 @@
 
 namespace cullet
 {
+/// Arrays so long share no page with each other, so that a device may lock those of each.
+inline constexpr std::size_t kLockableBytes = std::size_t{1} << 16;
+
 /// Memory that the system may back by pages of 2 MiB where it is large: boxes are read in random order, and with pages
 /// of 4 KiB each of a million boxes would cost a walk of the page table too.
 template <class T>
@@ -44,12 +47,10 @@ struct HugeAllocator
 private:
     static constexpr std::size_t kPage = std::size_t{2} << 20;
     static constexpr std::size_t kLarge = 2 * kPage;
-    // Arrays so long share no page with each other, so that a device may lock those of each.
     static constexpr std::size_t kSmallPage = 4096;
-    static constexpr std::size_t kLockable = std::size_t{1} << 16;
     static constexpr std::size_t alignmentFor(std::size_t bytes)
     {
-        return bytes >= kLarge ? kPage : bytes >= kLockable ? kSmallPage : alignof(T);
+        return bytes >= kLarge ? kPage : bytes >= kLockableBytes ? kSmallPage : alignof(T);
     }
 };
 

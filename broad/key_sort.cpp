@@ -294,7 +294,7 @@ void KeySort::sortMany(WorkerPool& workers, const std::vector<KeyList>& lists, c
     trimRoom(m_parted);
 }
 
-void KeySort::write(std::vector<std::uint64_t>& keys, std::vector<Pair>& pairs)
+void KeySort::write(std::vector<std::uint64_t>& keys, Pairs& pairs)
 {
     m_sorted.resize(keys.size());
     sortKeys(keys.data(), m_sorted.data(), keys.size());

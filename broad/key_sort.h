@@ -129,13 +129,13 @@ public:
     /// The same as pairs; a key that the lists hold twice is left out altogether.
     ///
     /// @param pairs [out] overwritten
-    void write(WorkerPool& workers, std::vector<KeyList>& lists, std::vector<Pair>& pairs);
+    void write(WorkerPool& workers, std::vector<KeyList>& lists, Pairs& pairs);
 
     /// In the calling thread; doubles stay.
     ///
     /// @param keys  [in, out] contents are lost
     /// @param pairs [out] overwritten
-    void write(std::vector<std::uint64_t>& keys, std::vector<Pair>& pairs);
+    void write(std::vector<std::uint64_t>& keys, Pairs& pairs);
 
     std::uint64_t bytes() const
     {
@@ -162,8 +162,7 @@ private:
     static constexpr std::size_t kWriteGrain = 8192;  ///< keys for a thread
 
     std::vector<Piece> sortedPieces(WorkerPool& workers, std::vector<KeyList>& lists);
-    static void writeParallel(WorkerPool& workers, const std::vector<Piece>& pieces,
-                              std::vector<Pair>& pairs);
+    static void writeParallel(WorkerPool& workers, const std::vector<Piece>& pieces, Pairs& pairs);
     static Cut cutOf(std::vector<KeyList>& lists, std::size_t count);
     static Cut cutOf(std::uint64_t lowest, std::uint64_t highest, std::size_t count);
     void sortFew(const std::vector<KeyList>& lists, std::size_t count, std::vector<std::uint64_t>& sorted);

@@ -66,7 +66,7 @@ std::vector<KeySort::Piece> KeySort::sortedPieces(WorkerPool& workers, std::vect
     return pieces;
 }
 
-void KeySort::write(WorkerPool& workers, std::vector<KeyList>& lists, std::vector<Pair>& pairs)
+void KeySort::write(WorkerPool& workers, std::vector<KeyList>& lists, Pairs& pairs)
 {
     const std::vector<Piece> pieces = sortedPieces(workers, lists);
     const std::size_t count = countOf(lists);
@@ -85,7 +85,7 @@ void KeySort::write(WorkerPool& workers, std::vector<KeyList>& lists, std::vecto
     trimRoom(m_sorted);
 }
 
-void KeySort::writeParallel(WorkerPool& workers, const std::vector<Piece>& pieces, std::vector<Pair>& pairs)
+void KeySort::writeParallel(WorkerPool& workers, const std::vector<Piece>& pieces, Pairs& pairs)
 {
     const auto tasks = static_cast<unsigned>(pieces.size());
     std::vector<std::size_t> ends(pieces.size());

@@ -6,7 +6,7 @@
 
 namespace cullet
 {
-std::vector<RowPair> findRowsOf(const std::vector<Pair>& known, const ProxyView& proxies)
+std::vector<RowPair> findRowsOf(const Pairs& known, const ProxyView& proxies)
 {
     std::vector<RowPair> pairs;
     std::unordered_map<std::uint32_t, std::uint32_t> rowOf;
@@ -25,7 +25,7 @@ std::vector<RowPair> findRowsOf(const std::vector<Pair>& known, const ProxyView&
     return pairs;
 }
 
-void splitKnown(const std::vector<Pair>& known, const ProxyView& proxies, std::vector<IdPair>& held,
+void splitKnown(const Pairs& known, const ProxyView& proxies, std::vector<IdPair>& held,
                 std::vector<std::uint64_t>& gone)
 {
     for (const RowPair& pair : findRowsOf(known, proxies))

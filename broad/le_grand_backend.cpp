@@ -104,7 +104,7 @@ void LeGrandBackend::testSideList(const ProxyView& proxies)
     }
 }
 
-void LeGrandBackend::restart(const std::vector<Pair>& known)
+void LeGrandBackend::restart(const Pairs& known)
 {
     m_pairs.restart(known);
     m_isFresh = true;

@@ -25,7 +25,7 @@ class LeGrandBackend final : public Backend
 {
 public:
     Status update(const ProxyView& proxies, PairDelta& delta) override;
-    void restart(const std::vector<Pair>& known) override;
+    void restart(const Pairs& known) override;
     const char* name() const noexcept override { return "legrand"; }
     BackendStats stats() const override;
 

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "broad/box_memory.h"
+
 #include <cstdint>
 #include <vector>
 
@@ -48,10 +50,13 @@ inline Pair pairOfKey(std::uint64_t key) noexcept
     return {static_cast<std::uint32_t>(key >> 32), static_cast<std::uint32_t>(key)};
 }
 
+/// In memory that a device may write into directly.
+using Pairs = std::vector<Pair, BoxAllocator<Pair>>;
+
 /// What changed between two updates of a backend: both lists sorted by (first, second), unique, disjoint.
 struct PairDelta
 {
-    std::vector<Pair> added;
-    std::vector<Pair> removed;
+    Pairs added;
+    Pairs removed;
 };
 }  // namespace cullet

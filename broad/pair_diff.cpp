@@ -7,7 +7,7 @@
 
 namespace cullet
 {
-void diffSortedPairs(const std::vector<Pair>& before, const std::vector<Pair>& after, PairDelta& delta)
+void diffSortedPairs(const Pairs& before, const Pairs& after, PairDelta& delta)
 {
     delta.added.clear();
     delta.removed.clear();
@@ -17,7 +17,7 @@ void diffSortedPairs(const std::vector<Pair>& before, const std::vector<Pair>& a
                         std::back_inserter(delta.removed));
 }
 
-void applyDelta(std::vector<Pair>& pairs, const PairDelta& delta)
+void applyDelta(Pairs& pairs, const PairDelta& delta)
 {
     if (!delta.removed.empty())
     {

@@ -15,14 +15,14 @@ namespace cullet
 /// @param before,after sorted, unique
 /// @param delta        [out] overwritten; neither list may be part of it
 /// Cost: O(before + after)
-void diffSortedPairs(const std::vector<Pair>& before, const std::vector<Pair>& after, PairDelta& delta);
+void diffSortedPairs(const Pairs& before, const Pairs& after, PairDelta& delta);
 
 /// Replaces `pairs` by itself without delta.removed and with delta.added.
 ///
 /// @param pairs [in, out] sorted, unique; holds all of delta.removed and none of delta.added
 /// @param delta sorted, unique, disjoint
 /// Cost: O(pairs + delta)
-void applyDelta(std::vector<Pair>& pairs, const PairDelta& delta);
+void applyDelta(Pairs& pairs, const PairDelta& delta);
 
 /// A pair and where its boxes are; for backends that would else look the rows up.
 struct RowPair
@@ -44,20 +44,21 @@ inline Pair idsOf(const RowPair& pair) noexcept
 
 /// One update of a backend that looks for overlaps afresh: applies the rules of Backend to the held pairs.
 ///
-/// @param held        [in, out] pairs held since the last update (Pair or RowPair); sorted by ids, unique
+/// @param held        [in, out] vector of pairs held since the last update (Pair or RowPair); sorted by ids, unique
 /// @param overlapping pairs of valid boxes that overlap now; sorted by ids, unique. Pairs of boxes neither of which
 ///                    changed may be left out.
 /// @param mayEnter    bool(pair), asked once for each pair of `overlapping` that is not held: the filter
 /// @param mayStay     bool(pair), asked once for each held pair that is not in `overlapping`: the margin
 /// @param delta       [out] overwritten; sorted, unique, disjoint
 /// Cost: O(held + overlapping)
-template <class AnyPair, class MayEnter, class MayStay>
-void updateHeldPairs(std::vector<AnyPair>& held, const std::vector<AnyPair>& overlapping, MayEnter mayEnter,
-                     MayStay mayStay, PairDelta& delta)
+template <class AnyPairs, class MayEnter, class MayStay>
+void updateHeldPairs(AnyPairs& held, const AnyPairs& overlapping, MayEnter mayEnter, MayStay mayStay,
+                     PairDelta& delta)
 {
+    using AnyPair = typename AnyPairs::value_type;
     delta.added.clear();
     delta.removed.clear();
-    std::vector<AnyPair> entering;
+    AnyPairs entering;
     auto read = held.begin();
     auto write = held.begin();
     const auto keepOrRemove = [&](bool isKept)

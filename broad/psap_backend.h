@@ -43,8 +43,6 @@ public:
 
     Status update(const ProxyView& proxies, PairDelta& delta) override
     {
-        delta.added.clear();
-        delta.removed.clear();
         Status status = Status::OutOfMemory;
         try
         {
@@ -68,13 +66,14 @@ public:
         m_exec.drain();
         // Half of what the search remembers may never have happened.
         m_search = Search<Exec>(m_options);
+        m_names.recover();
         restart({});
         delta.added.clear();
         delta.removed.clear();
         return status;
     }
 
-    void restart(const std::vector<Pair>& known) override
+    void restart(const Pairs& known) override
     {
         m_known = known;
         m_isFresh = true;
@@ -101,7 +100,11 @@ private:
         m_stats.stages.clear();
         const bool hasFilters = view.filters != nullptr;
         if (!m_isFresh && view.dirtyCount == 0 && view.margin == m_margin && hasFilters == m_hadFilters)
+        {
+            delta.added.clear();
+            delta.removed.clear();
             return;
+        }
         m_stats.path = "rebuild";
         ++m_stats.rebuildsTotal;
         m_retestAll = m_hadFilters && !hasFilters;
@@ -115,7 +118,7 @@ private:
         prepareLists();
         m_rows.send(m_exec, view, &m_tally.data()->motion,
                     [&](std::uint64_t end) { settleAhead(view, end); });
-        findChanges(view);
+        findChanges(view, delta);
         takeChanges(delta);
         m_exec.beginStage(nullptr);
         m_exec.takeStages(m_stats.stages);
@@ -136,6 +139,8 @@ private:
         m_heldCount = held.size();
         m_exec.reserve(m_held, std::max<std::uint64_t>(m_heldCount, m_options.initialCapacity));
         m_exec.uploadNow(m_held.data(), held.data(), held.size());
+        m_exec.reserve(m_heldDepths, m_held.size());
+        m_exec.clear(m_heldDepths.data(), held.size());
     }
 
     /// Empties the lists of this update, and makes room where it can be known.
@@ -143,6 +148,7 @@ private:
     {
         const std::uint64_t initial = m_options.initialCapacity;
         m_exec.reserve(m_kept, std::max(m_heldCount + m_heldCount / 8, initial));
+        m_exec.reserve(m_keptDepths, m_kept.size());
         m_exec.reserve(m_removed, std::max(m_heldCount, initial));
         m_exec.reserve(m_added, initial);
         growTable(initial);
@@ -161,7 +167,7 @@ private:
     }
 
     /// Settles the held pairs and searches, again with more room as long as a list was too short.
-    void findChanges(const ProxyView& view)
+    void findChanges(const ProxyView& view, PairDelta& delta)
     {
         m_exec.beginStage("sort");
         m_search.look();
@@ -172,38 +178,38 @@ private:
         emit();
         m_search.planAhead(m_exec);
         m_exec.beginStage("deltas");
-        fetchChanges();
+        fetchChanges(delta);
         while (m_counts.lists.lookups > table().limit())
         {
             growTable(2 * m_counts.lists.lookups);
             m_exec.clear(&counters()->lists, 1);
             freeTable();
             settle(view.margin, kAllRows);
-            emitAgain();
+            emitAgain(delta);
         }
         if (m_counts.lists.added == kSpilled)
         {
             m_search.buildByCounting(m_exec, m_rows.now());
-            searchAgain();
+            searchAgain(delta);
         }
         while (m_counts.lists.added > m_added.size())
         {
             m_exec.reserve(m_added, m_counts.lists.added);
-            searchAgain();
+            searchAgain(delta);
         }
     }
 
-    void searchAgain()
+    void searchAgain(PairDelta& delta)
     {
         m_exec.clear(&counters()->lists.added, 1);
-        emitAgain();
+        emitAgain(delta);
     }
 
-    void emitAgain()
+    void emitAgain(PairDelta& delta)
     {
         ++m_stats.retriesTotal;
         emit();
-        fetchChanges();
+        fetchChanges(delta);
     }
 
     Counters* counters() const { return &m_tally.data()->counters; }
@@ -243,9 +249,9 @@ private:
         const PairList kept = {m_kept.data(), m_kept.size(), &counters()->lists.kept};
         m_exec.forEachParted(
             m_heldCount,
-            SettleHeld{m_held.data(), history(), margin,
+            SettleHeld{m_held.data(), m_heldDepths.data(), history(), margin,
                        margin >= m_margin && !m_isFresh && !m_rows.haveAllChanged(), span, table()},
-            kept, removed);
+            DepthList{kept, m_keptDepths.data()}, removed);
     }
 
     void emit()
@@ -256,13 +262,13 @@ private:
 
     ChangeLists lists()
     {
-        return {m_added.data(), m_added.size(), m_removed.data(),     m_kept.data(),     m_kept.size(),
-                table(),        counters(),     m_search.sideCount(), m_rows.uniqueIds()};
+        return {m_added.data(), m_added.size(), m_removed.data(), m_kept.data(),        m_keptDepths.data(),
+                m_kept.size(),  table(),        counters(),       m_search.sideCount(), m_rows.uniqueIds()};
     }
 
-    void fetchChanges()
+    void fetchChanges(PairDelta& delta)
     {
-        m_names.enqueue(m_exec, lists(), m_rows.largestId());
+        m_names.enqueue(m_exec, lists(), m_rows.largestId(), delta);
         m_exec.wait();
         m_counts = m_names.counters();
         m_isTableFree = lists().areComplete(m_counts.lists);
@@ -274,11 +280,15 @@ private:
         const ListCounts& counts = m_counts.lists;
         const bool isKeptShort = counts.kept + counts.added > m_kept.size();
         if (isKeptShort)
+        {
             m_exec.reserveKeeping(m_kept, counts.kept + counts.added, counts.kept);
+            m_exec.reserveKeeping(m_keptDepths, m_kept.size(), counts.kept);
+        }
         m_names.take(m_exec, lists(), m_rows.largestId(), isKeptShort, delta);
         if (!m_vanished.empty())
             mergeVanished(delta.removed);
         std::swap(m_held, m_kept);
+        std::swap(m_heldDepths, m_keptDepths);
         m_heldCount = counts.kept + counts.added;
         m_known.clear();
         m_known.shrink_to_fit();
@@ -289,7 +299,7 @@ private:
         m_stats.candidates = m_exec.takeTestCount();
     }
 
-    void mergeVanished(std::vector<Pair>& removed)
+    void mergeVanished(Pairs& removed)
     {
         for (const std::uint64_t key : m_vanished)
             removed.push_back(pairOfKey(key));
@@ -304,7 +314,7 @@ private:
     BackendStats m_stats;
 
     bool m_isFresh = true;
-    std::vector<Pair> m_known;              ///< pairs handed over by restart()
+    Pairs m_known;                          ///< pairs handed over by restart()
     std::vector<std::uint64_t> m_vanished;  ///< those of them whose proxies are gone
     bool m_hadFilters = false;
     bool m_retestAll = false;
@@ -313,6 +323,7 @@ private:
     std::uint32_t m_rowsSettled = 0;  ///< before these, while others are on their way
     std::uint64_t m_heldCount = 0;
     Buffer<IdPair> m_held, m_kept, m_added, m_removed;
+    Buffer<float> m_heldDepths, m_keptDepths;  ///< as DepthList has it
     std::uint64_t m_tableSlots = 0;
     bool m_isTableFree = false;
     Buffer<std::uint64_t> m_table;

@@ -129,36 +129,85 @@ CULLET_HOST_DEVICE inline void storeCopy(AlignedBox* copies, std::uint64_t row, 
 #endif
 }
 
-/// Whether the boxes of a pair overlap. On a GPU all lanes of a warp call together: two lanes read the boxes of both their
-/// pairs, half each, so that a sector is asked for once.
-CULLET_HOST_DEVICE inline bool overlapTogether(const AlignedBox* boxes, IdPair pair)
+/// What two intervals share; negative when they are apart.
+CULLET_HOST_DEVICE inline float sharedLength(float a0, float a1, float b0, float b1)
+{
+    return (a1 < b1 ? a1 : b1) - (a0 > b0 ? a0 : b0);
+}
+
+/// The length that two boxes share on the axis where that is shortest; negative when they are apart.
+CULLET_HOST_DEVICE inline float overlapOf(const Aabb& a, const Aabb& b)
+{
+    float shortest = kInfinity;
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        const float shared = sharedLength(a.min[axis], a.max[axis], b.min[axis], b.max[axis]);
+        shortest = shared < shortest ? shared : shortest;
+    }
+    return shortest;
+}
+
+/// overlapOf() for one half of two boxes; any negative number where they are apart or nowhere().
+///
+/// @param isSecond there is but one axis in it
+CULLET_HOST_DEVICE inline float overlapOf(const BoxHalf& a, const BoxHalf& b, bool isSecond)
+{
+    if (!meets(a, b))
+        return -1;
+    const float first = sharedLength(a.low0, a.high0, b.low0, b.high0);
+    const float second = sharedLength(a.low1, a.high1, b.low1, b.high1);
+    return isSecond || first < second ? first : second;
+}
+
+/// By how much the boxes of a pair overlap; negative where they do not, or it is not asked for. On a GPU all lanes of a warp
+/// call together: two lanes read the boxes of both their pairs, half each, so that a sector is asked for once.
+CULLET_HOST_DEVICE inline float overlapTogether(const AlignedBox* boxes, IdPair pair, bool isAsked)
 {
 #ifdef __CUDA_ARCH__
     constexpr unsigned kAll = 0xffffffffu;
     const bool isSecond = threadIdx.x % 2 != 0;
     const IdPair other = {__shfl_xor_sync(kAll, pair.a, 1), __shfl_xor_sync(kAll, pair.b, 1)};
-    const auto halvesMeet = [&](IdPair asked)
+    const bool isOtherAsked = __shfl_xor_sync(kAll, isAsked ? 1 : 0, 1) != 0;
+    const auto overlapOfHalves = [&](IdPair asked, bool isWanted)
     {
         const std::uint64_t half = isSecond ? 1 : 0;
-        return meets(loadHalf(boxes, 2 * std::uint64_t{asked.a} + half),
-                     loadHalf(boxes, 2 * std::uint64_t{asked.b} + half));
+        return isWanted ? overlapOf(loadHalf(boxes, 2 * std::uint64_t{asked.a} + half),
+                                    loadHalf(boxes, 2 * std::uint64_t{asked.b} + half), isSecond)
+                        : -1.0f;
     };
-    const bool first = halvesMeet(isSecond ? other : pair);
-    const bool second = halvesMeet(isSecond ? pair : other);
-    return (isSecond ? second : first) & (__shfl_xor_sync(kAll, isSecond ? first : second, 1) != 0);
+    const float first = overlapOfHalves(isSecond ? other : pair, isSecond ? isOtherAsked : isAsked);
+    const float second = overlapOfHalves(isSecond ? pair : other, isSecond ? isAsked : isOtherAsked);
+    const float mine = isSecond ? second : first;
+    const float others = __shfl_xor_sync(kAll, isSecond ? first : second, 1);
+    return mine < others ? mine : others;
 #else
-    return overlaps(loadBox(boxes, pair.a), loadBox(boxes, pair.b));
+    const auto half = [&](std::uint64_t k)
+    {
+        return overlapOf(loadHalf(boxes, 2 * std::uint64_t{pair.a} + k),
+                         loadHalf(boxes, 2 * std::uint64_t{pair.b} + k), k == 1);
+    };
+    if (!isAsked)
+        return -1;
+    const float first = half(0);
+    const float second = half(1);
+    return first < second ? first : second;
 #endif
 }
 
-/// The longest way that a side of a box has gone; infinite where either was empty or has no bounds.
+/// How far a number has gone. One without bounds that stays has not gone anywhere.
+CULLET_HOST_DEVICE inline float wayOf(float x, float before)
+{
+    return x == before ? 0.0f : fabsf(x - before);
+}
+
+/// The longest way that a side of a box has gone; infinite where either was empty and the other not.
 CULLET_HOST_DEVICE inline float wayOf(const Aabb& box, const Aabb& before)
 {
     float longest = 0;
     for (int axis = 0; axis < 3; ++axis)
     {
-        const float low = fabsf(box.min[axis] - before.min[axis]);
-        const float high = fabsf(box.max[axis] - before.max[axis]);
+        const float low = wayOf(box.min[axis], before.min[axis]);
+        const float high = wayOf(box.max[axis], before.max[axis]);
         const float way = low > high ? low : high;
         if (!(way <= kInfinity))  // NaN
             return kInfinity;
@@ -179,9 +228,19 @@ struct BoxCopies
     CULLET_HOST_DEVICE float keep(std::uint64_t i, const Aabb& box) const
     {
         storeCopy(now, i, box);
-        const float way = i < oldCount ? wayOf(box, loadBox(old, i)) : kInfinity;
+        const float way = wayFrom(i, box);
         raise(motion, way);
         return way;
+    }
+
+private:
+    CULLET_HOST_DEVICE float wayFrom(std::uint64_t i, const Aabb& box) const
+    {
+        if (i >= oldCount)
+            return kInfinity;
+        const Aabb before = loadBox(old, i);
+        const bool wasNowhere = before.min[0] != before.min[0];
+        return wasNowhere && !isValid(box) ? 0.0f : wayOf(box, before);
     }
 };
 

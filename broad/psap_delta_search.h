@@ -32,6 +32,7 @@ struct EnterRow
 struct PairsBefore
 {
     const IdPair* kept;
+    const float* depths;  ///< of those that had stayed, as DepthList has it
     const IdPair* added;
     const DeltaCounts* counts;
 
@@ -40,27 +41,44 @@ struct PairsBefore
     {
         return i < counts->kept ? kept[i] : added[i - counts->kept];
     }
+    /// 0: not known
+    CULLET_HOST_DEVICE float depthOf(std::uint64_t i) const { return i < counts->kept ? depths[i] : 0.0f; }
 };
 
-/// Decides whether pair i stays.
+/// Decides whether pair i stays. Boxes that overlapped by more than they have gone since are not looked at.
 struct PartPairs
 {
     PairsBefore before;
     const AlignedBox* boxes;
     std::uint64_t boxCount;
+    const std::uint32_t* motion;  ///< as BoxHistory has it
+
+    struct Item
+    {
+        IdPair pair;
+        float depth;
+        bool isPair;
+    };
+    CULLET_HOST_DEVICE Item read(std::uint64_t i) const
+    {
+        if (!before.has(i))
+            return {{0, 0}, 0, false};
+        return {before.at(i), before.depthOf(i), true};
+    }
 
     /// @param kept    receives the pair when it stays
     /// @param removed receives it when it leaves
     template <class Kept, class Removed>
-    CULLET_HOST_DEVICE void operator()(std::uint64_t i, bool isIndex, Kept& kept, Removed& removed) const
+    CULLET_HOST_DEVICE void operator()(const Item& item, Kept& kept, Removed& removed) const
     {
-        const bool isPair = isIndex && before.has(i);
-        const IdPair pair = isPair ? before.at(i) : IdPair{};
-        const bool isThere = isPair && (pair.a > pair.b ? pair.a : pair.b) < boxCount;
-        const bool isOverlapping = boxCount != 0 && overlapTogether(boxes, isThere ? pair : IdPair{});
-        const bool isStaying = isThere && isOverlapping;
-        kept.append(isStaying, pair);
-        removed.append(isPair && !isStaying, pair);
+        const IdPair pair = item.pair;
+        const bool isThere = item.isPair && (pair.a > pair.b ? pair.a : pair.b) < boxCount;
+        const float left = depthLeft(item.depth, deeperThan(2 * floatOf(*motion)));
+        const bool isDeep = isThere && left > 0;
+        const float depth = overlapTogether(boxes, pair, isThere && !isDeep);
+        const bool isStaying = isDeep || depth >= 0;
+        kept.append(isStaying, pair, isDeep ? left : depthOf(depth));
+        removed.append(item.isPair && !isStaying, pair);
     }
 };
 
@@ -180,6 +198,7 @@ private:
         exec.reserveKeeping(m_boxes[1 - m_side], count, m_oldCount);
         const std::uint64_t pairs = m_counts.pairs();
         exec.reserve(m_kept[m_side], std::max(pairs + pairs / 8, m_initial));
+        exec.reserve(m_depths[m_side], m_kept[m_side].size());
         exec.reserve(m_added[m_side], m_initial);
         exec.reserve(m_removed, std::max(pairs + pairs / 8, m_initial));
         return exec.bytes() == bytes;
@@ -188,12 +207,13 @@ private:
     void part(Exec& exec)
     {
         DeltaCounts& counts = tally()->counts;
-        const PairsBefore before = {m_kept[1 - m_side].data(), m_added[1 - m_side].data(),
-                                    &tallyBefore()->counts};
+        const PairsBefore before = {m_kept[1 - m_side].data(), m_depths[1 - m_side].data(),
+                                    m_added[1 - m_side].data(), &tallyBefore()->counts};
+        const PairList kept = {m_kept[m_side].data(), m_kept[m_side].size(), &counts.kept};
         // As many indices as fit, so that the launch is the same where there are more pairs.
         exec.forEachParted(m_kept[1 - m_side].size() + m_added[1 - m_side].size(),
-                           PartPairs{before, now(), m_input.count},
-                           {m_kept[m_side].data(), m_kept[m_side].size(), &counts.kept},
+                           PartPairs{before, now(), m_input.count, &tally()->motion},
+                           DepthList{kept, m_depths[m_side].data()},
                            {m_removed.data(), m_removed.size(), &counts.removed});
     }
 
@@ -233,6 +253,7 @@ private:
     Buffer<AlignedBox> m_boxes[2];
     Buffer<Aabb> m_again;  ///< those to be searched again
     Buffer<IdPair> m_kept[2], m_added[2];
+    Buffer<float> m_depths[2];  ///< of pairs kept
     Buffer<IdPair> m_removed;
     Buffer<DeltaTally>
         m_tally;  ///< [2] by side: what was counted the last time tells how many pairs there are

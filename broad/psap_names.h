@@ -28,10 +28,7 @@ struct IdBits
         return {bits};
     }
 
-    /// One bit more tells two kinds of pairs apart, where there is room for it.
-    CULLET_HOST_DEVICE bool hasLaterKey() const { return bits < 32; }
-    CULLET_HOST_DEVICE std::uint64_t laterKey() const { return hasLaterKey() ? 1ull << 2 * bits : 0; }
-    int keyBits() const { return static_cast<int>(hasLaterKey() ? 2 * bits + 1 : 64); }
+    int keyBits() const { return static_cast<int>(2 * bits); }
 
     CULLET_HOST_DEVICE Pair pairOf(std::uint64_t key) const
     {
@@ -46,7 +43,8 @@ struct ChangeLists
     const IdPair* added;
     std::uint64_t addedRoom;
     const IdPair* removed;
-    IdPair* kept;  ///< the pairs that enter go behind those that stay
+    IdPair* kept;       ///< the pairs that enter go behind those that stay
+    float* keptDepths;  ///< 0 for those, not known yet
     std::uint64_t keptRoom;
     LookupTable table;
     const Counters* counters;
@@ -60,64 +58,192 @@ struct ChangeLists
     }
 };
 
+/// Numbers of the pairs that enter and of those that leave; or room for them, first the ones, then the others.
+struct ChangeCounts
+{
+    std::uint64_t added, removed;
+
+    CULLET_HOST_DEVICE std::uint64_t total() const { return added + removed; }
+
+    CULLET_HOST_DEVICE ChangeCounts atMost(ChangeCounts room) const
+    {
+        return {added < room.added ? added : room.added, removed < room.removed ? removed : room.removed};
+    }
+};
+
+/// What an update tells of itself beside the changes.
+struct UpdateReport
+{
+    Counters counters;
+    std::uint32_t isOverfull;  ///< a bucket of changes was: they are not in order
+};
+
+/// The changes of an update in buckets by kind and first id, so few in each that they are put in order one by one: half of
+/// the time of a radix sort.
+struct ChangeBuckets
+{
+    /// Those of a kind.
+    struct Kind
+    {
+        std::uint32_t first, last;
+        std::uint32_t shift;  ///< 2^shift first ids share a bucket
+    };
+
+    Kind added, removed;
+    std::uint32_t
+        leastId;  ///< of the first ids; smaller ones belong to the first bucket, larger ones to the last
+    std::uint32_t* counts;        ///< [count()] changes, 0 before an update and after it
+    const std::uint32_t* starts;  ///< [count()] changes in the buckets before
+    std::uint32_t* ranks;         ///< [room] of a change in its bucket
+
+    CULLET_HOST_DEVICE std::uint32_t count() const { return removed.last + 1; }
+
+    CULLET_HOST_DEVICE std::uint32_t bucketOf(bool isRemoved, std::uint32_t firstId) const
+    {
+        const Kind& kind = isRemoved ? removed : added;
+        const std::uint32_t steps = firstId < leastId ? 0 : (firstId - leastId) >> kind.shift;
+        const std::uint32_t most = kind.last - kind.first;
+        return kind.first + (steps < most ? steps : most);
+    }
+};
+
 /// What follows the search, in one launch, since each part would take longer to start than to run: names the changes by
-/// unique ids, appends the pairs that enter to those that are held, frees the look-up table, and puts the counts in
-/// front of the changes, so that one copy brings both. Index i does change i and slot i.
+/// unique ids, appends the pairs that enter to those that are held, frees the look-up table, and reports the counts. Index
+/// i does change i and slot i.
 struct CloseUpdate
 {
     ChangeLists lists;
     IdBits bits;
-    std::uint64_t room;   ///< for changes
-    std::uint64_t* keys;  ///< [room, out] behind the last change: more than any key
-    Pair* report;         ///< [kReportPairs + room, out] the changes themselves 0
-
-    /// What the counts take, with one number behind them.
-    static constexpr std::uint64_t kReportPairs = sizeof(Counters) / sizeof(Pair) + 1;
-
-    static std::uint32_t* longRunsOf(Pair* report) { return &report[kReportPairs - 1].first; }
+    ChangeCounts room;
+    std::uint64_t* keys;    ///< [room, out] where there is no change, more than any key
+    Pair* changes;          ///< [room, out] 0
+    ChangeBuckets buckets;  ///< [out] counts and ranks; null: keys alone
+    UpdateReport* report;   ///< [out]
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
         const ListCounts counts = lists.counters->lists;
+        const bool isComplete = lists.areComplete(counts);
         if (i == 0)
-            reportCounts();
-        if (i <= lists.table.mask && lists.areComplete(counts))
+            tellCounts();
+        if (i <= lists.table.mask && isComplete)
             lists.table.slots[i] = LookupTable::kFree;
-        if (i >= room)
+        if (i >= room.total())
             return;
-        report[kReportPairs + i] = {};
-        keys[i] = ~0ull;
-        if (!lists.areComplete(counts))
+        changes[i] = {};
+        const bool isRemoved = i >= room.added;
+        const std::uint64_t k = isRemoved ? i - room.added : i;
+        if (!isComplete || k >= (isRemoved ? counts.removed : counts.added))
+        {
+            keys[i] = ~0ull;
             return;
-        if (i < counts.added)
-            enter(i, counts.kept);
-        else if (i - counts.added < counts.removed)
-            keys[i] = bits.laterKey() | keyOf(lists.removed[i - counts.added]);
+        }
+        const IdPair pair = isRemoved ? lists.removed[k] : lists.added[k];
+        if (!isRemoved && counts.kept + k < lists.keptRoom)
+        {
+            lists.kept[counts.kept + k] = pair;
+            lists.keptDepths[counts.kept + k] = 0;
+        }
+        name(i, isRemoved, pair);
     }
 
 private:
-    static_assert(sizeof(Counters) % sizeof(Pair) == 0, "counts take the place of whole pairs");
-
-    CULLET_HOST_DEVICE void reportCounts() const
+    CULLET_HOST_DEVICE void tellCounts() const
     {
-        Counters counters = *lists.counters;
-        counters.side = *lists.sides;
-        memcpy(report, &counters, sizeof(counters));
-        report[kReportPairs - 1] = {};
+        report->counters = *lists.counters;
+        report->counters.side = *lists.sides;
+        report->isOverfull = 0;
     }
 
-    CULLET_HOST_DEVICE void enter(std::uint64_t i, std::uint64_t kept) const
+    CULLET_HOST_DEVICE void name(std::uint64_t i, bool isRemoved, IdPair pair) const
     {
-        keys[i] = keyOf(lists.added[i]);
-        if (kept + i < lists.keptRoom)
-            lists.kept[kept + i] = lists.added[i];
+        const std::uint32_t a = lists.uniqueIds[pair.a];
+        const std::uint32_t b = lists.uniqueIds[pair.b];
+        const std::uint32_t first = a < b ? a : b;
+        keys[i] = std::uint64_t{first} << bits.bits | (a < b ? b : a);
+        if (buckets.counts != nullptr)
+            buckets.ranks[i] = fetchAdd(&buckets.counts[buckets.bucketOf(isRemoved, first)], 1u);
+    }
+};
+
+/// Changes in the order of their buckets.
+struct BucketOrder
+{
+    ChangeLists lists;
+    IdBits bits;
+    ChangeCounts room;
+    ChangeBuckets buckets;
+
+    /// How many changes there are to be put in order.
+    CULLET_HOST_DEVICE ChangeCounts counts() const
+    {
+        const ListCounts counts = lists.counters->lists;
+        if (!lists.areComplete(counts))
+            return {0, 0};
+        return ChangeCounts{counts.added, counts.removed}.atMost(room);
     }
 
-    CULLET_HOST_DEVICE std::uint64_t keyOf(IdPair pair) const
+    CULLET_HOST_DEVICE std::uint32_t bucketOf(bool isRemoved, std::uint64_t key) const
     {
-        const std::uint64_t a = lists.uniqueIds[pair.a];
-        const std::uint64_t b = lists.uniqueIds[pair.b];
-        return a < b ? a << bits.bits | b : b << bits.bits | a;
+        return buckets.bucketOf(isRemoved, bits.pairOf(key).first);
+    }
+};
+
+/// Puts change i to those of its bucket, and empties bucket i.
+struct FillBucket
+{
+    BucketOrder order;
+    const std::uint64_t* keys;  ///< [room] of CloseUpdate
+    std::uint64_t* byBucket;    ///< [changes, out]
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    {
+        if (i < order.buckets.count())
+            order.buckets.counts[i] = 0;
+        const ChangeCounts counts = order.counts();
+        const bool isRemoved = i >= order.room.added;
+        const std::uint64_t k = isRemoved ? i - order.room.added : i;
+        if (i < order.room.total() && k < (isRemoved ? counts.removed : counts.added))
+            byBucket[order.buckets.starts[order.bucketOf(isRemoved, keys[i])] + order.buckets.ranks[i]] =
+                keys[i];
+    }
+};
+
+/// Puts change i of those by bucket in order.
+struct OrderBucket
+{
+    /// So many changes in a bucket are too many.
+    static constexpr std::uint64_t kOverfull = 48;
+
+    BucketOrder order;
+    const std::uint64_t* byBucket;  ///< [changes] of FillBucket
+    Pair* changes;                  ///< [room, out] void where a bucket is overfull
+    UpdateReport* report;
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    {
+        const ChangeCounts counts = order.counts();
+        const bool isRemoved = i >= counts.added;
+        const std::uint64_t begin = isRemoved ? counts.added : 0;
+        const std::uint64_t end = isRemoved ? counts.total() : counts.added;
+        if (i >= end)
+            return;
+        const std::uint64_t key = byBucket[i];
+        const std::uint32_t bucket = order.bucketOf(isRemoved, key);
+        const auto isInBucket = [&](std::uint64_t k)
+        { return order.bucketOf(isRemoved, byBucket[k]) == bucket; };
+        std::uint64_t smaller = 0;
+        std::uint64_t first = i;
+        for (; first > begin && i - first < kOverfull && isInBucket(first - 1); --first)
+            smaller += byBucket[first - 1] < key ? 1 : 0;
+        std::uint64_t last = i + 1;
+        for (; last < end && last - first < kOverfull && isInBucket(last); ++last)
+            smaller += byBucket[last] < key ? 1 : 0;
+        if (last - first >= kOverfull)
+            report->isOverfull = 1;
+        else
+            changes[(isRemoved ? order.room.added - counts.added : 0) + first + smaller] =
+                order.bits.pairOf(key);
     }
 };
 
@@ -131,49 +257,74 @@ struct UnpackKey
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const { pairs[i] = bits.pairOf(keys[i]); }
 };
 
-/// Finishes an order by kind and first id alone: unpacks key i at its place among those of the same first id.
-struct OrderRun
+/// The first ids of some changes: about those of the next update.
+struct FirstIds
 {
-    /// So many keys of one first id are too many.
-    static constexpr std::uint64_t kLongest = 32;
+    static constexpr std::uint32_t kAnyId = 0xffffffffu;
 
-    const std::uint64_t* keys;  ///< [room] ordered but for the second id
-    std::uint64_t room;
-    const Counters* counters;
-    IdBits bits;
-    Pair* ordered;            ///< [room, out] void where there is a longer run
-    std::uint32_t* longRuns;  ///< their number
+    std::uint32_t least = 0;
+    std::uint32_t most = kAnyId;
 
-    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    bool areKnown() const { return most != kAnyId; }
+
+    /// Some more on both sides; any id, where changes are so few that they tell nothing.
+    static FirstIds of(const PairDelta& delta)
     {
-        const std::uint64_t changes = counters->lists.added + counters->lists.removed;
-        const std::uint64_t count = changes < room ? changes : room;
-        if (i >= count)
-            return;
-        const std::uint64_t key = keys[i];
-        std::uint64_t smaller = 0;
-        std::uint64_t before = 0;
-        for (; before < kLongest && before < i && isInRun(key, i - before - 1); ++before)
-            smaller += keys[i - before - 1] < key ? 1 : 0;
-        std::uint64_t behind = 1;
-        for (; behind < kLongest && i + behind < count && isInRun(key, i + behind); ++behind)
-            smaller += keys[i + behind] < key ? 1 : 0;
-        if (before == kLongest)
-            return;
-        if (behind < kLongest)
-            ordered[i - before + smaller] = bits.pairOf(key);
-        else if (before == 0)
-            fetchAdd(longRuns, 1u);
+        if (delta.added.size() + delta.removed.size() < kFew)
+            return {};
+        FirstIds ids = {kAnyId, 0};
+        for (const Pairs* pairs : {&delta.added, &delta.removed})
+        {
+            if (pairs->empty())
+                continue;
+            ids.least = std::min(ids.least, pairs->front().first);
+            ids.most = std::max(ids.most, pairs->back().first);
+        }
+        const std::uint32_t more = (ids.most - ids.least) / 8;
+        return {ids.least - std::min(more, ids.least), ids.most + std::min(more, kAnyId - 1 - ids.most)};
     }
 
 private:
-    CULLET_HOST_DEVICE bool isInRun(std::uint64_t key, std::uint64_t i) const
-    {
-        return keys[i] >> bits.bits == key >> bits.bits;
-    }
+    static constexpr std::size_t kFew = 256;
 };
 
-/// Names the changes of an update, and sorts and fetches the names.
+/// Where one list of changes comes to on the CPU.
+template <class Exec>
+class FetchedPairs
+{
+public:
+    /// Asks for a list, which is there after Exec::wait().
+    ///
+    /// @param room of the list, in an executor's memory
+    /// @param pairs [out] not touched before take()
+    void enqueue(Exec& exec, const Pair* list, std::uint64_t room, Pairs& pairs)
+    {
+        pairs.resize(room);
+        // Memory that comes back is worth locking; what comes once is faster copied.
+        m_isDirect = pairs.data() == m_last && exec.canDownloadTo(pairs.data(), pairs.capacity());
+        m_last = pairs.data();
+        if (m_isDirect)
+            return exec.download(pairs.data(), list, room);
+        exec.reserve(m_staged, std::max<std::uint64_t>(room, 1));
+        exec.download(m_staged.data(), list, room);
+    }
+
+    /// After Exec::wait().
+    void take(std::uint64_t count, Pairs& pairs) const
+    {
+        if (m_isDirect)
+            pairs.resize(count);
+        else
+            pairs.assign(m_staged.data(), m_staged.data() + count);
+    }
+
+private:
+    typename Exec::template Staging<Pair> m_staged;
+    const Pair* m_last = nullptr;
+    bool m_isDirect = false;
+};
+
+/// Names the changes of an update, puts them in order and fetches them.
 ///
 /// How many there are, the CPU does not know before they are there: as many are sent for as the last updates had and
 /// some more, so that an update waits for the executor once. Where that was not enough they are sent for again.
@@ -182,105 +333,149 @@ class ChangeNames
 {
 public:
     explicit ChangeNames(std::uint64_t initialCapacity)
-        : m_least(std::max<std::uint64_t>(initialCapacity, 1)), m_expected(m_least)
+        : m_least(std::max<std::uint64_t>(initialCapacity, 1)), m_expected{m_least, m_least}
     {
     }
 
     /// Asks for the changes, which are there after Exec::wait().
     ///
     /// @param largestId of all unique ids
-    void enqueue(Exec& exec, const ChangeLists& lists, std::uint32_t largestId)
+    /// @param delta [out] of no use before take()
+    void enqueue(Exec& exec, const ChangeLists& lists, std::uint32_t largestId, PairDelta& delta)
     {
-        const IdBits bits = IdBits::forIds(largestId);
-        // Two kinds of pairs in one array are sorted apart, which takes their numbers.
-        enqueue(exec, lists, bits, bits.hasLaterKey() ? m_expected : 0, 0);
+        enqueue(exec, lists, largestId, m_expected, delta);
     }
 
     /// What the update counted. Only after enqueue() and Exec::wait().
-    Counters counters() const
-    {
-        Counters counters;
-        std::memcpy(&counters, m_staged.data(), sizeof(counters));
-        return counters;
-    }
+    const Counters& counters() const { return m_report.data()->counters; }
 
     /// Takes the changes; asks again and waits where more were found than expected, or some are not in order.
     ///
     /// @param lists complete
     /// @param isVoid the lists are not those of enqueue()
-    /// @param delta [out]
+    /// @param delta [out] the one of enqueue()
     void take(Exec& exec, const ChangeLists& lists, std::uint32_t largestId, bool isVoid, PairDelta& delta)
     {
-        const ListCounts counts = counters().lists;
-        const std::uint64_t count = counts.added + counts.removed;
-        while (isVoid || count > m_room || longRuns() != 0)
+        const ChangeCounts counts = {counters().lists.added, counters().lists.removed};
+        while (isVoid || counts.added > m_room.added || counts.removed > m_room.removed || isOverfull())
         {
-            m_updatesToSkip = longRuns() != 0 ? kUpdatesToSkip : m_updatesToSkip;
-            enqueue(exec, lists, IdBits::forIds(largestId), std::max<std::uint64_t>(count, 1), counts.added);
+            if (isOverfull())
+                m_updatesToSkip = m_firstIds.areKnown() ? kUpdatesToSkip : 1;
+            enqueue(exec, lists, largestId, counts, delta);
             exec.wait();
             isVoid = false;
         }
-        const Pair* pairs = m_staged.data() + CloseUpdate::kReportPairs;
-        delta.added.assign(pairs, pairs + counts.added);
-        delta.removed.assign(pairs + counts.added, pairs + count);
+        m_added.take(counts.added, delta.added);
+        m_removed.take(counts.removed, delta.removed);
+        m_firstIds = FirstIds::of(delta);
         m_updatesToSkip -= m_updatesToSkip > 0 ? 1 : 0;
-        if (count > m_expected || count < m_expected / 2)
-            m_expected = std::max(m_least, count + count / 4);
+        expect(counts.added, m_expected.added);
+        expect(counts.removed, m_expected.removed);
     }
+
+    /// What was counted may be left over from an update that failed.
+    void recover() { m_bucketCount = 0; }
 
 private:
     template <class T>
     using Buffer = typename Exec::template Buffer<T>;
 
-    // Fewer are sorted in one launch, whatever their length.
-    static constexpr std::uint64_t kKeysForRuns = 4096;
+    static constexpr std::uint64_t kChangesPerBucket = 2;
+    static constexpr std::uint32_t kFewestBuckets = 128;
     // A box that changed many pairs may do so in the next updates.
     static constexpr std::uint32_t kUpdatesToSkip = 16;
 
-    std::uint32_t longRuns() const { return *CloseUpdate::longRunsOf(m_staged.data()); }
+    bool isOverfull() const { return m_report.data()->isOverfull != 0; }
 
-    /// @param room  for changes
-    /// @param added of them, where that matters
-    void enqueue(Exec& exec, const ChangeLists& lists, IdBits bits, std::uint64_t room, std::uint64_t added)
+    void expect(std::uint64_t count, std::uint64_t& expected) const
     {
-        m_room = room;
-        for (Buffer<std::uint64_t>& keys : m_keys)
-            exec.reserve(keys, room);
-        const std::uint64_t reported = CloseUpdate::kReportPairs + room;
-        exec.reserve(m_report, reported);
-        exec.reserve(m_staged, reported);
-        exec.forEach(std::max(room, lists.table.mask + 1),
-                     CloseUpdate{lists, bits, room, m_keys[0].data(), m_report.data()});
-        order(exec, lists.counters, bits, bits.hasLaterKey() ? room : added);
-        exec.download(m_staged.data(), m_report.data(), reported);
+        if (count > expected || count < expected / 2)
+            expected = std::max(m_least, count + count / 4);
     }
 
-    /// Sorts the keys and unpacks them. Many are sorted by half of each key, and the few of the same first id by
-    /// themselves: half of the passes of a radix sort.
-    ///
-    /// @param together so many keys in one sort, the others in another
-    void order(Exec& exec, const Counters* counters, IdBits bits, std::uint64_t together)
+    void enqueue(Exec& exec, const ChangeLists& lists, std::uint32_t largestId, ChangeCounts room,
+                 PairDelta& delta)
     {
-        const bool isByRuns = m_room >= kKeysForRuns && bits.hasLaterKey() && m_updatesToSkip == 0;
-        const int firstBit = isByRuns ? static_cast<int>(bits.bits) : 0;
+        const IdBits bits = IdBits::forIds(largestId);
+        m_room = room;
+        for (Buffer<std::uint64_t>& keys : m_keys)
+            exec.reserve(keys, room.total());
+        exec.reserve(m_changes, room.total());
+        exec.reserve(m_report, 1);
+        if (m_updatesToSkip == 0)
+            orderByBuckets(exec, {lists, bits, room, bucketsFor(exec, largestId)});
+        else
+            sort(exec, lists, bits);
+        m_added.enqueue(exec, m_changes.data(), room.added, delta.added);
+        m_removed.enqueue(exec, m_changes.data() + room.added, room.removed, delta.removed);
+    }
+
+    void close(Exec& exec, const ChangeLists& lists, IdBits bits, const ChangeBuckets& buckets)
+    {
+        exec.forEach(std::max(m_room.total(), lists.table.mask + 1),
+                     CloseUpdate{lists, bits, m_room, m_keys[0].data(), m_changes.data(), buckets,
+                                 exec.mappedForWriting(m_report.data())});
+    }
+
+    void orderByBuckets(Exec& exec, const BucketOrder& order)
+    {
+        close(exec, order.lists, order.bits, order.buckets);
+        exec.scan(order.buckets.counts, m_starts.data(), order.buckets.count());
+        exec.forEach(std::max<std::uint64_t>(m_room.total(), order.buckets.count()),
+                     FillBucket{order, m_keys[0].data(), m_keys[1].data()});
+        exec.forEach(m_room.total(), OrderBucket{order, m_keys[1].data(), m_changes.data(),
+                                                 exec.mappedForWriting(m_report.data())});
+    }
+
+    ChangeBuckets bucketsFor(Exec& exec, std::uint32_t largestId)
+    {
+        const std::uint32_t most = std::min(m_firstIds.most, largestId);
+        const std::uint32_t least = std::min(m_firstIds.least, most);
+        const ChangeBuckets::Kind added = kindFor(0, m_room.added, most - least);
+        const ChangeBuckets::Kind removed = kindFor(added.last + 1, m_room.removed, most - least);
+        const std::uint32_t count = removed.last + 1;
+        exec.reserve(m_counts, count);
+        exec.reserve(m_starts, count);
+        exec.reserve(m_ranks, m_room.total());
+        // Otherwise the last update has left them empty.
+        if (count != m_bucketCount)
+            exec.clear(m_counts.data(), count);
+        m_bucketCount = count;
+        return {added, removed, least, m_counts.data(), m_starts.data(), m_ranks.data()};
+    }
+
+    /// @param span of first ids
+    static ChangeBuckets::Kind kindFor(std::uint32_t first, std::uint64_t room, std::uint32_t span)
+    {
+        std::uint32_t count = kFewestBuckets;
+        while (count * kChangesPerBucket < room)
+            count *= 2;
+        std::uint32_t shift = 0;
+        while (span >> shift >= count)
+            ++shift;
+        return {first, first + count - 1, shift};
+    }
+
+    void sort(Exec& exec, const ChangeLists& lists, IdBits bits)
+    {
+        close(exec, lists, bits, {});
         const std::uint64_t* keys = m_keys[0].data();
         std::uint64_t* sorted = m_keys[1].data();
-        exec.sortKeys(keys, sorted, together, firstBit, bits.keyBits());
-        exec.sortKeys(keys + together, sorted + together, m_room - together, firstBit, bits.keyBits());
-        Pair* ordered = m_report.data() + CloseUpdate::kReportPairs;
-        if (isByRuns)
-            exec.forEach(m_room, OrderRun{sorted, m_room, counters, bits, ordered,
-                                          CloseUpdate::longRunsOf(m_report.data())});
-        else
-            exec.forEach(m_room, UnpackKey{sorted, bits, ordered});
+        exec.sortKeys(keys, sorted, m_room.added, 0, bits.keyBits());
+        exec.sortKeys(keys + m_room.added, sorted + m_room.added, m_room.removed, 0, bits.keyBits());
+        exec.forEach(m_room.total(), UnpackKey{sorted, bits, m_changes.data()});
     }
 
     std::uint64_t m_least;
-    std::uint64_t m_expected;  ///< changes of the next update
-    std::uint64_t m_room = 0;  ///< for changes, in the last call
+    ChangeCounts m_expected;  ///< changes of the next update
+    ChangeCounts m_room{};    ///< for changes, in the last call
+    FirstIds m_firstIds;      ///< expected
     std::uint32_t m_updatesToSkip = 0;
-    Buffer<std::uint64_t> m_keys[2];  ///< as made, and sorted
-    Buffer<Pair> m_report;
-    typename Exec::template Staging<Pair> m_staged;
+    std::uint32_t m_bucketCount = 0;
+    Buffer<std::uint32_t> m_counts, m_starts, m_ranks;
+    Buffer<std::uint64_t> m_keys[2];  ///< as made, and in order
+    Buffer<Pair> m_changes;
+    FetchedPairs<Exec> m_added, m_removed;
+    typename Exec::template Staging<UpdateReport> m_report;
 };
 }  // namespace cullet::psap

@@ -53,7 +53,7 @@ struct PairList
             pairs[slot] = pair;
     }
 
-private:
+    /// @return where a pair may be put, if there is room
     CULLET_HOST_DEVICE std::uint64_t claimSlot() const
     {
 #ifdef __CUDA_ARCH__
@@ -69,6 +69,22 @@ private:
 #else
         return fetchAdd(count, std::uint64_t{1});
 #endif
+    }
+};
+
+/// Pairs, and by how much the boxes of each overlap at the least.
+struct DepthList
+{
+    PairList pairs;
+    float* depths;  ///< [pairs.capacity]
+
+    CULLET_HOST_DEVICE void push(IdPair pair, float depth) const
+    {
+        const std::uint64_t slot = pairs.claimSlot();
+        if (slot >= pairs.capacity)
+            return;
+        pairs.pairs[slot] = pair;
+        depths[slot] = depth;
     }
 };
 
@@ -120,23 +136,24 @@ struct LookupTable
     }
 };
 
-/// The length that two boxes share on the axis where that is shortest; negative when they are apart.
-CULLET_HOST_DEVICE inline float overlapOf(const Aabb& a, const Aabb& b)
-{
-    float shortest = kInfinity;
-    for (int axis = 0; axis < 3; ++axis)
-    {
-        const float low = a.min[axis] > b.min[axis] ? a.min[axis] : b.min[axis];
-        const float high = a.max[axis] < b.max[axis] ? a.max[axis] : b.max[axis];
-        shortest = high - low < shortest ? high - low : shortest;
-    }
-    return shortest;
-}
-
 /// Two boxes that overlap by more have not come together by going so far, both together; a little more for rounding.
 CULLET_HOST_DEVICE inline float deeperThan(float ways)
 {
     return 1.0001f * ways;
+}
+
+/// A depth is no more than this after it was computed and rounded.
+CULLET_HOST_DEVICE inline float depthOf(float overlap)
+{
+    return overlap * (1 - 0x1p-22f);
+}
+
+/// What is left at least of the depth of two boxes; positive: they still overlap.
+///
+/// @param gone as deeperThan() has it
+CULLET_HOST_DEVICE inline float depthLeft(float depth, float gone)
+{
+    return depthOf(depth - gone);
 }
 
 /// The boxes of this update and of the last one, by row; empty ones are nowhere().
@@ -337,34 +354,48 @@ struct RowSpan
 };
 inline constexpr RowSpan kAllRows = {0, 0xffffffffu};
 
-/// Decides about held pair i: it stays, and is open or not, or it leaves.
+/// Decides about held pair i: it stays, and is open or not, or it leaves. Boxes that overlapped by more than any has gone since
+/// are not looked at; they overlapped in the last update too, and so are not open.
 ///
 /// Several steps may share the pairs, each deciding about those whose later row lies in its span, as soon as the rows up to
 /// there have come. BoxHistory::motion may still lack later rows: it is enough that it covers both rows of a pair.
 struct SettleHeld
 {
     const IdPair* held;
+    const float* depths;  ///< as DepthList has it
     BoxHistory boxes;
     float margin;
     bool isLoose;  ///< the margin is no smaller than in the last update
     RowSpan span;
     LookupTable open;
 
+    struct Item
+    {
+        IdPair pair;
+        float depth;
+        bool isPair;
+    };
+    CULLET_HOST_DEVICE Item read(std::uint64_t i) const { return {held[i], depths[i], true}; }
+
     /// @param kept    receives the pair when it stays
     /// @param removed receives it when it leaves
     template <class Kept, class Removed>
-    CULLET_HOST_DEVICE void operator()(std::uint64_t i, bool isIndex, Kept& kept, Removed& removed) const
+    CULLET_HOST_DEVICE void operator()(const Item& item, Kept& kept, Removed& removed) const
     {
-        const IdPair pair = isIndex ? held[i] : IdPair{};
-        const bool isMine = isIndex && span.contains(pair.a > pair.b ? pair.a : pair.b);
-        const bool isStaying = isMine && stays(pair);
-        kept.append(isStaying, pair);
+        const IdPair pair = item.pair;
+        const bool isMine = item.isPair && span.contains(pair.a > pair.b ? pair.a : pair.b);
+        float depth = depthLeft(item.depth, boxes.deepEnough());
+        const bool isStaying = isMine && (depth > 0 || stays(item, depth));
+        kept.append(isStaying, pair, depth);
         removed.append(isMine && !isStaying, pair);
     }
 
 private:
-    CULLET_HOST_DEVICE bool stays(IdPair pair) const
+    /// @param depth [out]
+    CULLET_HOST_DEVICE bool stays(const Item& item, float& depth) const
     {
+        const IdPair pair = item.pair;
+        depth = item.depth;
         if (isLoose && !boxes.retestAll && boxes.changesOf(pair) == 0)
             return true;
         const Aabb a = loadBox(boxes.now, pair.a);
@@ -373,9 +404,10 @@ private:
         if (!isValid(a) || !isValid(b) || !overlapsWithMargin(a, b, margin))
             return false;
         // What the search does not find, or finds without asking, it does not look up.
-        const float depth = overlapOf(a, b);
-        if (depth >= 0 && !boxes.wereOverlapping(depth) && boxes.isOpen(pair))
+        const float overlap = overlapOf(a, b);
+        if (overlap >= 0 && !boxes.wereOverlapping(overlap) && boxes.isOpen(pair))
             open.insert(pair);
+        depth = depthOf(overlap);
         return true;
     }
 };

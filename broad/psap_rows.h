@@ -14,12 +14,6 @@
 /// for another frame, or from a sample, costs time only.
 namespace cullet::psap
 {
-/// What two intervals share; negative when they are apart.
-CULLET_HOST_DEVICE inline float sharedLength(float a0, float a1, float b0, float b1)
-{
-    return (a1 < b1 ? a1 : b1) - (a0 > b0 ? a0 : b0);
-}
-
 /// overlapOf() two boxes.
 CULLET_HOST_DEVICE inline float overlapOf(const RowRecord& a, const RowRecord& b)
 {

@@ -53,7 +53,7 @@ RowGridBackend::RowGridBackend(const GridOptions& options)
 
 RowGridBackend::~RowGridBackend() = default;
 
-void RowGridBackend::restart(const std::vector<Pair>& known)
+void RowGridBackend::restart(const Pairs& known)
 {
     m_known = known;
     m_restarted = true;

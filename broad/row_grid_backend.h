@@ -46,7 +46,7 @@ public:
     ~RowGridBackend() override;
 
     Status update(const ProxyView& proxies, PairDelta& delta) override;
-    void restart(const std::vector<Pair>& known) override;
+    void restart(const Pairs& known) override;
     const char* name() const noexcept override { return "grid"; }
     BackendStats stats() const override;
     void forEachCell(const CellVisitor& visit) const override;
@@ -224,7 +224,7 @@ private:
     Mode m_mode = Mode::Moving;
     bool m_restarted = true;
     bool m_hadFilter = false;
-    std::vector<Pair> m_known;  ///< pairs handed over by restart()
+    Pairs m_known;  ///< pairs handed over by restart()
     HugeVector<Aabb>
         m_reference;  ///< [rows] boxes of the last update (moving), or centre of the shell (settled)
     std::vector<RowState> m_states;  ///< [rows] meaningful when settled

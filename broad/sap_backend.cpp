@@ -41,7 +41,7 @@ void SapBackend::OpenIntervals::remove(std::uint32_t row, std::vector<std::uint3
     boxes.pop_back();
 }
 
-void SapBackend::restart(const std::vector<Pair>& known)
+void SapBackend::restart(const Pairs& known)
 {
     m_known = known;
     m_isFresh = true;

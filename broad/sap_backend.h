@@ -26,7 +26,7 @@ class SapBackend final : public Backend
 {
 public:
     Status update(const ProxyView& proxies, PairDelta& delta) override;
-    void restart(const std::vector<Pair>& known) override;
+    void restart(const Pairs& known) override;
     const char* name() const noexcept override { return "sap"; }
     BackendStats stats() const override;
 
@@ -68,9 +68,9 @@ private:
     std::vector<std::uint32_t> m_openPlaces;  ///< by row
 
     bool m_isFresh = true;
-    float m_margin = 0.0f;      ///< of the last update
-    std::vector<Pair> m_known;  ///< of restart(), until the next update
-    std::vector<Pair> m_vanished;
+    float m_margin = 0.0f;  ///< of the last update
+    Pairs m_known;          ///< of restart(), until the next update
+    Pairs m_vanished;
     BackendStats m_stats;
 };
 }  // namespace cullet

@@ -8,11 +8,11 @@
 namespace cullet
 {
 /// Gives back the room of a vector that serves update after update, when it uses little of what a rare large one took.
-template <class T>
-void trimRoom(std::vector<T>& vector)
+template <class T, class Allocator>
+void trimRoom(std::vector<T, Allocator>& vector)
 {
     constexpr std::size_t kSmall = 4096;
     if (vector.capacity() > kSmall && vector.capacity() / 8 > vector.size())
-        std::vector<T>(vector).swap(vector);
+        std::vector<T, Allocator>(vector).swap(vector);
 }
 }  // namespace cullet

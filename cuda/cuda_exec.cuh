@@ -142,6 +142,14 @@ public:
     {
         return lockPages(memory, count * sizeof(T));
     }
+    /// Whether download() may write into that memory directly, with nobody else looking before the next wait().
+    ///
+    /// @param memory [count] from BoxAllocator
+    template <class T>
+    bool canDownloadTo(const T* memory, std::uint64_t count) const
+    {
+        return lockPages(memory, count * sizeof(T));
+    }
     /// Uploads in parts, on a stream of their own: what is launched meanwhile does not wait for them.
     template <class T>
     void uploadParts(T* to, const T* from, std::uint64_t count, std::uint64_t part)
@@ -162,10 +170,16 @@ public:
     template <class T>
     const T* mapped(const T* memory, std::uint64_t count)
     {
-        void* address = nullptr;
-        CULLET_CUDA_TRY(cudaHostGetDevicePointer(&address, const_cast<T*>(memory), 0));
         m_bytesMoved += count * sizeof(T);
-        return static_cast<const T*>(address);
+        return mappedForWriting(const_cast<T*>(memory));
+    }
+    /// The same for what steps write.
+    template <class T>
+    T* mappedForWriting(T* memory) const
+    {
+        void* address = nullptr;
+        CULLET_CUDA_TRY(cudaHostGetDevicePointer(&address, memory, 0));
+        return static_cast<T*>(address);
     }
     /// What is launched from now on waits for that part.
     void awaitPart(std::uint64_t part) { m_parts.await(m_stream, part); }
@@ -282,15 +296,15 @@ public:
         launch(runTogether<Step>, count, kEmitThreads, count, step, list);
     }
 
-    template <class Step>
-    void forEachParted(std::uint64_t count, const Step& step, const PairList& first, const PairList& second)
+    template <class Step, class List>
+    void forEachParted(std::uint64_t count, const Step& step, const List& first, const PairList& second)
     {
         // Fewer have no time to lose, and multiprocessors to spare.
         if (count < kManyShort)
-            launch(runParted<1, Step>, count, kEmitThreads, count, step, first, second);
+            launch(runParted<1, Step, List>, count, kEmitThreads, count, step, first, second);
         else
-            launch(runParted<kEachShort, Step>, (count + kEachShort - 1) / kEachShort, kEmitThreads, count,
-                   step, first, second);
+            launch(runParted<kEachShort, Step, List>, (count + kEachShort - 1) / kEachShort, kEmitThreads,
+                   count, step, first, second);
     }
 
     template <class Step>

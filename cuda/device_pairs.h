@@ -87,7 +87,7 @@ struct DeviceDeltasAhead
 /// Row i of the boxes is the same body in every enqueue(); rows that were not there before enter, and the pairs of rows
 /// that are not there any more leave.
 ///
-/// Takes 64 bytes of device memory a box and 27 a pair beside those of the search. Nothing is sorted or compared pair by
+/// Takes 64 bytes of device memory a box and 36 a pair beside those of the search. Nothing is sorted or compared pair by
 /// pair: what overlapped before is told by the boxes of the last enqueue(), of which the finder keeps a copy.
 class CULLET_API DeviceDeltaFinder
 {

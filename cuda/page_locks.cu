@@ -14,7 +14,7 @@ namespace cullet
 namespace
 {
 // Locking takes as long as copying a few megabytes, once for an array; packing 64 KiB in each update takes longer.
-constexpr std::uint64_t kFewestBytes = 1u << 16;
+constexpr std::uint64_t kFewestBytes = kLockableBytes;
 
 /// What is locked, or could not be, by address.
 class PageLocks

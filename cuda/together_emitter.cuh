@@ -13,8 +13,11 @@ inline constexpr unsigned kEmitThreads = 128;
 /// Appends pairs that a warp holds in shared memory; all its lanes call.
 ///
 /// @param pairAt(k) gives the k-th as it lies in memory: as two numbers, it would be written twice
-template <class PairAt>
-__device__ void appendTogether(const PairList& list, unsigned count, const PairAt& pairAt)
+/// @param depthAt(k) by how much its boxes overlap
+/// @param depths [list.capacity, out] null: not asked for
+template <class PairAt, class DepthAt>
+__device__ void appendTogether(const PairList& list, unsigned count, const PairAt& pairAt, float* depths,
+                               const DepthAt& depthAt)
 {
     const unsigned lane = threadIdx.x % 32;
     unsigned long long base = 0;
@@ -24,9 +27,17 @@ __device__ void appendTogether(const PairList& list, unsigned count, const PairA
     auto* to = reinterpret_cast<uint2*>(list.pairs);
     for (unsigned k = lane; k < count; k += 32)
     {
-        if (base + k < list.capacity)
-            to[base + k] = pairAt(k);
+        if (base + k >= list.capacity)
+            continue;
+        to[base + k] = pairAt(k);
+        if (depths != nullptr)
+            depths[base + k] = depthAt(k);
     }
+}
+template <class PairAt>
+__device__ void appendTogether(const PairList& list, unsigned count, const PairAt& pairAt)
+{
+    appendTogether(list, count, pairAt, nullptr, [](unsigned) { return 0.0f; });
 }
 
 /// Where something lies in shared memory, as a number that stays in a register. It comes by way of a shuffle, so that
@@ -112,6 +123,77 @@ private:
         __syncwarp();
         held = 0;
     }
+};
+
+/// The same for pairs with depths.
+template <unsigned kPairs>
+struct DepthEmitter
+{
+    static constexpr unsigned kRoom = kPairs;
+    static constexpr unsigned kAll = 0xffffffffu;
+
+    std::uint32_t buffer;  ///< [kRoom] pairs of the warp, then their depths: an address in shared memory
+    unsigned held;         ///< in the buffer, the same in all lanes
+    DepthList list;
+
+    /// @param room [kRoom + kRoom / 2] of the warp
+    __device__ DepthEmitter(const IdPair* room, const DepthList& whole)
+        : buffer(addressInShared(room)), held(0), list(whole)
+    {
+    }
+
+    __device__ void append(bool isMine, IdPair pair, float depth)
+    {
+        const unsigned lanes = __ballot_sync(kAll, isMine);
+        const unsigned k = held + countBefore(lanes);
+        if (isMine)
+        {
+            storeShared(pairAt(k), pair);
+            storeShared(depthAt(k), __float_as_uint(depth));
+        }
+        held += __popc(lanes);
+        if (held > kRoom - 32)
+            flush();
+    }
+    /// Writes out what there is.
+    __device__ void finish()
+    {
+        if (held != 0)
+            flush();
+    }
+
+private:
+    __device__ std::uint32_t pairAt(unsigned k) const { return buffer + sizeof(IdPair) * k; }
+    __device__ std::uint32_t depthAt(unsigned k) const
+    {
+        return buffer + sizeof(IdPair) * kRoom + sizeof(float) * k;
+    }
+
+    __device__ void flush()
+    {
+        __syncwarp();
+        appendTogether(
+            list.pairs, held, [&](unsigned k) { return loadSharedPair(pairAt(k)); }, list.depths,
+            [&](unsigned k) { return __uint_as_float(loadShared(depthAt(k))); });
+        __syncwarp();
+        held = 0;
+    }
+};
+
+/// What a step sees of a list.
+template <class List, unsigned kPairs>
+struct EmitterFor : TogetherEmitter<kPairs>
+{
+    static constexpr unsigned kSlots = kPairs;  ///< for a warp
+
+    using TogetherEmitter<kPairs>::TogetherEmitter;
+};
+template <unsigned kPairs>
+struct EmitterFor<DepthList, kPairs> : DepthEmitter<kPairs>
+{
+    static constexpr unsigned kSlots = kPairs + kPairs / 2;
+
+    using DepthEmitter<kPairs>::DepthEmitter;
 };
 
 /// The same for a step that keeps some of what it finds for a while.

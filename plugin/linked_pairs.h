@@ -24,7 +24,7 @@ public:
     static constexpr std::uint32_t kNone = PairHash::kNone;
 
     std::size_t size() const noexcept { return m_pairs.size(); }
-    const std::vector<Pair>& pairs() const noexcept { return m_pairs; }
+    const Pairs& pairs() const noexcept { return m_pairs; }
     std::uint8_t tag(std::uint32_t index) const noexcept { return m_tags[index]; }
     void setTag(std::uint32_t index, std::uint8_t tag) noexcept { m_tags[index] = tag; }
 
@@ -55,7 +55,7 @@ private:
     void makeRoom();
     void eraseAt(std::uint32_t index) noexcept;
 
-    std::vector<Pair> m_pairs;
+    Pairs m_pairs;
     std::vector<std::uint8_t> m_tags;
     PairHash m_hash;  // of the pair -> index
     PairLinks m_links;

@@ -15,7 +15,7 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-void sortUnique(std::vector<Pair>& pairs)
+void sortUnique(Pairs& pairs)
 {
     std::sort(pairs.begin(), pairs.end());
     pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());

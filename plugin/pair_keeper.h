@@ -73,8 +73,8 @@ private:
     LinkedPairs m_provisional;
 
     PairDelta m_delta;
-    std::vector<Pair> m_due;  // pending pairs to look at again
-    std::vector<Pair> m_scratch;
+    Pairs m_due;  // pending pairs to look at again
+    Pairs m_scratch;
     std::vector<ProxyPair> m_batch;
 
     const btOverlapFilterCallback* m_filter = nullptr;  // as of the last update

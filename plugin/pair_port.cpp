@@ -107,7 +107,7 @@ void PairPort::removeLinearly(IsRemoved isRemoved, btDispatcher* dispatcher)
     m_cache->processAllOverlappingPairs(&callback, dispatcher);
 }
 
-void PairPort::remove(const std::vector<Pair>& pairs, const ProxyStore& store, btDispatcher* dispatcher)
+void PairPort::remove(const Pairs& pairs, const ProxyStore& store, btDispatcher* dispatcher)
 {
     if (pairs.empty())
         return;

@@ -63,7 +63,7 @@ public:
     void reserveMore(std::size_t pairCount);
 
     /// Removes the pairs that are there, in order; ids that no longer live are skipped. @pre sorted
-    void remove(const std::vector<Pair>& pairs, const ProxyStore& store, btDispatcher* dispatcher);
+    void remove(const Pairs& pairs, const ProxyStore& store, btDispatcher* dispatcher);
 
     /// Removes every pair of a proxy, which is still intact.
     void removePairsOf(btBroadphaseProxy& proxy, btDispatcher* dispatcher);

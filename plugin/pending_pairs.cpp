@@ -55,7 +55,7 @@ bool PendingPairs::isFreshlyRefused(Pair pair, std::uint32_t rowFirst, std::uint
            encloses(m_leaves[rowFirst], boxes[rowFirst]) && encloses(m_leaves[rowSecond], boxes[rowSecond]);
 }
 
-void PendingPairs::collectDueOf(std::uint32_t uniqueId, bool isAskedAgain, std::vector<Pair>& due) const
+void PendingPairs::collectDueOf(std::uint32_t uniqueId, bool isAskedAgain, Pairs& due) const
 {
     m_set.forEachOf(uniqueId,
                     [&](std::uint32_t index)
@@ -65,7 +65,7 @@ void PendingPairs::collectDueOf(std::uint32_t uniqueId, bool isAskedAgain, std::
                     });
 }
 
-void PendingPairs::collectDue(const ProxyView& view, std::vector<Pair>& due)
+void PendingPairs::collectDue(const ProxyView& view, Pairs& due)
 {
     if (m_set.size() == 0)
         return;

@@ -43,16 +43,16 @@ public:
                           const Aabb* boxes) const;
 
     /// Appends the pairs that the changes of the view give reason to look at again, each at least once.
-    void collectDue(const ProxyView& view, std::vector<Pair>& due);
+    void collectDue(const ProxyView& view, Pairs& due);
 
-    const std::vector<Pair>& pairs() const noexcept { return m_set.pairs(); }
+    const Pairs& pairs() const noexcept { return m_set.pairs(); }
     std::size_t size() const noexcept { return m_set.size(); }
     std::uint64_t bytes() const noexcept { return m_set.bytes() + m_leaves.capacity() * sizeof(Aabb); }
     void clear();
 
 private:
     void startLeaf(std::uint32_t uniqueId, std::uint32_t row, const Aabb* boxes, float margin);
-    void collectDueOf(std::uint32_t uniqueId, bool isAskedAgain, std::vector<Pair>& due) const;
+    void collectDueOf(std::uint32_t uniqueId, bool isAskedAgain, Pairs& due) const;
 
     LinkedPairs m_set;
     std::vector<Aabb> m_leaves;  // by row, for rows with pairs: the grown box

@@ -100,8 +100,8 @@ private:
     WorkerPool m_workers;
     ProxyTable m_table;
     PairDelta m_delta;
-    std::vector<Pair> m_pairs;
-    std::vector<Pair> m_next;
+    Pairs m_pairs;
+    Pairs m_next;
 };
 }  // namespace
 

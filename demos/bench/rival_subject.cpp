@@ -49,7 +49,7 @@ public:
 private:
     std::unique_ptr<Rival> m_rival;
     int m_threads;
-    std::vector<Pair> m_pairs;
+    Pairs m_pairs;
 };
 
 int threadsOf(const SubjectRequest& request)

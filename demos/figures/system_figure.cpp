@@ -155,7 +155,7 @@ private:
     TraceLane m_trace;
     ProxyTable m_table;
     PairDelta m_delta;
-    std::vector<Pair> m_pairs, m_next, m_cachedPairs;  ///< unique ids are rows + 1
+    Pairs m_pairs, m_next, m_cachedPairs;  ///< unique ids are rows + 1
     std::vector<GjkCache<float>> m_caches, m_nextCaches;
 };
 

@@ -23,7 +23,7 @@ std::string describeBox(std::uint32_t id, const RecordedBoxes::Box& box)
 }
 }  // namespace
 
-void FrameHash::add(const std::vector<Pair>& pairs)
+void FrameHash::add(const Pairs& pairs)
 {
     PairDigest digest;
     for (const Pair pair : pairs)

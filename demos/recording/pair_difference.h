@@ -15,7 +15,7 @@ inline namespace CULLET_PRECISION
 class FrameHash
 {
 public:
-    void add(const std::vector<Pair>& pairs);
+    void add(const Pairs& pairs);
     std::uint64_t value() const noexcept { return m_value; }
 
 private:
@@ -26,7 +26,7 @@ private:
 struct NamedPairs
 {
     std::string name;
-    const std::vector<Pair>* pairs;
+    const Pairs* pairs;
 };
 
 /// The first pair that one has and the other has not, with frame and boxes, in words; empty when they are equal.

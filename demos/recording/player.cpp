@@ -56,9 +56,9 @@ public:
         inner().calculateOverlappingPairs(nullptr);
     }
 
-    std::vector<Pair> pairs(const RecordedBoxes& boxes) override
+    Pairs pairs(const RecordedBoxes& boxes) override
     {
-        std::vector<Pair> result;
+        Pairs result;
         const btBroadphasePairArray& all = inner().getOverlappingPairCache()->getOverlappingPairArray();
         for (int i = 0; i < all.size(); ++i)
         {
@@ -140,13 +140,13 @@ public:
     int threads() const override { return 1; }
     void apply(const std::vector<BoxEvent>& events) override { m_boxes.apply(events); }
     void findPairs() override { m_pairs = m_boxes.exactPairs(); }
-    std::vector<Pair> pairs(const RecordedBoxes&) override { return m_pairs; }
+    Pairs pairs(const RecordedBoxes&) override { return m_pairs; }
     std::uint64_t heldPairs() override { return m_pairs.size(); }
 
 private:
     std::string m_name = "exact";
     RecordedBoxes m_boxes;
-    std::vector<Pair> m_pairs;
+    Pairs m_pairs;
 };
 }  // namespace
 

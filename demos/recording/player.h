@@ -29,7 +29,7 @@ public:
     virtual void findPairs() = 0;
 
     /// The pairs of ids that are held and are pairs of these boxes now, sorted. A margin may keep more.
-    virtual std::vector<Pair> pairs(const RecordedBoxes& boxes) = 0;
+    virtual Pairs pairs(const RecordedBoxes& boxes) = 0;
 
     /// Pairs held, those that a margin keeps included.
     virtual std::uint64_t heldPairs() = 0;

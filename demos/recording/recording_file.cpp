@@ -147,13 +147,13 @@ bool RecordedBoxes::arePair(std::uint32_t a, std::uint32_t b) const
     return (one.group & other.mask) != 0 && (other.group & one.mask) != 0 && overlaps(one.box, other.box);
 }
 
-std::vector<Pair> RecordedBoxes::exactPairs() const
+Pairs RecordedBoxes::exactPairs() const
 {
     std::vector<ExactBox> boxes;
     boxes.reserve(m_boxes.size());
     for (const Box& box : m_boxes)
         boxes.push_back(box.box);
-    std::vector<Pair> pairs = findExactPairs(boxes);
+    Pairs pairs = findExactPairs(boxes);
     pairs.erase(std::remove_if(pairs.begin(), pairs.end(),
                                [this](Pair pair) { return !arePair(pair.first, pair.second); }),
                 pairs.end());

@@ -62,7 +62,7 @@ public:
     bool arePair(std::uint32_t a, std::uint32_t b) const;
 
     /// All such pairs of ids, sorted, by the sweep that the demos check with.
-    std::vector<Pair> exactPairs() const;
+    Pairs exactPairs() const;
 
     std::uint32_t aliveCount() const noexcept { return m_alive; }
 

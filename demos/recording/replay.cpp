@@ -28,7 +28,7 @@ struct Contender
     std::vector<double> find;
     std::vector<double> frame;
     FrameHash hash;
-    std::vector<Pair> pairs;
+    Pairs pairs;
     TraceLane trace;
 };
 

@@ -23,7 +23,7 @@ struct Comparison
     const std::vector<std::unique_ptr<Player>>& players;
     std::vector<TraceLane> lanes;
     std::vector<FrameHash> hashes;
-    std::vector<Pair> first;  ///< the pairs of the first player in the last frame
+    Pairs first;  ///< the pairs of the first player in the last frame
     RecordedBoxes boxes;
     std::uint64_t pairs = 0;  ///< of all frames
     ReplayResult result;
@@ -47,7 +47,7 @@ void compareFrame(Comparison& all, const std::vector<BoxEvent>& events)
     {
         Player& player = *all.players[i];
         findPairs(player, events, all.lanes[i]);
-        const std::vector<Pair> own = player.pairs(all.boxes);
+        const Pairs own = player.pairs(all.boxes);
         all.hashes[i].add(own);
         if (i == 0)
             all.first = own;

@@ -37,7 +37,7 @@ public:
         m_order.pop_back();
     }
 
-    void findPairs(std::vector<Pair>& pairs) override
+    void findPairs(Pairs& pairs) override
     {
         CGAL::box_self_intersection_d(m_order.begin(), m_order.end(),
                                       [&pairs](const Box* a, const Box* b)

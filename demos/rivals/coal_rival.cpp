@@ -38,7 +38,7 @@ struct Coal
     class Collector : public coal::CollisionCallBackBase
     {
     public:
-        explicit Collector(std::vector<Pair>& pairs) : m_pairs(pairs) {}
+        explicit Collector(Pairs& pairs) : m_pairs(pairs) {}
 
         bool collide(Base* a, Base* b) override
         {
@@ -48,10 +48,10 @@ struct Coal
         }
 
     private:
-        std::vector<Pair>& m_pairs;
+        Pairs& m_pairs;
     };
 
-    static void collide(const Manager& manager, std::vector<Pair>& pairs)
+    static void collide(const Manager& manager, Pairs& pairs)
     {
         Collector collector(pairs);
         manager.collide(&collector);

@@ -52,7 +52,7 @@ public:
 
     void remove(std::uint32_t row) override { m_boxes[row] = kEmptyAabb; }
 
-    void findPairs(std::vector<Pair>& pairs) override
+    void findPairs(Pairs& pairs) override
     {
         rtcCommitGeometry(m_geometry);
         rtcCommitScene(m_scene);
@@ -94,7 +94,7 @@ private:
     RTCGeometry m_geometry = nullptr;
     std::vector<Aabb> m_boxes;
     std::mutex m_mutex;
-    std::vector<Pair>* m_pairs = nullptr;
+    Pairs* m_pairs = nullptr;
 };
 }  // namespace
 

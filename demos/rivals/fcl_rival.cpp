@@ -45,12 +45,12 @@ struct Fcl
         }
     };
 
-    static void collide(const Manager& manager, std::vector<Pair>& pairs)
+    static void collide(const Manager& manager, Pairs& pairs)
     {
         const auto collect = [](Base* a, Base* b, void* list)
         {
             if (a->getAABB().overlap(b->getAABB()))
-                static_cast<std::vector<Pair>*>(list)->push_back(makePair(rowOfObject(*a), rowOfObject(*b)));
+                static_cast<Pairs*>(list)->push_back(makePair(rowOfObject(*a), rowOfObject(*b)));
             return false;
         };
         manager.collide(&pairs, collect);

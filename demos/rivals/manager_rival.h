@@ -15,7 +15,7 @@ namespace cullet
 ///
 /// The objects get their boxes directly: a user's way, over a transform and the box of a geometry, costs more and rounds
 /// the box. `Library` has the types Object (constructible without arguments, with setBox()) and Manager, and
-/// static void collide(Manager&, std::vector<Pair>&), which reads the row from an object's user data.
+/// static void collide(Manager&, Pairs&), which reads the row from an object's user data.
 template <class Library>
 class ManagerRival : public Rival
 {
@@ -58,7 +58,7 @@ public:
 
     void remove(std::uint32_t row) override { m_manager->unregisterObject(&m_objects[row]); }
 
-    void findPairs(std::vector<Pair>& pairs) override
+    void findPairs(Pairs& pairs) override
     {
         m_manager->setup();
         Library::collide(*m_manager, pairs);

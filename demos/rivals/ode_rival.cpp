@@ -86,10 +86,10 @@ public:
 
     void remove(std::uint32_t row) override { dGeomDestroy(m_geoms[row]); }
 
-    void findPairs(std::vector<Pair>& pairs) override
+    void findPairs(Pairs& pairs) override
     {
         const auto collect = [](void* list, dGeomID a, dGeomID b)
-        { static_cast<std::vector<Pair>*>(list)->push_back(makePair(bodyOf(a).row, bodyOf(b).row)); };
+        { static_cast<Pairs*>(list)->push_back(makePair(bodyOf(a).row, bodyOf(b).row)); };
         dSpaceCollide(m_space, &pairs, collect);
     }
 

@@ -26,7 +26,7 @@ public:
     virtual void remove(std::uint32_t row) = 0;
 
     /// Appends the pairs of rows that the library reports now, each once, in any order.
-    virtual void findPairs(std::vector<Pair>& pairs) = 0;
+    virtual void findPairs(Pairs& pairs) = 0;
 };
 
 struct RivalRequest

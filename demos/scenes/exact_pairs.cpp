@@ -19,7 +19,7 @@ ExactBox toExactBox(const Aabb& box) noexcept
     return {{box.min[0], box.min[1], box.min[2]}, {box.max[0], box.max[1], box.max[2]}};
 }
 
-std::vector<Pair> findExactPairs(const std::vector<ExactBox>& boxes)
+Pairs findExactPairs(const std::vector<ExactBox>& boxes)
 {
     struct Entry
     {
@@ -34,7 +34,7 @@ std::vector<Pair> findExactPairs(const std::vector<ExactBox>& boxes)
     }
     std::sort(entries.begin(), entries.end(),
               [](const Entry& a, const Entry& b) { return a.box.min[0] < b.box.min[0]; });
-    std::vector<Pair> pairs;
+    Pairs pairs;
     for (std::size_t i = 0; i < entries.size(); ++i)
     {
         const double end = entries[i].box.max[0];

@@ -54,5 +54,5 @@ inline bool overlaps(const ExactBox& a, const ExactBox& b) noexcept
 ///
 /// Sort by min x and sweep, written without any code of the backends. O(n log n + pairs of overlapping x intervals).
 /// Inverted boxes and boxes with a NaN overlap nothing.
-std::vector<Pair> findExactPairs(const std::vector<ExactBox>& boxes);
+Pairs findExactPairs(const std::vector<ExactBox>& boxes);
 }  // namespace cullet

@@ -50,7 +50,7 @@ TEST_P(BoxSetFailure, OfABackendIsNoticedByNothingButAWarning)
         above[i].min[0] = above[i].max[0] = 10.0f * float(i);
     ASSERT_TRUE(set.move(moved.data(), {above[0].min, sizeof(Aabb)}, std::uint32_t(moved.size())));
     set.update();
-    EXPECT_EQ(set.pairs(), (std::vector<Pair>{{ids[8], ids[9]}}));
+    EXPECT_EQ(set.pairs(), (Pairs{{ids[8], ids[9]}}));
     EXPECT_TRUE(set.delta().added.empty());
     EXPECT_EQ(set.delta().removed.size(), 8u);
 

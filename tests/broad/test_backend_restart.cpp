@@ -100,7 +100,7 @@ TEST_P(BackendRestart, InTheMiddleOfARandomWorldLosesNothing)
             random.changeBackend(GetParam().make());
         if (step % 17 == 9)
         {
-            std::vector<Pair> stale = random.pairs();
+            Pairs stale = random.pairs();
             if (stale.size() > 4)
                 stale.erase(stale.begin(), stale.begin() + 4);
             random.restart(stale);

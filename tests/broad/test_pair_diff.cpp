@@ -13,9 +13,9 @@ namespace cullet::test
 {
 namespace
 {
-std::vector<Pair> randomPairs(Random& random, std::uint32_t idCount, float density)
+Pairs randomPairs(Random& random, std::uint32_t idCount, float density)
 {
-    std::vector<Pair> pairs;
+    Pairs pairs;
     for (std::uint32_t first = 1; first <= idCount; ++first)
     {
         for (std::uint32_t second = first + 1; second <= idCount; ++second)
@@ -36,8 +36,7 @@ TEST(Pair, HasTheLowerIdFirst)
 
 TEST(Pair, KeysSortAsPairsDo)
 {
-    const std::vector<Pair> sorted = {
-        {1, 2}, {1, 0x80000000u}, {1, 0xffffffffu}, {2, 3}, {0x80000000u, 0xffffffffu}};
+    const Pairs sorted = {{1, 2}, {1, 0x80000000u}, {1, 0xffffffffu}, {2, 3}, {0x80000000u, 0xffffffffu}};
     for (std::size_t i = 0; i < sorted.size(); ++i)
     {
         EXPECT_EQ(pairOfKey(pairKey(sorted[i])), sorted[i]);
@@ -61,8 +60,8 @@ TEST(PairDiff, NamesWhatCameAndWhatWent)
 {
     PairDelta delta;
     diffSortedPairs({{1, 2}, {1, 3}, {5, 6}}, {{1, 3}, {4, 9}, {5, 6}, {5, 7}}, delta);
-    EXPECT_EQ(delta.added, (std::vector<Pair>{{4, 9}, {5, 7}}));
-    EXPECT_EQ(delta.removed, (std::vector<Pair>{{1, 2}}));
+    EXPECT_EQ(delta.added, (Pairs{{4, 9}, {5, 7}}));
+    EXPECT_EQ(delta.removed, (Pairs{{1, 2}}));
 }
 
 TEST(PairDiff, AppliedToTheFirstListGivesTheSecond)
@@ -71,11 +70,11 @@ TEST(PairDiff, AppliedToTheFirstListGivesTheSecond)
     Random random(1);
     for (int round = 0; round < 200; ++round)
     {
-        const std::vector<Pair> before = randomPairs(random, 12, random.unit());
-        const std::vector<Pair> after = randomPairs(random, 12, random.unit());
+        const Pairs before = randomPairs(random, 12, random.unit());
+        const Pairs after = randomPairs(random, 12, random.unit());
         PairDelta delta;
         diffSortedPairs(before, after, delta);
-        std::vector<Pair> pairs = before;
+        Pairs pairs = before;
         applyDelta(pairs, delta);
         EXPECT_EQ(pairs, after);
     }
@@ -87,18 +86,18 @@ TEST(HeldPairs, EnterByTheFilterAndLeaveByTheMargin)
     SCOPED_TRACE("seed 2");
     Random random(2);
     std::uint64_t entered = 0, refused = 0, stayed = 0, left = 0;
-    std::vector<Pair> held;
+    Pairs held;
     for (int round = 0; round < 300; ++round)
     {
-        const std::vector<Pair> overlapping = randomPairs(random, 12, random.unit());
-        const std::vector<Pair> wanted = randomPairs(random, 12, 0.7f);
-        const std::vector<Pair> near = randomPairs(random, 12, 0.5f);
-        const auto in = [](const std::vector<Pair>& list, Pair pair)
+        const Pairs overlapping = randomPairs(random, 12, random.unit());
+        const Pairs wanted = randomPairs(random, 12, 0.7f);
+        const Pairs near = randomPairs(random, 12, 0.5f);
+        const auto in = [](const Pairs& list, Pair pair)
         { return std::binary_search(list.begin(), list.end(), pair); };
 
-        const std::vector<Pair> before = held;
+        const Pairs before = held;
         PairDelta expected;
-        std::vector<Pair> expectedHeld;
+        Pairs expectedHeld;
         for (const Pair pair : randomPairs(random, 12, 1.0f))
         {
             const bool isOld = in(before, pair);

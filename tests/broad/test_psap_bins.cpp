@@ -18,7 +18,7 @@ TEST(PsapBins, SmallWorldsAreSearchedInBins)
     {
         const std::vector<Aabb> boxes = cubesIn(count, 4, random);
         WatchedSearch search;
-        const std::vector<Pair> expected = pairsByCounting(boxes);
+        const Pairs expected = pairsByCounting(boxes);
         for (int update = 1; update <= 3; ++update)
         {
             EXPECT_EQ(search.find(boxes), expected) << count;
@@ -50,7 +50,7 @@ TEST(PsapBins, WorldsWithManyPairsAreNot)
     for (const Aabb& cube : cubesIn(1000, 0.1f, random))
         boxes.push_back(boxAt(cube.min[0], cube.min[1], cube.min[2], random.logUniform(-6, 0)));
     WatchedSearch ofManySizes;
-    const std::vector<Pair> expected = everyPair(boxes);
+    const Pairs expected = everyPair(boxes);
     for (const std::uint64_t pairs : {160000u, 30000u, 32000u})  // at first it does not know of sizes
     {
         EXPECT_EQ(ofManySizes.find(boxes, pairs), expected) << pairs;
@@ -66,7 +66,7 @@ TEST(PsapBins, WhereOneIsFullCountingFindsThePairs)
     const std::vector<Aabb> sparse = cubesIn(1000, 4, random);
     std::vector<Aabb> piled = sparse;
     piled.insert(piled.end(), 13, sparse[500]);
-    const std::vector<Pair> expected = everyPair(piled);
+    const Pairs expected = everyPair(piled);
     WatchedSearch search;
     EXPECT_EQ(search.find(sparse), everyPair(sparse));
     EXPECT_EQ(search.find(piled), expected);
@@ -99,7 +99,7 @@ TEST(PsapBins, FewCellsFindEachPairOnce)
             boxes.push_back(boxAt(random.between(-9 * side, 9 * side), random.between(0, side), side / 2));
         for (std::uint32_t i = 0; i < 3; ++i)
             boxes.push_back({{random.between(0, side), 0, 0}, {2 * side, side / 3, side / 3}});
-        const std::vector<Pair> expected = everyPair(boxes);
+        const Pairs expected = everyPair(boxes);
         // The last with windows over many bins.
         for (const float scale : {0.0f, 0.5f, 3.0f, 0.1f})
         {

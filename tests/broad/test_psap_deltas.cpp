@@ -91,6 +91,37 @@ TEST(PsapDeltas, ListsThatAreTooShortGrowAndNothingIsLost)
     }
 }
 
+/// The pair of two boxes through one update after the other, none of which looks at them.
+float depthAfter(int updates, float way, float depth)
+{
+    const std::uint32_t motion = bitsOf(way);
+    const DeltaCounts counts = {1, 0, 0};
+    const IdPair pair = {0, 1};
+    for (int update = 0; update < updates; ++update)
+    {
+        IdPair kept = {}, removed = {};
+        std::uint64_t keptCount = 0, removedCount = 0;
+        float left = 0;
+        psap::HostExec exec{PsapOptions{}};
+        exec.forEachParted(1, psap::PartPairs{{&pair, &depth, nullptr, &counts}, nullptr, 2, &motion},
+                           psap::DepthList{{&kept, 1, &keptCount}, &left}, {&removed, 1, &removedCount});
+        EXPECT_EQ(keptCount, 1u);
+        depth = left;
+    }
+    return depth;
+}
+
+TEST(PsapDeltas, WhatIsLeftOfADepthIsNeverMoreThanItIs)
+{
+    EXPECT_LT(depthAfter(10, 0.01f, 1.0f), 1 - 10 * 0.02);
+    EXPECT_GT(depthAfter(10, 0.01f, 1.0f), 1 - 10 * 0.0201);
+    // So short a way that one minus twice that is one again.
+    const float way = 0x1p-28f;
+    ASSERT_EQ(1.0f - 2 * way, 1.0f);
+    EXPECT_LT(depthAfter(1000, way, 1.0f), 1 - 1000 * 2.0 * way);
+    EXPECT_GT(depthAfter(1000, way, 1.0f), 0.999f);
+}
+
 TEST(PsapDeltas, WhatIsForgottenEntersAgain)
 {
     const auto sets = changingBoxes(300, 13);

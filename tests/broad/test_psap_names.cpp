@@ -22,9 +22,9 @@ using psap::ChangeLists;
 using psap::ChangeNames;
 using psap::Counters;
 using psap::LookupTable;
-using psap::OrderRun;
+using psap::OrderBucket;
 
-/// HostExec that remembers from which bit on it sorted.
+/// HostExec that counts what it sorted and sent.
 class WatchedExec : public psap::HostExec
 {
 public:
@@ -33,11 +33,24 @@ public:
     void sortKeys(const std::uint64_t* keys, std::uint64_t* sorted, std::uint64_t count, int firstBit,
                   int endBit)
     {
-        firstBits.push_back(firstBit);
+        ++sorts;
         HostExec::sortKeys(keys, sorted, count, firstBit, endBit);
     }
+    template <class T>
+    void download(T* to, const T* from, std::uint64_t count)
+    {
+        ++downloads;
+        HostExec::download(to, from, count);
+    }
+    template <class T>
+    bool canDownloadTo(const T*, std::uint64_t) const
+    {
+        return canLock;
+    }
 
-    std::vector<int> firstBits;
+    int sorts = 0;
+    int downloads = 0;
+    bool canLock = true;
 };
 
 /// Rows of boxes, and their unique ids in another order.
@@ -86,15 +99,20 @@ protected:
         const std::uint32_t sides = 77;
         std::vector<std::uint64_t> slots(64, 5);
         m_held.assign(room, IdPair{0, 0});
-        const ChangeLists lists = {
-            added.data(),   added.size(),
-            removed.data(), m_held.data(),
-            m_held.size(),  LookupTable{slots.data(), slots.size() - 1, &counters.lists.lookups},
-            &counters,      &sides,
-            m_ids.data()};
-        PairDelta delta;
-        m_exec.firstBits.clear();
-        m_names.enqueue(m_exec, lists, largest);
+        std::vector<float> depths(room, 7.0f);
+        const ChangeLists lists = {added.data(),
+                                   added.size(),
+                                   removed.data(),
+                                   m_held.data(),
+                                   depths.data(),
+                                   m_held.size(),
+                                   LookupTable{slots.data(), slots.size() - 1, &counters.lists.lookups},
+                                   &counters,
+                                   &sides,
+                                   m_ids.data()};
+        PairDelta& delta = m_delta;
+        m_exec.sorts = m_exec.downloads = 0;
+        m_names.enqueue(m_exec, lists, largest, delta);
         EXPECT_EQ(m_names.counters().lists.added, added.size());
         EXPECT_EQ(m_names.counters().side, sides);
         m_names.take(m_exec, lists, largest, false, delta);
@@ -102,25 +120,31 @@ protected:
         EXPECT_EQ(delta.removed, named(removed));
         EXPECT_EQ(slots, std::vector<std::uint64_t>(64, LookupTable::kFree));
         for (std::size_t i = 0; i < added.size(); ++i)
-            ASSERT_TRUE(m_held[i + 1].a == added[i].a && m_held[i + 1].b == added[i].b) << i;
+            ASSERT_TRUE(m_held[i + 1].a == added[i].a && m_held[i + 1].b == added[i].b && depths[i + 1] == 0)
+                << i;
     }
 
-    /// How many sorts the last call took.
-    std::size_t sorts() const { return m_exec.firstBits.size() / 2; }
+    /// How often the last call sent both lists of changes.
+    int askings() const { return m_exec.downloads / 2; }
 
-    /// Whether the last call sorted by the first ids, then needed no other sort.
-    bool wentByRuns() const
-    {
-        return m_exec.firstBits.front() != 0 &&
-               std::count(m_exec.firstBits.begin(), m_exec.firstBits.end(), 0) == 0;
-    }
+    /// The lists of changes are other ones from now on.
+    void takeOtherLists() { m_delta = {}; }
+    void lockNoLists() { m_exec.canLock = false; }
+    const Pair* addedList() const { return m_delta.added.data(); }
+
+    /// Whether the last call put changes in order by buckets alone.
+    bool wentByBuckets() const { return m_exec.sorts == 0; }
+
+    void recover() { m_names.recover(); }
+
+    std::uint32_t lesserId(IdPair pair) const { return std::min(m_ids[pair.a], m_ids[pair.b]); }
 
 private:
-    std::vector<Pair> named(const std::vector<IdPair>& pairs) const
+    Pairs named(const std::vector<IdPair>& pairs) const
     {
-        std::vector<Pair> names;
+        Pairs names;
         for (const IdPair& pair : pairs)
-            names.push_back({std::min(m_ids[pair.a], m_ids[pair.b]), std::max(m_ids[pair.a], m_ids[pair.b])});
+            names.push_back({lesserId(pair), std::max(m_ids[pair.a], m_ids[pair.b])});
         std::sort(names.begin(), names.end());
         return names;
     }
@@ -129,6 +153,7 @@ private:
     std::vector<std::uint32_t> m_ids;
     WatchedExec m_exec{PsapOptions{}};
     std::vector<IdPair> m_held;
+    PairDelta m_delta;
     ChangeNames<WatchedExec> m_names;
 };
 
@@ -136,10 +161,10 @@ private:
 class FewNames : public Names
 {
 protected:
-    FewNames() : Names(20000, 1, 1000) {}
+    FewNames() : Names(20000, 1, 600) {}
 };
 
-/// Ids so large that no bit is left to tell what comes from what goes.
+/// Ids that take all bits of a key.
 class LargeNames : public Names
 {
 protected:
@@ -147,76 +172,126 @@ protected:
 };
 }  // namespace
 
-TEST_F(Names, ManyChangesOfManyBoxesAreSortedByHalfOfTheirKeys)
+TEST_F(Names, ChangesOfManyBoxesAreNotSorted)
 {
-    expectNamed(chain(9000), chain(8000, 2));
-    EXPECT_TRUE(wentByRuns());
+    for (int update = 0; update < 3; ++update)
+    {
+        expectNamed(chain(9000), chain(8000, 2));
+        EXPECT_TRUE(wentByBuckets());
+        EXPECT_EQ(askings(), 1);
+    }
     expectNamed(chain(9000), {});
-    EXPECT_TRUE(wentByRuns());
+    EXPECT_TRUE(wentByBuckets());
     expectNamed({}, chain(9000, 3));
-    EXPECT_TRUE(wentByRuns());
+    EXPECT_TRUE(wentByBuckets());
+    expectNamed({}, {});
+    EXPECT_TRUE(wentByBuckets());
 }
 
-TEST_F(FewNames, FewChangesAreSortedAtOnce)
+TEST_F(FewNames, FewChangesNeither)
 {
     expectNamed(chain(100), chain(50, 2));
-    EXPECT_FALSE(wentByRuns());
+    EXPECT_TRUE(wentByBuckets());
     expectNamed({}, {});
+    EXPECT_TRUE(wentByBuckets());
 }
 
 TEST_F(FewNames, MoreChangesThanExpectedAreAskedForAgainAndThenExpected)
 {
-    expectNamed(chain(600), chain(401, 2));
-    EXPECT_EQ(sorts(), 2u);
-    expectNamed(chain(600), chain(500, 2));
-    EXPECT_EQ(sorts(), 1u);
+    expectNamed(chain(600), chain(601, 2));
+    EXPECT_EQ(askings(), 2);
+    expectNamed(chain(600), chain(700, 2));
+    EXPECT_EQ(askings(), 1);
     expectNamed(chain(9000), chain(8000, 2));
-    EXPECT_EQ(sorts(), 2u);
+    EXPECT_EQ(askings(), 2);
     expectNamed(chain(10), {});
-    EXPECT_EQ(sorts(), 1u);
-    expectNamed(chain(1001), {});
-    EXPECT_EQ(sorts(), 2u) << "few are expected again";
+    EXPECT_EQ(askings(), 1);
+    expectNamed(chain(601), {});
+    EXPECT_EQ(askings(), 2) << "few are expected again";
 }
 
 TEST_F(FewNames, APairThatFindsNoRoomAmongTheHeldIsNamedAllTheSame)
 {
     expectNamed(chain(600), chain(300, 2), 601);
-    EXPECT_EQ(sorts(), 1u);
+    EXPECT_EQ(askings(), 1);
 }
 
-TEST_F(Names, ABoxWithManyChangesIsSortedAsWell)
+TEST_F(Names, ABoxWithMoreChangesThanABucketHasRoomForIsSortedAsWell)
 {
-    for (const std::uint32_t ofOne : {OrderRun::kLongest - 1, OrderRun::kLongest})
+    for (const std::uint64_t ofOne : {OrderBucket::kOverfull - 1, OrderBucket::kOverfull})
     {
-        std::vector<IdPair> added = chain(9000);
-        const std::vector<IdPair> others = star(static_cast<std::uint32_t>(ofOne));
-        // The chain has up to two pairs of that box itself.
-        added.erase(std::remove_if(added.begin(), added.end(),
-                                   [&](const IdPair& pair)
-                                   { return pair.a == others[0].b || pair.b == others[0].b; }),
-                    added.end());
-        added.insert(added.end(), others.begin(), others.end());
-        expectNamed(added, chain(8000, 2));
-        EXPECT_EQ(wentByRuns(), ofOne < OrderRun::kLongest) << ofOne;
+        expectNamed(star(static_cast<std::uint32_t>(ofOne)), {});
+        EXPECT_EQ(wentByBuckets(), ofOne < OrderBucket::kOverfull) << ofOne;
     }
 }
 
-TEST_F(Names, AfterABoxWithManyChangesHalfOfTheKeyIsTriedAgainOnlyLater)
+TEST_F(Names, AfterABoxWithManyChangesBucketsAreTriedAgainOnlyLater)
 {
+    expectNamed(chain(9000), {});
     expectNamed(star(9000), {});
-    EXPECT_FALSE(wentByRuns());
+    EXPECT_FALSE(wentByBuckets());
     int updates = 0;
     do
     {
         expectNamed(chain(9000), {});
         ++updates;
-    } while (!wentByRuns() && updates < 100);
+    } while (!wentByBuckets() && updates < 100);
     EXPECT_EQ(updates, 16);
 }
 
-TEST_F(LargeNames, WithoutABitToSpareAreSortedApart)
+TEST_F(Names, BucketsAreEmptyAfterAnUpdateThatFailed)
 {
     expectNamed(chain(9000), chain(8000, 2));
-    EXPECT_FALSE(wentByRuns());
+    expectNamed(chain(8000), chain(9000, 2));
+    recover();
+    expectNamed(chain(9000), chain(8000, 2));
+    EXPECT_TRUE(wentByBuckets());
+}
+
+TEST_F(Names, ChangesOfOtherBoxesThanBeforeAreInOrder)
+{
+    // Boxes with large ids, then with small ones, and all.
+    std::vector<IdPair> large, small;
+    for (const IdPair& pair : chain(9000))
+    {
+        if (lesserId(pair) > 15000)
+            large.push_back(pair);
+        else if (lesserId(pair) < 5000)
+            small.push_back(pair);
+    }
+    ASSERT_GT(small.size(), 1000u);
+    ASSERT_GT(large.size(), 300u);
+    for (int round = 0; round < 2; ++round)
+    {
+        expectNamed(large, {});
+        expectNamed(small, {});
+        expectNamed(chain(9000), chain(8000, 2));
+    }
+}
+
+TEST_F(Names, ListsThatComeBackAreWrittenWithoutACopy)
+{
+    expectNamed(chain(9000), chain(8000, 2));
+    const Pair* list = addedList();
+    for (int update = 0; update < 3; ++update)
+    {
+        expectNamed(chain(9000 - static_cast<std::uint32_t>(update)), chain(8000, 2));
+        EXPECT_EQ(addedList(), list);
+    }
+    takeOtherLists();
+    expectNamed(chain(8000), chain(9000, 2));
+    expectNamed(chain(8000), chain(9000, 2));
+    lockNoLists();
+    expectNamed(chain(8000, 2), chain(9000));
+    expectNamed(chain(8000), chain(9000, 2));
+}
+
+TEST_F(LargeNames, TheLargestIdsAreInOrder)
+{
+    expectNamed(chain(9000), chain(8000, 2));
+    expectNamed(chain(9000), chain(8000, 2));
+    EXPECT_TRUE(wentByBuckets());
+    expectNamed(star(9000), {});
+    EXPECT_FALSE(wentByBuckets());
 }
 }  // namespace cullet::test

@@ -102,7 +102,7 @@ std::vector<Aabb> slantedSlab(std::uint32_t count, Random& random)
 }
 
 /// Every overlapping pair of a scene by the search with rows, in order.
-std::vector<Pair> pairsOfRows(const std::vector<Aabb>& boxes, const PsapOptions& options)
+Pairs pairsOfRows(const std::vector<Aabb>& boxes, const PsapOptions& options)
 {
     psap::HostExec exec(options);
     psap::RowSearch<psap::HostExec> search(options, options.axis);
@@ -133,7 +133,7 @@ TEST(PsapOptions, RowsOfFewCellsFindEachPairOnce)
             boxes.push_back(boxAt(random.between(-9 * side, 9 * side), random.between(0, side), side / 2));
         for (std::uint32_t i = 0; i < 5; ++i)
             boxes.push_back({{random.between(0, side), 0, 0}, {2 * side, side / 3, side / 3}});
-        const std::vector<Pair> expected = everyPair(boxes);
+        const Pairs expected = everyPair(boxes);
         pairs += expected.size();
         for (const float cell : {0.0f, 0.3f, 1.0f, 2.0f})
         {
@@ -145,7 +145,7 @@ TEST(PsapOptions, RowsOfFewCellsFindEachPairOnce)
             grouped.rowSearch = PsapRowSearch::Grouped;
             for (const PsapOptions& options : {inOrder, shuffled, grouped})
             {
-                const std::vector<Pair> found = pairsOfRows(boxes, options);
+                const Pairs found = pairsOfRows(boxes, options);
                 EXPECT_TRUE(found == expected) << "side " << side << ", cells of " << cell << ": "
                                                << found.size() << " pairs instead of " << expected.size();
             }

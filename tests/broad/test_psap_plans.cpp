@@ -10,7 +10,7 @@ namespace cullet::test
 namespace
 {
 /// @return box tests of one more update, which finds the pairs
-std::uint64_t testsOf(WatchedSearch& search, const std::vector<Aabb>& boxes, const std::vector<Pair>& pairs)
+std::uint64_t testsOf(WatchedSearch& search, const std::vector<Aabb>& boxes, const Pairs& pairs)
 {
     search.exec.takeTestCount();
     EXPECT_EQ(search.find(boxes), pairs);
@@ -23,7 +23,7 @@ TEST(PsapPlans, FollowAWorldThatGrows)
     Random random(3);
     const std::vector<Aabb> dense = cubesIn(6000, 4, random);
     const std::vector<Aabb> sparse = cubesIn(6000, 4000, random);
-    const std::vector<Pair> pairs = everyPair(sparse);
+    const Pairs pairs = everyPair(sparse);
     for (const PsapOrder order : {PsapOrder::Counting, PsapOrder::Radix})
     {
         SCOPED_TRACE(static_cast<int>(order));
@@ -48,7 +48,7 @@ TEST(PsapPlans, OfAWorldThatHasGrownKeepToTheirRoom)
     Random random(3);
     const std::vector<Aabb> dense = cubesIn(6000, 4, random);
     const std::vector<Aabb> sparse = cubesIn(6000, 4000, random);
-    const std::vector<Pair> pairs = everyPair(sparse);
+    const Pairs pairs = everyPair(sparse);
     for (const PsapOrder order : {PsapOrder::Counting, PsapOrder::Radix})
     {
         SCOPED_TRACE(static_cast<int>(order));
@@ -65,7 +65,7 @@ TEST(PsapPlans, OfBinsFollowBoxesThatSpreadOut)
     Random random(4);
     const std::vector<Aabb> dense = cubesIn(6000, 4, random);
     const std::vector<Aabb> sparse = cubesIn(6000, 4000, random);
-    const std::vector<Pair> pairs = everyPair(sparse);
+    const Pairs pairs = everyPair(sparse);
     PsapOptions options;
     options.order = PsapOrder::Bins;
     options.updatesPerPlan = 3;
@@ -96,7 +96,7 @@ TEST(PsapPlans, OfTilesFollowBoxesThatMoveAway)
     {
         for (Aabb& box : boxes)
             box = boxAt(box.min[0] + 0.55f, box.min[1] + 0.5f, box.min[2] + 0.5f);
-        const std::vector<Pair> pairs = often.find(boxes);
+        const Pairs pairs = often.find(boxes);
         EXPECT_FALSE(often.wasFull()) << update;
         EXPECT_EQ(once.find(boxes), pairs) << update;
         fullOnce += once.wasFull() ? 1 : 0;

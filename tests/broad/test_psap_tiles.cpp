@@ -14,7 +14,7 @@ TEST(PsapTiles, LargeWorldsOfOneSizeAreSearchedInTiles)
     SCOPED_TRACE("seed 5");
     Random random(5);
     const std::vector<Aabb> boxes = cubesIn((1u << 16) + 1, 4, random);
-    const std::vector<Pair> expected = pairsByCounting(boxes);
+    const Pairs expected = pairsByCounting(boxes);
     ASSERT_GT(expected.size(), 50000u);
     WatchedSearch search;
     // The first update makes the plan.
@@ -72,7 +72,7 @@ TEST(PsapTiles, BodiesFlungFarAwayDoNotSpoilThePlan)
         boxes[4000] = boxAt(0, -1e9f, 0);
         boxes[4001] = boxAt(0, 0, 1e30f);
         WatchedSearch another(order);
-        const std::vector<Pair> expected = everyPair(boxes);
+        const Pairs expected = everyPair(boxes);
         for (int update = 0; update < 3; ++update)
             EXPECT_EQ(another.find(boxes), expected);
         another.exec.takeTestCount();
@@ -94,7 +94,7 @@ TEST(PsapTiles, LargeBoxesAmongMany)
     boxes[40001] = {{kNan, 0, 0}, {1, 1, 1}};
     boxes[40002] = {{1e30f, 1e30f, 1e30f}, {1e30f, 1e30f, 1e30f}};
     boxes[40003] = {{5, 5, 5}, {4, 4, 4}};
-    const std::vector<Pair> expected = pairsByCounting(boxes);
+    const Pairs expected = pairsByCounting(boxes);
     for (const PsapExecutor executor : {PsapExecutor::InOrder, PsapExecutor::Shuffled, PsapExecutor::Threads})
     {
         WatchedSearch search(PsapOrder::Automatic, executor);
@@ -113,7 +113,7 @@ TEST(PsapTiles, WhereOneIsFullCountingFindsThePairs)
     std::vector<Aabb> piled = sparse;
     for (std::uint32_t i = 0; i < 1500; ++i)
         piled[40 * i] = boxAt(random.between(30, 40), random.between(30, 40), random.between(30, 40));
-    const std::vector<Pair> expected = pairsByCounting(piled);
+    const Pairs expected = pairsByCounting(piled);
     WatchedSearch search;
     for (int update = 0; update < 20; ++update)
         search.find(sparse);
@@ -176,7 +176,7 @@ TEST(PsapTiles, AnyWorldThatIsForcedIntoThem)
                 for (std::uint32_t i = 0; i < count; i += 3)
                     boxes[i] =
                         boxAt(boxes[i].min[0], boxes[i].min[1], boxes[i].min[2], random.between(0, 1.5f));
-                const std::vector<Pair> expected = everyPair(boxes);
+                const Pairs expected = everyPair(boxes);
                 WatchedSearch search(PsapOrder::Tiles);
                 for (int update = 0; update < 2; ++update)
                     ASSERT_EQ(search.find(boxes), expected) << count << ", " << volume << ", " << flat;

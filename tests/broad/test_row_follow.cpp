@@ -349,8 +349,8 @@ TEST(GridDecision, FixedChoicesAreKept)
 }
 
 /// Keys of one distribution on some lists; the first ones once more, which takes them away.
-std::vector<Pair> fillLists(Random& random, std::uint32_t ids, std::uint32_t firsts, std::size_t count,
-                            std::vector<KeyList>& lists)
+Pairs fillLists(Random& random, std::uint32_t ids, std::uint32_t firsts, std::size_t count,
+                std::vector<KeyList>& lists)
 {
     std::vector<std::uint64_t> keys;
     for (std::size_t i = 0; i < count; ++i)
@@ -358,7 +358,7 @@ std::vector<Pair> fillLists(Random& random, std::uint32_t ids, std::uint32_t fir
     std::sort(keys.begin(), keys.end());
     keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
     const std::size_t twice = keys.size() / 3;
-    std::vector<Pair> expected(keys.size() - twice);
+    Pairs expected(keys.size() - twice);
     std::transform(keys.begin() + static_cast<std::ptrdiff_t>(twice), keys.end(), expected.begin(),
                    pairOfKey);
     keys.insert(keys.end(), keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(twice));
@@ -386,8 +386,8 @@ TEST(KeySort, ListsAreSortedAndDoublesTakenOut)
             {
                 for (const std::uint32_t firsts : {1u, 200u, ids})
                 {
-                    const std::vector<Pair> expected = fillLists(random, ids, firsts, count, lists);
-                    std::vector<Pair> pairs(3);
+                    const Pairs expected = fillLists(random, ids, firsts, count, lists);
+                    Pairs pairs(3);
                     sort.write(workers, lists, pairs);
                     EXPECT_EQ(pairs, expected)
                         << threads << " threads, " << count << " keys, ids below " << ids;
@@ -402,13 +402,13 @@ TEST(KeySort, ListsInOrderAreTakenAsTheyAre)
     KeySort sort;
     WorkerPool workers(2);
     std::vector<KeyList> lists(2);
-    std::vector<Pair> expected;
+    Pairs expected;
     for (std::uint32_t i = 0; i < 50000; ++i)
     {
         expected.push_back({1 + i / 2, 70000 + i});
         lists[i / 25000].push(pairKey(expected.back()));
     }
-    std::vector<Pair> pairs;
+    Pairs pairs;
     sort.write(workers, lists, pairs);
     EXPECT_EQ(pairs, expected);
     // A double, one of each list.
@@ -429,10 +429,10 @@ TEST(KeySort, EqualsSortingByComparisons)
             std::vector<std::uint64_t> keys(count);
             for (std::uint64_t& key : keys)
                 key = std::uint64_t{random.below(ids)} << 32 | (ids - 1 - random.below(ids));
-            std::vector<Pair> expected(count);
+            Pairs expected(count);
             std::transform(keys.begin(), keys.end(), expected.begin(), pairOfKey);
             std::sort(expected.begin(), expected.end());
-            std::vector<Pair> pairs(3);
+            Pairs pairs(3);
             sort.write(keys, pairs);
             EXPECT_EQ(pairs, expected) << count << " keys, ids below " << ids;
         }

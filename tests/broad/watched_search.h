@@ -58,7 +58,7 @@ public:
     }
 
     /// @return all pairs in order, found by counting where a bin or a tile was full
-    std::vector<Pair> find(const std::vector<Aabb>& boxes, std::uint64_t expectedPairs = 0)
+    Pairs find(const std::vector<Aabb>& boxes, std::uint64_t expectedPairs = 0)
     {
         m_search.look();
         m_search.build(exec, {boxes.data(), boxes.size(), &m_count, expectedPairs});
@@ -122,7 +122,7 @@ inline void makeSomeUnplanned(std::vector<Aabb>& boxes, Random& random)
     boxes[10] = {{kNan, 0, 0}, {1, 1, 1}};
 }
 
-inline std::vector<Pair> pairsByCounting(const std::vector<Aabb>& boxes)
+inline Pairs pairsByCounting(const std::vector<Aabb>& boxes)
 {
     return WatchedSearch(PsapOrder::Counting).find(boxes);
 }

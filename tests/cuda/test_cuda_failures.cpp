@@ -89,7 +89,7 @@ private:
         PairDelta expected;
         ASSERT_EQ(m_oracle->update(view, expected), Status::Ok);
         m_table.endUpdate();
-        std::vector<Pair> stayed;
+        Pairs stayed;
         std::set_difference(m_pairs.begin(), m_pairs.end(), expected.removed.begin(), expected.removed.end(),
                             std::back_inserter(stayed));
         m_pairs.clear();
@@ -105,7 +105,7 @@ private:
     BoxScene m_scene;
     ProxyTable m_table;
     std::unique_ptr<Backend> m_oracle = makeBruteForceBackend();
-    std::vector<Pair> m_pairs;
+    Pairs m_pairs;
     std::unique_ptr<Backend> m_backend;
 };
 

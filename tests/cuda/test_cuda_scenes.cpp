@@ -115,7 +115,7 @@ TEST(CudaScenes, PairsOfBoxesOnTheDeviceEqualBruteForceInEveryFrame)
             for (int frame = 0; frame < 40; ++frame)
             {
                 upload(boxes, scene.boxes());
-                const std::vector<Pair> pairs = inOrder(findOnDevice(*finder, boxes, 5000));
+                const Pairs pairs = inOrder(findOnDevice(*finder, boxes, 5000));
                 if (frame % 8 == 0)
                 {
                     ASSERT_EQ(pairs, everyPair(scene.boxes())) << frame;

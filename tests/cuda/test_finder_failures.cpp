@@ -41,7 +41,7 @@ public:
     }
 
     std::vector<std::vector<Aabb>> boxes;
-    std::vector<std::vector<Pair>> pairs;
+    std::vector<Pairs> pairs;
 };
 
 /// Ok and the pairs of the boxes, or what went wrong.

@@ -18,7 +18,7 @@ constexpr std::uint32_t kBodies = 16384;
 /// Of scenes in which nearly all bodies overlap each other.
 constexpr std::uint32_t kDenseBodies = 600;
 
-std::vector<Pair> pairsOf(const BoxScene& scene)
+Pairs pairsOf(const BoxScene& scene)
 {
     std::vector<ExactBox> boxes;
     for (const Aabb& box : scene.boxes())

@@ -11,9 +11,9 @@ namespace cullet
 {
 namespace
 {
-std::vector<Pair> everyPair(const std::vector<ExactBox>& boxes)
+Pairs everyPair(const std::vector<ExactBox>& boxes)
 {
-    std::vector<Pair> pairs;
+    Pairs pairs;
     for (std::uint32_t a = 0; a < boxes.size(); ++a)
     {
         for (std::uint32_t b = a + 1; b < boxes.size(); ++b)
@@ -41,7 +41,7 @@ TEST(ExactPairs, EqualTheDoubleLoopOnRandomBoxes)
             box.max[axis] = box.min[axis] + size(random);
         }
     }
-    const std::vector<Pair> expected = everyPair(boxes);
+    const Pairs expected = everyPair(boxes);
     ASSERT_GT(expected.size(), 500u);
     ASSERT_LT(expected.size(), 20000u);
     EXPECT_EQ(findExactPairs(boxes), expected);
@@ -55,7 +55,7 @@ TEST(ExactPairs, TouchingBoxesOverlapAndInvalidOnesDoNot)
                                          {{3, 0, 0}, {0, 1, 1}},
                                          {{0, nan, 0}, {1, 1, 1}},
                                          {{-1e30, -1e30, -1e30}, {1e30, 1e30, 1e30}}};
-    EXPECT_EQ(findExactPairs(boxes), (std::vector<Pair>{{0, 1}, {0, 4}, {1, 4}}));
+    EXPECT_EQ(findExactPairs(boxes), (Pairs{{0, 1}, {0, 4}, {1, 4}}));
 }
 
 TEST(PairDigest, DoesNotDependOnOrderButOnEveryPair)

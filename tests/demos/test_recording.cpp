@@ -126,9 +126,9 @@ public:
     int threads() const override { return 1; }
     void apply(const std::vector<BoxEvent>& events) override { m_player->apply(events); }
     void findPairs() override { m_player->findPairs(); }
-    std::vector<Pair> pairs(const RecordedBoxes& boxes) override
+    Pairs pairs(const RecordedBoxes& boxes) override
     {
-        std::vector<Pair> pairs = m_player->pairs(boxes);
+        Pairs pairs = m_player->pairs(boxes);
         if (m_frame++ == 2)
             pairs.erase(pairs.begin() + 1);
         return pairs;

@@ -54,9 +54,9 @@ inline void moveCube(btBroadphaseInterface& broadphase, btBroadphaseProxy* proxy
 
 /// The pairs of the cache by ids, sorted. Fails the test when the array breaks a rule: null or equal proxies, the
 /// higher id first, a pair twice.
-inline std::vector<Pair> pairsOf(btBroadphaseInterface& broadphase)
+inline Pairs pairsOf(btBroadphaseInterface& broadphase)
 {
-    std::vector<Pair> pairs;
+    Pairs pairs;
     const btBroadphasePairArray& array = broadphase.getOverlappingPairCache()->getOverlappingPairArray();
     for (int i = 0; i < array.size(); ++i)
     {
@@ -74,7 +74,7 @@ inline std::vector<Pair> pairsOf(btBroadphaseInterface& broadphase)
     return pairs;
 }
 
-inline std::vector<Pair> updatedPairs(btBroadphaseInterface& broadphase)
+inline Pairs updatedPairs(btBroadphaseInterface& broadphase)
 {
     broadphase.calculateOverlappingPairs(nullptr);
     return pairsOf(broadphase);
@@ -82,7 +82,7 @@ inline std::vector<Pair> updatedPairs(btBroadphaseInterface& broadphase)
 
 inline bool hasPair(btBroadphaseInterface& broadphase, const btBroadphaseProxy* a, const btBroadphaseProxy* b)
 {
-    const std::vector<Pair> pairs = pairsOf(broadphase);
+    const Pairs pairs = pairsOf(broadphase);
     return std::binary_search(pairs.begin(), pairs.end(), makePair(idOf(a), idOf(b)));
 }
 
@@ -167,7 +167,7 @@ inline std::vector<std::uint32_t> rayHits(btBroadphaseInterface& broadphase, con
 }
 
 using Ids = std::vector<std::uint32_t>;
-using Pairs = std::vector<Pair>;
+using Pairs = Pairs;
 }  // namespace cullet::test
 
 namespace cullet

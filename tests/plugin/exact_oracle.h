@@ -33,9 +33,9 @@ inline bool maskRule(const btBroadphaseProxy& a, const btBroadphaseProxy& b)
 }
 
 /// Every pair of proxies whose exact boxes overlap, O(n^2).
-inline std::vector<Pair> exactPairs(const std::vector<btBroadphaseProxy*>& proxies)
+inline Pairs exactPairs(const std::vector<btBroadphaseProxy*>& proxies)
 {
-    std::vector<Pair> pairs;
+    Pairs pairs;
     for (std::size_t i = 0; i < proxies.size(); ++i)
     {
         for (std::size_t j = i + 1; j < proxies.size(); ++j)
@@ -49,7 +49,7 @@ inline std::vector<Pair> exactPairs(const std::vector<btBroadphaseProxy*>& proxi
 }
 
 /// Both sorted.
-inline bool containsAll(const std::vector<Pair>& all, const std::vector<Pair>& some)
+inline bool containsAll(const Pairs& all, const Pairs& some)
 {
     return std::includes(all.begin(), all.end(), some.begin(), some.end());
 }

@@ -24,7 +24,7 @@ public:
         delta.removed = {{1, 3}};
         return m_failure;
     }
-    void restart(const std::vector<Pair>& known) override { m_inner->restart(known); }
+    void restart(const Pairs& known) override { m_inner->restart(known); }
     const char* name() const noexcept override { return "failing"; }
     BackendStats stats() const override { return m_inner->stats(); }
 
@@ -59,7 +59,7 @@ public:
         m_traffic.hadFilters = proxies.filters != nullptr;
         return m_inner->update(proxies, delta);
     }
-    void restart(const std::vector<Pair>& known) override
+    void restart(const Pairs& known) override
     {
         ++m_traffic.restarts;
         m_inner->restart(known);

@@ -120,7 +120,7 @@ TEST(BroadphaseThreads, SetAabbOfDifferentProxiesRunsConcurrently)
 
 TEST(BroadphaseThreads, ThreadsStepBroadPhasesOfTheirOwn)
 {
-    std::vector<std::vector<Pair>> results(kThreads);
+    std::vector<Pairs> results(kThreads);
     inParallel(
         [&](int thread)
         {

@@ -193,7 +193,7 @@ private:
 
     void changeInBulk()
     {
-        std::vector<Pair> removed;
+        Pairs removed;
         std::vector<ProxyPair> added;
         for (int i = 0; i < 40; ++i)
         {

@@ -10,7 +10,7 @@ namespace cullet::test
 {
 namespace
 {
-std::string words(const std::vector<Pair>& pairs)
+std::string words(const Pairs& pairs)
 {
     std::string text = "{";
     for (std::size_t i = 0; i < std::min<std::size_t>(pairs.size(), 10); ++i)
@@ -18,14 +18,13 @@ std::string words(const std::vector<Pair>& pairs)
     return text + (pairs.size() > 10 ? " ... " + std::to_string(pairs.size()) + " pairs }" : " }");
 }
 
-testing::AssertionResult sameList(const char* what, const std::vector<Pair>& actual,
-                                  const std::vector<Pair>& expected)
+testing::AssertionResult sameList(const char* what, const Pairs& actual, const Pairs& expected)
 {
     if (actual == expected)
         return testing::AssertionSuccess();
-    std::vector<Pair> sorted = actual;
+    Pairs sorted = actual;
     std::sort(sorted.begin(), sorted.end());
-    std::vector<Pair> missing, wrong;
+    Pairs missing, wrong;
     std::set_difference(expected.begin(), expected.end(), sorted.begin(), sorted.end(),
                         std::back_inserter(missing));
     std::set_difference(sorted.begin(), sorted.end(), expected.begin(), expected.end(),
@@ -62,7 +61,7 @@ testing::AssertionResult BackendSession::step()
     return testing::AssertionSuccess();
 }
 
-void BackendSession::restart(const std::vector<Pair>& known)
+void BackendSession::restart(const Pairs& known)
 {
     m_backend->restart(known);
     m_oracle.restart(known);
@@ -74,8 +73,7 @@ void BackendSession::changeBackend(std::unique_ptr<Backend> backend)
     m_backend->restart(m_oracle.pairs());
 }
 
-testing::AssertionResult BackendSession::reported(const std::vector<Pair>& added,
-                                                  const std::vector<Pair>& removed) const
+testing::AssertionResult BackendSession::reported(const Pairs& added, const Pairs& removed) const
 {
     if (auto same = sameList("added", m_delta.added, added); !same)
         return same;

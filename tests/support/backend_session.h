@@ -33,15 +33,15 @@ public:
     testing::AssertionResult step();
 
     /// Restarts backend and oracle with the same known pairs.
-    void restart(const std::vector<Pair>& known);
+    void restart(const Pairs& known);
 
     /// Goes on with another backend, which starts from the pairs held now.
     void changeBackend(std::unique_ptr<Backend> backend);
 
     /// True when the last step reported exactly these changes.
-    testing::AssertionResult reported(const std::vector<Pair>& added, const std::vector<Pair>& removed) const;
+    testing::AssertionResult reported(const Pairs& added, const Pairs& removed) const;
 
-    std::vector<Pair> pairs() const { return m_oracle.pairs(); }
+    Pairs pairs() const { return m_oracle.pairs(); }
     const PairDelta& delta() const { return m_delta; }
     Backend& backend() { return *m_backend; }
     std::uint64_t addedTotal() const { return m_addedTotal; }

@@ -6,6 +6,7 @@
 #include "tests/support/box_scenes.h"
 #include "tests/support/boxes.h"
 #include "tests/support/pair_lists.h"
+#include "tests/support/random.h"
 
 #include <gtest/gtest.h>
 
@@ -29,11 +30,11 @@ class DeltaOracle
 {
 public:
     /// @param before pairs that there are already
-    explicit DeltaOracle(std::vector<Pair> before = {}) : m_before(std::move(before)) {}
+    explicit DeltaOracle(Pairs before = {}) : m_before(std::move(before)) {}
 
     void expect(const std::vector<Aabb>& boxes, const FoundDeltas& found)
     {
-        const std::vector<Pair> now = everyPair(boxes);
+        const Pairs now = everyPair(boxes);
         EXPECT_EQ(inOrder(found.kept), both(m_before, now));
         EXPECT_EQ(inOrder(found.added), butFor(now, m_before));
         EXPECT_EQ(inOrder(found.removed), butFor(m_before, now));
@@ -50,24 +51,43 @@ public:
     std::uint64_t removed() const { return m_removed; }
 
 private:
-    static std::vector<Pair> both(const std::vector<Pair>& a, const std::vector<Pair>& b)
+    static Pairs both(const Pairs& a, const Pairs& b)
     {
-        std::vector<Pair> pairs;
+        Pairs pairs;
         std::set_intersection(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(pairs));
         return pairs;
     }
-    static std::vector<Pair> butFor(const std::vector<Pair>& a, const std::vector<Pair>& b)
+    static Pairs butFor(const Pairs& a, const Pairs& b)
     {
-        std::vector<Pair> pairs;
+        Pairs pairs;
         std::set_difference(a.begin(), a.end(), b.begin(), b.end(), std::back_inserter(pairs));
         return pairs;
     }
 
-    std::vector<Pair> m_before;
+    Pairs m_before;
     std::uint64_t m_kept = 0, m_added = 0, m_removed = 0;
 };
 
-/// Boxes that drift, jump, come, go, are empty, unbounded, not numbers, and all gone for a while.
+/// Boxes that go so short ways that most pairs stay for many sets, and stop now and then.
+inline void creep(std::vector<Aabb> boxes, int steps, std::uint32_t seed,
+                  std::vector<std::vector<Aabb>>& sets)
+{
+    Random random(seed);
+    for (int step = 0; step < steps; ++step)
+    {
+        const float farthest = step % 5 == 4 ? 0.0f : step % 2 == 0 ? 0.02f : 1e-4f;
+        for (Aabb& box : boxes)
+            for (int axis = 0; axis < 3; ++axis)
+            {
+                const float way = random.between(-farthest, farthest);
+                box.min[axis] += way;
+                box.max[axis] += way;
+            }
+        sets.push_back(boxes);
+    }
+}
+
+/// Boxes that drift, jump, come, go, creep, are empty, unbounded, not numbers, and all gone for a while.
 inline std::vector<std::vector<Aabb>> changingBoxes(std::uint32_t count, std::uint32_t seed)
 {
     std::vector<std::vector<Aabb>> sets;
@@ -99,6 +119,7 @@ inline std::vector<std::vector<Aabb>> changingBoxes(std::uint32_t count, std::ui
     drift(4);
     sets.emplace_back(count / 4, cube(0, 1));
     drift(6);
+    creep(strange, 30, seed, sets);
     return sets;
 }
 

@@ -25,7 +25,7 @@ public:
     std::uint64_t value() const { return m_hash; }
 
 private:
-    void addList(const std::vector<Pair>& pairs)
+    void addList(const Pairs& pairs)
     {
         addWord(static_cast<std::uint32_t>(pairs.size()));
         for (const Pair pair : pairs)

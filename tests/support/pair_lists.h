@@ -14,9 +14,9 @@
 namespace cullet::test
 {
 /// Pairs of rows in order, the lower row first, as lists of different algorithms are compared.
-inline std::vector<Pair> inOrder(const std::vector<IdPair>& rows)
+inline Pairs inOrder(const std::vector<IdPair>& rows)
 {
-    std::vector<Pair> pairs;
+    Pairs pairs;
     for (const IdPair pair : rows)
         pairs.push_back(makePair(pair.a, pair.b));
     std::sort(pairs.begin(), pairs.end());
@@ -24,9 +24,9 @@ inline std::vector<Pair> inOrder(const std::vector<IdPair>& rows)
 }
 
 /// Every pair of valid boxes that overlap, in order. O(n^2)
-inline std::vector<Pair> everyPair(const std::vector<Aabb>& boxes)
+inline Pairs everyPair(const std::vector<Aabb>& boxes)
 {
-    std::vector<Pair> pairs;
+    Pairs pairs;
     for (std::uint32_t a = 0; a < boxes.size(); ++a)
     {
         for (std::uint32_t b = a + 1; b < boxes.size(); ++b)

@@ -99,16 +99,16 @@ PairDelta PairOracle::update(const ProxyView& proxies)
     return delta;
 }
 
-void PairOracle::restart(const std::vector<Pair>& known)
+void PairOracle::restart(const Pairs& known)
 {
     m_pairs.clear();
     for (const Pair pair : known)
         m_pairs.insert({pair.first, pair.second});
 }
 
-std::vector<Pair> PairOracle::pairs() const
+Pairs PairOracle::pairs() const
 {
-    std::vector<Pair> list;
+    Pairs list;
     for (const IdPair& pair : m_pairs)
         list.push_back({pair.first, pair.second});
     return list;

@@ -25,9 +25,9 @@ public:
     /// Moves to the view's boxes and returns what changed.
     PairDelta update(const ProxyView& proxies);
 
-    void restart(const std::vector<Pair>& known);
+    void restart(const Pairs& known);
 
-    std::vector<Pair> pairs() const;
+    Pairs pairs() const;
     std::size_t pairCount() const { return m_pairs.size(); }
 
 private:
