@@ -60,8 +60,10 @@ struct ProxyView
     const std::uint8_t* changes = nullptr;  ///< [size] RowChange bits since the last update
     const std::uint32_t* dirty = nullptr;   ///< [dirtyCount] ascending rows with changes != 0
     std::uint32_t dirtyCount = 0;
+    std::uint8_t anyChanges = 0;  ///< RowChange bits that some of those have; 0: not told
     /// Rows that `boxes` has memory for, when that is from BoxAllocator, so that a device may lock its pages; else 0.
     std::size_t lockableRows = 0;
+    std::size_t lockableDirty = 0;  ///< the same of `dirty`
     float margin = 0.0f;  ///< >= 0; a pair leaves when the boxes grown by it on every side no longer overlap
 };
 

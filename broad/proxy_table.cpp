@@ -24,31 +24,43 @@ constexpr std::size_t kFewShare = 4;
 constexpr std::uint32_t kGroup = 64;
 
 /// A bit for each of 64 bytes: whether it is not zero.
-std::uint64_t bitsOfSetBytes(const std::uint8_t* bytes)
+///
+/// @param any [in, out] gets the bits of all of them
+std::uint64_t bitsOfSetBytes(const std::uint8_t* bytes, std::uint8_t& any)
 {
     std::uint64_t bits = 0;
 #if defined(__SSE2__)
+    __m128i all = _mm_setzero_si128();
     for (std::uint32_t i = 0; i < kGroup; i += 16)
     {
         const __m128i sixteen = _mm_loadu_si128(reinterpret_cast<const __m128i*>(bytes + i));
         const int clean = _mm_movemask_epi8(_mm_cmpeq_epi8(sixteen, _mm_setzero_si128()));
         bits |= static_cast<std::uint64_t>(~clean & 0xffff) << i;
+        all = _mm_or_si128(all, sixteen);
     }
+    all = _mm_or_si128(all, _mm_srli_si128(all, 8));
+    all = _mm_or_si128(all, _mm_srli_si128(all, 4));
+    all = _mm_or_si128(all, _mm_srli_si128(all, 2));
+    all = _mm_or_si128(all, _mm_srli_si128(all, 1));
+    any = static_cast<std::uint8_t>(any | _mm_cvtsi128_si32(all));
 #else
     for (std::uint32_t i = 0; i < kGroup; ++i)
+    {
         bits |= static_cast<std::uint64_t>(bytes[i] != 0 ? 1 : 0) << i;
+        any = static_cast<std::uint8_t>(any | bytes[i]);
+    }
 #endif
     return bits;
 }
 
 /// Writes row for every non-zero byte in [begin, end), ascending; the end of what was written.
 std::uint32_t* listSetBytes(const std::uint8_t* bytes, std::uint32_t begin, std::uint32_t end,
-                            std::uint32_t* to)
+                            std::uint32_t* to, std::uint8_t& any)
 {
     std::uint32_t row = begin;
     for (; end - row >= kGroup; row += kGroup)
     {
-        std::uint64_t set = bitsOfSetBytes(bytes + row);
+        std::uint64_t set = bitsOfSetBytes(bytes + row, any);
         if (set == ~std::uint64_t{0})
         {
             for (std::uint32_t i = 0; i < kGroup; ++i)
@@ -61,6 +73,7 @@ std::uint32_t* listSetBytes(const std::uint8_t* bytes, std::uint32_t begin, std:
     }
     for (; row < end; ++row)
     {
+        any = static_cast<std::uint8_t>(any | bytes[row]);
         if (bytes[row] != 0)
             *to++ = row;
     }
@@ -169,11 +182,13 @@ ProxyView ProxyTable::beginUpdate(float margin, bool useFilter)
     if (m_dirty.size() < size())
         m_dirty.resize(m_boxes.capacity());
     ProxyId* to = m_dirty.data();
+    std::uint8_t anyChanges = 0;
     for (std::uint32_t begin = 0; begin < size(); begin += 1u << kBlockShift)
     {
         if (!isBlockMarked(begin >> kBlockShift, kBlockForUpdate))
             continue;
-        to = listSetBytes(m_changes.data(), begin, std::min(size(), begin + (1u << kBlockShift)), to);
+        to = listSetBytes(m_changes.data(), begin, std::min(size(), begin + (1u << kBlockShift)), to,
+                          anyChanges);
     }
     m_dirtyCount = static_cast<std::uint32_t>(to - m_dirty.data());
     ProxyView view;
@@ -185,6 +200,8 @@ ProxyView ProxyTable::beginUpdate(float margin, bool useFilter)
     view.changes = m_changes.data();
     view.dirty = m_dirty.data();
     view.dirtyCount = m_dirtyCount;
+    view.anyChanges = anyChanges;
+    view.lockableDirty = m_dirty.capacity();
     view.margin = margin;
     return view;
 }
@@ -219,8 +236,9 @@ void ProxyTable::collectQueryChanges(std::vector<ProxyId>& rows)
             continue;
         unmarkBlock(block, kBlockForQueries);
         std::array<ProxyId, 1u << kBlockShift> changed;
+        std::uint8_t any = 0;
         const ProxyId* const end = listSetBytes(
-            m_queryChanges.data(), begin, std::min(size(), begin + (1u << kBlockShift)), changed.data());
+            m_queryChanges.data(), begin, std::min(size(), begin + (1u << kBlockShift)), changed.data(), any);
         rows.insert(rows.end(), static_cast<const ProxyId*>(changed.data()), end);
         for (const ProxyId* row = changed.data(); row != end; ++row)
             m_queryChanges[*row] = 0;

@@ -120,7 +120,8 @@ private:
     std::vector<std::uint8_t> m_queryChanges;
     std::vector<std::atomic<std::uint8_t>> m_blocks;  // which readers have changes to see in each 128 rows
     std::atomic<bool> m_queryDirty{false};
-    std::vector<ProxyId> m_dirty;  // room for all rows, of which m_dirtyCount are in use
+    std::vector<ProxyId, BoxAllocator<ProxyId>>
+        m_dirty;  // room for all rows, of which m_dirtyCount are in use
     std::uint32_t m_dirtyCount = 0;
     std::vector<ProxyId> m_free;
     std::vector<ProxyId> m_quarantine;

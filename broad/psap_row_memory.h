@@ -169,8 +169,10 @@ private:
     /// wake up and pack the others.
     Staged sendScattered(Exec& exec, const ProxyView& view, std::uint32_t* motion)
     {
-        const std::uint64_t picked =
-            isTableLocked(exec, view) ? std::min<std::uint64_t>(m_dirtyCount, kMostPicked) : 0;
+        m_areRowsTold = view.anyChanges == kRowMoved && view.lockableDirty >= m_dirtyCount &&
+                        exec.canUploadFrom(view.dirty, view.lockableDirty);
+        const std::uint64_t most = m_areRowsTold ? kMostPickedOfTold : kMostPicked;
+        const std::uint64_t picked = isTableLocked(exec, view) ? std::min(m_dirtyCount, most) : 0;
         m_staging.reserve(exec, m_dirtyCount, picked != m_dirtyCount);
         if (picked == m_dirtyCount)
             return sendPicked(exec, view, picked, motion);
@@ -196,6 +198,15 @@ private:
     /// Sends the first rows of the dirty list, whose boxes the executor picks from the table.
     Staged sendPicked(Exec& exec, const ProxyView& view, std::uint64_t count, std::uint32_t* motion)
     {
+        if (m_areRowsTold)
+        {
+            if (count == 0)
+                return Staged::ofMoved();
+            apply(exec, 0, count,
+                  {exec.mapped(view.boxes, count), true, nullptr, exec.mapped(view.dirty, count)},
+                  Staged::ofMoved(), motion);
+            return Staged::ofMoved();
+        }
         Staged all;
         for (std::uint64_t begin = 0; begin < count; begin += kPickedPart)
         {
@@ -221,7 +232,7 @@ private:
             const Staged staged = sumOfTasks(firstTask, endTask);
             apply(exec, items.begin, items.end,
                   {exec.mapped(m_staging.boxes(), count), false, exec.mapped(m_staging.changes(), 0),
-                   exec.mapped(m_staging.rows(), count)},
+                   exec.mapped(m_areRowsTold ? view.dirty : m_staging.rows(), count)},
                   staged, motion);
             all.add(staged);
         };
@@ -229,13 +240,21 @@ private:
                       [&](unsigned task, unsigned thread)
                       {
                           const PartOrder::Range items = parts.itemsOfTask(task);
-                          m_summaries[task] = m_staging.stageRowsAndBoxes(view, items.begin, items.end);
+                          m_summaries[task] = stageScattered(view, items);
                           parts.finish(task);
                           if (thread == 0)
                               parts.takeReady(send);
                       });
         parts.takeReady(send);
         return all;
+    }
+
+    Staged stageScattered(const ProxyView& view, PartOrder::Range items)
+    {
+        if (!m_areRowsTold)
+            return m_staging.stageRowsAndBoxes(view, items.begin, items.end);
+        m_staging.stageBoxes(view, items.begin, items.end);
+        return Staged::ofMoved();
     }
 
     Staged sumOfTasks(unsigned first, unsigned end) const
@@ -300,8 +319,10 @@ private:
     static constexpr std::uint64_t kTablePart = 1u << 17;
     static constexpr std::uint64_t kPartOfCapacity = 128;
 
-    // Scattered rows: so many are picked by a GPU in the time that sixteen threads take to wake up and pack as many.
+    // Scattered rows: so many are picked by a GPU in the time that sixteen threads take to wake up and pack as many; more
+    // where one thread need not look at them first.
     static constexpr std::uint64_t kMostPicked = 1u << 15;
+    static constexpr std::uint64_t kMostPickedOfTold = 3u << 14;
     static constexpr std::uint64_t kPickedPart = 1u << 14;
     static constexpr std::uint64_t kPackGrain = 2048;
     static constexpr unsigned kTasksPerPart = 8;
@@ -321,7 +342,8 @@ private:
     Buffer<std::uint32_t> m_uniqueIds;
 
     bool m_haveAllChanged = false;
-    bool m_dirtyIsAll = false;       ///< all rows were sent in the last update
+    bool m_areRowsTold = false;  ///< scattered rows have only moved, and are read from the dirty list itself
+    bool m_dirtyIsAll = false;   ///< all rows were sent in the last update
     std::uint64_t m_dirtyCount = 0;  ///< rows sent then
     RowStaging<Exec> m_staging;
     std::vector<Staged> m_summaries;  ///< by task

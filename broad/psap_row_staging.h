@@ -24,6 +24,9 @@ public:
         unsigned allChanges = 0xffu;          ///< those that every row has
         std::uint32_t largestId = 0;          ///< of those created
 
+        /// Rows that have moved, and nothing else.
+        static Summary ofMoved() { return {kRowMoved, kRowMoved, 0}; }
+
         bool isUniform() const { return anyChanges == allChanges; }
         void add(const Summary& other)
         {
@@ -70,6 +73,15 @@ public:
         return withLargestId({any, all, 0}, view, nullptr, begin, end);
     }
 
+    /// Packs the boxes of some of the rows that the dirty list names.
+    void stageBoxes(const ProxyView& view, std::uint64_t begin, std::uint64_t end)
+    {
+        Aabb* boxes = m_boxes.data();
+        const ProxyView from = view;
+        for (std::uint64_t i = begin; i < end; ++i)
+            boxes[i] = boxAhead(from, i, end);
+    }
+
     /// Packs some of the rows that the dirty list names, without their boxes.
     Summary stageRows(const ProxyView& view, std::uint64_t begin, std::uint64_t end)
     {
@@ -98,16 +110,19 @@ private:
             const std::uint32_t row = from.dirty[i];
             rows[i] = row;
             if constexpr (kPacksBoxes)
-            {
-                // A cache line or two for each row: they come sixteen rows before they are needed.
-                prefetchBox(from.boxes + from.dirty[std::min(i + 16, end - 1)]);
-                boxes[i] = from.boxes[row];
-            }
+                boxes[i] = boxAhead(from, i, end);
             changes[i] = from.changes[row];
             any |= from.changes[row];
             all &= from.changes[row];
         }
         return withLargestId({any, all, 0}, view, view.dirty, begin, end);
+    }
+
+    /// The box of dirty row i. A cache line or two for each: they come sixteen rows before they are needed.
+    static const Aabb& boxAhead(const ProxyView& view, std::uint64_t i, std::uint64_t end)
+    {
+        prefetchBox(view.boxes + view.dirty[std::min(i + 16, end - 1)]);
+        return view.boxes[view.dirty[i]];
     }
 
     /// @param rows null: 0, 1, 2, ...

@@ -41,12 +41,15 @@ public:
         view.changes = m_changes.data();
         view.dirty = m_dirty.data();
         view.dirtyCount = static_cast<std::uint32_t>(m_dirty.size());
+        view.lockableDirty = m_dirty.capacity();
+        view.anyChanges = m_anyChanges;
         return view;
     }
 
     void step(std::uint32_t frame)
     {
         m_dirty.clear();
+        m_anyChanges = kRowMoved;
         std::fill(m_changes.begin(), m_changes.end(), std::uint8_t{0});
         for (std::uint32_t body = frame % m_every; body < m_boxes.size(); body += m_every)
         {
@@ -64,8 +67,10 @@ public:
 private:
     std::uint32_t m_every;
     std::vector<Aabb, BoxAllocator<Aabb>> m_boxes;
-    std::vector<std::uint32_t> m_ids, m_dirty;
+    std::vector<std::uint32_t> m_ids;
+    std::vector<std::uint32_t, BoxAllocator<std::uint32_t>> m_dirty;
     std::vector<std::uint8_t> m_changes;
+    std::uint8_t m_anyChanges = kRowCreated;
     SplitMix64 m_random{7};
 };
 

@@ -179,6 +179,34 @@ TEST(ProxyTable, DirtyRowsAreAscendingAndEachOnce)
     }
 }
 
+TEST(ProxyTable, TellsWhatHasHappenedToAnyRow)
+{
+    ProxyTable table;
+    constexpr std::uint32_t kRows = 500;  // the last rows are not a whole group
+    for (std::uint32_t row = 0; row < kRows; ++row)
+        table.create(cube(0, 1), row + 1, kEverything);
+    EXPECT_EQ(table.beginUpdate(0, true).anyChanges, kRowCreated);
+    table.endUpdate();
+    EXPECT_EQ(table.beginUpdate(0, true).anyChanges, 0);
+    table.endUpdate();
+    for (std::uint32_t row = 0; row < kRows; ++row)
+    {
+        table.setBox(row, cube(1, 2));
+        EXPECT_EQ(table.beginUpdate(0, true).anyChanges, kRowMoved) << row;
+        table.setBox((row + 77) % kRows, cube(1, 3));
+        table.setFilter(row, {2, 2});
+        EXPECT_EQ(table.beginUpdate(0, true).anyChanges, kRowMoved | kRowRefiltered) << row;
+        table.setFilter(row, {1, static_cast<std::int32_t>(row)});
+        table.endUpdate();
+        table.setFilter(row, {4, 4});
+        EXPECT_EQ(table.beginUpdate(0, true).anyChanges, kRowRefiltered) << row;
+        table.endUpdate();
+    }
+    table.destroy(499);
+    table.setBox(3, cube(4, 5));
+    EXPECT_EQ(table.beginUpdate(0, true).anyChanges, kRowMoved | kRowDestroyed);
+}
+
 TEST(ProxyTable, QueriesFollowTheChangesOnTheirOwn)
 {
     ProxyTable table;
