@@ -98,7 +98,7 @@ __global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
     runParted(std::uint64_t end, const Step step, const List first, const PairList second)
 {
     constexpr unsigned kWarps = kEmitThreads / 32;
-    using First = EmitterFor<List, 32 * (kEach == 1 ? 2 : kEach)>;
+    using First = TogetherEmitter<32 * (kEach == 1 ? 2 : kEach), List>;
     using Second = TogetherEmitter<64>;
     __shared__ alignas(8) IdPair ofFirst[kWarps][First::kSlots];
     __shared__ alignas(8) IdPair ofSecond[kWarps][Second::kRoom];

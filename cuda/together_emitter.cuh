@@ -5,6 +5,7 @@
 #include "broad/psap_pairs.h"
 
 #include <cstdint>
+#include <type_traits>
 
 namespace cullet::psap
 {
@@ -13,11 +14,9 @@ inline constexpr unsigned kEmitThreads = 128;
 /// Appends pairs that a warp holds in shared memory; all its lanes call.
 ///
 /// @param pairAt(k) gives the k-th as it lies in memory: as two numbers, it would be written twice
-/// @param depthAt(k) by how much its boxes overlap
-/// @param depths [list.capacity, out] null: not asked for
-template <class PairAt, class DepthAt>
-__device__ void appendTogether(const PairList& list, unsigned count, const PairAt& pairAt, float* depths,
-                               const DepthAt& depthAt)
+/// @return where the first one was put
+template <class PairAt>
+__device__ std::uint64_t appendTogether(const PairList& list, unsigned count, const PairAt& pairAt)
 {
     const unsigned lane = threadIdx.x % 32;
     unsigned long long base = 0;
@@ -27,17 +26,10 @@ __device__ void appendTogether(const PairList& list, unsigned count, const PairA
     auto* to = reinterpret_cast<uint2*>(list.pairs);
     for (unsigned k = lane; k < count; k += 32)
     {
-        if (base + k >= list.capacity)
-            continue;
-        to[base + k] = pairAt(k);
-        if (depths != nullptr)
-            depths[base + k] = depthAt(k);
+        if (base + k < list.capacity)
+            to[base + k] = pairAt(k);
     }
-}
-template <class PairAt>
-__device__ void appendTogether(const PairList& list, unsigned count, const PairAt& pairAt)
-{
-    appendTogether(list, count, pairAt, nullptr, [](unsigned) { return 0.0f; });
+    return base;
 }
 
 /// Where something lies in shared memory, as a number that stays in a register. It comes by way of a shuffle, so that
@@ -81,76 +73,37 @@ __device__ inline std::uint32_t countBefore(std::uint32_t lanes)
 /// all tell it. A full buffer is written out, so that a small one is enough and more of the cache is left.
 ///
 /// @tparam kPairs that a warp has room for
-template <unsigned kPairs = 128>
+/// @tparam List   PairList, or DepthList
+template <unsigned kPairs = 128, class List = PairList>
 struct TogetherEmitter
 {
+    static constexpr bool kHasDepths = std::is_same_v<List, DepthList>;
     static constexpr unsigned kRoom = kPairs;
+    static constexpr unsigned kSlots =
+        kHasDepths ? kRoom + kRoom / 2 : kRoom;  ///< that they take, with depths
     static constexpr unsigned kAll = 0xffffffffu;
 
-    std::uint32_t buffer;  ///< [kRoom] pairs of the warp: an address in shared memory
+    std::uint32_t buffer;  ///< [kRoom] pairs of the warp, then their depths: an address in shared memory
     unsigned held;         ///< in the buffer, the same in all lanes
-    PairList list;
+    List list;
 
-    __device__ TogetherEmitter(const IdPair* pairs, const PairList& whole)
-        : buffer(addressInShared(pairs)), held(0), list(whole)
+    /// @param room [kSlots] of the warp
+    __device__ TogetherEmitter(const IdPair* room, const List& whole)
+        : buffer(addressInShared(room)), held(0), list(whole)
     {
     }
 
     __device__ void push(IdPair pair) { list.push(pair); }
     __device__ void tested(std::uint64_t) {}
     __device__ bool any(bool isMine) const { return __any_sync(kAll, isMine) != 0; }
-    __device__ void append(bool isMine, IdPair pair)
-    {
-        const unsigned lanes = __ballot_sync(kAll, isMine);
-        if (isMine)
-            storeShared(buffer + sizeof(IdPair) * (held + countBefore(lanes)), pair);
-        held += __popc(lanes);
-        if (held > kRoom - 32)
-            flush();
-    }
-    /// Writes out what there is.
-    __device__ void finish()
-    {
-        if (held != 0)
-            flush();
-    }
-
-private:
-    __device__ void flush()
-    {
-        __syncwarp();
-        appendTogether(list, held, [&](unsigned k) { return loadSharedPair(buffer + sizeof(IdPair) * k); });
-        __syncwarp();
-        held = 0;
-    }
-};
-
-/// The same for pairs with depths.
-template <unsigned kPairs>
-struct DepthEmitter
-{
-    static constexpr unsigned kRoom = kPairs;
-    static constexpr unsigned kAll = 0xffffffffu;
-
-    std::uint32_t buffer;  ///< [kRoom] pairs of the warp, then their depths: an address in shared memory
-    unsigned held;         ///< in the buffer, the same in all lanes
-    DepthList list;
-
-    /// @param room [kRoom + kRoom / 2] of the warp
-    __device__ DepthEmitter(const IdPair* room, const DepthList& whole)
-        : buffer(addressInShared(room)), held(0), list(whole)
-    {
-    }
-
-    __device__ void append(bool isMine, IdPair pair, float depth)
+    __device__ void append(bool isMine, IdPair pair, float depth = 0)
     {
         const unsigned lanes = __ballot_sync(kAll, isMine);
         const unsigned k = held + countBefore(lanes);
         if (isMine)
-        {
-            storeShared(pairAt(k), pair);
+            storeShared(buffer + sizeof(IdPair) * k, pair);
+        if (kHasDepths && isMine)
             storeShared(depthAt(k), __float_as_uint(depth));
-        }
         held += __popc(lanes);
         if (held > kRoom - 32)
             flush();
@@ -163,7 +116,6 @@ struct DepthEmitter
     }
 
 private:
-    __device__ std::uint32_t pairAt(unsigned k) const { return buffer + sizeof(IdPair) * k; }
     __device__ std::uint32_t depthAt(unsigned k) const
     {
         return buffer + sizeof(IdPair) * kRoom + sizeof(float) * k;
@@ -172,28 +124,25 @@ private:
     __device__ void flush()
     {
         __syncwarp();
-        appendTogether(
-            list.pairs, held, [&](unsigned k) { return loadSharedPair(pairAt(k)); }, list.depths,
-            [&](unsigned k) { return __uint_as_float(loadShared(depthAt(k))); });
+        const std::uint64_t base = appendTogether(
+            pairsOf(list), held, [&](unsigned k) { return loadSharedPair(buffer + sizeof(IdPair) * k); });
+        if constexpr (kHasDepths)
+            appendDepths(base);
         __syncwarp();
         held = 0;
     }
-};
 
-/// What a step sees of a list.
-template <class List, unsigned kPairs>
-struct EmitterFor : TogetherEmitter<kPairs>
-{
-    static constexpr unsigned kSlots = kPairs;  ///< for a warp
+    __device__ void appendDepths(std::uint64_t base)
+    {
+        for (unsigned k = threadIdx.x % 32; k < held; k += 32)
+        {
+            if (base + k < list.pairs.capacity)
+                list.depths[base + k] = __uint_as_float(loadShared(depthAt(k)));
+        }
+    }
 
-    using TogetherEmitter<kPairs>::TogetherEmitter;
-};
-template <unsigned kPairs>
-struct EmitterFor<DepthList, kPairs> : DepthEmitter<kPairs>
-{
-    static constexpr unsigned kSlots = kPairs + kPairs / 2;
-
-    using DepthEmitter<kPairs>::DepthEmitter;
+    __device__ static const PairList& pairsOf(const PairList& pairs) { return pairs; }
+    __device__ static const PairList& pairsOf(const DepthList& pairs) { return pairs.pairs; }
 };
 
 /// The same for a step that keeps some of what it finds for a while.
