@@ -411,7 +411,7 @@ bool isScanWide()
 template <class S>
 std::int32_t linearSupportMaximum()
 {
-    return isScanWide<S>() ? 100 : 48;
+    return isScanWide<S>() ? 100 : std::is_same_v<S, float> ? 48 : 32;
 }
 
 /// Up to this many vertices the scan beats a climb from a vertex near the answer, where measured.

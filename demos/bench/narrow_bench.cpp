@@ -49,6 +49,10 @@ const std::vector<NamedPoints>& benchShapes()
     static const std::vector<NamedPoints> shapes = []
     {
         std::vector<NamedPoints> all = hullShapes();
+        // Between the others, where the choice of a support search changes.
+        for (const int count : {16, 24, 32, 64, 80, 100, 128})
+            all.push_back({"ell" + std::to_string(count),
+                           ellipsoidPoints(count, {1.0, 0.7, 0.5}, static_cast<unsigned>(count))});
         all.push_back({"ico642", icoPoints(3)});
         all.push_back({"ico2562", icoPoints(4)});
         all.push_back({"ico10242", icoPoints(5)});
