@@ -39,6 +39,16 @@ CULLET_HOST_DEVICE inline void raise(std::uint32_t* bits, float value)
 #endif
 }
 
+/// Sets a number to 1, as several may do at the same time.
+CULLET_HOST_DEVICE inline void raiseFlag(std::uint32_t* flag)
+{
+#ifdef __CUDA_ARCH__
+    *flag = 1;
+#else
+    __atomic_store_n(flag, 1u, __ATOMIC_RELAXED);
+#endif
+}
+
 CULLET_HOST_DEVICE inline float floatOf(std::uint32_t bits)
 {
     float value = 0;

@@ -1,0 +1,256 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/host_device.h"
+#include "broad/id_pair.h"
+#include "broad/pair.h"
+#include "broad/psap_pairs.h"
+
+#include <cstdint>
+
+/// How the changes of an update get their names and their order: the steps.
+namespace cullet::psap
+{
+/// How a pair of unique ids makes one integer of Pair's order: no longer than the ids need, for the sake of sorting.
+struct IdBits
+{
+    std::uint32_t bits;  ///< of an id
+
+    static IdBits forIds(std::uint32_t largest)
+    {
+        std::uint32_t bits = 1;
+        while (bits < 32 && largest >> bits != 0)
+            ++bits;
+        return {bits};
+    }
+
+    int keyBits() const { return static_cast<int>(2 * bits); }
+
+    CULLET_HOST_DEVICE Pair pairOf(std::uint64_t key) const
+    {
+        const std::uint64_t mask = (1ull << bits) - 1;
+        return {static_cast<std::uint32_t>(key >> bits & mask), static_cast<std::uint32_t>(key & mask)};
+    }
+};
+
+/// The lists of an update, in an executor's memory.
+struct ChangeLists
+{
+    const IdPair* added;
+    std::uint64_t addedRoom;
+    const IdPair* removed;
+    IdPair* kept;       ///< the pairs that enter go behind those that stay
+    float* keptDepths;  ///< 0 for those, not known yet
+    std::uint64_t keptRoom;
+    LookupTable table;
+    const Counters* counters;
+    const std::uint32_t* sides;
+    const std::uint32_t* uniqueIds;  ///< by row
+
+    /// Whether nothing was left out for want of room, so that the search need not run again.
+    CULLET_HOST_DEVICE bool areComplete(const ListCounts& counts) const
+    {
+        return counts.added <= addedRoom && counts.lookups <= table.limit();
+    }
+};
+
+/// Numbers of the pairs that enter and of those that leave; or room for them, first the ones, then the others.
+struct ChangeCounts
+{
+    std::uint64_t added, removed;
+
+    CULLET_HOST_DEVICE std::uint64_t total() const { return added + removed; }
+
+    CULLET_HOST_DEVICE ChangeCounts atMost(ChangeCounts room) const
+    {
+        return {added < room.added ? added : room.added, removed < room.removed ? removed : room.removed};
+    }
+};
+
+/// What an update tells of itself beside the changes.
+struct UpdateReport
+{
+    Counters counters;
+    std::uint32_t isOverfull;  ///< a bucket of changes was: they are not in order
+};
+
+/// The changes of an update in buckets by kind and first id, so few in each that they are put in order one by one: half of
+/// the time of a radix sort.
+struct ChangeBuckets
+{
+    /// Those of a kind.
+    struct Kind
+    {
+        std::uint32_t first, last;
+        std::uint32_t shift;  ///< 2^shift first ids share a bucket
+    };
+
+    Kind added, removed;
+    std::uint32_t
+        leastId;  ///< of the first ids; smaller ones belong to the first bucket, larger ones to the last
+    std::uint32_t* counts;        ///< [count()] changes, 0 before an update and after it
+    const std::uint32_t* starts;  ///< [count()] changes in the buckets before
+    std::uint32_t* ranks;         ///< [room] of a change in its bucket
+
+    CULLET_HOST_DEVICE std::uint32_t count() const { return removed.last + 1; }
+
+    CULLET_HOST_DEVICE std::uint32_t bucketOf(bool isRemoved, std::uint32_t firstId) const
+    {
+        const Kind& kind = isRemoved ? removed : added;
+        const std::uint32_t steps = firstId < leastId ? 0 : (firstId - leastId) >> kind.shift;
+        const std::uint32_t most = kind.last - kind.first;
+        return kind.first + (steps < most ? steps : most);
+    }
+};
+
+/// What follows the search, in one launch, since each part would take longer to start than to run: names the changes by
+/// unique ids, appends the pairs that enter to those that are held, frees the look-up table, and reports the counts. Index
+/// i does change i and slot i.
+struct CloseUpdate
+{
+    ChangeLists lists;
+    IdBits bits;
+    ChangeCounts room;
+    std::uint64_t* keys;    ///< [room, out] where there is no change, more than any key
+    Pair* changes;          ///< [room, out] 0
+    ChangeBuckets buckets;  ///< [out] counts and ranks; null: keys alone
+    UpdateReport* report;   ///< [out]
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    {
+        const ListCounts counts = lists.counters->lists;
+        const bool isComplete = lists.areComplete(counts);
+        if (i == 0)
+            tellCounts();
+        if (i <= lists.table.mask && isComplete)
+            lists.table.slots[i] = LookupTable::kFree;
+        if (i >= room.total())
+            return;
+        changes[i] = {};
+        const bool isRemoved = i >= room.added;
+        const std::uint64_t k = isRemoved ? i - room.added : i;
+        if (!isComplete || k >= (isRemoved ? counts.removed : counts.added))
+        {
+            keys[i] = ~0ull;
+            return;
+        }
+        const IdPair pair = isRemoved ? lists.removed[k] : lists.added[k];
+        if (!isRemoved && counts.kept + k < lists.keptRoom)
+        {
+            lists.kept[counts.kept + k] = pair;
+            lists.keptDepths[counts.kept + k] = 0;
+        }
+        name(i, isRemoved, pair);
+    }
+
+private:
+    CULLET_HOST_DEVICE void tellCounts() const
+    {
+        report->counters = *lists.counters;
+        report->counters.side = *lists.sides;
+        report->isOverfull = 0;
+    }
+
+    CULLET_HOST_DEVICE void name(std::uint64_t i, bool isRemoved, IdPair pair) const
+    {
+        const std::uint32_t a = lists.uniqueIds[pair.a];
+        const std::uint32_t b = lists.uniqueIds[pair.b];
+        const std::uint32_t first = a < b ? a : b;
+        keys[i] = std::uint64_t{first} << bits.bits | (a < b ? b : a);
+        if (buckets.counts != nullptr)
+            buckets.ranks[i] = fetchAdd(&buckets.counts[buckets.bucketOf(isRemoved, first)], 1u);
+    }
+};
+
+/// Changes in the order of their buckets.
+struct BucketOrder
+{
+    ChangeLists lists;
+    IdBits bits;
+    ChangeCounts room;
+    ChangeBuckets buckets;
+
+    /// How many changes there are to be put in order.
+    CULLET_HOST_DEVICE ChangeCounts counts() const
+    {
+        const ListCounts counts = lists.counters->lists;
+        if (!lists.areComplete(counts))
+            return {0, 0};
+        return ChangeCounts{counts.added, counts.removed}.atMost(room);
+    }
+
+    CULLET_HOST_DEVICE std::uint32_t bucketOf(bool isRemoved, std::uint64_t key) const
+    {
+        return buckets.bucketOf(isRemoved, bits.pairOf(key).first);
+    }
+};
+
+/// Puts change i to those of its bucket, and empties bucket i.
+struct FillBucket
+{
+    BucketOrder order;
+    const std::uint64_t* keys;  ///< [room] of CloseUpdate
+    std::uint64_t* byBucket;    ///< [changes, out]
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    {
+        if (i < order.buckets.count())
+            order.buckets.counts[i] = 0;
+        const ChangeCounts counts = order.counts();
+        const bool isRemoved = i >= order.room.added;
+        const std::uint64_t k = isRemoved ? i - order.room.added : i;
+        if (i < order.room.total() && k < (isRemoved ? counts.removed : counts.added))
+            byBucket[order.buckets.starts[order.bucketOf(isRemoved, keys[i])] + order.buckets.ranks[i]] =
+                keys[i];
+    }
+};
+
+/// Puts change i of those by bucket in order.
+struct OrderBucket
+{
+    /// So many changes in a bucket are too many.
+    static constexpr std::uint64_t kOverfull = 48;
+
+    BucketOrder order;
+    const std::uint64_t* byBucket;  ///< [changes] of FillBucket
+    Pair* changes;                  ///< [room, out] void where a bucket is overfull
+    UpdateReport* report;
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    {
+        const ChangeCounts counts = order.counts();
+        const bool isRemoved = i >= counts.added;
+        const std::uint64_t begin = isRemoved ? counts.added : 0;
+        const std::uint64_t end = isRemoved ? counts.total() : counts.added;
+        if (i >= end)
+            return;
+        const std::uint64_t key = byBucket[i];
+        const std::uint32_t bucket = order.bucketOf(isRemoved, key);
+        const auto isInBucket = [&](std::uint64_t k)
+        { return order.bucketOf(isRemoved, byBucket[k]) == bucket; };
+        std::uint64_t smaller = 0;
+        std::uint64_t first = i;
+        for (; first > begin && i - first < kOverfull && isInBucket(first - 1); --first)
+            smaller += byBucket[first - 1] < key ? 1 : 0;
+        std::uint64_t last = i + 1;
+        for (; last < end && last - first < kOverfull && isInBucket(last); ++last)
+            smaller += byBucket[last] < key ? 1 : 0;
+        if (last - first >= kOverfull)
+            raiseFlag(&report->isOverfull);
+        else
+            changes[(isRemoved ? order.room.added - counts.added : 0) + first + smaller] =
+                order.bits.pairOf(key);
+    }
+};
+
+/// Unpacks key i.
+struct UnpackKey
+{
+    const std::uint64_t* keys;
+    IdBits bits;
+    Pair* pairs;
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const { pairs[i] = bits.pairOf(keys[i]); }
+};
+}  // namespace cullet::psap
