@@ -123,11 +123,7 @@ private:
     {
         if (m_word.size() != 0)
             return;
-        for (Buffer<RowPlan>& plan : m_plans)
-        {
-            exec.reserve(plan, 1);
-            exec.clear(plan.data(), 1);  // all of it is copied
-        }
+        reservePlans(exec, m_plans);
         exec.reserve(m_word, 1);
         *m_word.data() = 0;
     }

@@ -56,6 +56,17 @@ struct KeepSample
     }
 };
 
+/// Room for the plan in use and the next one, all of which is copied over the other.
+template <class Exec, class Buffer>
+void reservePlans(Exec& exec, Buffer (&plans)[2])
+{
+    for (Buffer& plan : plans)
+    {
+        exec.reserve(plan, 1);
+        exec.clear(plan.data(), 1);
+    }
+}
+
 /// Sums the boxes for the choice of axis and cells.
 template <class Exec>
 class Statistics

@@ -17,27 +17,35 @@ std::uint64_t testsOf(WatchedSearch& search, const std::vector<Aabb>& boxes, con
     return search.exec.takeTestCount();
 }
 
-TEST(PsapPlans, FollowAWorldThatGrows)
+/// Boxes close together, and as many that have spread out.
+struct GrowingWorld
 {
-    SCOPED_TRACE("seed 3");
-    Random random(3);
+    explicit GrowingWorld(std::uint32_t seed) : random(seed) {}
+
+    Random random;
     const std::vector<Aabb> dense = cubesIn(6000, 4, random);
     const std::vector<Aabb> sparse = cubesIn(6000, 4000, random);
     const Pairs pairs = everyPair(sparse);
+};
+
+TEST(PsapPlans, FollowAWorldThatGrows)
+{
+    SCOPED_TRACE("seed 3");
+    const GrowingWorld world(3);
     for (const PsapOrder order : {PsapOrder::Counting, PsapOrder::Radix})
     {
         SCOPED_TRACE(static_cast<int>(order));
         WatchedSearch fresh(order);
-        const std::uint64_t fewest = testsOf(fresh, sparse, pairs);
+        const std::uint64_t fewest = testsOf(fresh, world.sparse, world.pairs);
         PsapOptions options;
         options.order = order;
         options.updatesPerPlan = 3;
         WatchedSearch search(options);
-        search.find(dense);
-        EXPECT_GT(testsOf(search, sparse, pairs), 2 * fewest);
+        search.find(world.dense);
+        EXPECT_GT(testsOf(search, world.sparse, world.pairs), 2 * fewest);
         for (int update = 0; update < 20; ++update)
-            search.find(sparse);
-        EXPECT_LE(testsOf(search, sparse, pairs), fewest + fewest / 10);
+            search.find(world.sparse);
+        EXPECT_LE(testsOf(search, world.sparse, world.pairs), fewest + fewest / 10);
     }
 }
 
@@ -45,38 +53,32 @@ TEST(PsapPlans, FollowAWorldThatGrows)
 TEST(PsapPlans, OfAWorldThatHasGrownKeepToTheirRoom)
 {
     SCOPED_TRACE("seed 3");
-    Random random(3);
-    const std::vector<Aabb> dense = cubesIn(6000, 4, random);
-    const std::vector<Aabb> sparse = cubesIn(6000, 4000, random);
-    const Pairs pairs = everyPair(sparse);
+    const GrowingWorld world(3);
     for (const PsapOrder order : {PsapOrder::Counting, PsapOrder::Radix})
     {
         SCOPED_TRACE(static_cast<int>(order));
         WatchedSearch search(order);
-        search.find(dense);
+        search.find(world.dense);
         for (int update = 0; update < 80; ++update)
-            ASSERT_EQ(search.find(sparse), pairs) << update;
+            ASSERT_EQ(search.find(world.sparse), world.pairs) << update;
     }
 }
 
 TEST(PsapPlans, OfBinsFollowBoxesThatSpreadOut)
 {
     SCOPED_TRACE("seed 4");
-    Random random(4);
-    const std::vector<Aabb> dense = cubesIn(6000, 4, random);
-    const std::vector<Aabb> sparse = cubesIn(6000, 4000, random);
-    const Pairs pairs = everyPair(sparse);
+    const GrowingWorld world(4);
     PsapOptions options;
     options.order = PsapOrder::Bins;
     options.updatesPerPlan = 3;
     WatchedSearch search(options);
-    search.find(dense);
+    search.find(world.dense);
     EXPECT_FALSE(search.wasFull());
-    EXPECT_EQ(search.find(sparse), pairs);
+    EXPECT_EQ(search.find(world.sparse), world.pairs);
     EXPECT_TRUE(search.wasFull());
     for (int update = 0; update < 20; ++update)
-        search.find(sparse);
-    EXPECT_EQ(search.find(sparse), pairs);
+        search.find(world.sparse);
+    EXPECT_EQ(search.find(world.sparse), world.pairs);
     EXPECT_FALSE(search.wasFull());
 }
 

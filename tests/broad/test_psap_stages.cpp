@@ -26,11 +26,17 @@ std::string stagesOf(Backend& backend, ProxyTable& table)
     return names;
 }
 
+/// Bodies in a row, each touching the next one.
+void addRow(ProxyTable& table)
+{
+    for (std::uint32_t body = 0; body < 100; ++body)
+        table.create(cube(static_cast<float>(body), static_cast<float>(body) + 1.5f), body + 1, kEverything);
+}
+
 TEST(PsapStages, AreTimedWhereAskedFor)
 {
     ProxyTable table;
-    for (std::uint32_t body = 0; body < 100; ++body)
-        table.create(cube(static_cast<float>(body), static_cast<float>(body) + 1.5f), body + 1, kEverything);
+    addRow(table);
     PsapOptions options;
     const auto untimed = makeHostPsapBackend(options);
     options.timeStages = true;
@@ -45,8 +51,7 @@ TEST(PsapStages, AreTimedWhereAskedFor)
 TEST(PsapRetries, AreCountedWhereAListIsTooShort)
 {
     ProxyTable table;
-    for (std::uint32_t body = 0; body < 100; ++body)
-        table.create(cube(static_cast<float>(body), static_cast<float>(body) + 1.5f), body + 1, kEverything);
+    addRow(table);
     PsapOptions options;
     const auto roomy = makeHostPsapBackend(options);
     options.initialCapacity = 1;
