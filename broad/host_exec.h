@@ -103,9 +103,10 @@ public:
     {
         copy(to, from, count);
     }
-    /// Whether upload() may read that memory directly, which the caller does not change before the next wait().
+    /// Whether upload() may read that memory directly and download() write there, with nobody else changing it before the next
+    /// wait().
     template <class T>
-    bool canUploadFrom(const T*, std::uint64_t) const
+    bool canReach(const T*, std::uint64_t) const
     {
         return true;
     }
@@ -116,7 +117,7 @@ public:
         copy(to, from, count);
     }
     void awaitPart(std::uint64_t) {}
-    /// That memory as steps may read it, until the next wait(). For what canUploadFrom() agrees to, and Staging.
+    /// That memory as steps may read it, until the next wait(). For what canReach() agrees to, and Staging.
     template <class T>
     const T* mapped(const T* memory, std::uint64_t /*count*/) const
     {
@@ -127,12 +128,6 @@ public:
     T* mappedForWriting(T* memory) const
     {
         return memory;
-    }
-    /// Whether download() may write into that memory directly, with nobody else looking before the next wait().
-    template <class T>
-    bool canDownloadTo(const T*, std::uint64_t) const
-    {
-        return true;
     }
     template <class T>
     void uploadNow(T* to, const T* from, std::uint64_t count)
@@ -227,17 +222,14 @@ public:
 
     /// Calls step(step.read(i), first, second) for i in [0, count), where each of both appends to a list of its own, as above.
     /// For a step so short that a lane of a GPU had better take several indices; it reads the next while it does one.
-    ///
-    /// @param first a PairList or a DepthList
-    template <class Step, class List>
-    void forEachParted(std::uint64_t count, const Step& step, const List& first, const PairList& second)
+    template <class Step>
+    void forEachParted(std::uint64_t count, const Step& step, const DepthList& first, const PairList& second)
     {
         run(0, count,
             [&]
             {
-                return [&step, toFirst = EmitterFor<List>{first, &m_tests, 0},
-                        toSecond = Emitter{second, &m_tests, 0}](std::uint64_t i) mutable
-                { step(step.read(i), toFirst, toSecond); };
+                return [&step, toFirst = DepthEmitter{first}, toSecond = Emitter{second, &m_tests, 0}](
+                           std::uint64_t i) mutable { step(step.read(i), toFirst, toSecond); };
             });
     }
 
@@ -405,17 +397,12 @@ private:
     {
         DepthList list;
 
-        DepthEmitter(const DepthList& pairs, std::atomic<std::uint64_t>*, std::uint64_t) : list(pairs) {}
-
         void append(bool isMine, IdPair pair, float depth)
         {
             if (isMine)
                 list.push(pair, depth);
         }
     };
-
-    template <class List>
-    using EmitterFor = std::conditional_t<std::is_same_v<List, DepthList>, DepthEmitter, Emitter>;
 
     /// A group of one.
     template <class Room>

@@ -53,13 +53,7 @@ struct PartPairs
     std::uint64_t boxCount;
     const std::uint32_t* motion;  ///< as BoxHistory has it
 
-    struct Item
-    {
-        IdPair pair;
-        float depth;
-        bool isPair;
-    };
-    CULLET_HOST_DEVICE Item read(std::uint64_t i) const
+    CULLET_HOST_DEVICE DepthPair read(std::uint64_t i) const
     {
         if (!before.has(i))
             return {{0, 0}, 0, false};
@@ -69,7 +63,7 @@ struct PartPairs
     /// @param kept    receives the pair when it stays
     /// @param removed receives it when it leaves
     template <class Kept, class Removed>
-    CULLET_HOST_DEVICE void operator()(const Item& item, Kept& kept, Removed& removed) const
+    CULLET_HOST_DEVICE void operator()(const DepthPair& item, Kept& kept, Removed& removed) const
     {
         const IdPair pair = item.pair;
         const bool isThere = item.isPair && (pair.a > pair.b ? pair.a : pair.b) < boxCount;

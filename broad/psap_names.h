@@ -55,7 +55,7 @@ public:
     {
         pairs.resize(room);
         // Memory that comes back is worth locking; what comes once is faster copied.
-        m_isDirect = pairs.data() == m_last && exec.canDownloadTo(pairs.data(), pairs.capacity());
+        m_isDirect = pairs.data() == m_last && exec.canReach(pairs.data(), pairs.capacity());
         m_last = pairs.data();
         if (m_isDirect)
             return exec.download(pairs.data(), list, room);

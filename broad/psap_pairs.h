@@ -72,6 +72,14 @@ struct PairList
     }
 };
 
+/// A pair with a depth, or nothing.
+struct DepthPair
+{
+    IdPair pair;
+    float depth;
+    bool isPair;
+};
+
 /// Pairs, and by how much the boxes of each overlap at the least.
 struct DepthList
 {
@@ -369,18 +377,12 @@ struct SettleHeld
     RowSpan span;
     LookupTable open;
 
-    struct Item
-    {
-        IdPair pair;
-        float depth;
-        bool isPair;
-    };
-    CULLET_HOST_DEVICE Item read(std::uint64_t i) const { return {held[i], depths[i], true}; }
+    CULLET_HOST_DEVICE DepthPair read(std::uint64_t i) const { return {held[i], depths[i], true}; }
 
     /// @param kept    receives the pair when it stays
     /// @param removed receives it when it leaves
     template <class Kept, class Removed>
-    CULLET_HOST_DEVICE void operator()(const Item& item, Kept& kept, Removed& removed) const
+    CULLET_HOST_DEVICE void operator()(const DepthPair& item, Kept& kept, Removed& removed) const
     {
         const IdPair pair = item.pair;
         const bool isMine = item.isPair && span.contains(pair.a > pair.b ? pair.a : pair.b);
@@ -392,7 +394,7 @@ struct SettleHeld
 
 private:
     /// @param depth [out]
-    CULLET_HOST_DEVICE bool stays(const Item& item, float& depth) const
+    CULLET_HOST_DEVICE bool stays(const DepthPair& item, float& depth) const
     {
         const IdPair pair = item.pair;
         depth = item.depth;

@@ -105,7 +105,7 @@ private:
 
     static bool isTableLocked(const Exec& exec, const ProxyView& view)
     {
-        return view.lockableRows >= view.size && exec.canUploadFrom(view.boxes, view.lockableRows);
+        return view.lockableRows >= view.size && exec.canReach(view.boxes, view.lockableRows);
     }
 
     /// Makes the boxes of the last update old ones.
@@ -170,7 +170,7 @@ private:
     Staged sendScattered(Exec& exec, const ProxyView& view, std::uint32_t* motion)
     {
         m_areRowsTold = view.anyChanges == kRowMoved && view.lockableDirty >= m_dirtyCount &&
-                        exec.canUploadFrom(view.dirty, view.lockableDirty);
+                        exec.canReach(view.dirty, view.lockableDirty);
         const std::uint64_t most = m_areRowsTold ? kMostPickedOfTold : kMostPicked;
         const std::uint64_t picked = isTableLocked(exec, view) ? std::min(m_dirtyCount, most) : 0;
         m_staging.reserve(exec, m_dirtyCount, picked != m_dirtyCount);

@@ -2,10 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "broad/psap_plan_parts.h"
 #include "broad/psap_row_plan.h"
-#include "broad/psap_search_input.h"
 
-#include <algorithm>
 #include <cstdint>
 
 namespace cullet::psap
@@ -27,11 +26,7 @@ public:
     }
 
     /// Looks what has come of the next plan. Not done by others, so that nothing changes within an update.
-    void look()
-    {
-        if (m_word.size() != 0)
-            m_seen = *static_cast<const volatile std::uint64_t*>(m_word.data());
-    }
+    void look() { m_word.look(); }
 
     /// For one update; makes a plan where there is none.
     void prepare(Exec& exec, const SearchInput& input, std::uint64_t binCapacity)
@@ -49,14 +44,14 @@ public:
             case Step::Keep:
                 if (!m_hasPlan || m_age < m_updatesPerPlan)
                     break;
-                keepSample(exec, input);
-                m_statistics.reserveFor(exec, sample());
+                m_sample.keep(exec, input, kBoxesInSample);
+                m_statistics.reserveFor(exec, m_sample.boxes());
                 m_next = Step::Sum;
                 m_age = 0;
                 break;
             case Step::Sum:
                 exec.fork();
-                exec.aside([&] { m_statistics.begin(exec, sample()); });
+                exec.aside([&] { m_statistics.begin(exec, m_sample.boxes()); });
                 m_next = Step::AddUp;
                 break;
             case Step::AddUp:
@@ -72,7 +67,7 @@ public:
                 m_next = Step::Take;
                 break;
             case Step::Take:
-                if (m_seen >> 32 == m_made)
+                if (m_word.seen() >> 32 == m_made)
                     take(exec);
                 break;
         }
@@ -80,7 +75,7 @@ public:
 
     const RowPlan* plan() const { return m_plans[0].data(); }
     /// Levels that the sizes ask for, in the last plan that look() has seen; 0: none yet.
-    std::uint32_t levelCount() const { return static_cast<std::uint32_t>(m_seen); }
+    std::uint32_t levelCount() const { return static_cast<std::uint32_t>(m_word.seen()); }
     bool hasPlan() const { return m_hasPlan; }
     void forget() { m_hasPlan = false; }
     /// From the next plan on; see PlanRows.
@@ -109,8 +104,8 @@ private:
         exec.join();
         reserve(exec);
         m_binCapacity = binCapacity;
-        keepSample(exec, input);
-        m_statistics.collectMost(exec, sample());
+        m_sample.keep(exec, input, kBoxesInSample);
+        m_statistics.collectMost(exec, m_sample.boxes());
         plan(exec, m_plans[0].data());
         exec.fork();
         exec.aside([&] { m_statistics.ready(exec); });
@@ -121,30 +116,19 @@ private:
 
     void reserve(Exec& exec)
     {
-        if (m_word.size() != 0)
+        if (m_word.isThere())
             return;
         reservePlans(exec, m_plans);
-        exec.reserve(m_word, 1);
-        *m_word.data() = 0;
+        m_word.reserve(exec);
     }
-
-    /// All that is read of the boxes, which the caller may change as soon as the update has ended.
-    void keepSample(Exec& exec, const SearchInput& input)
-    {
-        m_stride = strideFor(input);
-        m_sampleCount = samplesOf(input, m_stride);
-        exec.reserve(m_sample, m_sampleCount);
-        exec.forEach(m_sampleCount, KeepSample{input.boxes, m_stride, m_sample.data()});
-    }
-    SearchInput sample() const { return {m_sample.data(), m_sampleCount}; }
 
     void plan(Exec& exec, RowPlan* to)
     {
         ++m_made;
         exec.forEach(
-            1, PlanRows{m_statistics.moments(), m_statistics.sizes(), static_cast<double>(m_stride), m_axis,
-                        m_cellScale, m_binScale, m_perBin, m_isForGroups, m_binCapacity, m_made, to});
-        exec.download(m_word.data(), &to->told, 1);
+            1, PlanRows{m_statistics.moments(), m_statistics.sizes(), m_sample.stride(), m_axis, m_cellScale,
+                        m_binScale, m_perBin, m_isForGroups, m_binCapacity, m_made, to});
+        m_word.ask(exec, &to->told);
     }
 
     /// Into the place of the one in use, so that launches with it stay the same.
@@ -154,27 +138,19 @@ private:
         m_next = Step::Keep;
     }
 
-    static std::uint64_t strideFor(const SearchInput& input)
-    {
-        return std::max<std::uint64_t>(1, input.count / kBoxesInSample);
-    }
-
     PsapAxis m_axis;
     float m_cellScale, m_binScale;
     double m_perBin;
     std::uint32_t m_updatesPerPlan;
     bool m_isForGroups = false;
     std::uint64_t m_binCapacity = 0;
-    std::uint64_t m_stride = 1;
-    std::uint64_t m_sampleCount = 0;
     bool m_hasPlan = false;
     std::uint32_t m_age = 0;   ///< updates since the statistics of the last plan
     std::uint32_t m_made = 0;  ///< plans
-    std::uint64_t m_seen = 0;
     Step m_next = Step::Keep;
     Statistics<Exec> m_statistics;
-    Buffer<Aabb> m_sample;
+    BoxSample<Exec> m_sample;
     Buffer<RowPlan> m_plans[2];  ///< in use, and the next one
-    typename Exec::template Staging<std::uint64_t> m_word;
+    ToldWord<Exec> m_word;
 };
 }  // namespace cullet::psap

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/psap_search_input.h"
+#include "broad/psap_plan_parts.h"
 #include "broad/psap_tile_plan.h"
 
 #include <algorithm>
@@ -29,11 +29,7 @@ public:
 
     /// Looks whether the last plan's shape has come. Not done by others, so that all that happens until the next call is as
     /// isSettled() says.
-    void look()
-    {
-        if (m_word.size() != 0)
-            m_seen = *static_cast<const volatile std::uint64_t*>(m_word.data());
-    }
+    void look() { m_word.look(); }
 
     /// For one update.
     void prepare(Exec& exec, const SearchInput& input)
@@ -56,8 +52,8 @@ public:
             case Step::Keep:
                 if (m_plannedCount == 0 || m_age < m_updatesPerPlan)
                     break;
-                keepSample(exec, input);
-                m_statistics.reserveFor(exec, sample());
+                m_sample.keep(exec, input, kBoxesInSample);
+                m_statistics.reserveFor(exec, m_sample.boxes());
                 m_next = Step::Sum;
                 break;
             case Step::CountTiles:
@@ -118,18 +114,13 @@ private:
     static constexpr std::uint64_t kBoxesCounted = 1u << 22;
     static constexpr std::uint64_t kParts = 2;  ///< of those, an update for each
 
-    static std::uint64_t strideFor(const SearchInput& input, std::uint64_t samples)
-    {
-        return std::max<std::uint64_t>(1, input.count / samples);
-    }
-
     bool isForOthers(const SearchInput& input) const
     {
         return input.count > m_plannedCount + m_plannedCount / 8 || 2 * input.count < m_plannedCount;
     }
 
-    bool hasNews() const { return m_made != m_taken && CloseTiles::isOf(m_seen, m_made); }
-    bool hasOtherShape() const { return hasNews() && !fits(m_shape, CloseTiles::shapeOf(m_seen)); }
+    bool hasNews() const { return m_made != m_taken && CloseTiles::isOf(m_word.seen(), m_made); }
+    bool hasOtherShape() const { return hasNews() && !fits(m_shape, CloseTiles::shapeOf(m_word.seen())); }
 
     /// Whether launches for this shape do for a plan of the next one, with nearly the room that it asks for and little too much.
     static bool fits(const TileShape& now, const TileShape& next)
@@ -140,7 +131,7 @@ private:
 
     void adopt()
     {
-        m_shape = CloseTiles::shapeOf(m_seen);
+        m_shape = CloseTiles::shapeOf(m_word.seen());
         m_taken = m_made;
         ++m_launches;
         m_current = 1 - m_current;
@@ -162,8 +153,8 @@ private:
     {
         exec.join();
         reserve(exec);
-        keepSample(exec, input);
-        m_statistics.collectMost(exec, sample());
+        m_sample.keep(exec, input, kBoxesInSample);
+        m_statistics.collectMost(exec, m_sample.boxes());
         span(exec);
         cut(exec);
         countTiles(exec, input, 0, 1);
@@ -176,22 +167,13 @@ private:
         m_next = Step::Take;
     }
 
-    void keepSample(Exec& exec, const SearchInput& input)
-    {
-        m_stride = strideFor(input, kBoxesInSample);
-        m_sampleCount = samplesOf(input, m_stride);
-        exec.reserve(m_sample, m_sampleCount);
-        exec.forEach(m_sampleCount, KeepSample{input.boxes, m_stride, m_sample.data()});
-    }
-    SearchInput sample() const { return {m_sample.data(), m_sampleCount}; }
-
     /// With what is known of the boxes.
     void goOn(Exec& exec)
     {
         switch (m_next)
         {
             case Step::Sum:
-                m_statistics.begin(exec, sample());
+                m_statistics.begin(exec, m_sample.boxes());
                 m_next = Step::AddUp;
                 break;
             case Step::AddUp:
@@ -218,20 +200,20 @@ private:
     void span(Exec& exec)
     {
         exec.clear(m_counts.data(), kStepCounts + kTileCounts);
-        exec.forEach(1, SpanTiles{m_statistics.moments(), m_statistics.sizes(), static_cast<double>(m_stride),
-                                  m_axis, m_isForced, nextPlan()});
+        exec.forEach(1, SpanTiles{m_statistics.moments(), m_statistics.sizes(), m_sample.stride(), m_axis,
+                                  m_isForced, nextPlan()});
     }
 
     void cut(Exec& exec)
     {
-        exec.forEach(m_sampleCount, CountSteps{{m_sample.data(), 1}, nextPlan(), steps()});
+        exec.forEach(m_sample.boxes().count, CountSteps{{m_sample.boxes().boxes, 1}, nextPlan(), steps()});
         exec.forEach(3, CutTiles{steps(), nextPlan()});
     }
 
     /// @param part of `parts` that all boxes are counted in
     void countTiles(Exec& exec, const SearchInput& input, std::uint64_t part, std::uint64_t parts)
     {
-        m_strideOfCount = strideFor(input, kBoxesCounted);
+        m_strideOfCount = BoxSample<Exec>::strideFor(input, kBoxesCounted);
         m_counted = samplesOf(input, m_strideOfCount);
         exec.forEachFrom(m_counted * part / parts, m_counted * (part + 1) / parts,
                          CountTiles{{input.boxes, m_strideOfCount}, nextPlan(), tiles()});
@@ -249,18 +231,17 @@ private:
         ++m_made;
         exec.forEach(1, CloseTiles{m_counted, static_cast<double>(m_strideOfCount), m_mostRoom, m_isForced,
                                    nextPlan(), m_made, m_told.data()});
-        exec.download(m_word.data(), m_told.data(), 1);
+        m_word.ask(exec, m_told.data());
     }
 
     void reserve(Exec& exec)
     {
-        if (m_word.size() != 0)
+        if (m_word.isThere())
             return;
         reservePlans(exec, m_plans);
         exec.reserve(m_counts, kStepCounts + kTileCounts);
         exec.reserve(m_told, 1);
-        exec.reserve(m_word, 1);
-        *m_word.data() = 0;
+        m_word.reserve(exec);
     }
 
     /// The one that is not in use.
@@ -279,22 +260,20 @@ private:
     std::uint32_t m_updatesPerPlan;
     std::uint32_t m_age = 0;           ///< updates since the plan in use was new
     std::uint64_t m_plannedCount = 0;  ///< 0: no plan
-    std::uint64_t m_stride = 1, m_strideOfCount = 1;
-    std::uint64_t m_sampleCount = 0;
+    std::uint64_t m_strideOfCount = 1;
     std::uint64_t m_counted = 0;   ///< boxes whose tiles are counted
     std::uint64_t m_part = 0;      ///< of those that is counted next
     std::uint32_t m_made = 0;      ///< plans
     std::uint32_t m_taken = 0;     ///< the plan in use
     std::uint32_t m_launches = 0;  ///< shapes
-    std::uint64_t m_seen = 0;
     TileShape m_shape{};
     unsigned m_current = 0;
     Step m_next = Step::Keep;
     Statistics<Exec> m_statistics;
-    Buffer<Aabb> m_sample;
+    BoxSample<Exec> m_sample;
     Buffer<TilePlan> m_plans[2];
     Buffer<std::uint32_t> m_counts;
     Buffer<std::uint64_t> m_told;
-    typename Exec::template Staging<std::uint64_t> m_word;
+    ToldWord<Exec> m_word;
 };
 }  // namespace cullet::psap

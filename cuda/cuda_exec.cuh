@@ -134,19 +134,12 @@ public:
         transfer(to, from, count * sizeof(T), cudaMemcpyHostToDevice);
         m_bytesMoved += count * sizeof(T);
     }
-    /// Whether upload() may read that memory directly, which the caller does not change before the next wait().
+    /// Whether upload() may read that memory directly and download() write there, with nobody else changing it before the next
+    /// wait().
     ///
     /// @param memory [count] from BoxAllocator
     template <class T>
-    bool canUploadFrom(const T* memory, std::uint64_t count) const
-    {
-        return lockPages(memory, count * sizeof(T));
-    }
-    /// Whether download() may write into that memory directly, with nobody else looking before the next wait().
-    ///
-    /// @param memory [count] from BoxAllocator
-    template <class T>
-    bool canDownloadTo(const T* memory, std::uint64_t count) const
+    bool canReach(const T* memory, std::uint64_t count) const
     {
         return lockPages(memory, count * sizeof(T));
     }
@@ -296,15 +289,15 @@ public:
         launch(runTogether<Step>, count, kEmitThreads, count, step, list);
     }
 
-    template <class Step, class List>
-    void forEachParted(std::uint64_t count, const Step& step, const List& first, const PairList& second)
+    template <class Step>
+    void forEachParted(std::uint64_t count, const Step& step, const DepthList& first, const PairList& second)
     {
         // Fewer have no time to lose, and multiprocessors to spare.
         if (count < kManyShort)
-            launch(runParted<1, Step, List>, count, kEmitThreads, count, step, first, second);
+            launch(runParted<1, Step>, count, kEmitThreads, count, step, first, second);
         else
-            launch(runParted<kEachShort, Step, List>, (count + kEachShort - 1) / kEachShort, kEmitThreads,
-                   count, step, first, second);
+            launch(runParted<kEachShort, Step>, (count + kEachShort - 1) / kEachShort, kEmitThreads, count,
+                   step, first, second);
     }
 
     template <class Step>

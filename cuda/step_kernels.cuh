@@ -93,12 +93,12 @@ __global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
 ///
 /// @tparam kEach indices that a lane takes, every 32nd: a warp has room for as many pairs of the first list. Of the second
 ///         there are mostly few.
-template <unsigned kEach, class Step, class List>
+template <unsigned kEach, class Step>
 __global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
-    runParted(std::uint64_t end, const Step step, const List first, const PairList second)
+    runParted(std::uint64_t end, const Step step, const DepthList first, const PairList second)
 {
     constexpr unsigned kWarps = kEmitThreads / 32;
-    using First = TogetherEmitter<32 * (kEach == 1 ? 2 : kEach), List>;
+    using First = TogetherEmitter<32 * (kEach == 1 ? 2 : kEach), DepthList>;
     using Second = TogetherEmitter<64>;
     __shared__ alignas(8) IdPair ofFirst[kWarps][First::kSlots];
     __shared__ alignas(8) IdPair ofSecond[kWarps][Second::kRoom];
@@ -106,12 +106,12 @@ __global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
     Second toSecond(ofSecond[threadIdx.x / 32], second);
     const std::uint64_t warp = (static_cast<std::uint64_t>(blockIdx.x) * kEmitThreads + threadIdx.x) / 32;
     std::uint64_t i = 32 * kEach * warp + threadIdx.x % 32;
-    const auto read = [&] { return i < end ? step.read(i) : typename Step::Item{}; };
-    typename Step::Item next = read();
+    const auto read = [&] { return i < end ? step.read(i) : DepthPair{}; };
+    DepthPair next = read();
 #pragma unroll 1
     for (unsigned k = 0; k < kEach; ++k)
     {
-        const typename Step::Item item = next;
+        const DepthPair item = next;
         i += 32;
         if (k + 1 < kEach)
             next = read();

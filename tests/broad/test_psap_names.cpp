@@ -43,7 +43,7 @@ public:
         HostExec::download(to, from, count);
     }
     template <class T>
-    bool canDownloadTo(const T*, std::uint64_t) const
+    bool canReach(const T*, std::uint64_t) const
     {
         return canLock;
     }
