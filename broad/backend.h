@@ -252,6 +252,14 @@ enum class PsapRowSearch
     Grouped     ///< the boxes of a warp together: what is around all of them is read once
 };
 
+/// Whether pairs that are near are kept, so that updates in which boxes go short ways need no search. The changes are the same.
+enum class PsapNearPairs
+{
+    Automatic,  ///< unless it has not paid of late
+    Never,
+    Always  ///< whether it pays or not
+};
+
 /// In which order the CPU runs the indices of a step. The pairs are the same.
 enum class PsapExecutor
 {
@@ -281,6 +289,7 @@ struct PsapOptions
     std::uint32_t updatesPerPlan = 0;
     PsapOrder order = PsapOrder::Automatic;              ///< rows variant
     PsapRowSearch rowSearch = PsapRowSearch::Automatic;  ///< rows variant
+    PsapNearPairs nearPairs = PsapNearPairs::Automatic;  ///< where changes are asked for
     /// Room for pairs, entries and look-ups at the start; every list grows when it has to. Any value gives the same
     /// pairs (1 forces every growth).
     std::uint32_t initialCapacity = 1024;

@@ -233,7 +233,20 @@ public:
             });
     }
 
-    /// The same for a step whose indices work in groups: those of the lanes of a warp on a GPU, here each alone. They share
+    /// Calls step(i) for i in [0, count), which returns a SentPair: to which of the lists the pair goes.
+    template <class Step>
+    void forEachSent(std::uint64_t count, const Step& step, const ThreeLists& lists)
+    {
+        forEach(count,
+                [&](std::uint64_t i)
+                {
+                    const SentPair sent = step(i);
+                    if (sent.to < ThreeLists::kCount)
+                        lists.at(sent.to).push(sent.pair);
+                });
+    }
+
+    /// As forEachTogether() for a step whose indices work in groups: those of the lanes of a warp on a GPU, here each alone. They share
     /// emit.room(), a Step::Room, between two emit.sync(). All of a group have to be together in each call of emit:
     /// ballot() tells whose lanes say yes, from() what another lane has, sum() and least() what comes of all.
     template <class Step>

@@ -238,13 +238,11 @@ struct BoxCopies
     CULLET_HOST_DEVICE float keep(std::uint64_t i, const Aabb& box) const
     {
         storeCopy(now, i, box);
-        const float way = wayFrom(i, box);
+        const float way = wayFromOld(i, box);
         raise(motion, way);
         return way;
     }
-
-private:
-    CULLET_HOST_DEVICE float wayFrom(std::uint64_t i, const Aabb& box) const
+    CULLET_HOST_DEVICE float wayFromOld(std::uint64_t i, const Aabb& box) const
     {
         if (i >= oldCount)
             return kInfinity;

@@ -96,6 +96,25 @@ struct DepthList
     }
 };
 
+/// A pair on its way to one of three lists.
+struct SentPair
+{
+    static constexpr std::uint32_t kNowhere = 3;
+
+    IdPair pair = {};
+    std::uint32_t to = kNowhere;
+};
+
+/// Three lists that a step appends to.
+struct ThreeLists
+{
+    static constexpr std::uint32_t kCount = 3;
+
+    PairList lists[kCount];
+
+    CULLET_HOST_DEVICE const PairList& at(std::uint32_t k) const { return lists[k]; }
+};
+
 /// Pairs of rows as a set: open addressing, filled in one step and read in later ones.
 struct LookupTable
 {

@@ -13,7 +13,7 @@
 ///
 /// An executor has: Buffer<T> with data() and size(); reserve(buffer, n), which may discard; upload, download, copy,
 /// clear and wait; forEach(n, functor); forEachEmitting(n, functor, list); forEachTogether(n, functor, list);
-/// forEachParted(n, functor, list, list); forEachGrouped(n, functor, list); forEachDealt<sharers>(bins, functor, list);
+/// forEachParted(n, functor, list, list); forEachSent(n, functor, lists); forEachGrouped(n, functor, list); forEachDealt<sharers>(bins, functor, list);
 /// placeInTiles(functor); searchTiles(functor, list); canSearchTiles(shape); hasSpareLanes; scan; scanLargest; sortPairs;
 /// sortKeys. Steps run one after the other, but for those of aside(body): they come after what was there at the last fork(), and
 /// only what follows join(), or isAsideDone(), comes after them. HostExec and CudaExec are executors.
@@ -70,7 +70,18 @@ public:
         const bool isWaiting = m_way == Way::Tiles ? m_tiles.noteSpill() : true;
         m_updatesByCounting = m_order == PsapOrder::Automatic && isWaiting ? kUpdatesByCounting : 0;
         m_way = Way::Rows;
+        // Boxes have come or grown: a plan for those of before may take a thousand times as long.
+        m_rows.planner().forget();
         m_rows.build(exec, m_input);
+    }
+
+    /// The next boxes are of other sizes.
+    void forgetPlans()
+    {
+        m_rows.planner().forget();
+        m_bins.planner().forget();
+        m_tiles.planner().giveUp();
+        m_updatesByCounting = 0;
     }
 
     /// @param isNew EveryPair, or another test

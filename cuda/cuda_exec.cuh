@@ -301,6 +301,16 @@ public:
     }
 
     template <class Step>
+    void forEachSent(std::uint64_t count, const Step& step, const ThreeLists& lists)
+    {
+        if (count < kManyShort)
+            launch(runSent<1, Step>, count, kEmitThreads, count, step, lists);
+        else
+            launch(runSent<kEachSent, Step>, (count + kEachSent - 1) / kEachSent, kEmitThreads, count, step,
+                   lists);
+    }
+
+    template <class Step>
     void forEachGrouped(std::uint64_t count, const Step& step, const PairList& list)
     {
         launch(runGrouped<Step>, count, kEmitThreads, count, step, list);
@@ -400,7 +410,7 @@ private:
     template <class Step>
     using LargeTiles = TileSearching<Step, 512, 6>;
 
-    static constexpr unsigned kEachShort = 6;
+    static constexpr unsigned kEachShort = 6, kEachSent = 8;
     static constexpr std::uint64_t kManyShort = 1u << 18;
     static constexpr std::uint32_t kFewTiles = 2048;
     static constexpr std::uint64_t kFewBoxes = 3u << 16;

@@ -80,15 +80,19 @@ struct DeviceDeltasAhead
     std::uint64_t addedRoom = 0;
     const IdPair* removed = nullptr;
     const DeltaCounts* counts =
-        nullptr;  ///< device memory; more enter than there is room for: void, and collect() makes room
+        nullptr;  ///< device memory; more enter than there is room for: void, and collect() finds them
 };
 
 /// Keeps the overlapping pairs of boxes that are in device memory already, and tells there which enter and which leave.
 /// Row i of the boxes is the same body in every enqueue(); rows that were not there before enter, and the pairs of rows
 /// that are not there any more leave.
 ///
-/// Takes 64 bytes of device memory a box and 36 a pair beside those of the search. Nothing is sorted or compared pair by
-/// pair: what overlapped before is told by the boxes of the last enqueue(), of which the finder keeps a copy.
+/// Where boxes go short ways, pairs that are near are kept, and most sets need no search (PsapOptions::nearPairs): the finder notices by itself.
+/// A set that turns out to need one after all is searched when collect() or the next enqueue() finds out; until then its changes are void.
+///
+/// Takes 120 bytes of device memory a box, 36 a pair and 14 a near pair beside those of the search, 64 and 36 without near
+/// pairs. Nothing is sorted or compared pair by pair: what overlapped before is told by the boxes of the last enqueue(), of
+/// which the finder keeps a copy, or by the near pairs.
 class CULLET_API DeviceDeltaFinder
 {
 public:

@@ -121,6 +121,75 @@ __global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
     toSecond.finish();
 }
 
+/// The same for a step that sends a pair to one of three lists, or to none. A block asks for places in all lists together, and reads
+/// what its lanes need of all their pairs before it waits for any of it.
+///
+/// @tparam kEach pairs of a lane
+template <unsigned kEach, class Step>
+__global__ void __launch_bounds__(kEmitThreads, 8)
+    runSent(std::uint64_t end, const Step step, const ThreeLists lists)
+{
+    constexpr unsigned kWarps = kEmitThreads / 32;
+    constexpr unsigned kAll = 0xffffffffu;
+    __shared__ std::uint32_t counts[ThreeLists::kCount][kWarps];
+    __shared__ std::uint64_t places[ThreeLists::kCount];
+    const unsigned warp = threadIdx.x / 32;
+    const std::uint64_t first = static_cast<std::uint64_t>(blockIdx.x) * kEach * kEmitThreads + threadIdx.x;
+    SentPair sent[kEach];
+#pragma unroll
+    for (unsigned k = 0; k < kEach; ++k)
+    {
+        const std::uint64_t i = first + k * kEmitThreads;
+        sent[k] = i < end ? step(i) : SentPair{};
+    }
+    std::uint32_t own[ThreeLists::kCount] = {};
+#pragma unroll
+    for (unsigned k = 0; k < kEach; ++k)
+#pragma unroll
+        for (unsigned list = 0; list < ThreeLists::kCount; ++list)
+            own[list] += __popc(__ballot_sync(kAll, sent[k].to == list));
+    if (threadIdx.x % 32 < ThreeLists::kCount)
+    {
+        const unsigned list = threadIdx.x % 32;
+        counts[list][warp] = list == 0 ? own[0] : list == 1 ? own[1] : own[2];
+    }
+    __syncthreads();
+    if (threadIdx.x < ThreeLists::kCount)
+    {
+        std::uint32_t total = 0;
+        for (unsigned w = 0; w < kWarps; ++w)
+        {
+            const std::uint32_t ofWarp = counts[threadIdx.x][w];
+            counts[threadIdx.x][w] = total;
+            total += ofWarp;
+        }
+        // Not by an index: that would put the lists into memory.
+        std::uint64_t* const count = threadIdx.x == 0   ? lists.at(0).count
+                                     : threadIdx.x == 1 ? lists.at(1).count
+                                                        : lists.at(2).count;
+        places[threadIdx.x] = total != 0 ? fetchAdd(count, std::uint64_t{total}) : 0;
+    }
+    __syncthreads();
+#pragma unroll
+    for (unsigned list = 0; list < ThreeLists::kCount; ++list)
+    {
+        if (own[list] == 0)
+            continue;
+        const PairList to = lists.at(list);
+        std::uint64_t place = places[list] + counts[list][warp];
+#pragma unroll
+        for (unsigned k = 0; k < kEach; ++k)
+        {
+            const bool isMine = sent[k].to == list;
+            const unsigned lanes = __ballot_sync(kAll, isMine);
+            const std::uint64_t slot = place + countBefore(lanes);
+            if (isMine && slot < to.capacity)
+                reinterpret_cast<uint2*>(to.pairs)[slot] = {sent[k].pair.a, sent[k].pair.b};
+            place += __popc(lanes);
+        }
+    }
+}
+
 /// The same where the lanes of a warp are a group.
 template <class Room>
 struct GroupEmitter : KeepingEmitter<>

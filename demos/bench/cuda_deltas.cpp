@@ -6,7 +6,9 @@
 #include "demos/bench/cuda_frame_clock.h"
 #include "demos/bench/cuda_timing.h"
 #include "demos/program/exit_code.h"
+#include "demos/scenes/splitmix64.h"
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <stdexcept>
@@ -17,37 +19,40 @@ namespace cullet
 {
 namespace
 {
-/// Boxes around where they are in the first set, in three frames.
-class DriftingSets
+// Until then it is found out how far boxes go, and the second list of near pairs has begun.
+constexpr int kDeltaWarmUps = 20;
+
+/// Boxes that go on from where they are in the first set, each with a velocity of its own.
+class DriftingBoxes
 {
 public:
-    explicit DriftingSets(const FreshSets& sets)
+    explicit DriftingBoxes(const std::vector<Aabb>& first) : m_boxes(first), m_steps(first.size())
     {
-        for (std::unique_ptr<DeviceBoxes>& there : m_onDevice)
-        {
-            std::vector<Aabb> boxes = sets.first();
-            for (Aabb& box : boxes)
-                drift(box);
-            there = std::make_unique<DeviceBoxes>(boxes);
-        }
+        SplitMix64 random(8);
+        for (Step& step : m_steps)
+            for (float& way : step.ways)
+                way = random.uniform(-0.05f, 0.05f);
     }
 
-    /// Of a frame that is not one of the first set.
-    const DeviceBoxes& ofFrame(int frame) const { return *m_onDevice[frame % FreshSets::kCount - 1]; }
+    const std::vector<Aabb>& now() const { return m_boxes; }
+    void step()
+    {
+        for (std::size_t body = 0; body < m_boxes.size(); ++body)
+            for (int axis = 0; axis < 3; ++axis)
+            {
+                m_boxes[body].min[axis] += m_steps[body].ways[axis];
+                m_boxes[body].max[axis] += m_steps[body].ways[axis];
+            }
+    }
 
 private:
-    void drift(Aabb& box)
+    struct Step
     {
-        for (int axis = 0; axis < 3; ++axis)
-        {
-            const float way = m_random.uniform(-0.05f, 0.05f);
-            box.min[axis] += way;
-            box.max[axis] += way;
-        }
-    }
+        float ways[3];
+    };
 
-    SplitMix64 m_random{8};
-    std::unique_ptr<DeviceBoxes> m_onDevice[FreshSets::kCount - 1];
+    std::vector<Aabb> m_boxes;
+    std::vector<Step> m_steps;
 };
 
 std::uint64_t hashOfPairs(const DeviceDeltas& found)
@@ -70,6 +75,17 @@ public:
 private:
     std::uint64_t m_hash = 0;
 };
+
+/// Compares with a search of those boxes for all pairs.
+void requireAllPairs(const DeviceBoxes& boxes, std::uint64_t count, std::uint64_t hash, cudaStream_t stream)
+{
+    const auto finder = makeDevicePairFinder({}, stream, nullptr);
+    DevicePairs found;
+    requireOk(finder == nullptr ? Status::OutOfMemory : finder->enqueue(boxes.data(), count));
+    requireOk(finder->collect(found));
+    if (hashOfDevicePairs(found.pairs, found.count) != hash)
+        throw ProgramError(kExitDisagreement, "the pairs are not those of a search");
+}
 }  // namespace
 
 CudaRow timeDeltas(const FreshSets& sets, bool isFresh, int frames)
@@ -82,33 +98,32 @@ CudaRow timeDeltas(const FreshSets& sets, bool isFresh, int frames)
     FrameClock<DeviceDeltaFinder, DeviceDeltas> clock(*finder, stream.get());
     const std::uint32_t bodies = sets.scene().bodies;
     const DeviceBoxes current(bodies);
-    const std::unique_ptr<DriftingSets> drifting = isFresh ? nullptr : std::make_unique<DriftingSets>(sets);
+    DriftingBoxes drifting(isFresh ? std::vector<Aabb>() : sets.first());
     CudaRow row = rowFor(sets.scene(), isFresh ? "rows-deltas-fresh" : "rows-deltas", kFreshPairs);
-    const int hashedFrame = (kWarmUps + frames - 1) / FreshSets::kCount * FreshSets::kCount;
     AddedUp all;
     DeviceDeltas found;
     std::vector<double> times;
-    for (int frame = 0; frame < kWarmUps + frames; ++frame)
+    for (int frame = 0; frame < kDeltaWarmUps + frames; ++frame)
     {
-        const bool isFirst = isFresh || frame % FreshSets::kCount == 0;
         checkCuda(cudaMemcpyAsync(current.data(),
-                                  isFirst ? sets.ofFrame(frame).data() : drifting->ofFrame(frame).data(),
-                                  bodies * sizeof(Aabb), cudaMemcpyDeviceToDevice, stream.get()));
+                                  isFresh ? sets.ofFrame(frame).data() : drifting.now().data(),
+                                  bodies * sizeof(Aabb), cudaMemcpyDefault, stream.get()));
         checkCuda(cudaStreamSynchronize(stream.get()));
         const double passed = clock.time(current.data(), bodies, found);
-        if (frame >= kWarmUps)
+        if (frame >= kDeltaWarmUps)
             times.push_back(passed);
-        else
-            all.add(found);
-        if (frame >= kWarmUps && clock.isLate())
+        all.add(found);
+        if (frame >= kDeltaWarmUps && clock.isLate())
             ++row.lateFrames;
-        if (frame == hashedFrame)
+        if (frame == 0)
         {
             row.pairs = found.keptCount + found.addedCount;
             row.hash = hashOfPairs(found);
         }
+        drifting.step();
     }
-    setTimes(row, &CudaRow::gpuMs, times);
+    requireAllPairs(current, bodies, hashOfPairs(found), stream.get());
+    setMeans(row, &CudaRow::gpuMs, times);
     row.bytes = finder->bytes();
     row.moved = leastForDeltas(bodies, row.pairs);
     return row;

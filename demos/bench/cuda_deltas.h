@@ -9,7 +9,9 @@ namespace cullet
 {
 /// Times a DeviceDeltaFinder: all pairs, those that enter and those that leave, of boxes in device memory, by CUDA events.
 ///
-/// @param isFresh other boxes in every frame, so that all pairs change; else each is up to 0.05 from where the first set has
-///     it along each axis, the same as in update() rows
+/// Means: some frames search, and those behind them need not.
+///
+/// @param isFresh other boxes in every frame, so that all pairs change; else each goes on with a velocity of its own, up to
+///     0.05 a frame along each axis
 CudaRow timeDeltas(const FreshSets& sets, bool isFresh, int frames);
 }  // namespace cullet

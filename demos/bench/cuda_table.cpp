@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cinttypes>
 #include <cstdio>
+#include <numeric>
 
 namespace cullet
 {
@@ -54,6 +55,12 @@ void setTimes(CudaRow& row, double CudaRow::*median, const std::vector<double>& 
     row.*median = statistics.median;
     row.p90Ms = statistics.p90;
     row.maxMs = statistics.max;
+}
+
+void setMeans(CudaRow& row, double CudaRow::*mean, const std::vector<double>& times)
+{
+    setTimes(row, mean, times);
+    row.*mean = std::accumulate(times.begin(), times.end(), 0.0) / static_cast<double>(times.size());
 }
 
 CudaTable::CudaTable(ResultFile& file) : m_file(file)

@@ -33,6 +33,9 @@ struct CudaRow
 /// Sets a median of the row, p90 and the maximum.
 void setTimes(CudaRow& row, double CudaRow::*median, const std::vector<double>& times);
 
+/// The same with the mean, where frames differ by what they do.
+void setMeans(CudaRow& row, double CudaRow::*mean, const std::vector<double>& times);
+
 CudaRow rowFor(const FreshScene& scene, const std::string& variant, const std::string& question);
 
 /// Collects rows, prints them, and compares their hashes.

@@ -26,9 +26,11 @@ public:
         m_boxes = boxes;
         m_search.prepare(m_exec, m_boxes.data(), m_boxes.size());
         m_search.launch(m_exec);
+        m_search.planAhead(m_exec);
         // Somebody is quick to use that memory for something else.
         m_boxes.assign(m_boxes.size(), cube(0, 1));
         m_repeats += m_search.finish(m_exec) ? 0 : 1;
+        ++m_frames[static_cast<int>(m_search.frame())];
         const DeltaCounts counts = m_search.counts();
         return {{m_search.kept(), m_search.kept() + counts.kept},
                 {m_search.added(), m_search.added() + counts.added},
@@ -36,26 +38,38 @@ public:
     }
     void forget() { m_search.forget(); }
     int repeats() const { return m_repeats; }
+    int frames(psap::NearFrame frame) const { return m_frames[static_cast<int>(frame)]; }
 
 private:
     psap::HostExec m_exec;
     psap::DeltaSearch<psap::HostExec> m_search;
     std::vector<Aabb> m_boxes;
     int m_repeats = 0;
+    int m_frames[3] = {};
 };
 
 PsapOptions literal()
 {
     PsapOptions options;
     options.variant = PsapVariant::Literal;
+    options.nearPairs = PsapNearPairs::Always;
     return options;
 }
 
+/// Few boxes have their near pairs kept, too.
 PsapOptions ordered(PsapOrder order, std::uint32_t capacity = PsapOptions{}.initialCapacity)
 {
     PsapOptions options;
     options.order = order;
     options.initialCapacity = capacity;
+    options.nearPairs = PsapNearPairs::Always;
+    return options;
+}
+
+PsapOptions keeping(PsapNearPairs nearPairs)
+{
+    PsapOptions options = ordered(PsapOrder::Counting);
+    options.nearPairs = nearPairs;
     return options;
 }
 
@@ -91,6 +105,77 @@ TEST(PsapDeltas, ListsThatAreTooShortGrowAndNothingIsLost)
     }
 }
 
+/// Boxes that go on with velocities of their own, and now and then one that jumps, is empty for a while, grows, or is lost.
+std::vector<std::vector<Aabb>> steadyBoxes(std::uint32_t count, float fastest, std::uint32_t seed)
+{
+    std::vector<Aabb> boxes = BoxScene(SceneKind::Uniform, count, seed).boxes();
+    Random random(seed);
+    std::vector<float> ways(3 * count);
+    for (float& way : ways)
+        way = random.between(-fastest, fastest);
+    std::vector<std::vector<Aabb>> sets;
+    for (int set = 0; set < 60; ++set)
+    {
+        for (std::uint32_t body = 0; body < count; ++body)
+            for (int axis = 0; axis < 3; ++axis)
+            {
+                boxes[body].min[axis] += ways[3 * body + axis];
+                boxes[body].max[axis] += ways[3 * body + axis];
+            }
+        if (set == 23)
+            boxes[5] = boxes[6];
+        if (set == 30)
+            std::swap(boxes[7].min[1], boxes[7].max[1]);
+        if (set == 34)
+            boxes[7] = boxes[8];
+        if (set == 41)
+            boxes[9].max[2] += 3;
+        if (set == 47)
+            boxes[10].min[0] = kNan;
+        sets.push_back(boxes);
+    }
+    return sets;
+}
+
+TEST(PsapDeltas, OfBoxesThatGoShortWaysNeedFewSearches)
+{
+    for (const PsapOrder order : {PsapOrder::Counting, PsapOrder::Bins, PsapOrder::Tiles})
+    {
+        for (const std::uint32_t capacity : {1u, 1024u})
+        {
+            SCOPED_TRACE(std::to_string(static_cast<int>(order)) + " " + std::to_string(capacity));
+            HostDeltas deltas(ordered(order, capacity));
+            DeltaOracle oracle;
+            for (const std::vector<Aabb>& boxes : steadyBoxes(800, 0.05f, 14))
+                oracle.expect(boxes, deltas(boxes));
+            EXPECT_GT(oracle.added(), 1000u);
+            EXPECT_GT(oracle.removed(), 500u);
+            EXPECT_GT(deltas.frames(psap::NearFrame::Begin), 8);
+            EXPECT_GT(deltas.frames(psap::NearFrame::Follow), 30);
+            EXPECT_GE(deltas.repeats(), 5);  // each of the boxes that did not go on
+        }
+    }
+}
+
+TEST(PsapDeltas, OfBoxesThatGoFarAreSearchedFor)
+{
+    HostDeltas always(keeping(PsapNearPairs::Always)), automatic(keeping(PsapNearPairs::Automatic)),
+        never(keeping(PsapNearPairs::Never));
+    DeltaOracle ofAlways, ofAutomatic, ofNever;
+    for (const std::vector<Aabb>& boxes : steadyBoxes(800, 1.5f, 15))
+    {
+        ofAlways.expect(boxes, always(boxes));
+        ofAutomatic.expect(boxes, automatic(boxes));
+        ofNever.expect(boxes, never(boxes));
+    }
+    EXPECT_GT(ofNever.added(), 2000u);
+    EXPECT_EQ(automatic.frames(psap::NearFrame::Search), 60);
+    EXPECT_EQ(never.frames(psap::NearFrame::Search), 60);
+    // Each list is void at once.
+    EXPECT_GT(always.frames(psap::NearFrame::Begin), 50);
+    EXPECT_GT(always.repeats(), 50);
+}
+
 /// The pair of two boxes through one update after the other, none of which looks at them.
 float depthAfter(int updates, float way, float depth)
 {
@@ -104,7 +189,8 @@ float depthAfter(int updates, float way, float depth)
         float left = 0;
         psap::HostExec exec{PsapOptions{}};
         exec.forEachParted(1, psap::PartPairs{{&pair, &depth, nullptr, &counts}, nullptr, 2, &motion},
-                           psap::DepthList{{&kept, 1, &keptCount}, &left}, {&removed, 1, &removedCount});
+                           psap::DepthList{{&kept, 1, &keptCount}, &left},
+                           psap::PairList{&removed, 1, &removedCount});
         EXPECT_EQ(keptCount, 1u);
         depth = left;
     }
@@ -125,7 +211,7 @@ TEST(PsapDeltas, WhatIsLeftOfADepthIsNeverMoreThanItIs)
 TEST(PsapDeltas, WhatIsForgottenEntersAgain)
 {
     const auto sets = changingBoxes(300, 13);
-    HostDeltas deltas{PsapOptions{}};
+    HostDeltas deltas(ordered(PsapOrder::Automatic));
     DeltaOracle oracle;
     for (int set = 0; set < 8; ++set)
     {

@@ -1,0 +1,156 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "broad/psap_near_policy.h"
+#include "broad/psap_near_steps.h"
+#include "broad/psap_row_bins.h"
+
+#include <algorithm>
+#include <cstdint>
+
+namespace cullet::psap
+{
+/// What is counted of near pairs, in an executor's memory; stays from one set of boxes to the next.
+struct NearCounts
+{
+    std::uint64_t pairs;                 ///< may be more than were written
+    alignas(128) std::uint32_t stretch;  ///< as StretchLimit has it, apart from what others count
+};
+
+/// The near pairs of a search for changes, in an executor's memory, and what was learnt of them.
+template <class Exec>
+class NearPairs
+{
+public:
+    explicit NearPairs(const PsapOptions& options)
+        : m_policy(options.nearPairs), m_initial(std::max<std::uint64_t>(options.initialCapacity, 1))
+    {
+    }
+
+    /// What to do with the next set of boxes. The executor is done with the last one.
+    NearFrame choose(std::uint64_t boxes)
+    {
+        if (m_isSampled)
+            m_policy.noteSample(m_sampled.data(), m_sampleCount);
+        m_isSampled = false;
+        if (boxes != m_boxCount)
+            m_policy.forget();
+        return m_policy.choose(boxes);
+    }
+    NearPolicy& policy() { return m_policy; }
+    const NearPolicy& policy() const { return m_policy; }
+
+    /// Makes room for a list that begins.
+    void reserve(Exec& exec, std::uint64_t boxes)
+    {
+        m_boxCount = boxes;
+        exec.reserve(m_then, std::max<std::uint64_t>(boxes, 1));
+        exec.reserve(m_grown, std::max<std::uint64_t>(boxes, 1));
+        const std::uint64_t expected = std::max(m_lastCount + m_lastCount / 64, m_initial);
+        if (m_span < expected || m_span / 2 > expected)
+            setSpan(expected);
+        reserveList(exec);
+    }
+
+    /// Gives all boxes their skins, and keeps copies. grown() is to be searched then.
+    void grow(Exec& exec, const Aabb* boxes, const BoxCopies& copies)
+    {
+        const SharedBoxes shared = {m_boxCount};
+        exec.forEach(shared.indices(),
+                     GrowSkins{shared, boxes, copies, m_policy.rule(), m_then.data(), m_grown.data()});
+    }
+    const Aabb* grown() const { return m_grown.data(); }
+    const AlignedBox* then() const { return m_then.data(); }
+
+    /// Has the search find the near pairs.
+    template <class Search>
+    void find(Exec& exec, Search& search, NearCounts* counts)
+    {
+        search.emit(exec, EveryPair{}, list(counts).found());
+    }
+    /// The same again, with enough room.
+    ///
+    /// @param found the first time, maybe kSpilled
+    template <class Search>
+    void findAgain(Exec& exec, Search& search, NearCounts* counts, std::uint64_t found)
+    {
+        if (found == kSpilled)
+            search.buildByCounting(exec, grown());
+        else
+        {
+            setSpan(found + found / 64);
+            reserveList(exec);
+        }
+        exec.clear(&counts->pairs, 1);
+        find(exec, search, counts);
+    }
+    std::uint64_t room() const { return m_span; }
+    /// Changes where launches do.
+    std::uint32_t launches() const { return m_launches + m_policy.revision(); }
+    void noteBegun(std::uint64_t found, std::uint64_t pairs)
+    {
+        m_lastCount = found;
+        m_policy.noteBegun(found, m_boxCount, pairs);
+    }
+
+    NearList list(NearCounts* counts) const
+    {
+        return {m_pairs.data(), m_closeness.data(), m_span, &counts->pairs};
+    }
+    /// Whether each pair is held, of one of two sets of boxes.
+    std::uint8_t* isHeld(unsigned side) const { return m_isHeld[side].data(); }
+
+    /// Looks at sizes, where it is time to.
+    void sample(Exec& exec, const BoxCopies& copies, std::uint64_t count)
+    {
+        if (!m_policy.wantsSample(count))
+            return;
+        const std::uint64_t stride = (count + kSample - 1) / kSample;
+        m_sampleCount = (count + stride - 1) / stride;
+        exec.reserve(m_sample, kSample);
+        exec.reserve(m_sampled, kSample);
+        exec.forEach(m_sampleCount, SampleBoxes{copies, stride, m_sample.data()});
+        exec.download(m_sampled.data(), m_sample.data(), m_sampleCount);
+        m_isSampled = true;
+        m_policy.noteSampling();
+    }
+
+private:
+    template <class T>
+    using Buffer = typename Exec::template Buffer<T>;
+
+    static constexpr std::uint64_t kSample = 1024;
+
+    /// Makes room for so many and some more, so that it mostly stays as it is.
+    void setSpan(std::uint64_t pairs)
+    {
+        m_span = std::max(pairs + pairs / 32, m_initial);
+        ++m_launches;
+    }
+
+    void reserveList(Exec& exec)
+    {
+        exec.reserve(m_pairs, m_span);
+        exec.reserve(m_closeness, m_pairs.size());
+        for (Buffer<std::uint8_t>& isHeld : m_isHeld)
+            exec.reserve(isHeld, m_pairs.size());
+    }
+
+    NearPolicy m_policy;
+    std::uint64_t m_initial;
+    std::uint64_t m_boxCount = 0;   ///< of the list
+    std::uint64_t m_lastCount = 0;  ///< pairs in the last list
+    std::uint32_t m_launches = 0;
+    std::uint64_t m_span = 0;   ///< pairs that there is room for, as launches know it
+    Buffer<AlignedBox> m_then;  ///< boxes when the list began, and their skins
+    Buffer<Aabb> m_grown;       ///< the same boxes with their skins
+    Buffer<IdPair> m_pairs;
+    Buffer<float> m_closeness;
+    Buffer<std::uint8_t> m_isHeld[2];
+    bool m_isSampled = false;
+    std::uint64_t m_sampleCount = 0;
+    Buffer<BoxInSample> m_sample;
+    typename Exec::template Staging<BoxInSample> m_sampled;
+};
+}  // namespace cullet::psap
