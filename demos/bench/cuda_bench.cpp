@@ -72,8 +72,8 @@ void runScene(const FreshSets& sets, const CudaBenchOptions& options, CudaTable&
         table.add(timeGridPairs(sets));
     // Among them are a plan of tiles, and several of others: seen in the maximum.
     table.add(timePairs(sets, "rows", {}, 3 * frames));
-    for (const bool isFresh : {false, true})
-        table.add(timeDeltas(sets, isFresh, isQuick ? 10 : 40));
+    for (const char* variant : {kDriftingDeltas, kSearchedDeltas, kFreshDeltas})
+        table.add(timeDeltas(sets, variant, isQuick ? 10 : 40));
     if (!options.rowsOnly)
         timeAblation(sets, isQuick ? 3 : 20, table);
     if (options.sweep && !isLarge)

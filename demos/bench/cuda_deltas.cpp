@@ -88,18 +88,21 @@ void requireAllPairs(const DeviceBoxes& boxes, std::uint64_t count, std::uint64_
 }
 }  // namespace
 
-CudaRow timeDeltas(const FreshSets& sets, bool isFresh, int frames)
+CudaRow timeDeltas(const FreshSets& sets, const std::string& variant, int frames)
 {
+    const bool isFresh = variant == kFreshDeltas;
     const Stream stream;
     std::string why;
-    const auto finder = makeDeviceDeltaFinder({}, stream.get(), &why);
+    PsapOptions options;
+    options.nearPairs = variant == kSearchedDeltas ? PsapNearPairs::Never : PsapNearPairs::Automatic;
+    const auto finder = makeDeviceDeltaFinder(options, stream.get(), &why);
     if (!finder)
         throw std::runtime_error(why);
     FrameClock<DeviceDeltaFinder, DeviceDeltas> clock(*finder, stream.get());
     const std::uint32_t bodies = sets.scene().bodies;
     const DeviceBoxes current(bodies);
     DriftingBoxes drifting(isFresh ? std::vector<Aabb>() : sets.first());
-    CudaRow row = rowFor(sets.scene(), isFresh ? "rows-deltas-fresh" : "rows-deltas", kFreshPairs);
+    CudaRow row = rowFor(sets.scene(), variant, kFreshPairs);
     AddedUp all;
     DeviceDeltas found;
     std::vector<double> times;
@@ -112,7 +115,8 @@ CudaRow timeDeltas(const FreshSets& sets, bool isFresh, int frames)
         const double passed = clock.time(current.data(), bodies, found);
         if (frame >= kDeltaWarmUps)
             times.push_back(passed);
-        all.add(found);
+        else
+            all.add(found);
         if (frame >= kDeltaWarmUps && clock.isLate())
             ++row.lateFrames;
         if (frame == 0)
