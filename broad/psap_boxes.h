@@ -39,13 +39,14 @@ CULLET_HOST_DEVICE inline void raise(std::uint32_t* bits, float value)
 #endif
 }
 
-/// Sets a number to 1, as several may do at the same time.
-CULLET_HOST_DEVICE inline void raiseFlag(std::uint32_t* flag)
+/// Sets a number to what others may set it to at the same time.
+template <class T>
+CULLET_HOST_DEVICE inline void setAlike(T* number, T value)
 {
 #ifdef __CUDA_ARCH__
-    *flag = 1;
+    *number = value;
 #else
-    __atomic_store_n(flag, 1u, __ATOMIC_RELAXED);
+    __atomic_store_n(number, value, __ATOMIC_RELAXED);
 #endif
 }
 
@@ -126,17 +127,23 @@ CULLET_HOST_DEVICE inline Aabb loadBox(const AlignedBox* boxes, std::uint64_t ro
     return {{box.xy.low0, box.xy.low1, box.z.low0}, {box.xy.high0, box.xy.high1, box.z.high0}};
 #endif
 }
+/// boxes[row] = box.
+///
+/// @param more kept beside it, not negative
+CULLET_HOST_DEVICE inline void storeAligned(AlignedBox* boxes, std::uint64_t row, const Aabb& box, float more)
+{
+#ifdef __CUDA_ARCH__
+    float4* halves = reinterpret_cast<float4*>(boxes) + 2 * row;
+    halves[0] = {box.min[0], box.max[0], box.min[1], box.max[1]};
+    halves[1] = {box.min[2], box.max[2], 0, more};  // whole sectors
+#else
+    boxes[row] = {{box.min[0], box.max[0], box.min[1], box.max[1]}, {box.min[2], box.max[2], 0, more}};
+#endif
+}
 /// copies[row] = box, nowhere() where that is invalid.
 CULLET_HOST_DEVICE inline void storeCopy(AlignedBox* copies, std::uint64_t row, const Aabb& box)
 {
-    const Aabb copy = isValid(box) ? box : nowhere();
-#ifdef __CUDA_ARCH__
-    float4* halves = reinterpret_cast<float4*>(copies) + 2 * row;
-    halves[0] = {copy.min[0], copy.max[0], copy.min[1], copy.max[1]};
-    halves[1] = {copy.min[2], copy.max[2], 0, 0};  // whole sectors
-#else
-    copies[row] = {{copy.min[0], copy.max[0], copy.min[1], copy.max[1]}, {copy.min[2], copy.max[2], 0, 0}};
-#endif
+    storeAligned(copies, row, isValid(box) ? box : nowhere(), 0);
 }
 
 /// What two intervals share; negative when they are apart.

@@ -237,7 +237,7 @@ struct OrderBucket
         for (; last < end && last - first < kOverfull && isInBucket(last); ++last)
             smaller += byBucket[last] < key ? 1 : 0;
         if (last - first >= kOverfull)
-            raiseFlag(&report->isOverfull);
+            setAlike(&report->isOverfull, 1u);
         else
             changes[(isRemoved ? order.room.added - counts.added : 0) + first + smaller] =
                 order.bits.pairOf(key);

@@ -327,11 +327,9 @@ private:
     void stretch(Exec& exec)
     {
         const SharedBoxes shared = {m_count};
-        exec.forEach(shared.indices(), StretchSkins{shared,
-                                                    m_boxesOfCaller,
-                                                    m_boxes[m_side].data(),
-                                                    m_near.then(),
-                                                    {&nearCounts()->stretch, &tally()->counts.added}});
+        exec.forEach(shared.indices(),
+                     StretchSkins{shared, m_boxesOfCaller, m_boxes[m_side].data(), m_near.then(),
+                                  &nearCounts()->stretch, &tally()->counts.added});
     }
 
     void follow(Exec& exec)
@@ -370,9 +368,7 @@ private:
         makeRoom(exec);
         m_search.look();
         prepareInput();
-        exec.clear(tally(), 1);
-        findChanges(exec);
-        download(exec);
+        launch(exec);
         exec.wait();
     }
 

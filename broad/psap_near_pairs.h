@@ -15,7 +15,7 @@ namespace cullet::psap
 struct NearCounts
 {
     std::uint64_t pairs;                 ///< may be more than were written
-    alignas(128) std::uint32_t stretch;  ///< as StretchLimit has it, apart from what others count
+    alignas(128) std::uint32_t stretch;  ///< as StretchSkins has it, apart from what others count
 };
 
 /// The near pairs of a search for changes, in an executor's memory, and what was learnt of them.

@@ -41,17 +41,6 @@ struct SkinnedBox
     float skin;
 };
 
-CULLET_HOST_DEVICE inline void storeSkinned(AlignedBox* boxes, std::uint64_t i, const SkinnedBox& from)
-{
-    const Aabb& box = from.box;
-#ifdef __CUDA_ARCH__
-    float4* halves = reinterpret_cast<float4*>(boxes) + 2 * i;
-    halves[0] = {box.min[0], box.max[0], box.min[1], box.max[1]};
-    halves[1] = {box.min[2], box.max[2], 0, from.skin};
-#else
-    boxes[i] = {{box.min[0], box.max[0], box.min[1], box.max[1]}, {box.min[2], box.max[2], 0, from.skin}};
-#endif
-}
 CULLET_HOST_DEVICE inline SkinnedBox loadSkinned(const AlignedBox* boxes, std::uint64_t i)
 {
     const BoxHalf xy = loadHalf(boxes, 2 * i);
@@ -175,32 +164,8 @@ private:
     CULLET_HOST_DEVICE void grow(std::uint64_t i, const Aabb& box, float skin) const
     {
         const bool isThere = isValid(box);
-        storeSkinned(then, i, {isThere ? box : nowhere(), skin});
+        storeAligned(then, i, isThere ? box : nowhere(), skin);
         storeBox(grown, i, isThere ? grownBy(box, skin) : nowhere());
-    }
-};
-
-/// Makes a count of pairs void. Several may do so at the same time.
-CULLET_HOST_DEVICE inline void makeVoid(std::uint64_t* count)
-{
-#ifdef __CUDA_ARCH__
-    *count = kVoidCount;
-#else
-    __atomic_store_n(count, kVoidCount, __ATOMIC_RELAXED);
-#endif
-}
-
-/// Where it is told how far boxes have gone.
-struct StretchLimit
-{
-    std::uint32_t* stretch;  ///< bits of the largest stretchOf(); 0 before
-    std::uint64_t* added;    ///< how many pairs enter: void where boxes have gone too far
-
-    CULLET_HOST_DEVICE void add(float much) const
-    {
-        raise(stretch, much);
-        if (!(much <= kMostStretch))
-            makeVoid(added);
     }
 };
 
@@ -211,7 +176,8 @@ struct StretchSkins
     const Aabb* boxes;
     AlignedBox* now;
     const AlignedBox* then;
-    StretchLimit limit;
+    std::uint32_t* stretch;  ///< bits of the largest stretchOf(); 0 when the list began
+    std::uint64_t* added;    ///< how many pairs enter: void where boxes have gone too far
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t index) const
     {
@@ -224,7 +190,9 @@ struct StretchSkins
                            const float much = stretchOf(loadSkinned(then, i), box);
                            most = much > most ? much : most;
                        });
-        limit.add(most);
+        raise(stretch, most);
+        if (!(most <= kMostStretch))
+            setAlike(added, kVoidCount);
     }
 };
 
@@ -243,7 +211,7 @@ struct BeginNear
     CULLET_HOST_DEVICE SentPair operator()(std::uint64_t i) const
     {
         if (i == 0 && *near.count > near.room)
-            makeVoid(added);
+            setAlike(added, kVoidCount);
         if (!near.has(i))
             return {};
         const IdPair pair = near.pairs[i];
@@ -265,7 +233,7 @@ struct FollowNear
     const std::uint8_t* wasHeld;
     std::uint8_t* isHeld;  ///< [out]
     const AlignedBox* boxes;
-    const std::uint32_t* stretch;  ///< as StretchLimit has it
+    const std::uint32_t* stretch;  ///< as StretchSkins has it
 
     CULLET_HOST_DEVICE SentPair operator()(std::uint64_t i) const
     {
