@@ -170,7 +170,7 @@ private:
     void findChanges(const ProxyView& view, PairDelta& delta)
     {
         m_exec.beginStage("sort");
-        m_search.look();
+        m_search.look(m_exec);
         m_search.build(m_exec, {m_rows.now(), m_rows.count(), nullptr, m_heldCount});
         m_exec.beginStage("settle");
         settle(view.margin, {m_rowsSettled, kAllRows.last});

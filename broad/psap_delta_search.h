@@ -114,7 +114,7 @@ public:
         m_frameBefore = m_frame;
         m_frame = m_near.choose(count);
         const bool hadRoom = makeRoom(exec);
-        m_search.look();
+        m_search.look(exec);
         prepareInput();
         return hadRoom && isSame;
     }
@@ -366,7 +366,7 @@ private:
         m_boxesOfCaller = boxesAgain(exec);
         m_frame = m_near.policy().search();
         makeRoom(exec);
-        m_search.look();
+        m_search.look(exec);
         prepareInput();
         launch(exec);
         exec.wait();

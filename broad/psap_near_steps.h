@@ -48,18 +48,24 @@ CULLET_HOST_DEVICE inline SkinnedBox loadSkinned(const AlignedBox* boxes, std::u
     return {{{xy.low0, xy.low1, z.low0}, {xy.high0, xy.high1, z.high0}}, z.high1};
 }
 
+/// More than a sum of that size is off by; nothing where it is infinite, as the sides of boxes may be.
+CULLET_HOST_DEVICE inline float roundingOf(float sum)
+{
+    constexpr float kRelative = 0x1p-22f, kAbsolute = 1e-37f;
+    const float size = fabsf(sum);
+    return size < kInfinity ? size * kRelative + kAbsolute : 0.0f;
+}
+
 /// The box with its skin: no number is rounded inwards.
 CULLET_HOST_DEVICE inline Aabb grownBy(const Aabb& box, float skin)
 {
-    // More than a sum is off by, whatever its size.
-    constexpr float kRelative = 0x1p-22f, kAbsolute = 1e-37f;
     Aabb grown;
     for (int axis = 0; axis < 3; ++axis)
     {
         const float low = box.min[axis] - skin;
         const float high = box.max[axis] + skin;
-        grown.min[axis] = low - (fabsf(low) * kRelative + kAbsolute);
-        grown.max[axis] = high + (fabsf(high) * kRelative + kAbsolute);
+        grown.min[axis] = low - roundingOf(low);
+        grown.max[axis] = high + roundingOf(high);
     }
     return grown;
 }

@@ -34,12 +34,13 @@ public:
     {
     }
 
-    /// To be called before each build() or repetition: what the executor has told until now counts.
-    void look()
+    /// To be called before each build() or repetition: what the executor has told until now counts, and plans that are ready
+    /// are taken.
+    void look(Exec& exec)
     {
-        m_rows.planner().look();
-        m_bins.planner().look();
-        m_tiles.planner().look();
+        m_rows.planner().look(exec);
+        m_bins.planner().look(exec);
+        m_tiles.planner().look(exec);
     }
 
     /// To be called after each emit() or repetition, before the boxes change: works on the next plan beside it.

@@ -25,8 +25,14 @@ public:
     {
     }
 
-    /// Looks what has come of the next plan. Not done by others, so that nothing changes within an update.
-    void look() { m_word.look(); }
+    /// Looks what has come of the next plan, and takes it when it is there. Not done by others, so that nothing changes within an
+    /// update, in which a search may have to be repeated.
+    void look(Exec& exec)
+    {
+        m_word.look();
+        if (m_next == Step::Take && m_word.seen() >> 32 == m_made)
+            take(exec);
+    }
 
     /// For one update; makes a plan where there is none.
     void prepare(Exec& exec, const SearchInput& input, std::uint64_t binCapacity)
@@ -66,9 +72,7 @@ public:
                 exec.aside([&] { m_statistics.ready(exec); });
                 m_next = Step::Take;
                 break;
-            case Step::Take:
-                if (m_word.seen() >> 32 == m_made)
-                    take(exec);
+            case Step::Take:  // look() does
                 break;
         }
     }

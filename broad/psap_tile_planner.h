@@ -27,9 +27,14 @@ public:
     {
     }
 
-    /// Looks whether the last plan's shape has come. Not done by others, so that all that happens until the next call is as
-    /// isSettled() says.
-    void look() { m_word.look(); }
+    /// Looks whether the last plan's shape has come, and takes the plan where that is what launches are for. Not done by others,
+    /// so that all that happens until the next call is as isSettled() says, and a search may be repeated.
+    void look(Exec& exec)
+    {
+        m_word.look();
+        if (m_next == Step::Take && hasNews() && !hasOtherShape())
+            take(exec);
+    }
 
     /// For one update.
     void prepare(Exec& exec, const SearchInput& input)
@@ -61,9 +66,7 @@ public:
                 if (exec.isAsideDone())
                     countSome(exec, input);
                 break;
-            case Step::Take:
-                if (hasNews())
-                    take(exec);
+            case Step::Take:  // look() or prepare() does
                 break;
             default:
                 // Not beside the search: they would take places of its last blocks.

@@ -94,7 +94,7 @@ private:
         const bool isSame = input.boxes == m_input.boxes && input.count == m_input.count;
         m_input = input;
         m_hasSearch = true;
-        m_search.look();
+        m_search.look(m_exec);
         if (!isSame)
             m_launches.drop();
         if (!isSame || !m_search.isRepeatable(m_exec, input))

@@ -47,16 +47,19 @@ inline std::vector<BackendCase> psapCases(
     addOrdered("RowsBinsCapacityOne", PsapOrder::Bins, 1);
     addOrdered("RowsTiles", PsapOrder::Tiles);
     addOrdered("RowsTilesCapacityOne", PsapOrder::Tiles, 1);
-    const auto addPlannedOften = [&](const char* name, PsapOrder order)
+    const auto addPlannedOften =
+        [&](const char* name, PsapOrder order, std::uint32_t capacity = PsapOptions{}.initialCapacity)
     {
         add(name,
             [&](PsapOptions& options)
             {
                 options.order = order;
                 options.updatesPerPlan = 1;
+                options.initialCapacity = capacity;
             });
     };
     addPlannedOften("RowsCountingPlannedOften", PsapOrder::Counting);
+    addPlannedOften("RowsCountingPlannedOftenCapacityOne", PsapOrder::Counting, 1);
     addPlannedOften("RowsBinsPlannedOften", PsapOrder::Bins);
     addPlannedOften("RowsTilesPlannedOften", PsapOrder::Tiles);
     add("RowsAxisX", [](PsapOptions& options) { options.axis = PsapAxis::X; });

@@ -105,7 +105,8 @@ TEST(PsapDeltas, ListsThatAreTooShortGrowAndNothingIsLost)
     }
 }
 
-/// Boxes that go on with velocities of their own, and now and then one that jumps, is empty for a while, grows, or is lost.
+/// Boxes that go on with velocities of their own, and now and then one that jumps, is empty for a while, grows, is lost, or goes
+/// to infinity.
 std::vector<std::vector<Aabb>> steadyBoxes(std::uint32_t count, float fastest, std::uint32_t seed)
 {
     std::vector<Aabb> boxes = BoxScene(SceneKind::Uniform, count, seed).boxes();
@@ -114,7 +115,7 @@ std::vector<std::vector<Aabb>> steadyBoxes(std::uint32_t count, float fastest, s
     for (float& way : ways)
         way = random.between(-fastest, fastest);
     std::vector<std::vector<Aabb>> sets;
-    for (int set = 0; set < 60; ++set)
+    for (int set = 0; set < 70; ++set)
     {
         for (std::uint32_t body = 0; body < count; ++body)
             for (int axis = 0; axis < 3; ++axis)
@@ -132,6 +133,12 @@ std::vector<std::vector<Aabb>> steadyBoxes(std::uint32_t count, float fastest, s
             boxes[9].max[2] += 3;
         if (set == 47)
             boxes[10].min[0] = kNan;
+        if (set == 50)
+        {
+            boxes[11].min[0] = boxes[11].max[0] = kInfinity;
+            boxes[12].min[1] = boxes[12].max[1] = -kInfinity;
+            boxes[13] = cube(-kInfinity, kInfinity);
+        }
         sets.push_back(boxes);
     }
     return sets;
@@ -169,8 +176,8 @@ TEST(PsapDeltas, OfBoxesThatGoFarAreSearchedFor)
         ofNever.expect(boxes, never(boxes));
     }
     EXPECT_GT(ofNever.added(), 2000u);
-    EXPECT_EQ(automatic.frames(psap::NearFrame::Search), 60);
-    EXPECT_EQ(never.frames(psap::NearFrame::Search), 60);
+    EXPECT_EQ(automatic.frames(psap::NearFrame::Search), 70);
+    EXPECT_EQ(never.frames(psap::NearFrame::Search), 70);
     // Each list is void at once.
     EXPECT_GT(always.frames(psap::NearFrame::Begin), 50);
     EXPECT_GT(always.repeats(), 50);

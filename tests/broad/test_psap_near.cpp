@@ -74,6 +74,8 @@ TEST(PsapNear, SkinsAreNoThinnerThanTheyAre)
     const Aabb grown = psap::grownBy(unbounded, 1);
     EXPECT_EQ(grown.min[0], -kInfinity);
     EXPECT_EQ(grown.max[2], kInfinity);
+    const Aabb atTheEnds = {{-kInfinity, kInfinity, 0}, {-kInfinity, kInfinity, 1}};
+    EXPECT_TRUE(isValid(psap::grownBy(atTheEnds, 1)));
 }
 
 TEST(PsapNear, ClosenessTellsWhatBecomesOfBoxes)

@@ -64,6 +64,41 @@ TEST(PsapPlans, OfAWorldThatHasGrownKeepToTheirRoom)
     }
 }
 
+/// Cubes of another size and density in each frame.
+std::vector<Aabb> breathing(int frame)
+{
+    Random random(static_cast<std::uint32_t>(frame));
+    std::vector<Aabb> boxes = cubesIn(2000, 2 + static_cast<float>(frame % 5), random);
+    for (Aabb& box : boxes)
+    {
+        for (int axis = 0; axis < 3; ++axis)
+            box.max[axis] = box.min[axis] + 1 + 0.2f * static_cast<float>(frame % 7);
+    }
+    return boxes;
+}
+
+void expectSearchesToRepeat(PsapOrder order)
+{
+    SCOPED_TRACE(static_cast<int>(order));
+    PsapOptions options;
+    options.order = order;
+    options.updatesPerPlan = 1;
+    WatchedSearch search(options);
+    for (int frame = 0; frame < 60; ++frame)
+    {
+        const Pairs pairs = search.find(breathing(frame));
+        ASSERT_GT(pairs.size(), 1000u);
+        ASSERT_EQ(search.findAgain(), pairs) << frame;
+    }
+}
+
+// A list that was too short is filled once more, when the next plan may be there already.
+TEST(PsapPlans, DoNotChangeBetweenASearchAndItsRepetition)
+{
+    for (const PsapOrder order : {PsapOrder::Counting, PsapOrder::Radix, PsapOrder::Bins, PsapOrder::Tiles})
+        expectSearchesToRepeat(order);
+}
+
 TEST(PsapPlans, OfBinsFollowBoxesThatSpreadOut)
 {
     SCOPED_TRACE("seed 4");

@@ -60,7 +60,7 @@ public:
     /// @return all pairs in order, found by counting where a bin or a tile was full
     Pairs find(const std::vector<Aabb>& boxes, std::uint64_t expectedPairs = 0)
     {
-        m_search.look();
+        m_search.look(exec);
         m_search.build(exec, {boxes.data(), boxes.size(), &m_count, expectedPairs});
         emit();
         m_search.planAhead(exec);
@@ -71,6 +71,14 @@ public:
             emit();
         }
         EXPECT_LE(m_count, m_found.size());
+        return inOrder({m_found.begin(), m_found.begin() + static_cast<std::ptrdiff_t>(m_count)});
+    }
+
+    /// The same once more, as where the list was too short.
+    Pairs findAgain()
+    {
+        m_count = 0;
+        emit();
         return inOrder({m_found.begin(), m_found.begin() + static_cast<std::ptrdiff_t>(m_count)});
     }
 
