@@ -233,16 +233,19 @@ public:
             });
     }
 
-    /// Calls step(i) for i in [0, count), which returns a SentPair: to which of the lists the pair goes.
+    /// For i in [0, count) reads an item with step.read(i), has it judged by step(item), whose verdict says in `sent` to which of the lists
+    /// a pair goes, and calls step.keep(i, item, verdict). Apart, so that what many items need can be asked for together.
     template <class Step>
     void forEachSent(std::uint64_t count, const Step& step, const ThreeLists& lists)
     {
         forEach(count,
                 [&](std::uint64_t i)
                 {
-                    const SentPair sent = step(i);
-                    if (sent.to < ThreeLists::kCount)
-                        lists.at(sent.to).push(sent.pair);
+                    const auto item = step.read(i);
+                    const auto verdict = step(item);
+                    step.keep(i, item, verdict);
+                    if (verdict.sent.to < ThreeLists::kCount)
+                        lists.at(verdict.sent.to).push(verdict.sent.pair);
                 });
     }
 

@@ -6,6 +6,7 @@
 #include "broad/known_rows.h"
 #include "broad/log.h"
 #include "broad/psap_failure.h"
+#include "broad/psap_held_near.h"
 #include "broad/psap_names.h"
 #include "broad/psap_pipeline.h"
 #include "broad/psap_row_memory.h"
@@ -23,8 +24,8 @@ namespace cullet::psap
 /// Keeps the pair set of a proxy table up to date with one of the searches, on one executor.
 ///
 /// In the executor's memory live the boxes of this update and of the last one and the held pairs, as rows. An update
-/// sends the changed rows, settles the held pairs, searches, and brings back the pairs that enter and those that leave;
-/// it waits for the executor once, but where a list was too short.
+/// sends the changed rows, settles the held pairs and searches, or follows near pairs instead of both, and brings back the
+/// pairs that enter and those that leave; it waits for the executor once, but where a list was too short.
 /// The order in which pairs are found may differ from run to run; deltas are sorted by unique id.
 template <class Exec>
 class PsapBackend final : public Backend
@@ -37,6 +38,7 @@ public:
           m_exec(std::forward<ExecArguments>(arguments)...),
           m_rows(options.threads, options.initialCapacity),
           m_search(options),
+          m_near(options),
           m_names(options.initialCapacity)
     {
     }
@@ -66,6 +68,7 @@ public:
         m_exec.drain();
         // Half of what the search remembers may never have happened.
         m_search = Search<Exec>(m_options);
+        m_near = HeldNear<Exec>(m_options);
         m_names.recover();
         restart({});
         delta.added.clear();
@@ -78,6 +81,7 @@ public:
         m_known = known;
         m_isFresh = true;
         m_heldCount = 0;
+        m_near.forget();
     }
 
     const char* name() const noexcept override { return m_name; }
@@ -105,20 +109,21 @@ private:
             delta.removed.clear();
             return;
         }
-        m_stats.path = "rebuild";
-        ++m_stats.rebuildsTotal;
         m_retestAll = m_hadFilters && !hasFilters;
         m_vanished.clear();
         if (m_isFresh)
             begin(view);
+        m_near.choose(view);
         m_exec.dropStages();
         m_exec.beginStage("upload");
         m_exec.reserve(m_tally, 1);
         m_exec.clear(m_tally.data(), 1);
         prepareLists();
-        m_rows.send(m_exec, view, &m_tally.data()->motion,
-                    [&](std::uint64_t end) { settleAhead(view, end); });
-        findChanges(view, delta);
+        m_near.ready(m_exec, view.size);
+        m_rows.send(m_exec, view, m_near.ways(&m_tally.data()->motion),
+                    [&](std::uint64_t end) { workAhead(view, end); });
+        if (m_near.frame() != NearFrame::Follow || !followNear(view, delta))
+            searchChanges(view, delta);
         takeChanges(delta);
         m_exec.beginStage(nullptr);
         m_exec.takeStages(m_stats.stages);
@@ -140,7 +145,7 @@ private:
         m_exec.reserve(m_held, std::max<std::uint64_t>(m_heldCount, m_options.initialCapacity));
         m_exec.uploadNow(m_held.data(), held.data(), held.size());
         m_exec.reserve(m_heldDepths, m_held.size());
-        m_exec.clear(m_heldDepths.data(), held.size());
+        m_areDepthsKnown = false;
     }
 
     /// Empties the lists of this update, and makes room where it can be known.
@@ -154,61 +159,145 @@ private:
         growTable(initial);
         freeTable();
         m_rowsSettled = 0;
+        m_isMotionKnown = true;
     }
 
-    /// Settles the held pairs among the rows before `end`, which are in place, while others are on their way. Not before half
-    /// of what was missing has come: each time takes a look at all held pairs.
-    void settleAhead(const ProxyView& view, std::uint64_t end)
+    /// Does what can be done with the rows before `end`, which are in place, while others are on their way.
+    void workAhead(const ProxyView& view, std::uint64_t end)
     {
+        if (m_near.frame() == NearFrame::Follow)
+            return;  // that takes as long for some of the pairs as for all
+        if (m_near.frame() == NearFrame::Begin)
+            m_near.growRows(m_exec, rows(), end);
+        // Filter words follow behind the boxes; pairs of those that have changed are open whatever they are.
+        if (view.filters != nullptr && !m_hadFilters)
+            return;
+        // Not before half of what was missing has come: each time takes a look at all held pairs.
         if (view.size - end > (view.size - m_rowsSettled) / 2)
             return;
         settle(view.margin, {m_rowsSettled, static_cast<std::uint32_t>(end) - 1});
         m_rowsSettled = static_cast<std::uint32_t>(end);
     }
 
-    /// Settles the held pairs and searches, again with more room as long as a list was too short.
-    void findChanges(const ProxyView& view, PairDelta& delta)
+    /// Tells the changes by near pairs.
+    ///
+    /// @return whether that could be done; otherwise nothing has been
+    bool followNear(const ProxyView& view, PairDelta& delta)
     {
+        m_stats.path = "near pairs";
+        m_exec.beginStage("follow");
+        follow(view.margin);
+        planAhead();
+        m_exec.beginStage("deltas");
+        fetchChanges(delta);
+        if (!m_near.noteStretch())
+        {
+            searchInstead(view);
+            return false;
+        }
+        while (m_counts.lists.added > m_added.size())
+        {
+            m_exec.reserve(m_added, m_counts.lists.added);
+            m_exec.clear(&counters()->lists, 1);
+            follow(view.margin);
+            fetchAgain(delta);
+        }
+        return true;
+    }
+
+    void follow(float margin) { m_near.follow(m_exec, m_rows.now(), m_rows.filters(), margin, heldLists()); }
+
+    void searchInstead(const ProxyView& view)
+    {
+        m_near.chooseAgain();
+        m_near.ready(m_exec, view.size);
+        m_isMotionKnown = false;
+        m_exec.clear(&counters()->lists, 1);
+    }
+
+    /// Settles the held pairs and searches.
+    void searchChanges(const ProxyView& view, PairDelta& delta)
+    {
+        m_stats.path = "rebuild";
+        ++m_stats.rebuildsTotal;
         m_exec.beginStage("sort");
+        if (m_near.growsSizes())
+            m_search.forgetPlans();
         m_search.look(m_exec);
-        m_search.build(m_exec, {m_rows.now(), m_rows.count(), nullptr, m_heldCount});
+        m_search.build(m_exec, searchInput());
         m_exec.beginStage("settle");
         settle(view.margin, {m_rowsSettled, kAllRows.last});
         m_exec.beginStage("search");
-        emit();
-        m_search.planAhead(m_exec);
+        if (m_near.frame() == NearFrame::Begin)
+            m_near.find(m_exec, m_search);
+        emit(view.margin);
+        planAhead();
         m_exec.beginStage("deltas");
         fetchChanges(delta);
+        repeatUntilComplete(view, delta);
+    }
+
+    SearchInput searchInput()
+    {
+        SearchInput input = {m_rows.now(), m_rows.count(), nullptr, m_heldCount};
+        if (m_near.frame() == NearFrame::Begin)
+        {
+            m_near.growRows(m_exec, rows(), m_rows.count());
+            input.boxes = m_near.grown();
+        }
+        return input;
+    }
+
+    /// Searches again, with more room, as long as a list was too short.
+    void repeatUntilComplete(const ProxyView& view, PairDelta& delta)
+    {
         while (m_counts.lists.lookups > table().limit())
         {
             growTable(2 * m_counts.lists.lookups);
             m_exec.clear(&counters()->lists, 1);
             freeTable();
             settle(view.margin, kAllRows);
-            emitAgain(delta);
+            emitAgain(view.margin, delta);
+        }
+        while (m_near.frame() == NearFrame::Begin && !m_near.isComplete())
+        {
+            m_near.findAgain(m_exec, m_search);
+            searchAgain(view.margin, delta);
         }
         if (m_counts.lists.added == kSpilled)
         {
             m_search.buildByCounting(m_exec, m_rows.now());
-            searchAgain(delta);
+            searchAgain(view.margin, delta);
         }
         while (m_counts.lists.added > m_added.size())
         {
             m_exec.reserve(m_added, m_counts.lists.added);
-            searchAgain(delta);
+            searchAgain(view.margin, delta);
         }
     }
 
-    void searchAgain(PairDelta& delta)
+    /// After the last step that finds pairs.
+    void planAhead()
     {
-        m_exec.clear(&counters()->lists.added, 1);
-        emitAgain(delta);
+        m_search.planAhead(m_exec);
+        m_near.sample(m_exec, rows(), m_rows.count());
     }
 
-    void emitAgain(PairDelta& delta)
+    void searchAgain(float margin, PairDelta& delta)
+    {
+        m_exec.clear(&counters()->lists.added, 1);
+        emitAgain(margin, delta);
+    }
+
+    void emitAgain(float margin, PairDelta& delta)
+    {
+        emit(margin);
+        fetchAgain(delta);
+    }
+
+    void fetchAgain(PairDelta& delta)
     {
         ++m_stats.retriesTotal;
-        emit();
         fetchChanges(delta);
     }
 
@@ -226,10 +315,13 @@ private:
 
     LookupTable table() { return {m_table.data(), m_tableSlots - 1, &counters()->lists.lookups}; }
 
+    RowBoxes rows() const { return {m_rows.now(), m_rows.old()}; }
+
     BoxHistory history()
     {
+        const bool tellsMotion = m_isMotionKnown && !m_retestAll;
         return {m_rows.now(),     m_rows.old(), m_rows.filters(),
-                m_rows.changes(), m_retestAll,  m_retestAll ? nullptr : &m_tally.data()->motion};
+                m_rows.changes(), m_retestAll,  tellsMotion ? &m_tally.data()->motion : nullptr};
     }
 
     /// The table is in use from here on.
@@ -245,19 +337,30 @@ private:
     /// @pre the table is free, and the counts are 0, but for what other spans have left there
     void settle(float margin, RowSpan span)
     {
-        const PairList removed = {m_removed.data(), m_removed.size(), &counters()->lists.removed};
-        const PairList kept = {m_kept.data(), m_kept.size(), &counters()->lists.kept};
+        const HeldLists lists = heldLists();
+        const bool isLoose = margin >= m_margin && !m_isFresh && !m_rows.haveAllChanged();
         m_exec.forEachParted(
             m_heldCount,
-            SettleHeld{m_held.data(), m_heldDepths.data(), history(), margin,
-                       margin >= m_margin && !m_isFresh && !m_rows.haveAllChanged(), span, table()},
-            DepthList{kept, m_keptDepths.data()}, removed);
+            SettleHeld{m_held.data(), m_areDepthsKnown ? m_heldDepths.data() : nullptr, history(), margin,
+                       isLoose, m_near.frame() == NearFrame::Begin, span, table()},
+            DepthList{lists.kept, m_keptDepths.data()}, lists.removed);
     }
 
-    void emit()
+    HeldLists heldLists() const
     {
-        const PairList added = {m_added.data(), m_added.size(), &counters()->lists.added};
-        m_search.emit(m_exec, EntryTest{history(), table()}, added);
+        ListCounts& counts = counters()->lists;
+        return {{m_kept.data(), m_kept.size(), &counts.kept},
+                {m_removed.data(), m_removed.size(), &counts.removed},
+                {m_added.data(), m_added.size(), &counts.added}};
+    }
+
+    /// Finds the pairs that enter.
+    void emit(float margin)
+    {
+        if (m_near.frame() == NearFrame::Begin)
+            m_near.judge(m_exec, history(), table(), margin, heldLists());
+        else
+            m_search.emit(m_exec, EntryTest{history(), table()}, heldLists().added);
     }
 
     ChangeLists lists()
@@ -289,7 +392,9 @@ private:
             mergeVanished(delta.removed);
         std::swap(m_held, m_kept);
         std::swap(m_heldDepths, m_keptDepths);
+        m_areDepthsKnown = m_near.frame() != NearFrame::Follow;
         m_heldCount = counts.kept + counts.added;
+        m_near.note(m_heldCount);
         m_known.clear();
         m_known.shrink_to_fit();
         m_stats.pairs = m_heldCount;
@@ -311,6 +416,7 @@ private:
     Exec m_exec;  ///< before the buffers: they live in its memory
     RowMemory<Exec> m_rows;
     Search<Exec> m_search;
+    HeldNear<Exec> m_near;
     BackendStats m_stats;
 
     bool m_isFresh = true;
@@ -324,6 +430,8 @@ private:
     std::uint64_t m_heldCount = 0;
     Buffer<IdPair> m_held, m_kept, m_added, m_removed;
     Buffer<float> m_heldDepths, m_keptDepths;  ///< as DepthList has it
+    bool m_areDepthsKnown = false;
+    bool m_isMotionKnown = true;  ///< as RowWays tells it
     std::uint64_t m_tableSlots = 0;
     bool m_isTableFree = false;
     Buffer<std::uint64_t> m_table;

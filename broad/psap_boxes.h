@@ -233,6 +233,13 @@ CULLET_HOST_DEVICE inline float wayOf(const Aabb& box, const Aabb& before)
     return longest;
 }
 
+/// How far a box has gone that was stored as nowhere() where it was invalid.
+CULLET_HOST_DEVICE inline float wayFromStored(const Aabb& before, const Aabb& box)
+{
+    const bool wasNowhere = before.min[0] != before.min[0];
+    return wasNowhere && !isValid(box) ? 0.0f : wayOf(box, before);
+}
+
 /// Copies of the boxes of an update and of the one before.
 struct BoxCopies
 {
@@ -251,11 +258,19 @@ struct BoxCopies
     }
     CULLET_HOST_DEVICE float wayFromOld(std::uint64_t i, const Aabb& box) const
     {
-        if (i >= oldCount)
-            return kInfinity;
-        const Aabb before = loadBox(old, i);
-        const bool wasNowhere = before.min[0] != before.min[0];
-        return wasNowhere && !isValid(box) ? 0.0f : wayOf(box, before);
+        return i < oldCount ? wayFromStored(loadBox(old, i), box) : kInfinity;
+    }
+};
+
+/// The boxes of this update and of the last one, by row.
+struct RowBoxes
+{
+    const Aabb* now;
+    const Aabb* old;
+
+    CULLET_HOST_DEVICE float wayFromOld(std::uint64_t i, const Aabb& box) const
+    {
+        return wayFromStored(loadBox(old, i), box);
     }
 };
 

@@ -272,11 +272,8 @@ private:
             m_input.boxes = m_near.grown();
         else
             m_input.copies = copies();
-        // Boxes with other skins, or without, are of other sizes.
-        const std::uint32_t skins = m_frame == NearFrame::Begin ? 1 + m_near.policy().revision() : 0;
-        if (skins != m_skinsOfPlan)
+        if (m_near.growsSizes(m_frame))
             m_search.forgetPlans();
-        m_skinsOfPlan = skins;
     }
 
     void findChanges(Exec& exec)
@@ -427,7 +424,6 @@ private:
     Search<Exec> m_search;
     NearPairs<Exec> m_near;
     NearFrame m_frame = NearFrame::Search, m_frameBefore = NearFrame::Search;
-    std::uint32_t m_skinsOfPlan = 0;
     SearchInput m_input{};
     const Aabb* m_boxesOfCaller = nullptr;
     std::uint64_t m_count = 0;  ///< boxes

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <utility>
 
 namespace cullet::psap
 {
@@ -29,14 +30,16 @@ public:
     }
 
     /// What to do with the next set of boxes. The executor is done with the last one.
-    NearFrame choose(std::uint64_t boxes)
+    ///
+    /// @param thinnest that skins may be in a list that begins
+    NearFrame choose(std::uint64_t boxes, float thinnest = 0)
     {
         if (m_isSampled)
             m_policy.noteSample(m_sampled.data(), m_sampleCount);
         m_isSampled = false;
         if (boxes != m_boxCount)
             m_policy.forget();
-        return m_policy.choose(boxes);
+        return m_policy.choose(boxes, thinnest);
     }
     NearPolicy& policy() { return m_policy; }
     const NearPolicy& policy() const { return m_policy; }
@@ -57,8 +60,12 @@ public:
     void grow(Exec& exec, const Aabb* boxes, const BoxCopies& copies)
     {
         const SharedBoxes shared = {m_boxCount};
-        exec.forEach(shared.indices(),
-                     GrowSkins{shared, boxes, copies, m_policy.rule(), m_then.data(), m_grown.data()});
+        exec.forEach(shared.indices(), GrowSkins{shared, boxes, copies, m_policy.rule(), skinned()});
+    }
+    /// Gives the boxes of rows `begin` to `end` their skins.
+    void growRows(Exec& exec, const RowBoxes& rows, std::uint64_t begin, std::uint64_t end)
+    {
+        exec.forEachFrom(begin, end, GrowRow{rows, m_policy.rule(), skinned()});
     }
     const Aabb* grown() const { return m_grown.data(); }
     const AlignedBox* then() const { return m_then.data(); }
@@ -101,8 +108,18 @@ public:
     /// Whether each pair is held, of one of two sets of boxes.
     std::uint8_t* isHeld(unsigned side) const { return m_isHeld[side].data(); }
 
+    /// Whether boxes are searched with thicker skins than the last time, or for the first time with some: too large for a plan.
+    bool growsSizes(NearFrame frame)
+    {
+        const float skin = frame == NearFrame::Begin ? m_policy.rule().common : 0.0f;
+        return std::exchange(m_skinSearched, skin) < skin;
+    }
+
     /// Looks at sizes, where it is time to.
-    void sample(Exec& exec, const BoxCopies& copies, std::uint64_t count)
+    ///
+    /// @param copies as SampleBoxes has them
+    template <class Copies>
+    void sample(Exec& exec, const Copies& copies, std::uint64_t count)
     {
         if (!m_policy.wantsSample(count))
             return;
@@ -110,7 +127,7 @@ public:
         m_sampleCount = (count + stride - 1) / stride;
         exec.reserve(m_sample, kSample);
         exec.reserve(m_sampled, kSample);
-        exec.forEach(m_sampleCount, SampleBoxes{copies, stride, m_sample.data()});
+        exec.forEach(m_sampleCount, SampleBoxes<Copies>{copies, stride, count, m_sample.data()});
         exec.download(m_sampled.data(), m_sample.data(), m_sampleCount);
         m_isSampled = true;
         m_policy.noteSampling();
@@ -121,6 +138,8 @@ private:
     using Buffer = typename Exec::template Buffer<T>;
 
     static constexpr std::uint64_t kSample = 1024;
+
+    SkinnedBoxes skinned() const { return {m_then.data(), m_grown.data()}; }
 
     /// Makes room for so many and some more, so that it mostly stays as it is.
     void setSpan(std::uint64_t pairs)
@@ -142,6 +161,7 @@ private:
     std::uint64_t m_boxCount = 0;   ///< of the list
     std::uint64_t m_lastCount = 0;  ///< pairs in the last list
     std::uint32_t m_launches = 0;
+    float m_skinSearched = 0;
     std::uint64_t m_span = 0;   ///< pairs that there is room for, as launches know it
     Buffer<AlignedBox> m_then;  ///< boxes when the list began, and their skins
     Buffer<Aabb> m_grown;       ///< the same boxes with their skins

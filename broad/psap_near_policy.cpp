@@ -9,7 +9,8 @@ namespace cullet::psap
 {
 namespace
 {
-constexpr float kSmallest = 1e-30f;  // below that quotients lose digits
+// Beyond those quotients and sums lose digits.
+constexpr float kSmallest = 1e-30f, kLargest = 1e30f;
 
 /// What is larger than `share` of some numbers.
 template <class Get>
@@ -22,8 +23,9 @@ float quantile(BoxInSample* sample, std::uint64_t count, double share, const Get
 }
 }  // namespace
 
-NearFrame NearPolicy::choose(std::uint64_t boxes)
+NearFrame NearPolicy::choose(std::uint64_t boxes, float thinnest)
 {
+    m_thinnest = thinnest;
     if (!isUsed(boxes))
     {
         forget();
@@ -31,7 +33,7 @@ NearFrame NearPolicy::choose(std::uint64_t boxes)
     }
     m_setsToSample -= m_setsToSample != 0 ? 1 : 0;
     if (m_hasList && !(m_stretch + m_step <= kMostStretch))
-        end();
+        end(m_stretch + m_step);
     return m_hasList ? NearFrame::Follow : search();
 }
 
@@ -39,7 +41,7 @@ NearFrame NearPolicy::search()
 {
     if (m_pause != 0)
         --m_pause;
-    else if (m_isSlow)
+    else if (canBegin())
     {
         begin();
         return NearFrame::Begin;
@@ -47,8 +49,16 @@ NearFrame NearPolicy::search()
     return NearFrame::Search;
 }
 
+bool NearPolicy::canBegin() const
+{
+    const bool isThin = m_choice == PsapNearPairs::Always || m_thinnest <= kThickest * m_side;
+    return m_isSlow && isThin && m_thinnest < kLargest;
+}
+
 void NearPolicy::begin()
 {
+    if (m_skin < m_thinnest)
+        setSkin();
     m_hasList = true;
     m_stretch = m_step = 0;
     m_age = 0;
@@ -83,7 +93,7 @@ void NearPolicy::noteBegun(std::uint64_t near, std::uint64_t boxes, std::uint64_
 void NearPolicy::noteFollowed(float stretch)
 {
     if (!(stretch <= kMostStretch))
-        return end();
+        return end(stretch);
     ++m_age;
     m_nextPause = m_age > 2 ? kShortestPause : m_nextPause;
     m_step = std::max(m_step, stretch - m_stretch);
@@ -91,12 +101,14 @@ void NearPolicy::noteFollowed(float stretch)
 }
 
 /// What is to be learnt from a list that is of no use any more.
-void NearPolicy::end()
+void NearPolicy::end(float stretch)
 {
-    constexpr std::uint32_t kFewSets = 3, kManySets = 12;
+    // Not what comes, goes or jumps.
+    constexpr float kHeldByThicker = 4;
+    constexpr std::uint32_t kFewSets = 3, kManySets = 64;
     constexpr float kMore = 1.5f, kFewer = 0.7f;
     m_hasList = false;
-    if (m_age < kFewSets && m_sets < kMostSets)
+    if (m_age < kFewSets && m_sets < kMostSets && stretch < kHeldByThicker)
         m_sets = std::min(kMore * m_sets, kMostSets);
     else if (m_age < 2)
         pause();
@@ -107,9 +119,12 @@ void NearPolicy::end()
 
 void NearPolicy::setSkin()
 {
-    const float skin = std::clamp(m_sets * m_way, kThinnest * m_side, kThickest * m_side);
+    // Where nearly all rest, those that do not need skins as well.
+    const float way = std::max(m_way, kThinnest * m_side / kFirstSets);
+    const float wanted = std::clamp(m_sets * way, kThinnest * m_side, kThickest * m_side);
+    const float skin = std::max(wanted, m_thinnest);
     // A little more or less makes no difference, but that launches and plans have to be made anew.
-    if (skin > 0.8f * m_skin && skin < 1.25f * m_skin)
+    if (skin > 0.8f * m_skin && skin < 1.25f * m_skin && m_skin >= m_thinnest)
         return;
     m_skin = skin;
     ++m_revision;

@@ -27,7 +27,9 @@ public:
     explicit NearPolicy(PsapNearPairs choice) : m_choice(choice) {}
 
     /// For the next set of so many boxes; tell what comes of it below.
-    NearFrame choose(std::uint64_t boxes);
+    ///
+    /// @param thinnest that skins may be in a list that begins
+    NearFrame choose(std::uint64_t boxes, float thinnest = 0);
     /// For one that could not be followed.
     NearFrame search();
 
@@ -50,9 +52,10 @@ public:
 
 private:
     void begin();
-    void end();
+    void end(float stretch);
     void pause();
     void setSkin();
+    bool canBegin() const;
     bool isUsed(std::uint64_t boxes) const
     {
         return m_choice == PsapNearPairs::Automatic ? boxes >= kFewestBoxes
@@ -75,11 +78,12 @@ private:
     float m_way = 0;        ///< that 99 of 100 boxes go at most
     float m_sets = kFirstSets;
     float m_skin = 0;
+    float m_thinnest = 0;
     float m_stretch = 0;  ///< of the list
     float m_step = 0;     ///< the most that it has grown by from one set of boxes to the next
     std::uint32_t m_age = 0;
     std::uint32_t m_pause = 0, m_nextPause = kShortestPause;
-    std::uint32_t m_setsToSample = 1;
+    std::uint32_t m_setsToSample = 2;  // nothing has gone anywhere in the first
     std::uint32_t m_revision = 0;
 };
 }  // namespace cullet::psap

@@ -105,6 +105,48 @@ CULLET_HOST_DEVICE inline float sureFrom(float stretch)
     return deeperThan(stretch) + 1e-37f;
 }
 
+/// Which list a pair goes to.
+inline constexpr std::uint32_t kToKept = 0, kToRemoved = 1, kToAdded = 2;
+
+/// A near pair, or nothing: two boxes that are surely apart.
+struct NearItem
+{
+    IdPair pair = {};
+    float closeness = -kInfinity;
+    bool wasHeld = false;
+    bool isPair = false;
+};
+
+/// What is said of it.
+struct NearVerdict
+{
+    SentPair sent = {};
+    float closeness = 0;
+    bool isHeld = false;
+
+    CULLET_HOST_DEVICE static NearVerdict ofFollowed(const NearItem& item, bool isHeld)
+    {
+        const std::uint32_t to =
+            !isHeld ? (item.wasHeld ? kToRemoved : SentPair::kNowhere) : (item.wasHeld ? kToKept : kToAdded);
+        return {{item.pair, to}, item.closeness, isHeld};
+    }
+};
+
+/// What closeness tells of a pair.
+struct Sureness
+{
+    bool areTogether, areApart;
+
+    CULLET_HOST_DEVICE Sureness(float closeness, float sure)
+        : areTogether(closeness > sure), areApart(closeness < -sure)
+    {
+    }
+    CULLET_HOST_DEVICE bool isOpen() const { return !areTogether && !areApart; }
+    /// The rows to look at: where they need not be, any that others look at too. So a GPU asks for the boxes of several pairs
+    /// together, without a branch before each.
+    CULLET_HOST_DEVICE IdPair askFor(IdPair pair) const { return isOpen() ? pair : IdPair{0, 0}; }
+};
+
 /// The near pairs, in an executor's memory.
 struct NearList
 {
@@ -116,6 +158,15 @@ struct NearList
     /// None where there was not room for all: those before may not be there either.
     CULLET_HOST_DEVICE bool has(std::uint64_t i) const { return i < *count && *count <= room; }
     PairList found() const { return {pairs, room, count}; }
+
+    CULLET_HOST_DEVICE NearItem readPair(std::uint64_t i) const
+    {
+        return has(i) ? NearItem{pairs[i], 0, false, true} : NearItem{};
+    }
+    CULLET_HOST_DEVICE NearItem read(std::uint64_t i, const std::uint8_t* wasHeld) const
+    {
+        return has(i) ? NearItem{pairs[i], closeness[i], wasHeld[i] != 0, true} : NearItem{};
+    }
 };
 
 /// Counts of pairs that enter begin here when they are void.
@@ -141,6 +192,20 @@ struct SharedBoxes
     }
 };
 
+/// Boxes with their skins, in an executor's memory.
+struct SkinnedBoxes
+{
+    AlignedBox* then;  ///< the boxes, and beside them how thick their skins are
+    Aabb* grown;       ///< the boxes with their skins around them
+
+    CULLET_HOST_DEVICE void store(std::uint64_t i, const Aabb& box, float skin) const
+    {
+        const bool isThere = isValid(box);
+        storeAligned(then, i, isThere ? box : nowhere(), skin);
+        storeBox(grown, i, isThere ? grownBy(box, skin) : nowhere());
+    }
+};
+
 /// Gives boxes their skins, and keeps copies of them.
 struct GrowSkins
 {
@@ -148,8 +213,7 @@ struct GrowSkins
     const Aabb* boxes;
     BoxCopies copies;
     SkinRule rule;
-    AlignedBox* then;  ///< [out]
-    Aabb* grown;       ///< [out]
+    SkinnedBoxes skinned;  ///< [out]
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t index) const
     {
@@ -161,17 +225,23 @@ struct GrowSkins
                            storeCopy(copies.now, i, box);
                            const float way = copies.wayFromOld(i, box);
                            most = way > most ? way : most;
-                           grow(i, box, rule.skinFor(way));
+                           skinned.store(i, box, rule.skinFor(way));
                        });
         raise(copies.motion, most);
     }
+};
 
-private:
-    CULLET_HOST_DEVICE void grow(std::uint64_t i, const Aabb& box, float skin) const
+/// Gives the box of a row its skin.
+struct GrowRow
+{
+    RowBoxes rows;
+    SkinRule rule;
+    SkinnedBoxes skinned;  ///< [out]
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t row) const
     {
-        const bool isThere = isValid(box);
-        storeAligned(then, i, isThere ? box : nowhere(), skin);
-        storeBox(grown, i, isThere ? grownBy(box, skin) : nowhere());
+        const Aabb box = loadBox(rows.now, row);
+        skinned.store(row, box, rule.skinFor(rows.wayFromOld(row, box)));
     }
 };
 
@@ -202,9 +272,6 @@ struct StretchSkins
     }
 };
 
-/// Which list a pair goes to.
-inline constexpr std::uint32_t kToKept = 0, kToRemoved = 1, kToAdded = 2;
-
 /// Looks at near pair i of a new list for the first time: sends those that have come together.
 struct BeginNear
 {
@@ -214,21 +281,29 @@ struct BeginNear
     WasApart wasApart;
     std::uint64_t* added;  ///< how many pairs enter: void where there is not room for all near ones
 
-    CULLET_HOST_DEVICE SentPair operator()(std::uint64_t i) const
+    CULLET_HOST_DEVICE NearItem read(std::uint64_t i) const { return near.readPair(i); }
+
+    CULLET_HOST_DEVICE NearVerdict operator()(const NearItem& item) const
+    {
+        if (!item.isPair)
+            return {};
+        const IdPair pair = item.pair;
+        const SkinnedBox a = loadSkinned(boxes, pair.a);
+        const SkinnedBox b = loadSkinned(boxes, pair.b);
+        const bool areTogether = overlaps(a.box, b.box);
+        const bool isEntering =
+            areTogether && wasApart.ready()(pair, [&] { return overlapOf(a.box, b.box); });
+        return {{pair, isEntering ? kToAdded : SentPair::kNowhere}, closenessOf(a, b), areTogether};
+    }
+
+    CULLET_HOST_DEVICE void keep(std::uint64_t i, const NearItem& item, const NearVerdict& verdict) const
     {
         if (i == 0 && *near.count > near.room)
             setAlike(added, kVoidCount);
-        if (!near.has(i))
-            return {};
-        const IdPair pair = near.pairs[i];
-        const SkinnedBox a = loadSkinned(boxes, pair.a);
-        const SkinnedBox b = loadSkinned(boxes, pair.b);
-        near.closeness[i] = closenessOf(a, b);
-        const bool areTogether = overlaps(a.box, b.box);
-        isHeld[i] = areTogether ? 1 : 0;
-        const bool isEntering =
-            areTogether && wasApart.ready()(pair, [&] { return overlapOf(a.box, b.box); });
-        return {pair, isEntering ? kToAdded : SentPair::kNowhere};
+        if (!item.isPair)
+            return;
+        near.closeness[i] = verdict.closeness;
+        isHeld[i] = verdict.isHeld ? 1 : 0;
     }
 };
 
@@ -241,31 +316,29 @@ struct FollowNear
     const AlignedBox* boxes;
     const std::uint32_t* stretch;  ///< as StretchSkins has it
 
-    CULLET_HOST_DEVICE SentPair operator()(std::uint64_t i) const
+    CULLET_HOST_DEVICE NearItem read(std::uint64_t i) const { return near.read(i, wasHeld); }
+
+    CULLET_HOST_DEVICE NearVerdict operator()(const NearItem& item) const
     {
-        if (!near.has(i))
-            return {};
-        const IdPair pair = near.pairs[i];
-        const bool wasTogether = wasHeld[i] != 0;
-        const bool isTogether = areTogether(pair, near.closeness[i]);
-        isHeld[i] = isTogether ? 1 : 0;
-        const std::uint32_t to = !isTogether ? (wasTogether ? kToRemoved : SentPair::kNowhere)
-                                             : (wasTogether ? kToKept : kToAdded);
-        return {pair, to};
+        return NearVerdict::ofFollowed(item, areTogether(item.pair, item.closeness));
+    }
+
+    CULLET_HOST_DEVICE void keep(std::uint64_t i, const NearItem& item, const NearVerdict& verdict) const
+    {
+        if (item.isPair)
+            isHeld[i] = verdict.isHeld ? 1 : 0;
     }
 
 private:
     CULLET_HOST_DEVICE bool areTogether(IdPair pair, float closeness) const
     {
-        const float sure = sureFrom(floatOf(*stretch));
-        if (closeness > sure)
-            return true;
-        if (closeness < -sure)
-            return false;
-        return meets(loadHalf(boxes, 2 * std::uint64_t{pair.a}),
-                     loadHalf(boxes, 2 * std::uint64_t{pair.b})) &&
-               meets(loadHalf(boxes, 2 * std::uint64_t{pair.a} + 1),
-                     loadHalf(boxes, 2 * std::uint64_t{pair.b} + 1));
+        const Sureness sureness(closeness, sureFrom(floatOf(*stretch)));
+        const IdPair asked = sureness.askFor(pair);
+        const bool meet =
+            meets(loadHalf(boxes, 2 * std::uint64_t{asked.a}), loadHalf(boxes, 2 * std::uint64_t{asked.b})) &
+            meets(loadHalf(boxes, 2 * std::uint64_t{asked.a} + 1),
+                  loadHalf(boxes, 2 * std::uint64_t{asked.b} + 1));
+        return sureness.isOpen() ? meet : sureness.areTogether;
     }
 };
 
@@ -276,18 +349,24 @@ struct BoxInSample
     float way;
 };
 
-/// Box i of some, evenly spread over all.
+/// Box i of some, spread over all; not at equal distances, since every tenth may move.
+///
+/// @tparam Copies of the boxes of this set and of the last one: BoxCopies or RowBoxes
+template <class Copies>
 struct SampleBoxes
 {
-    BoxCopies copies;
+    Copies copies;
     std::uint64_t stride;
+    std::uint64_t count;  ///< of all boxes
     BoxInSample* sample;  ///< [out]
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
-        const Aabb box = loadBox(copies.now, i * stride);
+        const std::uint64_t shifted = i * stride + (i * 2654435761u >> 8) % stride;
+        const std::uint64_t k = shifted < count ? shifted : count - 1;
+        const Aabb box = loadBox(copies.now, k);
         const float side = isValid(box) ? boundedExtent(box) : -1.0f;
-        sample[i] = {side < kInfinity ? side : -1.0f, copies.wayFromOld(i * stride, box)};
+        sample[i] = {side < kInfinity ? side : -1.0f, copies.wayFromOld(k, box)};
     }
 };
 }  // namespace cullet::psap

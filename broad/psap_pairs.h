@@ -183,6 +183,12 @@ CULLET_HOST_DEVICE inline float depthLeft(float depth, float gone)
     return depthOf(depth - gone);
 }
 
+/// @param filters by row; null: every overlapping pair counts
+CULLET_HOST_DEVICE inline bool passesFilters(const Filter* filters, IdPair pair)
+{
+    return filters == nullptr || passesFilter(filters[pair.a], filters[pair.b]);
+}
+
 /// The boxes of this update and of the last one, by row; empty ones are nowhere().
 struct BoxHistory
 {
@@ -202,6 +208,8 @@ struct BoxHistory
     {
         return motion != nullptr ? deeperThan(2 * floatOf(*motion)) : kInfinity;
     }
+
+    CULLET_HOST_DEVICE bool passesFilters(IdPair pair) const { return psap::passesFilters(filters, pair); }
 
     CULLET_HOST_DEVICE unsigned changesOf(IdPair pair) const
     {
@@ -250,11 +258,7 @@ struct EntryTest
 
     CULLET_HOST_DEVICE bool operator()(IdPair pair) const
     {
-        if (!boxes.isOpen(pair))
-            return false;
-        if (boxes.filters != nullptr && !passesFilter(boxes.filters[pair.a], boxes.filters[pair.b]))
-            return false;
-        return !held.contains(pair);
+        return boxes.isOpen(pair) && boxes.passesFilters(pair) && !held.contains(pair);
     }
 
     CULLET_HOST_DEVICE DepthTest<EntryTest> ready() const { return {*this, boxes.deepEnough()}; }
@@ -290,80 +294,6 @@ struct EveryPair
     }
 };
 
-/// Makes the boxes of the last update those of rows that changed in it.
-struct AgeRow
-{
-    const std::uint32_t* rows;  ///< null: 0, 1, 2, ...
-    const Aabb* now;
-    Aabb* old;
-    std::uint8_t* changes;
-
-    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
-    {
-        const std::uint64_t row = rows != nullptr ? rows[i] : i;
-        storeBox(old, row, loadBox(now, row));
-        changes[row] = kRowUnchanged;
-    }
-};
-
-/// Stores a changed row.
-struct ApplyRow
-{
-    const std::uint32_t* rows;  ///< null: 0, 1, 2, ...
-    const Aabb* newBoxes;       ///< [changed rows], or by row
-    bool areBoxesByRow;
-    const std::uint8_t* newChanges;  ///< null: `sameChanges` for all of them
-    std::uint8_t sameChanges;
-    Aabb* now;
-    Aabb* old;
-    std::uint8_t* changes;
-    std::uint32_t* appliedRows;  ///< [changed rows, out] unless `rows` is null
-    std::uint32_t* motion;       ///< bits of the longest way of a side; 0 before
-
-    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
-    {
-        const std::uint64_t row = rows != nullptr ? rows[i] : i;
-        if (rows != nullptr)
-            appliedRows[i] = static_cast<std::uint32_t>(row);
-        const Aabb box = loadBox(newBoxes, areBoxesByRow ? row : i);
-        storeBox(now, row, isValid(box) ? box : nowhere());
-        const unsigned bits = newChanges != nullptr ? newChanges[i] : sameChanges;
-        changes[row] = static_cast<std::uint8_t>(bits);
-        if ((bits & kRowCreated) != 0)
-            storeBox(old, row, nowhere());
-        const bool isSamePair = (bits & (kRowCreated | kRowRefiltered)) == 0;
-        raise(motion, isSamePair ? wayOf(box, loadBox(old, row)) : kInfinity);
-    }
-};
-
-/// Stores the filter words of a changed row.
-struct ApplyFilter
-{
-    const std::uint32_t* rows;  ///< null: 0, 1, 2, ...
-    const Filter* newFilters;   ///< [changed rows]
-    Filter* filters;
-
-    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
-    {
-        filters[rows != nullptr ? rows[i] : i] = newFilters[i];
-    }
-};
-
-/// Empties a row on both sides of history.
-struct ForgetRow
-{
-    Aabb* now;
-    Aabb* old;
-    std::uint8_t* changes;
-
-    CULLET_HOST_DEVICE void operator()(std::uint64_t row) const
-    {
-        now[row] = nowhere();
-        old[row] = nowhere();
-        changes[row] = kRowUnchanged;
-    }
-};
-
 /// Frees a slot of the look-up table.
 struct FreeSlot
 {
@@ -389,14 +319,19 @@ inline constexpr RowSpan kAllRows = {0, 0xffffffffu};
 struct SettleHeld
 {
     const IdPair* held;
-    const float* depths;  ///< as DepthList has it
+    const float* depths;  ///< as DepthList has it; null: not known
     BoxHistory boxes;
     float margin;
     bool isLoose;  ///< the margin is no smaller than in the last update
+    bool
+        tellsAll;  ///< also pairs that stay though they are apart, or no filter would let them enter, are open
     RowSpan span;
     LookupTable open;
 
-    CULLET_HOST_DEVICE DepthPair read(std::uint64_t i) const { return {held[i], depths[i], true}; }
+    CULLET_HOST_DEVICE DepthPair read(std::uint64_t i) const
+    {
+        return {held[i], depths != nullptr ? depths[i] : 0.0f, true};
+    }
 
     /// @param kept    receives the pair when it stays
     /// @param removed receives it when it leaves
@@ -406,7 +341,8 @@ struct SettleHeld
         const IdPair pair = item.pair;
         const bool isMine = item.isPair && span.contains(pair.a > pair.b ? pair.a : pair.b);
         float depth = depthLeft(item.depth, boxes.deepEnough());
-        const bool isStaying = isMine && (depth > 0 || stays(item, depth));
+        const bool isDeep = depth > 0 && !(tellsAll && boxes.filters != nullptr);
+        const bool isStaying = isMine && (isDeep || stays(item, depth));
         kept.append(isStaying, pair, depth);
         removed.append(isMine && !isStaying, pair);
     }
@@ -417,19 +353,26 @@ private:
     {
         const IdPair pair = item.pair;
         depth = item.depth;
-        if (isLoose && !boxes.retestAll && boxes.changesOf(pair) == 0)
+        if (isLoose && !tellsAll && !boxes.retestAll && boxes.changesOf(pair) == 0)
             return true;
         const Aabb a = loadBox(boxes.now, pair.a);
         const Aabb b = loadBox(boxes.now, pair.b);
         // Empty boxes first: overlapsWithMargin() counts NaN as near.
         if (!isValid(a) || !isValid(b) || !overlapsWithMargin(a, b, margin))
             return false;
-        // What the search does not find, or finds without asking, it does not look up.
         const float overlap = overlapOf(a, b);
-        if (overlap >= 0 && !boxes.wereOverlapping(overlap) && boxes.isOpen(pair))
+        if (isLookedUp(pair, overlap))
             open.insert(pair);
         depth = depthOf(overlap);
         return true;
+    }
+
+    CULLET_HOST_DEVICE bool isLookedUp(IdPair pair, float overlap) const
+    {
+        if (tellsAll && (overlap < 0 || !boxes.passesFilters(pair)))
+            return true;
+        // What the search does not find, or finds without asking, it does not look up.
+        return overlap >= 0 && !boxes.wereOverlapping(overlap) && boxes.isOpen(pair);
     }
 };
 }  // namespace cullet::psap

@@ -4,8 +4,8 @@
 
 #include "broad/backend.h"
 #include "broad/part_order.h"
-#include "broad/psap_pairs.h"
 #include "broad/psap_row_staging.h"
+#include "broad/psap_row_steps.h"
 #include "broad/worker_pool.h"
 
 #include <algorithm>
@@ -42,11 +42,10 @@ public:
 
     /// Brings the changed rows over; rows that changed in the last update grow old first.
     ///
-    /// @param motion as BoxHistory::motion; 0 before
     /// @param ready  where boxes come in parts on a stream of their own, called with the end of each part but the last:
     ///               rows before it are in place while others are on their way
     template <class Ready>
-    void send(Exec& exec, const ProxyView& view, std::uint32_t* motion, const Ready& ready)
+    void send(Exec& exec, const ProxyView& view, const RowWays& ways, const Ready& ready)
     {
         reserveRows(exec, view.size);
         m_haveAllChanged = m_isFresh || view.dirtyCount == view.size;
@@ -58,7 +57,7 @@ public:
         m_dirtyIsAll = sendsAll;
         m_dirtyCount = sendsAll ? view.size : view.dirtyCount;
         const Staged all =
-            sendsAll ? sendTable(exec, view, isDirect, motion, ready) : sendScattered(exec, view, motion);
+            sendsAll ? sendTable(exec, view, isDirect, ways, ready) : sendScattered(exec, view, ways);
         if (view.filters != nullptr)
             sendFilters(exec, view, (all.anyChanges & (kRowCreated | kRowRefiltered)) != 0);
         if ((all.anyChanges & kRowCreated) != 0)
@@ -126,7 +125,7 @@ private:
     ///
     /// @param isDirect from the table itself, which is not packed
     template <class Ready>
-    Staged sendTable(Exec& exec, const ProxyView& view, bool isDirect, std::uint32_t* motion,
+    Staged sendTable(Exec& exec, const ProxyView& view, bool isDirect, const RowWays& ways,
                      const Ready& ready)
     {
         const std::uint64_t room = std::max<std::uint64_t>(m_dirtyCount, 1);
@@ -147,7 +146,7 @@ private:
             // Mostly they have all moved and nothing else, which need not be told of each.
             if (!staged.isUniform())
                 exec.upload(m_newChanges.data() + begin, m_staging.changes() + begin, end - begin);
-            apply(exec, begin, end, {m_newBoxes.data(), false, m_newChanges.data(), nullptr}, staged, motion);
+            apply(exec, begin, end, {m_newBoxes.data(), false, m_newChanges.data(), nullptr}, staged, ways);
             all.add(staged);
             if (isDirect && end != m_dirtyCount)
                 ready(end);
@@ -167,7 +166,7 @@ private:
     /// Sends the rows that the dirty list names and puts them into their places; a step reads them from the memory of
     /// the CPU. It picks the first ones from the table itself: slower than to read packed ones, but done while threads
     /// wake up and pack the others.
-    Staged sendScattered(Exec& exec, const ProxyView& view, std::uint32_t* motion)
+    Staged sendScattered(Exec& exec, const ProxyView& view, const RowWays& ways)
     {
         m_areRowsTold = view.anyChanges == kRowMoved && view.lockableDirty >= m_dirtyCount &&
                         exec.canReach(view.dirty, view.lockableDirty);
@@ -175,13 +174,13 @@ private:
         const std::uint64_t picked = isTableLocked(exec, view) ? std::min(m_dirtyCount, most) : 0;
         m_staging.reserve(exec, m_dirtyCount, picked != m_dirtyCount);
         if (picked == m_dirtyCount)
-            return sendPicked(exec, view, picked, motion);
+            return sendPicked(exec, view, picked, ways);
         PartOrder parts({picked, m_dirtyCount}, kPackGrain, kTasksPerPart);
         Staged all;
         const auto sendAll = [&]
         {
-            all = sendPicked(exec, view, picked, motion);
-            all.add(sendPacked(exec, view, parts, motion));
+            all = sendPicked(exec, view, picked, ways);
+            all.add(sendPacked(exec, view, parts, ways));
         };
         if (parts.tasks() == 1)
             sendAll();
@@ -196,7 +195,7 @@ private:
     }
 
     /// Sends the first rows of the dirty list, whose boxes the executor picks from the table.
-    Staged sendPicked(Exec& exec, const ProxyView& view, std::uint64_t count, std::uint32_t* motion)
+    Staged sendPicked(Exec& exec, const ProxyView& view, std::uint64_t count, const RowWays& ways)
     {
         if (m_areRowsTold)
         {
@@ -204,7 +203,7 @@ private:
                 return Staged::ofMoved();
             apply(exec, 0, count,
                   {exec.mapped(view.boxes, count), true, nullptr, exec.mapped(view.dirty, count)},
-                  Staged::ofMoved(), motion);
+                  Staged::ofMoved(), ways);
             return Staged::ofMoved();
         }
         Staged all;
@@ -215,14 +214,14 @@ private:
             apply(exec, begin, end,
                   {exec.mapped(view.boxes, end - begin), true, exec.mapped(m_staging.changes(), 0),
                    exec.mapped(m_staging.rows(), end - begin)},
-                  staged, motion);
+                  staged, ways);
             all.add(staged);
         }
         return all;
     }
 
     /// Packs rows on threads and sends each part as soon as it is packed.
-    Staged sendPacked(Exec& exec, const ProxyView& view, PartOrder& parts, std::uint32_t* motion)
+    Staged sendPacked(Exec& exec, const ProxyView& view, PartOrder& parts, const RowWays& ways)
     {
         m_summaries.assign(parts.tasks(), {});
         Staged all;
@@ -233,7 +232,7 @@ private:
             apply(exec, items.begin, items.end,
                   {exec.mapped(m_staging.boxes(), count), false, exec.mapped(m_staging.changes(), 0),
                    exec.mapped(m_areRowsTold ? view.dirty : m_staging.rows(), count)},
-                  staged, motion);
+                  staged, ways);
             all.add(staged);
         };
         m_workers.run(parts.tasks(),
@@ -267,13 +266,13 @@ private:
 
     /// Stores some changed rows.
     void apply(Exec& exec, std::uint64_t begin, std::uint64_t end, const Source& source, const Staged& staged,
-               std::uint32_t* motion)
+               const RowWays& ways)
     {
         exec.forEachFrom(
             begin, end,
             ApplyRow{source.rows, source.boxes, source.isTable, staged.isUniform() ? nullptr : source.changes,
                      static_cast<std::uint8_t>(staged.anyChanges), m_now.data(), m_old.data(),
-                     m_changes.data(), m_dirty.data(), motion});
+                     m_changes.data(), m_dirty.data(), ways});
     }
 
     /// Packs some rows where all have changed, on threads: on one core a million would take longer than everything else.

@@ -410,7 +410,7 @@ private:
     template <class Step>
     using LargeTiles = TileSearching<Step, 512, 6>;
 
-    static constexpr unsigned kEachShort = 6, kEachSent = 8;
+    static constexpr unsigned kEachShort = 6, kEachSent = 2;
     static constexpr std::uint64_t kManyShort = 1u << 18;
     static constexpr std::uint32_t kFewTiles = 2048;
     static constexpr std::uint64_t kFewBoxes = 3u << 16;

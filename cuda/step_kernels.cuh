@@ -135,19 +135,32 @@ __global__ void __launch_bounds__(kEmitThreads, 8)
     __shared__ std::uint64_t places[ThreeLists::kCount];
     const unsigned warp = threadIdx.x / 32;
     const std::uint64_t first = static_cast<std::uint64_t>(blockIdx.x) * kEach * kEmitThreads + threadIdx.x;
-    SentPair sent[kEach];
+    using Item = decltype(step.read(first));
+    Item items[kEach];
 #pragma unroll
     for (unsigned k = 0; k < kEach; ++k)
     {
         const std::uint64_t i = first + k * kEmitThreads;
-        sent[k] = i < end ? step(i) : SentPair{};
+        items[k] = i < end ? step.read(i) : Item{};
+    }
+    decltype(step(items[0])) verdicts[kEach];
+#pragma unroll
+    for (unsigned k = 0; k < kEach; ++k)
+        verdicts[k] = step(items[k]);
+        // Not before: what is stored might be what others are to read.
+#pragma unroll
+    for (unsigned k = 0; k < kEach; ++k)
+    {
+        const std::uint64_t i = first + k * kEmitThreads;
+        if (i < end)
+            step.keep(i, items[k], verdicts[k]);
     }
     std::uint32_t own[ThreeLists::kCount] = {};
 #pragma unroll
     for (unsigned k = 0; k < kEach; ++k)
 #pragma unroll
         for (unsigned list = 0; list < ThreeLists::kCount; ++list)
-            own[list] += __popc(__ballot_sync(kAll, sent[k].to == list));
+            own[list] += __popc(__ballot_sync(kAll, verdicts[k].sent.to == list));
     if (threadIdx.x % 32 < ThreeLists::kCount)
     {
         const unsigned list = threadIdx.x % 32;
@@ -180,11 +193,11 @@ __global__ void __launch_bounds__(kEmitThreads, 8)
 #pragma unroll
         for (unsigned k = 0; k < kEach; ++k)
         {
-            const bool isMine = sent[k].to == list;
+            const bool isMine = verdicts[k].sent.to == list;
             const unsigned lanes = __ballot_sync(kAll, isMine);
             const std::uint64_t slot = place + countBefore(lanes);
             if (isMine && slot < to.capacity)
-                reinterpret_cast<uint2*>(to.pairs)[slot] = {sent[k].pair.a, sent[k].pair.b};
+                reinterpret_cast<uint2*>(to.pairs)[slot] = {verdicts[k].sent.pair.a, verdicts[k].sent.pair.b};
             place += __popc(lanes);
         }
     }

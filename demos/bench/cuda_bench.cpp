@@ -7,6 +7,7 @@
 #include "cuda/device_pairs.h"
 #include "demos/bench/cuda_ablation.h"
 #include "demos/bench/cuda_deltas.h"
+#include "demos/bench/cuda_drift.h"
 #include "demos/bench/cuda_extremes.h"
 #include "demos/bench/cuda_orders.h"
 #include "demos/bench/cuda_pairs.h"
@@ -37,21 +38,25 @@ void timeCrossover(CudaTable& table)
         for (const std::uint32_t every : {1u, 10u})
         {
             const std::string suffix = every == 1 ? "-all-move" : "-tenth-moves";
-            table.add(timeUpdates(sets, "rows-update" + suffix, makeCudaPsapBackend(), every, 60));
-            table.add(timeUpdates(sets, "grid-update" + suffix, makeGridBackend(oneThread), every, 60));
-            table.add(timeUpdates(sets, "grid-threads-update" + suffix, makeGridBackend(), every, 60));
+            constexpr UpdateFrames kFrames = {kDriftWarmUps, 60};
+            table.add(timeUpdates(sets, "rows-update" + suffix, makeCudaPsapBackend(), every, kFrames));
+            table.add(timeUpdates(sets, "grid-update" + suffix, makeGridBackend(oneThread), every, kFrames));
+            table.add(timeUpdates(sets, "grid-threads-update" + suffix, makeGridBackend(), every, kFrames));
         }
     }
 }
 
-/// The stages of update() on the device, a row for each.
-void timeStages(const FreshSets& sets, std::uint32_t every, const std::string& suffix, CudaTable& table)
+// Where every tenth moves, a list of near pairs lasts for so many frames.
+constexpr int kUpdateWarmUps = 80;
+
+/// The stages of update() on the device, a row for each; medians of the frames that have them.
+void timeStages(const FreshSets& sets, PsapOptions options, const std::string& variant, std::uint32_t every,
+                CudaTable& table)
 {
-    PsapOptions options;
     options.timeStages = true;
     StageSamples samples;
     const CudaRow whole =
-        timeUpdates(sets, "rows-update" + suffix, makeCudaPsapBackend(options), every, 20, &samples);
+        timeUpdates(sets, variant, makeCudaPsapBackend(options), every, {kUpdateWarmUps, 20}, &samples);
     for (const auto& [stage, times] : samples.times)
     {
         CudaRow row = whole;
@@ -83,13 +88,22 @@ void runScene(const FreshSets& sets, const CudaBenchOptions& options, CudaTable&
     for (const std::uint32_t every : {1u, 10u})
     {
         const std::string suffix = every == 1 ? "-all-move" : "-tenth-moves";
-        table.add(timeUpdates(sets, "rows-update" + suffix, makeCudaPsapBackend(), every, frames));
+        for (const PsapNearPairs nearPairs : {PsapNearPairs::Automatic, PsapNearPairs::Never})
+        {
+            PsapOptions updating;
+            updating.nearPairs = nearPairs;
+            const std::string variant =
+                (nearPairs == PsapNearPairs::Never ? "rows-update-searched" : "rows-update") + suffix;
+            table.add(timeUpdates(sets, variant, makeCudaPsapBackend(updating), every,
+                                  {isQuick ? kDriftWarmUps : kUpdateWarmUps, isQuick ? 10 : 60}));
+            if (!isQuick && sets.scene().bodies == 1u << 20)
+                timeStages(sets, updating, variant, every, table);
+        }
         GridOptions oneThread;
         oneThread.threads = 1;
         if (!isQuick)
-            table.add(timeUpdates(sets, "grid-update" + suffix, makeGridBackend(oneThread), every, 5));
-        if (!isQuick && sets.scene().bodies == 1u << 20)
-            timeStages(sets, every, suffix, table);
+            table.add(
+                timeUpdates(sets, "grid-update" + suffix, makeGridBackend(oneThread), every, {kWarmUps, 5}));
     }
 }
 

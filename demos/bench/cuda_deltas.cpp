@@ -3,10 +3,10 @@
 #include "demos/bench/cuda_deltas.h"
 
 #include "cuda/device_pairs.h"
+#include "demos/bench/cuda_drift.h"
 #include "demos/bench/cuda_frame_clock.h"
 #include "demos/bench/cuda_timing.h"
 #include "demos/program/exit_code.h"
-#include "demos/scenes/splitmix64.h"
 
 #include <cstddef>
 #include <cstdint>
@@ -19,40 +19,22 @@ namespace cullet
 {
 namespace
 {
-// Until then it is found out how far boxes go, and the second list of near pairs has begun.
-constexpr int kDeltaWarmUps = 20;
-
-/// Boxes that go on from where they are in the first set, each with a velocity of its own.
+/// Boxes that go on from where they are in the first set.
 class DriftingBoxes
 {
 public:
-    explicit DriftingBoxes(const std::vector<Aabb>& first) : m_boxes(first), m_steps(first.size())
-    {
-        SplitMix64 random(8);
-        for (Step& step : m_steps)
-            for (float& way : step.ways)
-                way = random.uniform(-0.05f, 0.05f);
-    }
+    explicit DriftingBoxes(const std::vector<Aabb>& first) : m_boxes(first), m_drift(first.size()) {}
 
     const std::vector<Aabb>& now() const { return m_boxes; }
     void step()
     {
         for (std::size_t body = 0; body < m_boxes.size(); ++body)
-            for (int axis = 0; axis < 3; ++axis)
-            {
-                m_boxes[body].min[axis] += m_steps[body].ways[axis];
-                m_boxes[body].max[axis] += m_steps[body].ways[axis];
-            }
+            m_drift.move(m_boxes[body], body);
     }
 
 private:
-    struct Step
-    {
-        float ways[3];
-    };
-
     std::vector<Aabb> m_boxes;
-    std::vector<Step> m_steps;
+    SteadyDrift m_drift;
 };
 
 std::uint64_t hashOfPairs(const DeviceDeltas& found)
@@ -106,18 +88,18 @@ CudaRow timeDeltas(const FreshSets& sets, const std::string& variant, int frames
     AddedUp all;
     DeviceDeltas found;
     std::vector<double> times;
-    for (int frame = 0; frame < kDeltaWarmUps + frames; ++frame)
+    for (int frame = 0; frame < kDriftWarmUps + frames; ++frame)
     {
         checkCuda(cudaMemcpyAsync(current.data(),
                                   isFresh ? sets.ofFrame(frame).data() : drifting.now().data(),
                                   bodies * sizeof(Aabb), cudaMemcpyDefault, stream.get()));
         checkCuda(cudaStreamSynchronize(stream.get()));
         const double passed = clock.time(current.data(), bodies, found);
-        if (frame >= kDeltaWarmUps)
+        if (frame >= kDriftWarmUps)
             times.push_back(passed);
         else
             all.add(found);
-        if (frame >= kDeltaWarmUps && clock.isLate())
+        if (frame >= kDriftWarmUps && clock.isLate())
             ++row.lateFrames;
         if (frame == 0)
         {

@@ -12,7 +12,7 @@ namespace
 {
 constexpr std::uint64_t kBox = sizeof(Aabb), kPair = sizeof(IdPair), kRow = sizeof(std::uint32_t);
 constexpr std::uint64_t kRecord = 32;
-constexpr std::uint64_t kFlag = 1;
+constexpr std::uint64_t kFlag = 1, kCloseness = 4;
 
 /// Of the held pairs those of which a box moved, where boxes that move are drawn at random.
 std::uint64_t pairsToTest(const UpdateWork& work)
@@ -49,6 +49,8 @@ LeastBytes leastForStage(const std::string& stage, const UpdateWork& work)
         return {work.bodies * (kBox + kRecord), 0};
     if (stage == "settle")
         return {work.held * (2 * kPair + (isScattered ? 2 * kFlag : 0)) + pairsToTest(work) * 2 * kBox, 0};
+    if (stage == "follow")
+        return {work.held * (2 * kPair + 2 * kFlag + kCloseness), 0};
     if (stage == "search")
         return {work.bodies * kRecord, 0};
     if (stage == "deltas")

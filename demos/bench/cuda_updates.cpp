@@ -3,6 +3,7 @@
 #include "demos/bench/cuda_updates.h"
 
 #include "broad/box_memory.h"
+#include "demos/bench/cuda_drift.h"
 #include "demos/bench/cuda_timing.h"
 
 #include <algorithm>
@@ -12,7 +13,7 @@ namespace cullet
 {
 namespace
 {
-constexpr int kHashedFrames = 11;  // at most kWarmUps and the fewest timed ones
+constexpr int kHashedFrames = 11;  // of all frames that are the fewest
 
 /// Boxes that drift, as a ProxyTable hands them over.
 class DriftingBoxes
@@ -21,6 +22,7 @@ public:
     DriftingBoxes(const std::vector<Aabb>& first, std::uint32_t every)
         : m_every(every),
           m_boxes(first.begin(), first.end()),
+          m_drift(first.size()),
           m_ids(first.size()),
           m_changes(first.size(), kRowCreated)
     {
@@ -53,12 +55,7 @@ public:
         std::fill(m_changes.begin(), m_changes.end(), std::uint8_t{0});
         for (std::uint32_t body = frame % m_every; body < m_boxes.size(); body += m_every)
         {
-            for (int axis = 0; axis < 3; ++axis)
-            {
-                const float step = m_random.uniform(-0.05f, 0.05f);
-                m_boxes[body].min[axis] += step;
-                m_boxes[body].max[axis] += step;
-            }
+            m_drift.move(m_boxes[body], body);
             m_dirty.push_back(body);
             m_changes[body] = kRowMoved;
         }
@@ -67,11 +64,11 @@ public:
 private:
     std::uint32_t m_every;
     std::vector<Aabb, BoxAllocator<Aabb>> m_boxes;
+    SteadyDrift m_drift;
     std::vector<std::uint32_t> m_ids;
     std::vector<std::uint32_t, BoxAllocator<std::uint32_t>> m_dirty;
     std::vector<std::uint8_t> m_changes;
     std::uint8_t m_anyChanges = kRowCreated;
-    SplitMix64 m_random{7};
 };
 
 /// Milliseconds.
@@ -101,19 +98,19 @@ void addStages(const BackendStats& stats, const ProxyView& view, const PairDelta
 }  // namespace
 
 CudaRow timeUpdates(const FreshSets& sets, const std::string& variant, std::unique_ptr<Backend> backend,
-                    std::uint32_t every, int frames, StageSamples* stages)
+                    std::uint32_t every, UpdateFrames frames, StageSamples* stages)
 {
     DriftingBoxes boxes(sets.first(), every);
     CudaRow row = rowFor(sets.scene(), variant, "changes where one in " + std::to_string(every) + " moves,");
     PairDelta delta;
     std::vector<double> times;
-    for (int frame = 0; frame < kWarmUps + frames; ++frame)
+    for (int frame = 0; frame < frames.warmUps + frames.timed; ++frame)
     {
         const ProxyView view = boxes.view();
         const double passed = timeUpdate(*backend, view, delta);
-        if (frame >= kWarmUps)
+        if (frame >= frames.warmUps)
             times.push_back(passed);
-        if (frame >= kWarmUps && stages != nullptr)
+        if (frame >= frames.warmUps && stages != nullptr)
             addStages(backend->stats(), view, delta, *stages);
         if (frame < kHashedFrames)
             addChanges(delta, row.hash);
@@ -123,7 +120,7 @@ CudaRow timeUpdates(const FreshSets& sets, const std::string& variant, std::uniq
     }
     row.bytes = backend->stats().bytes;
     row.moved.bus = backend->stats().bytesMoved;
-    setTimes(row, &CudaRow::endToEndMs, times);
+    setMeans(row, &CudaRow::endToEndMs, times);
     return row;
 }
 

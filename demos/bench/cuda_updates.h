@@ -22,12 +22,18 @@ struct StageSamples
     UpdateWork work;                                   ///< of the last frame
 };
 
-/// Times update(): boxes in the CPU's memory that drift by 0.05, deltas there too.
+/// Numbers of frames; hashes want eleven in all.
+struct UpdateFrames
+{
+    int warmUps, timed;
+};
+
+/// Times update(), means: boxes in the CPU's memory that drift as SteadyDrift has it, deltas there too.
 ///
 /// The hash is of the changes of the same frames for every backend, however many are timed.
 /// @param every one of so many boxes moves in a frame
 CudaRow timeUpdates(const FreshSets& sets, const std::string& variant, std::unique_ptr<Backend> backend,
-                    std::uint32_t every, int frames, StageSamples* stages = nullptr);
+                    std::uint32_t every, UpdateFrames frames, StageSamples* stages = nullptr);
 
 /// Times the CPU's grid on all cores where all boxes are new: what a row of timePairs() has to find.
 CudaRow timeGridPairs(const FreshSets& sets);

@@ -62,6 +62,24 @@ inline std::vector<BackendCase> psapCases(
     addPlannedOften("RowsCountingPlannedOftenCapacityOne", PsapOrder::Counting, 1);
     addPlannedOften("RowsBinsPlannedOften", PsapOrder::Bins);
     addPlannedOften("RowsTilesPlannedOften", PsapOrder::Tiles);
+    const auto addNear = [&](const char* name, const std::function<void(PsapOptions&)>& change)
+    {
+        add(name,
+            [&](PsapOptions& options)
+            {
+                options.nearPairs = PsapNearPairs::Always;
+                change(options);
+            });
+    };
+    addNear("RowsNear", [](PsapOptions&) {});
+    addNear("RowsNearCapacityOne", [](PsapOptions& options) { options.initialCapacity = 1; });
+    addNear("RowsNearTilesPlannedOften",
+            [](PsapOptions& options)
+            {
+                options.order = PsapOrder::Tiles;
+                options.updatesPerPlan = 1;
+            });
+    addNear("LiteralNear", [](PsapOptions& options) { options.variant = PsapVariant::Literal; });
     add("RowsAxisX", [](PsapOptions& options) { options.axis = PsapAxis::X; });
     add("RowsAxisY", [](PsapOptions& options) { options.axis = PsapAxis::Y; });
     add("RowsAxisZ", [](PsapOptions& options) { options.axis = PsapAxis::Z; });

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -52,11 +53,21 @@ inline PsapOptions plannedOften(PsapOrder order)
     return options;
 }
 
-/// As many frames, or as it takes to plan ahead once where that begins at once.
+/// Near pairs of few boxes are kept, too.
+inline PsapOptions keepingNear()
+{
+    PsapOptions options;
+    options.nearPairs = PsapNearPairs::Always;
+    return options;
+}
+
+/// As many frames, or as it takes to plan ahead once where that begins at once, or to follow near pairs.
 inline int framesWithPlan(const PsapOptions& options, int frames)
 {
-    constexpr int kStepsToPlan = 13;
-    return options.updatesPerPlan == 1 ? kStepsToPlan : frames;
+    constexpr int kStepsToPlan = 13, kStepsToFollow = 6;
+    if (options.updatesPerPlan == 1)
+        return kStepsToPlan;
+    return options.nearPairs == PsapNearPairs::Always ? std::max(frames, kStepsToFollow) : frames;
 }
 
 /// Every way in which the rows variant brings boxes into order and looks for partners.

@@ -57,6 +57,9 @@ public:
             m_table.create(m_scene.boxes()[body], body + 1, kEverything);
     }
 
+    /// Without a fault: whether it goes all ways that it may.
+    bool followsNear() const { return m_followed > 0; }
+
     void run(CudaFault fault)
     {
         for (int step = 0; step < m_steps; ++step)
@@ -86,6 +89,7 @@ private:
             status = m_backend->update(view, delta);
         }
         ASSERT_EQ(status, Status::Ok);
+        m_followed += m_backend->stats().path == std::string("near pairs") ? 1 : 0;
         PairDelta expected;
         ASSERT_EQ(m_oracle->update(view, expected), Status::Ok);
         m_table.endUpdate();
@@ -102,6 +106,7 @@ private:
     Heir m_heir;
     Motion m_motion;
     int m_steps;
+    int m_followed = 0;
     BoxScene m_scene;
     ProxyTable m_table;
     std::unique_ptr<Backend> m_oracle = makeBruteForceBackend();
@@ -141,9 +146,17 @@ std::vector<NamedOptions> variantsAndStages()
     PsapOptions timed;
     timed.timeStages = true;
     all.push_back({"TimedStages", timed});
+    all.push_back({"Near", keepingNear()});
     return all;
 }
 INSTANTIATE_TEST_SUITE_P(Cuda, CudaFailuresOfVariants, testing::ValuesIn(variantsAndStages()), nameOf);
+
+TEST(CudaFailures, AreTriedWhereNearPairsAreFollowed)
+{
+    FailingWorld world(keepingNear(), Heir::Grid, kAllMove);
+    world.run(CudaFault::None);
+    EXPECT_TRUE(world.followsNear());
+}
 
 TEST(CudaFailures, AnyCallMayFailWhereTheDeviceReadsTheTable)
 {

@@ -8,6 +8,7 @@
 #include "tests/cuda/named_options.h"
 #include "tests/support/boxes.h"
 #include "tests/support/pair_lists.h"
+#include "tests/support/random.h"
 #include "tests/support/scattered_rows.h"
 
 #include <cuda_runtime_api.h>
@@ -71,6 +72,41 @@ TEST(CudaScenes, PairStreamsEqualThoseOfTheGridUpToAMillionBoxes)
             EXPECT_EQ(follow(*makeCudaPsapBackend(), frames), expected);
             EXPECT_EQ(follow(*makeCudaPsapBackend(literal()), frames), expected);
         }
+    }
+}
+
+/// Boxes that go on, each with a velocity of its own.
+BoxFrames driftingFrames(SceneKind kind, std::uint32_t count, int frames)
+{
+    BoxFrames all = framesOf(kind, count, 1);
+    Random random(19);
+    std::vector<float> ways(3 * std::size_t{count});
+    for (float& way : ways)
+        way = random.between(-0.03f, 0.03f);
+    for (int frame = 1; frame < frames; ++frame)
+    {
+        all.push_back(all.back());
+        for (std::size_t i = 0; i < ways.size(); ++i)
+        {
+            all.back()[i / 3].min[i % 3] += ways[i];
+            all.back()[i / 3].max[i % 3] += ways[i];
+        }
+    }
+    return all;
+}
+
+TEST(CudaScenes, UpdatesThatFollowNearPairsGiveThePairsOfTheGrid)
+{
+    for (const SceneKind kind : kScenes)
+    {
+        SCOPED_TRACE(sceneName(kind));
+        constexpr int kFrames = 24;
+        const BoxFrames frames = driftingFrames(kind, 1u << 16, kFrames);
+        const PairStream expected = follow(*makeGridBackend(), frames);
+        EXPECT_GT(expected.removed, 10000u);
+        const auto backend = makeCudaPsapBackend();
+        EXPECT_EQ(follow(*backend, frames), expected);
+        EXPECT_LT(backend->stats().rebuildsTotal, kFrames / 2u);
     }
 }
 

@@ -1,0 +1,250 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// Updates that follow near pairs, with margins, filter words and proxies that come and go, against the oracle.
+
+#include "tests/broad/backend_cases.h"
+#include "tests/support/backend_session.h"
+#include "tests/support/random.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace cullet::test
+{
+namespace
+{
+/// Those that keep near pairs of so few boxes.
+std::vector<BackendCase> nearCases()
+{
+    std::vector<BackendCase> cases;
+    for (const BackendCase& backend : backendCases())
+    {
+        if (backend.name.find("Near") != std::string::npos)
+            cases.push_back(backend);
+    }
+    return cases;
+}
+
+/// Boxes with velocities of their own in a block of space with walls; of three groups, of which two do not meet.
+class SteadyWorld
+{
+public:
+    SteadyWorld(std::unique_ptr<Backend> backend, std::uint32_t seed)
+        : session(std::move(backend)), m_random(seed)
+    {
+        for (std::uint32_t body = 0; body < kBodies; ++body)
+            m_bodies.push_back(newBody());
+    }
+
+    /// @param every one of so many bodies moves
+    void move(std::uint32_t every = 1)
+    {
+        ++m_moves;
+        for (std::uint32_t i = m_moves % every; i < kBodies; i += every)
+        {
+            Body& body = m_bodies[i];
+            for (int axis = 0; axis < 3; ++axis)
+            {
+                if (std::fabs(body.centre[axis] + body.way[axis]) > kReach)
+                    body.way[axis] = -body.way[axis];
+                body.centre[axis] += body.way[axis];
+            }
+            session.table.setBox(body.row, boxOf(body));
+        }
+    }
+    bool step()
+    {
+        const bool isRight = session.step();
+        const std::string path = session.backend().stats().path;
+        ++paths[path];
+        countPairs(path);
+        return isRight;
+    }
+    void jump(std::uint32_t i)
+    {
+        for (float& x : m_bodies[i].centre)
+            x = m_random.between(-kReach, kReach);
+    }
+    void replace(std::uint32_t i)
+    {
+        session.table.destroy(m_bodies[i].row);
+        m_bodies[i] = newBody();
+    }
+    void refilter(std::uint32_t i) { session.table.setFilter(m_bodies[i].row, anyFilter()); }
+    std::uint32_t anyBody() { return static_cast<std::uint32_t>(m_random.between(0, kBodies - 1)); }
+
+    static constexpr std::uint32_t kBodies = 700;
+
+    BackendSession session;
+    std::map<std::string, int> paths;
+    // While near pairs were followed: held pairs that are apart, and those that no filter would let enter.
+    std::uint64_t apart = 0, unwanted = 0;
+
+private:
+    static constexpr float kReach = 6;
+
+    struct Body
+    {
+        ProxyId row;
+        float centre[3];
+        float way[3];
+    };
+
+    static Aabb boxOf(const Body& body) { return boxAt(body.centre[0], body.centre[1], body.centre[2]); }
+
+    Filter anyFilter()
+    {
+        const int group = 1 << static_cast<int>(m_random.between(0, 2.99f));
+        return {group, group == 4 ? 7 : 7 - group};
+    }
+    Body newBody()
+    {
+        Body body = {};
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            body.centre[axis] = m_random.between(-kReach, kReach);
+            body.way[axis] = m_random.between(-0.03f, 0.03f);
+        }
+        body.row = session.add(boxOf(body), anyFilter());
+        m_rowOfId.resize(session.table.uniqueId(body.row) + 1);
+        m_rowOfId.back() = body.row;
+        return body;
+    }
+    void countPairs(const std::string& path)
+    {
+        if (path != "near pairs")
+            return;
+        for (const Pair pair : session.pairs())
+        {
+            const ProxyId a = m_rowOfId[pair.first], b = m_rowOfId[pair.second];
+            apart += overlaps(session.table.box(a), session.table.box(b)) ? 0 : 1;
+            unwanted += passesFilter(session.table.filter(a), session.table.filter(b)) ? 0 : 1;
+        }
+    }
+
+    Random m_random;
+    std::vector<Body> m_bodies;
+    std::vector<ProxyId> m_rowOfId;
+    std::uint32_t m_moves = 0;
+};
+
+class PsapNearUpdates : public BackendTest
+{
+};
+
+TEST_P(PsapNearUpdates, OfASteadyWorldEqualTheOracle)
+{
+    SCOPED_TRACE("seed 21");
+    SteadyWorld world(GetParam().make(), 21);
+    world.session.margin = 0.05f;
+    for (int step = 0; step < 120; ++step)
+    {
+        SCOPED_TRACE(step);
+        if (step % 10 == 7)
+            for (int k = 0; k < 20; ++k)
+                world.refilter(world.anyBody());
+        if (step % 24 == 11)
+            world.jump(world.anyBody());
+        if (step % 24 == 23)
+            world.replace(world.anyBody());
+        world.session.margin = step > 60 && step < 75 ? 0.01f * static_cast<float>(step % 7) : 0.05f;
+        world.move(step < 80 ? 1 : 5);
+        ASSERT_TRUE(world.step());
+    }
+    EXPECT_GT(world.session.addedTotal(), 2000u);
+    EXPECT_GT(world.session.removedTotal(), 1500u);
+    EXPECT_GT(world.paths["near pairs"], 70);
+    EXPECT_GT(world.paths["rebuild"], 12);
+    EXPECT_GT(world.apart, 300u);
+    EXPECT_GT(world.unwanted, 300u);
+}
+
+// Pairs that the words kept out enter where these let them; those that are held stay.
+TEST_P(PsapNearUpdates, OfWorldsWhoseFiltersChangeEqualTheOracle)
+{
+    SCOPED_TRACE("seed 22");
+    SteadyWorld world(GetParam().make(), 22);
+    for (int step = 0; step < 60; ++step)
+    {
+        SCOPED_TRACE(step);
+        for (std::uint32_t body = 0; body < SteadyWorld::kBodies && step % 4 == 1; body += 3)
+            world.refilter(body);
+        world.move();
+        world.session.useFilter = step / 10 % 3 != 2;
+        // As the contract has it.
+        if (step % 30 == 20 || (step != 0 && step % 30 == 0))
+            world.session.restart(world.session.pairs());
+        ASSERT_TRUE(world.step());
+    }
+    EXPECT_GT(world.session.addedTotal(), 2000u);
+    EXPECT_GT(world.paths["near pairs"], 30);
+    EXPECT_GT(world.unwanted, 3000u);
+}
+
+// A margin as wide as the boxes takes skins that are no thinner.
+TEST_P(PsapNearUpdates, WithAWideMarginEqualTheOracle)
+{
+    SCOPED_TRACE("seed 23");
+    SteadyWorld world(GetParam().make(), 23);
+    world.session.margin = 0.9f;
+    for (int step = 0; step < 40; ++step)
+    {
+        SCOPED_TRACE(step);
+        world.session.margin = step < 20 ? 0.9f : step < 30 ? 1.3f : 0.2f;
+        world.move();
+        ASSERT_TRUE(world.step());
+    }
+    EXPECT_GT(world.paths["near pairs"], 25);
+    EXPECT_GT(world.apart, 10000u);
+}
+
+TEST_P(PsapNearUpdates, TakeMarginsThatNoSkinCanHave)
+{
+    SCOPED_TRACE("seed 24");
+    for (const float margin : {1e31f, kInfinity})
+    {
+        SteadyWorld world(GetParam().make(), 24);
+        world.session.margin = margin;
+        for (int step = 0; step < 6; ++step)
+        {
+            world.move();
+            ASSERT_TRUE(world.step());
+        }
+        EXPECT_EQ(world.paths["near pairs"], 0);
+    }
+}
+
+TEST_P(PsapNearUpdates, ManyPairsMayEnterAtOnce)
+{
+    SCOPED_TRACE("seed 25");
+    SteadyWorld world(GetParam().make(), 25);
+    const auto setFilters = [&](Filter filter)
+    {
+        for (ProxyId row = 0; row < world.session.table.size(); ++row)
+            world.session.table.setFilter(row, filter);
+    };
+    setFilters({1, 0});
+    for (int step = 0; step < 4; ++step)
+        ASSERT_TRUE(world.step());
+    EXPECT_EQ(world.session.addedTotal(), 0u);
+    for (int step = 0; step < 4; ++step)
+    {
+        world.move();
+        if (step == 2)
+            setFilters(kEverything);
+        ASSERT_TRUE(world.step());
+    }
+    EXPECT_GT(world.session.addedTotal(), 800u);
+    EXPECT_STREQ(world.session.backend().stats().path, "near pairs");
+}
+
+INSTANTIATE_TEST_SUITE_P(Backends, PsapNearUpdates, testing::ValuesIn(nearCases()), backendCaseName);
+}  // namespace
+}  // namespace cullet::test
