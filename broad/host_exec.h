@@ -35,6 +35,11 @@ public:
         m_data.reset(new T[size]);
         m_size = size;
     }
+    void release() noexcept
+    {
+        m_data.reset();
+        m_size = 0;
+    }
 
 private:
     static_assert(std::is_trivially_copyable_v<T>, "copied as bytes");
@@ -90,6 +95,14 @@ public:
         copy(larger.data(), buffer.data(), used);
         m_bytes -= buffer.size() * sizeof(T);
         buffer = std::move(larger);
+    }
+
+    /// Gives memory back that nothing uses any more.
+    template <class T>
+    void release(HostBuffer<T>& buffer)
+    {
+        m_bytes -= buffer.size() * sizeof(T);
+        buffer.release();
     }
 
     template <class T>

@@ -261,7 +261,8 @@ private:
         }
         while (m_near.frame() == NearFrame::Begin && !m_near.isComplete())
         {
-            m_near.findAgain(m_exec, m_search);
+            if (!m_near.findAgain(m_exec, m_search))
+                m_search.build(m_exec, searchInput());
             searchAgain(view.margin, delta);
         }
         if (m_counts.lists.added == kSpilled)

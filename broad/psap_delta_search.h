@@ -258,8 +258,8 @@ private:
         exec.reserve(m_depths[m_side], m_kept[m_side].size());
         exec.reserve(m_added[m_side], m_initial);
         exec.reserve(m_removed, std::max(pairs + pairs / 8, m_initial));
-        if (m_frame == NearFrame::Begin)
-            m_near.reserve(exec, m_count);
+        if (m_frame == NearFrame::Begin && !m_near.reserve(exec, m_count))
+            m_frame = NearFrame::Search;
         return exec.bytes() == bytes;
     }
 
@@ -410,12 +410,22 @@ private:
         m_search.emit(exec, wasApart(), addedList());
     }
 
+    /// Where there is no memory for one.
+    void searchWithoutList(Exec& exec)
+    {
+        m_frame = NearFrame::Search;
+        m_input.boxes = boxesAgain(exec);
+        exec.clear(&tally()->counts.added, 1);
+        m_search.build(exec, m_input);
+        m_search.emit(exec, wasApart(), addedList());
+    }
+
     void beginOnceMore(Exec& exec)
     {
-        if (staged().near.pairs > m_near.room())
-            m_near.findAgain(exec, m_search, nearCounts(), staged().near.pairs);
-        else
+        if (staged().near.pairs <= m_near.room())
             exec.reserve(m_added[m_side], stagedCounts().added);
+        else if (!m_near.findAgain(exec, m_search, nearCounts(), staged().near.pairs))
+            return searchWithoutList(exec);
         exec.clear(&tally()->counts.added, 1);
         judge(exec);
     }

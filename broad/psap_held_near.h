@@ -44,7 +44,7 @@ public:
     /// The list is of no use: rows will be others.
     void forget() { m_near.policy().forget(); }
 
-    /// Makes room.
+    /// Makes room. Where there is no memory for a list none begins.
     void ready(Exec& exec, std::uint64_t rows)
     {
         exec.reserve(m_counts, 1);
@@ -52,8 +52,9 @@ public:
         if (m_frame != NearFrame::Begin)
             return;
         exec.clear(m_counts.data(), 1);
-        m_near.reserve(exec, rows);
         m_rowsGrown = 0;
+        if (!m_near.reserve(exec, rows))
+            m_frame = NearFrame::Search;
     }
 
     /// How far rows go is told against these.
@@ -81,10 +82,13 @@ public:
     }
     /// Whether there was room for all. Otherwise they are to be found again.
     bool isComplete() const { return report().pairs <= m_near.room(); }
+    /// @return whether there is memory for them; otherwise there is no list
     template <class Search>
-    void findAgain(Exec& exec, Search& search)
+    bool findAgain(Exec& exec, Search& search)
     {
-        m_near.findAgain(exec, search, m_counts.data(), report().pairs);
+        const bool isFound = m_near.findAgain(exec, search, m_counts.data(), report().pairs);
+        m_frame = isFound ? m_frame : NearFrame::Search;
+        return isFound;
     }
 
     void judge(Exec& exec, const BoxHistory& history, const LookupTable& table, float margin,

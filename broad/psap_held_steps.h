@@ -37,25 +37,19 @@ struct JudgeHeld
 
     CULLET_HOST_DEVICE NearVerdict operator()(const NearItem& item) const
     {
-        if (!item.isPair)
-            return {};
-        const IdPair pair = item.pair;
-        const SkinnedBox a = loadSkinned(boxes, pair.a);
-        const SkinnedBox b = loadSkinned(boxes, pair.b);
-        const bool isEntering = enters(pair, a.box, b.box);
-        return {{pair, isEntering ? kToAdded : SentPair::kNowhere},
-                closenessOf(a, b),
-                isEntering || isStaying(pair, a.box, b.box)};
+        return judgeFirst(item, boxes,
+                          [&](IdPair pair, const Aabb& a, const Aabb& b)
+                          {
+                              const bool isEntering = enters(pair, a, b);
+                              return FirstLook{isEntering, isEntering || isStaying(pair, a, b)};
+                          });
     }
 
     CULLET_HOST_DEVICE void keep(std::uint64_t i, const NearItem& item, const NearVerdict& verdict) const
     {
         if (i == 0)
             tellCount();
-        if (!item.isPair)
-            return;
-        near.closeness[i] = verdict.closeness;
-        isHeld[i] = verdict.isHeld ? 1 : 0;
+        near.keep(i, item, verdict, isHeld);
     }
 
 private:

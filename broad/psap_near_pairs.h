@@ -2,12 +2,14 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "broad/psap_failure.h"
 #include "broad/psap_near_policy.h"
 #include "broad/psap_near_steps.h"
 #include "broad/psap_row_bins.h"
 
 #include <algorithm>
 #include <cstdint>
+#include <new>
 #include <utility>
 
 namespace cullet::psap
@@ -45,15 +47,22 @@ public:
     const NearPolicy& policy() const { return m_policy; }
 
     /// Makes room for a list that begins.
-    void reserve(Exec& exec, std::uint64_t boxes)
+    ///
+    /// @return whether there is memory for it; otherwise there will be no list any more
+    bool reserve(Exec& exec, std::uint64_t boxes)
     {
         m_boxCount = boxes;
-        exec.reserve(m_then, std::max<std::uint64_t>(boxes, 1));
-        exec.reserve(m_grown, std::max<std::uint64_t>(boxes, 1));
-        const std::uint64_t expected = std::max(m_lastCount + m_lastCount / 64, m_initial);
-        if (m_span < expected || m_span / 2 > expected)
-            setSpan(expected);
-        reserveList(exec);
+        return unlessShort(exec,
+                           [&]
+                           {
+                               exec.reserve(m_then, std::max<std::uint64_t>(boxes, 1));
+                               exec.reserve(m_grown, std::max<std::uint64_t>(boxes, 1));
+                               const std::uint64_t expected =
+                                   std::max(m_lastCount + m_lastCount / 64, m_initial);
+                               if (m_span < expected || m_span / 2 > expected)
+                                   setSpan(expected);
+                               reserveList(exec);
+                           });
     }
 
     /// Gives all boxes their skins, and keeps copies. grown() is to be searched then.
@@ -79,18 +88,17 @@ public:
     /// The same again, with enough room.
     ///
     /// @param found the first time, maybe kSpilled
+    /// @return as reserve()
     template <class Search>
-    void findAgain(Exec& exec, Search& search, NearCounts* counts, std::uint64_t found)
+    bool findAgain(Exec& exec, Search& search, NearCounts* counts, std::uint64_t found)
     {
         if (found == kSpilled)
             search.buildByCounting(exec, grown());
-        else
-        {
-            setSpan(found + found / 64);
-            reserveList(exec);
-        }
+        else if (!growTo(exec, found + found / 64))
+            return false;
         exec.clear(&counts->pairs, 1);
         find(exec, search, counts);
+        return true;
     }
     std::uint64_t room() const { return m_span; }
     /// Changes where launches do.
@@ -140,6 +148,48 @@ private:
     static constexpr std::uint64_t kSample = 1024;
 
     SkinnedBoxes skinned() const { return {m_then.data(), m_grown.data()}; }
+
+    bool growTo(Exec& exec, std::uint64_t pairs)
+    {
+        return unlessShort(exec,
+                           [&]
+                           {
+                               setSpan(pairs);
+                               reserveList(exec);
+                           });
+    }
+
+    /// Calls body(); a list is no use where it takes the memory that a search needs.
+    template <class Body>
+    bool unlessShort(Exec& exec, const Body& body)
+    {
+        try
+        {
+            body();
+            return true;
+        }
+        catch (const ExecutorFailure& failure)
+        {
+            if (failure.status != Status::OutOfMemory)
+                throw;
+        }
+        catch (const std::bad_alloc&)
+        {
+        }
+        giveUp(exec);
+        return false;
+    }
+
+    void giveUp(Exec& exec)
+    {
+        m_policy = NearPolicy(PsapNearPairs::Never);
+        exec.release(m_then);
+        exec.release(m_grown);
+        exec.release(m_pairs);
+        exec.release(m_closeness);
+        for (Buffer<std::uint8_t>& isHeld : m_isHeld)
+            exec.release(isHeld);
+    }
 
     /// Makes room for so many and some more, so that it mostly stays as it is.
     void setSpan(std::uint64_t pairs)

@@ -167,6 +167,15 @@ struct NearList
     {
         return has(i) ? NearItem{pairs[i], closeness[i], wasHeld[i] != 0, true} : NearItem{};
     }
+    /// Of a new list. @param isHeld [room, out]
+    CULLET_HOST_DEVICE void keep(std::uint64_t i, const NearItem& item, const NearVerdict& verdict,
+                                 std::uint8_t* isHeld) const
+    {
+        if (!item.isPair)
+            return;
+        closeness[i] = verdict.closeness;
+        isHeld[i] = verdict.isHeld ? 1 : 0;
+    }
 };
 
 /// Counts of pairs that enter begin here when they are void.
@@ -272,6 +281,25 @@ struct StretchSkins
     }
 };
 
+/// What the boxes of a near pair in a new list tell.
+struct FirstLook
+{
+    bool isEntering, isHeld;
+};
+
+/// @param boxes  with skins
+/// @param decide called with the pair and its boxes, returns a FirstLook
+template <class Decide>
+CULLET_HOST_DEVICE NearVerdict judgeFirst(const NearItem& item, const AlignedBox* boxes, const Decide& decide)
+{
+    if (!item.isPair)
+        return {};
+    const SkinnedBox a = loadSkinned(boxes, item.pair.a);
+    const SkinnedBox b = loadSkinned(boxes, item.pair.b);
+    const FirstLook look = decide(item.pair, a.box, b.box);
+    return {{item.pair, look.isEntering ? kToAdded : SentPair::kNowhere}, closenessOf(a, b), look.isHeld};
+}
+
 /// Looks at near pair i of a new list for the first time: sends those that have come together.
 struct BeginNear
 {
@@ -285,25 +313,21 @@ struct BeginNear
 
     CULLET_HOST_DEVICE NearVerdict operator()(const NearItem& item) const
     {
-        if (!item.isPair)
-            return {};
-        const IdPair pair = item.pair;
-        const SkinnedBox a = loadSkinned(boxes, pair.a);
-        const SkinnedBox b = loadSkinned(boxes, pair.b);
-        const bool areTogether = overlaps(a.box, b.box);
-        const bool isEntering =
-            areTogether && wasApart.ready()(pair, [&] { return overlapOf(a.box, b.box); });
-        return {{pair, isEntering ? kToAdded : SentPair::kNowhere}, closenessOf(a, b), areTogether};
+        return judgeFirst(item, boxes,
+                          [&](IdPair pair, const Aabb& a, const Aabb& b)
+                          {
+                              const bool areTogether = overlaps(a, b);
+                              return FirstLook{
+                                  areTogether && wasApart.ready()(pair, [&] { return overlapOf(a, b); }),
+                                  areTogether};
+                          });
     }
 
     CULLET_HOST_DEVICE void keep(std::uint64_t i, const NearItem& item, const NearVerdict& verdict) const
     {
         if (i == 0 && *near.count > near.room)
             setAlike(added, kVoidCount);
-        if (!item.isPair)
-            return;
-        near.closeness[i] = verdict.closeness;
-        isHeld[i] = verdict.isHeld ? 1 : 0;
+        near.keep(i, item, verdict, isHeld);
     }
 };
 

@@ -123,6 +123,16 @@ public:
         buffer = std::move(larger);
     }
 
+    /// Gives memory back that nothing launched from now on uses.
+    template <class T, class Memory>
+    void release(CudaMemory<T, Memory>& buffer)
+    {
+        wait();
+        m_side.wait();
+        m_bytes -= buffer.size() * sizeof(T);
+        buffer.release();
+    }
+
     template <class T>
     void copy(T* to, const T* from, std::uint64_t count)
     {
