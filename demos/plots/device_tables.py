@@ -41,7 +41,9 @@ VARIANTS = [
     ("tiles", "rows-tiles"),
     ("**as chosen**", "rows"),
 ]
-STAGES = ["upload", "sort", "settle", "search", "deltas"]
+# Of updates that search, and of those that follow near pairs.
+STAGES = [("upload", "searched-"), ("sort", "searched-"), ("settle", "searched-"), ("search", "searched-"), ("follow", ""),
+          ("deltas", "searched-")]
 EXTREMES = [("W1", "uniform"), ("flat", "all at one x"), ("flat-y", "all at one y"), ("flat-z", "all at one z"),
             ("line", "all on a line along x"), ("cover", "uniform, under one that covers all")]
 
@@ -122,7 +124,7 @@ def spread(results):
         if p90 is not None:
             lines.append([label, *(shown(results.number(scene, bodies, variant, each))
                                    for each in (column, "p90_ms", "max_ms"))])
-    return table(["median, ms", "p90", "most"], lines)
+    return table(["median (of updates the mean), ms", "p90", "most"], lines)
 
 
 def updates(results):
@@ -132,6 +134,9 @@ def updates(results):
     for name, variant, goal in UPDATES:
         lines.append([name + ", ms", *(shown(results.number(scene, MILLION, "rows-update-" + variant, "end_to_end_ms"))
                                        for scene in scenes), f"{goal:.2f} in W1"])
+        lines.append([f"... every update searched, {name}",
+                      *(shown(results.number(scene, MILLION, "rows-update-searched-" + variant, "end_to_end_ms"))
+                        for scene in scenes), ""])
         lines.append([f"... grid on one thread, {name}",
                       *(shown(results.number(scene, MILLION, "grid-update-" + variant, "end_to_end_ms"))
                         for scene in scenes), ""])
@@ -141,7 +146,8 @@ def updates(results):
 def floors(results):
     """Stages of update() beside what their bytes take to copy: us, MB, us for those, times."""
     lines = []
-    cases = [(f"{stage}, {name}", f"rows-update-{variant}/{stage}") for name, variant, _ in UPDATES for stage in STAGES]
+    cases = [(f"{stage}, {name}", f"rows-update-{searched}{variant}/{stage}")
+             for name, variant, _ in UPDATES for stage, searched in STAGES]
     for label, variant in [*cases, ("pairs alone, boxes in and pairs out", "rows")]:
         cells = []
         for scene in ("W1", "W2", "W3"):
