@@ -25,20 +25,43 @@ template <class T>
 class HostBuffer
 {
 public:
+    HostBuffer() = default;
+    HostBuffer(const HostBuffer&) = delete;
+    HostBuffer& operator=(const HostBuffer&) = delete;
+    HostBuffer(HostBuffer&& other) noexcept
+        : m_data(std::move(other.m_data)),
+          m_size(std::exchange(other.m_size, 0)),
+          m_account(std::exchange(other.m_account, nullptr))
+    {
+    }
+    HostBuffer& operator=(HostBuffer&& other) noexcept
+    {
+        std::swap(m_data, other.m_data);
+        std::swap(m_size, other.m_size);
+        std::swap(m_account, other.m_account);
+        return *this;
+    }
+    ~HostBuffer() { release(); }
+
     T* data() const { return m_data.get(); }
     std::uint64_t size() const { return m_size; }
 
-    void allocate(std::uint64_t size)
+    /// @param account counts the bytes for as long as they are held
+    void allocate(std::uint64_t size, std::uint64_t* account)
     {
-        m_size = 0;
-        m_data.reset();
+        release();
         m_data.reset(new T[size]);
         m_size = size;
+        m_account = account;
+        *m_account += m_size * sizeof(T);
     }
     void release() noexcept
     {
+        if (m_account != nullptr)
+            *m_account -= m_size * sizeof(T);
         m_data.reset();
         m_size = 0;
+        m_account = nullptr;
     }
 
 private:
@@ -46,6 +69,7 @@ private:
 
     std::unique_ptr<T[]> m_data;
     std::uint64_t m_size = 0;
+    std::uint64_t* m_account = nullptr;
 };
 
 /// Runs the steps of a pipeline on the CPU: index by index, in shuffled order, or on threads.
@@ -79,9 +103,7 @@ public:
     {
         if (count <= buffer.size())
             return;
-        m_bytes -= buffer.size() * sizeof(T);
-        buffer.allocate(count);
-        m_bytes += buffer.size() * sizeof(T);
+        buffer.allocate(count, &m_bytes);
     }
 
     /// The same, but the first `used` elements stay.
@@ -93,7 +115,6 @@ public:
         HostBuffer<T> larger;
         reserve(larger, std::max(count, buffer.size() + buffer.size() / 2));
         copy(larger.data(), buffer.data(), used);
-        m_bytes -= buffer.size() * sizeof(T);
         buffer = std::move(larger);
     }
 
@@ -101,7 +122,6 @@ public:
     template <class T>
     void release(HostBuffer<T>& buffer)
     {
-        m_bytes -= buffer.size() * sizeof(T);
         buffer.release();
     }
 

@@ -104,9 +104,7 @@ public:
             wait();
             m_side.wait();
         }
-        m_bytes -= buffer.size() * sizeof(T);
-        buffer.allocate(room);
-        m_bytes += buffer.size() * sizeof(T);
+        buffer.allocate(room, &m_bytes);
     }
 
     /// The same, but the first `used` elements stay.
@@ -119,7 +117,6 @@ public:
         reserve(larger, std::max(count, buffer.size() + buffer.size() / 2));
         copy(larger.data(), buffer.data(), used);
         wait();
-        m_bytes -= buffer.size() * sizeof(T);
         buffer = std::move(larger);
     }
 
@@ -129,7 +126,6 @@ public:
     {
         wait();
         m_side.wait();
-        m_bytes -= buffer.size() * sizeof(T);
         buffer.release();
     }
 

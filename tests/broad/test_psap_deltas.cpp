@@ -37,6 +37,8 @@ public:
                 {m_search.removed(), m_search.removed() + counts.removed}};
     }
     void forget() { m_search.forget(); }
+    void recover(const PsapOptions& options) { m_search.recover(options); }
+    std::uint64_t bytes() const { return m_exec.bytes(); }
     int repeats() const { return m_repeats; }
     int frames(psap::NearFrame frame) const { return m_frames[static_cast<int>(frame)]; }
 
@@ -161,6 +163,25 @@ TEST(PsapDeltas, OfBoxesThatGoShortWaysNeedFewSearches)
             EXPECT_GT(deltas.frames(psap::NearFrame::Follow), 30);
             EXPECT_GE(deltas.repeats(), 5);  // each of the boxes that did not go on
         }
+    }
+}
+
+TEST(PsapDeltas, CountTheMemoryThatTheyHold)
+{
+    const PsapOptions options = ordered(PsapOrder::Tiles, 1);
+    HostDeltas deltas(options);
+    const auto sets = steadyBoxes(800, 0.05f, 14);
+    std::uint64_t first = 0;
+    for (int run = 0; run < 3; ++run)
+    {
+        for (int set = 0; set < 12; ++set)
+            deltas(sets[set]);
+        first = run == 0 ? deltas.bytes() : first;
+        EXPECT_EQ(deltas.bytes(), first) << run;
+        deltas.recover(options);
+        // What is searched with is made anew; boxes and lists stay.
+        EXPECT_LT(deltas.bytes(), first);
+        EXPECT_GT(deltas.bytes(), 100000u);
     }
 }
 
