@@ -3,6 +3,7 @@
 #pragma once
 
 #include "broad/backend.h"
+#include "broad/psap_buffer.h"
 #include "broad/psap_pairs.h"
 #include "broad/worker_pool.h"
 
@@ -11,66 +12,25 @@
 #include <chrono>
 #include <cstdint>
 #include <cstring>
-#include <memory>
+#include <new>
 #include <numeric>
 #include <random>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
 namespace cullet::psap
 {
 /// Memory of the HostExec.
-template <class T>
-class HostBuffer
+struct HostMemory
 {
-public:
-    HostBuffer() = default;
-    HostBuffer(const HostBuffer&) = delete;
-    HostBuffer& operator=(const HostBuffer&) = delete;
-    HostBuffer(HostBuffer&& other) noexcept
-        : m_data(std::move(other.m_data)),
-          m_size(std::exchange(other.m_size, 0)),
-          m_account(std::exchange(other.m_account, nullptr))
-    {
-    }
-    HostBuffer& operator=(HostBuffer&& other) noexcept
-    {
-        std::swap(m_data, other.m_data);
-        std::swap(m_size, other.m_size);
-        std::swap(m_account, other.m_account);
-        return *this;
-    }
-    ~HostBuffer() { release(); }
+    // As whole cache lines, which is more than any element asks for.
+    static constexpr std::align_val_t kAlignment{64};
 
-    T* data() const { return m_data.get(); }
-    std::uint64_t size() const { return m_size; }
-
-    /// @param account counts the bytes for as long as they are held
-    void allocate(std::uint64_t size, std::uint64_t* account)
-    {
-        release();
-        m_data.reset(new T[size]);
-        m_size = size;
-        m_account = account;
-        *m_account += m_size * sizeof(T);
-    }
-    void release() noexcept
-    {
-        if (m_account != nullptr)
-            *m_account -= m_size * sizeof(T);
-        m_data.reset();
-        m_size = 0;
-        m_account = nullptr;
-    }
-
-private:
-    static_assert(std::is_trivially_copyable_v<T>, "copied as bytes");
-
-    std::unique_ptr<T[]> m_data;
-    std::uint64_t m_size = 0;
-    std::uint64_t* m_account = nullptr;
+    static void* take(std::uint64_t bytes) { return ::operator new(bytes, kAlignment); }
+    static void giveBack(void* memory) noexcept { ::operator delete(memory, kAlignment); }
 };
+template <class T>
+using HostBuffer = ExecutorBuffer<T, HostMemory>;
 
 /// Runs the steps of a pipeline on the CPU: index by index, in shuffled order, or on threads.
 ///

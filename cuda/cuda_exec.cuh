@@ -93,7 +93,7 @@ public:
 
     /// Makes room for at least `count` elements. What was there may be lost.
     template <class T, class Memory>
-    void reserve(CudaMemory<T, Memory>& buffer, std::uint64_t count)
+    void reserve(ExecutorBuffer<T, Memory>& buffer, std::uint64_t count)
     {
         if (count <= buffer.size())
             return;
@@ -122,7 +122,7 @@ public:
 
     /// Gives memory back that nothing launched from now on uses.
     template <class T, class Memory>
-    void release(CudaMemory<T, Memory>& buffer)
+    void release(ExecutorBuffer<T, Memory>& buffer)
     {
         wait();
         m_side.wait();
