@@ -16,10 +16,10 @@ namespace
 constexpr int kHashedFrames = 11;  // of all frames that are the fewest
 
 /// Boxes that drift, as a ProxyTable hands them over.
-class DriftingBoxes
+class DriftingTable
 {
 public:
-    DriftingBoxes(const std::vector<Aabb>& first, std::uint32_t every)
+    DriftingTable(const std::vector<Aabb>& first, std::uint32_t every)
         : m_every(every),
           m_boxes(first.begin(), first.end()),
           m_drift(first.size()),
@@ -100,7 +100,7 @@ void addStages(const BackendStats& stats, const ProxyView& view, const PairDelta
 CudaRow timeUpdates(const FreshSets& sets, const std::string& variant, std::unique_ptr<Backend> backend,
                     std::uint32_t every, UpdateFrames frames, StageSamples* stages)
 {
-    DriftingBoxes boxes(sets.first(), every);
+    DriftingTable boxes(sets.first(), every);
     CudaRow row = rowFor(sets.scene(), variant, "changes where one in " + std::to_string(every) + " moves,");
     PairDelta delta;
     std::vector<double> times;
@@ -126,7 +126,7 @@ CudaRow timeUpdates(const FreshSets& sets, const std::string& variant, std::uniq
 
 CudaRow timeGridPairs(const FreshSets& sets)
 {
-    const DriftingBoxes boxes(sets.first(), 1);
+    const DriftingTable boxes(sets.first(), 1);
     const auto grid = makeGridBackend();
     CudaRow row = rowFor(sets.scene(), "grid-threads", kFreshPairs);
     PairDelta delta;
