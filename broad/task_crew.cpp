@@ -15,8 +15,7 @@ namespace
 {
 constexpr unsigned kPatience = 64;  // looks, about a microsecond each
 
-/// A moment for the other thread of this core. Others are let in later: who yields on a busy machine is away for milliseconds.
-void rest()
+void pause()
 {
 #if defined(__SSE2__)
     for (int i = 0; i < 16; ++i)
@@ -26,6 +25,14 @@ void rest()
 #endif
 }
 }  // namespace
+
+void TaskCrew::rest(unsigned look)
+{
+    if (look < kPatience)
+        pause();
+    else
+        std::this_thread::yield();
+}
 
 void TaskCrew::begin(unsigned tasks, const void* body, Call call)
 {
@@ -65,25 +72,35 @@ bool TaskCrew::takeTask(unsigned thread)
 void TaskCrew::finish()
 {
     for (unsigned look = 0; m_done.load(std::memory_order_acquire) != m_tasks; ++look)
-    {
-        if (look < kPatience)
-            rest();
-        else
-            std::this_thread::yield();
-    }
+        rest(look);
     m_isRunning = false;
     if (m_hasFailed.exchange(false, std::memory_order_relaxed))
         std::rethrow_exception(std::exchange(m_failure, nullptr));
 }
 
-void TaskCrew::help(unsigned thread)
+/// 0 where all are taken.
+unsigned TaskCrew::takeNumber()
 {
+    for (unsigned thread = 1; thread < m_threads; ++thread)
+    {
+        if (!m_isHere[thread].load(std::memory_order_relaxed) &&
+            !m_isHere[thread].exchange(true, std::memory_order_acquire))
+            return thread;
+    }
+    return 0;
+}
+
+void TaskCrew::help()
+{
+    const unsigned thread = takeNumber();
+    if (thread == 0)
+        return;
     for (unsigned look = 0; look < kPatience && m_isOpen.load(std::memory_order_acquire); ++look)
     {
         if (takeTask(thread))
             look = 0;
         else
-            rest();
+            pause();
     }
     m_isHere[thread].store(false, std::memory_order_release);
 }

@@ -18,7 +18,7 @@ class TaskCrew
 {
 public:
     /// @param threads with the first one, whose number is 0
-    explicit TaskCrew(unsigned threads) : m_isHere(new std::atomic<bool>[threads])
+    explicit TaskCrew(unsigned threads) : m_threads(threads), m_isHere(new std::atomic<bool>[threads])
     {
         for (unsigned thread = 0; thread < threads; ++thread)
             m_isHere[thread].store(false, std::memory_order_relaxed);
@@ -26,16 +26,24 @@ public:
 
     /// Calls body(task, thread) for task in [0, tasks), each once, in the calling thread and in those that help. Loops do not
     /// nest.
-    template <class Body>
-    void run(unsigned tasks, const Body& body)
+    ///
+    /// @param callHelpers called when there is something to do for them
+    template <class Body, class CallHelpers>
+    void run(unsigned tasks, const Body& body, const CallHelpers& callHelpers)
     {
         begin(tasks, &body,
               [](const void* what, unsigned task, unsigned thread)
               { (*static_cast<const Body*>(what))(task, thread); });
+        callHelpers();
         while (takeTask(0))
         {
         }
         finish();
+    }
+    template <class Body>
+    void run(unsigned tasks, const Body& body)
+    {
+        run(tasks, body, [] {});
     }
 
     /// Whether a loop is running; for the threads that run it.
@@ -47,22 +55,21 @@ public:
     /// No loop will follow before the next open().
     void close() { m_isOpen.store(false, std::memory_order_release); }
 
-    /// For the first thread: whether help() of that number is to be called, in some other thread, which it is from now on.
-    bool lacks(unsigned thread)
-    {
-        if (m_isHere[thread].load(std::memory_order_acquire))
-            return false;
-        m_isHere[thread].store(true, std::memory_order_relaxed);
-        return true;
-    }
+    /// Takes tasks until close() or until no loop came for a while. In some other thread; more than there are numbers for
+    /// leave at once.
+    void help();
 
-    /// Takes tasks until close() or until no loop came for a while.
-    void help(unsigned thread);
+    /// A moment for the thread of this core that is waited for. Others are let in later: who yields on a busy machine is away for
+    /// milliseconds.
+    ///
+    /// @param look how many there were before
+    static void rest(unsigned look);
 
 private:
     using Call = void (*)(const void* body, unsigned task, unsigned thread);
 
     void begin(unsigned tasks, const void* body, Call call);
+    unsigned takeNumber();
     bool takeTask(unsigned thread);
     void finish();
 
@@ -74,6 +81,7 @@ private:
     unsigned m_tasks = 0;
     bool m_isRunning = false;
 
+    unsigned m_threads;
     std::unique_ptr<std::atomic<bool>[]> m_isHere;  ///< [threads]
     alignas(64) std::atomic<std::uint64_t> m_left{
         0};  ///< number of the loop, and tasks that nobody has taken

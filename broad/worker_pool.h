@@ -2,18 +2,19 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "broad/helper_threads.h"
 #include "broad/task_crew.h"
 
 #include <algorithm>
 #include <memory>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
-#include <tbb/task_group.h>
 #include <type_traits>
 
 namespace cullet
 {
-/// Runs loops on at most a fixed number of oneTBB threads; with one thread no scheduler is ever started.
+/// Runs loops on at most a fixed number of threads: those of oneTBB, or inside of together() the HelperThreads. With one thread none
+/// is ever started.
 class WorkerPool
 {
 public:
@@ -45,8 +46,9 @@ public:
         }
         else if (m_isTogether)
         {
-            callHelpers(std::min(tasks, threads()));
-            m_crew->run(tasks, [&](unsigned task, unsigned thread) { call(body, task, thread); });
+            m_crew->run(
+                tasks, [&](unsigned task, unsigned thread) { call(body, task, thread); },
+                [&] { callHelpers(std::min(tasks, threads())); });
         }
         else
         {
@@ -66,13 +68,19 @@ public:
             return;
         }
         if (!m_crew)
+        {
+            m_helpers = HelperThreads::shared();
             m_crew = std::make_unique<TaskCrew>(threads());
-        arena().execute(
-            [&]
-            {
-                const Together isOpen(*this);
-                body();
-            });
+        }
+        const Together isOpen(*this);
+        body();
+    }
+
+    /// run() inside of a together() of its own: for a short loop that waits for nothing, since its threads are woken at once.
+    template <class Body>
+    void runPromptly(unsigned tasks, const Body& body)
+    {
+        together([&] { run(tasks, body); });
     }
 
     /// Inside of together(): calls the threads for loops of so many tasks that will come soon, since they take a while.
@@ -87,24 +95,23 @@ private:
     class Together
     {
     public:
-        explicit Together(WorkerPool& pool) : m_pool(pool)
+        explicit Together(WorkerPool& pool) : m_pool(pool), m_call(*pool.m_helpers, *pool.m_crew)
         {
             m_pool.m_crew->open();
-            m_pool.m_helpers = &m_group;
+            m_pool.m_call = &m_call;
             m_pool.m_isTogether = true;
         }
         ~Together()
         {
             m_pool.m_isTogether = false;
             m_pool.m_crew->close();
-            m_group.wait();
         }
         Together(const Together&) = delete;
         Together& operator=(const Together&) = delete;
 
     private:
         WorkerPool& m_pool;
-        tbb::task_group m_group;
+        HelperThreads::Call m_call;
     };
 
     template <class Body>
@@ -118,12 +125,8 @@ private:
 
     void callHelpers(unsigned wanted)
     {
-        TaskCrew& crew = *m_crew;
-        for (unsigned thread = 1; thread < wanted; ++thread)
-        {
-            if (crew.lacks(thread))
-                m_helpers->run([&crew, thread] { crew.help(thread); });
-        }
+        if (wanted > 1)
+            m_call->ask(wanted - 1);
     }
 
     tbb::task_arena& arena()
@@ -137,7 +140,8 @@ private:
     std::unique_ptr<tbb::task_arena> m_arena;
     std::unique_ptr<TaskCrew> m_crew;
     bool m_isTogether = false;
-    tbb::task_group* m_helpers = nullptr;  // while together() runs
+    std::shared_ptr<HelperThreads> m_helpers;
+    HelperThreads::Call* m_call = nullptr;  // while together() runs
 };
 
 /// Part `task` of `tasks` equal parts of [0, items).

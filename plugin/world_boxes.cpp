@@ -164,16 +164,16 @@ bool WorldBoxes::update(btCollisionWorld& world, BoxRule rule)
     m_boxes.resize(count);
     // More tasks than threads, since shapes differ in cost.
     const std::size_t grain = m_workers->threads() == 1 ? count : kGrain;
-    m_workers->run(static_cast<unsigned>((count + grain - 1) / grain),
-                   [&](unsigned task)
-                   {
-                       const std::size_t end = std::min(count, (task + 1) * grain);
-                       for (std::size_t i = task * grain; i < end; ++i)
-                       {
-                           prefetchAhead(job.objects, i);
-                           m_rest[i] = job.run(*job.objects[static_cast<int>(i)], m_boxes[i]);
-                       }
-                   });
+    m_workers->runPromptly(static_cast<unsigned>((count + grain - 1) / grain),
+                           [&](unsigned task)
+                           {
+                               const std::size_t end = std::min(count, (task + 1) * grain);
+                               for (std::size_t i = task * grain; i < end; ++i)
+                               {
+                                   prefetchAhead(job.objects, i);
+                                   m_rest[i] = job.run(*job.objects[static_cast<int>(i)], m_boxes[i]);
+                               }
+                           });
     finish(job);
     return true;
 }

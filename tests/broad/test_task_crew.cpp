@@ -18,12 +18,12 @@ namespace
 class Helper
 {
 public:
-    Helper(TaskCrew& crew, unsigned number)
+    explicit Helper(TaskCrew& crew)
         : m_thread(
-              [this, &crew, number]
+              [this, &crew]
               {
                   while (!m_isOver.load())
-                      crew.help(number);
+                      crew.help();
               })
     {
     }
@@ -55,8 +55,8 @@ TEST(TaskCrew, EachTaskOfEachLoopIsDoneOnce)
 {
     TaskCrew crew(3);
     crew.open();
-    Helper first(crew, 1);
-    Helper second(crew, 2);
+    Helper first(crew);
+    Helper second(crew);
     meet(crew);
     std::vector<unsigned> counts(100);
     for (unsigned loop = 1; loop <= 2000; ++loop)
@@ -77,21 +77,18 @@ TEST(TaskCrew, NobodyWaitsForAHelperThatDoesNotCome)
 {
     TaskCrew crew(2);
     crew.open();
-    EXPECT_TRUE(crew.lacks(1));
     unsigned count = 0;
     crew.run(5, [&](unsigned task, unsigned) { count += task; });
     EXPECT_EQ(count, 10u);
-    // That one comes, finds nothing to do and leaves.
-    EXPECT_FALSE(crew.lacks(1));
-    crew.help(1);
-    EXPECT_TRUE(crew.lacks(1));
+    // One comes, finds nothing to do and leaves.
+    crew.help();
 }
 
 TEST(TaskCrew, FailuresReachTheThreadThatRunsTheLoop)
 {
     TaskCrew crew(2);
     crew.open();
-    Helper helper(crew, 1);
+    Helper helper(crew);
     for (int loop = 0; loop < 100; ++loop)
     {
         std::atomic<int> there{0};

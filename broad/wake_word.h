@@ -1,0 +1,63 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+#if defined(__linux__)
+#include <climits>
+#include <linux/futex.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+#else
+#include <condition_variable>
+#include <mutex>
+#endif
+
+namespace cullet
+{
+/// A number that threads sleep on until it is another one. On Linux one system call wakes any number of them: with a condition
+/// variable they would wait for its mutex one after the other.
+class WakeWord
+{
+public:
+    std::uint32_t value() const { return m_word.load(std::memory_order_acquire); }
+
+    /// Sleeps while the number is `seen`; may return sooner.
+    void sleep(std::uint32_t seen)
+    {
+#if defined(__linux__)
+        static_assert(sizeof(m_word) == sizeof(std::uint32_t), "the kernel looks at four bytes");
+        syscall(SYS_futex, &m_word, FUTEX_WAIT_PRIVATE, seen, nullptr, nullptr, 0);
+#else
+        std::unique_lock<std::mutex> lock(m_mutex);
+        m_isOther.wait(lock, [&] { return value() != seen; });
+#endif
+    }
+
+    /// Changes the number and wakes at least so many sleepers, if there are as many.
+    void wake(unsigned sleepers)
+    {
+#if defined(__linux__)
+        m_word.fetch_add(1, std::memory_order_release);
+        const int most = sleepers < INT_MAX ? static_cast<int>(sleepers) : INT_MAX;
+        syscall(SYS_futex, &m_word, FUTEX_WAKE_PRIVATE, most, nullptr, nullptr, 0);
+#else
+        {
+            const std::lock_guard<std::mutex> lock(m_mutex);
+            m_word.fetch_add(1, std::memory_order_release);
+        }
+        static_cast<void>(sleepers);
+        m_isOther.notify_all();
+#endif
+    }
+
+private:
+    std::atomic<std::uint32_t> m_word{0};
+#if !defined(__linux__)
+    std::mutex m_mutex;
+    std::condition_variable m_isOther;
+#endif
+};
+}  // namespace cullet
