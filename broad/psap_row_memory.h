@@ -170,8 +170,8 @@ private:
     {
         m_areRowsTold = view.anyChanges == kRowMoved && view.lockableDirty >= m_dirtyCount &&
                         exec.canReach(view.dirty, view.lockableDirty);
-        const std::uint64_t most = m_areRowsTold ? kMostPickedOfTold : kMostPicked;
-        const std::uint64_t picked = isTableLocked(exec, view) ? std::min(m_dirtyCount, most) : 0;
+        const std::uint64_t some = m_dirtyCount <= kMostPicked ? m_dirtyCount : kPickedFirst;
+        const std::uint64_t picked = isTableLocked(exec, view) ? some : 0;
         m_staging.reserve(exec, m_dirtyCount, picked != m_dirtyCount);
         if (picked == m_dirtyCount)
             return sendPicked(exec, view, picked, ways);
@@ -318,13 +318,14 @@ private:
     static constexpr std::uint64_t kTablePart = 1u << 17;
     static constexpr std::uint64_t kPartOfCapacity = 128;
 
-    // Scattered rows: so many are picked by a GPU in the time that sixteen threads take to wake up and pack as many; more
-    // where one thread need not look at them first.
+    // Scattered rows: so many are picked by a GPU in the time that sixteen threads take to wake up and pack as many, and so many
+    // until the first that are packed can be read. Tasks are short, since threads come one after the other; parts are long, since
+    // each costs a launch.
     static constexpr std::uint64_t kMostPicked = 1u << 15;
-    static constexpr std::uint64_t kMostPickedOfTold = 3u << 14;
+    static constexpr std::uint64_t kPickedFirst = 1u << 14;
     static constexpr std::uint64_t kPickedPart = 1u << 14;
-    static constexpr std::uint64_t kPackGrain = 2048;
-    static constexpr unsigned kTasksPerPart = 8;
+    static constexpr std::uint64_t kPackGrain = 1024;
+    static constexpr unsigned kTasksPerPart = 44;
 
     // From a third of the boxes on: on four threads or sixteen, at 16k to a million boxes.
     static constexpr std::uint32_t kDirectShare = 3;

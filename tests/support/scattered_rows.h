@@ -13,14 +13,14 @@
 
 namespace cullet::test
 {
-/// Fingerprint of updates of 150,000 bodies. Every third moves: more than a GPU picks from the table, and fewer than it takes
+/// Fingerprint of updates of 200,000 bodies. Every third moves: more than a GPU picks from the table, in two parts, and fewer than it takes
 /// for all boxes to be sent; then all do; then of every third, and at last of every second, some come, go or change their
 /// filter words instead.
 ///
 /// @param isLockable whether a device may read from the table
 inline std::uint64_t scatteredStream(Backend& backend, bool isLockable)
 {
-    constexpr std::uint32_t kCount = 150000;
+    constexpr std::uint32_t kCount = 200000;
     BoxScene scene(SceneKind::Uniform, kCount, 7);
     ProxyTable table;
     for (std::uint32_t body = 0; body < kCount; ++body)
