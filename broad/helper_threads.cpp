@@ -80,7 +80,13 @@ void HelperThreads::work()
         const std::uint32_t seen = m_calls.value();
         if (m_isOver.load(std::memory_order_relaxed))
             return;
-        if (!joinSome())
+        if (joinSome())
+            continue;
+        // Where one update's loops are over those of the next may be near.
+        unsigned look = 0;
+        while (look < TaskCrew::kPatience && m_calls.value() == seen)
+            TaskCrew::rest(look++);
+        if (look == TaskCrew::kPatience)
             m_calls.sleep(seen);
     }
 }

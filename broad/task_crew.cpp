@@ -13,8 +13,6 @@ namespace cullet
 {
 namespace
 {
-constexpr unsigned kPatience = 64;  // looks, about a microsecond each
-
 void pause()
 {
 #if defined(__SSE2__)

@@ -59,6 +59,9 @@ public:
     /// leave at once.
     void help();
 
+    /// So many looks whoever looks out for something takes before it does something else, about a microsecond each.
+    static constexpr unsigned kPatience = 64;
+
     /// A moment for the thread of this core that is waited for. Others are let in later: who yields on a busy machine is away for
     /// milliseconds.
     ///

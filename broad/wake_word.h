@@ -29,7 +29,10 @@ public:
     {
 #if defined(__linux__)
         static_assert(sizeof(m_word) == sizeof(std::uint32_t), "the kernel looks at four bytes");
+        // Counted before the kernel compares the number: who changes it and finds nobody counted need not call the kernel.
+        m_sleepers.fetch_add(1);
         syscall(SYS_futex, &m_word, FUTEX_WAIT_PRIVATE, seen, nullptr, nullptr, 0);
+        m_sleepers.fetch_sub(1);
 #else
         std::unique_lock<std::mutex> lock(m_mutex);
         m_isOther.wait(lock, [&] { return value() != seen; });
@@ -40,7 +43,9 @@ public:
     void wake(unsigned sleepers)
     {
 #if defined(__linux__)
-        m_word.fetch_add(1, std::memory_order_release);
+        m_word.fetch_add(1);
+        if (m_sleepers.load() == 0)
+            return;
         const int most = sleepers < INT_MAX ? static_cast<int>(sleepers) : INT_MAX;
         syscall(SYS_futex, &m_word, FUTEX_WAKE_PRIVATE, most, nullptr, nullptr, 0);
 #else
@@ -55,7 +60,9 @@ public:
 
 private:
     std::atomic<std::uint32_t> m_word{0};
-#if !defined(__linux__)
+#if defined(__linux__)
+    std::atomic<std::uint32_t> m_sleepers{0};
+#else
     std::mutex m_mutex;
     std::condition_variable m_isOther;
 #endif
