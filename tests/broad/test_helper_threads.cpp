@@ -123,6 +123,35 @@ TEST(HelperThreads, NobodyComesWhereTooManyCall)
     EXPECT_TRUE(meet(workers, 2));
 }
 
+TEST(HelperThreads, NobodyComesLaterThanTheCallThatAskedForIt)
+{
+    HelperThreads threads;
+    TaskCrew closed(2);
+    for (int loop = 0; loop < 300; ++loop)
+    {
+        {
+            HelperThreads::Call call(threads, closed);
+            call.ask(1);
+        }
+        TaskCrew crew(2);
+        crew.open();
+        unsigned owners = 0;
+        {
+            HelperThreads::Call call(threads, crew);
+            const auto end = std::chrono::steady_clock::now() + std::chrono::microseconds(50);
+            const auto dawdle = [&](unsigned, unsigned thread)
+            {
+                owners |= 1u << thread;
+                while (std::chrono::steady_clock::now() < end)
+                    std::this_thread::yield();
+            };
+            crew.run(2, dawdle);
+            crew.close();
+        }
+        ASSERT_EQ(owners, 1u);
+    }
+}
+
 TEST(HelperThreads, FailuresReachTheCaller)
 {
     WorkerPool workers(3);

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <new>
 #include <thread>
 #include <vector>
@@ -14,6 +15,8 @@ namespace cullet::test
 {
 namespace
 {
+using Clock = std::chrono::steady_clock;
+
 /// A thread that comes back as often as it leaves.
 class Helper
 {
@@ -82,6 +85,30 @@ TEST(TaskCrew, NobodyWaitsForAHelperThatDoesNotCome)
     EXPECT_EQ(count, 10u);
     // One comes, finds nothing to do and leaves.
     crew.help();
+}
+
+TEST(TaskCrew, ThreadsWithoutANumberDoNothing)
+{
+    TaskCrew crew(2);
+    crew.open();
+    const Helper first(crew), second(crew), third(crew);
+    meet(crew);
+    std::atomic<bool> isBusy[2] = {};
+    std::atomic<bool> isShared{false};
+    for (int loop = 0; loop < 300; ++loop)
+        crew.run(20,
+                 [&](unsigned, unsigned thread)
+                 {
+                     if (isBusy[thread].exchange(true))
+                         isShared.store(true);
+                     for (const auto begin = Clock::now();
+                          Clock::now() - begin < std::chrono::microseconds(10);)
+                     {
+                     }
+                     isBusy[thread].store(false);
+                 });
+    EXPECT_FALSE(isShared.load());
+    crew.close();
 }
 
 TEST(TaskCrew, FailuresReachTheThreadThatRunsTheLoop)
