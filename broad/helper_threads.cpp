@@ -57,7 +57,6 @@ HelperThreads::~HelperThreads()
 /// More threads, if there are fewer; as many as the system has.
 void HelperThreads::grow(unsigned count)
 {
-    count = std::min(count, kMostThreads);
     if (m_count.load(std::memory_order_relaxed) >= count || m_process != thisProcess())
         return;
     const std::lock_guard<std::mutex> lock(m_growing);
@@ -132,12 +131,9 @@ HelperThreads::Call::~Call()
 {
     if (m_slot == nullptr)
         return;
-    std::uint32_t state = m_slot->state.fetch_and(kCalled - 1, std::memory_order_acq_rel);
-    for (unsigned look = 0; state % kCalled != 0; ++look)
-    {
+    m_slot->state.fetch_and(kCalled - 1, std::memory_order_relaxed);
+    for (unsigned look = 0; m_slot->state.load(std::memory_order_acquire) != 0; ++look)
         TaskCrew::rest(look);
-        state = m_slot->state.load(std::memory_order_acquire);
-    }
     m_slot->isTaken.store(false, std::memory_order_release);
 }
 

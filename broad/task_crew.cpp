@@ -11,25 +11,18 @@
 
 namespace cullet
 {
-namespace
-{
-void pause()
-{
-#if defined(__SSE2__)
-    for (int i = 0; i < 16; ++i)
-        _mm_pause();
-#else
-    std::this_thread::yield();
-#endif
-}
-}  // namespace
-
 void TaskCrew::rest(unsigned look)
 {
+#if defined(__SSE2__)
     if (look < kPatience)
-        pause();
-    else
-        std::this_thread::yield();
+    {
+        for (int i = 0; i < 16; ++i)
+            _mm_pause();
+        return;
+    }
+#endif
+    static_cast<void>(look);
+    std::this_thread::yield();
 }
 
 void TaskCrew::begin(unsigned tasks, const void* body, Call call)
@@ -98,7 +91,7 @@ void TaskCrew::help()
         if (takeTask(thread))
             look = 0;
         else
-            pause();
+            rest(look);
     }
     m_isHere[thread].store(false, std::memory_order_release);
 }

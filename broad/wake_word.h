@@ -6,7 +6,6 @@
 #include <cstdint>
 
 #if defined(__linux__)
-#include <climits>
 #include <linux/futex.h>
 #include <sys/syscall.h>
 #include <unistd.h>
@@ -46,8 +45,7 @@ public:
         m_word.fetch_add(1);
         if (m_sleepers.load() == 0)
             return;
-        const int most = sleepers < INT_MAX ? static_cast<int>(sleepers) : INT_MAX;
-        syscall(SYS_futex, &m_word, FUTEX_WAKE_PRIVATE, most, nullptr, nullptr, 0);
+        syscall(SYS_futex, &m_word, FUTEX_WAKE_PRIVATE, sleepers, nullptr, nullptr, 0);
 #else
         {
             const std::lock_guard<std::mutex> lock(m_mutex);

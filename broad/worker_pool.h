@@ -39,16 +39,16 @@ public:
     template <class Body>
     void run(unsigned tasks, const Body& body)
     {
-        if (tasks == 1 || m_threads == 1 || (m_isTogether && m_crew->isRunning()))
+        if (tasks == 1 || m_threads == 1 || (m_call != nullptr && m_crew->isRunning()))
         {
             for (unsigned task = 0; task < tasks; ++task)
                 call(body, task, 0);
         }
-        else if (m_isTogether)
+        else if (m_call != nullptr)
         {
             m_crew->run(
                 tasks, [&](unsigned task, unsigned thread) { call(body, task, thread); },
-                [&] { callHelpers(std::min(tasks, threads())); });
+                [&] { callHelpers(tasks); });
         }
         else
         {
@@ -86,8 +86,8 @@ public:
     /// Inside of together(): calls the threads for loops of so many tasks that will come soon, since they take a while.
     void expect(unsigned tasks)
     {
-        if (m_isTogether)
-            callHelpers(std::min(tasks, threads()));
+        if (m_call != nullptr)
+            callHelpers(tasks);
     }
 
 private:
@@ -99,11 +99,10 @@ private:
         {
             m_pool.m_crew->open();
             m_pool.m_call = &m_call;
-            m_pool.m_isTogether = true;
         }
         ~Together()
         {
-            m_pool.m_isTogether = false;
+            m_pool.m_call = nullptr;
             m_pool.m_crew->close();
         }
         Together(const Together&) = delete;
@@ -123,8 +122,9 @@ private:
             body(task);
     }
 
-    void callHelpers(unsigned wanted)
+    void callHelpers(unsigned tasks)
     {
+        const unsigned wanted = std::min(tasks, threads());
         if (wanted > 1)
             m_call->ask(wanted - 1);
     }
@@ -139,7 +139,6 @@ private:
     int m_threads;
     std::unique_ptr<tbb::task_arena> m_arena;
     std::unique_ptr<TaskCrew> m_crew;
-    bool m_isTogether = false;
     std::shared_ptr<HelperThreads> m_helpers;
     HelperThreads::Call* m_call = nullptr;  // while together() runs
 };

@@ -83,8 +83,11 @@ TEST(TaskCrew, NobodyWaitsForAHelperThatDoesNotCome)
     unsigned count = 0;
     crew.run(5, [&](unsigned task, unsigned) { count += task; });
     EXPECT_EQ(count, 10u);
-    // One comes, finds nothing to do and leaves.
+    // One comes, finds nothing to do and leaves; its number is free again.
     crew.help();
+    const Helper next(crew);
+    meet(crew);
+    crew.close();
 }
 
 TEST(TaskCrew, ThreadsWithoutANumberDoNothing)
