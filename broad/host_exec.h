@@ -104,6 +104,8 @@ public:
         return true;
     }
     /// Uploads in parts, the first of which may be used before the last is there: after awaitPart(its number).
+    ///
+    /// @pre nothing that was launched since the last wait() uses that memory
     template <class T>
     void uploadParts(T* to, const T* from, std::uint64_t count, std::uint64_t /*part*/)
     {
@@ -138,6 +140,9 @@ public:
         std::memset(static_cast<void*>(what), 0, count * sizeof(T));
     }
     void wait() {}
+    /// awaitMark() waits for what was launched before mark(), and for nothing behind it.
+    void mark() {}
+    void awaitMark() {}
 
     /// Runs steps after what was there at the last fork(), and beside what follows; join() ends that.
     void fork() {}

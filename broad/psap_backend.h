@@ -25,7 +25,8 @@ namespace cullet::psap
 ///
 /// In the executor's memory live the boxes of this update and of the last one and the held pairs, as rows. An update
 /// sends the changed rows, settles the held pairs and searches, or follows near pairs instead of both, and brings back the
-/// pairs that enter and those that leave; it waits for the executor once, but where a list was too short.
+/// pairs that enter and those that leave; it waits for the executor once, but where a list was too short. Lists of near pairs
+/// are made behind an update, which does not wait for them.
 /// The order in which pairs are found may differ from run to run; deltas are sorted by unique id.
 template <class Exec>
 class PsapBackend final : public Backend
@@ -119,12 +120,13 @@ private:
         m_exec.reserve(m_tally, 1);
         m_exec.clear(m_tally.data(), 1);
         prepareLists();
-        m_near.ready(m_exec, view.size);
+        m_near.ready(m_exec);
         m_rows.send(m_exec, view, m_near.ways(&m_tally.data()->motion),
                     [&](std::uint64_t end) { workAhead(view, end); });
-        if (m_near.frame() != NearFrame::Follow || !followNear(view, delta))
+        if (!m_near.isFollowed() || !followNear(view, delta))
             searchChanges(view, delta);
         takeChanges(delta);
+        beginNearBehind();
         m_exec.beginStage(nullptr);
         m_exec.takeStages(m_stats.stages);
         m_stats.bytesMoved = m_exec.takeBytesMoved();
@@ -165,10 +167,8 @@ private:
     /// Does what can be done with the rows before `end`, which are in place, while others are on their way.
     void workAhead(const ProxyView& view, std::uint64_t end)
     {
-        if (m_near.frame() == NearFrame::Follow)
+        if (m_near.isFollowed())
             return;  // that takes as long for some of the pairs as for all
-        if (m_near.frame() == NearFrame::Begin)
-            m_near.growRows(m_exec, rows(), end);
         // Filter words follow behind the boxes; pairs of those that have changed are open whatever they are.
         if (view.filters != nullptr && !m_hadFilters)
             return;
@@ -189,30 +189,81 @@ private:
         follow(view.margin);
         planAhead();
         m_exec.beginStage("deltas");
-        fetchChanges(delta);
-        if (!m_near.noteStretch())
-        {
-            searchInstead(view);
-            return false;
-        }
+        m_names.enqueue(m_exec, lists(), m_rows.largestId(), delta);
+        m_isTableFree = true;  // nothing has been looked up
+        m_exec.mark();
+        beginNearAhead();
+        m_exec.awaitMark();
+        takeCounts();
+        if (!m_near.isTold())
+            return searchInstead();
         while (m_counts.lists.added > m_added.size())
         {
             m_exec.reserve(m_added, m_counts.lists.added);
+            if (!m_near.canFollowAgain())
+                return searchInstead();
             m_exec.clear(&counters()->lists, 1);
             follow(view.margin);
             fetchAgain(delta);
         }
+        if (!heldAhead().areComplete(m_counts.lists))
+            m_near.dropNext();
         return true;
+    }
+
+    bool searchInstead()
+    {
+        m_near.giveUp();
+        m_isMotionKnown = false;
+        m_exec.clear(&counters()->lists, 1);
+        return false;
     }
 
     void follow(float margin) { m_near.follow(m_exec, m_rows.now(), m_rows.filters(), margin, heldLists()); }
 
-    void searchInstead(const ProxyView& view)
+    /// Makes a list of near pairs for the next updates where this one is the last that the list is good for. Launched
+    /// while the CPU would wait for the changes otherwise, which do not wait for it.
+    void beginNearAhead()
     {
-        m_near.chooseAgain();
-        m_near.ready(m_exec, view.size);
-        m_isMotionKnown = false;
-        m_exec.clear(&counters()->lists, 1);
+        if (m_near.beginsAhead(m_exec, rows(), m_rows.count()))
+            beginNear(heldAhead(), true);
+    }
+    /// The same behind an update that has been taken.
+    void beginNearBehind()
+    {
+        if (!m_near.beginsBehind(m_exec, rows(), m_rows.count()))
+            return;
+        m_exec.clear(&counters()->lists.lookups, 1);
+        beginNear({m_held.data(), m_held.size(), m_held.size(), &counters()->lists}, false);
+        m_near.useNext(m_heldCount);
+    }
+    /// The pairs that will be held behind this update.
+    HeldPairs heldAhead() const
+    {
+        return {m_kept.data(), m_kept.size(), std::min(m_added.size(), m_names.addedRoom()),
+                &counters()->lists};
+    }
+
+    void beginNear(const HeldPairs& held, bool isAhead)
+    {
+        m_exec.beginStage("near pairs");
+        buildWithSkins();
+        growTable(m_near.lookups() + m_near.lookups() / 4);
+        freeTable();
+        m_near.begin(m_exec, m_search, isAhead, held, m_rows.now(), m_rows.filters(), table());
+        m_isTableFree = true;
+        m_exec.takeTestCount();
+    }
+
+    void buildWithSkins()
+    {
+        const bool areLarger = m_near.growsSizes();
+        m_search.look(m_exec);
+        if (m_near.takeSpill())
+            return m_search.buildByCounting(m_exec, m_near.grown());
+        if (areLarger)
+            m_search.forgetPlans();
+        m_search.build(m_exec, {m_near.grown(), m_rows.count(), nullptr, m_heldCount});
     }
 
     /// Settles the held pairs and searches.
@@ -221,31 +272,16 @@ private:
         m_stats.path = "rebuild";
         ++m_stats.rebuildsTotal;
         m_exec.beginStage("sort");
-        if (m_near.growsSizes())
-            m_search.forgetPlans();
         m_search.look(m_exec);
-        m_search.build(m_exec, searchInput());
+        m_search.build(m_exec, {m_rows.now(), m_rows.count(), nullptr, m_heldCount});
         m_exec.beginStage("settle");
         settle(view.margin, {m_rowsSettled, kAllRows.last});
         m_exec.beginStage("search");
-        if (m_near.frame() == NearFrame::Begin)
-            m_near.find(m_exec, m_search);
-        emit(view.margin);
+        emit();
         planAhead();
         m_exec.beginStage("deltas");
         fetchChanges(delta);
         repeatUntilComplete(view, delta);
-    }
-
-    SearchInput searchInput()
-    {
-        SearchInput input = {m_rows.now(), m_rows.count(), nullptr, m_heldCount};
-        if (m_near.frame() == NearFrame::Begin)
-        {
-            m_near.growRows(m_exec, rows(), m_rows.count());
-            input.boxes = m_near.grown();
-        }
-        return input;
     }
 
     /// Searches again, with more room, as long as a list was too short.
@@ -257,23 +293,17 @@ private:
             m_exec.clear(&counters()->lists, 1);
             freeTable();
             settle(view.margin, kAllRows);
-            emitAgain(view.margin, delta);
-        }
-        while (m_near.frame() == NearFrame::Begin && !m_near.isComplete())
-        {
-            if (!m_near.findAgain(m_exec, m_search))
-                m_search.build(m_exec, searchInput());
-            searchAgain(view.margin, delta);
+            emitAgain(delta);
         }
         if (m_counts.lists.added == kSpilled)
         {
             m_search.buildByCounting(m_exec, m_rows.now());
-            searchAgain(view.margin, delta);
+            searchAgain(delta);
         }
         while (m_counts.lists.added > m_added.size())
         {
             m_exec.reserve(m_added, m_counts.lists.added);
-            searchAgain(view.margin, delta);
+            searchAgain(delta);
         }
     }
 
@@ -284,15 +314,15 @@ private:
         m_near.sample(m_exec, rows(), m_rows.count());
     }
 
-    void searchAgain(float margin, PairDelta& delta)
+    void searchAgain(PairDelta& delta)
     {
         m_exec.clear(&counters()->lists.added, 1);
-        emitAgain(margin, delta);
+        emitAgain(delta);
     }
 
-    void emitAgain(float margin, PairDelta& delta)
+    void emitAgain(PairDelta& delta)
     {
-        emit(margin);
+        emit();
         fetchAgain(delta);
     }
 
@@ -340,11 +370,10 @@ private:
     {
         const HeldLists lists = heldLists();
         const bool isLoose = margin >= m_margin && !m_isFresh && !m_rows.haveAllChanged();
-        m_exec.forEachParted(
-            m_heldCount,
-            SettleHeld{m_held.data(), m_areDepthsKnown ? m_heldDepths.data() : nullptr, history(), margin,
-                       isLoose, m_near.frame() == NearFrame::Begin, span, table()},
-            DepthList{lists.kept, m_keptDepths.data()}, lists.removed);
+        m_exec.forEachParted(m_heldCount,
+                             SettleHeld{m_held.data(), m_areDepthsKnown ? m_heldDepths.data() : nullptr,
+                                        history(), margin, isLoose, span, table()},
+                             DepthList{lists.kept, m_keptDepths.data()}, lists.removed);
     }
 
     HeldLists heldLists() const
@@ -356,13 +385,7 @@ private:
     }
 
     /// Finds the pairs that enter.
-    void emit(float margin)
-    {
-        if (m_near.frame() == NearFrame::Begin)
-            m_near.judge(m_exec, history(), table(), margin, heldLists());
-        else
-            m_search.emit(m_exec, EntryTest{history(), table()}, heldLists().added);
-    }
+    void emit() { m_search.emit(m_exec, EntryTest{history(), table()}, heldLists().added); }
 
     ChangeLists lists()
     {
@@ -374,9 +397,11 @@ private:
     {
         m_names.enqueue(m_exec, lists(), m_rows.largestId(), delta);
         m_exec.wait();
-        m_counts = m_names.counters();
+        takeCounts();
         m_isTableFree = lists().areComplete(m_counts.lists);
     }
+
+    void takeCounts() { m_counts = m_names.counters(); }
 
     /// Puts together the new held pairs and takes the changes.
     void takeChanges(PairDelta& delta)
@@ -393,7 +418,7 @@ private:
             mergeVanished(delta.removed);
         std::swap(m_held, m_kept);
         std::swap(m_heldDepths, m_keptDepths);
-        m_areDepthsKnown = m_near.frame() != NearFrame::Follow;
+        m_areDepthsKnown = !m_near.isFollowed();
         m_heldCount = counts.kept + counts.added;
         m_near.note(m_heldCount);
         m_known.clear();

@@ -7,6 +7,7 @@
 #include "broad/psap_row_steps.h"
 
 #include <cstdint>
+#include <utility>
 
 namespace cullet::psap
 {
@@ -20,84 +21,43 @@ struct HeldLists
 
 /// Near pairs of the rows of a proxy table, and which of them are held.
 ///
-/// An update is choose(), then ready(), then what frame() says: where a list begins, growRows(), find() and judge(); where one is
-/// followed, follow(). Those launch only. When the executor is done with them, note() what came of it.
+/// An update is choose(), then ready(), where it says so follow() and isTold(), and note(). A list is made behind the changes that an
+/// update tells, with nobody waiting for it: the next update is the first to learn what came of that. All of these launch only.
 template <class Exec>
 class HeldNear
 {
 public:
     explicit HeldNear(const PsapOptions& options) : m_near(options) {}
 
-    /// What is done with the next update. The executor is done with the last one.
+    /// What is done with the next update. The executor is done with the last one, but maybe not with the list made behind it.
     void choose(const ProxyView& view)
     {
-        // A little more than the margin, for rounding: held pairs are to be near.
-        m_frame = m_near.choose(view.size, view.margin * (1 + 0x1p-10f));
-        if (m_frame != NearFrame::Follow || (view.anyChanges & (kRowCreated | kRowDestroyed)) == 0)
-            return;
-        m_near.policy().noteFollowed(kInfinity);
-        chooseAgain();
+        m_isFollowed = m_near.follows(view.size, thinnest(view.margin));
+        // Rows of which the list knows nothing.
+        if (m_isFollowed && (view.anyChanges & (kRowCreated | kRowDestroyed)) != 0)
+        {
+            m_near.policy().noteFollowed(kInfinity);
+            m_isFollowed = false;
+        }
     }
-    /// In place of following pairs whose boxes have gone too far.
-    void chooseAgain() { m_frame = m_near.policy().search(); }
-    NearFrame frame() const { return m_frame; }
+    bool isFollowed() const { return m_isFollowed; }
     /// The list is of no use: rows will be others.
     void forget() { m_near.policy().forget(); }
 
-    /// Makes room. Where there is no memory for a list none begins.
-    void ready(Exec& exec, std::uint64_t rows)
+    void ready(Exec& exec)
     {
-        exec.reserve(m_counts, 1);
-        exec.reserve(m_report, 1);
-        if (m_frame != NearFrame::Begin)
+        if (m_reports.size() != 0)
             return;
-        exec.clear(m_counts.data(), 1);
-        m_rowsGrown = 0;
-        if (!m_near.reserve(exec, rows))
-            m_frame = NearFrame::Search;
+        exec.reserve(m_counts, 1);
+        exec.reserve(m_reports, 2);
+        m_reports.data()[0] = m_reports.data()[1] = {};
     }
 
     /// How far rows go is told against these.
     RowWays ways(std::uint32_t* motion) const
     {
-        const bool isFollowed = m_frame == NearFrame::Follow;
-        return {motion, isFollowed ? m_near.then() : nullptr,
-                isFollowed ? &m_counts.data()->stretch : nullptr};
-    }
-
-    /// Gives rows up to `end`, which are in place, their skins.
-    void growRows(Exec& exec, const RowBoxes& rows, std::uint64_t end)
-    {
-        m_near.growRows(exec, rows, m_rowsGrown, end);
-        m_rowsGrown = end;
-    }
-    const Aabb* grown() const { return m_near.grown(); }
-    bool growsSizes() { return m_near.growsSizes(m_frame); }
-
-    /// Has the search find the near pairs.
-    template <class Search>
-    void find(Exec& exec, Search& search)
-    {
-        m_near.find(exec, search, m_counts.data());
-    }
-    /// Whether there was room for all. Otherwise they are to be found again.
-    bool isComplete() const { return report().pairs <= m_near.room(); }
-    /// @return whether there is memory for them; otherwise there is no list
-    template <class Search>
-    bool findAgain(Exec& exec, Search& search)
-    {
-        const bool isFound = m_near.findAgain(exec, search, m_counts.data(), report().pairs);
-        m_frame = isFound ? m_frame : NearFrame::Search;
-        return isFound;
-    }
-
-    void judge(Exec& exec, const BoxHistory& history, const LookupTable& table, float margin,
-               const HeldLists& lists)
-    {
-        exec.forEachSent(m_near.room(),
-                         JudgeHeld{list(), m_near.isHeld(1 - m_side), m_near.then(), history, table, margin,
-                                   lists.added.count, exec.mappedForWriting(m_report.data())},
-                         lists.sent());
+        return {motion, m_isFollowed ? m_near.then() : nullptr,
+                m_isFollowed ? &m_counts.data()->stretch : nullptr};
     }
 
     void follow(Exec& exec, const Aabb* boxes, const Filter* filters, float margin, const HeldLists& lists)
@@ -105,25 +65,105 @@ public:
         exec.forEachSent(
             m_near.room(),
             FollowHeld{list(), m_near.isHeld(m_side), m_near.isHeld(1 - m_side), boxes, filters, margin,
-                       &m_counts.data()->stretch, lists.added.count, exec.mappedForWriting(m_report.data())},
+                       &m_counts.data()->stretch, lists.added.count, exec.mappedForWriting(&report())},
             lists.sent());
     }
-    /// Whether follow() told everything. To be asked once, when the executor is done with it.
-    bool noteStretch()
+    /// Whether follow() told everything; otherwise it told nothing, and the update is to be searched. To be asked once, when
+    /// the executor is done with it.
+    bool isTold()
     {
+        if (report().pairs > m_room)
+        {
+            m_near.noteShort(report().pairs);
+            m_isSpilled = report().pairs == kSpilled;
+            m_isFollowed = false;
+            return false;
+        }
         const float stretch = floatOf(report().stretch);
-        m_near.policy().noteFollowed(stretch);
-        return stretch <= kMostStretch;
+        if (!m_hasNext)
+            m_near.policy().noteFollowed(stretch);
+        m_isFollowed = stretch <= kMostStretch;
+        if (!m_isFollowed)
+            dropNext();
+        return m_isFollowed;
+    }
+    /// Whether the list can be followed once more in this update: unless another one was to be begun in its place.
+    bool canFollowAgain() const { return !m_isReplaced; }
+    /// A list that was begun ahead is of no use: held pairs are others.
+    void dropNext()
+    {
+        if (m_hasNext)
+            m_near.policy().forget();
+        m_hasNext = false;
+    }
+    /// The update is to be searched all the same.
+    void giveUp()
+    {
+        dropNext();
+        m_isFollowed = false;
     }
 
-    /// The update is done. @param held pairs
+    /// The update is done.
+    ///
+    /// @param held pairs
     void note(std::uint64_t held)
     {
-        if (m_frame == NearFrame::Search)
+        if (!m_isFollowed && !m_isSpilled)
+            m_near.growsSizes(NearFrame::Search);
+        if (!m_isFollowed)
             return;
         m_side = 1 - m_side;
-        if (m_frame == NearFrame::Begin)
-            m_near.noteBegun(report().pairs, held);
+        if (m_isNew)
+            m_near.noteBegun(report().pairs, m_heldThen);
+        m_isNew = false;
+        useNext(held);
+    }
+
+    /// Whether a list is to be begun behind follow(), before it is known what that tells; and there is memory for one.
+    bool beginsAhead(Exec& exec, const RowBoxes& rows, std::uint64_t count)
+    {
+        m_isReplaced = m_near.policy().beginsAhead();
+        return m_isReplaced && grow(exec, rows, count);
+    }
+    /// The same behind note().
+    bool beginsBehind(Exec& exec, const RowBoxes& rows, std::uint64_t count)
+    {
+        return m_near.policy().beginsBehind(count) && grow(exec, rows, count);
+    }
+    const Aabb* grown() const { return m_near.grown(); }
+    bool growsSizes() { return m_near.growsSizes(NearFrame::Begin); }
+    /// Whether the last list is void since the search had no room. Once.
+    bool takeSpill() { return std::exchange(m_isSpilled, false); }
+    /// Of the last list: held pairs that a table was needed for.
+    std::uint64_t lookups() const { return report().lookups; }
+
+    /// Has the search find the near pairs, and notes which of them are held.
+    ///
+    /// @pre the search has been given grown()
+    /// @param isAhead as beginsAhead() said
+    /// @param table free and without a count; the same behind this
+    template <class Search>
+    void begin(Exec& exec, Search& search, bool isAhead, const HeldPairs& held, const Aabb* boxes,
+               const Filter* filters, const LookupTable& table)
+    {
+        m_near.find(exec, search, m_counts.data());
+        exec.forEach(held.room, TellApart{held, boxes, filters, table});
+        const unsigned side = isAhead ? 1 - m_side : m_side;
+        exec.forEach(m_near.room(), JudgeNear{list(), m_near.isHeld(side), m_near.then(), filters, table});
+        exec.forEach(table.mask + 1,
+                     EndList{table, list(), exec.mappedForWriting(m_reports.data() + 1 - m_which)});
+        m_hasNext = true;
+    }
+    /// Where that was not ahead: the next update follows the list.
+    void useNext(std::uint64_t held)
+    {
+        if (!m_hasNext)
+            return;
+        m_hasNext = false;
+        m_which = 1 - m_which;
+        m_room = m_near.room();
+        m_heldThen = held;
+        m_isNew = true;
     }
 
     void sample(Exec& exec, const RowBoxes& rows, std::uint64_t count) { m_near.sample(exec, rows, count); }
@@ -132,14 +172,33 @@ private:
     template <class T>
     using Buffer = typename Exec::template Buffer<T>;
 
+    /// A little more than the margin, for rounding: held pairs are to be near.
+    static float thinnest(float margin) { return margin * (1 + 0x1p-10f); }
+
+    bool grow(Exec& exec, const RowBoxes& rows, std::uint64_t count)
+    {
+        if (!m_near.reserve(exec, count))
+            return false;
+        exec.clear(m_counts.data(), 1);
+        m_near.growRows(exec, rows);
+        return true;
+    }
+
     NearList list() const { return m_near.list(m_counts.data()); }
-    const NearReport& report() const { return *m_report.data(); }
+    NearReport& report() { return m_reports.data()[m_which]; }
+    const NearReport& report() const { return m_reports.data()[m_which]; }
 
     NearPairs<Exec> m_near;
-    NearFrame m_frame = NearFrame::Search;
-    std::uint64_t m_rowsGrown = 0;
-    unsigned m_side = 0;  ///< of what is held since the last update
+    bool m_isFollowed = false;
+    bool m_isReplaced = false;
+    bool m_hasNext = false;  ///< a list has been begun that no update has followed
+    bool m_isSpilled = false;
+    bool m_isNew = false;          ///< nothing is known yet of the list
+    std::uint64_t m_room = 0;      ///< of the list
+    std::uint64_t m_heldThen = 0;  ///< when the list was made
+    unsigned m_side = 0;           ///< of what is held since the last update
+    unsigned m_which = 0;          ///< report that the list has
     Buffer<NearCounts> m_counts;
-    typename Exec::template Staging<NearReport> m_report;
+    typename Exec::template Staging<NearReport> m_reports;
 };
 }  // namespace cullet::psap

@@ -15,63 +15,89 @@ namespace cullet::psap
 struct NearReport
 {
     std::uint64_t pairs;    ///< in the list; may be more than were written
+    std::uint64_t lookups;  ///< held pairs that the table was to tell of
     std::uint32_t stretch;  ///< as RowWays has it
 };
 
-/// Looks at near pair i of a new list for the first time: notes whether it is held from this update on, and sends it on
-/// where it enters.
+/// The pairs of an update that may still be under way: those that stay, and behind them those that enter.
+struct HeldPairs
+{
+    const IdPair* pairs;
+    std::uint64_t room;       ///< for all of them
+    std::uint64_t addedRoom;  ///< for those that enter
+    const ListCounts* counts;
+
+    /// Whether they are all there.
+    CULLET_HOST_DEVICE bool areComplete(const ListCounts& lists) const
+    {
+        return lists.added <= addedRoom && lists.kept + lists.added <= room;
+    }
+    CULLET_HOST_DEVICE bool has(std::uint64_t i) const
+    {
+        return areComplete(*counts) && i < counts->kept + counts->added;
+    }
+};
+
+/// Puts held pair i into the table where neither boxes nor filter words tell that it is held.
+struct TellApart
+{
+    HeldPairs held;
+    const Aabb* boxes;
+    const Filter* filters;  ///< as BoxHistory has them
+    LookupTable table;
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    {
+        if (!held.has(i))
+            return;
+        const IdPair pair = held.pairs[i];
+        if (!overlaps(loadBox(boxes, pair.a), loadBox(boxes, pair.b)) || !passesFilters(filters, pair))
+            table.insert(pair);
+    }
+};
+
+/// Looks at near pair i of a new list: how near it is, and whether it is held.
 ///
-/// @pre the search has found pairs with skins no thinner than the margin, and SettleHeld has told of all pairs
-struct JudgeHeld
+/// @pre skins are no thinner than the margin that pairs were held by, and TellApart is done
+struct JudgeNear
 {
     NearList near;
     std::uint8_t* isHeld;     ///< [near.room, out]
     const AlignedBox* boxes;  ///< with skins
-    BoxHistory history;
-    LookupTable held;  ///< the held pairs that boxes and filter words do not tell of
-    float margin;
-    std::uint64_t* added;  ///< how many pairs enter: void where there is not room for all near ones
-    NearReport* report;    ///< [out]
+    const Filter* filters;    ///< as BoxHistory has them
+    LookupTable apart;
 
-    CULLET_HOST_DEVICE NearItem read(std::uint64_t i) const { return near.readPair(i); }
-
-    CULLET_HOST_DEVICE NearVerdict operator()(const NearItem& item) const
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
-        return judgeFirst(item, boxes,
-                          [&](IdPair pair, const Aabb& a, const Aabb& b)
-                          {
-                              const bool isEntering = enters(pair, a, b);
-                              return FirstLook{isEntering, isEntering || isStaying(pair, a, b)};
-                          });
-    }
-
-    CULLET_HOST_DEVICE void keep(std::uint64_t i, const NearItem& item, const NearVerdict& verdict) const
-    {
-        if (i == 0)
-            tellCount();
+        const NearItem item = near.readPair(i);
+        const NearVerdict verdict =
+            judgeFirst(item, boxes,
+                       [&](IdPair pair, const Aabb& a, const Aabb& b)
+                       {
+                           const bool areTogether = overlaps(a, b) && passesFilters(filters, pair);
+                           return FirstLook{false, areTogether || apart.contains(pair)};
+                       });
         near.keep(i, item, verdict, isHeld);
     }
+};
 
-private:
-    CULLET_HOST_DEVICE void tellCount() const
+/// Frees slot i of the table, and tells of the list: it is void where the table was too small.
+struct EndList
+{
+    LookupTable table;
+    NearList near;
+    NearReport* report;  ///< [out]
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
+        table.slots[i] = LookupTable::kFree;
+        if (i != 0)
+            return;
+        report->lookups = *table.count;
+        if (*table.count > table.limit())
+            *near.count = kVoidCount;
+        *table.count = 0;
         report->pairs = *near.count;
-        if (*near.count > near.room)
-            setAlike(added, kVoidCount);
-    }
-
-    CULLET_HOST_DEVICE bool enters(IdPair pair, const Aabb& a, const Aabb& b) const
-    {
-        return overlaps(a, b) && !history.wereOverlapping(overlapOf(a, b)) && history.isOpen(pair) &&
-               history.passesFilters(pair) && !held.contains(pair);
-    }
-
-    /// @pre it does not enter
-    CULLET_HOST_DEVICE bool isStaying(IdPair pair, const Aabb& a, const Aabb& b) const
-    {
-        if (overlaps(a, b) && history.passesFilters(pair))
-            return true;
-        return overlapsWithMargin(a, b, margin) && held.contains(pair);
     }
 };
 
@@ -85,8 +111,8 @@ struct FollowHeld
     const Filter* filters;  ///< as BoxHistory has them
     float margin;
     const std::uint32_t* stretch;  ///< as RowWays has it
-    std::uint64_t* added;          ///< how many pairs enter: void where boxes have gone too far
-    NearReport* report;            ///< [out]
+    std::uint64_t* added;  ///< how many pairs enter: void where boxes have gone too far, or the list is void
+    NearReport* report;    ///< [out]
 
     CULLET_HOST_DEVICE NearItem read(std::uint64_t i) const { return near.read(i, wasHeld); }
 
@@ -110,7 +136,7 @@ private:
     CULLET_HOST_DEVICE void tellStretch() const
     {
         report->stretch = *stretch;
-        if (!(floatOf(*stretch) <= kMostStretch))
+        if (!(floatOf(*stretch) <= kMostStretch) || *near.count > near.room)
             *added = kVoidCount;  // no index counts any
     }
 

@@ -100,6 +100,9 @@ public:
         enqueue(exec, lists, largestId, m_expected, delta);
     }
 
+    /// For so many pairs that enter enqueue() has made room.
+    std::uint64_t addedRoom() const { return m_room.added; }
+
     /// What the update counted. Only after enqueue() and Exec::wait().
     const Counters& counters() const { return m_report.data()->counters; }
 

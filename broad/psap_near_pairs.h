@@ -32,16 +32,16 @@ public:
     }
 
     /// What to do with the next set of boxes. The executor is done with the last one.
-    ///
-    /// @param thinnest that skins may be in a list that begins
-    NearFrame choose(std::uint64_t boxes, float thinnest = 0)
+    NearFrame choose(std::uint64_t boxes)
     {
-        if (m_isSampled)
-            m_policy.noteSample(m_sampled.data(), m_sampleCount);
-        m_isSampled = false;
-        if (boxes != m_boxCount)
-            m_policy.forget();
-        return m_policy.choose(boxes, thinnest);
+        noteSet(boxes);
+        return m_policy.choose(boxes);
+    }
+    /// The same where lists are made between two sets, as NearPolicy has it.
+    bool follows(std::uint64_t boxes, float thinnest)
+    {
+        noteSet(boxes);
+        return m_policy.follows(boxes, thinnest);
     }
     NearPolicy& policy() { return m_policy; }
     const NearPolicy& policy() const { return m_policy; }
@@ -71,10 +71,10 @@ public:
         const SharedBoxes shared = {m_boxCount};
         exec.forEach(shared.indices(), GrowSkins{shared, boxes, copies, m_policy.rule(), skinned()});
     }
-    /// Gives the boxes of rows `begin` to `end` their skins.
-    void growRows(Exec& exec, const RowBoxes& rows, std::uint64_t begin, std::uint64_t end)
+    /// Gives the boxes of rows their skins.
+    void growRows(Exec& exec, const RowBoxes& rows)
     {
-        exec.forEachFrom(begin, end, GrowRow{rows, m_policy.rule(), skinned()});
+        exec.forEach(m_boxCount, GrowRow{rows, m_policy.rule(), skinned()});
     }
     const Aabb* grown() const { return m_grown.data(); }
     const AlignedBox* then() const { return m_then.data(); }
@@ -107,6 +107,12 @@ public:
     {
         m_lastCount = found;
         m_policy.noteBegun(found, m_boxCount, pairs);
+    }
+    /// The list is void. There will be room for so many pairs in the next one, if that is how many there were.
+    void noteShort(std::uint64_t found)
+    {
+        m_lastCount = found < kVoidCount ? found : m_lastCount;
+        m_policy.forget();
     }
 
     NearList list(NearCounts* counts) const
@@ -146,6 +152,15 @@ private:
     using Buffer = typename Exec::template Buffer<T>;
 
     static constexpr std::uint64_t kSample = 1024;
+
+    void noteSet(std::uint64_t boxes)
+    {
+        if (m_isSampled)
+            m_policy.noteSample(m_sampled.data(), m_sampleCount);
+        m_isSampled = false;
+        if (boxes != m_boxCount)
+            m_policy.forget();
+    }
 
     SkinnedBoxes skinned() const { return {m_then.data(), m_grown.data()}; }
 

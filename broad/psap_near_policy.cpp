@@ -23,18 +23,48 @@ float quantile(BoxInSample* sample, std::uint64_t count, double share, const Get
 }
 }  // namespace
 
-NearFrame NearPolicy::choose(std::uint64_t boxes, float thinnest)
+NearFrame NearPolicy::choose(std::uint64_t boxes)
+{
+    if (follows(boxes, 0))
+        return NearFrame::Follow;
+    return isUsed(boxes) ? search() : NearFrame::Search;
+}
+
+bool NearPolicy::follows(std::uint64_t boxes, float thinnest)
 {
     m_thinnest = thinnest;
     if (!isUsed(boxes))
     {
         forget();
-        return NearFrame::Search;
+        return false;
     }
     m_setsToSample -= m_setsToSample != 0 ? 1 : 0;
+    endUnlessLasting();
+    return m_hasList;
+}
+
+bool NearPolicy::beginsAhead()
+{
+    const float expected = m_stretch + m_step;
+    const bool isLast = expected <= kMostStretch && !(expected + m_step <= kMostStretch);
+    // Of a younger list too little is known.
+    if (!m_hasList || m_age == 0 || !isLast || m_pause != 0 || !canBegin())
+        return false;
+    noteFollowed(expected);
+    end(expected + m_step);
+    return search() == NearFrame::Begin;
+}
+
+bool NearPolicy::beginsBehind(std::uint64_t boxes)
+{
+    endUnlessLasting();
+    return isUsed(boxes) && !m_hasList && search() == NearFrame::Begin;
+}
+
+void NearPolicy::endUnlessLasting()
+{
     if (m_hasList && !(m_stretch + m_step <= kMostStretch))
         end(m_stretch + m_step);
-    return m_hasList ? NearFrame::Follow : search();
 }
 
 NearFrame NearPolicy::search()

@@ -27,11 +27,19 @@ public:
     explicit NearPolicy(PsapNearPairs choice) : m_choice(choice) {}
 
     /// For the next set of so many boxes; tell what comes of it below.
-    ///
-    /// @param thinnest that skins may be in a list that begins
-    NearFrame choose(std::uint64_t boxes, float thinnest = 0);
+    NearFrame choose(std::uint64_t boxes);
     /// For one that could not be followed.
     NearFrame search();
+
+    /// The same where lists are made behind a set, for the next ones: whether the next set is followed.
+    ///
+    /// @param thinnest that skins may be in a list that begins
+    bool follows(std::uint64_t boxes, float thinnest);
+    /// Whether a list begins behind a set that is being followed, since the one of now will not last for another. Boxes are
+    /// expected to go as far as before; noteFollowed() is not to be told of this set.
+    bool beginsAhead();
+    /// Whether a list begins behind a set, since there is none, or none that lasts.
+    bool beginsBehind(std::uint64_t boxes);
 
     /// For a list that begins.
     SkinRule rule() const { return {m_skin}; }
@@ -54,6 +62,7 @@ private:
     void begin();
     void end(float stretch);
     void pause();
+    void endUnlessLasting();
     void setSkin();
     bool canBegin() const;
     bool isUsed(std::uint64_t boxes) const

@@ -323,8 +323,6 @@ struct SettleHeld
     BoxHistory boxes;
     float margin;
     bool isLoose;  ///< the margin is no smaller than in the last update
-    bool
-        tellsAll;  ///< also pairs that stay though they are apart, or no filter would let them enter, are open
     RowSpan span;
     LookupTable open;
 
@@ -341,8 +339,7 @@ struct SettleHeld
         const IdPair pair = item.pair;
         const bool isMine = item.isPair && span.contains(pair.a > pair.b ? pair.a : pair.b);
         float depth = depthLeft(item.depth, boxes.deepEnough());
-        const bool isDeep = depth > 0 && !(tellsAll && boxes.filters != nullptr);
-        const bool isStaying = isMine && (isDeep || stays(item, depth));
+        const bool isStaying = isMine && (depth > 0 || stays(item, depth));
         kept.append(isStaying, pair, depth);
         removed.append(isMine && !isStaying, pair);
     }
@@ -353,7 +350,7 @@ private:
     {
         const IdPair pair = item.pair;
         depth = item.depth;
-        if (isLoose && !tellsAll && !boxes.retestAll && boxes.changesOf(pair) == 0)
+        if (isLoose && !boxes.retestAll && boxes.changesOf(pair) == 0)
             return true;
         const Aabb a = loadBox(boxes.now, pair.a);
         const Aabb b = loadBox(boxes.now, pair.b);
@@ -369,8 +366,6 @@ private:
 
     CULLET_HOST_DEVICE bool isLookedUp(IdPair pair, float overlap) const
     {
-        if (tellsAll && (overlap < 0 || !boxes.passesFilters(pair)))
-            return true;
         // What the search does not find, or finds without asking, it does not look up.
         return overlap >= 0 && !boxes.wereOverlapping(overlap) && boxes.isOpen(pair);
     }

@@ -149,7 +149,8 @@ public:
     {
         return lockPages(memory, count * sizeof(T));
     }
-    /// Uploads in parts, on a stream of their own: what is launched meanwhile does not wait for them.
+    /// Uploads in parts, on a stream of their own: what is launched meanwhile does not wait for them, nor they for what was
+    /// launched since the last wait(), which must not use that memory.
     template <class T>
     void uploadParts(T* to, const T* from, std::uint64_t count, std::uint64_t part)
     {

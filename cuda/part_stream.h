@@ -28,20 +28,16 @@ public:
         cudaGetLastError();
     }
 
-    /// The parts come after all that `user` has been given.
+    /// The parts wait for nothing that `user` has been given, but where they are on that stream itself.
     ///
     /// @param isApart false: on that stream itself, which costs no events
     void begin(cudaStream_t user, bool isApart)
     {
-        m_stream = user;
         m_count = 0;
-        if (!isApart)
-            return;
-        if (m_own == nullptr)
+        m_isApart = isApart;
+        if (isApart && m_own == nullptr)
             CULLET_CUDA_TRY(cudaStreamCreateWithFlags(&m_own, cudaStreamNonBlocking));
-        m_stream = m_own;
-        record(user);
-        CULLET_CUDA_TRY(cudaStreamWaitEvent(m_own, m_events[0], 0));
+        m_stream = isApart ? m_own : user;
     }
 
     /// Where the next part is to be copied.
@@ -50,15 +46,15 @@ public:
     /// That part has been enqueued.
     void end()
     {
-        if (m_count != 0)
+        if (m_isApart)
             record(m_own);
     }
 
     /// What `user` gets from now on waits for that part.
     void await(cudaStream_t user, std::uint64_t part)
     {
-        if (m_count != 0)
-            CULLET_CUDA_TRY(cudaStreamWaitEvent(user, m_events[part + 1], 0));
+        if (m_isApart)
+            CULLET_CUDA_TRY(cudaStreamWaitEvent(user, m_events[part], 0));
     }
 
     /// Waits for all of it, whether it went well or not.
@@ -83,7 +79,8 @@ private:
 
     cudaStream_t m_own = nullptr;
     cudaStream_t m_stream = nullptr;
-    std::vector<cudaEvent_t> m_events;  ///< of the first stream's work, then of each part
-    std::size_t m_count = 0;            ///< recorded since begin(); 0 where nothing is apart
+    bool m_isApart = false;
+    std::vector<cudaEvent_t> m_events;  ///< of each part
+    std::size_t m_count = 0;            ///< recorded since begin()
 };
 }  // namespace cullet::psap

@@ -234,10 +234,10 @@ TEST_P(PsapNearUpdates, ManyPairsMayEnterAtOnce)
     for (int step = 0; step < 4; ++step)
         ASSERT_TRUE(world.step());
     EXPECT_EQ(world.session.addedTotal(), 0u);
-    for (int step = 0; step < 4; ++step)
+    for (int step = 0; step < 8; ++step)
     {
         world.move();
-        if (step == 2)
+        if (step == 7)
             setFilters(kEverything);
         ASSERT_TRUE(world.step());
     }

@@ -64,7 +64,7 @@ inline PsapOptions keepingNear()
 /// As many frames, or as it takes to plan ahead once where that begins at once, or to follow near pairs.
 inline int framesWithPlan(const PsapOptions& options, int frames)
 {
-    constexpr int kStepsToPlan = 13, kStepsToFollow = 6;
+    constexpr int kStepsToPlan = 13, kStepsToFollow = 8;
     if (options.updatesPerPlan == 1)
         return kStepsToPlan;
     return options.nearPairs == PsapNearPairs::Always ? std::max(frames, kStepsToFollow) : frames;
