@@ -26,6 +26,7 @@ struct CudaRow
     double gpuMs = 0, endToEndMs = 0;  ///< medians
     double p90Ms = 0, maxMs = 0;       ///< of the same times
     std::uint64_t lateFrames = 0;      ///< of pairs: searched twice, since a bin was full or a list too short
+    double behindMs = 0;               ///< of updates: what the device still does when they are done, mean
     double overBest = 0;               ///< of bench cuda --orders, where the search was not told how
     LeastBytes moved;
 };

@@ -71,13 +71,25 @@ private:
     std::uint8_t m_anyChanges = kRowCreated;
 };
 
-/// Milliseconds.
-double timeUpdate(Backend& backend, const ProxyView& view, PairDelta& delta)
+/// Milliseconds that body() takes.
+template <class Body>
+double timeOf(const Body& body)
 {
     const auto begin = std::chrono::steady_clock::now();
-    requireOk(backend.update(view, delta));
+    body();
     const std::chrono::duration<double, std::milli> passed = std::chrono::steady_clock::now() - begin;
     return passed.count();
+}
+
+double timeUpdate(Backend& backend, const ProxyView& view, PairDelta& delta)
+{
+    return timeOf([&] { requireOk(backend.update(view, delta)); });
+}
+
+/// Until the device is done with what it does behind an update.
+double timeBehind()
+{
+    return timeOf([] { checkCuda(cudaDeviceSynchronize()); });
 }
 
 void addChanges(const PairDelta& delta, std::uint64_t& hash)
@@ -108,8 +120,12 @@ CudaRow timeUpdates(const FreshSets& sets, const std::string& variant, std::uniq
     {
         const ProxyView view = boxes.view();
         const double passed = timeUpdate(*backend, view, delta);
+        const double behind = timeBehind();
         if (frame >= frames.warmUps)
+        {
             times.push_back(passed);
+            row.behindMs += behind / frames.timed;
+        }
         if (frame >= frames.warmUps && stages != nullptr)
             addStages(backend->stats(), view, delta, *stages);
         if (frame < kHashedFrames)

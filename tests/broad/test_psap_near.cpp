@@ -200,6 +200,93 @@ private:
     int counts[3] = {};
 };
 
+/// The same where lists are made behind a set.
+class SceneBehind
+{
+public:
+    SceneBehind(PsapNearPairs choice, float way) : m_policy(choice), m_way(way) {}
+
+    /// @param way that boxes go, if not as before
+    void step(float way)
+    {
+        const bool isFollowed = m_policy.follows(boxes, 0);
+        m_gone += way;
+        if (isFollowed)
+            follow();
+        else
+            ++searched;
+        if (m_policy.wantsSample(boxes))
+        {
+            std::vector<psap::BoxInSample> sample(100, {1.0f, m_way});
+            m_policy.noteSampling();
+            m_policy.noteSample(sample.data(), sample.size());
+        }
+        if (m_policy.beginsBehind(boxes))
+        {
+            ++behind;
+            m_gone = 0;
+        }
+    }
+    void step() { step(m_way); }
+
+    std::uint64_t boxes = 100000;
+    int searched = 0, followed = 0, voids = 0, ahead = 0, behind = 0;
+
+private:
+    void follow()
+    {
+        const float stretch = m_gone / m_policy.rule().common;
+        const bool isAhead = m_policy.beginsAhead();
+        const bool isTold = stretch <= psap::kMostStretch;
+        ++(isTold ? followed : voids);
+        if (!isAhead)
+            return m_policy.noteFollowed(stretch);
+        ++ahead;
+        m_gone = 0;
+        if (!isTold)
+            m_policy.forget();
+    }
+
+    psap::NearPolicy m_policy;
+    float m_way;
+    float m_gone = 0;
+};
+
+TEST(PsapNearPolicy, MakesListsAheadWhereBoxesGoAsFarAsBefore)
+{
+    for (const float way : {0.0f, 1e-4f, 0.01f, 0.03f, 0.06f})
+    {
+        SCOPED_TRACE(way);
+        SceneBehind scene(PsapNearPairs::Automatic, way);
+        for (int set = 0; set < 400; ++set)
+            scene.step();
+        EXPECT_LT(scene.searched, 4);
+        EXPECT_GT(scene.followed, 395);
+        EXPECT_EQ(scene.voids, 0);
+        // The first one, and those after which skins were found to be too thin.
+        EXPECT_LE(scene.behind, 3);
+        EXPECT_LT(scene.ahead, 200);
+        if (way >= 0.03f)
+            EXPECT_GT(scene.ahead, 40);
+    }
+}
+
+TEST(PsapNearPolicy, MakesNewListsBehindSetsThatWereSearchedInstead)
+{
+    SceneBehind scene(PsapNearPairs::Automatic, 0.03f), jumping(PsapNearPairs::Automatic, 0.01f);
+    for (int set = 0; set < 2000; ++set)
+    {
+        scene.step(set % 97 == 96 ? kInfinity : 0.03f);
+        jumping.step(kInfinity);
+    }
+    EXPECT_EQ(scene.voids, 20);
+    EXPECT_GT(scene.followed, 1500);  // jumps that end a new list make pauses
+    EXPECT_GT(scene.ahead, 200);
+    EXPECT_GT(scene.behind, 15);
+    EXPECT_LT(jumping.behind, 30);
+    EXPECT_GT(jumping.behind, 4);
+}
+
 TEST(PsapNearPolicy, FollowsWhereBoxesGoShortWays)
 {
     for (const float way : {0.0f, 1e-4f, 0.01f, 0.03f, 0.06f})
