@@ -120,7 +120,7 @@ public:
     }
     /// The same for what steps write.
     template <class T>
-    T* mappedForWriting(T* memory) const
+    T* mappedForWriting(T* memory, std::uint64_t /*count*/ = 1) const
     {
         return memory;
     }

@@ -68,6 +68,12 @@ struct ChangeCounts
     }
 };
 
+/// Where changes are told in order: memory of the CPU that an executor may write to.
+struct NamedChanges
+{
+    Pair *added, *removed;  ///< room for as many as are expected
+};
+
 /// What an update tells of itself beside the changes.
 struct UpdateReport
 {
@@ -113,7 +119,6 @@ struct CloseUpdate
     IdBits bits;
     ChangeCounts room;
     std::uint64_t* keys;    ///< [room, out] where there is no change, more than any key
-    Pair* changes;          ///< [room, out] 0
     ChangeBuckets buckets;  ///< [out] counts and ranks; null: keys alone
     UpdateReport* report;   ///< [out]
 
@@ -127,7 +132,6 @@ struct CloseUpdate
             lists.table.slots[i] = LookupTable::kFree;
         if (i >= room.total())
             return;
-        changes[i] = {};
         const bool isRemoved = i >= room.added;
         const std::uint64_t k = isRemoved ? i - room.added : i;
         if (!isComplete || k >= (isRemoved ? counts.removed : counts.added))
@@ -214,7 +218,7 @@ struct OrderBucket
 
     BucketOrder order;
     const std::uint64_t* byBucket;  ///< [changes] of FillBucket
-    Pair* changes;                  ///< [room, out] void where a bucket is overfull
+    NamedChanges changes;           ///< [out] void where a bucket is overfull
     UpdateReport* report;
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
@@ -239,18 +243,22 @@ struct OrderBucket
         if (last - first >= kOverfull)
             setAlike(&report->isOverfull, 1u);
         else
-            changes[(isRemoved ? order.room.added - counts.added : 0) + first + smaller] =
-                order.bits.pairOf(key);
+            (isRemoved ? changes.removed : changes.added)[first - begin + smaller] = order.bits.pairOf(key);
     }
 };
 
 /// Unpacks key i.
 struct UnpackKey
 {
-    const std::uint64_t* keys;
+    const std::uint64_t* keys;  ///< [room] sorted, those of pairs that enter first
     IdBits bits;
-    Pair* pairs;
+    ChangeCounts room;
+    NamedChanges changes;  ///< [room, out]
 
-    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const { pairs[i] = bits.pairOf(keys[i]); }
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    {
+        Pair* const to = i < room.added ? changes.added + i : changes.removed + (i - room.added);
+        *to = bits.pairOf(keys[i]);
+    }
 };
 }  // namespace cullet::psap

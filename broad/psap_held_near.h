@@ -83,8 +83,6 @@ public:
         if (!m_hasNext)
             m_near.policy().noteFollowed(stretch);
         m_isFollowed = stretch <= kMostStretch;
-        if (!m_isFollowed)
-            dropNext();
         return m_isFollowed;
     }
     /// Whether the list can be followed once more in this update: unless another one was to be begun in its place.

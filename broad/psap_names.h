@@ -42,25 +42,26 @@ private:
     static constexpr std::size_t kFew = 256;
 };
 
-/// Where one list of changes comes to on the CPU.
+/// Where one list of changes comes to on the CPU: an executor writes it there, which takes less time than to write it
+/// into its own memory and to copy that.
 template <class Exec>
 class FetchedPairs
 {
 public:
-    /// Asks for a list, which is there after Exec::wait().
+    /// Makes room for a list.
     ///
-    /// @param room of the list, in an executor's memory
-    /// @param pairs [out] not touched before take()
-    void enqueue(Exec& exec, const Pair* list, std::uint64_t room, Pairs& pairs)
+    /// @param pairs [out] of no use before take()
+    /// @return where steps may write it
+    Pair* prepare(Exec& exec, std::uint64_t room, Pairs& pairs)
     {
         pairs.resize(room);
         // Memory that comes back is worth locking; what comes once is faster copied.
         m_isDirect = pairs.data() == m_last && exec.canReach(pairs.data(), pairs.capacity());
         m_last = pairs.data();
         if (m_isDirect)
-            return exec.download(pairs.data(), list, room);
+            return exec.mappedForWriting(pairs.data(), room);
         exec.reserve(m_staged, std::max<std::uint64_t>(room, 1));
-        exec.download(m_staged.data(), list, room);
+        return exec.mappedForWriting(m_staged.data(), room);
     }
 
     /// After Exec::wait().
@@ -157,31 +158,30 @@ private:
         m_room = room;
         for (Buffer<std::uint64_t>& keys : m_keys)
             exec.reserve(keys, room.total());
-        exec.reserve(m_changes, room.total());
         exec.reserve(m_report, 1);
+        const NamedChanges changes = {m_added.prepare(exec, room.added, delta.added),
+                                      m_removed.prepare(exec, room.removed, delta.removed)};
         if (m_updatesToSkip == 0)
-            orderByBuckets(exec, {lists, bits, room, bucketsFor(exec, largestId)});
+            orderByBuckets(exec, {lists, bits, room, bucketsFor(exec, largestId)}, changes);
         else
-            sort(exec, lists, bits);
-        m_added.enqueue(exec, m_changes.data(), room.added, delta.added);
-        m_removed.enqueue(exec, m_changes.data() + room.added, room.removed, delta.removed);
+            sort(exec, lists, bits, changes);
     }
 
     void close(Exec& exec, const ChangeLists& lists, IdBits bits, const ChangeBuckets& buckets)
     {
         exec.forEach(std::max(m_room.total(), lists.table.mask + 1),
-                     CloseUpdate{lists, bits, m_room, m_keys[0].data(), m_changes.data(), buckets,
+                     CloseUpdate{lists, bits, m_room, m_keys[0].data(), buckets,
                                  exec.mappedForWriting(m_report.data())});
     }
 
-    void orderByBuckets(Exec& exec, const BucketOrder& order)
+    void orderByBuckets(Exec& exec, const BucketOrder& order, const NamedChanges& changes)
     {
         close(exec, order.lists, order.bits, order.buckets);
         exec.scan(order.buckets.counts, m_starts.data(), order.buckets.count());
         exec.forEach(std::max<std::uint64_t>(m_room.total(), order.buckets.count()),
                      FillBucket{order, m_keys[0].data(), m_keys[1].data()});
-        exec.forEach(m_room.total(), OrderBucket{order, m_keys[1].data(), m_changes.data(),
-                                                 exec.mappedForWriting(m_report.data())});
+        exec.forEach(m_room.total(),
+                     OrderBucket{order, m_keys[1].data(), changes, exec.mappedForWriting(m_report.data())});
     }
 
     ChangeBuckets bucketsFor(Exec& exec, std::uint32_t largestId)
@@ -213,14 +213,14 @@ private:
         return {first, first + count - 1, shift};
     }
 
-    void sort(Exec& exec, const ChangeLists& lists, IdBits bits)
+    void sort(Exec& exec, const ChangeLists& lists, IdBits bits, const NamedChanges& changes)
     {
         close(exec, lists, bits, {});
         const std::uint64_t* keys = m_keys[0].data();
         std::uint64_t* sorted = m_keys[1].data();
         exec.sortKeys(keys, sorted, m_room.added, 0, bits.keyBits());
         exec.sortKeys(keys + m_room.added, sorted + m_room.added, m_room.removed, 0, bits.keyBits());
-        exec.forEach(m_room.total(), UnpackKey{sorted, bits, m_changes.data()});
+        exec.forEach(m_room.total(), UnpackKey{sorted, bits, m_room, changes});
     }
 
     std::uint64_t m_least;
@@ -231,7 +231,6 @@ private:
     std::uint32_t m_bucketCount = 0;
     Buffer<std::uint32_t> m_counts, m_starts, m_ranks;
     Buffer<std::uint64_t> m_keys[2];  ///< as made, and in order
-    Buffer<Pair> m_changes;
     FetchedPairs<Exec> m_added, m_removed;
     typename Exec::template Staging<UpdateReport> m_report;
 };

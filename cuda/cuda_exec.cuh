@@ -170,13 +170,13 @@ public:
     template <class T>
     const T* mapped(const T* memory, std::uint64_t count)
     {
-        m_bytesMoved += count * sizeof(T);
-        return mappedForWriting(const_cast<T*>(memory));
+        return mappedForWriting(const_cast<T*>(memory), count);
     }
     /// The same for what steps write.
     template <class T>
-    T* mappedForWriting(T* memory) const
+    T* mappedForWriting(T* memory, std::uint64_t count = 1)
     {
+        m_bytesMoved += count * sizeof(T);
         void* address = nullptr;
         CULLET_CUDA_TRY(cudaHostGetDevicePointer(&address, memory, 0));
         return static_cast<T*>(address);

@@ -36,11 +36,11 @@ public:
         ++sorts;
         HostExec::sortKeys(keys, sorted, count, firstBit, endBit);
     }
-    template <class T>
-    void download(T* to, const T* from, std::uint64_t count)
+    using HostExec::mappedForWriting;
+    Pair* mappedForWriting(Pair* list, std::uint64_t count)
     {
-        ++downloads;
-        HostExec::download(to, from, count);
+        ++lists;
+        return HostExec::mappedForWriting(list, count);
     }
     template <class T>
     bool canReach(const T*, std::uint64_t) const
@@ -49,7 +49,7 @@ public:
     }
 
     int sorts = 0;
-    int downloads = 0;
+    int lists = 0;  ///< of changes that were to be written
     bool canLock = true;
 };
 
@@ -111,7 +111,7 @@ protected:
                                    &sides,
                                    m_ids.data()};
         PairDelta& delta = m_delta;
-        m_exec.sorts = m_exec.downloads = 0;
+        m_exec.sorts = m_exec.lists = 0;
         m_names.enqueue(m_exec, lists, largest, delta);
         EXPECT_EQ(m_names.counters().lists.added, added.size());
         EXPECT_EQ(m_names.counters().side, sides);
@@ -125,7 +125,7 @@ protected:
     }
 
     /// How often the last call sent both lists of changes.
-    int askings() const { return m_exec.downloads / 2; }
+    int askings() const { return m_exec.lists / 2; }
 
     /// The lists of changes are other ones from now on.
     void takeOtherLists() { m_delta = {}; }
