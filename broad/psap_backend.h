@@ -117,11 +117,10 @@ private:
         m_near.choose(view);
         m_exec.dropStages();
         m_exec.beginStage("upload");
-        m_exec.reserve(m_tally, 1);
-        m_exec.clear(m_tally.data(), 1);
+        readyTally();
         prepareLists();
         m_near.ready(m_exec);
-        m_rows.send(m_exec, view, m_near.ways(&m_tally.data()->motion),
+        m_rows.send(m_exec, view, m_near.ways(&tally()->motion),
                     [&](std::uint64_t end) { workAhead(view, end); });
         if (!m_near.isFollowed() || !followNear(view, delta))
             searchChanges(view, delta);
@@ -133,6 +132,7 @@ private:
         m_margin = view.margin;
         m_hadFilters = hasFilters;
         m_isFresh = false;
+        m_isTallyEmpty = true;
     }
 
     /// Forgets every row and takes over the pairs given to restart().
@@ -332,7 +332,17 @@ private:
         fetchChanges(delta);
     }
 
-    Counters* counters() const { return &m_tally.data()->counters; }
+    /// There are two: each update leaves that of the next one empty.
+    void readyTally()
+    {
+        m_exec.reserve(m_tallies, 2);
+        if (!m_isTallyEmpty)
+            m_exec.clear(m_tallies.data(), 2);
+        m_isTallyEmpty = false;
+        m_tallySide = 1 - m_tallySide;
+    }
+    Tally* tally() const { return m_tallies.data() + m_tallySide; }
+    Counters* counters() const { return &tally()->counters; }
 
     void growTable(std::uint64_t pairs)
     {
@@ -352,7 +362,7 @@ private:
     {
         const bool tellsMotion = m_isMotionKnown && !m_retestAll;
         return {m_rows.now(),     m_rows.old(), m_rows.filters(),
-                m_rows.changes(), m_retestAll,  tellsMotion ? &m_tally.data()->motion : nullptr};
+                m_rows.changes(), m_retestAll,  tellsMotion ? &tally()->motion : nullptr};
     }
 
     /// The table is in use from here on.
@@ -389,8 +399,17 @@ private:
 
     ChangeLists lists()
     {
-        return {m_added.data(), m_added.size(), m_removed.data(), m_kept.data(),        m_keptDepths.data(),
-                m_kept.size(),  table(),        counters(),       m_search.sideCount(), m_rows.uniqueIds()};
+        return {m_added.data(),
+                m_added.size(),
+                m_removed.data(),
+                m_kept.data(),
+                m_keptDepths.data(),
+                m_kept.size(),
+                table(),
+                counters(),
+                m_search.sideCount(),
+                m_rows.uniqueIds(),
+                m_tallies.data() + 1 - m_tallySide};
     }
 
     void fetchChanges(PairDelta& delta)
@@ -461,7 +480,9 @@ private:
     std::uint64_t m_tableSlots = 0;
     bool m_isTableFree = false;
     Buffer<std::uint64_t> m_table;
-    Buffer<Tally> m_tally;
+    bool m_isTallyEmpty = false;
+    unsigned m_tallySide = 0;
+    Buffer<Tally> m_tallies;
     ChangeNames<Exec> m_names;
     Counters m_counts{};
 };

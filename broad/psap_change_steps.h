@@ -34,6 +34,19 @@ struct IdBits
     }
 };
 
+/// Numbers of the pairs that enter and of those that leave; or room for them, first the ones, then the others.
+struct ChangeCounts
+{
+    std::uint64_t added, removed;
+
+    CULLET_HOST_DEVICE std::uint64_t total() const { return added + removed; }
+
+    CULLET_HOST_DEVICE ChangeCounts atMost(ChangeCounts room) const
+    {
+        return {added < room.added ? added : room.added, removed < room.removed ? removed : room.removed};
+    }
+};
+
 /// The lists of an update, in an executor's memory.
 struct ChangeLists
 {
@@ -47,24 +60,21 @@ struct ChangeLists
     const Counters* counters;
     const std::uint32_t* sides;
     const std::uint32_t* uniqueIds;  ///< by row
+    Tally* next;                     ///< of the next update: set to 0
 
     /// Whether nothing was left out for want of room, so that the search need not run again.
     CULLET_HOST_DEVICE bool areComplete(const ListCounts& counts) const
     {
         return counts.added <= addedRoom && counts.lookups <= table.limit();
     }
-};
 
-/// Numbers of the pairs that enter and of those that leave; or room for them, first the ones, then the others.
-struct ChangeCounts
-{
-    std::uint64_t added, removed;
-
-    CULLET_HOST_DEVICE std::uint64_t total() const { return added + removed; }
-
-    CULLET_HOST_DEVICE ChangeCounts atMost(ChangeCounts room) const
+    /// How many changes there are to be put in order.
+    CULLET_HOST_DEVICE ChangeCounts namedCounts(ChangeCounts room) const
     {
-        return {added < room.added ? added : room.added, removed < room.removed ? removed : room.removed};
+        const ListCounts counts = counters->lists;
+        if (!areComplete(counts))
+            return {0, 0};
+        return ChangeCounts{counts.added, counts.removed}.atMost(room);
     }
 };
 
@@ -154,6 +164,7 @@ private:
         report->counters = *lists.counters;
         report->counters.side = *lists.sides;
         report->isOverfull = 0;
+        *lists.next = {};
     }
 
     CULLET_HOST_DEVICE void name(std::uint64_t i, bool isRemoved, IdPair pair) const
@@ -175,14 +186,7 @@ struct BucketOrder
     ChangeCounts room;
     ChangeBuckets buckets;
 
-    /// How many changes there are to be put in order.
-    CULLET_HOST_DEVICE ChangeCounts counts() const
-    {
-        const ListCounts counts = lists.counters->lists;
-        if (!lists.areComplete(counts))
-            return {0, 0};
-        return ChangeCounts{counts.added, counts.removed}.atMost(room);
-    }
+    CULLET_HOST_DEVICE ChangeCounts counts() const { return lists.namedCounts(room); }
 
     CULLET_HOST_DEVICE std::uint32_t bucketOf(bool isRemoved, std::uint64_t key) const
     {
@@ -244,6 +248,32 @@ struct OrderBucket
             setAlike(&report->isOverfull, 1u);
         else
             (isRemoved ? changes.removed : changes.added)[first - begin + smaller] = order.bits.pairOf(key);
+    }
+};
+
+/// Puts change i in order where there are few: one look at all the others, and no buckets.
+struct RankChange
+{
+    ChangeLists lists;
+    IdBits bits;
+    ChangeCounts room;
+    const std::uint64_t* keys;  ///< [room] of CloseUpdate
+    NamedChanges changes;       ///< [out]
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    {
+        const ChangeCounts counts = lists.namedCounts(room);
+        const bool isRemoved = i >= room.added;
+        const std::uint64_t* const alike = keys + (isRemoved ? room.added : 0);
+        const std::uint64_t count = isRemoved ? counts.removed : counts.added;
+        const std::uint64_t k = isRemoved ? i - room.added : i;
+        if (k >= count)
+            return;
+        const std::uint64_t key = alike[k];
+        std::uint32_t smaller = 0;
+        for (std::uint64_t other = 0; other < count; ++other)
+            smaller += alike[other] < key ? 1 : 0;
+        (isRemoved ? changes.removed : changes.added)[smaller] = bits.pairOf(key);
     }
 };
 

@@ -111,7 +111,7 @@ struct FollowHeld
     const Filter* filters;  ///< as BoxHistory has them
     float margin;
     const std::uint32_t* stretch;  ///< as RowWays has it
-    std::uint64_t* added;  ///< how many pairs enter: void where boxes have gone too far, or the list is void
+    std::uint64_t* added;  ///< how many pairs enter: void where boxes have gone too far
     NearReport* report;    ///< [out]
 
     CULLET_HOST_DEVICE NearItem read(std::uint64_t i) const { return near.read(i, wasHeld); }
@@ -136,7 +136,7 @@ private:
     CULLET_HOST_DEVICE void tellStretch() const
     {
         report->stretch = *stretch;
-        if (!(floatOf(*stretch) <= kMostStretch) || *near.count > near.room)
+        if (!(floatOf(*stretch) <= kMostStretch))
             *added = kVoidCount;  // no index counts any
     }
 

@@ -138,6 +138,8 @@ private:
     template <class T>
     using Buffer = typename Exec::template Buffer<T>;
 
+    // Three launches less than with buckets.
+    static constexpr std::uint64_t kFew = 2048;
     static constexpr std::uint64_t kChangesPerBucket = 2;
     static constexpr std::uint32_t kFewestBuckets = 128;
     // A box that changed many pairs may do so in the next updates.
@@ -161,7 +163,9 @@ private:
         exec.reserve(m_report, 1);
         const NamedChanges changes = {m_added.prepare(exec, room.added, delta.added),
                                       m_removed.prepare(exec, room.removed, delta.removed)};
-        if (m_updatesToSkip == 0)
+        if (room.total() <= kFew)
+            rank(exec, lists, bits, changes);
+        else if (m_updatesToSkip == 0)
             orderByBuckets(exec, {lists, bits, room, bucketsFor(exec, largestId)}, changes);
         else
             sort(exec, lists, bits, changes);
@@ -172,6 +176,12 @@ private:
         exec.forEach(std::max(m_room.total(), lists.table.mask + 1),
                      CloseUpdate{lists, bits, m_room, m_keys[0].data(), buckets,
                                  exec.mappedForWriting(m_report.data())});
+    }
+
+    void rank(Exec& exec, const ChangeLists& lists, IdBits bits, const NamedChanges& changes)
+    {
+        close(exec, lists, bits, {});
+        exec.forEach(m_room.total(), RankChange{lists, bits, m_room, m_keys[0].data(), changes});
     }
 
     void orderByBuckets(Exec& exec, const BucketOrder& order, const NamedChanges& changes)

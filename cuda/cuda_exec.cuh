@@ -326,6 +326,11 @@ public:
     template <class T>
     void scan(const T* in, T* out, std::uint64_t count)
     {
+        if (count <= kMostInBlock)
+        {
+            launch(scanInBlock<T>, 1, kScanThreads, in, out, static_cast<unsigned>(count));
+            return;
+        }
         withScratch<LongScan>(
             count, [&](void* scratch, std::size_t& bytes, auto n)
             { return cub::DeviceScan::ExclusiveSum(scratch, bytes, in, out, n, m_stream); });

@@ -34,6 +34,31 @@ __global__ void __launch_bounds__(kThreadsPerBlock)
         step(i);
 }
 
+inline constexpr unsigned kScanThreads = 1024;
+/// One block sums up so many in the time that CUB's two launches take to start.
+inline constexpr std::uint64_t kMostInBlock = 16 * kScanThreads;
+
+/// out[i] = sum of in[0 .. i-1]. Each thread has a part of them.
+template <class T>
+__global__ void __launch_bounds__(kScanThreads) scanInBlock(const T* in, T* out, unsigned count)
+{
+    using Scan = cub::BlockScan<T, kScanThreads>;
+    __shared__ typename Scan::TempStorage room;
+    const unsigned each = (count + kScanThreads - 1) / kScanThreads;
+    const unsigned begin = threadIdx.x * each;
+    const unsigned end = begin + each < count ? begin + each : count;
+    T sum = 0;
+    for (unsigned i = begin; i < end; ++i)
+        sum += in[i];
+    Scan(room).ExclusiveSum(sum, sum);
+    for (unsigned i = begin; i < end; ++i)
+    {
+        const T own = in[i];
+        out[i] = sum;
+        sum += own;
+    }
+}
+
 /// What a step sees of its list on the GPU: room for some pairs of its warp, which then take one atomic together.
 struct WarpEmitter
 {

@@ -23,6 +23,7 @@ using psap::ChangeNames;
 using psap::Counters;
 using psap::LookupTable;
 using psap::OrderBucket;
+using psap::Tally;
 
 /// HostExec that counts what it sorted and sent.
 class WatchedExec : public psap::HostExec
@@ -35,6 +36,12 @@ public:
     {
         ++sorts;
         HostExec::sortKeys(keys, sorted, count, firstBit, endBit);
+    }
+    template <class T>
+    void scan(const T* in, T* out, std::uint64_t count)
+    {
+        ++scans;
+        HostExec::scan(in, out, count);
     }
     using HostExec::mappedForWriting;
     Pair* mappedForWriting(Pair* list, std::uint64_t count)
@@ -49,6 +56,7 @@ public:
     }
 
     int sorts = 0;
+    int scans = 0;
     int lists = 0;  ///< of changes that were to be written
     bool canLock = true;
 };
@@ -98,6 +106,8 @@ protected:
         counters.lists.kept = 1;
         const std::uint32_t sides = 77;
         std::vector<std::uint64_t> slots(64, 5);
+        Tally next{};
+        next.counters.lists.removed = next.motion = 3;
         m_held.assign(room, IdPair{0, 0});
         std::vector<float> depths(room, 7.0f);
         const ChangeLists lists = {added.data(),
@@ -109,12 +119,14 @@ protected:
                                    LookupTable{slots.data(), slots.size() - 1, &counters.lists.lookups},
                                    &counters,
                                    &sides,
-                                   m_ids.data()};
+                                   m_ids.data(),
+                                   &next};
         PairDelta& delta = m_delta;
-        m_exec.sorts = m_exec.lists = 0;
+        m_exec.sorts = m_exec.scans = m_exec.lists = 0;
         m_names.enqueue(m_exec, lists, largest, delta);
         EXPECT_EQ(m_names.counters().lists.added, added.size());
         EXPECT_EQ(m_names.counters().side, sides);
+        EXPECT_EQ(next.counters.lists.removed + next.motion, 0u);
         m_names.take(m_exec, lists, largest, false, delta);
         EXPECT_EQ(delta.added, named(added));
         EXPECT_EQ(delta.removed, named(removed));
@@ -133,7 +145,9 @@ protected:
     const Pair* addedList() const { return m_delta.added.data(); }
 
     /// Whether the last call put changes in order by buckets alone.
-    bool wentByBuckets() const { return m_exec.sorts == 0; }
+    bool wentByBuckets() const { return m_exec.sorts == 0 && m_exec.scans > 0; }
+    /// Whether it compared all changes with each other.
+    bool wereRanked() const { return m_exec.sorts == 0 && m_exec.scans == 0; }
 
     void recover() { m_names.recover(); }
 
@@ -188,12 +202,22 @@ TEST_F(Names, ChangesOfManyBoxesAreNotSorted)
     EXPECT_TRUE(wentByBuckets());
 }
 
-TEST_F(FewNames, FewChangesNeither)
+TEST_F(FewNames, FewChangesAreRanked)
 {
     expectNamed(chain(100), chain(50, 2));
-    EXPECT_TRUE(wentByBuckets());
+    EXPECT_TRUE(wereRanked());
     expectNamed({}, {});
-    EXPECT_TRUE(wentByBuckets());
+    EXPECT_TRUE(wereRanked());
+    expectNamed(star(600), {});
+    EXPECT_TRUE(wereRanked());
+    expectNamed({}, star(599));
+    EXPECT_TRUE(wereRanked());
+    expectNamed(chain(600), star(600));
+    EXPECT_TRUE(wereRanked());
+    EXPECT_EQ(askings(), 1);
+    expectNamed(chain(1000), star(1100));
+    EXPECT_FALSE(wereRanked());
+    EXPECT_EQ(askings(), 3) << "more than expected, and too many of one box";
 }
 
 TEST_F(FewNames, MoreChangesThanExpectedAreAskedForAgainAndThenExpected)
@@ -216,12 +240,12 @@ TEST_F(FewNames, APairThatFindsNoRoomAmongTheHeldIsNamedAllTheSame)
     EXPECT_EQ(askings(), 1);
 }
 
-TEST_F(Names, ABoxWithMoreChangesThanABucketHasRoomForIsSortedAsWell)
+TEST_F(Names, ABoxWithMoreChangesThanABucketHasRoomForIsNamedAsWell)
 {
     for (const std::uint64_t ofOne : {OrderBucket::kOverfull - 1, OrderBucket::kOverfull})
     {
         expectNamed(star(static_cast<std::uint32_t>(ofOne)), {});
-        EXPECT_EQ(wentByBuckets(), ofOne < OrderBucket::kOverfull) << ofOne;
+        EXPECT_EQ(askings(), ofOne < OrderBucket::kOverfull ? 1 : 2) << ofOne;
     }
 }
 

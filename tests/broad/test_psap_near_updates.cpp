@@ -221,28 +221,60 @@ TEST_P(PsapNearUpdates, TakeMarginsThatNoSkinCanHave)
     }
 }
 
+void setFilters(SteadyWorld& world, Filter filter)
+{
+    for (ProxyId row = 0; row < world.session.table.size(); ++row)
+        world.session.table.setFilter(row, filter);
+}
+
+// In any update between two lists: the next one may have been begun when it shows that there is no room for the pairs.
 TEST_P(PsapNearUpdates, ManyPairsMayEnterAtOnce)
 {
     SCOPED_TRACE("seed 25");
-    SteadyWorld world(GetParam().make(), 25);
-    const auto setFilters = [&](Filter filter)
+    int followed = 0;
+    for (int at = 7; at < 15; ++at)
     {
-        for (ProxyId row = 0; row < world.session.table.size(); ++row)
-            world.session.table.setFilter(row, filter);
-    };
-    setFilters({1, 0});
-    for (int step = 0; step < 4; ++step)
-        ASSERT_TRUE(world.step());
-    EXPECT_EQ(world.session.addedTotal(), 0u);
-    for (int step = 0; step < 8; ++step)
-    {
-        world.move();
-        if (step == 7)
-            setFilters(kEverything);
-        ASSERT_TRUE(world.step());
+        SCOPED_TRACE(at);
+        SteadyWorld world(GetParam().make(), 25);
+        setFilters(world, {1, 0});
+        for (int step = 0; step < at + 3; ++step)
+        {
+            world.move();
+            if (step == at)
+                setFilters(world, kEverything);
+            ASSERT_TRUE(world.step());
+            followed += step == at && world.session.backend().stats().path == std::string("near pairs");
+        }
+        EXPECT_GT(world.session.addedTotal(), 800u);
     }
-    EXPECT_GT(world.session.addedTotal(), 800u);
-    EXPECT_STREQ(world.session.backend().stats().path, "near pairs");
+    EXPECT_GT(followed, 4);
+}
+
+// The same for pairs that leave, while others are held that neither boxes nor filter words tell of.
+TEST_P(PsapNearUpdates, ManyPairsMayLeaveAtOnce)
+{
+    SCOPED_TRACE("seed 26");
+    int followed = 0;
+    for (int at = 7; at < 15; ++at)
+    {
+        SCOPED_TRACE(at);
+        SteadyWorld world(GetParam().make(), 26);
+        setFilters(world, kEverything);
+        world.session.margin = 0.9f;
+        for (int step = 0; step < at + 3; ++step)
+        {
+            world.move();
+            for (std::uint32_t body = 0; body < SteadyWorld::kBodies && step == 5; body += 2)
+                world.refilter(body);
+            if (step == at)
+                world.session.margin = 0;
+            ASSERT_TRUE(world.step());
+            followed += step == at && world.session.backend().stats().path == std::string("near pairs");
+        }
+        EXPECT_GT(world.session.removedTotal(), 80u);
+        EXPECT_GT(world.unwanted, 100u);
+    }
+    EXPECT_GT(followed, 4);
 }
 
 INSTANTIATE_TEST_SUITE_P(Backends, PsapNearUpdates, testing::ValuesIn(nearCases()), backendCaseName);
