@@ -129,9 +129,11 @@ private:
                      const Ready& ready)
     {
         const std::uint64_t room = std::max<std::uint64_t>(m_dirtyCount, 1);
+        m_staging.reserve(exec, room, !isDirect);
+        if (m_dirtyCount <= std::min(kMostRead, m_tablePart))
+            return sendToRead(exec, view, isDirect, ways);
         exec.reserve(m_newBoxes, room);
         exec.reserve(m_newChanges, room);
-        m_staging.reserve(exec, room, !isDirect);
         if (isDirect)
             exec.uploadParts(m_newBoxes.data(), view.boxes, m_dirtyCount, m_tablePart);
         Staged all;
@@ -152,6 +154,17 @@ private:
                 ready(end);
         }
         return all;
+    }
+
+    /// The same for a small table: the step that puts boxes into place reads them from the memory of the CPU.
+    Staged sendToRead(Exec& exec, const ProxyView& view, bool isDirect, const RowWays& ways)
+    {
+        const Staged staged = stageTable(view, 0, m_dirtyCount, !isDirect);
+        apply(exec, 0, m_dirtyCount,
+              {exec.mapped(isDirect ? view.boxes : m_staging.boxes(), m_dirtyCount), false,
+               exec.mapped(m_staging.changes(), 0), nullptr},
+              staged, ways);
+        return staged;
     }
 
     /// Where the changed rows are to be read.
@@ -313,6 +326,9 @@ private:
     // than to wake a thread.
     static constexpr std::size_t kBoxesGrain = 2048;
     static constexpr std::size_t kBitsGrain = 1u << 16;
+
+    // Boxes that a device reads itself in less time than a copy and a launch behind it take.
+    static constexpr std::uint64_t kMostRead = 1u << 13;
 
     // Rows that are sent at once where all are, at most and for each one of the initial capacity.
     static constexpr std::uint64_t kTablePart = 1u << 17;

@@ -250,6 +250,31 @@ TEST_P(PsapNearUpdates, ManyPairsMayEnterAtOnce)
     EXPECT_GT(followed, 4);
 }
 
+// In two steps: there is room for as many that enter, but not for them behind those that are held.
+TEST_P(PsapNearUpdates, MorePairsMayEnterThanThereIsRoomForBehindTheHeldOnes)
+{
+    SCOPED_TRACE("seed 27");
+    int followed = 0;
+    for (int at = 7; at < 15; ++at)
+    {
+        SCOPED_TRACE(at);
+        SteadyWorld world(GetParam().make(), 27);
+        setFilters(world, {1, 0});
+        for (int step = 0; step < at + 3; ++step)
+        {
+            world.move();
+            for (ProxyId row = 0; row < SteadyWorld::kBodies && step == 3; ++row)
+                world.session.table.setFilter(row, row % 4 != 0 ? kEverything : Filter{1, 0});
+            if (step == at)
+                setFilters(world, kEverything);
+            ASSERT_TRUE(world.step());
+            followed += step == at && world.session.backend().stats().path == std::string("near pairs");
+        }
+        EXPECT_GT(world.session.addedTotal(), 800u);
+    }
+    EXPECT_GT(followed, 4);
+}
+
 // The same for pairs that leave, while others are held that neither boxes nor filter words tell of.
 TEST_P(PsapNearUpdates, ManyPairsMayLeaveAtOnce)
 {
