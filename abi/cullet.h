@@ -113,7 +113,7 @@ typedef struct cullet_broadphase_options
     uint32_t size;          /**< sizeof(cullet_broadphase_options) */
     int32_t backend;        /**< CULLET_BACKEND_AUTO, ... */
     int32_t threads;        /**< of the CPU backends; 0: as many as the machine has */
-    uint32_t device_bodies; /**< CULLET_BACKEND_AUTO: bodies from which on CUDA is used; 0: 4096 */
+    uint32_t device_bodies; /**< CULLET_BACKEND_AUTO: bodies from which on CUDA is used; 0: 2048 */
     double margin; /**< pairs leave when boxes are 2 * margin apart; 0: Bullet's, 0.05; negative: none */
 } cullet_broadphase_options;
 
