@@ -17,7 +17,7 @@ namespace cullet::test
 {
 namespace
 {
-/// Ranges of this program, in the order in which they were opened.
+/// Ranges of a thread, in the order in which they were opened.
 struct SeenRanges
 {
     std::vector<std::string> names;
@@ -27,7 +27,8 @@ struct SeenRanges
 
 SeenRanges& seen()
 {
-    static SeenRanges ranges;
+    // Other tests of this program have backends on several threads.
+    static thread_local SeenRanges ranges;
     return ranges;
 }
 
