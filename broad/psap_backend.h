@@ -430,7 +430,8 @@ private:
         if (isKeptShort)
         {
             m_exec.reserveKeeping(m_kept, counts.kept + counts.added, counts.kept);
-            m_exec.reserveKeeping(m_keptDepths, m_kept.size(), counts.kept);
+            // None are told where near pairs are followed.
+            m_exec.reserveKeeping(m_keptDepths, m_kept.size(), m_near.isFollowed() ? 0 : counts.kept);
         }
         m_names.take(m_exec, lists(), m_rows.largestId(), isKeptShort, delta);
         if (!m_vanished.empty())
