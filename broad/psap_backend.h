@@ -127,6 +127,7 @@ private:
         takeChanges(delta);
         beginNearBehind();
         m_exec.beginStage(nullptr);
+        m_rows.growOldBehind(m_exec);
         m_exec.takeStages(m_stats.stages);
         m_stats.bytesMoved = m_exec.takeBytesMoved();
         m_margin = view.margin;

@@ -36,6 +36,7 @@ public:
     {
         m_rowCount = 0;
         m_dirtyCount = 0;
+        m_areOld = false;
         m_hasFilters = false;
         m_isFresh = true;
     }
@@ -66,6 +67,16 @@ public:
         m_hasFilters = view.filters != nullptr;
         m_rowCount = view.size;
         m_isFresh = false;
+    }
+
+    /// Rows that changed in this update grow old already, so that the next one need not begin with that. No more is asked about
+    /// this one. Not where all have changed: then two arrays may be exchanged instead.
+    void growOldBehind(Exec& exec)
+    {
+        if (m_dirtyIsAll || m_areOld)
+            return;
+        ageChanged(exec);
+        m_areOld = true;
     }
 
     std::uint64_t count() const { return m_rowCount; }
@@ -115,8 +126,14 @@ private:
         // What stands here is old altogether then.
         if (!m_isFresh && view.size == m_rowCount && sendsAll)
             std::swap(m_now, m_old);
-        else
-            exec.forEach(m_dirtyCount, AgeRow{dirtyRows(), m_now.data(), m_old.data(), m_changes.data()});
+        else if (!m_areOld)
+            ageChanged(exec);
+        m_areOld = false;
+    }
+
+    void ageChanged(Exec& exec)
+    {
+        exec.forEach(m_dirtyCount, AgeRow{dirtyRows(), m_now.data(), m_old.data(), m_changes.data()});
     }
 
     const std::uint32_t* dirtyRows() const { return m_dirtyIsAll ? nullptr : m_dirty.data(); }
@@ -360,6 +377,7 @@ private:
     bool m_haveAllChanged = false;
     bool m_areRowsTold = false;  ///< scattered rows have only moved, and are read from the dirty list itself
     bool m_dirtyIsAll = false;   ///< all rows were sent in the last update
+    bool m_areOld = false;       ///< those that were are old ones already
     std::uint64_t m_dirtyCount = 0;  ///< rows sent then
     RowStaging<Exec> m_staging;
     std::vector<Staged> m_summaries;  ///< by task
