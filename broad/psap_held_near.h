@@ -44,6 +44,7 @@ public:
     /// The list is of no use: rows will be others.
     void forget() { m_near.policy().forget(); }
 
+    /// Makes room for what is counted. Before ways().
     void ready(Exec& exec)
     {
         if (m_reports.size() != 0)

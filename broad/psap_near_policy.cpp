@@ -47,8 +47,7 @@ bool NearPolicy::beginsAhead()
 {
     const float expected = m_stretch + m_step;
     const bool isLast = expected <= kMostStretch && !(expected + m_step <= kMostStretch);
-    // Of a younger list too little is known.
-    if (!m_hasList || m_age == 0 || !isLast || m_pause != 0 || !canBegin())
+    if (!m_hasList || !isLast || m_pause != 0 || !canBegin())
         return false;
     noteFollowed(expected);
     end(expected + m_step);
