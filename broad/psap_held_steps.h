@@ -111,8 +111,8 @@ struct FollowHeld
     const Filter* filters;  ///< as BoxHistory has them
     float margin;
     const std::uint32_t* stretch;  ///< as RowWays has it
-    std::uint64_t* added;  ///< how many pairs enter: void where boxes have gone too far
-    NearReport* report;    ///< [out]
+    std::uint64_t* added;          ///< how many pairs enter: void where boxes have gone too far
+    NearReport* report;            ///< [out]
 
     CULLET_HOST_DEVICE NearItem read(std::uint64_t i) const { return near.read(i, wasHeld); }
 
