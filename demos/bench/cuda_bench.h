@@ -37,12 +37,13 @@ struct CudaBenchOptions
 /// whose boxes move alike, have to agree.
 /// Columns: scene, variant, bodies, pairs, gpu_ms and end_to_end_ms (medians; 0: not measured), p90_ms and max_ms of the same
 /// times, bytes of device memory held (of a copy: bytes copied), bytes_moved, floor_ms, times_floor, over_uniform,
-/// over_best, late_frames, hash, cuda.
+/// over_best, late_frames, behind_ms, hash, cuda.
 /// bytes_moved: of pairs the least, boxes in and pairs out; of update() what went over the bus in the last frame; of a
 /// stage of it the least that it has to move (cuda_floor.h). floor_ms: what this device takes to copy as many, in its memory
 /// or over the bus, by the rows of scene `copy`; times_floor: the time of the row in floors. over_uniform: over that of
 /// the same variant in W1 with as many bodies; of one along an axis that was not measured there, of the one along its own.
 /// over_best: of what is chosen, over the best order. late_frames: in which the search ran twice; both count.
+/// behind_ms: what the device still does when an update is done, mean.
 ///
 /// @throws ProgramError: kExitUnavailable without a device, or in a build without CUDA; kExitDisagreement where a hash is
 ///     not that of the rows before
