@@ -227,82 +227,90 @@ void setFilters(SteadyWorld& world, Filter filter)
         world.session.table.setFilter(row, filter);
 }
 
-// In any update between two lists: the next one may have been begun when it shows that there is no room for the pairs.
+/// Worlds in which something happens at once, each in another one of the updates between two lists: the next list may have
+/// been begun when it shows what that was.
+///
+/// @param prepare called before each update with its number
+/// @param happen  called once, before an update that follows near pairs, in most worlds
+/// @param check   called with each world in the end
+template <class Prepare, class Happen, class Check>
+void tryBetweenLists(const BackendCase& backend, std::uint32_t seed, const Prepare& prepare,
+                     const Happen& happen, const Check& check)
+{
+    int followed = 0;
+    for (int at = 7; at < 15; ++at)
+    {
+        SCOPED_TRACE("seed " + std::to_string(seed) + ", at " + std::to_string(at));
+        SteadyWorld world(backend.make(), seed);
+        for (int step = 0; step < at + 3; ++step)
+        {
+            world.move();
+            prepare(world, step);
+            if (step == at)
+                happen(world);
+            ASSERT_TRUE(world.step());
+            followed += step == at && world.session.backend().stats().path == std::string("near pairs");
+        }
+        check(world);
+    }
+    EXPECT_GT(followed, 4);
+}
+
 TEST_P(PsapNearUpdates, ManyPairsMayEnterAtOnce)
 {
-    SCOPED_TRACE("seed 25");
-    int followed = 0;
-    for (int at = 7; at < 15; ++at)
-    {
-        SCOPED_TRACE(at);
-        SteadyWorld world(GetParam().make(), 25);
-        setFilters(world, {1, 0});
-        for (int step = 0; step < at + 3; ++step)
+    tryBetweenLists(
+        GetParam(), 25,
+        [](SteadyWorld& world, int step)
         {
-            world.move();
-            if (step == at)
-                setFilters(world, kEverything);
-            ASSERT_TRUE(world.step());
-            followed += step == at && world.session.backend().stats().path == std::string("near pairs");
-        }
-        EXPECT_GT(world.session.addedTotal(), 800u);
-    }
-    EXPECT_GT(followed, 4);
+            if (step == 0)
+                setFilters(world, {1, 0});
+        },
+        [](SteadyWorld& world) { setFilters(world, kEverything); },
+        [](const SteadyWorld& world) { EXPECT_GT(world.session.addedTotal(), 800u); });
 }
 
-// In two steps: first those of some boxes. With half of them there is no room for all that enter later, with three
-// quarters there is, but not behind those that are held.
+// First those of some boxes. With half of them there is no room for all that enter later, with three quarters there is, but not
+// behind those that are held.
 TEST_P(PsapNearUpdates, MorePairsMayEnterThanThereIsRoomForBesideTheHeldOnes)
 {
-    SCOPED_TRACE("seed 27");
-    int followed = 0;
-    for (int k = 0; k < 16; ++k)
+    for (const ProxyId share : {2u, 4u})
     {
-        SCOPED_TRACE(k);
-        const int at = 7 + k / 2;
-        const ProxyId share = k % 2 == 0 ? 2 : 4;
-        SteadyWorld world(GetParam().make(), 27);
-        setFilters(world, {1, 0});
-        for (int step = 0; step < at + 3; ++step)
-        {
-            world.move();
-            for (ProxyId row = 0; row < SteadyWorld::kBodies && step == 3; ++row)
-                world.session.table.setFilter(row, row % share != 0 ? kEverything : Filter{1, 0});
-            if (step == at)
-                setFilters(world, kEverything);
-            ASSERT_TRUE(world.step());
-            followed += step == at && world.session.backend().stats().path == std::string("near pairs");
-        }
-        EXPECT_GT(world.session.addedTotal(), 800u);
+        SCOPED_TRACE(share);
+        tryBetweenLists(
+            GetParam(), 27,
+            [share](SteadyWorld& world, int step)
+            {
+                if (step == 0)
+                    setFilters(world, {1, 0});
+                for (ProxyId row = 0; row < SteadyWorld::kBodies && step == 3; ++row)
+                    world.session.table.setFilter(row, row % share != 0 ? kEverything : Filter{1, 0});
+            },
+            [](SteadyWorld& world) { setFilters(world, kEverything); },
+            [](const SteadyWorld& world) { EXPECT_GT(world.session.addedTotal(), 800u); });
     }
-    EXPECT_GT(followed, 8);
 }
 
-// The same for pairs that leave, while others are held that neither boxes nor filter words tell of.
+// While others are held that neither boxes nor filter words tell of.
 TEST_P(PsapNearUpdates, ManyPairsMayLeaveAtOnce)
 {
-    SCOPED_TRACE("seed 26");
-    int followed = 0;
-    for (int at = 7; at < 15; ++at)
-    {
-        SCOPED_TRACE(at);
-        SteadyWorld world(GetParam().make(), 26);
-        setFilters(world, kEverything);
-        world.session.margin = 0.9f;
-        for (int step = 0; step < at + 3; ++step)
+    tryBetweenLists(
+        GetParam(), 26,
+        [](SteadyWorld& world, int step)
         {
-            world.move();
+            if (step == 0)
+            {
+                setFilters(world, kEverything);
+                world.session.margin = 0.9f;
+            }
             for (std::uint32_t body = 0; body < SteadyWorld::kBodies && step == 5; body += 2)
                 world.refilter(body);
-            if (step == at)
-                world.session.margin = 0;
-            ASSERT_TRUE(world.step());
-            followed += step == at && world.session.backend().stats().path == std::string("near pairs");
-        }
-        EXPECT_GT(world.session.removedTotal(), 80u);
-        EXPECT_GT(world.unwanted, 100u);
-    }
-    EXPECT_GT(followed, 4);
+        },
+        [](SteadyWorld& world) { world.session.margin = 0; },
+        [](const SteadyWorld& world)
+        {
+            EXPECT_GT(world.session.removedTotal(), 80u);
+            EXPECT_GT(world.unwanted, 100u);
+        });
 }
 
 INSTANTIATE_TEST_SUITE_P(Backends, PsapNearUpdates, testing::ValuesIn(nearCases()), backendCaseName);
