@@ -249,7 +249,8 @@ public:
 
     /// As forEachTogether() for a step whose indices work in groups: those of the lanes of a warp on a GPU, here each alone. They share
     /// emit.room(), a Step::Room, between two emit.sync(). All of a group have to be together in each call of emit:
-    /// ballot() tells whose lanes say yes, from() what another lane has, sum() and least() what comes of all.
+    /// ballot() tells whose lanes say yes, from() what another lane has, sum() and least() what comes of all; appendEach() appends
+    /// the pair of each bit that is set.
     template <class Step>
     void forEachGrouped(std::uint64_t count, const Step& step, const PairList& list)
     {
@@ -435,6 +436,12 @@ private:
         std::uint32_t from(std::uint32_t value, std::uint32_t) const { return value; }
         std::uint32_t sum(std::uint32_t value) const { return value; }
         float least(float value, bool) const { return value; }
+        template <class PairAt>
+        void appendEach(std::uint32_t bits, const PairAt& pairAt)
+        {
+            for (; bits != 0; bits &= bits - 1)
+                this->push(pairAt(lowestBit(bits)));
+        }
 
     private:
         Room m_room = {};

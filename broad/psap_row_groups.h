@@ -5,10 +5,11 @@
 #include "broad/psap_rows.h"
 
 #include <cstdint>
+#include <type_traits>
 
 /// The search with rows where the records of a warp search together: what the box around all of them may meet is read once,
 /// a record by each lane, and only what that box meets is tested by each lane. For many levels, where a box alone looks at
-/// many cells for few partners.
+/// many cells for few partners, and for many pairs, where the boxes of a warp have most of their partners in common.
 ///
 /// The plan lays the cells in a serpentine (RowLevel::isSerpentine), so that records one behind the other lie side by side.
 /// As with a box alone, any plan gives the same pairs.
@@ -30,92 +31,46 @@ struct Region
     }
 };
 
-/// A box in two words, of less precision: three axes of 9 bits each, with a bit between them.
-struct PackedBox
-{
-    static constexpr std::uint32_t kLargest = 511;
-    static constexpr std::uint32_t kAllLargest = kLargest | kLargest << 10 | kLargest << 20;
-    static constexpr std::uint32_t kGuards = ~kAllLargest & 0x3fffffffu;
-
-    std::uint32_t low, high;
-
-    /// For meets(): the guards are set, and of a subtraction each stays set where nothing was borrowed.
-    CULLET_HOST_DEVICE PackedBox guarded() const { return {(kAllLargest - low) | kGuards, high | kGuards}; }
-
-    /// @param other guarded()
-    CULLET_HOST_DEVICE bool meets(PackedBox other) const
-    {
-        const std::uint32_t differences = (other.low - (kAllLargest - high)) & (other.high - low);
-        return (differences & kGuards) == kGuards;
-    }
-};
-
-/// How boxes are packed that meet a region. Monotone along each axis, so that boxes that meet do so when packed.
-struct Packing
-{
-    float s0, u0, v0;
-    float scaleS, scaleU, scaleV;
-
-    CULLET_HOST_DEVICE static Packing of(const Region& region)
-    {
-        return {region.s0,
-                region.u0,
-                region.v0,
-                inverse(region.s1 - region.s0),
-                inverse(region.u1 - region.u0),
-                inverse(region.v1 - region.v0)};
-    }
-
-    CULLET_HOST_DEVICE PackedBox operator()(const RowRecord& box) const
-    {
-        return {packed(box.front.s0, box.front.u0, box.back.v0),
-                packed(box.front.s1, box.front.u1, box.back.v1)};
-    }
-
-private:
-    CULLET_HOST_DEVICE std::uint32_t packed(float s, float u, float v) const
-    {
-        return part(s, s0, scaleS) | part(u, u0, scaleU) << 10 | part(v, v0, scaleV) << 20;
-    }
-
-    CULLET_HOST_DEVICE static float inverse(float length)
-    {
-#ifdef __CUDA_ARCH__
-        return __fdividef(1.0f, length);
-#else
-        return 1.0f / length;
-#endif
-    }
-
-    /// NaN, from zero times infinity where a region has no length, is the begin of it.
-    CULLET_HOST_DEVICE static std::uint32_t part(float value, float origin, float scale)
-    {
-        const float scaled = (value - origin) * scale;
-#ifdef __CUDA_ARCH__
-        const float share = __saturatef(scaled);
-#else
-        const float share = scaled > 0 ? (scaled < 1 ? scaled : 1.0f) : 0.0f;
-#endif
-        // The sum has the whole number in its last bits, sooner than a conversion.
-        constexpr float kToLastBits = 8388608.0f;
-        return bitsOf(share * static_cast<float>(PackedBox::kLargest) + kToLastBits) & PackedBox::kLargest;
-    }
-};
-
-/// What the lanes of a group share.
+/// What the lanes of a group share: records to be tested, in a ring. In three parts, so that lanes one behind the other write
+/// side by side, and a record that all lanes test is read in as few steps as it has words.
 struct GroupRoom
 {
     static constexpr std::uint32_t kTestsTogether = 32;
-    static constexpr std::uint32_t kWaiting = 2 * kTestsTogether;
+    static constexpr std::uint32_t kRecords = 2 * kTestsTogether;
 
-    alignas(16) PackedBox boxes[kTestsTogether];
-    std::uint32_t waiting[kWaiting];  ///< records to be tested, in a ring
-};
+    struct alignas(8) Height
+    {
+        float v0, v1;
+    };
 
-/// Packed boxes do not tell for sure.
-struct TestPackedFirst
-{
-    CULLET_HOST_DEVICE static bool isPair(const RowRecord& a, const RowRecord& b) { return meets(a, b); }
+    RowRecord::Front fronts[kRecords];
+    Height heights[kRecords];
+    std::uint32_t rows[kRecords];
+
+    CULLET_HOST_DEVICE void put(std::uint32_t k, const RowRecord& record)
+    {
+        fronts[k] = record.front;
+        heights[k] = {record.back.v0, record.back.v1};
+        rows[k] = record.back.row;
+    }
+    /// But for the bin.
+    CULLET_HOST_DEVICE RowRecord at(std::uint32_t k) const
+    {
+        return {fronts[k], {heights[k].v0, heights[k].v1, rows[k], kNoBin}};
+    }
+
+    /// Bit j: record first + j meets this one.
+    template <std::uint32_t kCount>
+    CULLET_HOST_DEVICE std::uint32_t hitsAmong(const RowRecord& record, std::uint32_t first) const
+    {
+        std::uint32_t hits = 0;
+#ifdef __CUDA_ARCH__
+#pragma unroll
+#endif
+        for (std::uint32_t j = 0; j < kCount; ++j)
+            hits |= (meets(record, at(first + j)) ? 1u : 0u) << j;
+        return hits;
+    }
 };
 
 /// Step 4, as SearchRows, for records that search together: those of the lanes of a group. Of two records the first one
@@ -125,7 +80,7 @@ struct SearchGroups
 {
     using Room = GroupRoom;
 
-    RowPartners<IsNew, TestPackedFirst> partners;
+    RowPartners<IsNew, TestAtOnce> partners;
     RowOrder order;
 
     /// @param isIndex false for what only fills up a group
@@ -155,8 +110,6 @@ private:
         std::uint32_t lanes;
         bool isMine;  ///< this lane is one
         Region region;
-        Packing packing;
-        PackedBox own;  ///< of this lane
     };
 
     template <class Emit>
@@ -167,8 +120,7 @@ private:
         const auto most = [&](float value) { return -emit.least(-value, isMine); };
         const Region region = {least(self.front.s0), most(self.front.s1), least(self.front.u0),
                                most(self.front.u1),  least(self.back.v0), most(self.back.v1)};
-        const Packing packing = Packing::of(region);
-        return {lanes, isMine, region, packing, packing(self)};
+        return {lanes, isMine, region};
     }
 
     template <class Test, class Emit>
@@ -178,7 +130,7 @@ private:
         const RowRecord self = partners.records[isRecord ? index : totals.records - 1];
         const std::uint32_t all = emit.ballot(isRecord);
         Members members = membersOf(self, isRecord, all, emit);
-        searchGroup(self, index, members, entryTest, emit);
+        searchGroup(self, members, entryTest, emit);
         std::uint32_t finest = 0;
         // Those of one level, and then those of the next one, where the group has some of each.
         for (std::uint32_t rest = all; rest != 0;)
@@ -193,33 +145,50 @@ private:
             for (std::uint32_t k = finest; k < totals.levels; ++k)
                 searchLevel(self, index, partners.plan->levels[k], isHere, here, members, entryTest, emit);
         }
-        partners.report(self, entryTest, emit);
     }
 
     /// Tests the records of the group against each other: each lane those of the lanes behind it, up to half way around.
     template <class Test, class Emit>
-    CULLET_HOST_DEVICE void searchGroup(const RowRecord& self, std::uint32_t index, const Members& members,
-                                        const Test& entryTest, Emit& emit) const
+    CULLET_HOST_DEVICE void searchGroup(const RowRecord& self, const Members& members, const Test& entryTest,
+                                        Emit& emit) const
     {
         constexpr std::uint32_t kHalf = Emit::kLanes / 2;
         const std::uint32_t lane = emit.lane();
-        emit.room().boxes[lane] = members.own.guarded();
+        RowRecord own = self;
+        if (!members.isMine)
+            own.front = {kInfinity, -kInfinity, kInfinity, -kInfinity};
+        // The first half once more, behind all, so that no lane has to count around.
+        emit.room().put(lane, own);
+        if (lane + kHalf < Emit::kLanes)
+            emit.room().put(Emit::kLanes + lane, own);
         emit.sync();
-        const auto behind = [&](std::uint32_t k) { return (lane + 1 + k) % Emit::kLanes; };
-        std::uint32_t hits = 0;
-        for (std::uint32_t k = 0; k < kHalf; ++k)
-            hits |= (members.own.meets(emit.room().boxes[behind(k)]) ? 1u : 0u) << k;
+        std::uint32_t hits = emit.room().template hitsAmong<kHalf>(own, lane + 1);
         // Of two lanes opposite each other the first.
         if (lane >= kHalf)
             hits &= ~(1u << kHalf >> 1);
-        if (members.lanes >> (Emit::kLanes - 1) == 0)
-            for (std::uint32_t k = 0; k < kHalf; ++k)
-                hits &= (members.lanes >> behind(k) & 1u) != 0 ? ~0u : ~(1u << k);
-        partners.keep(
-            self, members.isMine ? hits : 0, [&](std::uint32_t k) { return index - lane + behind(k); },
-            entryTest, emit);
+        report(self, hits, lane + 1, entryTest, emit);
         emit.tested(kHalf);
         emit.sync();
+    }
+
+    /// Appends the record's pairs with those of the room that are told by bits, `first` being the lowest, if they enter.
+    template <class Test, class Emit>
+    CULLET_HOST_DEVICE void report(const RowRecord& self, std::uint32_t hits, std::uint32_t first,
+                                   const Test& entryTest, Emit& emit) const
+    {
+        const auto pairWith = [&](std::uint32_t k) -> IdPair {
+            return {self.back.row, emit.room().rows[first + k]};
+        };
+        if constexpr (!std::is_same_v<Test, EveryPair>)
+        {
+            for (std::uint32_t rest = hits; rest != 0; rest &= rest - 1)
+            {
+                const std::uint32_t k = lowestBit(rest);
+                const auto depth = [&] { return overlapOf(self, emit.room().at(first + k)); };
+                hits &= entryTest(pairWith(k), depth) ? ~0u : ~(1u << k);
+            }
+        }
+        emit.appendEach(hits, pairWith);
     }
 
     /// Searches a level for the lanes that are here, in as large parts as it can be done.
@@ -307,17 +276,17 @@ private:
                 const std::uint32_t end = emit.from(range.end, lowestBit(some));
                 for (std::uint32_t i = emit.from(range.begin, lowestBit(some)); i < end; i += Emit::kLanes)
                 {
-                    const std::uint32_t other = i + emit.lane();
-                    const bool isNear = other < end && members.region.meets(partners.records[other]);
+                    const bool isRecord = i + emit.lane() < end;
+                    const RowRecord other = partners.records[isRecord ? i + emit.lane() : end - 1];
+                    const bool isNear = isRecord && members.region.meets(other);
                     const std::uint32_t near = emit.ballot(isNear);
                     if (isNear)
-                        emit.room().waiting[(head + waiting + emit.rankIn(near)) % GroupRoom::kWaiting] =
-                            other;
+                        emit.room().put((head + waiting + emit.rankIn(near)) % GroupRoom::kRecords, other);
                     waiting += emit.countOf(near);
                     if (waiting < GroupRoom::kTestsTogether)
                         continue;
                     testWaiting(self, members, head, GroupRoom::kTestsTogether, entryTest, emit);
-                    head += GroupRoom::kTestsTogether;
+                    head = (head + GroupRoom::kTestsTogether) % GroupRoom::kRecords;
                     waiting -= GroupRoom::kTestsTogether;
                 }
             }
@@ -332,26 +301,16 @@ private:
     CULLET_HOST_DEVICE void testWaiting(const RowRecord& self, const Members& members, std::uint32_t head,
                                         std::uint32_t count, const Test& entryTest, Emit& emit) const
     {
-        const auto recordAt = [&](std::uint32_t k)
-        { return emit.room().waiting[(head + k) % GroupRoom::kWaiting]; };
-        emit.sync();
-        for (std::uint32_t k = emit.lane(); k < count; k += Emit::kLanes)
-            emit.room().boxes[k] = members.packing(partners.records[recordAt(k)]).guarded();
         emit.sync();
         std::uint32_t hits = 0;
         for (std::uint32_t k = 0; k < count; k += kUnrolled)
-        {
-            std::uint32_t some = 0;
-            for (std::uint32_t j = 0; j < kUnrolled; ++j)
-                some |= (members.own.meets(emit.room().boxes[k + j]) ? 1u : 0u) << j;
-            hits |= some << k;
-        }
+            hits |= emit.room().template hitsAmong<kUnrolled>(self, head + k) << k;
         hits = count < 32 ? hits & ((1u << count) - 1u) : hits;
-        partners.keep(self, members.isMine ? hits : 0, recordAt, entryTest, emit);
+        report(self, members.isMine ? hits : 0, head, entryTest, emit);
         emit.tested(count);
         emit.sync();
     }
     static constexpr std::uint32_t kUnrolled = 8;
-    static_assert(GroupRoom::kTestsTogether % kUnrolled == 0, "boxes beyond the last one are looked at");
+    static_assert(GroupRoom::kTestsTogether % kUnrolled == 0, "records beyond the last one are looked at");
 };
 }  // namespace cullet::psap

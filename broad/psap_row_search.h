@@ -42,8 +42,8 @@ public:
     void emit(Exec& exec, const IsNew& isNew, const PairList& pairs)
     {
         if (m_isGrouped)
-            exec.forEachGrouped(m_input.count,
-                                SearchGroups<IsNew>{partners<TestPackedFirst>(isNew), rowOrder()}, pairs);
+            exec.forEachGrouped(m_input.count, SearchGroups<IsNew>{partners<TestAtOnce>(isNew), rowOrder()},
+                                pairs);
         else if (exec.hasSpareLanes() && m_input.count <= kBoxesWithSharers)
             emitSharing<TestInTurn, 4>(exec, isNew, pairs);
         else if (isRadix())

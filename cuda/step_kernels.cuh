@@ -16,13 +16,16 @@ inline constexpr unsigned kThreadsPerBlock = 256;
 /// On a multiprocessor: more lanes to wait with, fewer registers. Turing's holds 1,024 threads, later ones 1,536 and more.
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ < 800
 inline constexpr unsigned kTogetherBlocks = 8;
+inline constexpr unsigned kGroupedBlocks = 8;
 #else
 inline constexpr unsigned kTogetherBlocks = 12;
+inline constexpr unsigned kGroupedBlocks = 10;
 #endif
 /// More registers, where a small world's blocks run all at once.
 inline constexpr unsigned kDealtBlocks = 8;
 /// Pairs that a warp of a search by rows has room for: more make it ask for places less often, and leave less of the cache.
 inline constexpr unsigned kPairsOfRows = 192;
+inline constexpr unsigned kPairsOfGroups = 192;
 inline constexpr unsigned kWarpBuffer = 384;  ///< pairs that a warp keeps before they go to the list
 
 template <class Step>
@@ -228,17 +231,17 @@ __global__ void __launch_bounds__(kEmitThreads, 8)
     }
 }
 
+using GroupedPairs = TogetherEmitter<kPairsOfGroups>;
+
 /// The same where the lanes of a warp are a group.
 template <class Room>
-struct GroupEmitter : KeepingEmitter<>
+struct GroupEmitter : GroupedPairs
 {
     static constexpr std::uint32_t kLanes = 32;
 
     Room* shared;  ///< of the warp
 
-    __device__ GroupEmitter(const KeepingEmitter& emitter, Room* room) : KeepingEmitter(emitter), shared(room)
-    {
-    }
+    __device__ GroupEmitter(const GroupedPairs& emitter, Room* room) : GroupedPairs(emitter), shared(room) {}
 
     __device__ Room& room() const { return *shared; }
     __device__ std::uint32_t lane() const { return threadIdx.x % kLanes; }
@@ -268,7 +271,47 @@ struct GroupEmitter : KeepingEmitter<>
         return fromOrdered(leastOf(isMine ? ordered(value) : 0x7fffffff));
     }
 
+    /// Appends pairAt(k) for the bits k of each lane. Lanes write theirs side by side, so that none waits for a vote on each.
+    template <class PairAt>
+    __device__ void appendEach(std::uint32_t bits, const PairAt& pairAt)
+    {
+        const unsigned count = __popc(bits);
+        const unsigned upTo = sumUpTo(count);
+        const unsigned total = __shfl_sync(kAll, upTo, 31);
+        if (held + total > kRoom)
+            finish();
+        if (total > kRoom)
+            return appendInTurn(bits, pairAt);
+        std::uint32_t to = buffer + sizeof(IdPair) * (held + upTo - count);
+        for (; bits != 0; to += sizeof(IdPair))
+        {
+            const unsigned k = 31u - __clz(bits);
+            storeShared(to, pairAt(k));
+            bits ^= 1u << k;
+        }
+        held += total;
+    }
+
 private:
+    template <class PairAt>
+    __device__ void appendInTurn(std::uint32_t bits, const PairAt& pairAt)
+    {
+        for (; any(bits != 0); bits &= bits - 1)
+            append(bits != 0, bits != 0 ? pairAt(lowestBit(bits)) : IdPair{});
+    }
+
+    /// Of the lanes up to this one.
+    __device__ unsigned sumUpTo(unsigned value) const
+    {
+#pragma unroll
+        for (unsigned distance = 1; distance < kLanes; distance *= 2)
+        {
+            const unsigned before = __shfl_up_sync(kAll, value, distance);
+            value += lane() >= distance ? before : 0;
+        }
+        return value;
+    }
+
     /// Ordered as the float is.
     __device__ static int ordered(float value)
     {
@@ -292,14 +335,13 @@ private:
 };
 
 template <class Step>
-__global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
+__global__ void __launch_bounds__(kEmitThreads, kGroupedBlocks)
     runGrouped(std::uint64_t end, const Step step, const PairList list)
 {
     using Room = typename Step::Room;
-    __shared__ alignas(8) IdPair buffers[kEmitThreads / 32][KeepingEmitter<>::kRoom];
-    __shared__ std::uint32_t kept[KeepingEmitter<>::kMostKept * kEmitThreads];
+    __shared__ alignas(8) IdPair buffers[kEmitThreads / 32][GroupedPairs::kRoom];
     __shared__ Room rooms[kEmitThreads / 32];
-    GroupEmitter<Room> emit({buffers[threadIdx.x / 32], kept, list}, &rooms[threadIdx.x / 32]);
+    GroupEmitter<Room> emit({buffers[threadIdx.x / 32], list}, &rooms[threadIdx.x / 32]);
     const std::uint64_t i = static_cast<std::uint64_t>(blockIdx.x) * kEmitThreads + threadIdx.x;
     step(i, i < end, emit);
     emit.finish();

@@ -1,0 +1,152 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// Records that search together, as the lanes of a warp do on a GPU: the pairs are those that there are, whatever the scene.
+
+#include "broad/psap_pipeline.h"
+#include "tests/broad/warp_exec.h"
+#include "tests/support/boxes.h"
+#include "tests/support/pair_lists.h"
+#include "tests/support/random.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace cullet::test
+{
+namespace
+{
+struct Found
+{
+    Pairs pairs;
+    std::uint32_t levels = 0;
+    std::uint32_t largestSum = 0;
+    std::uint32_t mostAtOnce = 0;
+};
+
+template <class IsNew>
+Found searchTogether(const std::vector<Aabb>& boxes, const IsNew& isNew, PsapOptions options = {})
+{
+    options.order = PsapOrder::Counting;
+    options.rowSearch = PsapRowSearch::Grouped;
+    WarpExec exec(options);
+    psap::RowSearch<WarpExec> search(options, options.axis);
+    std::vector<IdPair> found(1u << 17);
+    std::uint64_t count = 0;
+    search.build(exec, {boxes.data(), boxes.size(), &count});
+    search.emit(exec, isNew, {found.data(), found.size(), &count});
+    search.planner().look(exec);
+    EXPECT_LE(count, found.size());
+    found.resize(std::min<std::size_t>(count, found.size()));
+    return {inOrder(found), search.levelCount(), exec.largestSum, exec.mostAtOnce};
+}
+
+/// As some entry tests do, asks for rows and for how deep.
+struct ShallowAndEven
+{
+    ShallowAndEven ready() const { return *this; }
+    bool operator()(IdPair pair) const { return (pair.a + pair.b) % 2 == 0; }
+    template <class Depth>
+    bool operator()(IdPair pair, const Depth& depth) const
+    {
+        return (*this)(pair) && depth() < 0.5f;
+    }
+    template <class Depth>
+    bool operator()(IdPair pair, float, const Depth& depth) const
+    {
+        return (*this)(pair, depth);
+    }
+};
+
+std::vector<Aabb> cubes(std::uint32_t count, float side, Random& random)
+{
+    std::vector<Aabb> boxes;
+    for (std::uint32_t i = 0; i < count; ++i)
+        boxes.push_back(boxAt(random.between(0, side), random.between(0, side), random.between(0, side)));
+    return boxes;
+}
+
+// 404 boxes: the last group has twenty.
+TEST(PsapGroups, FindThePairsOfADenseScene)
+{
+    SCOPED_TRACE("seed 1");
+    Random random(1);
+    const std::vector<Aabb> boxes = cubes(404, 5.5f, random);
+    const Pairs expected = everyPair(boxes);
+    EXPECT_GT(expected.size(), 6 * boxes.size());
+    const Found found = searchTogether(boxes, psap::EveryPair{});
+    EXPECT_EQ(found.pairs, expected);
+    EXPECT_GT(found.mostAtOnce, 96u);  // three for a lane
+}
+
+TEST(PsapGroups, AskWhetherAPairEnters)
+{
+    SCOPED_TRACE("seed 2");
+    Random random(2);
+    const std::vector<Aabb> boxes = cubes(300, 5, random);
+    Pairs expected;
+    for (const Pair& pair : everyPair(boxes))
+    {
+        const auto depth = [&] { return psap::overlapOf(boxes[pair.first], boxes[pair.second]); };
+        if (ShallowAndEven{}({pair.first, pair.second}, depth))
+            expected.push_back(pair);
+    }
+    EXPECT_GT(expected.size(), 300u);
+    EXPECT_EQ(searchTogether(boxes, ShallowAndEven{}).pairs, expected);
+}
+
+// A group has records of several levels, and some boxes no level at all.
+TEST(PsapGroups, FindThePairsOfManySizes)
+{
+    SCOPED_TRACE("seed 3");
+    Random random(3);
+    std::vector<Aabb> boxes;
+    for (int i = 0; i < 500; ++i)
+        boxes.push_back(boxAt(random.between(0, 30), random.between(0, 30), random.between(0, 30),
+                              random.logUniform(-6, 3)));
+    boxes.push_back(cube(-kInfinity, kInfinity));
+    boxes.push_back(cube(2, kInfinity));
+    boxes.push_back({{kNan, 0, 0}, {1, 1, 1}});
+    boxes.push_back(cube(1, -1));
+    const Pairs expected = everyPair(boxes);
+    EXPECT_GT(expected.size(), 2000u);
+    for (const float cell : {0.0f, 0.5f, 4.0f})
+    {
+        SCOPED_TRACE(cell);
+        PsapOptions options;
+        options.cellScale = cell;
+        const Found found = searchTogether(boxes, psap::EveryPair{}, options);
+        EXPECT_EQ(found.pairs, expected);
+        EXPECT_GE(found.levels, 4u);
+    }
+}
+
+// Boxes far apart in one group would have to look at all that is between them: they search in halves.
+TEST(PsapGroups, SearchInHalvesAroundAHeap)
+{
+    SCOPED_TRACE("seed 4");
+    Random random(4);
+    std::vector<Aabb> boxes;
+    for (int i = 0; i < 700; ++i)
+        boxes.push_back(boxAt(random.between(14, 16), random.between(14, 16), random.between(14, 16), 0.1f));
+    for (int i = 0; i < 200; ++i)
+        boxes.push_back(boxAt(random.between(0, 30), random.between(0, 30), random.between(0, 30), 0.1f));
+    const Found found = searchTogether(boxes, psap::EveryPair{});
+    EXPECT_EQ(found.pairs, everyPair(boxes));
+    EXPECT_GT(found.largestSum, 512u);
+}
+
+TEST(PsapGroups, FindThePairsOfFewBoxesAndOfTheSame)
+{
+    for (const std::uint32_t count : {1u, 2u, 17u, 31u, 32u, 33u, 64u, 100u})
+    {
+        SCOPED_TRACE(count);
+        const std::vector<Aabb> boxes(count, cube(1, 2));
+        EXPECT_EQ(searchTogether(boxes, psap::EveryPair{}).pairs, everyPair(boxes));
+    }
+}
+}  // namespace
+}  // namespace cullet::test
