@@ -247,9 +247,9 @@ enum class PsapOrder
 /// How the rows variant looks for partners where boxes are sorted, not put into bins of fixed room. The pairs are the same.
 enum class PsapRowSearch
 {
-    Automatic,  ///< grouped where boxes are many and of sizes that take several levels, else each alone
-    Alone,      ///< each box by itself
-    Grouped     ///< the boxes of a warp together: what is around all of them is read once
+    Automatic,  ///< grouped where boxes are many, and of sizes that take several levels or in many pairs; else each alone
+    Alone,   ///< each box by itself
+    Grouped  ///< the boxes of a warp together: what is around all of them is read once
 };
 
 /// Whether pairs that are near are kept, so that updates in which boxes go short ways need no search. The changes are the same.

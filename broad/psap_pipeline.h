@@ -99,7 +99,8 @@ public:
         const Way next = nextWay(exec, input);
         if (m_way == Way::Cells || !isSameWay(next) || (next == Way::Tiles && !m_tiles.isRepeatable(input)))
             return false;
-        return m_way == Way::Tiles || (m_way == Way::Rows ? m_rows.isRepeatable() : m_bins.isRepeatable());
+        return m_way == Way::Tiles ||
+               (m_way == Way::Rows ? m_rows.isRepeatable(input) : m_bins.isRepeatable());
     }
 
     /// Counts a repetition that happened without build().
@@ -118,7 +119,7 @@ public:
         return m_way == Way::Rows ? 0 : m_way == Way::Bins ? 1 + m_bins.nextPhase() : 3 + m_tiles.nextPhase();
     }
     /// Changes where what a phase launches is not what it did before.
-    std::uint32_t launches() const { return m_tiles.launches(); }
+    std::uint32_t launches() const { return m_rows.launches() + m_tiles.launches(); }
 
     const std::uint32_t* sideCount() const
     {

@@ -148,5 +148,79 @@ TEST(PsapGroups, FindThePairsOfFewBoxesAndOfTheSame)
         EXPECT_EQ(searchTogether(boxes, psap::EveryPair{}).pairs, everyPair(boxes));
     }
 }
+
+/// A world of so many boxes on a line, each of which meets as many of those behind it.
+std::vector<Aabb> line(std::uint32_t count, std::uint32_t partners)
+{
+    std::vector<Aabb> boxes;
+    for (std::uint32_t i = 0; i < count; ++i)
+        boxes.push_back(boxAt(static_cast<float>(i), 0, 0, 0.5f * static_cast<float>(partners) + 0.25f));
+    return boxes;
+}
+
+/// What a search says of an input, and what it has launched.
+struct Watched
+{
+    PsapOptions options;
+    psap::HostExec exec;
+    psap::Search<psap::HostExec> search;
+    std::vector<IdPair> found = std::vector<IdPair>(1u << 20);
+    std::uint64_t count = 0;
+
+    Watched() : options(byCounting()), exec(options), search(options) {}
+
+    static PsapOptions byCounting()
+    {
+        PsapOptions options;
+        options.order = PsapOrder::Counting;
+        return options;
+    }
+
+    psap::SearchInput input(const std::vector<Aabb>& boxes, std::uint64_t pairs)
+    {
+        return {boxes.data(), boxes.size(), &count, pairs};
+    }
+    /// @return whether it could have been a repetition
+    bool update(const std::vector<Aabb>& boxes, std::uint64_t pairs, std::uint64_t expected)
+    {
+        const bool isRepeatable = search.isRepeatable(exec, input(boxes, pairs));
+        search.look(exec);
+        search.build(exec, input(boxes, pairs));
+        search.emit(exec, psap::EveryPair{}, {found.data(), found.size(), &count});
+        EXPECT_EQ(count, expected);
+        return isRepeatable;
+    }
+};
+
+// Else what was recorded of boxes that search alone would be repeated for records in another order, in memory of before.
+TEST(PsapGroups, BeginAndEndWithLaunchesOfTheirOwn)
+{
+    constexpr std::uint32_t kCount = 1u << 16;
+    const std::vector<Aabb> boxes = line(kCount, 6);
+    const std::uint64_t pairs = 6 * std::uint64_t{kCount} - 21;
+    Watched watched;
+    EXPECT_FALSE(watched.update(boxes, 0, pairs));
+    EXPECT_TRUE(watched.update(boxes, 4 * kCount - 1, pairs));
+    const std::uint32_t alone = watched.search.launches();
+    EXPECT_FALSE(watched.update(boxes, 4 * kCount, pairs));
+    const std::uint32_t together = watched.search.launches();
+    EXPECT_NE(together, alone);
+    EXPECT_TRUE(watched.update(boxes, 3 * kCount, pairs));  // not to and fro where there are about four
+    EXPECT_EQ(watched.search.launches(), together);
+    EXPECT_FALSE(watched.update(boxes, 3 * kCount - 1, pairs));
+    EXPECT_NE(watched.search.launches(), together);
+    EXPECT_NE(watched.search.launches(), alone);
+    EXPECT_TRUE(watched.update(boxes, 0, pairs));
+}
+
+TEST(PsapGroups, AreForManyBoxes)
+{
+    constexpr std::uint32_t kCount = (1u << 16) - 1;
+    const std::vector<Aabb> boxes = line(kCount, 6);
+    const std::uint64_t pairs = 6 * std::uint64_t{kCount} - 21;
+    Watched watched;
+    watched.update(boxes, 0, pairs);
+    EXPECT_TRUE(watched.update(boxes, 9 * std::uint64_t{kCount}, pairs));
+}
 }  // namespace
 }  // namespace cullet::test
