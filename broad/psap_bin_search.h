@@ -65,7 +65,7 @@ public:
     unsigned nextPhase() const { return m_bins.nextPhase(); }
 
     RowPlanner<Exec>& planner() { return m_planner; }
-    std::uint32_t levelCount() const { return m_planner.levelCount(); }
+    std::uint32_t levelCount() const { return m_planner.told().levels; }
     const std::uint32_t* sideCount() const { return m_bins.sideCount(); }
     std::uint64_t entryCount() const { return m_input.count; }
 

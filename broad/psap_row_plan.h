@@ -39,9 +39,25 @@ struct alignas(16) RowPlanHead
     std::uint32_t binCount;  ///< of all levels
     /// First bin of the last level, which has boxes only where a sample missed some.
     std::uint32_t spareBin;
-    /// In one word, so that the CPU sees all of it or nothing: the number of the plan, and below that as many levels as the
-    /// sizes ask for; a plan for groups of boxes has fewer.
+    /// In one word, so that the CPU sees all of it or nothing: the number of the plan, and below that a ToldPlan.
     std::uint64_t told;
+};
+
+/// What the CPU has to know of a plan.
+struct ToldPlan
+{
+    std::uint32_t levels;  ///< as many as the sizes ask for; a plan for groups of boxes has fewer
+    bool
+        isCrowded;  ///< the boxes are of about one size, and mostly some lie within three of their longest sides
+
+    CULLET_HOST_DEVICE std::uint32_t word() const { return levels | (isCrowded ? kCrowded : 0); }
+    static ToldPlan of(std::uint64_t word)
+    {
+        return {static_cast<std::uint32_t>(word) & ~kCrowded, (word & kCrowded) != 0};
+    }
+
+private:
+    static constexpr std::uint32_t kCrowded = 1u << 31;
 };
 
 struct RowPlan : RowPlanHead
@@ -74,6 +90,9 @@ struct PlanRows
     static constexpr double kWidthForGroup = 2.5;
     static constexpr double kLengthForGroup = 0.5;
     static constexpr double kNarrowestForGroup = 0.5;  // in longest sides
+    // Where boxes lie in heaps with so much between them that this is the mean distance of all, cells of groups are larger
+    // than what a group is about.
+    static constexpr double kSidesOfCrowd = 3;
     // The window of a box is two longest sides and a little: it touches two bins of that length.
     static constexpr double kTwoSides = 2.02;
     static constexpr double kNarrowest = 0.25;
@@ -103,7 +122,8 @@ struct PlanRows
                                spreadAlong(plan->axes.v)};
         double counts[kMostLevels];
         chooseLevels(spread, kFullCell, counts);
-        plan->told = std::uint64_t{number} << 32 | plan->levelCount;
+        plan->told =
+            std::uint64_t{number} << 32 | ToldPlan{plan->levelCount, isCrowded(spread, counts[0])}.word();
         if (isForGroups)
             chooseLevels(spread, kFullCellOfGroup, counts);
         std::uint32_t firstBin = 0;
@@ -200,6 +220,14 @@ private:
         // One more takes boxes that a sample missed.
         closeLevel(levels, 4 * limit, 0, counts);
         plan->levelCount = levels;
+    }
+
+    /// @param count boxes on the finest level
+    CULLET_HOST_DEVICE bool isCrowded(const Spread& spread, double count) const
+    {
+        const double limit = plan->levels[0].limit;
+        const double near = kSidesOfCrowd * limit;
+        return plan->levelCount == 2 && near * near * near * count >= spread.volume(limit);
     }
 
     CULLET_HOST_DEVICE void closeLevel(std::uint32_t& levels, float limit, double count, double* counts) const

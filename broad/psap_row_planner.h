@@ -78,8 +78,8 @@ public:
     }
 
     const RowPlan* plan() const { return m_plans[0].data(); }
-    /// Levels that the sizes ask for, in the last plan that look() has seen; 0: none yet.
-    std::uint32_t levelCount() const { return static_cast<std::uint32_t>(m_word.seen()); }
+    /// Of the last plan that look() has seen; no levels: none yet.
+    ToldPlan told() const { return ToldPlan::of(m_word.seen()); }
     bool hasPlan() const { return m_hasPlan; }
     void forget() { m_hasPlan = false; }
     /// From the next plan on; see PlanRows.

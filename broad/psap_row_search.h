@@ -62,7 +62,7 @@ public:
     std::uint32_t launches() const { return m_launches; }
 
     RowPlanner<Exec>& planner() { return m_planner; }
-    std::uint32_t levelCount() const { return m_planner.levelCount(); }
+    std::uint32_t levelCount() const { return m_planner.told().levels; }
     const std::uint32_t* sideCount() const { return &m_totals.data()->sides; }
     std::uint64_t entryCount() const { return m_input.count; }
 
@@ -87,16 +87,18 @@ private:
                (m_options.order == PsapOrder::Automatic && m_input.count >= kBoxesForRadix);
     }
 
-    /// Whether the boxes of the input search in groups: where there are many levels, or many pairs. Otherwise a box alone has
-    /// fewer records to look at, above all where small ones lie much denser than the plan thinks.
+    /// Whether the boxes of the input search in groups: where there are many levels, or many pairs all over. Otherwise a box
+    /// alone has fewer records to look at, above all where small ones lie much denser than the plan thinks.
     bool groupsNext(const SearchInput& input) const
     {
         if (m_options.rowSearch != PsapRowSearch::Automatic)
             return m_options.rowSearch == PsapRowSearch::Grouped;
         constexpr std::uint32_t kLevelsForGroups = 4;  // the last one is empty
+        const ToldPlan told = m_planner.told();
         const std::uint64_t pairs = m_isGrouped ? kLeastPairsOfGroups : kPairsForGroups;
         return input.count >= kBoxesForGroups &&
-               (m_planner.levelCount() >= kLevelsForGroups || input.expectedPairs >= pairs * input.count);
+               (told.levels >= kLevelsForGroups ||
+                (told.isCrowded && input.expectedPairs >= pairs * input.count));
     }
 
     void setGrouped(bool isGrouped)

@@ -149,13 +149,19 @@ TEST(PsapGroups, FindThePairsOfFewBoxesAndOfTheSame)
     }
 }
 
-/// A world of so many boxes on a line, each of which meets as many of those behind it.
-std::vector<Aabb> line(std::uint32_t count, std::uint32_t partners)
+/// Lines of so many boxes, `apart` from each other, in which each meets the six behind it.
+std::vector<Aabb> lines(std::uint32_t count, std::uint32_t boxesOfLine, float apart)
 {
     std::vector<Aabb> boxes;
     for (std::uint32_t i = 0; i < count; ++i)
-        boxes.push_back(boxAt(static_cast<float>(i), 0, 0, 0.5f * static_cast<float>(partners) + 0.25f));
+        boxes.push_back(boxAt(static_cast<float>(i % boxesOfLine),
+                              apart * static_cast<float>(i / boxesOfLine), 0, 3.25f));
     return boxes;
+}
+
+std::uint64_t pairsOfLines(std::uint32_t count, std::uint32_t boxesOfLine)
+{
+    return std::uint64_t{count / boxesOfLine} * (6 * boxesOfLine - 21);
 }
 
 /// What a search says of an input, and what it has launched.
@@ -183,8 +189,8 @@ struct Watched
     /// @return whether it could have been a repetition
     bool update(const std::vector<Aabb>& boxes, std::uint64_t pairs, std::uint64_t expected)
     {
-        const bool isRepeatable = search.isRepeatable(exec, input(boxes, pairs));
         search.look(exec);
+        const bool isRepeatable = search.isRepeatable(exec, input(boxes, pairs));
         search.build(exec, input(boxes, pairs));
         search.emit(exec, psap::EveryPair{}, {found.data(), found.size(), &count});
         EXPECT_EQ(count, expected);
@@ -192,22 +198,23 @@ struct Watched
     }
 };
 
+constexpr std::uint32_t kMany = 1u << 16;
+
 // Else what was recorded of boxes that search alone would be repeated for records in another order, in memory of before.
 TEST(PsapGroups, BeginAndEndWithLaunchesOfTheirOwn)
 {
-    constexpr std::uint32_t kCount = 1u << 16;
-    const std::vector<Aabb> boxes = line(kCount, 6);
-    const std::uint64_t pairs = 6 * std::uint64_t{kCount} - 21;
+    const std::vector<Aabb> boxes = lines(kMany, kMany, 0);
+    const std::uint64_t pairs = pairsOfLines(kMany, kMany);
     Watched watched;
     EXPECT_FALSE(watched.update(boxes, 0, pairs));
-    EXPECT_TRUE(watched.update(boxes, 4 * kCount - 1, pairs));
+    EXPECT_TRUE(watched.update(boxes, 4 * kMany - 1, pairs));
     const std::uint32_t alone = watched.search.launches();
-    EXPECT_FALSE(watched.update(boxes, 4 * kCount, pairs));
+    EXPECT_FALSE(watched.update(boxes, 4 * kMany, pairs));
     const std::uint32_t together = watched.search.launches();
     EXPECT_NE(together, alone);
-    EXPECT_TRUE(watched.update(boxes, 3 * kCount, pairs));  // not to and fro where there are about four
+    EXPECT_TRUE(watched.update(boxes, 3 * kMany, pairs));  // not to and fro where there are about four
     EXPECT_EQ(watched.search.launches(), together);
-    EXPECT_FALSE(watched.update(boxes, 3 * kCount - 1, pairs));
+    EXPECT_FALSE(watched.update(boxes, 3 * kMany - 1, pairs));
     EXPECT_NE(watched.search.launches(), together);
     EXPECT_NE(watched.search.launches(), alone);
     EXPECT_TRUE(watched.update(boxes, 0, pairs));
@@ -215,12 +222,25 @@ TEST(PsapGroups, BeginAndEndWithLaunchesOfTheirOwn)
 
 TEST(PsapGroups, AreForManyBoxes)
 {
-    constexpr std::uint32_t kCount = (1u << 16) - 1;
-    const std::vector<Aabb> boxes = line(kCount, 6);
-    const std::uint64_t pairs = 6 * std::uint64_t{kCount} - 21;
+    const std::vector<Aabb> boxes = lines(kMany - 1, kMany - 1, 0);
+    const std::uint64_t pairs = pairsOfLines(kMany - 1, kMany - 1);
     Watched watched;
     watched.update(boxes, 0, pairs);
-    EXPECT_TRUE(watched.update(boxes, 9 * std::uint64_t{kCount}, pairs));
+    EXPECT_TRUE(watched.update(boxes, 9 * kMany, pairs));
+}
+
+// Cells of the mean distance would have many boxes each.
+TEST(PsapGroups, AreNotForHeapsFarApart)
+{
+    for (const float apart : {20.0f, 1e6f})
+    {
+        SCOPED_TRACE(apart);
+        const std::vector<Aabb> boxes = lines(kMany, 256, apart);
+        const std::uint64_t pairs = pairsOfLines(kMany, 256);
+        Watched watched;
+        watched.update(boxes, 0, pairs);
+        EXPECT_EQ(watched.update(boxes, pairs, pairs), apart > 1000);
+    }
 }
 }  // namespace
 }  // namespace cullet::test
