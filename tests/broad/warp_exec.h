@@ -43,7 +43,8 @@ private:
     std::uint64_t m_round = 0;
 };
 
-/// HostExec whose groups are as a GPU's: 32 lanes, each a thread.
+/// HostExec whose groups are as a GPU's: 32 lanes, each a thread, so that the thread sanitizer tells where one does not wait for
+/// what another does with their room. Unlike a GPU's, lanes that vote wait for each other.
 class WarpExec : public psap::HostExec
 {
 public:
