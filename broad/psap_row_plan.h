@@ -47,8 +47,7 @@ struct alignas(16) RowPlanHead
 struct ToldPlan
 {
     std::uint32_t levels;  ///< as many as the sizes ask for; a plan for groups of boxes has fewer
-    bool
-        isCrowded;  ///< the boxes are of about one size, and mostly some lie within three of their longest sides
+    bool isCrowded;        ///< boxes of one size, on average no farther apart than three longest sides
 
     CULLET_HOST_DEVICE std::uint32_t word() const { return levels | (isCrowded ? kCrowded : 0); }
     static ToldPlan of(std::uint64_t word)
