@@ -12,6 +12,13 @@
 #define CULLET_HOST_DEVICE
 #endif
 
+/// Unrolls the loop that follows on the GPU, so that what it indexes stays in registers.
+#ifdef __CUDA_ARCH__
+#define CULLET_UNROLL _Pragma("unroll")
+#else
+#define CULLET_UNROLL
+#endif
+
 namespace cullet
 {
 /// Adds to a counter that other indices of the same step add to as well; returns the value before.
@@ -58,6 +65,16 @@ CULLET_HOST_DEVICE inline std::uint32_t lowestBit(std::uint32_t bits)
     return static_cast<std::uint32_t>(__ffs(static_cast<int>(bits)) - 1);
 #else
     return static_cast<std::uint32_t>(__builtin_ctz(bits));
+#endif
+}
+
+/// How many bits the number takes: 0 for 0.
+CULLET_HOST_DEVICE inline std::uint32_t bitCountOf(std::uint32_t number)
+{
+#ifdef __CUDA_ARCH__
+    return 32u - static_cast<std::uint32_t>(__clz(static_cast<int>(number)));
+#else
+    return number == 0 ? 0 : 32u - static_cast<std::uint32_t>(__builtin_clz(number));
 #endif
 }
 

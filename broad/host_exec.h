@@ -435,7 +435,7 @@ private:
         std::uint32_t rankIn(std::uint32_t) const { return 0; }
         std::uint32_t from(std::uint32_t value, std::uint32_t) const { return value; }
         std::uint32_t sum(std::uint32_t value) const { return value; }
-        float least(float value, bool) const { return value; }
+        float least(float value) const { return value; }
         template <class PairAt>
         void appendEach(std::uint32_t bits, const PairAt& pairAt)
         {

@@ -296,8 +296,12 @@ CULLET_HOST_DEVICE inline std::int32_t cellOf(float value, float origin, float i
 CULLET_HOST_DEVICE inline std::uint32_t clampedCell(float value, float origin, float inverse,
                                                     std::uint32_t count)
 {
-    const std::int32_t cell = cellOf(value, origin, inverse);
     const std::int32_t last = static_cast<std::int32_t>(count) - 1;
+#ifdef __CUDA_ARCH__
+    const std::int32_t cell = __float2int_rd((value - origin) * inverse);  // within its range by itself
+#else
+    const std::int32_t cell = cellOf(value, origin, inverse);
+#endif
     return static_cast<std::uint32_t>(cell < 0 ? 0 : cell > last ? last : cell);
 }
 }  // namespace cullet::psap

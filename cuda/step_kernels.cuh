@@ -266,9 +266,9 @@ struct GroupEmitter : GroupedPairs
         return value;
 #endif
     }
-    __device__ float least(float value, bool isMine) const
+    __device__ float least(float value) const
     {
-        return fromOrdered(leastOf(isMine ? ordered(value) : 0x7fffffff));
+        return fromOrdered(leastOf(ordered(value)));
     }
 
     /// Appends pairAt(k) for the bits k of each lane. Lanes write theirs side by side, so that none waits for a vote on each.
@@ -303,12 +303,18 @@ private:
     /// Of the lanes up to this one.
     __device__ unsigned sumUpTo(unsigned value) const
     {
+        // A shuffle that says whether there is such a lane, as CUDA's function does not.
 #pragma unroll
         for (unsigned distance = 1; distance < kLanes; distance *= 2)
-        {
-            const unsigned before = __shfl_up_sync(kAll, value, distance);
-            value += lane() >= distance ? before : 0;
-        }
+            asm volatile(
+                "{\n"
+                ".reg .u32 before;\n"
+                ".reg .pred isThere;\n"
+                "shfl.sync.up.b32 before|isThere, %0, %1, 0, 0xffffffff;\n"
+                "@isThere add.u32 %0, %0, before;\n"
+                "}"
+                : "+r"(value)
+                : "r"(distance));
         return value;
     }
 

@@ -137,17 +137,15 @@ private:
                 m_warp.largestSum = std::max(m_warp.largestSum.load(), all);
             return all;
         }
-        float least(float value, bool isMine)
+        float least(float value)
         {
-            return hear(std::uint64_t{isMine} << 32 | bitsOf(value),
+            return hear(bitsOf(value),
                         [](const std::uint64_t* said)
                         {
                             float smallest = psap::kInfinity;
                             for (std::uint32_t k = 0; k < kLanes; ++k)
-                            {
-                                const float other = psap::floatOf(static_cast<std::uint32_t>(said[k]));
-                                smallest = said[k] >> 32 != 0 ? std::min(smallest, other) : smallest;
-                            }
+                                smallest =
+                                    std::min(smallest, psap::floatOf(static_cast<std::uint32_t>(said[k])));
                             return smallest;
                         });
         }
