@@ -193,8 +193,7 @@ private:
     {
         std::uint32_t u, v;
         std::uint32_t acrossU;
-        std::uint32_t
-            rowBits;  ///< numbers of cells have so many for those of one v, of which some may stand for no cell
+        std::uint32_t rowBits;     ///< of a cell's number that tell its u; some numbers stand for no cell
         std::uint32_t count;       ///< of numbers
         std::uint32_t bin0, bin1;  ///< along each cell, the second behind the last one
     };

@@ -85,7 +85,8 @@ void timeOrders(const CudaBenchOptions& options, CudaTable& table)
     for (const FreshScene& kind :
          {FreshScene{"W1", 0, uniformBoxes}, {"W2", 0, boxesOfManySizes}, {"W3", 0, heapOfBoxes}})
     {
-        for (const std::uint32_t bodies : {1u << 14, 1u << 16, 1u << 17, 1u << 18, 1u << 20})
+        for (const std::uint32_t bodies :
+             {1u << 14, 1u << 15, 3u << 14, 1u << 16, 1u << 17, 1u << 18, 1u << 20})
         {
             if (options.wants(kind.name, bodies) && !isInterrupted())
                 worst = std::max(worst, timeScene({kind.name, bodies, kind.make},

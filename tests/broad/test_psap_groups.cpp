@@ -198,7 +198,7 @@ struct Watched
     }
 };
 
-constexpr std::uint32_t kMany = 1u << 16;
+constexpr std::uint32_t kMany = 1u << 15;
 
 // Else what was recorded of boxes that search alone would be repeated for records in another order, in memory of before.
 TEST(PsapGroups, BeginAndEndWithLaunchesOfTheirOwn)
