@@ -97,8 +97,8 @@ private:
         const ToldPlan told = m_planner.told();
         const std::uint64_t pairs = m_isGrouped ? kLeastPairsOfGroups : kPairsForGroups;
         return input.count >= kBoxesForGroups &&
-               (told.levels >= kLevelsForGroups ||
-                (told.isCrowded && input.expectedPairs >= pairs * input.count));
+               (told.levels >= kLevelsForGroups || (told.isCrowded && input.count > kBoxesWithSharers &&
+                                                    input.expectedPairs >= pairs * input.count));
     }
 
     void setGrouped(bool isGrouped)

@@ -191,14 +191,18 @@ struct Watched
     {
         search.look(exec);
         const bool isRepeatable = search.isRepeatable(exec, input(boxes, pairs));
+        EXPECT_EQ(countPairs(boxes, pairs), expected);
+        return isRepeatable;
+    }
+    std::uint64_t countPairs(const std::vector<Aabb>& boxes, std::uint64_t pairs)
+    {
         search.build(exec, input(boxes, pairs));
         search.emit(exec, psap::EveryPair{}, {found.data(), found.size(), &count});
-        EXPECT_EQ(count, expected);
-        return isRepeatable;
+        return count;
     }
 };
 
-constexpr std::uint32_t kMany = 1u << 15;
+constexpr std::uint32_t kMany = (1u << 15) + 1;
 
 // Else what was recorded of boxes that search alone would be repeated for records in another order, in memory of before.
 TEST(PsapGroups, BeginAndEndWithLaunchesOfTheirOwn)
@@ -229,14 +233,35 @@ TEST(PsapGroups, AreForManyBoxes)
     EXPECT_TRUE(watched.update(boxes, 9 * kMany, pairs));
 }
 
+TEST(PsapGroups, AreForManySizes)
+{
+    SCOPED_TRACE("seed 5");
+    constexpr std::uint32_t kLeast = 1u << 15;
+    for (const std::uint32_t count : {kLeast - 1, kLeast})
+    {
+        SCOPED_TRACE(count);
+        Random random(5);
+        std::vector<Aabb> boxes;
+        for (std::uint32_t i = 0; i < count; ++i)
+            boxes.push_back(boxAt(random.between(0, 120), random.between(0, 120), random.between(0, 120),
+                                  random.logUniform(-6, 3)));
+        Watched watched;
+        const std::uint64_t pairs = watched.countPairs(boxes, 0);
+        EXPECT_GT(pairs, count);
+        EXPECT_EQ(watched.update(boxes, 0, pairs), count < kLeast);
+        EXPECT_TRUE(watched.update(boxes, 0, pairs));
+    }
+}
+
 // Cells of the mean distance would have many boxes each.
 TEST(PsapGroups, AreNotForHeapsFarApart)
 {
     for (const float apart : {20.0f, 1e6f})
     {
         SCOPED_TRACE(apart);
-        const std::vector<Aabb> boxes = lines(kMany, 256, apart);
-        const std::uint64_t pairs = pairsOfLines(kMany, 256);
+        constexpr std::uint32_t kCount = 1u << 16;
+        const std::vector<Aabb> boxes = lines(kCount, 256, apart);
+        const std::uint64_t pairs = pairsOfLines(kCount, 256);
         Watched watched;
         watched.update(boxes, 0, pairs);
         EXPECT_EQ(watched.update(boxes, pairs, pairs), apart > 1000);
