@@ -112,6 +112,9 @@ struct PlanRows
     {
         const Moments& sums = *moments;
         plan->axes = chooseAxes(sums, axis);
+        // Short rows of cells: what lies around a group is read again by one of the next row, while it is in the cache.
+        if (isForGroups && spreadAlong(plan->axes.u) > spreadAlong(plan->axes.v))
+            plan->axes = {plan->axes.s, plan->axes.v, plan->axes.u};
         const bool isEmpty = sums.count == 0;
         const double all = stride * static_cast<double>(sums.count + sums.others);
         plan->originS = isEmpty ? 0.0f : sums.low[plan->axes.s];

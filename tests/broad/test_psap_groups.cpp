@@ -149,6 +149,39 @@ TEST(PsapGroups, FindThePairsOfFewBoxesAndOfTheSame)
     }
 }
 
+TEST(PsapGroups, HaveTheShorterRowsOfCells)
+{
+    SCOPED_TRACE("seed 6");
+    for (const std::uint32_t flat : {1u, 2u})
+    {
+        SCOPED_TRACE(flat);
+        Random random(6);
+        std::vector<Aabb> boxes;
+        for (int i = 0; i < 3000; ++i)
+        {
+            float at[3] = {random.between(0, 60), random.between(0, 30), random.between(0, 30)};
+            at[flat] /= 5;
+            boxes.push_back(boxAt(at[0], at[1], at[2]));
+        }
+        PsapOptions options;
+        options.order = PsapOrder::Counting;
+        options.rowSearch = PsapRowSearch::Grouped;
+        psap::HostExec exec(options);
+        psap::RowSearch<psap::HostExec> search(options, options.axis);
+        std::uint64_t count = 0;
+        search.build(exec, {boxes.data(), boxes.size(), &count});
+        std::vector<IdPair> found(1u << 17);
+        search.emit(exec, psap::EveryPair{}, {found.data(), found.size(), &count});
+        found.resize(std::min<std::size_t>(count, found.size()));
+        EXPECT_EQ(inOrder(found), everyPair(boxes));
+        const psap::RowPlan& plan = *search.planner().plan();
+        EXPECT_EQ(plan.axes.s, 0u);
+        EXPECT_EQ(plan.axes.u, flat);
+        EXPECT_EQ(plan.axes.v, 3 - flat);
+        EXPECT_LT(2 * plan.levels[0].countU, plan.levels[0].countV);
+    }
+}
+
 /// Lines of so many boxes, `apart` from each other, in which each meets the six behind it.
 std::vector<Aabb> lines(std::uint32_t count, std::uint32_t boxesOfLine, float apart)
 {
