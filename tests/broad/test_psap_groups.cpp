@@ -3,22 +3,38 @@
 
 // Records that search together, as the lanes of a warp do on a GPU: the pairs are those that there are, whatever the scene.
 
-#include "broad/psap_pipeline.h"
 #include "tests/broad/warp_exec.h"
-#include "tests/support/boxes.h"
-#include "tests/support/pair_lists.h"
-#include "tests/support/random.h"
+#include "tests/broad/watched_search.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 namespace cullet::test
 {
 namespace
 {
+PsapOptions inGroups(PsapOptions options = {})
+{
+    options.order = PsapOrder::Counting;
+    options.rowSearch = PsapRowSearch::Grouped;
+    return options;
+}
+
+template <class Exec, class IsNew>
+Pairs findWith(Exec& exec, psap::RowSearch<Exec>& search, const std::vector<Aabb>& boxes, const IsNew& isNew)
+{
+    std::vector<IdPair> found(1u << 17);
+    std::uint64_t count = 0;
+    search.build(exec, {boxes.data(), boxes.size(), &count});
+    search.emit(exec, isNew, {found.data(), found.size(), &count});
+    search.planner().look(exec);
+    EXPECT_LE(count, found.size());
+    found.resize(std::min<std::size_t>(count, found.size()));
+    return inOrder(found);
+}
+
 struct Found
 {
     Pairs pairs;
@@ -28,20 +44,12 @@ struct Found
 };
 
 template <class IsNew>
-Found searchTogether(const std::vector<Aabb>& boxes, const IsNew& isNew, PsapOptions options = {})
+Found searchTogether(const std::vector<Aabb>& boxes, const IsNew& isNew, const PsapOptions& options = {})
 {
-    options.order = PsapOrder::Counting;
-    options.rowSearch = PsapRowSearch::Grouped;
     WarpExec exec(options);
-    psap::RowSearch<WarpExec> search(options, options.axis);
-    std::vector<IdPair> found(1u << 17);
-    std::uint64_t count = 0;
-    search.build(exec, {boxes.data(), boxes.size(), &count});
-    search.emit(exec, isNew, {found.data(), found.size(), &count});
-    search.planner().look(exec);
-    EXPECT_LE(count, found.size());
-    found.resize(std::min<std::size_t>(count, found.size()));
-    return {inOrder(found), search.levelCount(), exec.largestSum, exec.mostAtOnce};
+    psap::RowSearch<WarpExec> search(inGroups(options), options.axis);
+    const Pairs pairs = findWith(exec, search, boxes, isNew);
+    return {pairs, search.levelCount(), exec.largestSum, exec.mostAtOnce};
 }
 
 /// As some entry tests do, asks for rows and for how deep.
@@ -61,11 +69,13 @@ struct ShallowAndEven
     }
 };
 
-std::vector<Aabb> cubes(std::uint32_t count, float side, Random& random)
+/// Boxes of sizes over nine octaves.
+std::vector<Aabb> boxesOfManySizes(std::uint32_t count, float side, Random& random)
 {
     std::vector<Aabb> boxes;
     for (std::uint32_t i = 0; i < count; ++i)
-        boxes.push_back(boxAt(random.between(0, side), random.between(0, side), random.between(0, side)));
+        boxes.push_back(boxAt(random.between(0, side), random.between(0, side), random.between(0, side),
+                              random.logUniform(-6, 3)));
     return boxes;
 }
 
@@ -74,7 +84,7 @@ TEST(PsapGroups, FindThePairsOfADenseScene)
 {
     SCOPED_TRACE("seed 1");
     Random random(1);
-    const std::vector<Aabb> boxes = cubes(404, 5.5f, random);
+    const std::vector<Aabb> boxes = cubesIn(404, 0.41f, random);
     const Pairs expected = everyPair(boxes);
     EXPECT_GT(expected.size(), 6 * boxes.size());
     const Found found = searchTogether(boxes, psap::EveryPair{});
@@ -86,7 +96,7 @@ TEST(PsapGroups, AskWhetherAPairEnters)
 {
     SCOPED_TRACE("seed 2");
     Random random(2);
-    const std::vector<Aabb> boxes = cubes(300, 5, random);
+    const std::vector<Aabb> boxes = cubesIn(300, 0.41f, random);
     Pairs expected;
     for (const Pair& pair : everyPair(boxes))
     {
@@ -103,10 +113,7 @@ TEST(PsapGroups, FindThePairsOfManySizes)
 {
     SCOPED_TRACE("seed 3");
     Random random(3);
-    std::vector<Aabb> boxes;
-    for (int i = 0; i < 500; ++i)
-        boxes.push_back(boxAt(random.between(0, 30), random.between(0, 30), random.between(0, 30),
-                              random.logUniform(-6, 3)));
+    std::vector<Aabb> boxes = boxesOfManySizes(500, 30, random);
     boxes.push_back(cube(-kInfinity, kInfinity));
     boxes.push_back(cube(2, kInfinity));
     boxes.push_back({{kNan, 0, 0}, {1, 1, 1}});
@@ -156,24 +163,12 @@ TEST(PsapGroups, HaveTheShorterRowsOfCells)
     {
         SCOPED_TRACE(flat);
         Random random(6);
-        std::vector<Aabb> boxes;
-        for (int i = 0; i < 3000; ++i)
-        {
-            float at[3] = {random.between(0, 60), random.between(0, 30), random.between(0, 30)};
-            at[flat] /= 5;
-            boxes.push_back(boxAt(at[0], at[1], at[2]));
-        }
-        PsapOptions options;
-        options.order = PsapOrder::Counting;
-        options.rowSearch = PsapRowSearch::Grouped;
+        const std::vector<Aabb> boxes =
+            cubesIn(3000, 3.6f, random, 10, flat == 1 ? 1.0f : 5.0f, flat == 2 ? 1.0f : 5.0f);
+        const PsapOptions options = inGroups();
         psap::HostExec exec(options);
         psap::RowSearch<psap::HostExec> search(options, options.axis);
-        std::uint64_t count = 0;
-        search.build(exec, {boxes.data(), boxes.size(), &count});
-        std::vector<IdPair> found(1u << 17);
-        search.emit(exec, psap::EveryPair{}, {found.data(), found.size(), &count});
-        found.resize(std::min<std::size_t>(count, found.size()));
-        EXPECT_EQ(inOrder(found), everyPair(boxes));
+        EXPECT_EQ(findWith(exec, search, boxes, psap::EveryPair{}), everyPair(boxes));
         const psap::RowPlan& plan = *search.planner().plan();
         EXPECT_EQ(plan.axes.s, 0u);
         EXPECT_EQ(plan.axes.u, flat);
@@ -197,43 +192,14 @@ std::uint64_t pairsOfLines(std::uint32_t count, std::uint32_t boxesOfLine)
     return std::uint64_t{count / boxesOfLine} * (6 * boxesOfLine - 21);
 }
 
-/// What a search says of an input, and what it has launched.
-struct Watched
+/// @return whether the update could have been a repetition of the one before
+bool update(WatchedSearch& search, const std::vector<Aabb>& boxes, std::uint64_t expectedPairs,
+            std::uint64_t pairs)
 {
-    PsapOptions options;
-    psap::HostExec exec;
-    psap::Search<psap::HostExec> search;
-    std::vector<IdPair> found = std::vector<IdPair>(1u << 20);
-    std::uint64_t count = 0;
-
-    Watched() : options(byCounting()), exec(options), search(options) {}
-
-    static PsapOptions byCounting()
-    {
-        PsapOptions options;
-        options.order = PsapOrder::Counting;
-        return options;
-    }
-
-    psap::SearchInput input(const std::vector<Aabb>& boxes, std::uint64_t pairs)
-    {
-        return {boxes.data(), boxes.size(), &count, pairs};
-    }
-    /// @return whether it could have been a repetition
-    bool update(const std::vector<Aabb>& boxes, std::uint64_t pairs, std::uint64_t expected)
-    {
-        search.look(exec);
-        const bool isRepeatable = search.isRepeatable(exec, input(boxes, pairs));
-        EXPECT_EQ(countPairs(boxes, pairs), expected);
-        return isRepeatable;
-    }
-    std::uint64_t countPairs(const std::vector<Aabb>& boxes, std::uint64_t pairs)
-    {
-        search.build(exec, input(boxes, pairs));
-        search.emit(exec, psap::EveryPair{}, {found.data(), found.size(), &count});
-        return count;
-    }
-};
+    const bool isRepeatable = search.isRepeatable(boxes, expectedPairs);
+    EXPECT_EQ(search.find(boxes, expectedPairs).size(), pairs);
+    return isRepeatable;
+}
 
 constexpr std::uint32_t kMany = (1u << 15) + 1;
 
@@ -242,28 +208,28 @@ TEST(PsapGroups, BeginAndEndWithLaunchesOfTheirOwn)
 {
     const std::vector<Aabb> boxes = lines(kMany, kMany, 0);
     const std::uint64_t pairs = pairsOfLines(kMany, kMany);
-    Watched watched;
-    EXPECT_FALSE(watched.update(boxes, 0, pairs));
-    EXPECT_TRUE(watched.update(boxes, 4 * kMany - 1, pairs));
-    const std::uint32_t alone = watched.search.launches();
-    EXPECT_FALSE(watched.update(boxes, 4 * kMany, pairs));
-    const std::uint32_t together = watched.search.launches();
+    WatchedSearch search(PsapOrder::Counting);
+    EXPECT_FALSE(update(search, boxes, 0, pairs));
+    EXPECT_TRUE(update(search, boxes, 4 * kMany - 1, pairs));
+    const std::uint32_t alone = search.launches();
+    EXPECT_FALSE(update(search, boxes, 4 * kMany, pairs));
+    const std::uint32_t together = search.launches();
     EXPECT_NE(together, alone);
-    EXPECT_TRUE(watched.update(boxes, 3 * kMany, pairs));  // not to and fro where there are about four
-    EXPECT_EQ(watched.search.launches(), together);
-    EXPECT_FALSE(watched.update(boxes, 3 * kMany - 1, pairs));
-    EXPECT_NE(watched.search.launches(), together);
-    EXPECT_NE(watched.search.launches(), alone);
-    EXPECT_TRUE(watched.update(boxes, 0, pairs));
+    EXPECT_TRUE(update(search, boxes, 3 * kMany, pairs));  // not to and fro where there are about four
+    EXPECT_EQ(search.launches(), together);
+    EXPECT_FALSE(update(search, boxes, 3 * kMany - 1, pairs));
+    EXPECT_NE(search.launches(), together);
+    EXPECT_NE(search.launches(), alone);
+    EXPECT_TRUE(update(search, boxes, 0, pairs));
 }
 
 TEST(PsapGroups, AreForManyBoxes)
 {
     const std::vector<Aabb> boxes = lines(kMany - 1, kMany - 1, 0);
     const std::uint64_t pairs = pairsOfLines(kMany - 1, kMany - 1);
-    Watched watched;
-    watched.update(boxes, 0, pairs);
-    EXPECT_TRUE(watched.update(boxes, 9 * kMany, pairs));
+    WatchedSearch search(PsapOrder::Counting);
+    update(search, boxes, 0, pairs);
+    EXPECT_TRUE(update(search, boxes, 9 * kMany, pairs));
 }
 
 TEST(PsapGroups, AreForManySizes)
@@ -274,15 +240,12 @@ TEST(PsapGroups, AreForManySizes)
     {
         SCOPED_TRACE(count);
         Random random(5);
-        std::vector<Aabb> boxes;
-        for (std::uint32_t i = 0; i < count; ++i)
-            boxes.push_back(boxAt(random.between(0, 120), random.between(0, 120), random.between(0, 120),
-                                  random.logUniform(-6, 3)));
-        Watched watched;
-        const std::uint64_t pairs = watched.countPairs(boxes, 0);
+        const std::vector<Aabb> boxes = boxesOfManySizes(count, 120, random);
+        WatchedSearch search(PsapOrder::Counting);
+        const std::uint64_t pairs = search.find(boxes).size();
         EXPECT_GT(pairs, count);
-        EXPECT_EQ(watched.update(boxes, 0, pairs), count < kLeast);
-        EXPECT_TRUE(watched.update(boxes, 0, pairs));
+        EXPECT_EQ(update(search, boxes, 0, pairs), count < kLeast);
+        EXPECT_TRUE(update(search, boxes, 0, pairs));
     }
 }
 
@@ -295,9 +258,9 @@ TEST(PsapGroups, AreNotForHeapsFarApart)
         constexpr std::uint32_t kCount = 1u << 16;
         const std::vector<Aabb> boxes = lines(kCount, 256, apart);
         const std::uint64_t pairs = pairsOfLines(kCount, 256);
-        Watched watched;
-        watched.update(boxes, 0, pairs);
-        EXPECT_EQ(watched.update(boxes, pairs, pairs), apart > 1000);
+        WatchedSearch search(PsapOrder::Counting);
+        update(search, boxes, 0, pairs);
+        EXPECT_EQ(update(search, boxes, pairs, pairs), apart > 1000);
     }
 }
 }  // namespace

@@ -6,7 +6,6 @@
 #include "broad/psap_pairs.h"
 
 #include <algorithm>
-#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <mutex>
@@ -87,7 +86,7 @@ private:
         Meeting meeting{kLanes};
         std::uint64_t said[kLanes] = {};
         Room room = {};
-        std::atomic<std::uint32_t> largestSum{0}, mostAtOnce{0};
+        std::uint32_t largestSum = 0, mostAtOnce = 0;  ///< the first lane says
     };
 
     /// What a step sees.
@@ -119,10 +118,7 @@ private:
         }
         std::uint32_t countOf(std::uint32_t lanes) const
         {
-            std::uint32_t count = 0;
-            for (; lanes != 0; lanes &= lanes - 1)
-                ++count;
-            return count;
+            return static_cast<std::uint32_t>(__builtin_popcount(lanes));
         }
         std::uint32_t rankIn(std::uint32_t lanes) const { return countOf(lanes & ((1u << m_lane) - 1u)); }
         std::uint32_t from(std::uint32_t value, std::uint32_t lane)
@@ -134,7 +130,7 @@ private:
         {
             const std::uint32_t all = sumOf(value);
             if (m_lane == 0)
-                m_warp.largestSum = std::max(m_warp.largestSum.load(), all);
+                m_warp.largestSum = std::max(m_warp.largestSum, all);
             return all;
         }
         float least(float value)
@@ -154,7 +150,7 @@ private:
         {
             const std::uint32_t all = sumOf(countOf(bits));
             if (m_lane == 0)
-                m_warp.mostAtOnce = std::max(m_warp.mostAtOnce.load(), all);
+                m_warp.mostAtOnce = std::max(m_warp.mostAtOnce, all);
             for (; bits != 0; bits &= bits - 1)
                 push(pairAt(lowestBit(bits)));
         }

@@ -74,6 +74,14 @@ public:
         return inOrder({m_found.begin(), m_found.begin() + static_cast<std::ptrdiff_t>(m_count)});
     }
 
+    /// Whether find() of the same would make the launches of the last one once more.
+    bool isRepeatable(const std::vector<Aabb>& boxes, std::uint64_t expectedPairs)
+    {
+        m_search.look(exec);
+        return m_search.isRepeatable(exec, {boxes.data(), boxes.size(), &m_count, expectedPairs});
+    }
+    std::uint32_t launches() const { return m_search.launches(); }
+
     /// The same once more, as where the list was too short.
     Pairs findAgain()
     {
