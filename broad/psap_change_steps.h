@@ -7,6 +7,7 @@
 #include "broad/pair.h"
 #include "broad/psap_pairs.h"
 
+#include <algorithm>
 #include <cstdint>
 
 /// How the changes of an update get their names and their order: the steps.
@@ -17,13 +18,7 @@ struct IdBits
 {
     std::uint32_t bits;  ///< of an id
 
-    static IdBits forIds(std::uint32_t largest)
-    {
-        std::uint32_t bits = 1;
-        while (bits < 32 && largest >> bits != 0)
-            ++bits;
-        return {bits};
-    }
+    static IdBits forIds(std::uint32_t largest) { return {std::max(bitCountOf(largest), 1u)}; }
 
     int keyBits() const { return static_cast<int>(2 * bits); }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "broad/psap_rows.h"
+#include "broad/psap_shared_memory.h"
 
 #include <cstdint>
 
@@ -111,12 +112,7 @@ public:
     }
     __device__ std::uint32_t at(std::uint32_t k) const
     {
-        std::uint32_t row = 0;
-        asm volatile("ld.shared.u32 %0, [%1];"
-                     : "=r"(row)
-                     : "r"(m_first + static_cast<std::uint32_t>(sizeof(row)) * k)
-                     : "memory");
-        return row;
+        return loadShared(m_first + static_cast<std::uint32_t>(sizeof(std::uint32_t)) * k);
     }
 
 private:

@@ -124,7 +124,7 @@ private:
         // Of two lanes opposite each other the first.
         if (lane >= kHalf)
             hits &= ~(1u << kHalf >> 1);
-        report<32, 1>(own, hits, lane + 1, entryTest, emit);
+        report<32>(own, hits, lane + 1, entryTest, emit);
         CULLET_UNROLL
         for (std::uint32_t k = 1; k < TeamsOf<Emit>::kCount; ++k)
             own.records[k] = emit.room().at(own.teams.laneOf(k));
@@ -133,17 +133,18 @@ private:
     }
 
     /// Appends the pairs that a lane's bits tell, if they enter: bit `turn + kTurns * k` that of its k-th record with the one in the
-    /// room at `first + kStep * turn`.
-    template <std::uint32_t kTurns, std::uint32_t kStep, class Test, class Emit>
+    /// room at `first + kStep * turn`, where there are kStep records to share the bits.
+    template <std::uint32_t kTurns, class Test, class Emit>
     CULLET_HOST_DEVICE void report(const OwnRecords<Emit>& own, std::uint32_t hits, std::uint32_t first,
                                    const Test& entryTest, Emit& emit) const
     {
+        constexpr std::uint32_t kStep = 32 / kTurns;
         // Chosen one by one: what is indexed does not stay in registers.
         const auto ofRecord = [&](std::uint32_t bit, const auto& what)
         {
             auto chosen = what(own.records[0]);
             CULLET_UNROLL
-            for (std::uint32_t k = 1; k < 32 / kTurns; ++k)
+            for (std::uint32_t k = 1; k < kStep; ++k)
                 chosen = bit >= kTurns * k ? what(own.records[k]) : chosen;
             return chosen;
         };
@@ -300,7 +301,7 @@ private:
             }
             hits |= some << turn;
         }
-        report<T::kTurns, T::kCount>(own, hits & wanted, first, entryTest, emit);
+        report<T::kTurns>(own, hits & wanted, first, entryTest, emit);
         emit.tested(count);
         emit.sync();
     }

@@ -122,9 +122,7 @@ private:
         const std::uint64_t count = m_input.count;
         const std::uint32_t none = static_cast<std::uint32_t>(m_binCapacity);
         exec.forEach(count, FillRowKeys{rowBins(), none, m_keys[0].data(), m_rows[0].data()});
-        int bits = 1;
-        while (bits < 32 && none >> bits != 0)
-            ++bits;
+        const int bits = static_cast<int>(std::max(bitCountOf(none), 1u));
         exec.sortPairs(m_keys[0].data(), m_keys[1].data(), m_rows[0].data(), m_rows[1].data(), count, bits);
         exec.forEach(count, GatherRows{m_input.boxes, m_planner.plan(), m_keys[1].data(), m_rows[1].data(),
                                        count, none, m_records.data(), m_binCounts.data(), tidying()});

@@ -30,7 +30,6 @@ struct RowRange
     std::uint32_t begin, end;
 
     CULLET_HOST_DEVICE std::uint32_t size() const { return begin < end ? end - begin : 0; }
-    CULLET_HOST_DEVICE std::uint32_t at(std::uint32_t k) const { return begin + k; }
 };
 
 /// Cells of one level around a box, wrapped: `left` cells of row v from u on, then `perRow` of each later row.
@@ -162,22 +161,20 @@ struct RowPartners
         for (; emit.any(range.begin < range.end); range.begin += kTestsTogether)
         {
             const std::uint32_t count = range.size() < kTestsTogether ? range.size() : kTestsTogether;
-            keep(
-                self, hitsAmong(self, records + range.begin, count),
-                [&](std::uint32_t k) { return range.at(k); }, entryTest, emit);
+            keep(self, hitsAmong(self, records + range.begin, count), range.begin, entryTest, emit);
             emit.tested(count);
         }
     }
 
-    /// Keeps the records recordAt(k) of the bits k of `hits`; reports what is kept where a lane has no room for more.
-    template <class RecordAt, class Test, class Emit>
-    CULLET_HOST_DEVICE void keep(const RowRecord& self, std::uint32_t hits, const RecordAt& recordAt,
+    /// Keeps the records first + k of the bits k of `hits`; reports what is kept where a lane has no room for more.
+    template <class Test, class Emit>
+    CULLET_HOST_DEVICE void keep(const RowRecord& self, std::uint32_t hits, std::uint32_t first,
                                  const Test& entryTest, Emit& emit) const
     {
         for (;;)
         {
             for (; hits != 0 && !emit.isFull(); hits &= hits - 1)
-                emit.keep(recordAt(lowestBit(hits)));
+                emit.keep(first + lowestBit(hits));
             if (!emit.any(hits != 0))
                 return;
             report(self, entryTest, emit);
