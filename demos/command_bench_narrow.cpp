@@ -5,15 +5,41 @@
 #include "demos/program/exit_code.h"
 #include "demos/program/interrupt.h"
 
+#include <algorithm>
+#include <cstdio>
 #include <memory>
+#include <string>
+#include <vector>
 
 namespace cullet
 {
 namespace
 {
-int benchNarrow(const NarrowOptions& options, const FileOptions& files)
+/// Leaves out the libraries that this program was built without, and says so.
+///
+/// @throws ProgramError (kExitUnavailable) when none is left
+void leaveOutMissing(std::vector<std::string>& algorithms)
+{
+    std::string missing;
+    for (const NarrowSubjectInfo& info : narrowSubjects())
+    {
+        const auto kept = std::remove(algorithms.begin(), algorithms.end(),
+                                      info.make == nullptr ? std::string(info.name) : std::string());
+        if (kept == algorithms.end())
+            continue;
+        algorithms.erase(kept, algorithms.end());
+        missing += (missing.empty() ? "" : "; ") + std::string(info.name) + ": " + info.summary;
+    }
+    if (algorithms.empty())
+        throw ProgramError(kExitUnavailable, missing);
+    if (!missing.empty())
+        std::fprintf(stderr, "left out: %s\n", missing.c_str());
+}
+
+int benchNarrow(NarrowOptions options, const FileOptions& files)
 {
     requireReleaseBuild();
+    leaveOutMissing(options.algorithms);
     ResultFile file({{"command", "bench narrow"},
                      {"shape", options.shapes},
                      {"regime", options.regimes},
@@ -39,16 +65,6 @@ CLI::Option* addList(CLI::App& command, const std::string& name, std::vector<std
         ->capture_default_str()
         ->check(CLI::IsMember(known));
 }
-/// What keeps this program from measuring a library; empty if nothing does.
-std::string whyNot(const std::string& name)
-{
-    for (const NarrowSubjectInfo& info : narrowSubjects())
-    {
-        if (info.name == name && info.make == nullptr)
-            return name + ": " + info.summary;
-    }
-    return {};
-}
 }  // namespace
 
 void addNarrowBench(CLI::App& bench, Action& chosen)
@@ -64,8 +80,7 @@ void addNarrowBench(CLI::App& bench, Action& chosen)
     addList(*command, "--shape", options->shapes, "one or several", narrowShapeNames());
     addList(*command, "--regime", options->regimes, "how far apart", namesOf(narrowRegimes()));
     addList(*command, "--query", options->queries, "what is asked", narrowQueryNames());
-    addList(*command, "--algorithm", options->algorithms, "libraries", namesOf(narrowSubjects()))
-        ->check(CLI::Validator(whyNot, ""));
+    addList(*command, "--algorithm", options->algorithms, "libraries", namesOf(narrowSubjects()));
     addList(*command, "--temperature", options->temperatures, "with and without the memory of a pair",
             {"warm", "cold"});
     addList(*command, "--support", options->supports, "support search of cullet", narrowSupportNames());

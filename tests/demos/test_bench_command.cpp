@@ -400,6 +400,26 @@ TEST_F(BenchCommand, MeasuresNarrowQueriesAndChecksTheirAnswers)
     EXPECT_EQ(runProgram("bench narrow --shape sphere").code, 2);
 }
 
+TEST_F(BenchCommand, LeavesOutLibrariesThatTheProgramWasBuiltWithout)
+{
+    const std::string narrow =
+        "bench narrow --shape box8 --regime separated --query boolean --repetitions 1 ";
+    Outcome outcome;
+    const json document = runForJson(narrow + "--algorithm cullet,bullet,ccd,fcl,coal", &outcome);
+    ASSERT_EQ(outcome.code, 0) << outcome.errors;
+    std::set<std::string> measured;
+    for (const json& row : document["rows"])
+        measured.insert(row["backend"].get<std::string>());
+    EXPECT_EQ(measured.count("cullet") + measured.count("bullet"), 2u);
+    for (const std::string library : {"ccd", "fcl", "coal"})
+    {
+        const bool isThere = measured.count(library) != 0;
+        EXPECT_NE(contains(outcome.errors, library + ": built without"), isThere) << outcome.errors;
+        const Outcome alone = runProgram(narrow + "--algorithm " + library + "," + library);
+        EXPECT_EQ(alone.code, isThere ? 0 : 5) << alone.errors;
+    }
+}
+
 TEST_F(BenchCommand, MeasuresOtherStartsAndSolversOfNarrowQueries)
 {
     Outcome outcome;
