@@ -10,15 +10,17 @@ namespace cullet::preload
 {
 namespace
 {
-bool isGiven(const char* name)
+/// What a variable says, if it says 0 or 1.
+std::optional<bool> readFlag(const char* name)
 {
     const char* value = std::getenv(name);
-    return value != nullptr && value[0] != '\0';
-}
-
-bool isSet(const char* name, bool otherwise)
-{
-    return isGiven(name) ? std::strcmp(std::getenv(name), "0") != 0 : otherwise;
+    if (value == nullptr || value[0] == '\0')
+        return std::nullopt;
+    const bool isOne = std::strcmp(value, "1") == 0;
+    if (isOne || std::strcmp(value, "0") == 0)
+        return isOne;
+    say("%s=%s: 0 or 1 expected; it is ignored", name, value);
+    return std::nullopt;
 }
 
 void readBackend(Settings& result)
@@ -51,10 +53,9 @@ void readBackend(Settings& result)
 Settings read()
 {
     Settings result;
-    result.replacesNarrowPhase = isSet("CULLET_NARROW", true);
-    if (isGiven("CULLET_TREES"))
-        result.fillsTrees = isSet("CULLET_TREES", false);
-    result.hasSummary = isSet("CULLET_STATS", false);
+    result.replacesNarrowPhase = readFlag("CULLET_NARROW").value_or(true);
+    result.fillsTrees = readFlag("CULLET_TREES");
+    result.hasSummary = readFlag("CULLET_STATS").value_or(false);
     readBackend(result);
     return result;
 }

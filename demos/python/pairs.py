@@ -84,7 +84,10 @@ def main():
     boxes = table[:, :6]
     boxes[:, :3] = random.uniform(0, 20, (1000, 3))
     boxes[:, 3:] = boxes[:, :3] + random.uniform(0.1, 2, (1000, 3))
-    boxset = BoxSet(sys.argv[1] if len(sys.argv) > 1 else ctypes.util.find_library("cullet"))
+    path = sys.argv[1] if len(sys.argv) > 1 else ctypes.util.find_library("cullet")
+    if path is None:
+        sys.exit("libcullet is not where the linker looks: give the path of libcullet.so")
+    boxset = BoxSet(path)
     ids = boxset.add(boxes)
     for step in range(10):
         added, removed = boxset.update()

@@ -168,6 +168,15 @@ TEST_P(PreloadedLibrary, NamesTheBackendsWhenItDoesNotKnowOne)
     EXPECT_EQ(output.line("hash"), hash(linked("narrow")));
 }
 
+TEST_P(PreloadedLibrary, SaysWhatItDoesNotUnderstand)
+{
+    const Output output = run(kPreloaded + "CULLET_NARROW=x CULLET_TREES=7 CULLET_STATS= " + plain("stack"));
+    EXPECT_TRUE(output.has("CULLET_NARROW=x: 0 or 1 expected")) << output.text;
+    EXPECT_TRUE(output.has("CULLET_TREES=7: 0 or 1 expected")) << output.text;
+    EXPECT_FALSE(output.has("CULLET_STATS")) << output.text;
+    EXPECT_EQ(output.line("hash"), hash(linked("narrow")));
+}
+
 TEST_P(PreloadedLibrary, SumsUpAtTheEndWhenAskedTo)
 {
     const Output output = run(kPreloaded + "CULLET_STATS=1 CULLET_BACKEND=brute " + plain("stack"));
