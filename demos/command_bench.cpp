@@ -165,6 +165,7 @@ int benchBroad(BroadOptions options, bool hasBodies, const BroadFiles& files)
         throw;
     }
     file.save();
+    closeTrace(trace);
     return isInterrupted() ? kExitInterrupted : kExitOk;
 }
 
@@ -233,6 +234,7 @@ int benchWorld(WorldCommand command)
     options.world = resolveScene(command.scene);
     runWorldBench(options, file);
     file.save();
+    closeTrace(trace);
     return isInterrupted() ? kExitInterrupted : kExitOk;
 }
 

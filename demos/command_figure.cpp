@@ -120,6 +120,7 @@ int runFigures(FigureCommand command)
         if (measureFigure(*chosen[i], command, all))
             files.push_back(figureFileName(chosen[i]->name));
     }
+    closeTrace(trace);
     if (!files.empty() && !command.noPlots)
         drawFigures(command.out, files);
     return isInterrupted() ? kExitInterrupted : kExitOk;

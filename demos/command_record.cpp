@@ -36,16 +36,15 @@ void requireGood(const RecordingBroadphase& recorder)
 }
 
 /// Steps the scene and returns the row of the recording.
-Json record(const RecordOptions& options, const WorldSceneOptions& world)
+Json record(const RecordOptions& options, const WorldSceneOptions& world, TraceFile* trace)
 {
     NamedBroadphase inner = makeNamedBroadphase(requestForScene(options.scene.scene, world));
     auto owned = std::make_unique<RecordingBroadphase>(*inner.broadphase, options.out);
     RecordingBroadphase& recorder = *owned;
     requireGood(recorder);
-    std::optional<TraceFile> trace;
     NamedBroadphase wrapped = {inner.name, std::move(owned), inner.cullet, inner.margin, inner.threads};
     const auto scene = makeWorldScene(options.scene.scene, world, std::move(wrapped));
-    scene->setTrace({openTrace(trace, options.trace), inner.name});
+    scene->setTrace({trace, inner.name});
     {
         Progress progress("recording", options.steps, options.quiet);
         for (std::uint32_t step = 0; step < options.steps && !isInterrupted(); ++step)
@@ -79,13 +78,15 @@ int recordCommand(const RecordOptions& options)
                      {"out", options.out}},
                     options.json, options.csv);
     printHead();
-    const Json row = record(options, resolveScene(options.scene));
+    std::optional<TraceFile> trace;
+    const Json row = record(options, resolveScene(options.scene), openTrace(trace, options.trace));
     std::printf("%s: %u bodies, %llu frames, %llu bytes, state hash %s%s\n", options.out.c_str(),
                 row["bodies"].get<unsigned>(), row["frames"].get<unsigned long long>(),
                 row["bytes"].get<unsigned long long>(), row["hash"].get<std::string>().c_str(),
                 isInterrupted() ? " (interrupted)" : "");
     file.addRow(row);
     file.save();
+    closeTrace(trace);
     return isInterrupted() ? kExitInterrupted : kExitOk;
 }
 }  // namespace

@@ -176,9 +176,9 @@ int renderCommand(RenderOptions options)
     options.film.trace = openTrace(trace, options.trace);
     printHead();
     const Film film = makeFilm(options);
-    trace.reset();
     file.addRow(describeFilm(options, film));
     file.save();
+    closeTrace(trace);
     if (!options.gltf.empty())
         writeGltf(film, options.gltf);
     if (!options.folder.empty() || !options.animation.empty())

@@ -21,8 +21,10 @@ int replayCommand(const ReplayOptions& options, const FileOptions& files)
     printHead();
     if (isDebugBuild())
         std::puts("note: this is a debug build; its times mean nothing");
-    const ReplayResult result = runReplay(options, file);
+    std::optional<TraceFile> trace;
+    const ReplayResult result = runReplay(options, file, openTrace(trace, options.trace));
     file.save();
+    closeTrace(trace);
     if (!result.difference.empty())
     {
         std::printf("DISAGREE: %s\n", result.difference.c_str());

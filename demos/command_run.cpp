@@ -19,6 +19,7 @@ struct RunOptions
     SceneArguments scene;
     std::string json;
     std::string csv;
+    std::string trace;
 };
 
 Json toJson(const RunOptions& options)
@@ -51,10 +52,13 @@ int runCommand(RunOptions options)
     options.drop.world = resolveScene(options.scene);
     std::fflush(stdout);
     ResultFile file(toJson(options), options.json, options.csv);
+    std::optional<TraceFile> trace;
+    options.drop.trace = openTrace(trace, options.trace);
     const DropResult result = runDrop(options.drop);
     printReport(options.drop, result);
     addRows(options.drop, result, file);
     file.save();
+    closeTrace(trace);
     if (!result.audits.agrees())
         return kExitDisagreement;
     return result.interrupted ? kExitInterrupted : kExitOk;
@@ -80,7 +84,8 @@ void addRunCommand(CLI::App& program, Action& chosen)
     command->add_option("--check", drop.auditEvery, "steps between two comparisons of the pairs; 0: none")
         ->capture_default_str()
         ->check(notNegative());
-    command->add_option("--trace", drop.trace, "write every phase of every step to this file, for Perfetto");
+    command->add_option("--trace", options->trace,
+                        "write every phase of every step to this file, for Perfetto");
     command->add_option("--json", options->json, "write results to this file");
     command->add_option("--csv", options->csv, "write results to this file");
     command->add_flag("--quiet", drop.quiet, "no progress bar");

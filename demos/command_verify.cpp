@@ -22,8 +22,10 @@ int verifyCommand(const ReplayOptions& options, const FileOptions& files)
     const RecordingSummary summary = recording.summarise();
     printSummary(options.path, summary);
     const auto players = makePlayers(options.backends, options.threads, summary);
-    const ReplayResult result = runVerify(options, recording, players, file);
+    std::optional<TraceFile> trace;
+    const ReplayResult result = runVerify(options, recording, players, file, openTrace(trace, options.trace));
     file.save();
+    closeTrace(trace);
     if (!result.difference.empty())
     {
         std::printf("%s\n", result.difference.c_str());

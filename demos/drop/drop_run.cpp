@@ -103,10 +103,8 @@ DropResult runDrop(const DropOptions& options)
     const std::unique_ptr<WorldScene> ownDbvt = makeContenderWorld(options, "dbvt");
     WorldScene& cullet = *ownCullet;
     WorldScene& dbvt = *ownDbvt;
-    std::optional<TraceFile> ownTrace;
-    TraceFile* const trace = openTrace(ownTrace, options.trace);
-    cullet.setTrace({trace, cullet.broadphase().name});
-    dbvt.setTrace({trace, dbvt.broadphase().name});
+    cullet.setTrace({options.trace, cullet.broadphase().name});
+    dbvt.setTrace({options.trace, dbvt.broadphase().name});
     Auditor auditor(options, cullet, dbvt);
     DropResult result;
     Progress progress("stepping", options.steps, options.quiet);

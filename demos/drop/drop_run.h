@@ -20,7 +20,7 @@ struct DropOptions
     WorldSceneOptions world;  ///< world.backend is the broad phase of the first world
     std::uint32_t steps = 180;
     std::uint32_t auditEvery = 20;  ///< steps between two comparisons of the pairs; 0: never
-    std::string trace;              ///< file for a Chrome trace of all steps; empty: none
+    TraceFile* trace = nullptr;     ///< gets the phases of all steps
     bool quiet = false;
 };
 

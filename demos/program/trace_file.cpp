@@ -9,7 +9,8 @@
 
 namespace cullet
 {
-TraceFile::TraceFile(const std::string& path) : m_file(path, std::ios::trunc), m_start(Clock::now())
+TraceFile::TraceFile(const std::string& path)
+    : m_path(path), m_file(path, std::ios::trunc), m_start(Clock::now())
 {
     if (!m_file)
         throw ProgramError(kExitOutput, "trace file '" + path + "': cannot be opened for writing");
@@ -18,7 +19,22 @@ TraceFile::TraceFile(const std::string& path) : m_file(path, std::ios::trunc), m
 
 TraceFile::~TraceFile()
 {
+    writeEnd();
+}
+
+void TraceFile::writeEnd()
+{
+    if (!m_file.is_open())
+        return;
     m_file << "\n]\n";
+    m_file.close();
+}
+
+void TraceFile::close()
+{
+    writeEnd();
+    if (!m_file)
+        throw ProgramError(kExitOutput, "trace file '" + m_path + "': cannot be written");
 }
 
 void TraceFile::beginEvent()

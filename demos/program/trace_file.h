@@ -13,8 +13,8 @@ namespace cullet
 {
 /// Spans of time as a Chrome trace (a JSON array of complete events), which Perfetto and chrome://tracing show.
 ///
-/// Written as it comes; nothing is kept in memory. The destructor closes the array, also when an exception or Ctrl-C ends
-/// the run; of a process that was killed, the viewers read what is there.
+/// Written as it comes; nothing is kept in memory. close() ends the array, or the destructor when an exception ends the run,
+/// which says nothing where that fails; of a process that was killed, the viewers read what is there.
 class TraceFile
 {
 public:
@@ -29,11 +29,17 @@ public:
     /// A new row of the picture, below the others.
     int addLane(const std::string& name);
 
+    /// Nothing can be added behind this.
+    /// @throws ProgramError (kExitOutput) when something could not be written
+    void close();
+
     void addSpan(int lane, const char* name, Clock::time_point begin, Clock::time_point end);
 
 private:
     void beginEvent();
+    void writeEnd();
 
+    std::string m_path;
     std::ofstream m_file;
     Clock::time_point m_start;
     bool m_isFirst = true;
@@ -46,6 +52,15 @@ private:
 inline TraceFile* openTrace(std::optional<TraceFile>& trace, const std::string& path)
 {
     return path.empty() ? nullptr : &trace.emplace(path);
+}
+
+/// What a run that has gone well does at its end.
+///
+/// @throws as TraceFile::close()
+inline void closeTrace(std::optional<TraceFile>& trace)
+{
+    if (trace.has_value())
+        trace->close();
 }
 
 /// One row of a trace: spans that lie within each other. Without a file it does nothing.

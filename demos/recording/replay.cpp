@@ -13,7 +13,6 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
-#include <optional>
 
 namespace cullet
 {
@@ -99,7 +98,7 @@ void printSummary(const std::string& path, const RecordingSummary& summary)
         summary.isRounded ? ", rounded outward to float here (--precision double takes it as it is)" : "");
 }
 
-ReplayResult runReplay(const ReplayOptions& options, ResultFile& file)
+ReplayResult runReplay(const ReplayOptions& options, ResultFile& file, TraceFile* trace)
 {
     RecordingFile recording(options.path);
     const RecordingSummary summary = recording.summarise();
@@ -107,8 +106,6 @@ ReplayResult runReplay(const ReplayOptions& options, ResultFile& file)
     const std::vector<std::unique_ptr<Player>> players =
         makePlayers(options.backends, options.threads, summary);
     std::vector<Contender> contenders(players.size());
-    std::optional<TraceFile> ownTrace;
-    TraceFile* const trace = openTrace(ownTrace, options.trace);
     for (std::size_t i = 0; i < players.size(); ++i)
     {
         contenders[i].player = players[i].get();

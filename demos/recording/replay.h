@@ -3,6 +3,7 @@
 #pragma once
 
 #include "demos/program/result_file.h"
+#include "demos/program/trace_file.h"
 #include "demos/recording/player.h"
 
 #include <cstdint>
@@ -39,11 +40,13 @@ void printSummary(const std::string& path, const RecordingSummary& summary);
 ///
 /// `hash` is over the overlapping pairs of all frames; the pair sets are compared, outside of the times, in each frame.
 /// Stops early, with what it has, when the user interrupts.
-ReplayResult runReplay(const ReplayOptions& options, ResultFile& file);
+/// @param trace gets every frame; null: none
+ReplayResult runReplay(const ReplayOptions& options, ResultFile& file, TraceFile* trace = nullptr);
 
 /// Compares the overlapping pairs of all players with those of the first, in each frame, and stops at the first
 /// difference: frame, pair, who has it, and both boxes. Prints and adds a row "verify" for each player.
 ReplayResult runVerify(const ReplayOptions& options, RecordingFile& recording,
-                       const std::vector<std::unique_ptr<Player>>& players, ResultFile& file);
+                       const std::vector<std::unique_ptr<Player>>& players, ResultFile& file,
+                       TraceFile* trace = nullptr);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -9,7 +9,6 @@
 
 #include <cstdio>
 #include <filesystem>
-#include <optional>
 
 namespace cullet
 {
@@ -83,11 +82,10 @@ void addRows(const ReplayOptions& options, const Comparison& all, ResultFile& fi
 }  // namespace
 
 ReplayResult runVerify(const ReplayOptions& options, RecordingFile& recording,
-                       const std::vector<std::unique_ptr<Player>>& players, ResultFile& file)
+                       const std::vector<std::unique_ptr<Player>>& players, ResultFile& file,
+                       TraceFile* trace)
 {
     const std::uint64_t wanted = framesToPlay(options, recording.summarise());
-    std::optional<TraceFile> ownTrace;
-    TraceFile* const trace = openTrace(ownTrace, options.trace);
     Comparison all = {players, {}, std::vector<FrameHash>(players.size()), {}, {}, 0, {}};
     for (const auto& player : players)
         all.lanes.emplace_back(trace, player->name());

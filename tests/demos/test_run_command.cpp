@@ -128,6 +128,28 @@ TEST(RunCommand, TracesEveryPhaseOfEveryStep)
     EXPECT_EQ(runProgram("run --bodies 5 --steps 1 --trace /nowhere/t.json").code, 4);
 }
 
+TEST(RunCommand, SaysThatATraceCannotBeWrittenWhenTheResultsAre)
+{
+    const std::string recording = temporaryPath("full.cbx"), results = temporaryPath("full.json");
+    const std::string film = temporaryPath("full.gltf");
+    for (const std::string& command : std::vector<std::string>{
+             "run --scene boxes --bodies 5 --steps 3 --check 0",
+             "record --scene boxes --bodies 5 --steps 3 --out " + recording,
+             "replay --backend grid " + recording, "verify --backend exact,grid " + recording,
+             "bench broad --scene W1 --bodies 100 --backend grid --frames 2 --warmup 1",
+             "bench world --scene boxes --bodies 5 --steps 10 --backend grid",
+             "render --bodies 5 --steps 3 --gltf " + film})
+    {
+        const Outcome outcome = runProgram(command + " --trace /dev/full --json " + results);
+        EXPECT_EQ(outcome.code, 4) << command << outcome.errors;
+        EXPECT_EQ(outcome.errors, "cullet: trace file '/dev/full': cannot be written\n") << command;
+        EXPECT_TRUE(json::parse(readText(results), nullptr, false).is_object()) << command;
+        std::remove(results.c_str());
+    }
+    for (const std::string& path : {recording, film})
+        std::remove(path.c_str());
+}
+
 TEST(RunCommand, ClosesItsTraceWhenInterrupted)
 {
     const std::string path = temporaryPath("interrupted.json");
