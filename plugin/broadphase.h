@@ -38,7 +38,7 @@ struct BroadphaseOptions
     GridOptions grid;  ///< `threads` above wins over grid.threads unless it is 0
     PsapOptions psap;
     /// BackendChoice::Auto: a world of so many bodies moves to CUDA, and back to the grid below half of them; the pairs
-    /// stay. 0: CUDA from the start. The break-even measured on an H200 is at 1,000 bodies that all move.
+    /// stay. 0: CUDA from the start. The break-even measured on an H200 is at 500 to 2,000 bodies.
     std::uint32_t deviceBodies = 2048;
     /// Boxes of a pair that separates keep it until they are 2 * margin apart (length unit of the world).
     /// Negative: Bullet's gDbvtMargin, read in every calculateOverlappingPairs().

@@ -22,6 +22,8 @@ WITH_FLAT = [*CASES, ("all at one x, 1M", "flat", MILLION, None)]
 # Rivals were measured with as many, which is 5 % fewer.
 BODIES_OF_RIVALS = {MILLION: 1000000, 1 << 24: 16000000}
 DELTA_CASES = [("1M", "W1", MILLION, 0.13), ("16M", "W1", 1 << 24, 2.3)]
+CHANGES = [("boxes drift, means", "rows-deltas"), ("... every frame searched", "rows-deltas-searched"),
+           ("other positions in every frame", "rows-deltas-fresh")]
 UPDATES = [("all move", "all-move", 0.60), ("every tenth moves", "tenth-moves", 0.20)]
 VARIANTS = [
     ("as the thesis has it: one cell for 64,000 boxes (rounded up), its shift in float", "shifted-thesis-cells"),
@@ -146,6 +148,15 @@ def updates(results):
     return table(["W1", "W2", "W3", "all at one x", "goal"], lines)
 
 
+def changes(results):
+    """Pairs and their changes, in device memory."""
+    lines = [[label, *(shown(results.number(scene, bodies, variant)) for _, scene, bodies, _ in WITH_FLAT)]
+             for label, variant in CHANGES]
+    goals_of = {name: goal for name, _, _, goal in DELTA_CASES}
+    lines.append(["goal", *(f"{goals_of[name]:g}" if name in goals_of else "" for name, *_ in WITH_FLAT)])
+    return table([name for name, *_ in WITH_FLAT], lines)
+
+
 def floors(results):
     """Stages of update() beside what their bytes take to copy: us, MB, us for those, times."""
     lines = []
@@ -193,7 +204,7 @@ def orders(results):
     return table(["bins", "counting, alone", "counting, grouped", "radix", "tiles", "as chosen", "over the best"], lines)
 
 
-TABLES = {"goals": goals, "variants": variants, "spread": spread, "updates": updates, "floors": floors,
+TABLES = {"goals": goals, "variants": variants, "spread": spread, "changes": changes, "updates": updates, "floors": floors,
           "extremes": extremes, "orders": orders}
 
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// How often an update waits for its executor: a GPU stands idle then.
+// How often an update waits for its executor: a GPU stands idle then. And how many bytes go between both.
 
 #include "broad/host_exec.h"
 #include "broad/proxy_table.h"
@@ -16,23 +16,60 @@ namespace cullet::test
 {
 namespace
 {
-/// HostExec that counts how often it is waited for.
+struct Counts
+{
+    int waits = 0;
+    std::uint64_t bytesThere = 0, bytesBack = 0;  ///< to memory of the executor, and from there
+};
+
+/// HostExec that counts how often it is waited for, and what a GPU would move.
 class CountingExec : public psap::HostExec
 {
 public:
-    CountingExec(const PsapOptions& options, int& waits) : HostExec(options), m_waits(waits) {}
+    CountingExec(const PsapOptions& options, Counts& counts) : HostExec(options), m_counts(counts) {}
 
-    void wait() { ++m_waits; }
+    void wait() { ++m_counts.waits; }
+    template <class T>
+    void upload(T* to, const T* from, std::uint64_t count)
+    {
+        m_counts.bytesThere += count * sizeof(T);
+        HostExec::upload(to, from, count);
+    }
+    template <class T>
+    void uploadParts(T* to, const T* from, std::uint64_t count, std::uint64_t part)
+    {
+        m_counts.bytesThere += count * sizeof(T);
+        HostExec::uploadParts(to, from, count, part);
+    }
+    template <class T>
+    const T* mapped(const T* memory, std::uint64_t count)
+    {
+        m_counts.bytesThere += count * sizeof(T);
+        return memory;
+    }
+    template <class T>
+    T* mappedForWriting(T* memory, std::uint64_t count = 1)
+    {
+        m_counts.bytesBack += count * sizeof(T);
+        return memory;
+    }
+    template <class T>
+    void download(T* to, const T* from, std::uint64_t count)
+    {
+        m_counts.bytesBack += count * sizeof(T);
+        HostExec::download(to, from, count);
+    }
 
 private:
-    int& m_waits;
+    Counts& m_counts;
 };
 
 /// Bodies in a row, each touching the next one.
 class PsapWaits : public ::testing::Test
 {
 protected:
-    PsapWaits()
+    explicit PsapWaits(std::uint64_t capacity = kCapacity)
+        : m_options(optionsFor(capacity)), m_backend(m_options, "psap", m_options, m_counts)
     {
         for (std::uint32_t body = 0; body < 500; ++body)
             m_table.create(boxOf(body, 0), body + 1, kEverything);
@@ -43,11 +80,14 @@ protected:
     /// @return waits of an update
     int update(PairDelta& delta)
     {
-        m_waits = 0;
+        m_counts = {};
         EXPECT_EQ(m_backend.update(m_table.beginUpdate(0, true), delta), Status::Ok);
         m_table.endUpdate();
-        return m_waits;
+        return m_counts.waits;
     }
+    /// Of the last update.
+    std::uint64_t bytesThere() const { return m_counts.bytesThere; }
+    std::uint64_t bytesBack() const { return m_counts.bytesBack; }
 
     static constexpr std::uint32_t kCapacity = 64;
 
@@ -58,16 +98,24 @@ private:
         return cube(low, low + 1.25f);
     }
 
-    static PsapOptions options()
+    static PsapOptions optionsFor(std::uint64_t capacity)
     {
         PsapOptions options;
-        options.initialCapacity = kCapacity;
+        options.initialCapacity = capacity;
         return options;
     }
 
-    int m_waits = 0;
-    psap::PsapBackend<CountingExec> m_backend{options(), "psap", options(), m_waits};
+    Counts m_counts;
+    PsapOptions m_options;
+    psap::PsapBackend<CountingExec> m_backend;
     ProxyTable m_table;
+};
+
+/// With no more room for changes than is expected.
+class PsapBytes : public PsapWaits
+{
+protected:
+    PsapBytes() : PsapWaits(1) {}
 };
 
 TEST_F(PsapWaits, OnceForAsManyChangesAsTheLastUpdatesHad)
@@ -96,6 +144,33 @@ TEST_F(PsapWaits, OnceMoreForManyChangesAfterFew)
         move(body, 4.0f * static_cast<float>(500 + body));
     EXPECT_EQ(update(delta), 2);
     EXPECT_EQ(delta.removed.size(), 499u);
+}
+
+TEST_F(PsapBytes, ThoseOfTheChangesAndOfTheRowsThatChanged)
+{
+    PairDelta delta;
+    update(delta);
+    for (const std::uint32_t moved : {10u, 60u, 150u})
+    {
+        for (int frame = 0; frame < 6; ++frame)
+        {
+            // Every second one leaves while the others come back.
+            for (std::uint32_t k = 0; k < moved; ++k)
+                move(3 * k, (k + static_cast<std::uint32_t>(frame)) % 2 == 0
+                                ? 10.0f * static_cast<float>(1000 + 3 * k)
+                                : 0.0f);
+            update(delta);
+            if (frame < 3)
+                continue;  // as many had not been expected
+            const std::uint64_t changed = delta.added.size() + delta.removed.size();
+            EXPECT_NEAR(static_cast<double>(changed), 2.0 * moved, 2.0) << frame;
+            // Eight bytes a pair, of which there may be a quarter more, a box and its row, and what is always told.
+            EXPECT_LE(bytesBack(), 10 * changed + 300) << moved;
+            EXPECT_GE(bytesBack(), 8 * changed) << moved;
+            EXPECT_LE(bytesThere(), (sizeof(Aabb) + 4 + 1) * moved + 300) << moved;
+            EXPECT_GE(bytesThere(), (sizeof(Aabb) + 4) * moved) << moved;
+        }
+    }
 }
 }  // namespace
 }  // namespace cullet::test
