@@ -15,7 +15,9 @@ void LinkedPairs::makeRoom()
 {
     const std::size_t more = 2 * m_pairs.size() + 16;
     if (!m_hash.hasRoom())
-        m_hash.grow(more, [this](std::uint32_t index) { return hashOfPair(m_pairs[index]); });
+        m_hash.grow(
+            more, [this](std::uint32_t index) { return hashOfPair(m_pairs[index]); },
+            [](std::uint32_t) { return true; });
     if (m_pairs.size() == m_links.capacity())
         m_links.reserve(more);
 }

@@ -66,7 +66,9 @@ void PairCache::growTo(std::size_t pairCount)
     const std::size_t count =
         std::min<std::size_t>(std::max({pairCount, quarterMore, kSmallestArray}), kMaxPairs);
     if (m_hash.limit() < pairCount)
-        m_hash.grow(count, [this](std::uint32_t index) { return hashOfPair(idsOf(*pairAt(index))); });
+        m_hash.grow(
+            count, [this](std::uint32_t index) { return hashOfPair(idsOf(*pairAt(index))); },
+            [this](std::uint32_t index) { return !isDetached(index); });
     if (m_links.capacity() < pairCount)
         m_links.reserve(count);
     if (static_cast<std::size_t>(m_pairs.capacity()) < pairCount)
@@ -85,7 +87,12 @@ void PairCache::makeRoom()
 
 btBroadphasePair* PairCache::addOverlappingPair(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1)
 {
-    return needsBroadphaseCollision(proxy0, proxy1) ? addPairUnfiltered(proxy0, proxy1) : nullptr;
+    if (m_filter == nullptr)
+        return needsBroadphaseCollision(proxy0, proxy1) ? addPairUnfiltered(proxy0, proxy1) : nullptr;
+    Addition addition(*this, idsOf(sortById(proxy0, proxy1)));
+    if (!m_filter->needBroadphaseCollision(proxy0, proxy1) || addition.isCancelled)
+        return nullptr;
+    return addPairUnfiltered(proxy0, proxy1);
 }
 
 btBroadphasePair* PairCache::addPairUnfiltered(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1)
@@ -96,15 +103,33 @@ btBroadphasePair* PairCache::addPairUnfiltered(btBroadphaseProxy* proxy0, btBroa
     const std::uint32_t known = indexOf(sorted);
     if (known != kNone)
         return pairAt(known);
+    if (isBeingTold(sorted))
+        return nullptr;
     if (m_ghosts == nullptr)
         return append(sorted);
+    Addition addition(*this, idsOf(sorted));
+    return addTold(sorted, addition);
+}
 
+/// Whether the ghost callback runs that is being told of this very pair.
+bool PairCache::isBeingTold(const ProxyPair& sorted) const
+{
+    for (const Addition* addition = m_additions; addition != nullptr; addition = addition->outer())
+    {
+        if (addition->told.first != nullptr && addition->ids == idsOf(sorted))
+            return true;
+    }
+    return false;
+}
+
+btBroadphasePair* PairCache::addTold(const ProxyPair& sorted, Addition& addition)
+{
     if (!hasMemory(sorted))
         return nullptr;
+    addition.told = sorted;
     m_ghosts->addOverlappingPair(sorted.first, sorted.second);
-    // The callback may have changed the cache, up to adding this very pair.
-    const std::uint32_t added = indexOf(sorted);
-    return added != kNone ? pairAt(added) : append(sorted);
+    // The callback may have changed the cache.
+    return addition.isCancelled ? nullptr : append(sorted);
 }
 
 /// Whether append() will find the memory it needs.

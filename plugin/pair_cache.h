@@ -88,7 +88,9 @@ public:
     /// Adds the pair when the filter lets it pass and returns it; an existing pair is returned as it is, without a
     /// word to the ghost callback; null when the filter refuses. Amortised O(1).
     ///
-    /// The ghost callback is told of a new pair before it is in the cache.
+    /// The ghost callback is told of a new pair before it is in the cache. Filter and ghost callback may remove the pair, or a
+    /// proxy of it with all of its pairs: then it does not come, and the ghost callback, if it has been told, is told so. While
+    /// either runs, adding the same pair once more gives null.
     btBroadphasePair* addOverlappingPair(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1) override;
 
     /// Destroys the pair's algorithm, takes the pair out, and returns what its `m_internalInfo1` was; null when there is
@@ -179,15 +181,23 @@ public:
 private:
     /// Follows one pair of the array while callbacks may move or remove it.
     class Cursor;
+    /// A pair on its way into the cache, while callbacks are asked or told about it.
+    class Addition;
 
     static constexpr std::uint32_t kNone = PairHash::kNone;
 
     std::uint32_t size() const { return static_cast<std::uint32_t>(m_pairs.size()); }
     btBroadphasePair* pairAt(std::uint32_t index);
+    bool isDetached(std::uint32_t index) const { return m_detachedCount != 0 && m_links.isDetached(index); }
     std::uint32_t indexOf(const ProxyPair& sorted) const;
     std::uint32_t indexOf(Pair ids) const;
     void makeRoom();
     void growTo(std::size_t pairCount);
+    bool isBeingTold(const ProxyPair& sorted) const;
+    btBroadphasePair* addTold(const ProxyPair& sorted, Addition& addition);
+    template <class IsMeant>
+    void cancelAdditions(IsMeant isMeant, btDispatcher* dispatcher);
+    void* cancelAddition(Pair ids, btDispatcher* dispatcher);
     bool hasMemory(const ProxyPair& sorted);
     btBroadphasePair* append(const ProxyPair& sorted);
     void prefetchRemoval(const Pair* coming, std::size_t count);
@@ -210,6 +220,7 @@ private:
     btOverlapFilterCallback* m_filter = nullptr;
     btOverlappingPairCallback* m_ghosts = nullptr;
     Cursor* m_cursors = nullptr;        ///< innermost first
+    Addition* m_additions = nullptr;    ///< innermost first
     std::uint64_t m_version = 0;        ///< changes when a pair comes, goes or moves
     std::uint32_t m_detachedCount = 0;  ///< entries whose ghost callback is running
     std::uint64_t m_visited = 0;

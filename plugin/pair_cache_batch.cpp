@@ -16,12 +16,14 @@ constexpr std::size_t kStage1 = 32;
 constexpr std::size_t kStage2 = 20;
 constexpr std::size_t kStage3 = 10;
 
-/// As the hash holds it: the lower id first.
+/// As the hash holds it.
+std::uint64_t hashOf(Pair ids)
+{
+    return hashOfPair(inBulletsOrder(ids));
+}
 std::uint64_t hashOf(const btBroadphaseProxy* proxy0, const btBroadphaseProxy* proxy1)
 {
-    const std::uint32_t id0 = idOf(proxy0);
-    const std::uint32_t id1 = idOf(proxy1);
-    return hashOfPair(id0 < id1 ? Pair{id0, id1} : Pair{id1, id0});
+    return hashOf({idOf(proxy0), idOf(proxy1)});
 }
 }  // namespace
 
@@ -61,11 +63,11 @@ std::size_t PairCache::removePairs(const Pair* ids, std::size_t count, btDispatc
 void PairCache::prefetchRemoval(const Pair* coming, std::size_t count)
 {
     if (kStage1 < count)
-        m_hash.prefetch(hashOfPair(coming[kStage1]));
+        m_hash.prefetch(hashOf(coming[kStage1]));
     if (kStage2 < count)
-        prefetchPair(m_hash.guess(hashOfPair(coming[kStage2])));
+        prefetchPair(m_hash.guess(hashOf(coming[kStage2])));
     if (kStage3 < count)
-        prefetchNeighbours(m_hash.guess(hashOfPair(coming[kStage3])));
+        prefetchNeighbours(m_hash.guess(hashOf(coming[kStage3])));
     if (size() <= kStage1)
         return;
     prefetchPair(size() - kStage1);

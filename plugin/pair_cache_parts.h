@@ -33,6 +33,14 @@ inline ProxyPair sortById(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1)
     return proxy0->m_uniqueId < proxy1->m_uniqueId ? ProxyPair{proxy0, proxy1} : ProxyPair{proxy1, proxy0};
 }
 
+/// The ids in the order in which btBroadphasePair has their proxies, which it compares as int.
+inline Pair inBulletsOrder(Pair ids)
+{
+    return static_cast<std::int32_t>(ids.first) < static_cast<std::int32_t>(ids.second)
+               ? ids
+               : Pair{ids.second, ids.first};
+}
+
 class PairCache::Cursor
 {
 public:
@@ -60,6 +68,30 @@ private:
     Cursor* m_outer;
 };
 
+class PairCache::Addition
+{
+public:
+    [[gnu::noinline]] Addition(PairCache& cache, Pair pair)
+        : ids(pair), m_cache(cache), m_outer(cache.m_additions)
+    {
+        cache.m_additions = this;
+    }
+    ~Addition() { m_cache.m_additions = m_outer; }
+    Addition(const Addition&) = delete;
+    Addition& operator=(const Addition&) = delete;
+
+    Addition* outer() const { return m_outer; }
+
+    const Pair ids;
+    ProxyPair told =
+        {};  ///< to the ghost callback, which has to be told when the pair does not come; null: not told
+    bool isCancelled = false;
+
+private:
+    PairCache& m_cache;
+    Addition* m_outer;
+};
+
 inline std::uint32_t PairCache::indexOf(const ProxyPair& sorted) const
 {
     return m_hash.find(hashOfPair(idsOf(sorted)),
@@ -72,8 +104,9 @@ inline std::uint32_t PairCache::indexOf(const ProxyPair& sorted) const
 
 inline std::uint32_t PairCache::indexOf(Pair ids) const
 {
-    return m_hash.find(hashOfPair(ids),
-                       [&](std::uint32_t index) { return idsOf(m_pairs[static_cast<int>(index)]) == ids; });
+    const Pair sorted = inBulletsOrder(ids);
+    return m_hash.find(hashOfPair(sorted), [&](std::uint32_t index)
+                       { return idsOf(m_pairs[static_cast<int>(index)]) == sorted; });
 }
 
 inline btBroadphasePair* PairCache::pairAt(std::uint32_t index)

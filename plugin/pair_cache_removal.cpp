@@ -50,14 +50,15 @@ void PairCache::cleanProxyFromPairs(btBroadphaseProxy* proxy, btDispatcher* disp
 void* PairCache::removeOverlappingPair(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1,
                                        btDispatcher* dispatcher)
 {
-    const std::uint32_t index = indexOf(sortById(proxy0, proxy1));
-    return index != kNone ? removeAt(index, dispatcher) : nullptr;
+    const ProxyPair sorted = sortById(proxy0, proxy1);
+    const std::uint32_t index = indexOf(sorted);
+    return index != kNone ? removeAt(index, dispatcher) : cancelAddition(idsOf(sorted), dispatcher);
 }
 
 void* PairCache::removePair(Pair ids, btDispatcher* dispatcher)
 {
     const std::uint32_t index = indexOf(ids);
-    return index != kNone ? removeAt(index, dispatcher) : nullptr;
+    return index != kNone ? removeAt(index, dispatcher) : cancelAddition(inBulletsOrder(ids), dispatcher);
 }
 
 void PairCache::removeOverlappingPairsContainingProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher)
@@ -68,6 +69,29 @@ void PairCache::removeOverlappingPairsContainingProxy(btBroadphaseProxy* proxy, 
         ++m_visited;
         removeAt(PairLinks::pairOf(node), dispatcher);
     }
+    cancelAdditions([id](Pair ids) { return ids.first == id || ids.second == id; }, dispatcher);
+}
+
+template <class IsMeant>
+void PairCache::cancelAdditions(IsMeant isMeant, btDispatcher* dispatcher)
+{
+    for (Addition* addition = m_additions; addition != nullptr; addition = addition->outer())
+    {
+        if (addition->isCancelled || !isMeant(addition->ids))
+            continue;
+        addition->isCancelled = true;
+        const ProxyPair told = addition->told;
+        if (told.first != nullptr && m_ghosts != nullptr)
+            m_ghosts->removeOverlappingPair(told.first, told.second, dispatcher);
+    }
+}
+
+/// @return null, as there is nothing of the application's yet
+void* PairCache::cancelAddition(Pair ids, btDispatcher* dispatcher)
+{
+    if (m_additions != nullptr)
+        cancelAdditions([ids](Pair other) { return other == ids; }, dispatcher);
+    return nullptr;
 }
 
 void* PairCache::removeAt(std::uint32_t index, btDispatcher* dispatcher)
@@ -143,7 +167,7 @@ void PairCache::fillHole(std::uint32_t hole)
 void PairCache::movePair(std::uint32_t from, std::uint32_t to)
 {
     *pairAt(to) = *pairAt(from);
-    if (m_detachedCount != 0 && m_links.isDetached(from))
+    if (isDetached(from))
     {
         m_links.markDetached(to);
         return;

@@ -74,10 +74,10 @@ public:
     bool hasRoom() const noexcept { return m_count < m_limit; }
     std::size_t limit() const noexcept { return m_limit; }  ///< entries that fit without growing
 
-    /// Makes room for `count` entries in all by moving the entries 0 to size() - 1, whose hash values `hashOf(index)`
-    /// tells, to a larger table. May throw std::bad_alloc and then changes nothing.
-    template <class HashOf>
-    void grow(std::size_t count, HashOf hashOf)
+    /// Makes room for `count` entries in all by moving the entries to a larger table: the size() first indices for which
+    /// `isEntry(index)`, whose hash values `hashOf(index)` tells. May throw std::bad_alloc and then changes nothing.
+    template <class HashOf, class IsEntry>
+    void grow(std::size_t count, HashOf hashOf, IsEntry isEntry)
     {
         std::vector<Block> blocks(count / kLimitPerBlock + 1);
         m_blocks.swap(blocks);
@@ -85,8 +85,11 @@ public:
         ++m_rehashes;
         const auto entries = static_cast<std::uint32_t>(m_count);
         m_count = 0;
-        for (std::uint32_t index = 0; index < entries; ++index)
-            insert(hashOf(index), index);
+        for (std::uint32_t index = 0; m_count < entries; ++index)
+        {
+            if (isEntry(index))
+                insert(hashOf(index), index);
+        }
     }
 
     /// @pre hasRoom(); the pair is not in the table
