@@ -80,8 +80,12 @@ void DebugDrawing::drawBoxes(const btBroadphasePair* pairs, int pairCount) const
     std::vector<bool> hasPair(m_store.table().size());
     for (int i = 0; i < pairCount; ++i)
     {
+        // A cache that serves another broad phase too holds proxies that are not ours.
         for (const btBroadphaseProxy* proxy : {pairs[i].m_pProxy0, pairs[i].m_pProxy1})
-            hasPair[ProxyStore::rowOf(static_cast<const Proxy*>(proxy))] = true;
+        {
+            if (m_store.owns(proxy))
+                hasPair[ProxyStore::rowOf(static_cast<const Proxy*>(proxy))] = true;
+        }
     }
     m_store.forEach(
         [&](const Proxy* proxy, std::uint32_t row)

@@ -21,6 +21,11 @@ void sortUnique(Pairs& pairs)
     pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
 }
 
+std::uint32_t idOf(const btBroadphaseProxy& proxy)
+{
+    return static_cast<std::uint32_t>(proxy.m_uniqueId);
+}
+
 /// Raises the flag for a scope; an exception lowers it too.
 class Scope
 {
@@ -77,6 +82,7 @@ void PairKeeper::update(float margin, btDispatcher* dispatcher)
     trimRoom(m_delta.added);
     trimRoom(m_delta.removed);
     trimRoom(m_due);
+    trimRoom(m_new);
     trimRoom(m_scratch);
     trimRoom(m_batch);
 }
@@ -100,6 +106,10 @@ void PairKeeper::noticeForeignChanges()
 
 bool PairKeeper::runBackend(const ProxyView& view)
 {
+    // Before it begins anew: what comes then and not now, the application has taken out.
+    m_areNewKnown = m_isCacheChanged && m_backend->update(view, m_delta) == Status::Ok;
+    if (m_areNewKnown)
+        m_new.swap(m_delta.added);
     if (m_isRestartDue)
         restartBackend();
     const Status status = m_backend->update(view, m_delta);
@@ -130,12 +140,10 @@ void PairKeeper::restartBackend()
     const btBroadphasePairArray& cached = m_port.cache()->getOverlappingPairArray();
     for (int i = 0; i < cached.size(); ++i)
     {
-        const Pair pair = {static_cast<std::uint32_t>(cached[i].m_pProxy0->m_uniqueId),
-                           static_cast<std::uint32_t>(cached[i].m_pProxy1->m_uniqueId)};
         // A cache that serves another broad phase too holds proxies that are not ours.
-        if (m_store.find(pair.first) == cached[i].m_pProxy0 &&
-            m_store.find(pair.second) == cached[i].m_pProxy1)
-            m_scratch.push_back(pair);
+        const btBroadphasePair& pair = cached[i];
+        if (m_store.owns(pair.m_pProxy0) && m_store.owns(pair.m_pProxy1))
+            m_scratch.push_back(makePair(idOf(*pair.m_pProxy0), idOf(*pair.m_pProxy1)));
     }
     sortUnique(m_scratch);
     m_backend->restart(m_scratch);
@@ -144,8 +152,11 @@ void PairKeeper::restartBackend()
     ++m_restartsTotal;
 }
 
-bool PairKeeper::isOld(Pair pair, const ProxyView& view) const
+/// Whether a pair that the backend reports as new was there before, and is only missing in the cache.
+bool PairKeeper::isTakenOut(Pair pair, const ProxyView& view) const
 {
+    if (m_areNewKnown)
+        return !std::binary_search(m_new.begin(), m_new.end(), pair);
     const Proxy* first = m_store.find(pair.first);
     const Proxy* second = m_store.find(pair.second);
     return first != nullptr && second != nullptr && view.changes[ProxyStore::rowOf(first)] == kRowUnchanged &&
@@ -154,16 +165,16 @@ bool PairKeeper::isOld(Pair pair, const ProxyView& view) const
 
 void PairKeeper::holdBackTakenOut(const ProxyView& view)
 {
-    const auto isTakenOut = [&](Pair pair) { return isOld(pair, view); };
+    const auto isHeldBack = [&](Pair pair) { return isTakenOut(pair, view); };
     for (const Pair pair : m_delta.added)
     {
-        if (!isTakenOut(pair))
+        if (!isHeldBack(pair))
             continue;
         m_pending.insert(pair, ProxyStore::rowOf(m_store.find(pair.first)),
                          ProxyStore::rowOf(m_store.find(pair.second)), PendingPairs::kRefused, view.boxes,
                          view.margin);
     }
-    m_delta.added.erase(std::remove_if(m_delta.added.begin(), m_delta.added.end(), isTakenOut),
+    m_delta.added.erase(std::remove_if(m_delta.added.begin(), m_delta.added.end(), isHeldBack),
                         m_delta.added.end());
 }
 
@@ -174,6 +185,10 @@ void PairKeeper::collectDue(const ProxyView& view)
     if (m_isAllDue)
         m_due = m_pending.pairs();
     sortUnique(m_due);
+    // The backend no longer holds those that have separated: they do not wait any more, and are new when they come again.
+    const auto hasSeparated = [&](Pair pair)
+    { return std::binary_search(m_delta.removed.begin(), m_delta.removed.end(), pair); };
+    m_due.erase(std::remove_if(m_due.begin(), m_due.end(), hasSeparated), m_due.end());
 }
 
 bool PairKeeper::areApart(Pair pair, float margin) const
@@ -280,10 +295,9 @@ void PairKeeper::addAtOnce(Proxy& a, Proxy& b)
 {
     if (!overlapsExactly(a, b) || m_port.contains(a, b))
         return;
-    Proxy& first = a.m_uniqueId < b.m_uniqueId ? a : b;
-    Proxy& second = a.m_uniqueId < b.m_uniqueId ? b : a;
-    const Pair pair = {static_cast<std::uint32_t>(first.m_uniqueId),
-                       static_cast<std::uint32_t>(second.m_uniqueId)};
+    Proxy& first = idOf(a) < idOf(b) ? a : b;
+    Proxy& second = idOf(a) < idOf(b) ? b : a;
+    const Pair pair = {idOf(first), idOf(second)};
     const std::uint32_t rowFirst = ProxyStore::rowOf(&first);
     const std::uint32_t rowSecond = ProxyStore::rowOf(&second);
     const ProxyTable& table = m_store.table();
@@ -302,8 +316,8 @@ void PairKeeper::removePairsOf(Proxy& proxy, btDispatcher* dispatcher)
     const int before = m_port.count();
     m_port.removePairsOf(proxy, dispatcher);
     m_expectedCount += m_port.count() - before;
-    m_pending.eraseAllOf(static_cast<std::uint32_t>(proxy.m_uniqueId));
-    m_provisional.eraseAllOf(static_cast<std::uint32_t>(proxy.m_uniqueId));
+    m_pending.eraseAllOf(idOf(proxy));
+    m_provisional.eraseAllOf(idOf(proxy));
 }
 
 void PairKeeper::skipChanges()
@@ -323,10 +337,10 @@ void PairKeeper::addTo(BroadphaseStats& stats) const
     stats.updatesTotal = m_updatesTotal;
     stats.restartsTotal = m_restartsTotal;
     stats.fallbacksTotal = m_fallbacksTotal;
-    stats.bytes +=
-        m_pending.bytes() + m_provisional.bytes() +
-        (m_delta.added.capacity() + m_delta.removed.capacity() + m_due.capacity() + m_scratch.capacity()) *
-            sizeof(Pair);
+    stats.bytes += m_pending.bytes() + m_provisional.bytes() +
+                   (m_delta.added.capacity() + m_delta.removed.capacity() + m_due.capacity() +
+                    m_new.capacity() + m_scratch.capacity()) *
+                       sizeof(Pair);
     stats.backendName = m_backend->name();
     stats.backend = m_backend->stats();
 }

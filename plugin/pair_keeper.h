@@ -23,8 +23,9 @@ inline namespace CULLET_PRECISION
 /// the pending ones (see PendingPairs). Callbacks of the application run while changes are applied and may do anything
 /// to proxies: the table's changes are taken in before, and every proxy is looked up by its id when its turn comes.
 ///
-/// Pairs that the application adds to the cache or takes out of it are noticed by their number. The backend then begins
-/// anew from the pairs of the cache: added pairs are removed when their boxes are apart, removed ones become pending.
+/// Pairs that the application adds to the cache or takes out of it are noticed by their number. The backend then tells what
+/// the boxes have changed, and begins anew from the pairs of the cache: added pairs are removed when their boxes are apart,
+/// and what is new beside those of the boxes was taken out, and becomes pending.
 class PairKeeper
 {
 public:
@@ -62,7 +63,7 @@ private:
     void addAtOneGo(float margin);
     void tryAdd(Pair pair, float margin);
     void hold(Pair pair, const Proxy& first, const Proxy& second, bool isExact, float margin);
-    bool isOld(Pair pair, const ProxyView& view) const;
+    bool isTakenOut(Pair pair, const ProxyView& view) const;
     bool areApart(Pair pair, float margin) const;
 
     const BroadphaseOptions m_options;
@@ -74,6 +75,7 @@ private:
 
     PairDelta m_delta;
     Pairs m_due;  // pending pairs to look at again
+    Pairs m_new;  // those of the boxes, when the application has changed the cache
     Pairs m_scratch;
     std::vector<ProxyPair> m_batch;
 
@@ -82,6 +84,7 @@ private:
     bool m_isRestartDue = false;
     bool m_isAllDue = false;
     bool m_isCacheChanged = false;
+    bool m_areNewKnown = false;
     bool m_isUpdating = false;
     bool m_wasInterrupted = false;  // a callback of this update skipped changes or set another backend
     std::uint64_t m_updatesTotal = 0;

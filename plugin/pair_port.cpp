@@ -54,8 +54,8 @@ private:
 
 Pair idsOf(const btBroadphasePair& pair)
 {
-    return {static_cast<std::uint32_t>(pair.m_pProxy0->m_uniqueId),
-            static_cast<std::uint32_t>(pair.m_pProxy1->m_uniqueId)};
+    return makePair(static_cast<std::uint32_t>(pair.m_pProxy0->m_uniqueId),
+                    static_cast<std::uint32_t>(pair.m_pProxy1->m_uniqueId));
 }
 }  // namespace
 

@@ -18,15 +18,23 @@ Aabb ProxyStore::countedBox(const btVector3& aabbMin, const btVector3& aabbMax) 
 
 Proxy* ProxyStore::create(const btVector3& aabbMin, const btVector3& aabbMax, void* client, Filter filter)
 {
-    const std::uint32_t row = m_table.create(countedBox(aabbMin, aabbMax), m_nextUniqueId, filter);
+    const std::uint32_t uniqueId = takeUniqueId();
+    const std::uint32_t row = m_table.create(countedBox(aabbMin, aabbMax), uniqueId, filter);
     Proxy* proxy = m_pool.make(row);
     static_cast<btBroadphaseProxy&>(*proxy) =
         btBroadphaseProxy(aabbMin, aabbMax, client, filter.group, filter.mask);
     proxy->knownFilter = filter;
-    proxy->m_uniqueId = static_cast<int>(m_nextUniqueId);
-    m_directory.insert(m_nextUniqueId, row);
-    ++m_nextUniqueId;
+    proxy->m_uniqueId = static_cast<int>(uniqueId);
+    m_directory.insert(uniqueId, row);
     return proxy;
+}
+
+std::uint32_t ProxyStore::takeUniqueId() noexcept
+{
+    // 0 is that of free rows.
+    while (m_nextUniqueId == 0 || m_directory.find(m_nextUniqueId) != UidDirectory::kNoRow)
+        ++m_nextUniqueId;
+    return m_nextUniqueId++;
 }
 
 void ProxyStore::destroy(Proxy* proxy)

@@ -21,6 +21,10 @@ inline namespace CULLET_PRECISION
 class ProxyStore
 {
 public:
+    /// @param firstUniqueId of the first proxy; the next ones count on
+    explicit ProxyStore(std::uint32_t firstUniqueId = 1) : m_nextUniqueId(firstUniqueId) {}
+
+    /// Unique ids count on, past 2^32 - 1 from 1 on again, without those that live.
     Proxy* create(const btVector3& aabbMin, const btVector3& aabbMax, void* client, Filter filter);
     void destroy(Proxy* proxy);
 
@@ -45,6 +49,11 @@ public:
     Proxy* at(std::uint32_t row) const noexcept { return m_pool.at(row); }
     /// The living proxy with the id, or null.
     Proxy* find(std::uint32_t uniqueId) const noexcept;
+    /// Whether a proxy of any broad phase is a living one of this.
+    bool owns(const btBroadphaseProxy* proxy) const noexcept
+    {
+        return find(static_cast<std::uint32_t>(proxy->m_uniqueId)) == proxy;
+    }
     bool isLive(std::uint32_t row) const noexcept { return m_directory.find(m_table.uniqueId(row)) == row; }
 
     /// Calls visit(proxy, row) for every living proxy, by ascending row.
@@ -76,12 +85,13 @@ public:
 private:
     static constexpr std::uint32_t kFilterRows = 4096;
 
+    std::uint32_t takeUniqueId() noexcept;
     Aabb countedBox(const btVector3& aabbMin, const btVector3& aabbMax) noexcept;
 
     ProxyTable m_table;
     ProxyPool m_pool;
     UidDirectory m_directory;
-    std::uint32_t m_nextUniqueId = 1;
+    std::uint32_t m_nextUniqueId;
     std::uint32_t m_quarantinedCount = 0;
     std::uint32_t m_nextFilterRow = 0;
     std::atomic<std::uint64_t> m_invalidBoxes{0};

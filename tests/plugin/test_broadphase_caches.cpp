@@ -171,6 +171,28 @@ TYPED_TEST(BroadphaseStockCache, PairTheApplicationTookOutComesBackWhenABoxChang
     EXPECT_EQ(updatedPairs(broadphase), Pairs{});
 }
 
+TYPED_TEST(BroadphaseStockCache, PairTheApplicationTookOutStaysOutAlthoughABoxMovesALittleAtOnce)
+{
+    TypeParam cache;
+    btOverlappingPairCache& base = cache;
+    Broadphase broadphase(&cache, bruteOptions());
+    addCube(broadphase, vec(0, 0, 0));
+    btBroadphaseProxy* b = addCube(broadphase, vec(0.5, 0, 0));
+    btBroadphaseProxy* comer = addCube(broadphase, vec(0, 50, 0));
+    ASSERT_EQ(updatedPairs(broadphase), (Pairs{{1, 2}}));
+    RemoveAll removeAll;
+    base.processAllOverlappingPairs(&removeAll, nullptr);
+    // Another one comes in the same update.
+    moveCube(broadphase, comer, vec(-0.7, 0, 0));
+    for (int step = 1; step <= 4; ++step)
+    {
+        moveCube(broadphase, b, vec(0.5 + 0.001 * step, 0, 0));
+        EXPECT_EQ(updatedPairs(broadphase), (Pairs{{1, 3}})) << step;
+    }
+    moveCube(broadphase, b, vec(0.7, 0, 0));
+    EXPECT_EQ(updatedPairs(broadphase), (Pairs{{1, 2}, {1, 3}}));
+}
+
 TYPED_TEST(BroadphaseStockCache, PairTheApplicationAddedGoesWhenItsBoxesAreApart)
 {
     TypeParam cache;

@@ -6,6 +6,7 @@
 
 #include <functional>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace cullet::test
@@ -265,6 +266,46 @@ TEST(BroadphaseFilter, CallbackMayDestroyMoreThanTheQuarantineHolds)
     broadphase.calculateOverlappingPairs(nullptr);
     addCube(broadphase, vec(20, 0, 0));
     EXPECT_EQ(updatedPairs(broadphase), (Pairs{{2, 3003}}));
+    broadphase.getOverlappingPairCache()->setOverlapFilterCallback(nullptr);
+}
+
+TEST(BroadphaseFilter, RefusedPairsAreForgottenWhenTheirBoxesPart)
+{
+    Broadphase broadphase(bruteOptions());
+    std::vector<btBroadphaseProxy*> cubes;
+    for (int i = 0; i < 40; ++i)
+        cubes.push_back(addCube(broadphase, vec(3 * i, 0, 0)));
+    CountingFilter filter(kNo);
+    broadphase.getOverlappingPairCache()->setOverlapFilterCallback(&filter);
+    // The first one visits the others, one after another.
+    for (int visit = 1; visit < 40; ++visit)
+    {
+        moveCube(broadphase, cubes[0], vec(3 * visit + 0.5, 0, 0));
+        EXPECT_EQ(updatedPairs(broadphase), Pairs{});
+        EXPECT_EQ(broadphase.stats().pendingPairs, 1u) << visit;
+        EXPECT_EQ(filter.askedCount, visit) << "each once";
+    }
+    moveCube(broadphase, cubes[0], vec(-9, 0, 0));
+    broadphase.calculateOverlappingPairs(nullptr);
+    EXPECT_EQ(broadphase.stats().pendingPairs, 0u);
+    broadphase.getOverlappingPairCache()->setOverlapFilterCallback(nullptr);
+}
+
+TEST(BroadphaseFilter, CallbackMayDestroyOneOfTheTwoAndLetThemPass)
+{
+    Broadphase broadphase(bruteOptions());
+    addCube(broadphase, vec(0, 0, 0));
+    btBroadphaseProxy* victim = addCube(broadphase, vec(0.5, 0, 0));
+    CountingFilter filter(
+        [&](const btBroadphaseProxy&, const btBroadphaseProxy&)
+        {
+            if (victim != nullptr)
+                broadphase.destroyProxy(std::exchange(victim, nullptr), nullptr);
+            return true;
+        });
+    broadphase.getOverlappingPairCache()->setOverlapFilterCallback(&filter);
+    EXPECT_EQ(updatedPairs(broadphase), Pairs{});
+    EXPECT_EQ(broadphase.stats().pendingPairs, 0u);
     broadphase.getOverlappingPairCache()->setOverlapFilterCallback(nullptr);
 }
 }  // namespace

@@ -300,5 +300,102 @@ TEST(BroadphaseGhosts, GhostsAlwaysHaveAtLeastTheirExactOverlaps)
     EXPECT_GT(overlapCount, 10000);
     EXPECT_GT(scene.callback.removedCount, 100);
 }
+
+/// Removes what enters it from the world.
+class Collector final : public btGhostObject
+{
+public:
+    void addOverlappingObjectInternal(btBroadphaseProxy* other, btBroadphaseProxy* own) override
+    {
+        btGhostObject::addOverlappingObjectInternal(other, own);
+        ++collectedCount;
+        world->removeCollisionObject(static_cast<btCollisionObject*>(other->m_clientObject));
+    }
+
+    btCollisionWorld* world = nullptr;
+    int collectedCount = 0;
+};
+
+TEST(BroadphaseGhosts, AGhostMayRemoveTheBodyThatEntersIt)
+{
+    GhostWorld scene;
+    auto* collector = scene.add<Collector>(vec(0, 0, 0));
+    collector->world = &scene.world;
+    for (int body = 1; body <= 4; ++body)
+    {
+        // At once, and in an update.
+        auto* object = scene.add<btCollisionObject>(vec(9, 0, 0));
+        if (body % 2 == 0)
+            scene.move(object, vec(0.5, 0, 0));
+        else
+            object->getWorldTransform().setOrigin(vec(0.5, 0, 0));
+        scene.world.performDiscreteCollisionDetection();
+        EXPECT_EQ(collector->collectedCount, body);
+        EXPECT_EQ(scene.world.getNumCollisionObjects(), 1);
+        EXPECT_EQ(collector->getNumOverlappingObjects(), 0) << "no body that is gone";
+        EXPECT_EQ(pairsOf(scene.broadphase), Pairs{});
+        EXPECT_TRUE(scene.callback.live.empty());
+    }
+}
+
+/// Nudges what enters it.
+class Pusher final : public btGhostObject
+{
+public:
+    void addOverlappingObjectInternal(btBroadphaseProxy* other, btBroadphaseProxy* own) override
+    {
+        btGhostObject::addOverlappingObjectInternal(other, own);
+        auto* object = static_cast<btCollisionObject*>(other->m_clientObject);
+        object->getWorldTransform().getOrigin() += vec(0.01, 0, 0);
+        world->updateSingleAabb(object);
+    }
+
+    btCollisionWorld* world = nullptr;
+};
+
+TEST(BroadphaseGhosts, AGhostThatMovesWhatEntersItIsToldOnce)
+{
+    GhostWorld scene;
+    auto* pusher = scene.add<Pusher>(vec(0, 0, 0));
+    pusher->world = &scene.world;
+    auto* body = scene.add<btCollisionObject>(vec(9, 0, 0));
+    for (int visit = 1; visit <= 3; ++visit)
+    {
+        scene.move(body, vec(0.5, 0, 0));
+        EXPECT_EQ(pusher->getNumOverlappingObjects(), 1);
+        EXPECT_EQ(scene.callback.addedCount, visit);
+        scene.move(body, vec(9, 0, 0));
+        scene.broadphase.calculateOverlappingPairs(&scene.dispatcher);
+        EXPECT_EQ(pusher->getNumOverlappingObjects(), 0);
+        EXPECT_EQ(scene.callback.removedCount, visit);
+    }
+}
+
+TEST(BroadphaseGhosts, AGhostThatWarpsInAndOutAfterARefusalLeavesNothing)
+{
+    struct Gate final : btOverlapFilterCallback
+    {
+        bool needBroadphaseCollision(btBroadphaseProxy*, btBroadphaseProxy*) const override { return isOpen; }
+        bool isOpen = false;
+    } gate;
+    GhostWorld scene;
+    scene.world.getPairCache()->setOverlapFilterCallback(&gate);
+    scene.add<btCollisionObject>(vec(0, 0, 0));
+    auto* ghost = scene.add<btGhostObject>(vec(0.5, 0, 0));
+    scene.world.performDiscreteCollisionDetection();
+    for (int update = 0; update < 2; ++update)
+    {
+        scene.move(ghost, vec(10, 0, 0));
+        scene.world.performDiscreteCollisionDetection();
+    }
+    gate.isOpen = true;
+    scene.move(ghost, vec(0.5, 0, 0));
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 1);
+    scene.move(ghost, vec(20, 0, 0));
+    scene.world.performDiscreteCollisionDetection();
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 0);
+    EXPECT_EQ(pairsOf(scene.broadphase), Pairs{});
+    scene.world.getPairCache()->setOverlapFilterCallback(nullptr);
+}
 }  // namespace
 }  // namespace cullet::test

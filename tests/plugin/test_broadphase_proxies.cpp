@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "broad/log.h"
 #include "broad/proxy_table.h"
+#include "plugin/pair_keeper.h"
+#include "plugin/proxy_store.h"
 #include "tests/plugin/broadphase_support.h"
 #include "tests/support/random.h"
 
@@ -288,6 +290,49 @@ TEST(Broadphase, PrintStatsSaysOneLineToTheLogAndNothingToTheConsole)
     testing::internal::CaptureStderr();
     broadphase.printStats();
     EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
+}
+
+TEST(PairKeeper, KeepsPairsOfIdsThatBulletTakesForNegative)
+{
+    for (const std::uint32_t first : {0x7ffffffdu, 0xfffffffdu})
+    {
+        ProxyStore store(first);
+        PairKeeper keeper(store, nullptr, makeBruteForceBackend(), bruteOptions());
+        std::vector<Proxy*> cubes;
+        for (int i = 0; i < 6; ++i)
+            cubes.push_back(
+                store.create(vec(0.1 * i, 0, 0), vec(0.1 * i + 1, 1, 1), nullptr, {1, kAllGroups}));
+        keeper.update(0.05f, nullptr);
+        EXPECT_EQ(keeper.port().count(), 15);
+        for (int i = 0; i < 6; ++i)
+            store.setBox(cubes[static_cast<std::size_t>(i)], vec(9 * i, 0, 0), vec(9 * i + 1, 1, 1));
+        keeper.addAtOnce(*cubes[0], *cubes[5]);
+        keeper.update(0.05f, nullptr);
+        EXPECT_EQ(keeper.port().count(), 0) << first;
+        // At once, and gone with the boxes.
+        store.setBox(cubes[5], vec(0, 0, 0), vec(1, 1, 1));
+        keeper.addAtOnce(*cubes[5], *cubes[0]);
+        EXPECT_EQ(keeper.port().count(), 1);
+        keeper.update(0.05f, nullptr);
+        EXPECT_EQ(keeper.port().count(), 1);
+        store.setBox(cubes[5], vec(0, 9, 0), vec(1, 10, 1));
+        keeper.update(0.05f, nullptr);
+        EXPECT_EQ(keeper.port().count(), 0);
+    }
+}
+
+TEST(ProxyStore, IdsBeginAgainPastTheLargestWithoutThoseThatLive)
+{
+    ProxyStore store(0xffffffffu);
+    const auto make = [&] {
+        return idOf(store.create(vec(0, 0, 0), vec(1, 1, 1), nullptr, {1, kAllGroups}));
+    };
+    EXPECT_EQ(make(), 0xffffffffu);
+    EXPECT_EQ(make(), 1u) << "0 is no id";
+    ProxyStore full(0xffffffffu);
+    EXPECT_EQ(idOf(full.create(vec(0, 0, 0), vec(1, 1, 1), nullptr, {1, kAllGroups})), 0xffffffffu);
+    for (std::uint32_t id = 1; id < 5; ++id)
+        EXPECT_EQ(idOf(full.create(vec(0, 0, 0), vec(1, 1, 1), nullptr, {1, kAllGroups})), id);
 }
 }  // namespace
 }  // namespace cullet::test

@@ -252,4 +252,23 @@ TEST(DebugDraw, BackendsWithoutCellsShowNone)
     few.calculateOverlappingPairs(nullptr);
     EXPECT_TRUE(draw(few, only(false, true, false)).empty());
 }
+
+TEST(DebugDraw, ProxiesOfAnotherBroadPhaseInTheCacheAreNotLookedAt)
+{
+    btHashedOverlappingPairCache cache;
+    Broadphase broadphase(&cache, bruteOptions());
+    StockBroadphase other;
+    addCube(broadphase, vec(0, 0, 0));
+    broadphase.calculateOverlappingPairs(nullptr);
+    for (int i = 0; i < 50; ++i)
+        addCube(other, vec(0, 0, 0));
+    const btBroadphasePairArray& pairs = other.getOverlappingPairCache()->getOverlappingPairArray();
+    ASSERT_GT(pairs.size(), 100);
+    for (int i = 0; i < pairs.size(); ++i)
+        cache.addOverlappingPair(pairs[i].m_pProxy0, pairs[i].m_pProxy1);
+    EXPECT_EQ(boxesOf(draw(broadphase, only(true, false, false))).size(), 1u);
+    while (cache.getNumOverlappingPairs() > 0)
+        cache.removeOverlappingPair(cache.getOverlappingPairArray()[0].m_pProxy0,
+                                    cache.getOverlappingPairArray()[0].m_pProxy1, nullptr);
+}
 }  // namespace cullet::test
