@@ -304,6 +304,13 @@ TEST(PairKeeper, KeepsPairsOfIdsThatBulletTakesForNegative)
                 store.create(vec(0.1 * i, 0, 0), vec(0.1 * i + 1, 1, 1), nullptr, {1, kAllGroups}));
         keeper.update(0.05f, nullptr);
         EXPECT_EQ(keeper.port().count(), 15);
+        // The application takes one out: the backend begins anew from the others.
+        keeper.port().cache()->removeOverlappingPair(cubes[0], cubes[1], nullptr);
+        keeper.update(0.05f, nullptr);
+        EXPECT_EQ(keeper.port().count(), 14);
+        BroadphaseStats stats;
+        keeper.addTo(stats);
+        EXPECT_EQ(stats.pendingPairs, 1u);
         for (int i = 0; i < 6; ++i)
             store.setBox(cubes[static_cast<std::size_t>(i)], vec(9 * i, 0, 0), vec(9 * i + 1, 1, 1));
         keeper.addAtOnce(*cubes[0], *cubes[5]);
