@@ -333,7 +333,7 @@ private:
 
 /// Convex hull of points, with every degenerate input defined by HullKind. Cost: O(n log n) for points in general
 /// position, O(n) more for each artificial neighbour that lies in a face which climbs have to scan, and O(k t) for k
-/// points on the surface that are not corners of its t triangles; about 1 ms for 1,000 vertices.
+/// points on the surface that are not corners of its t triangles; some milliseconds for 1,000 points.
 template <class S>
 Hull<S> makeHull(const Eigen::Matrix<S, 3, 1>* points, std::int32_t count, HullExtra extra = HullExtra::None)
 {

@@ -138,7 +138,7 @@ struct HullCacheStats
     std::uint64_t buildsTotal = 0;  ///< graphs built
 };
 
-/// Builds the graph of a shape now instead of in the first query (about 1 ms for 1,000 points), and keeps it until
+/// Builds the graph of a shape now instead of in the first query (some milliseconds for 1,000 points), and keeps it until
 /// invalidate(). Call when a level is loaded.
 CULLET_API void prepare(const btConvexHullShape& shape);
 

@@ -309,5 +309,56 @@ TYPED_TEST(HullOf, RandomClustersOnCoarseGridsAreHandled)
     EXPECT_GT(solidCount, 200);
     EXPECT_GT(otherCount, 5);
 }
+
+/// Points along the edges of a cube, `n` on each.
+Points edgePoints(int n)
+{
+    Points points;
+    for (const Eigen::Vector3d& p : gridBoxPoints(n))
+    {
+        if ((p.array().abs() > 0.999 * p.array().abs().maxCoeff()).count() >= 2)
+            points.push_back(p);
+    }
+    return points;
+}
+
+/// Points near a line, so thin that most are within rounding of all triangles.
+Points linePoints(int n, double thickness)
+{
+    std::mt19937 engine(5);
+    std::uniform_real_distribution<double> along(-1.0, 1.0);
+    std::normal_distribution<double> beside(0.0, thickness);
+    Points points;
+    for (int i = 0; i < n; ++i)
+        points.emplace_back(along(engine), beside(engine), beside(engine));
+    return points;
+}
+
+TYPED_TEST(HullOf, ManyPointsInOneFaceOrOnOneEdgeHaveFewNeighboursEach)
+{
+    std::mt19937 engine(3);
+    for (const Points& points :
+         {gridBoxPoints(17), moved(gridBoxPoints(14), randomRotation(engine), {0.0, 0.0, 0.0}),
+          edgePoints(60), linePoints(300, 0.1 * std::numeric_limits<TypeParam>::epsilon())})
+    {
+        SCOPED_TRACE(points.size());
+        const Hull<TypeParam> hull = hullOf<TypeParam>(points);
+        ASSERT_GT(hull.vertexCount(), 100);
+        std::int64_t neighbours = 0;
+        for (std::int32_t v = 0; v < hull.vertexCount(); ++v)
+            neighbours += hull.naturalNeighbours(v).size();
+        // Corners of a piece in each of two triangles, of four at the most; and the way back.
+        EXPECT_LE(neighbours, 2 * 12 * hull.vertexCount());
+        std::uniform_real_distribution<double> side(-1.0, 1.0);
+        for (int i = 0; i < 600; ++i)
+        {
+            Eigen::Vector3d d(side(engine), side(engine), side(engine));
+            if (i < 6)
+                d = Eigen::Vector3d::Unit(i / 2) * (i % 2 == 0 ? 1.0 : -1.0);
+            const Eigen::Matrix<TypeParam, 3, 1> way = d.cast<TypeParam>();
+            ASSERT_EQ(supportClimbArtificial(hull, way, 0).vertex, supportLinear(hull, way)) << i;
+        }
+    }
+}
 }  // namespace
 }  // namespace cullet::test
