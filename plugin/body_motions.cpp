@@ -144,10 +144,23 @@ void BodyMotions::release(std::uint32_t place) noexcept
     Slot& slot = m_slots[place];
     if (--slot.watchers > 0)
         return;
-    m_places.erase(slot.body);
+    if (!isAbandoned(place))
+        m_places.erase(slot.body);
     slot.body = nullptr;
     slot.hull.reset();
     m_free.push_back(place);
+}
+
+void BodyMotions::abandon() noexcept
+{
+    for (Slot& slot : m_slots)
+    {
+        slot.body = nullptr;
+        slot.hull.reset();
+    }
+    std::fill(m_moved.begin(), m_moved.end(), Motion());
+    m_places.clear();
+    m_pairs.clear();
 }
 
 void BodyMotions::update(std::size_t begin, std::size_t end, std::uint64_t pass, bool isGap) noexcept
@@ -210,6 +223,7 @@ void BodyMotions::clear()
     m_pauses.clear();
     m_free.clear();
     m_places.clear();
+    m_pairs.clear();
 }
 
 /// How high the core is above its origin along an axis n follows from R^T n, whose direction turns by no more than the angle

@@ -5,6 +5,7 @@
 #include "plugin/axis_test.h"
 #include "plugin/hull_cache.h"
 #include "plugin/precision.h"
+#include "plugin/watched_pairs.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 
@@ -26,9 +27,9 @@ inline namespace CULLET_PRECISION
 /// How far the points of each body's core have moved from one dispatch to the next.
 ///
 /// Two cores that are farther apart than their bodies have moved since are still apart: a pair whose gap is known needs
-/// two entries of this table, no shape. Bodies are counted by the pairs of one pair cache that watch them. As long as a
-/// pair has its algorithm, its bodies exist, or Bullet's own dispatch would read what is gone; nothing else is assumed of
-/// them, and whatever of a body has changed is found by comparing.
+/// two entries of this table, no shape. Bodies are counted by the pairs of one pair cache that watch them. While all of
+/// these pairs are in the cache, their bodies exist; see WatchedPairs. Nothing else is assumed of bodies, and whatever of
+/// one has changed is found by comparing.
 ///
 /// A body whose motion spares less than a look at a pair for each update, since it or its partners move too fast or are
 /// few, is not looked at for some updates.
@@ -46,10 +47,17 @@ public:
     /// One more watcher of a body. @return its place, for approach() and release(). Errors: std::bad_alloc.
     std::uint32_t acquire(const btCollisionObject& body);
     void release(std::uint32_t place) noexcept;
+    /// Looks at none of the bodies any more, some of which are gone. Their places stay until they are released, with motions
+    /// that are never known again; a body that is acquired again gets another one.
+    void abandon() noexcept;
+    bool isAbandoned(std::uint32_t place) const { return m_slots[place].body == nullptr; }
+
+    WatchedPairs& pairs() { return m_pairs; }
 
     std::size_t size() const { return m_moved.size(); }
     /// Compares bodies with what they were in the last update; all of [0, size()), once per dispatch.
     ///
+    /// @pre all bodies that are not abandoned exist
     /// @param pass  see HullCache::hullOf()
     /// @param isGap updates have been missed by some pairs: every body counts as moved
     void update(std::size_t begin, std::size_t end, std::uint64_t pass, bool isGap) noexcept;
@@ -126,6 +134,7 @@ private:
     std::vector<std::uint32_t> m_free;
     std::unordered_map<const btCollisionObject*, std::uint32_t> m_places;
     const btOverlappingPairCache* m_cache = nullptr;
+    WatchedPairs m_pairs;
 };
 
 /// A lower bound for how much farther apart than needed the cores of a pair are along an axis, from the last proof on.

@@ -37,18 +37,23 @@ constexpr std::size_t kAhead = 12;
     prefetchBody(sooner.m_pProxy1->m_clientObject);
 }
 
-/// Null for a pair of another algorithm.
-IsaGjkAlgorithm* isaGjkOf(const btBroadphasePair& pair)
+/// Null for a pair of another algorithm, or of another dispatcher's.
+IsaGjkAlgorithm* isaGjkOf(const btBroadphasePair& pair, const btDispatcher& dispatcher)
 {
     if (pair.m_algorithm == nullptr || typeid(*pair.m_algorithm) != typeid(IsaGjkAlgorithm))
         return nullptr;
-    return static_cast<IsaGjkAlgorithm*>(pair.m_algorithm);
+    auto* const algorithm = static_cast<IsaGjkAlgorithm*>(pair.m_algorithm);
+    return algorithm->isOf(dispatcher) ? algorithm : nullptr;
+}
+
+btCollisionObject& bodyOf(const btBroadphaseProxy* proxy)
+{
+    return *static_cast<btCollisionObject*>(proxy->m_clientObject);
 }
 
 bool isIdle(const btBroadphasePair& pair)
 {
-    const auto& a = *static_cast<const btCollisionObject*>(pair.m_pProxy0->m_clientObject);
-    const auto& b = *static_cast<const btCollisionObject*>(pair.m_pProxy1->m_clientObject);
+    const btCollisionObject &a = bodyOf(pair.m_pProxy0), &b = bodyOf(pair.m_pProxy1);
     // Bullet's path knows at once that there is nothing to do for two sleepers.
     if (!a.isActive() && !b.isActive())
         return false;
@@ -101,45 +106,82 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairCache, co
                                            btDispatcher* dispatcher)
 {
     m_isaGjk.beginPass();
-    m_idle.clear();
     m_idlePairs = m_stillPairs = 0;
     btBroadphasePair* pairs = pairCache->getOverlappingPairArrayPtr();
     if (getNearCallback() == m_ownNearCallback && info.m_dispatchFunc == btDispatcherInfo::DISPATCH_DISCRETE)
-    {
-        const auto count = static_cast<std::size_t>(pairCache->getNumOverlappingPairs());
-        const bool isWatched = m_isaGjk.motions().serves(pairCache);
-        makeAlgorithms(pairs, count, isWatched);
-        findIdlePairs(pairs, count, isWatched);
-    }
+        findIdlePairs(pairs, static_cast<std::size_t>(pairCache->getNumOverlappingPairs()),
+                      m_isaGjk.motions().serves(pairCache));
+    else
+        m_idle.clear();
     Callback callback(*this, pairs, info);
     pairCache->processAllOverlappingPairs(&callback, dispatcher, info);
     m_isaGjk.endPass();
 }
 
-/// What the near callback would do for a new pair, as far as the algorithm; only for those that may be idle at once.
-void Dispatcher::makeAlgorithms(btBroadphasePair* pairs, std::size_t count, bool isWatched)
+/// For pairs that do not watch their bodies.
+void Dispatcher::makeAlgorithms(btBroadphasePair* pairs, std::size_t count)
 {
     for (std::size_t i = 0; i < count; ++i)
     {
-        btBroadphasePair& pair = pairs[i];
-        if (pair.m_algorithm != nullptr)
-            continue;
-        auto& a = *static_cast<btCollisionObject*>(pair.m_pProxy0->m_clientObject);
-        auto& b = *static_cast<btCollisionObject*>(pair.m_pProxy1->m_clientObject);
-        // Bullet's islands wake what shares a manifold, even an empty one, with a moving kinematic body.
-        if (a.isKinematicObject() || b.isKinematicObject() || !needsCollision(&a, &b))
-            continue;
-        const btCollisionObjectWrapper wrapA(nullptr, a.getCollisionShape(), &a, a.getWorldTransform(), -1,
-                                             -1);
-        const btCollisionObjectWrapper wrapB(nullptr, b.getCollisionShape(), &b, b.getWorldTransform(), -1,
-                                             -1);
-        pair.m_algorithm = findAlgorithm(&wrapA, &wrapB, nullptr, BT_CONTACT_POINT_ALGORITHMS);
-        IsaGjkAlgorithm* const algorithm = isaGjkOf(pair);
-        if (algorithm == nullptr)
-            continue;
+        if (pairs[i].m_algorithm == nullptr)
+            makeAlgorithm(pairs[i]);
+    }
+}
+
+/// What the near callback would do for a new pair, as far as the algorithm; only for those that may be idle at once.
+///
+/// @return that, if it is an IsaGjkAlgorithm
+IsaGjkAlgorithm* Dispatcher::makeAlgorithm(btBroadphasePair& pair)
+{
+    btCollisionObject &a = bodyOf(pair.m_pProxy0), &b = bodyOf(pair.m_pProxy1);
+    // Bullet's islands wake what shares a manifold, even an empty one, with a moving kinematic body.
+    if (a.isKinematicObject() || b.isKinematicObject() || !needsCollision(&a, &b))
+        return nullptr;
+    const btCollisionObjectWrapper wrapA(nullptr, a.getCollisionShape(), &a, a.getWorldTransform(), -1, -1);
+    const btCollisionObjectWrapper wrapB(nullptr, b.getCollisionShape(), &b, b.getWorldTransform(), -1, -1);
+    pair.m_algorithm = findAlgorithm(&wrapA, &wrapB, nullptr, BT_CONTACT_POINT_ALGORITHMS);
+    IsaGjkAlgorithm* const algorithm = isaGjkOf(pair, *this);
+    if (algorithm != nullptr)
         algorithm->expect(breakingThresholdOf(a, b));
-        if (isWatched)
-            algorithm->watch(a, b);
+    return algorithm;
+}
+
+/// Leaves behind that every body that is watched exists, since a pair of the array watches it.
+///
+/// @pre room was made for the count
+void Dispatcher::makeAndWatch(btBroadphasePair* pairs, std::size_t count)
+{
+    WatchedPairs& watched = m_isaGjk.motions().pairs();
+    std::uint64_t others = 0;
+    for (std::size_t i = 0; (i = watched.firstUnknown(pairs, i, count)) < count; ++i)
+        others += learns(pairs[i], i) ? 0 : 1;
+    watched.endCount();
+    if (count - others != watched.total())
+        watchAnew(pairs, count);
+}
+
+/// @return whether the pair at this place watches its bodies
+[[gnu::noinline]] bool Dispatcher::learns(btBroadphasePair& pair, std::size_t place)
+{
+    IsaGjkAlgorithm* algorithm = nullptr;
+    if (pair.m_algorithm != nullptr)
+        algorithm = isaGjkOf(pair, *this);
+    else if ((algorithm = makeAlgorithm(pair)) != nullptr)
+        algorithm->watch(bodyOf(pair.m_pProxy0), bodyOf(pair.m_pProxy1));
+    const bool isWatching = algorithm != nullptr && algorithm->isWatching();
+    m_isaGjk.motions().pairs().note(place, isWatching ? algorithm : nullptr);
+    return isWatching;
+}
+
+/// After pairs that watch have left the array with their algorithms, perhaps with bodies.
+void Dispatcher::watchAnew(btBroadphasePair* pairs, std::size_t count)
+{
+    m_isaGjk.motions().abandon();
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        IsaGjkAlgorithm* const algorithm = isaGjkOf(pairs[i], *this);
+        if (algorithm != nullptr && algorithm->isWatching())
+            algorithm->watch(bodyOf(pairs[i].m_pProxy0), bodyOf(pairs[i].m_pProxy1));
     }
 }
 
@@ -166,10 +208,28 @@ void Dispatcher::forAll(std::size_t count, const Body& body)
                    });
 }
 
-void Dispatcher::findIdlePairs(const btBroadphasePair* pairs, std::size_t count, bool isWatched)
-try
+void Dispatcher::findIdlePairs(btBroadphasePair* pairs, std::size_t count, bool isWatched)
 {
-    m_idle.assign(count, nullptr);
+    if (!isWatched)
+        makeAlgorithms(pairs, count);
+    else if (m_isaGjk.motions().pairs().makeRoom(count))
+        makeAndWatch(pairs, count);
+    else
+        return m_idle.clear();
+    try
+    {
+        findIdle(pairs, count, isWatched);
+    }
+    catch (const std::exception&)
+    {
+        // Without memory or threads every pair takes Bullet's path.
+        m_idle.clear();
+    }
+}
+
+void Dispatcher::findIdle(const btBroadphasePair* pairs, std::size_t count, bool isWatched)
+{
+    m_idle.resize(count);
     BodyMotions& motions = m_isaGjk.motions();
     const bool isGap = m_isUpdateMissing;
     if (isWatched)
@@ -182,7 +242,7 @@ try
     forAll(count,
            [&](std::size_t begin, std::size_t end)
            {
-               const Found found = findIdlePairs(pairs, begin, end);
+               const Found found = findIdle(pairs, begin, end);
                idle += found.idle;
                still += found.still;
            });
@@ -191,13 +251,8 @@ try
     m_isUpdateMissing = m_isUpdateMissing && !isWatched;
     m_isaGjk.counters().separated.add(m_idlePairs);
 }
-catch (const std::exception&)
-{
-    // Without memory or threads every pair takes Bullet's path.
-    m_idle.clear();
-}
 
-Dispatcher::Found Dispatcher::findIdlePairs(const btBroadphasePair* pairs, std::size_t begin, std::size_t end)
+Dispatcher::Found Dispatcher::findIdle(const btBroadphasePair* pairs, std::size_t begin, std::size_t end)
 {
     BodyMotions& motions = m_isaGjk.motions();
     Found found;
@@ -210,15 +265,12 @@ Dispatcher::Found Dispatcher::findIdlePairs(const btBroadphasePair* pairs, std::
         {
             if (i + kAhead < end)
                 prefetchBytes(pairs[i + kAhead].m_algorithm, 0, IsaGjkAlgorithm::kFirstBytes);
-            IsaGjkAlgorithm* const algorithm = isaGjkOf(pairs[i]);
-            if (algorithm == nullptr)
-                continue;
-            if (algorithm->staysIdle(motions))
-            {
-                m_idle[i] = algorithm;
+            IsaGjkAlgorithm* const algorithm = isaGjkOf(pairs[i], *this);
+            const bool isStill = algorithm != nullptr && algorithm->staysIdle(motions);
+            m_idle[i] = isStill ? algorithm : nullptr;
+            if (isStill)
                 ++found.still;
-            }
-            else
+            else if (algorithm != nullptr)
                 left[count++] = static_cast<std::uint32_t>(i);
         }
         for (std::size_t k = 0; k < count; ++k)

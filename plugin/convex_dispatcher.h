@@ -13,6 +13,8 @@ class WorkerPool;
 
 inline namespace CULLET_PRECISION
 {
+class IsaGjkAlgorithm;
+
 struct DispatcherOptions
 {
     /// Threads of the search for idle pairs; 0: as many as the machine has. Contacts never depend on it.
@@ -55,14 +57,19 @@ public:
 private:
     class Callback;
 
-    void makeAlgorithms(btBroadphasePair* pairs, std::size_t count, bool isWatched);
+    void makeAlgorithms(btBroadphasePair* pairs, std::size_t count);
+    IsaGjkAlgorithm* makeAlgorithm(btBroadphasePair& pair);
     btScalar breakingThresholdOf(const btCollisionObject& a, const btCollisionObject& b) const;
-    void findIdlePairs(const btBroadphasePair* pairs, std::size_t count, bool isWatched);
+    void makeAndWatch(btBroadphasePair* pairs, std::size_t count);
+    bool learns(btBroadphasePair& pair, std::size_t place);
+    void watchAnew(btBroadphasePair* pairs, std::size_t count);
+    void findIdlePairs(btBroadphasePair* pairs, std::size_t count, bool isWatched);
+    void findIdle(const btBroadphasePair* pairs, std::size_t count, bool isWatched);
     struct Found
     {
         std::uint64_t idle = 0, still = 0;
     };
-    Found findIdlePairs(const btBroadphasePair* pairs, std::size_t begin, std::size_t end);
+    Found findIdle(const btBroadphasePair* pairs, std::size_t begin, std::size_t end);
     template <class Body>
     void forAll(std::size_t count, const Body& body);
 

@@ -145,23 +145,43 @@ IsaGjkAlgorithm::~IsaGjkAlgorithm()
 {
     if (m_ownsManifold)
         m_dispatcher->releaseManifold(m_manifold);
-    for (const std::uint32_t place : m_places)
-    {
-        if (place != BodyMotions::kNone)
-            m_isaGjk.motions().release(place);
-    }
+    unwatch();
     m_isaGjk.leave();
 }
 
 void IsaGjkAlgorithm::watch(const btCollisionObject& a, const btCollisionObject& b)
-try
 {
-    m_places[0] = m_isaGjk.motions().acquire(a);
-    m_places[1] = m_isaGjk.motions().acquire(b);
+    unwatch();
+    BodyMotions& motions = m_isaGjk.motions();
+    std::uint32_t placeA = BodyMotions::kNone;
+    try
+    {
+        placeA = motions.acquire(a);
+        m_places[1] = motions.acquire(b);
+        m_places[0] = placeA;
+        motions.pairs().add();
+    }
+    catch (const std::exception&)
+    {
+        // Without memory every dispatch looks at the pair anew.
+        if (placeA != BodyMotions::kNone)
+            motions.release(placeA);
+    }
 }
-catch (const std::exception&)
+
+void IsaGjkAlgorithm::unwatch() noexcept
 {
-    // Without memory every dispatch looks at the pair anew.
+    m_leeway.forget();
+    if (!isWatching())
+        return;
+    BodyMotions& motions = m_isaGjk.motions();
+    if (!motions.isAbandoned(m_places[0]))
+        motions.pairs().remove(*this);
+    for (std::uint32_t& place : m_places)
+    {
+        motions.release(place);
+        place = BodyMotions::kNone;
+    }
 }
 
 void IsaGjkAlgorithm::getAllContactManifolds(btManifoldArray& manifolds)

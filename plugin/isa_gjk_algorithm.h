@@ -48,8 +48,11 @@ public:
     /// @param breakingThreshold that its manifold would have
     void expect(btScalar breakingThreshold) { m_breakingThreshold = breakingThreshold; }
 
-    /// Once, for a pair in the pair cache that the registration's BodyMotions serve.
+    /// For a pair in the pair cache that the registration's BodyMotions serve; again if they have abandoned its bodies.
     void watch(const btCollisionObject& a, const btCollisionObject& b);
+    bool isWatching() const { return m_places[0] != BodyMotions::kNone; }
+    /// False in an array that another dispatcher fills too, whose BodyMotions know nothing of this pair.
+    bool isOf(const btDispatcher& dispatcher) const { return m_dispatcher == &dispatcher; }
 
     /// True if the last isIdle() was true, nothing has happened to the pair since, and its bodies have not moved far enough
     /// to make it false now. To be asked after every update of the motions.
@@ -71,9 +74,10 @@ public:
     bool isIdle(const btCollisionObject& a, const btCollisionObject& b);
 
 private:
+    void unwatch() noexcept;
     bool remembersRoom() const
     {
-        return m_places[1] != BodyMotions::kNone && !m_isaGjk.motions().isPaused(m_places[0]) &&
+        return isWatching() && !m_isaGjk.motions().isPaused(m_places[0]) &&
                !m_isaGjk.motions().isPaused(m_places[1]);
     }
     /// What is known when the cheap proof has failed.

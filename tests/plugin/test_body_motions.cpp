@@ -9,6 +9,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <utility>
+#include <vector>
 
 namespace cullet::test
 {
@@ -282,6 +284,83 @@ TEST(BodyMotions, ServeOneCacheAtATimeAndReuseTheirPlaces)
     motions.release(b);
     EXPECT_TRUE(motions.serves(&first));
     EXPECT_EQ(motions.size(), 2u);
+}
+
+TEST(BodyMotions, ThatAreAbandonedLookAtNoBodyAndFollowItAnewInAnotherPlace)
+{
+    btSphereShape sphere(1);
+    btCollisionObject bodies[2];
+    for (btCollisionObject& body : bodies)
+    {
+        body.setCollisionShape(&sphere);
+        body.setWorldTransform(btTransform::getIdentity());
+    }
+    BodyMotions motions;
+    const std::uint32_t a = motions.acquire(bodies[0]), b = motions.acquire(bodies[1]);
+    const TurnRates rates(1.0f, 0.0f, 1.0f, 0.0f, 1.0f);
+    std::uint64_t pass = std::uint64_t(1) << 41;
+    const auto update = [&] { motions.update(0, motions.size(), ++pass, false); };
+    update();
+    update();
+    EXPECT_EQ(motions.approach(a, b, {1, 0, 0}, rates), 0.0f);
+    motions.abandon();
+    // What would be read of a body.
+    bodies[0].setCollisionShape(nullptr);
+    bodies[1].setCollisionShape(nullptr);
+    update();
+    EXPECT_FALSE(motions.approach(a, b, {1, 0, 0}, rates) < std::numeric_limits<float>::infinity());
+    EXPECT_TRUE(motions.isAbandoned(a));
+    bodies[0].setCollisionShape(&sphere);
+    const std::uint32_t again = motions.acquire(bodies[0]);
+    EXPECT_NE(again, a);
+    EXPECT_NE(again, b);
+    EXPECT_FALSE(motions.isAbandoned(again));
+    motions.release(a);
+    EXPECT_EQ(motions.acquire(bodies[0]), again) << "still followed";
+    motions.release(b);
+    motions.release(again);
+    motions.release(again);
+    btHashedOverlappingPairCache other;
+    EXPECT_TRUE(motions.serves(&other));
+    EXPECT_EQ(motions.size(), 3u);
+}
+
+TEST(WatchedPairs, KnowAlgorithmsWhereTheyWereUnlessOneAtThatAddressHasGone)
+{
+    // Of which the addresses count only.
+    alignas(16) unsigned char memory[6][192];
+    const auto algorithm = [&](std::size_t i) { return reinterpret_cast<btCollisionAlgorithm*>(memory[i]); };
+    std::vector<btBroadphasePair> pairs(6);
+    WatchedPairs watched;
+    ASSERT_TRUE(watched.makeRoom(pairs.size()));
+    EXPECT_EQ(watched.firstUnknown(pairs.data(), 0, pairs.size()), 0u) << "pairs without algorithms";
+    const auto learn = [&]
+    {
+        for (std::size_t i = 0; i < pairs.size(); ++i)
+            watched.note(i, pairs[i].m_algorithm);
+        watched.endCount();
+    };
+    for (std::size_t i = 0; i < pairs.size(); ++i)
+    {
+        pairs[i].m_algorithm = algorithm(i);
+        watched.add();
+    }
+    learn();
+    EXPECT_EQ(watched.firstUnknown(pairs.data(), 0, pairs.size()), 6u);
+    std::swap(pairs[2].m_algorithm, pairs[4].m_algorithm);
+    EXPECT_EQ(watched.firstUnknown(pairs.data(), 0, pairs.size()), 2u);
+    EXPECT_EQ(watched.firstUnknown(pairs.data(), 3, pairs.size()), 4u);
+    EXPECT_EQ(watched.firstUnknown(pairs.data(), 5, pairs.size()), 6u);
+    learn();
+    watched.remove(*algorithm(3));
+    EXPECT_EQ(watched.total(), 5u);
+    EXPECT_EQ(watched.firstUnknown(pairs.data(), 0, pairs.size()), 3u);
+    learn();
+    EXPECT_EQ(watched.firstUnknown(pairs.data(), 0, pairs.size()), 6u);
+    watched.clear();
+    EXPECT_EQ(watched.total(), 0u);
+    ASSERT_TRUE(watched.makeRoom(pairs.size()));
+    EXPECT_EQ(watched.firstUnknown(pairs.data(), 0, pairs.size()), 0u);
 }
 
 TEST(Leeway, IsNeverMoreThanWhatTheMotionsHaveLeft)

@@ -6,7 +6,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <deque>
+#include <new>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -234,5 +237,121 @@ TEST(IsaGjkDispatcher, KeepsWatchingItsPairsWhenItIsRegisteredAgain)
     EXPECT_EQ(dispatcher.idlePairs(), 4u);
     world.step();
     EXPECT_EQ(dispatcher.stillPairs(), 4u);
+}
+
+namespace
+{
+/// A body with a proxy whose memory, once it is destroyed, is no body to anyone who looks at it.
+class DoomedBody
+{
+public:
+    DoomedBody(btCollisionShape& shape, const btVector3& at) : m_body(new (m_memory) btCollisionObject)
+    {
+        m_body->setCollisionShape(&shape);
+        m_body->setWorldTransform(btTransform(btQuaternion::getIdentity(), at));
+        proxy.m_clientObject = m_body;
+    }
+    ~DoomedBody() { destroy(); }
+    DoomedBody(const DoomedBody&) = delete;
+    DoomedBody& operator=(const DoomedBody&) = delete;
+
+    void destroy()
+    {
+        if (m_body == nullptr)
+            return;
+        m_body->~btCollisionObject();
+        m_body = nullptr;
+        std::memset(m_memory, 0xff, sizeof(m_memory));
+    }
+    btCollisionObject* get() { return m_body; }
+
+    btBroadphaseProxy proxy{vec(0, 0, 0), vec(0, 0, 0), nullptr, 1, -1};
+
+private:
+    alignas(btCollisionObject) unsigned char m_memory[sizeof(btCollisionObject)];
+    btCollisionObject* m_body;
+};
+
+/// As ConvexWorld::addIdleRow(), without a world.
+void addDoomedRow(std::deque<DoomedBody>& row, btCollisionShape& cube, btOverlappingPairCache& cache)
+{
+    for (int i = 0; i < 5; ++i)
+    {
+        row.emplace_back(cube, vec(1.12 * i, 0, 0)).proxy.m_uniqueId = i + 1;
+        if (i > 0)
+            cache.addOverlappingPair(&row[std::size_t(i) - 1].proxy, &row[std::size_t(i)].proxy);
+    }
+}
+}  // namespace
+
+TEST(IsaGjkDispatcher, LooksAtNoBodyOfAPairThatWasRemovedWithoutADispatcher)
+{
+    const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
+    ConvexWorld world(Narrow::Dispatcher);
+    auto& dispatcher = static_cast<Dispatcher&>(world.dispatcher());
+    world.addIdleRow(cube.get());
+    DoomedBody doomed(*cube, vec(-1.12, 0, 0));
+    world.world.addCollisionObject(doomed.get());
+    world.step(3);
+    EXPECT_EQ(dispatcher.stillPairs(), 5u);
+    // Its algorithm leaks, as in Bullet.
+    world.world.getPairCache()->removeOverlappingPairsContainingProxy(doomed.get()->getBroadphaseHandle(),
+                                                                      nullptr);
+    world.world.removeCollisionObject(doomed.get());
+    doomed.destroy();
+    world.step();
+    EXPECT_EQ(dispatcher.idlePairs(), 4u);
+    world.step(2);
+    EXPECT_EQ(dispatcher.stillPairs(), 4u) << "the others are watched anew";
+    world.world.removeRigidBody(world.bodies[0].get());
+    world.step();
+    EXPECT_EQ(dispatcher.stillPairs(), 3u) << "and counted right";
+}
+
+TEST(IsaGjkDispatcher, LooksAtNoBodyOfACacheThatWasThereBefore)
+{
+    const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
+    btDefaultCollisionConfiguration configuration;
+    Dispatcher dispatcher(&configuration);
+    const btDispatcherInfo info;
+    // All at the same address.
+    std::optional<btHashedOverlappingPairCache> cache;
+    std::deque<DoomedBody> rows[3];
+    for (std::deque<DoomedBody>& row : rows)
+    {
+        cache.emplace();
+        addDoomedRow(row, *cube, *cache);
+        for (const std::uint64_t still : {0u, 4u, 4u})
+        {
+            dispatcher.dispatchAllCollisionPairs(&*cache, info, &dispatcher);
+            EXPECT_EQ(dispatcher.idlePairs(), 4u);
+            EXPECT_LE(dispatcher.stillPairs(), still);
+        }
+        EXPECT_EQ(dispatcher.stillPairs(), 4u);
+        for (DoomedBody& body : row)
+            body.destroy();
+    }
+}
+
+TEST(IsaGjkDispatcher, LeavesPairsOfAnotherDispatcherToBulletsPath)
+{
+    const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
+    btDefaultCollisionConfiguration configuration;
+    Dispatcher first(&configuration), second(&configuration);
+    const btDispatcherInfo info;
+    btHashedOverlappingPairCache cache;
+    std::deque<DoomedBody> row;
+    addDoomedRow(row, *cube, cache);
+    for (int i = 0; i < 3; ++i)
+        first.dispatchAllCollisionPairs(&cache, info, &first);
+    EXPECT_EQ(first.stillPairs(), 4u);
+    second.dispatchAllCollisionPairs(&cache, info, &second);
+    EXPECT_EQ(second.idlePairs(), 0u);
+    EXPECT_EQ(first.stats().separatedTotal, 16u);
+    for (int i = 0; i < 3; ++i)
+        first.dispatchAllCollisionPairs(&cache, info, &first);
+    EXPECT_EQ(first.stillPairs(), 4u);
+    for (DoomedBody& body : row)
+        cache.removeOverlappingPairsContainingProxy(&body.proxy, &first);
 }
 }  // namespace cullet::test
