@@ -290,6 +290,7 @@ bool BodyMotions::Slot::hasSameCore(std::uint64_t pass) noexcept
 {
     StretchedHull core;
     if (shape == nullptr || body->getCollisionShape() != shape || shape->getShapeType() != type ||
+        body->isKinematicObject() != isKinematic ||
         !stretchShape(static_cast<const btConvexShape&>(*shape), place, hull, pass, core))
         return false;
     const bool isHull = type == CONVEX_HULL_SHAPE_PROXYTYPE;
@@ -311,6 +312,7 @@ void BodyMotions::Slot::readCore(std::uint64_t pass) noexcept
         return;
     shape = &any;
     revision = hull.revision();
+    isKinematic = body->isKinematicObject();
     margin = marginOf(convex, convexKindOf(type));
     stretch = *core.stretch;
     const btScalar most = std::max({std::abs(stretch.x()), std::abs(stretch.y()), std::abs(stretch.z())});

@@ -113,6 +113,7 @@ private:
         HullUse hull;
         std::uint32_t revision = 0;  ///< of the hull's points
         int type = -1;
+        bool isKinematic = false;  ///< a pair of it is idle only if it has a manifold
         btScalar margin = 0;
         btScalar reach = 0;  ///< no point of the core is farther from its origin
         float skew = 0;      ///< see skewOf()

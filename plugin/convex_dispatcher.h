@@ -30,7 +30,7 @@ struct DispatcherOptions
 /// and write to these algorithms only, so that a Bullet library without thread support will do. Contacts, callbacks and
 /// their order are the same for any number of threads.
 ///
-/// A pair has no manifold before its shapes come close, unless a body is kinematic: Bullet makes one for every pair of
+/// A pair has no manifold before its shapes come close, unless a body is kinematic, or becomes so: Bullet makes one for every pair of
 /// overlapping boxes, and its islands and solver walk over all of them. A callback during the dispatch that moves a body
 /// has its effect on idle pairs in the next step.
 ///

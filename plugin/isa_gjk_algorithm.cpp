@@ -273,6 +273,9 @@ bool IsaGjkAlgorithm::isIdle(const btCollisionObject& a, const btCollisionObject
     const bool isNew = m_manifold == nullptr && m_cache.state == GjkState::NotConverged;
     if (m_hasContacts || m_breakingThreshold < 0 || (m_cache.state != GjkState::Separated && !isNew))
         return false;
+    // The manifold is missing.
+    if (m_manifold == nullptr && (a.isKinematicObject() || b.isKinematicObject()))
+        return false;
     const bool remembers = remembersRoom();
     ApartTest failed;
     {

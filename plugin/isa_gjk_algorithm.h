@@ -67,8 +67,9 @@ public:
         return true;
     }
 
-    /// True if processCollision() of these bodies would change nothing but what this remembers: the shapes are too far
-    /// apart, and there is no contact to take back.
+    /// True if processCollision() of these bodies would change nothing but what this remembers, and perhaps make an empty
+    /// manifold that nothing needs: the shapes are too far apart, there is no contact to take back, and a kinematic body, with
+    /// which Bullet's islands wake what shares a manifold, has that.
     ///
     /// Reads bodies and shapes, writes to this object only: safe to run for different pairs at the same time.
     bool isIdle(const btCollisionObject& a, const btCollisionObject& b);

@@ -218,6 +218,10 @@ TEST(BodyMotions, WhateverChangesTheCoreIsAnUnknownMotion)
     expectUnknownOnce("a sphere");
     sphere.setUnscaledRadius(2);
     expectUnknownOnce("the radius of a sphere");
+    watched.body.setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+    expectUnknownOnce("kinematic, which takes a manifold");
+    watched.body.setCollisionFlags(0);
+    expectUnknownOnce("no longer kinematic");
     EXPECT_EQ(watched.update(true), unknown) << "updates were missed";
     EXPECT_EQ(watched.update(), 0.0f);
     watched.body.getWorldTransform().setOrigin(vec(std::numeric_limits<double>::quiet_NaN(), 0, 0));

@@ -284,6 +284,40 @@ void addDoomedRow(std::deque<DoomedBody>& row, btCollisionShape& cube, btOverlap
 }
 }  // namespace
 
+TEST(IsaGjkDispatcher, APairWithABodyThatBecomesKinematicWakesItsNeighbourAsInBullet)
+{
+    const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
+    const btQuaternion turn(vec(0, 0, 1), btScalar(0.785));
+    for (const Narrow narrow : {Narrow::Stock, Narrow::Dispatcher})
+    {
+        for (const int stepsBefore : {0, 1, 3})
+        {
+            SCOPED_TRACE(testing::Message() << int(narrow) << ", after " << stepsBefore << " steps");
+            ConvexWorld world(narrow);
+            world.world.setGravity(vec(0, 0, 0));
+            // Their boxes overlap.
+            btRigidBody& body = world.add(cube.get(), 1, btTransform(turn, vec(0, 0, 0)));
+            btRigidBody& neighbour = world.add(cube.get(), 1, btTransform(turn, vec(1.1, 1.1, 0)));
+            world.step(stepsBefore);
+            if (narrow == Narrow::Dispatcher)
+            {
+                EXPECT_EQ(world.dispatcher().getNumManifolds(), 0);
+            }
+            body.setCollisionFlags(body.getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
+            body.setActivationState(DISABLE_DEACTIVATION);
+            neighbour.setActivationState(ISLAND_SLEEPING);
+            world.step(2);
+            EXPECT_EQ(world.dispatcher().getNumManifolds(), 1);
+            EXPECT_EQ(neighbour.getActivationState(), ACTIVE_TAG);
+            world.step(2);
+            if (narrow == Narrow::Dispatcher)
+            {
+                EXPECT_EQ(static_cast<Dispatcher&>(world.dispatcher()).idlePairs(), 1u) << "has a manifold";
+            }
+        }
+    }
+}
+
 TEST(IsaGjkDispatcher, LooksAtNoBodyOfAPairThatWasRemovedWithoutADispatcher)
 {
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
