@@ -51,6 +51,19 @@ btCollisionObject& bodyOf(const btBroadphaseProxy* proxy)
     return *static_cast<btCollisionObject*>(proxy->m_clientObject);
 }
 
+/// Shapes do not change while it lives; what a callback throws ends it too.
+class PassScope
+{
+public:
+    explicit PassScope(IsaGjkRegistration& isaGjk) : m_isaGjk(isaGjk) { m_isaGjk.beginPass(); }
+    ~PassScope() { m_isaGjk.endPass(); }
+    PassScope(const PassScope&) = delete;
+    PassScope& operator=(const PassScope&) = delete;
+
+private:
+    IsaGjkRegistration& m_isaGjk;
+};
+
 bool isIdle(const btBroadphasePair& pair)
 {
     const btCollisionObject &a = bodyOf(pair.m_pProxy0), &b = bodyOf(pair.m_pProxy1);
@@ -105,7 +118,7 @@ Dispatcher::~Dispatcher()
 void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairCache, const btDispatcherInfo& info,
                                            btDispatcher* dispatcher)
 {
-    m_isaGjk.beginPass();
+    const PassScope pass(m_isaGjk);
     m_idlePairs = m_stillPairs = 0;
     btBroadphasePair* pairs = pairCache->getOverlappingPairArrayPtr();
     if (getNearCallback() == m_ownNearCallback && info.m_dispatchFunc == btDispatcherInfo::DISPATCH_DISCRETE)
@@ -115,7 +128,6 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairCache, co
         m_idle.clear();
     Callback callback(*this, pairs, info);
     pairCache->processAllOverlappingPairs(&callback, dispatcher, info);
-    m_isaGjk.endPass();
 }
 
 /// For pairs that do not watch their bodies.

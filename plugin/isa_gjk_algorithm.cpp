@@ -232,10 +232,14 @@ void IsaGjkAlgorithm::refresh(btManifoldResult& result)
 void IsaGjkAlgorithm::collideAndRefresh(const ConvexPair& pair, const btDispatcherInfo& info,
                                         ApartTest& failed, btManifoldResult& result)
 {
+    // Until they are counted: a contact callback that throws leaves points behind.
+    m_hasContacts = true;
     const bool isAnswered = collide(pair, info, failed, result);
-    m_hasContacts = m_manifold->getNumContacts() > 0;
-    if (isAnswered && !m_hasContacts && m_cache.state == GjkState::Separated)
+    if (isAnswered && m_cache.state == GjkState::Separated && m_manifold->getNumContacts() == 0)
+    {
+        m_hasContacts = false;
         return;
+    }
     const btConvexConvexAlgorithm::CreateFunc& stock = m_isaGjk.stock();
     const bool wantsMore = stock.m_numPerturbationIterations > 0 && m_cache.state != GjkState::Separated &&
                            !m_closestOnly &&
@@ -333,62 +337,76 @@ bool IsaGjkAlgorithm::findsAxis(const btCollisionObject& a, const btCollisionObj
     }
 }
 
-/// @return false if Bullet's own algorithm has to answer
-bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& info, ApartTest& failed,
-                              btManifoldResult& result)
+/// @param cores [out] where they are placed
+/// @param touch [out] valid for Touching
+[[gnu::always_inline]] inline IsaGjkAlgorithm::Answer IsaGjkAlgorithm::ask(const ConvexPair& pair,
+                                                                           const btDispatcherInfo& info,
+                                                                           btScalar limit, ApartTest& failed,
+                                                                           std::optional<ConvexCores>& cores,
+                                                                           Touch& touch)
 try
 {
     IsaGjkRegistration::Counters& counters = m_isaGjk.counters();
-    const btScalar limit = limitOf(pair, m_breakingThreshold, result);
     if (!pair.isConvex() || !pair.a.isFinite() || !pair.b.isFinite())
-        return true;
+        return Answer::Apart;
     if (pair.isForBullet())
     {
         count(counters.delegated);
-        return false;
+        return Answer::Bullets;
     }
-    const ConvexCores cores(pair, failed.hulls, m_hulls, m_isaGjk.pass());
-    if (!cores.arePlaced(pair))
+    cores.emplace(pair, failed.hulls, m_hulls, m_isaGjk.pass());
+    if (!cores->arePlaced(pair))
     {
         if (!pair.a.hasPoints() || !pair.b.hasPoints())
-            return true;
+            return Answer::Apart;
         count(counters.notConverged);
-        return false;
+        return Answer::Bullets;
     }
-    const bool arePolytopes = cores.a && cores.b;
+    const bool arePolytopes = cores->a && cores->b;
     const bool wasNear = m_cache.state == GjkState::Near || m_cache.state == GjkState::Overlapping;
     GjkState state = GjkState::Near;
     if (!arePolytopes || !wasNear)
-        state = separation(pair, cores, limit, failed.axis, m_cache);
+        state = separation(pair, *cores, limit, failed.axis, m_cache);
     const bool mayTouch = state == GjkState::Near || state == GjkState::Overlapping;
     if (mayTouch && (!arePolytopes || usesSeparatingAxisTest(pair, info)))
     {
         count(counters.delegated);
-        return false;
+        return Answer::Bullets;
     }
-    Touch touch;
     if (mayTouch)
     {
         // The algorithm of a mesh's triangle lives for one query.
         const bool isKept = pair.a.kind != ConvexKind::Triangle && pair.b.kind != ConvexKind::Triangle;
-        state = measure(cores, limit, m_cache, isKept ? &m_depth : nullptr, touch, counters.exact);
+        state = measure(*cores, limit, m_cache, isKept ? &m_depth : nullptr, touch, counters.exact);
     }
     if (state == GjkState::Separated || state == GjkState::NotConverged)
     {
         count(state == GjkState::Separated ? counters.separated : counters.notConverged);
-        return state == GjkState::Separated;
+        return state == GjkState::Separated ? Answer::Apart : Answer::Bullets;
     }
     count(counters.touching);
     if (state == GjkState::Overlapping)
         count(counters.depths);
-    report(pair, cores, touch, isOfStep(result) ? btScalar(0) : result.m_closestPointDistanceThreshold,
-           result);
-    return true;
+    return Answer::Touching;
 }
 catch (const std::exception&)
 {
     count(m_isaGjk.counters().notConverged);
-    return false;
+    return Answer::Bullets;
+}
+
+/// @return false if Bullet's own algorithm has to answer
+bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& info, ApartTest& failed,
+                              btManifoldResult& result)
+{
+    std::optional<ConvexCores> cores;
+    Touch touch;
+    const Answer answer = ask(pair, info, limitOf(pair, m_breakingThreshold, result), failed, cores, touch);
+    // What a contact callback throws is for its application.
+    if (answer == Answer::Touching)
+        report(pair, *cores, touch, isOfStep(result) ? btScalar(0) : result.m_closestPointDistanceThreshold,
+               result);
+    return answer != Answer::Bullets;
 }
 
 void IsaGjkAlgorithm::runStock(const ConvexPair& pair, const btDispatcherInfo& info, btManifoldResult& result)

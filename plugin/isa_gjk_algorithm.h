@@ -12,6 +12,8 @@
 #include <BulletCollision/CollisionDispatch/btActivatingCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 
+#include <optional>
+
 namespace cullet
 {
 inline namespace CULLET_PRECISION
@@ -91,6 +93,14 @@ private:
     bool findsAxis(const btCollisionObject& a, const btCollisionObject& b, ApartTest& failed, bool remembers);
     void collideAndRefresh(const ConvexPair& pair, const btDispatcherInfo& info, ApartTest& failed,
                            btManifoldResult& result);
+    enum class Answer
+    {
+        Apart,
+        Touching,
+        Bullets  ///< Bullet's own algorithm has to find it
+    };
+    Answer ask(const ConvexPair& pair, const btDispatcherInfo& info, btScalar limit, ApartTest& failed,
+               std::optional<ConvexCores>& cores, Touch& touch);
     bool collide(const ConvexPair& pair, const btDispatcherInfo& info, ApartTest& failed,
                  btManifoldResult& result);
     void refresh(btManifoldResult& result);
