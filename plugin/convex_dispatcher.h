@@ -35,7 +35,8 @@ struct DispatcherOptions
 /// has its effect on idle pairs in the next step.
 ///
 /// With a near callback of the application, or DISPATCH_CONTINUOUS, every pair takes Bullet's path.
-/// Shapes must not be edited during a dispatch.
+/// Shapes of its pairs must not be edited during a dispatch, nor made anew in the memory of another that was one of these.
+/// Callbacks may do both to other shapes, and ask about them by contactTest() and contactPairTest().
 class CULLET_API Dispatcher : public btCollisionDispatcher
 {
 public:

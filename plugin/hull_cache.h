@@ -85,7 +85,7 @@ public:
 
     /// The hull of the points that the shape has now; null without memory.
     ///
-    /// @param pass not 0: shapes do not change while this number is in use, and one comparison is enough for it
+    /// @param pass not 0: shapes asked for with this number do not change while it is in use, and one comparison is enough
     [[gnu::always_inline]] static const Hull<btScalar>* hullOf(HullRecord& record,
                                                                const btConvexHullShape& shape,
                                                                std::uint64_t pass) noexcept

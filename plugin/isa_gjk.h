@@ -26,9 +26,9 @@ struct IsaGjkOptions
 {
     /// Take box against box too. Bullet has an algorithm of its own for this pair, by default left in place.
     bool boxBox = false;
-    /// Compare a hull shape's points with those of its graph in every query (with cullet::Dispatcher once per dispatch):
-    /// about a nanosecond for three points. If false, call invalidate(shape) after every edit and before a shape is
-    /// deleted.
+    /// Compare a hull shape's points with those of its graph in every query: about a nanosecond for three points. With
+    /// cullet::Dispatcher once per dispatch, and in every query that a callback makes meanwhile. If false, call
+    /// invalidate(shape) after every edit and before a shape is deleted.
     bool checkPoints = true;
 };
 
@@ -64,11 +64,13 @@ public:
     const IsaGjkOptions& options() const { return m_options; }
     IsaGjkStats stats() const;
 
-    /// Between beginPass() and endPass() no shape changes.
+    /// Between beginPass() and endPass() no shape of the step changes.
     void beginPass();
-    void endPass() { m_pass = m_options.checkPoints ? 0 : kUncheckedPass; }
+    void endPass() { m_pass = queryPass(); }
     /// See HullCache::hullOf().
     std::uint64_t pass() const { return m_pass; }
+    /// For queries that are not of the step, whose shapes a callback may have made since the pass began.
+    std::uint64_t queryPass() const { return m_options.checkPoints ? 0 : kUncheckedPass; }
 
     /// The last use by an algorithm or a dispatcher: what it did here happens before a reset(), since another thread may
     /// make its dispatcher at the address of one that is gone.
@@ -143,7 +145,7 @@ struct HullCacheStats
 CULLET_API void prepare(const btConvexHullShape& shape);
 
 /// Takes back prepare(), and lets the next query look at the points again. Needed for nothing else: edited, deleted and
-/// reallocated shapes are recognised by their points.
+/// reallocated shapes are recognised by their points; with cullet::Dispatcher those of its pairs from one dispatch to the next.
 CULLET_API void invalidate(const btConvexHullShape& shape);
 
 CULLET_API HullCacheStats hullCacheStats();

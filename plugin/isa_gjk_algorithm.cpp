@@ -210,7 +210,7 @@ void IsaGjkAlgorithm::processCollision(const btCollisionObjectWrapper* a, const 
         // Known to this block only, so that none of it has to be in memory.
         const ConvexPair pair(*a, *b);
         // It proves nothing of shapes or places that are not fit for it.
-        isApart = staysApart(pair, limitOf(pair, m_breakingThreshold, *result), failed);
+        isApart = staysApart(pair, limitOf(pair, m_breakingThreshold, *result), passOf(*result), failed);
     }
     if (!isApart)
         return collideAndRefresh(ConvexPair(*a, *b), info, failed, *result);
@@ -255,17 +255,24 @@ void IsaGjkAlgorithm::collideAndRefresh(const ConvexPair& pair, const btDispatch
         refresh(result);
 }
 
+/// See HullCache::hullOf().
+std::uint64_t IsaGjkAlgorithm::passOf(const btManifoldResult& result) const
+{
+    return isOfStep(result) ? m_isaGjk.pass() : m_isaGjk.queryPass();
+}
+
 /// The cheap proof, where there is one.
 [[gnu::always_inline]] inline bool IsaGjkAlgorithm::staysApart(const ConvexPair& pair, btScalar limit,
-                                                               ApartTest& failed, AxisRoom* room)
+                                                               std::uint64_t pass, ApartTest& failed,
+                                                               AxisRoom* room)
 {
     StretchedHull a, b;
     if (m_cache.state != GjkState::Separated ||
-        !stretchShape(pair.a.shape, pair.a.transform, m_hulls[0], m_isaGjk.pass(), a))
+        !stretchShape(pair.a.shape, pair.a.transform, m_hulls[0], pass, a))
         return false;
     if (pair.isTwice())
         b = {a.hull, a.stretch, &pair.b.transform};
-    else if (!stretchShape(pair.b.shape, pair.b.transform, m_hulls[1], m_isaGjk.pass(), b))
+    else if (!stretchShape(pair.b.shape, pair.b.transform, m_hulls[1], pass, b))
         return false;
     failed.hulls = {a.hull, b.hull};
     return staysSeparated(a, b, limit, m_cache, room, &failed.axis);
@@ -286,7 +293,8 @@ bool IsaGjkAlgorithm::isIdle(const btCollisionObject& a, const btCollisionObject
         // Known to this block only, so that none of it has to be in memory.
         const ConvexPair pair(a, b);
         AxisRoom room;
-        if (staysApart(pair, pair.margins() + m_breakingThreshold, failed, remembers ? &room : nullptr))
+        if (staysApart(pair, pair.margins() + m_breakingThreshold, m_isaGjk.pass(), failed,
+                       remembers ? &room : nullptr))
         {
             if (remembers)
                 m_leeway.set(room);
@@ -309,7 +317,7 @@ bool IsaGjkAlgorithm::findsAxis(const btCollisionObject& a, const btCollisionObj
         return false;
     AxisRoom room;
     ApartTest unused;
-    if (remembers && staysApart(pair, limit, unused, &room))
+    if (remembers && staysApart(pair, limit, m_isaGjk.pass(), unused, &room))
         m_leeway.set(room);
     return true;
 }
@@ -339,11 +347,9 @@ bool IsaGjkAlgorithm::findsAxis(const btCollisionObject& a, const btCollisionObj
 
 /// @param cores [out] where they are placed
 /// @param touch [out] valid for Touching
-[[gnu::always_inline]] inline IsaGjkAlgorithm::Answer IsaGjkAlgorithm::ask(const ConvexPair& pair,
-                                                                           const btDispatcherInfo& info,
-                                                                           btScalar limit, ApartTest& failed,
-                                                                           std::optional<ConvexCores>& cores,
-                                                                           Touch& touch)
+[[gnu::always_inline]] inline IsaGjkAlgorithm::Answer IsaGjkAlgorithm::ask(
+    const ConvexPair& pair, const btDispatcherInfo& info, btScalar limit, std::uint64_t pass,
+    ApartTest& failed, std::optional<ConvexCores>& cores, Touch& touch)
 try
 {
     IsaGjkRegistration::Counters& counters = m_isaGjk.counters();
@@ -354,7 +360,7 @@ try
         count(counters.delegated);
         return Answer::Bullets;
     }
-    cores.emplace(pair, failed.hulls, m_hulls, m_isaGjk.pass());
+    cores.emplace(pair, failed.hulls, m_hulls, pass);
     if (!cores->arePlaced(pair))
     {
         if (!pair.a.hasPoints() || !pair.b.hasPoints())
@@ -401,7 +407,8 @@ bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& in
 {
     std::optional<ConvexCores> cores;
     Touch touch;
-    const Answer answer = ask(pair, info, limitOf(pair, m_breakingThreshold, result), failed, cores, touch);
+    const Answer answer =
+        ask(pair, info, limitOf(pair, m_breakingThreshold, result), passOf(result), failed, cores, touch);
     // What a contact callback throws is for its application.
     if (answer == Answer::Touching)
         report(pair, *cores, touch, isOfStep(result) ? btScalar(0) : result.m_closestPointDistanceThreshold,

@@ -89,7 +89,9 @@ private:
         AxisTest<btScalar> axis;
         KnownHulls hulls = {};
     };
-    bool staysApart(const ConvexPair& pair, btScalar limit, ApartTest& failed, AxisRoom* room = nullptr);
+    std::uint64_t passOf(const btManifoldResult& result) const;
+    bool staysApart(const ConvexPair& pair, btScalar limit, std::uint64_t pass, ApartTest& failed,
+                    AxisRoom* room = nullptr);
     bool findsAxis(const btCollisionObject& a, const btCollisionObject& b, ApartTest& failed, bool remembers);
     void collideAndRefresh(const ConvexPair& pair, const btDispatcherInfo& info, ApartTest& failed,
                            btManifoldResult& result);
@@ -99,8 +101,8 @@ private:
         Touching,
         Bullets  ///< Bullet's own algorithm has to find it
     };
-    Answer ask(const ConvexPair& pair, const btDispatcherInfo& info, btScalar limit, ApartTest& failed,
-               std::optional<ConvexCores>& cores, Touch& touch);
+    Answer ask(const ConvexPair& pair, const btDispatcherInfo& info, btScalar limit, std::uint64_t pass,
+               ApartTest& failed, std::optional<ConvexCores>& cores, Touch& touch);
     bool collide(const ConvexPair& pair, const btDispatcherInfo& info, ApartTest& failed,
                  btManifoldResult& result);
     void refresh(btManifoldResult& result);

@@ -7,8 +7,10 @@
 #include <algorithm>
 #include <functional>
 #include <limits>
+#include <optional>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
 namespace cullet::test
 {
@@ -39,6 +41,7 @@ private:
 /// The least distance that a query reports; infinite: none.
 struct Deepest : btCollisionWorld::ContactResultCallback
 {
+    Deepest() { m_closestDistanceThreshold = 1; }
     btScalar addSingleResult(btManifoldPoint& point, const btCollisionObjectWrapper*, int, int,
                              const btCollisionObjectWrapper*, int, int) override
     {
@@ -132,8 +135,47 @@ TEST(IsaGjkCallbacks, AShapeEditedAfterAnExceptionLeftTheDispatchIsSeen)
         }
         EXPECT_NEAR(distanceOf(cubes.world.world, *cubes.a, *cubes.b), -0.05 - 0.08, 1e-4);
         TouchingCubes::shrink(*cubes.shapeB);
-        EXPECT_GT(distanceOf(cubes.world.world, *cubes.a, *cubes.b), 0.1);
-        EXPECT_GT(leastDistanceOf(cubes.world.world, *cubes.a), 0.1);
+        EXPECT_NEAR(distanceOf(cubes.world.world, *cubes.a, *cubes.b), 0.2 - 0.08, 1e-3);
+        EXPECT_GT(leastDistanceOf(cubes.world.world, *cubes.a), 0.1) << "no contact, or none that is old";
+    }
+}
+
+TEST(IsaGjkCallbacks, AShapeMadeAnewInTheSameMemoryDuringADispatchIsNotTakenForTheOldOne)
+{
+    for (const Narrow narrow : kNarrows)
+    {
+        SCOPED_TRACE(int(narrow));
+        TouchingCubes cubes(narrow);
+        btCollisionWorld& world = cubes.world.world;
+        btCollisionObject probe, debris;
+        probe.setCollisionShape(cubes.shapeA.get());
+        debris.setWorldTransform(cubes.b->getWorldTransform());
+        std::vector<double> distances;
+        std::optional<btConvexHullShape> shape;
+        {
+            const AddedCallback callback(
+                [&]
+                {
+                    if (!distances.empty())
+                        return;
+                    for (const double size : {0.5, 0.25, 0.125})
+                    {
+                        shape.emplace();
+                        for (const btVector3& point : boxPoints(size, size, size))
+                            shape->addPoint(point);
+                        debris.setCollisionShape(&*shape);
+                        distances.push_back(distanceOf(world, probe, debris));
+                    }
+                    // Another one that is edited.
+                    TouchingCubes::shrink(*shape);
+                    distances.push_back(distanceOf(world, probe, debris));
+                });
+            world.performDiscreteCollisionDetection();
+        }
+        ASSERT_EQ(distances.size(), 4u);
+        const double expected[] = {-0.05 - 0.08, 0.2 - 0.08, 0.325 - 0.08, 0.3875 - 0.08};
+        for (std::size_t i = 0; i < 4; ++i)
+            EXPECT_NEAR(distances[i], expected[i], 1e-3) << i;
     }
 }
 }  // namespace cullet::test
