@@ -22,7 +22,7 @@ inline namespace CULLET_PRECISION
 ///              deformable world, or a class of the application that inherits updateAabbs() from one of these
 ///
 /// Threads: as Base. During updateAabbs() no other thread may change bodies or shapes, which holds for Base already.
-/// Callbacks of the broad phase must not move bodies meanwhile.
+/// Callbacks of the broad phase may add and remove bodies meanwhile, and must not move those that are there.
 template <class Base>
 class World : public Base
 {

@@ -69,8 +69,13 @@ public:
     Rest run(btCollisionObject& object, Box& box) const
     {
         const Rest rest = m_rule == BoxRule::Simple ? computeSimple(object, box) : compute(object, box);
-        if (rest != Rest::Set || m_setter == nullptr)
+        if (rest != Rest::Set)
             return rest;
+        if (m_setter == nullptr)
+        {
+            box.proxyId = object.getBroadphaseHandle()->m_uniqueId;
+            return rest;
+        }
         m_setter->setAabb(object.getBroadphaseHandle(), box.min, box.max, world.getDispatcher());
         return Rest::Done;
     }
@@ -162,6 +167,7 @@ bool WorldBoxes::update(btCollisionWorld& world, BoxRule rule)
     const Job job(world, rule);
     m_rest.resize(count);
     m_boxes.resize(count);
+    m_objects.resize(count);
     // More tasks than threads, since shapes differ in cost.
     const std::size_t grain = m_workers->threads() == 1 ? count : kGrain;
     m_workers->runPromptly(static_cast<unsigned>((count + grain - 1) / grain),
@@ -171,7 +177,8 @@ bool WorldBoxes::update(btCollisionWorld& world, BoxRule rule)
                                for (std::size_t i = task * grain; i < end; ++i)
                                {
                                    prefetchAhead(job.objects, i);
-                                   m_rest[i] = job.run(*job.objects[static_cast<int>(i)], m_boxes[i]);
+                                   m_objects[i] = job.objects[static_cast<int>(i)];
+                                   m_rest[i] = job.run(*m_objects[i], m_boxes[i]);
                                }
                            });
     finish(job);
@@ -182,17 +189,42 @@ void WorldBoxes::finish(const Job& job)
 {
     m_stats = {};
     m_stats.hasParallelSets = job.setsConcurrently();
-    for (std::size_t i = 0; i < m_rest.size(); ++i)
+    const auto sizeNow = [&] { return static_cast<std::size_t>(job.objects.size()); };
+    std::size_t i = 0;
+    for (; i < m_objects.size() && i < sizeNow(); ++i)
     {
-        const Rest rest = m_rest[i];
         btCollisionObject& object = *job.objects[static_cast<int>(i)];
-        if (rest == Rest::Set)
-            job.set(object, m_boxes[i]);
-        else if (rest == Rest::Whole)
-            job.runWhole(object);
-        m_stats.parallelBoxes += rest == Rest::Set || rest == Rest::Done;
-        m_stats.serialBoxes += rest == Rest::Whole;
+        if (!isStillOf(object, i))
+            break;
+        apply(job, object, m_rest[i], m_boxes[i]);
     }
+    // A callback of the broad phase has added or removed objects: what was computed may be of others than are there now.
+    for (; i < sizeNow(); ++i)
+    {
+        btCollisionObject& object = *job.objects[static_cast<int>(i)];
+        Box box;
+        const Rest rest = job.run(object, box);
+        apply(job, object, rest, box);
+    }
+}
+
+/// Whether an object is the one that had this index before callbacks. One that is new may have its address, but Bullet and
+/// cullet give proxies new ids.
+bool WorldBoxes::isStillOf(const btCollisionObject& object, std::size_t index) const
+{
+    return &object == m_objects[index] &&
+           (m_rest[index] != Rest::Set || object.getBroadphaseHandle()->m_uniqueId == m_boxes[index].proxyId);
+}
+
+/// Does the rest for an object, of which nothing may be left afterwards.
+void WorldBoxes::apply(const Job& job, btCollisionObject& object, Rest rest, const Box& box)
+{
+    m_stats.parallelBoxes += rest == Rest::Set || rest == Rest::Done;
+    m_stats.serialBoxes += rest == Rest::Whole;
+    if (rest == Rest::Set)
+        job.set(object, box);
+    else if (rest == Rest::Whole)
+        job.runWhole(object);
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -44,7 +44,8 @@ struct WorldBoxesStats
 /// and soft bodies.
 ///
 /// cullet::Broadphase takes boxes from the threads directly while it has no ghosts; any other broad phase gets them
-/// from the calling thread, by ascending index, as from Bullet.
+/// from the calling thread, by ascending index, as from Bullet. Its callbacks may add and remove objects then: those that
+/// come after are handled one by one, as Bullet does it.
 class CULLET_API WorldBoxes
 {
 public:
@@ -68,6 +69,7 @@ private:
     struct Box
     {
         btVector3 min, max;
+        int proxyId = 0;  ///< where it is left to set
     };
     /// What is left to do for an object after the parallel loop.
     enum class Rest : std::uint8_t
@@ -80,10 +82,13 @@ private:
     class Job;
 
     void finish(const Job& job);
+    bool isStillOf(const btCollisionObject& object, std::size_t index) const;
+    void apply(const Job& job, btCollisionObject& object, Rest rest, const Box& box);
 
     std::unique_ptr<WorkerPool> m_workers;
     std::vector<Box> m_boxes;
     std::vector<Rest> m_rest;
+    std::vector<btCollisionObject*> m_objects;  ///< of m_boxes and m_rest; maybe gone since
     WorldBoxesStats m_stats;
 };
 }  // namespace CULLET_PRECISION

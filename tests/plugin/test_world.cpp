@@ -255,6 +255,110 @@ TEST(ParallelWorlds, GhostsGetTheirPairsInTheSameOrder)
     EXPECT_EQ(historyWithGhost<Discrete::Parallel>(), historyWithGhost<Discrete::Serial>());
 }
 
+/// A ghost whose next visitor replaces bodies of the world: the last one comes again elsewhere, at the same address and
+/// index; before that some may go, and some come.
+class ReplacingGhost : public btGhostObject
+{
+public:
+    ReplacingGhost(btCollisionWorld& world, std::vector<std::unique_ptr<btCollisionObject>>& objects)
+        : m_world(world), m_objects(objects)
+    {
+    }
+    void addOverlappingObjectInternal(btBroadphaseProxy* other, btBroadphaseProxy* own) override
+    {
+        btGhostObject::addOverlappingObjectInternal(other, own);
+        if (!isArmed)
+            return;
+        isArmed = false;
+        for (std::size_t i = 0; i < m_objects.size() && newObjects > 0; i += 100)
+            remove(i + 50);
+        for (int i = 0; i < newObjects; ++i)
+            add(std::make_unique<btCollisionObject>(), 1000.0 + i);
+        btCollisionObject* const last =
+            m_world.getCollisionObjectArray()[m_world.getNumCollisionObjects() - 1];
+        m_world.removeCollisionObject(last);
+        last->getWorldTransform().setOrigin(vec(0, 0, 500));
+        m_world.addCollisionObject(last);
+    }
+    void add(std::unique_ptr<btCollisionObject> object, double x)
+    {
+        object->setCollisionShape(&m_ball);
+        object->getWorldTransform().setIdentity();
+        object->getWorldTransform().setOrigin(vec(x, 0, 0));
+        m_world.addCollisionObject(object.get());
+        m_objects.push_back(std::move(object));
+    }
+
+    bool isArmed = false;
+    int newObjects = 0;
+
+private:
+    void remove(std::size_t index)
+    {
+        m_world.removeCollisionObject(m_objects[index].get());
+        m_objects[index].reset();
+    }
+
+    btCollisionWorld& m_world;
+    std::vector<std::unique_ptr<btCollisionObject>>& m_objects;
+    btSphereShape m_ball{1};
+};
+
+/// Hashes of a world before and after a step in which a callback replaces objects.
+template <class StageT>
+std::vector<std::uint64_t> historyOfReplacement(int newObjects)
+{
+    // Bullet's tree must not be changed while it is walked.
+    StageT stage(std::make_unique<Broadphase>());
+    btGhostPairCallback callback;
+    stage.world.getPairCache()->setInternalGhostPairCallback(&callback);
+    std::vector<std::unique_ptr<btCollisionObject>> objects;
+    ReplacingGhost ghost(stage.world, objects);
+    btSphereShape shape(2);
+    ghost.setCollisionShape(&shape);
+    ghost.getWorldTransform().setIdentity();
+    ghost.getWorldTransform().setOrigin(vec(0, 50, 0));
+    ghost.newObjects = newObjects;
+    stage.world.addCollisionObject(&ghost);
+    for (int i = 0; i < 600; ++i)
+        ghost.add(std::make_unique<btCollisionObject>(), 10.0 * i);
+    std::vector<std::uint64_t> hashes;
+    for (int step = 0; step < 3; ++step)
+    {
+        // All move, the third of them into the ghost.
+        for (const auto& object : objects)
+        {
+            if (object != nullptr)
+                object->getWorldTransform().getOrigin() += vec(0.5, 0, 0);
+        }
+        if (step == 1)
+            objects[2]->getWorldTransform().setOrigin(vec(0, 51, 0));
+        ghost.isArmed = step == 1;
+        stage.world.performDiscreteCollisionDetection();
+        hashes.push_back(hashOfWorld(stage.world) + std::uint64_t(ghost.getNumOverlappingObjects()));
+    }
+    EXPECT_FALSE(ghost.isArmed);
+    EXPECT_EQ(stage.world.getNumCollisionObjects(), 1 + 600 + (newObjects > 0 ? newObjects - 6 : 0));
+    for (const auto& object : objects)
+    {
+        if (object != nullptr)
+            stage.world.removeCollisionObject(object.get());
+    }
+    stage.world.removeCollisionObject(&ghost);
+    return hashes;
+}
+
+TEST(ParallelWorlds, CallbackMayRemoveAndAddBodies)
+{
+    using Plain = Kind<PlainStage, btCollisionWorld>;
+    for (const int newObjects : {0, 3, 6, 20})
+    {
+        EXPECT_EQ(historyOfReplacement<Plain::Parallel>(newObjects),
+                  historyOfReplacement<Plain::Serial>(newObjects))
+            << newObjects;
+    }
+}
+
 TEST(ParallelWorlds, OversizedBodyIsTakenOutOfTheSimulation)
 {
     Discrete::Parallel stage(std::make_unique<Broadphase>());
