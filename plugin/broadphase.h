@@ -149,8 +149,9 @@ public:
     /// Replaces the backend; the pairs stay as they are.
     void setBackend(std::unique_ptr<Backend> backend);
 
-    /// For a pair cache of a type that is neither cullet's nor Bullet's: whether a ghost pair callback is installed in
-    /// it, which such a cache cannot be asked. Without this, pairs of its ghosts appear in calculateOverlappingPairs().
+    /// For a pair cache of a type that is neither cullet's nor Bullet's, or of a class without RTTI: whether a ghost pair
+    /// callback is installed in it, which such a cache cannot be asked. Without this, pairs of its ghosts appear in
+    /// calculateOverlappingPairs().
     void setGhostPairsImmediate(bool immediate);
 
     /// Whether setAabb() of different proxies may run concurrently now: there is no ghost.

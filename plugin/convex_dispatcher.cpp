@@ -4,6 +4,7 @@
 
 #include "broad/worker_pool.h"
 #include "plugin/body_motions.h"
+#include "plugin/dynamic_type.h"
 #include "plugin/isa_gjk_algorithm.h"
 #include "plugin/prefetch.h"
 
@@ -13,7 +14,6 @@
 #include <algorithm>
 #include <array>
 #include <exception>
-#include <typeinfo>
 
 namespace cullet
 {
@@ -40,7 +40,7 @@ constexpr std::size_t kAhead = 12;
 /// Null for a pair of another algorithm, or of another dispatcher's.
 IsaGjkAlgorithm* isaGjkOf(const btBroadphasePair& pair, const btDispatcher& dispatcher)
 {
-    if (pair.m_algorithm == nullptr || typeid(*pair.m_algorithm) != typeid(IsaGjkAlgorithm))
+    if (pair.m_algorithm == nullptr || !isExactly<IsaGjkAlgorithm>(*pair.m_algorithm))
         return nullptr;
     auto* const algorithm = static_cast<IsaGjkAlgorithm*>(pair.m_algorithm);
     return algorithm->isOf(dispatcher) ? algorithm : nullptr;

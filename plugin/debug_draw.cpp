@@ -4,6 +4,7 @@
 
 #include "broad/cell_source.h"
 #include "plugin/box_convert.h"
+#include "plugin/dynamic_type.h"
 
 #include <vector>
 
@@ -98,7 +99,7 @@ void DebugDrawing::drawBoxes(const btBroadphasePair* pairs, int pairCount) const
 
 void DebugDrawing::drawCells(const Backend& backend) const
 {
-    const auto* const source = dynamic_cast<const CellSource*>(&backend);
+    const auto* const source = dynamicCast<const CellSource>(&backend);
     if (source == nullptr)
         return;
     source->forEachCell(

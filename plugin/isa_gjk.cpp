@@ -4,6 +4,7 @@
 
 #include "plugin/body_motions.h"
 #include "plugin/convex_shape.h"
+#include "plugin/dynamic_type.h"
 #include "plugin/isa_gjk_algorithm.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionConfiguration.h>
@@ -56,7 +57,7 @@ void IsaGjkRegistration::reset(btCollisionDispatcher& dispatcher, const IsaGjkOp
     for (ThreadCounter* counter : {&m_counters.separated, &m_counters.touching, &m_counters.depths,
                                    &m_counters.notConverged, &m_counters.delegated, &m_counters.exact})
         counter->reset();
-    m_stock = dynamic_cast<const btConvexConvexAlgorithm::CreateFunc*>(
+    m_stock = dynamicCast<const btConvexConvexAlgorithm::CreateFunc>(
         dispatcher.getCollisionConfiguration()->getCollisionAlgorithmCreateFunc(CONVEX_HULL_SHAPE_PROXYTYPE,
                                                                                 CONVEX_HULL_SHAPE_PROXYTYPE));
     if (m_stock == nullptr)

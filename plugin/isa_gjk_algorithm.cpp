@@ -7,11 +7,11 @@
 #include "narrow/isa_gjk.h"
 #include "plugin/contact_patch.h"
 #include "plugin/convex_pair.h"
+#include "plugin/dynamic_type.h"
 
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 
 #include <exception>
-#include <typeinfo>
 
 namespace cullet
 {
@@ -27,7 +27,7 @@ namespace
 /// A result of Bullet's step drops points beyond the breaking threshold; others get what Bullet's detector reports.
 bool isOfStep(const btManifoldResult& result)
 {
-    return typeid(result) == typeid(btManifoldResult);
+    return isExactly<btManifoldResult>(result);
 }
 
 /// The distance of the cores beyond which there is no contact.

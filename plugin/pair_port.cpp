@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "plugin/pair_port.h"
 
+#include "plugin/dynamic_type.h"
+
 #include <BulletCollision/BroadphaseCollision/btBroadphaseProxy.h>
 
 #include <algorithm>
@@ -62,16 +64,18 @@ Pair idsOf(const btBroadphasePair& pair)
 PairPort::PairPort(btOverlappingPairCache* external)
     : m_own(external == nullptr ? std::make_unique<PairCache>() : nullptr),
       m_cache(external == nullptr ? m_own.get() : external),
-      m_fast(dynamic_cast<PairCache*>(m_cache))
+      m_fast(dynamicCast<PairCache>(m_cache))
 {
-    if (auto* hashed = dynamic_cast<btHashedOverlappingPairCache*>(m_cache))
+    if (auto* hashed = dynamicCast<btHashedOverlappingPairCache>(m_cache))
         m_ghostSlot = GhostAccess<btHashedOverlappingPairCache>::slotOf(*hashed);
-    if (auto* sorted = dynamic_cast<btSortedOverlappingPairCache*>(m_cache))
+    if (auto* sorted = dynamicCast<btSortedOverlappingPairCache>(m_cache))
     {
         m_ghostSlot = GhostAccess<btSortedOverlappingPairCache>::slotOf(*sorted);
         m_isSorted = true;
     }
-    m_storesPairs = dynamic_cast<btNullPairCache*>(m_cache) == nullptr;
+    // Of a class without RTTI that much can be asked, and the sorted cache and the null cache have it.
+    m_isSorted = m_isSorted || (dynamicType(*m_cache) == nullptr && m_cache->hasDeferredRemoval());
+    m_storesPairs = dynamicCast<btNullPairCache>(m_cache) == nullptr;
 }
 
 bool PairPort::contains(btBroadphaseProxy& a, btBroadphaseProxy& b) const
@@ -103,7 +107,8 @@ void PairPort::reserveMore(std::size_t pairCount)
 template <class IsRemoved>
 void PairPort::removeLinearly(IsRemoved isRemoved, btDispatcher* dispatcher)
 {
-    RemoveIf<IsRemoved> callback(isRemoved, *m_cache, *m_ghostSlot, dispatcher);
+    RemoveIf<IsRemoved> callback(isRemoved, *m_cache, m_ghostSlot != nullptr ? *m_ghostSlot : nullptr,
+                                 dispatcher);
     m_cache->processAllOverlappingPairs(&callback, dispatcher);
 }
 

@@ -35,7 +35,8 @@ public:
     int count() const { return m_cache->getNumOverlappingPairs(); }
     btOverlapFilterCallback* filterCallback() const { return m_cache->getOverlapFilterCallback(); }
 
-    /// Whether a ghost pair callback is installed. Other caches than cullet's and Bullet's cannot be asked: setGhosts().
+    /// Whether a ghost pair callback is installed. Other caches than cullet's and Bullet's, and those of a
+    /// class without RTTI, cannot be asked: setGhosts().
     bool hasGhostCallback() const noexcept
     {
         if (m_fast != nullptr)

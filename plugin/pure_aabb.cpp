@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "plugin/pure_aabb.h"
 
+#include "plugin/dynamic_type.h"
+
 #include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btConvexTriangleMeshShape.h>
@@ -12,23 +14,16 @@
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>
 #include <btBulletCollisionCommon.h>
 
-#include <typeinfo>
-
 namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// Classes without a function in Bullet's library, such as btCapsuleShapeX, have a type_info in every library with hidden
-/// visibility; hence a comparison by name, which type_info does.
 template <class... Shapes>
-bool isExactly(const btCollisionShape& shape)
+bool isOneOf(const btCollisionShape& shape)
 {
-    // The virtual table of a class that was compiled without RTTI has null here, which the compiler does not expect.
-    const std::type_info* const volatile place = &typeid(shape);
-    const std::type_info* const type = place;
-    return type != nullptr && ((*type == typeid(Shapes)) || ...);
+    return (isExactly<Shapes>(shape) || ...);
 }
 }  // namespace
 
@@ -37,37 +32,37 @@ bool hasPureAabb(const btCollisionShape& shape)
     switch (shape.getShapeType())
     {
         case BOX_SHAPE_PROXYTYPE:
-            return isExactly<btBoxShape>(shape);
+            return isOneOf<btBoxShape>(shape);
         case SPHERE_SHAPE_PROXYTYPE:
-            return isExactly<btSphereShape>(shape);
+            return isOneOf<btSphereShape>(shape);
         case CONVEX_HULL_SHAPE_PROXYTYPE:
-            return isExactly<btConvexHullShape>(shape);
+            return isOneOf<btConvexHullShape>(shape);
         case CAPSULE_SHAPE_PROXYTYPE:
-            return isExactly<btCapsuleShape, btCapsuleShapeX, btCapsuleShapeZ>(shape);
+            return isOneOf<btCapsuleShape, btCapsuleShapeX, btCapsuleShapeZ>(shape);
         case CYLINDER_SHAPE_PROXYTYPE:
-            return isExactly<btCylinderShape, btCylinderShapeX, btCylinderShapeZ>(shape);
+            return isOneOf<btCylinderShape, btCylinderShapeX, btCylinderShapeZ>(shape);
         case CONE_SHAPE_PROXYTYPE:
-            return isExactly<btConeShape, btConeShapeX, btConeShapeZ>(shape);
+            return isOneOf<btConeShape, btConeShapeX, btConeShapeZ>(shape);
         case COMPOUND_SHAPE_PROXYTYPE:
-            return isExactly<btCompoundShape>(shape);
+            return isOneOf<btCompoundShape>(shape);
         case MULTI_SPHERE_SHAPE_PROXYTYPE:
-            return isExactly<btMultiSphereShape>(shape);
+            return isOneOf<btMultiSphereShape>(shape);
         case TRIANGLE_SHAPE_PROXYTYPE:
-            return isExactly<btTriangleShape>(shape);
+            return isOneOf<btTriangleShape>(shape);
         case TETRAHEDRAL_SHAPE_PROXYTYPE:
-            return isExactly<btBU_Simplex1to4>(shape);
+            return isOneOf<btBU_Simplex1to4>(shape);
         case CONVEX_TRIANGLEMESH_SHAPE_PROXYTYPE:
-            return isExactly<btConvexTriangleMeshShape>(shape);
+            return isOneOf<btConvexTriangleMeshShape>(shape);
         case STATIC_PLANE_PROXYTYPE:
-            return isExactly<btStaticPlaneShape>(shape);
+            return isOneOf<btStaticPlaneShape>(shape);
         case TRIANGLE_MESH_SHAPE_PROXYTYPE:
-            return isExactly<btBvhTriangleMeshShape>(shape);
+            return isOneOf<btBvhTriangleMeshShape>(shape);
         case SCALED_TRIANGLE_MESH_SHAPE_PROXYTYPE:
-            return isExactly<btScaledBvhTriangleMeshShape>(shape);
+            return isOneOf<btScaledBvhTriangleMeshShape>(shape);
         case TERRAIN_SHAPE_PROXYTYPE:
-            return isExactly<btHeightfieldTerrainShape>(shape);
+            return isOneOf<btHeightfieldTerrainShape>(shape);
         case EMPTY_SHAPE_PROXYTYPE:
-            return isExactly<btEmptyShape>(shape);
+            return isOneOf<btEmptyShape>(shape);
         default:
             return false;
     }

@@ -4,6 +4,7 @@
 
 #include "broad/worker_pool.h"
 #include "plugin/broadphase.h"
+#include "plugin/dynamic_type.h"
 #include "plugin/pure_aabb.h"
 
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
@@ -11,7 +12,6 @@
 #include <LinearMath/btQuickprof.h>
 
 #include <algorithm>
-#include <typeinfo>
 
 namespace cullet
 {
@@ -56,8 +56,7 @@ public:
           m_threshold(gContactBreakingThreshold, gContactBreakingThreshold, gContactBreakingThreshold)
     {
         btBroadphaseInterface* broadphase = ofWorld.getBroadphase();
-        // By address: null for a class that was compiled without RTTI.
-        if (&typeid(*broadphase) != &typeid(Broadphase))
+        if (!isExactly<Broadphase>(*broadphase))
             return;
         auto* own = static_cast<Broadphase*>(broadphase);
         m_setter = own->canSetAabbsConcurrently() ? own : nullptr;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "preload/implementation.h"
 
+#include "plugin/dynamic_type.h"
 #include "plugin/isa_gjk.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionConfiguration.h>
@@ -22,7 +23,7 @@ namespace
 /// A tree for queries alone: in btAxisSweep3, or in programs that walk it.
 bool isOnlyATree(btOverlappingPairCache* cache)
 {
-    return dynamic_cast<btNullPairCache*>(cache) != nullptr;
+    return dynamicCast<btNullPairCache>(cache) != nullptr;
 }
 
 bool construct(void* memory, void* pairCache, bool needsTrees)
@@ -48,7 +49,7 @@ bool hasStockAlgorithm(btCollisionDispatcher& dispatcher)
 {
     auto* function = dispatcher.getCollisionConfiguration()->getCollisionAlgorithmCreateFunc(
         CONVEX_HULL_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE);
-    return dynamic_cast<btConvexConvexAlgorithm::CreateFunc*>(function) != nullptr;
+    return dynamicCast<btConvexConvexAlgorithm::CreateFunc>(function) != nullptr;
 }
 
 void adopt(void* memory)

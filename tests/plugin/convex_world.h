@@ -78,11 +78,7 @@ public:
     }
 
     btCollisionDispatcher& dispatcher() { return *m_dispatcher; }
-    IsaGjkStats stats() const
-    {
-        const auto* own = dynamic_cast<const Dispatcher*>(m_dispatcher.get());
-        return own != nullptr ? own->stats() : m_registration->stats();
-    }
+    IsaGjkStats stats() const { return m_own != nullptr ? m_own->stats() : m_registration->stats(); }
     btPersistentManifold* manifoldOf(const btCollisionObject& a, const btCollisionObject& b)
     {
         for (int i = 0; i < m_dispatcher->getNumManifolds(); ++i)
@@ -109,11 +105,14 @@ private:
     {
         DispatcherOptions options;
         options.threads = threads;
-        if (narrow == Narrow::Dispatcher)
-            return std::make_unique<Dispatcher>(&configuration, options);
-        return std::make_unique<btCollisionDispatcher>(&configuration);
+        if (narrow != Narrow::Dispatcher)
+            return std::make_unique<btCollisionDispatcher>(&configuration);
+        auto own = std::make_unique<Dispatcher>(&configuration, options);
+        m_own = own.get();
+        return own;
     }
 
+    const Dispatcher* m_own = nullptr;  ///< before what sets it
     std::unique_ptr<btCollisionDispatcher> m_dispatcher;
     btDbvtBroadphase m_broadphase;
     btSequentialImpulseConstraintSolver m_solver;
