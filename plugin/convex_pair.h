@@ -60,9 +60,11 @@ struct ConvexSide
         return (quadBits<btScalar>(sum - sum == Components{}) & 7u) == 7u;
     }
 
-    /// False for a hull shape that has no points, or one that is not finite.
+    /// False for a hull shape that has no points, or one that is not finite, and for a triangle with such a corner.
     bool hasPoints() const
     {
+        if (kind == ConvexKind::Triangle)
+            return hasFiniteCorners(static_cast<const btTriangleShape&>(shape));
         if (kind != ConvexKind::Hull)
             return true;
         const auto& hull = static_cast<const btConvexHullShape&>(shape);

@@ -6,7 +6,6 @@
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
-#include <BulletCollision/CollisionShapes/btTriangleShape.h>
 
 namespace cullet
 {
@@ -50,15 +49,18 @@ Matrix basisOf(const btTransform& transform)
     return basis;
 }
 
-PosedShape poseTriangle(const btTriangleShape& triangle, const btTransform& transform)
+std::optional<PosedShape> poseTriangle(const btTriangleShape& triangle, const btTransform& transform)
 {
+    if (!hasFiniteCorners(triangle))
+        return {};
     const Vector a = toEigen(triangle.m_vertices1[0]);
     const Vector ab = toEigen(triangle.m_vertices1[1]) - a;
     const Vector ac = toEigen(triangle.m_vertices1[2]) - a;
     Matrix corners;
     // The third column is met by zeros only; it makes the map one that keeps sides.
     corners << ab, ac, ab.cross(ac);
-    return {unitHulls().triangle, basisOf(transform) * corners, toEigen(transform(triangle.m_vertices1[0]))};
+    return PosedShape(unitHulls().triangle, basisOf(transform) * corners,
+                      toEigen(transform(triangle.m_vertices1[0])));
 }
 
 PosedShape poseCapsule(const btCapsuleShape& capsule, const btTransform& transform)

@@ -2,11 +2,13 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "narrow/lanes.h"
 #include "narrow/posed_hull.h"
 #include "plugin/axis_test.h"
 #include "plugin/hull_cache.h"
 
 #include <BulletCollision/CollisionShapes/btConvexShape.h>
+#include <BulletCollision/CollisionShapes/btTriangleShape.h>
 
 #include <optional>
 
@@ -65,6 +67,19 @@ inline ConvexKind convexKindOf(int shapeType)
 inline bool isPolytope(ConvexKind kind)
 {
     return kind < ConvexKind::Support;
+}
+
+inline bool hasFiniteCorners(const btTriangleShape& triangle)
+{
+    Components sum = {};
+    for (const btVector3& corner : triangle.m_vertices1)
+    {
+        Components point;
+        read(corner, point);
+        // Nothing, but NaN of what is not finite; the fourth means nothing.
+        sum += point - point;
+    }
+    return (quadBits<btScalar>(sum == Components{}) & 7u) == 7u;
 }
 
 /// True if the support function is Bullet's own, which reads the shape and nothing else; a custom shape's may do anything.

@@ -14,6 +14,7 @@
 #include <limits>
 #include <malloc.h>
 #include <typeinfo>
+#include <utility>
 
 namespace cullet::test
 {
@@ -345,6 +346,34 @@ TEST(IsaGjkAlgorithm, NeverEmitsNanAndEndsWithTransformsThatAreNotFinite)
     EXPECT_TRUE(brokenProbe.query().empty());
     ConvexPairProbe emptyProbe(bench.dispatcher, empty, shapes.box);
     EXPECT_TRUE(emptyProbe.query().empty());
+}
+
+TEST(IsaGjkAlgorithm, TriangleWithACornerThatIsNotFiniteTouchesNothing)
+{
+    Shapes shapes;
+    ConvexBench bench;
+    const btScalar nan = std::numeric_limits<btScalar>::quiet_NaN();
+    const btScalar infinity = std::numeric_limits<btScalar>::infinity();
+    for (btConvexShape* partner : shapes.all)
+    {
+        // Pairs that are Bullet's.
+        if (partner == &shapes.sphere)
+            continue;
+        for (int i = 0; i < 9; ++i)
+        {
+            for (const btScalar bad : {nan, infinity, -infinity})
+            {
+                btTriangleShape triangle = shapes.triangle;
+                btScalar& coordinate = triangle.m_vertices1[i / 3][i % 3];
+                ConvexPairProbe probe(bench.dispatcher, triangle, *partner);
+                const btScalar good = std::exchange(coordinate, bad);
+                EXPECT_TRUE(probe.query().empty()) << partner->getName() << ' ' << i << ' ' << bad;
+                EXPECT_EQ(probe.step()->getNumContacts(), 0);
+                coordinate = good;
+                EXPECT_FALSE(probe.query().empty()) << partner->getName();
+            }
+        }
+    }
 }
 
 TEST(IsaGjkAlgorithm, LeavesTheUsersPointersAndIndicesAlone)
