@@ -345,75 +345,79 @@ bool IsaGjkAlgorithm::findsAxis(const btCollisionObject& a, const btCollisionObj
     }
 }
 
-/// @param cores [out] where they are placed
-/// @param touch [out] valid for Touching
-[[gnu::always_inline]] inline IsaGjkAlgorithm::Answer IsaGjkAlgorithm::ask(
-    const ConvexPair& pair, const btDispatcherInfo& info, btScalar limit, std::uint64_t pass,
-    ApartTest& failed, std::optional<ConvexCores>& cores, Touch& touch)
-try
-{
-    IsaGjkRegistration::Counters& counters = m_isaGjk.counters();
-    if (!pair.isConvex() || !pair.a.isFinite() || !pair.b.isFinite())
-        return Answer::Apart;
-    if (pair.isForBullet())
-    {
-        count(counters.delegated);
-        return Answer::Bullets;
-    }
-    cores.emplace(pair, failed.hulls, m_hulls, pass);
-    if (!cores->arePlaced(pair))
-    {
-        if (!pair.a.hasPoints() || !pair.b.hasPoints())
-            return Answer::Apart;
-        count(counters.notConverged);
-        return Answer::Bullets;
-    }
-    const bool arePolytopes = cores->a && cores->b;
-    const bool wasNear = m_cache.state == GjkState::Near || m_cache.state == GjkState::Overlapping;
-    GjkState state = GjkState::Near;
-    if (!arePolytopes || !wasNear)
-        state = separation(pair, *cores, limit, failed.axis, m_cache);
-    const bool mayTouch = state == GjkState::Near || state == GjkState::Overlapping;
-    if (mayTouch && (!arePolytopes || usesSeparatingAxisTest(pair, info)))
-    {
-        count(counters.delegated);
-        return Answer::Bullets;
-    }
-    if (mayTouch)
-    {
-        // The algorithm of a mesh's triangle lives for one query.
-        const bool isKept = pair.a.kind != ConvexKind::Triangle && pair.b.kind != ConvexKind::Triangle;
-        state = measure(*cores, limit, m_cache, isKept ? &m_depth : nullptr, touch, counters.exact);
-    }
-    if (state == GjkState::Separated || state == GjkState::NotConverged)
-    {
-        count(state == GjkState::Separated ? counters.separated : counters.notConverged);
-        return state == GjkState::Separated ? Answer::Apart : Answer::Bullets;
-    }
-    count(counters.touching);
-    if (state == GjkState::Overlapping)
-        count(counters.depths);
-    return Answer::Touching;
-}
-catch (const std::exception&)
-{
-    count(m_isaGjk.counters().notConverged);
-    return Answer::Bullets;
-}
-
 /// @return false if Bullet's own algorithm has to answer
 bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& info, ApartTest& failed,
                               btManifoldResult& result)
 {
-    std::optional<ConvexCores> cores;
+    bool isReporting = false;
+    try
+    {
+        return collideOrThrow(pair, info, failed, result, isReporting);
+    }
+    catch (const std::exception&)
+    {
+        // What a contact callback throws is for its application.
+        if (isReporting)
+            throw;
+        count(m_isaGjk.counters().notConverged);
+        return false;
+    }
+}
+
+/// @param isReporting [out] contact callbacks run
+[[gnu::always_inline]] inline bool IsaGjkAlgorithm::collideOrThrow(const ConvexPair& pair,
+                                                                   const btDispatcherInfo& info,
+                                                                   ApartTest& failed,
+                                                                   btManifoldResult& result,
+                                                                   bool& isReporting)
+{
+    IsaGjkRegistration::Counters& counters = m_isaGjk.counters();
+    const btScalar limit = limitOf(pair, m_breakingThreshold, result);
+    if (!pair.isConvex() || !pair.a.isFinite() || !pair.b.isFinite())
+        return true;
+    if (pair.isForBullet())
+    {
+        count(counters.delegated);
+        return false;
+    }
+    const ConvexCores cores(pair, failed.hulls, m_hulls, passOf(result));
+    if (!cores.arePlaced(pair))
+    {
+        if (!pair.a.hasPoints() || !pair.b.hasPoints())
+            return true;
+        count(counters.notConverged);
+        return false;
+    }
+    const bool arePolytopes = cores.a && cores.b;
+    const bool wasNear = m_cache.state == GjkState::Near || m_cache.state == GjkState::Overlapping;
+    GjkState state = GjkState::Near;
+    if (!arePolytopes || !wasNear)
+        state = separation(pair, cores, limit, failed.axis, m_cache);
+    const bool mayTouch = state == GjkState::Near || state == GjkState::Overlapping;
+    if (mayTouch && (!arePolytopes || usesSeparatingAxisTest(pair, info)))
+    {
+        count(counters.delegated);
+        return false;
+    }
     Touch touch;
-    const Answer answer =
-        ask(pair, info, limitOf(pair, m_breakingThreshold, result), passOf(result), failed, cores, touch);
-    // What a contact callback throws is for its application.
-    if (answer == Answer::Touching)
-        report(pair, *cores, touch, isOfStep(result) ? btScalar(0) : result.m_closestPointDistanceThreshold,
-               result);
-    return answer != Answer::Bullets;
+    if (mayTouch)
+    {
+        // The algorithm of a mesh's triangle lives for one query.
+        const bool isKept = pair.a.kind != ConvexKind::Triangle && pair.b.kind != ConvexKind::Triangle;
+        state = measure(cores, limit, m_cache, isKept ? &m_depth : nullptr, touch, counters.exact);
+    }
+    if (state == GjkState::Separated || state == GjkState::NotConverged)
+    {
+        count(state == GjkState::Separated ? counters.separated : counters.notConverged);
+        return state == GjkState::Separated;
+    }
+    count(counters.touching);
+    if (state == GjkState::Overlapping)
+        count(counters.depths);
+    isReporting = true;
+    report(pair, cores, touch, isOfStep(result) ? btScalar(0) : result.m_closestPointDistanceThreshold,
+           result);
+    return true;
 }
 
 void IsaGjkAlgorithm::runStock(const ConvexPair& pair, const btDispatcherInfo& info, btManifoldResult& result)

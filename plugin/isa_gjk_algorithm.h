@@ -12,8 +12,6 @@
 #include <BulletCollision/CollisionDispatch/btActivatingCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>
 
-#include <optional>
-
 namespace cullet
 {
 inline namespace CULLET_PRECISION
@@ -95,16 +93,10 @@ private:
     bool findsAxis(const btCollisionObject& a, const btCollisionObject& b, ApartTest& failed, bool remembers);
     void collideAndRefresh(const ConvexPair& pair, const btDispatcherInfo& info, ApartTest& failed,
                            btManifoldResult& result);
-    enum class Answer
-    {
-        Apart,
-        Touching,
-        Bullets  ///< Bullet's own algorithm has to find it
-    };
-    Answer ask(const ConvexPair& pair, const btDispatcherInfo& info, btScalar limit, std::uint64_t pass,
-               ApartTest& failed, std::optional<ConvexCores>& cores, Touch& touch);
     bool collide(const ConvexPair& pair, const btDispatcherInfo& info, ApartTest& failed,
                  btManifoldResult& result);
+    bool collideOrThrow(const ConvexPair& pair, const btDispatcherInfo& info, ApartTest& failed,
+                        btManifoldResult& result, bool& isReporting);
     void refresh(btManifoldResult& result);
     void report(const ConvexPair& pair, const ConvexCores& cores, const Touch& touch, btScalar reach,
                 btManifoldResult& result);
