@@ -31,10 +31,11 @@ bool isOfStep(const btManifoldResult& result)
 }
 
 /// The distance of the cores beyond which there is no contact.
-btScalar limitOf(const ConvexPair& pair, btScalar breakingThreshold, const btManifoldResult& result)
+btScalar limitOf(const ConvexPair& pair, btScalar breakingThreshold, const btManifoldResult& result,
+                 bool isStep)
 {
     return pair.margins() + breakingThreshold +
-           (isOfStep(result) ? btScalar(0) : pair.margins() + result.m_closestPointDistanceThreshold);
+           (isStep ? btScalar(0) : pair.margins() + result.m_closestPointDistanceThreshold);
 }
 
 /// Is the distance of the cores larger than `limit`?
@@ -209,8 +210,10 @@ void IsaGjkAlgorithm::processCollision(const btCollisionObjectWrapper* a, const 
     {
         // Known to this block only, so that none of it has to be in memory.
         const ConvexPair pair(*a, *b);
+        const bool isStep = isOfStep(*result);
         // It proves nothing of shapes or places that are not fit for it.
-        isApart = staysApart(pair, limitOf(pair, m_breakingThreshold, *result), passOf(*result), failed);
+        isApart =
+            staysApart(pair, limitOf(pair, m_breakingThreshold, *result, isStep), passOf(isStep), failed);
     }
     if (!isApart)
         return collideAndRefresh(ConvexPair(*a, *b), info, failed, *result);
@@ -256,9 +259,9 @@ void IsaGjkAlgorithm::collideAndRefresh(const ConvexPair& pair, const btDispatch
 }
 
 /// See HullCache::hullOf().
-std::uint64_t IsaGjkAlgorithm::passOf(const btManifoldResult& result) const
+std::uint64_t IsaGjkAlgorithm::passOf(bool isStep) const
 {
-    return isOfStep(result) ? m_isaGjk.pass() : m_isaGjk.queryPass();
+    return isStep ? m_isaGjk.pass() : m_isaGjk.queryPass();
 }
 
 /// The cheap proof, where there is one.
@@ -372,7 +375,8 @@ bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& in
                                                                    bool& isReporting)
 {
     IsaGjkRegistration::Counters& counters = m_isaGjk.counters();
-    const btScalar limit = limitOf(pair, m_breakingThreshold, result);
+    const bool isStep = isOfStep(result);
+    const btScalar limit = limitOf(pair, m_breakingThreshold, result, isStep);
     if (!pair.isConvex() || !pair.a.isFinite() || !pair.b.isFinite())
         return true;
     if (pair.isForBullet())
@@ -380,7 +384,7 @@ bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& in
         count(counters.delegated);
         return false;
     }
-    const ConvexCores cores(pair, failed.hulls, m_hulls, passOf(result));
+    const ConvexCores cores(pair, failed.hulls, m_hulls, passOf(isStep));
     if (!cores.arePlaced(pair))
     {
         if (!pair.a.hasPoints() || !pair.b.hasPoints())
@@ -415,8 +419,7 @@ bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& in
     if (state == GjkState::Overlapping)
         count(counters.depths);
     isReporting = true;
-    report(pair, cores, touch, isOfStep(result) ? btScalar(0) : result.m_closestPointDistanceThreshold,
-           result);
+    report(pair, cores, touch, isStep ? btScalar(0) : result.m_closestPointDistanceThreshold, result);
     return true;
 }
 

@@ -87,7 +87,7 @@ private:
         AxisTest<btScalar> axis;
         KnownHulls hulls = {};
     };
-    std::uint64_t passOf(const btManifoldResult& result) const;
+    std::uint64_t passOf(bool isStep) const;
     bool staysApart(const ConvexPair& pair, btScalar limit, std::uint64_t pass, ApartTest& failed,
                     AxisRoom* room = nullptr);
     bool findsAxis(const btCollisionObject& a, const btCollisionObject& b, ApartTest& failed, bool remembers);
