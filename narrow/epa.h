@@ -74,6 +74,8 @@ private:
     /// the precision of the answer.
     static constexpr double kGapWanted = sizeof(S) == sizeof(float) ? 1e-7 : 1e-12;
     static constexpr double kGapAccepted = sizeof(S) == sizeof(float) ? 1e-5 : 1e-10;
+    /// How far the deepest point of the surface may be from the ray along the normal; times the size.
+    static constexpr double kMissAccepted = sizeof(S) == sizeof(float) ? 1e-6 : 1e-10;
     /// Times the size: extents below this have no volume in double.
     static constexpr double kFlat = 1e-10;
 
@@ -271,24 +273,29 @@ private:
             // A NaN makes the comparison false.
             if (isOutside || !(gap <= kGapAccepted * scale))
                 return false;
-            finish(polytope, supports, face, std::max(gap, 0.0), s);
-            return true;
+            return finish(polytope, supports, face, std::max(gap, 0.0), s);
         }
         return false;
     }
 
     /// @param along support along the face's normal
+    /// @return false if the points could not be proved
     template <class P, class Supports>
-    void finish(P& polytope, const Supports& supports, const PolytopeParts::Face& face, double gap,
+    bool finish(P& polytope, const Supports& supports, const PolytopeParts::Face& face, double gap,
                 const Support& along)
     {
         const Eigen::Vector3d normal = face.scaledNormal / face.length;
         store(normal, face.distance + gap, gap, along);
-        const PolytopeParts::Foot foot = polytope.footOf(face, gap);
+        // The gap is only as good as the support, which was found in S.
+        const PolytopeParts::Foot foot = polytope.footOf(face, gap + kGapAccepted * size());
+        // Not on slivers that are mostly rounding. A NaN makes the comparison false.
+        const bool isOnRay = foot.miss <= gap + kMissAccepted * size();
+        if (!isOnRay && m_isRecalled)
+            return false;
         Eigen::Vector3d pointA = Eigen::Vector3d::Zero();
         for (int k = 0; k < 3; ++k)
             pointA += foot.weights[k] * supports[foot.vertex[k]].a;
-        storePoints(pointA);
+        storePoints(isOnRay ? pointA : touchAfter(-normal, face.distance + gap, pointA));
         m_result.method = PenetrationMethod::Expansion;
         if (m_isRecalled)
             rememberTriangle(face, -normal, along);
@@ -298,6 +305,7 @@ private:
             if (m_memory != nullptr && m_result.iterations > 0)
                 remember(polytope, face);
         }
+        return true;
     }
 
     /// For the query that finds the shapes apart again.
@@ -361,20 +369,21 @@ private:
         }
         const Support s = m_search.supportAgainst(-normal);
         store(normal, depth, 0.0, s);
-        storePoints(touchAfter(-normal, depth, s));
+        storePoints(touchAfter(-normal, depth, s.a));
         m_result.method = PenetrationMethod::Exact;
     }
 
     /// A point of A that touches B once A has been moved out.
     ///
-    /// @param along support along the axis
-    Eigen::Vector3d touchAfter(const Eigen::Vector3d& axis, double depth, const Support& along) const
+    /// @param otherwise the answer if it is not found
+    Eigen::Vector3d touchAfter(const Eigen::Vector3d& axis, double depth,
+                               const Eigen::Vector3d& otherwise) const
     {
         // A little farther, so that there is a gap, and its closest points are those that touch.
         const MovedShape<A> out(m_a, axis * (depth + 1e-3 * size()));
         GjkCache<double> cache;
         const GjkResult<double> near = gjkDistance(out, m_b, std::numeric_limits<double>::infinity(), cache);
-        return near.state == GjkState::Near ? near.pointA : along.a;
+        return near.state == GjkState::Near ? near.pointA : otherwise;
     }
 
     const A& m_a;

@@ -31,7 +31,8 @@ struct PolytopeParts
     struct Foot
     {
         Corners vertex;
-        Eigen::Vector3d weights;  ///< of the corners, not negative
+        Eigen::Vector3d weights;  ///< of the corners: not negative, sum 1
+        double miss;              ///< distance of the point that they make from where it should be
     };
 };
 
@@ -136,48 +137,47 @@ public:
     }
 
     /// Where the ray from the origin along the normal of the closest face leaves the surface. That may be in another face:
-    /// of several in one plane, as two edges make, rounding decides which is the closest.
+    /// of several in one plane, as two edges make, rounding decides which is the closest. Of the faces that it may be in, the
+    /// one whose point is the nearest to the foot of the plane: a face along the ray has weights, too, made of rounding.
     ///
-    /// @param gap the surface is there at most so much farther away than the plane of the face
-    Foot footOf(const Face& face, double gap) const
+    /// @param slack the surface is there at most so much farther away than the plane of the face
+    Foot footOf(const Face& face, double slack) const
     {
-        Foot foot = {face.vertex, rayWeights(face.vertex, face.scaledNormal)};
-        const double reach = (face.distance + gap) * (1.0 + 1e-9) + m_tolerance;
-        double inside = foot.weights.minCoeff();
-        for (int i = 0; inside < -kOnEdge && i < m_faceCount; ++i)
+        Foot best = footIn(face.vertex, face);
+        const double reach = (face.distance + slack) * (1.0 + 1e-9) + m_tolerance;
+        for (int i = 0; !(best.miss <= kNoMiss * m_tolerance) && i < m_faceCount; ++i)
         {
             if (m_squares[i] > reach * reach)
                 continue;
-            const Eigen::Vector3d weights = rayWeights(m_corners[i], face.scaledNormal);
-            if (!(weights.minCoeff() > inside))
-                continue;
-            inside = weights.minCoeff();
-            foot = {m_corners[i], weights};
+            const Foot foot = footIn(m_corners[i], face);
+            // A NaN makes the comparison false.
+            if (foot.miss < best.miss)
+                best = foot;
         }
-        foot.weights = foot.weights.cwiseMax(0.0);
-        const double sum = foot.weights.sum();
-        // A sliver may be mostly rounding.
-        foot.weights = sum > 0.0 ? Eigen::Vector3d(foot.weights / sum) : Eigen::Vector3d::Constant(1.0 / 3.0);
-        return foot;
+        return best;
     }
 
 private:
     /// A face is too thin for its normal to mean anything below this square of a sine: mostly rounding.
     static constexpr double kThinnest = 1e-24;
-    /// A weight so far below 0 is rounding.
-    static constexpr double kOnEdge = 1e-10;
+    /// Times the tolerance of planes: a foot so near is the right one but for rounding.
+    static constexpr double kNoMiss = 1e3;
 
-    /// Weights of the corners where a ray from the origin meets the plane of a face, with a sum of 1; of a face that the ray
-    /// does not leave by, those of nothing.
-    Eigen::Vector3d rayWeights(const Corners& vertex, const Eigen::Vector3d& ray) const
+    /// The point of a face where a ray along the normal of the closest one meets its plane, or one of its border.
+    Foot footIn(const Corners& vertex, const Face& closest) const
     {
         const Eigen::Vector3d& a = m_vertices[vertex[0]];
         const Eigen::Vector3d& b = m_vertices[vertex[1]];
         const Eigen::Vector3d& c = m_vertices[vertex[2]];
+        const Eigen::Vector3d& ray = closest.scaledNormal;
         const Eigen::Vector3d w(ray.dot(b.cross(c)), ray.dot(c.cross(a)), ray.dot(a.cross(b)));
-        const double sum = w.sum();
-        return sum > 0.0 ? Eigen::Vector3d(w / sum)
-                         : Eigen::Vector3d::Constant(-std::numeric_limits<double>::infinity());
+        // Not by a face that the ray enters by.
+        if (!(w.sum() > 0.0))
+            return {vertex, Eigen::Vector3d::Constant(1.0 / 3.0), std::numeric_limits<double>::infinity()};
+        const Eigen::Vector3d inside = w.cwiseMax(0.0);
+        const Eigen::Vector3d weights = inside / inside.sum();
+        const Eigen::Vector3d point = weights[0] * a + weights[1] * b + weights[2] * c;
+        return {vertex, weights, (point - (closest.distance / closest.length) * ray).norm()};
     }
 
     using Row = std::array<double, kMaxFaces + 4>;

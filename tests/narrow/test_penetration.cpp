@@ -242,6 +242,99 @@ TEST(Penetration, WhatIsRememberedServesWhereItsSurfaceHasDents)
     checkMemoryOfPairsThatTurn<double>();
 }
 
+namespace
+{
+template <class S>
+void expectPointsOfTheShapes(const PosedHull<S>& a, const PosedHull<S>& b, const PenetrationResult<S>& result,
+                             double tolerance)
+{
+    EXPECT_LT(outsideOf(a, Eigen::Vector3d::Zero(), result.pointA), tolerance);
+    EXPECT_LT(outsideOf(b, b.origin() - a.origin(), result.pointB), tolerance);
+}
+
+/// Boxes turned alike that overlap, and then touch in one, two or three of their axes: most faces of A - B are level with
+/// others, or in line with the normal.
+template <class S>
+void checkTouchingBoxes(double tolerance)
+{
+    std::mt19937 engine(955);
+    std::uniform_real_distribution<double> half(0.3, 2.0), within(-0.7, 0.7), closer(0.9, 0.99);
+    const Hull<S> box = hullOf<S>(boxPoints(1.0, 1.0, 1.0));
+    int remembered = 0;
+    for (int i = 0; i < 2000; ++i)
+    {
+        SCOPED_TRACE(i);
+        const Eigen::Matrix3d turn = randomRotation(engine);
+        const Eigen::Vector3d halvesA(half(engine), half(engine), half(engine));
+        const Eigen::Vector3d halvesB(half(engine), half(engine), half(engine));
+        Eigen::Vector3d away = halvesA + halvesB;
+        for (int axis = i % 3; axis < 2; ++axis)
+            away[axis] *= within(engine);
+        const Eigen::Matrix3d basisA = turn * halvesA.asDiagonal();
+        const Eigen::Matrix3d tilt(
+            Eigen::AngleAxisd(0.03 * within(engine), Eigen::Vector3d(1, 2, 3).normalized()));
+        const PosedHull<S> a(box, basisA.cast<S>(), {S(0), S(0), S(0)});
+        const PosedHull<S> tilted(box, (tilt * basisA).cast<S>(), {S(0), S(0), S(0)});
+        const auto b = [&](double part)
+        {
+            return PosedHull<S>(box, (turn * halvesB.asDiagonal()).template cast<S>(),
+                                (turn * (away * part)).template cast<S>());
+        };
+        GjkCache<S> cache;
+        DepthMemory memory;
+        penetration(tilted, b(closer(engine)), cache, &memory);
+        const PosedHull<S> touching = b(1.0);
+        const PenetrationResult<S> result = rememberedPenetration(a, touching, cache, memory);
+        if (result.state != GjkState::Overlapping)
+            continue;
+        ++remembered;
+        expectPointsOfTheShapes(a, touching, result, tolerance);
+    }
+    EXPECT_GT(remembered, 500);
+}
+
+/// A splinter in an edge of a box of a billion times its size, where most faces of A - B are slivers.
+void checkSplinters()
+{
+    std::mt19937 engine(14);
+    std::normal_distribution<double> normal;
+    const double half = 4e8;
+    const Hull<double> box = hullOf<double>(boxPoints(half, half, half));
+    int depths = 0;
+    for (int i = 0; i < 4000; ++i)
+    {
+        SCOPED_TRACE(i);
+        Points points;
+        for (int k = 0; k < 4; ++k)
+            points.push_back({normal(engine), 1e-4 * normal(engine), 1e-4 * normal(engine)});
+        const Hull<double> splinter = hullOf<double>(moved(points, randomRotation(engine), {0.0, 0.0, 0.0}));
+        const Eigen::Matrix3d turn = randomRotation(engine);
+        const Eigen::Vector3d edge(half, half - 0.01 * std::abs(normal(engine)), 0.1 * half * normal(engine));
+        const PosedHull<double> a(box, turn, {0.0, 0.0, 0.0});
+        const PosedHull<double> b(splinter, Eigen::Matrix3d::Identity(), turn * edge);
+        GjkCache<double> cache;
+        const PenetrationResult<double> result = penetration(a, b, cache);
+        if (result.method != PenetrationMethod::Expansion)
+            continue;
+        ++depths;
+        // The distance query that looks for them where the surface has none is within 1e-7 of the size.
+        expectPointsOfTheShapes(a, b, result, 100.0);
+    }
+    EXPECT_GT(depths, 1000);
+}
+}  // namespace
+
+TEST(Penetration, DeepestPointsOfRememberedBoxesThatTouchAreOfTheShapes)
+{
+    checkTouchingBoxes<float>(1e-5);
+    checkTouchingBoxes<double>(1e-9);
+}
+
+TEST(Penetration, DeepestPointsOfASplinterInTheEdgeOfALargeBoxAreOfTheShapes)
+{
+    checkSplinters();
+}
+
 TEST(Penetration, InputsThatAreNotFiniteDoNotConverge)
 {
     const Hull<float> hull = hullOf<float>(icoPoints(1));
