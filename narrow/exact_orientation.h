@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include <array>
 #include <cmath>
@@ -45,6 +46,23 @@ public:
             add(abc[1]);
             add(abc[0]);
         }
+    }
+
+    /// Adds a * b exactly.
+    void addProduct(double a, double b)
+    {
+        const std::array<double, 2> ab = product(a, b);
+        add(ab[1]);
+        add(ab[0]);
+    }
+
+    /// Rounded. The largest component alone may be half of it only.
+    double value() const
+    {
+        double sum = 0.0;
+        for (int i = 0; i < m_count; ++i)
+            sum += m_parts[i];
+        return sum;
     }
 
     /// -1, 0 or 1: the largest component decides.
@@ -121,6 +139,42 @@ inline int orientation(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const
     if (determinant < -bound)
         return -1;
     return exactOrientation(a, b, c, d);
+}
+
+/// (b - a) x (c - a), each component rounded at the end: a x b + b x c + c x a without rounding in between.
+inline Eigen::Vector3d exactCross(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                                  const Eigen::Vector3d& c)
+{
+    Eigen::Vector3d cross;
+    for (int i = 0; i < 3; ++i)
+    {
+        const int j = (i + 1) % 3;
+        const int k = (i + 2) % 3;
+        ExactSum sum;
+        const auto addMinor = [&sum, j, k](const Eigen::Vector3d& p, const Eigen::Vector3d& q)
+        {
+            sum.addProduct(p[j], q[k]);
+            sum.addProduct(-p[k], q[j]);
+        };
+        addMinor(a, b);
+        addMinor(b, c);
+        addMinor(c, a);
+        cross[i] = sum.value();
+    }
+    return cross;
+}
+
+/// (b - a) x (c - a), off by at most 64 eps of its length; zero for points on one line only.
+///
+/// Rounded arithmetic is off by 4 eps |b - a| |c - a| at most, which decides nothing about a triangle thinner than that.
+inline Eigen::Vector3d accurateCross(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                                     const Eigen::Vector3d& c)
+{
+    const Eigen::Vector3d ab = b - a;
+    const Eigen::Vector3d ac = c - a;
+    const Eigen::Vector3d cross = ab.cross(ac);
+    // Not the squares: fourth powers of a difference underflow where those of coordinates do not.
+    return cross.norm() > 0.0625 * (ab.norm() * ac.norm()) ? cross : exactCross(a, b, c);
 }
 
 /// True if a, b and c lie on one line, exactly: all three projections on the coordinate planes are degenerate.

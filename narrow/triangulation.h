@@ -262,10 +262,9 @@ private:
     std::vector<std::int32_t> m_leftOver;
 };
 
-/// Outward normal of a triangle, twice its area long.
+/// Outward normal of a triangle, twice its area long; right within 64 eps however thin the triangle is.
 ///
-/// Taken at the corner opposite to the longest edge: on a needle the rounding of the product of two long edges exceeds
-/// the area.
+/// Taken at the corner opposite to the longest edge: there the product is least often so small that it has to be exact.
 inline Eigen::Vector3d scaledNormal(const std::vector<Eigen::Vector3d>& points,
                                     const Triangulation::Triangle& t)
 {
@@ -277,7 +276,7 @@ inline Eigen::Vector3d scaledNormal(const std::vector<Eigen::Vector3d>& points,
         apex = length > longest ? k : apex;
         longest = std::max(longest, length);
     }
-    const Eigen::Vector3d& origin = points[t.vertex[apex]];
-    return (points[t.vertex[(apex + 1) % 3]] - origin).cross(points[t.vertex[(apex + 2) % 3]] - origin);
+    return accurateCross(points[t.vertex[apex]], points[t.vertex[(apex + 1) % 3]],
+                         points[t.vertex[(apex + 2) % 3]]);
 }
 }  // namespace cullet
