@@ -3,6 +3,7 @@
 #pragma once
 
 #include "narrow/dk_builder.h"
+#include "narrow/exact_orientation.h"
 #include "narrow/face_merger.h"
 #include "narrow/hull.h"
 #include "narrow/neighbour_builder.h"
@@ -165,8 +166,8 @@ private:
     void buildPolygon(const std::array<std::int32_t, 4>& seed)
     {
         const Eigen::Vector3d& a = m_points[seed[0]];
-        const Eigen::Vector3d scaled = (m_points[seed[1]] - a).cross(m_points[seed[2]] - a);
-        const Eigen::Vector3d normal = scaled.normalized();
+        const Eigen::Vector3d normal =
+            accurateCross(a, m_points[seed[1]], m_points[seed[2]]).stableNormalized();
         const Eigen::Vector3d apex = a + m_radius * normal;
         std::vector<std::int32_t> order(m_points.size());
         std::iota(order.begin(), order.end(), 0);

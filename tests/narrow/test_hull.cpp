@@ -113,6 +113,43 @@ TYPED_TEST(HullOf, CoplanarPointsAreAPolygonWithTwoFaces)
     EXPECT_EQ(hull.facesOf(1).size(), 2);
 }
 
+TEST(Orientation, NormalsOfNeedlesAreAccurate)
+{
+    const double step = std::pow(2.0, -52);
+    // The last corner is off the line by one step. Rounded, the differences lose it.
+    const Eigen::Vector3d a(1.0, 1.0, 0.25), b(-2.0 / 3.0, -2.0 / 3.0, 0.25);
+    const Eigen::Vector3d normal = accurateCross(a, b, {1.0 / 3.0, 1.0 / 3.0 + step / 4.0, 0.25});
+    EXPECT_EQ(normal, Eigen::Vector3d(0.0, 0.0, -(1.0 + 2.0 / 3.0) * step / 4.0));
+    EXPECT_EQ(accurateCross(a, b, {1.0 / 3.0, 1.0 / 3.0, 0.25}), Eigen::Vector3d(0.0, 0.0, 0.0));
+}
+
+TYPED_TEST(HullOf, NearlyCollinearPolygonsHaveUnitNormals)
+{
+    using Vector = Eigen::Matrix<TypeParam, 3, 1>;
+    std::mt19937 engine(9);
+    int polygonCount = 0;
+    for (int i = 0; i < 2000; ++i)
+    {
+        // Three points of a line, rounded.
+        const Eigen::Vector3d from = randomDirection(engine), along = randomDirection(engine);
+        std::vector<Vector> points;
+        for (const double t : {0.0, 1.0, 0.3})
+            points.push_back((from + t * along).template cast<TypeParam>());
+        const Hull<TypeParam> hull = makeHull(points);
+        if (hull.kind() != HullKind::Polygon)
+            continue;
+        ++polygonCount;
+        for (const auto& face : hull.faces())
+        {
+            ASSERT_EQ(face.count, 3);
+            ASSERT_NEAR(face.normal.norm(), 1.0, 1e-12);
+            for (const Vector& p : points)
+                ASSERT_NEAR(face.normal.dot(p.template cast<double>()), face.offset, 1e-13);
+        }
+    }
+    EXPECT_GT(polygonCount, 1000);
+}
+
 TYPED_TEST(HullOf, ABoxHasSixSquares)
 {
     std::mt19937 engine(3);
