@@ -21,8 +21,10 @@ inline namespace CULLET_PRECISION
 {
 inline btScalar marginOf(const btConvexShape& shape, ConvexKind kind)
 {
-    if (kind == ConvexKind::Hull || kind == ConvexKind::Box)
+    if (kind == ConvexKind::Hull)
         return static_cast<const btConvexInternalShape&>(shape).getMarginNV();
+    if (kind == ConvexKind::Box)
+        return boxMargin(static_cast<const btBoxShape&>(shape));
     return shape.getMarginNonVirtual();
 }
 

@@ -4,7 +4,6 @@
 
 #include "narrow/hull_builder.h"
 
-#include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 
 namespace cullet
@@ -98,9 +97,21 @@ PosedShape poseStretched(const Hull<btScalar>& hull, const btVector3& stretch, c
 
 PosedShape poseBox(const btBoxShape& box, const btTransform& transform)
 {
+    if (isThinnerThanMargin(box))
+        return poseStretched(unitHulls().cube, thinBoxCore(box).halfExtents, transform);
     return poseStretched(unitHulls().cube, box.getImplicitShapeDimensions(), transform);
 }
 }  // namespace
+
+BoxCore thinBoxCore(const btBoxShape& box)
+{
+    const btScalar own = box.getMarginNV();
+    btVector3 halfExtents = box.getImplicitShapeDimensions() + btVector3(own, own, own);
+    // An inverted box is a point.
+    halfExtents.setMax(btVector3(0, 0, 0));
+    const btScalar margin = btScalar(0.1) * halfExtents[halfExtents.minAxis()];
+    return {halfExtents - btVector3(margin, margin, margin), margin};
+}
 
 PosedShape poseHull(const Hull<btScalar>& hull, const btConvexShape& hullShape, const btTransform& transform)
 {
@@ -149,9 +160,13 @@ bool stretchUnitHull(const btConvexShape& shape, const btTransform& transform, S
     switch (shape.getShapeType())
     {
         case BOX_SHAPE_PROXYTYPE:
-            stretched = {&unitHulls().cube,
-                         &static_cast<const btBoxShape&>(shape).getImplicitShapeDimensions(), &transform};
+        {
+            const auto& box = static_cast<const btBoxShape&>(shape);
+            if (isThinnerThanMargin(box))
+                return false;
+            stretched = {&unitHulls().cube, &box.getImplicitShapeDimensions(), &transform};
             return true;
+        }
         case SPHERE_SHAPE_PROXYTYPE:
             stretched = {&unitHulls().point, &kUnit, &transform};
             return true;

@@ -7,6 +7,7 @@
 #include "plugin/axis_test.h"
 #include "plugin/hull_cache.h"
 
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btConvexShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>
 
@@ -33,7 +34,7 @@ inline btVector3 toBullet(const Eigen::Vector3d& v)
 enum class ConvexKind : std::uint8_t
 {
     Hull,      ///< btConvexHullShape: its points, scaled
-    Box,       ///< a cube, stretched; the core is smaller than the box by the margin
+    Box,       ///< a cube, stretched; the core is smaller than the box by boxMargin()
     Triangle,  ///< three points
     Capsule,   ///< a segment; the margin is the radius
     Sphere,    ///< a point; the margin is the radius
@@ -69,6 +70,34 @@ inline bool isPolytope(ConvexKind kind)
     return kind < ConvexKind::Support;
 }
 
+/// True where scaling or setMargin() has left a margin that is larger than a half extent. What Bullet has for the half
+/// extents without it is then negative, and no core.
+inline bool isThinnerThanMargin(const btBoxShape& box)
+{
+    Components halfExtents;
+    read(box.getImplicitShapeDimensions(), halfExtents);
+    return (quadBits<btScalar>(halfExtents < Components{}) & 7u) != 0;
+}
+
+/// What a box is made of here: a cuboid, grown by a margin.
+struct BoxCore
+{
+    btVector3 halfExtents;
+    btScalar margin;
+};
+
+/// For a box that is thinner than its margin.
+///
+/// The margin is a tenth of the least half extent, which Bullet itself chooses for a box that is made so small: the faces
+/// stay where they are, and the core keeps faces to rest on.
+BoxCore thinBoxCore(const btBoxShape& box);
+
+/// As far as the faces of a box are from those of its core: the box's margin, unless it is thinner than that.
+inline btScalar boxMargin(const btBoxShape& box)
+{
+    return isThinnerThanMargin(box) ? thinBoxCore(box).margin : box.getMarginNV();
+}
+
 inline bool hasFiniteCorners(const btTriangleShape& triangle)
 {
     Components sum = {};
@@ -96,12 +125,14 @@ std::optional<PosedShape> poseShape(const btConvexShape& shape, ConvexKind kind,
 /// A hull shape, scaled as it is, of which the graph is known.
 PosedShape poseHull(const Hull<btScalar>& hull, const btConvexShape& hullShape, const btTransform& transform);
 
-/// A box or sphere for staysSeparated(). @return false for other kinds
+/// A box or sphere for staysSeparated().
+///
+/// @return false for other kinds, and for a box that is thinner than its margin, whose core is nowhere in memory
 bool stretchUnitHull(const btConvexShape& shape, const btTransform& transform, StretchedHull& stretched);
 
 /// A hull, box or sphere without a copy of its transform, for staysSeparated().
 ///
-/// @return false for other kinds, and where poseShape() gives nothing
+/// @return false where stretchUnitHull() or poseShape() gives nothing
 [[gnu::always_inline]] inline bool stretchShape(const btConvexShape& shape, const btTransform& transform,
                                                 HullUse& use, std::uint64_t pass, StretchedHull& stretched)
 {
