@@ -34,7 +34,7 @@ struct ConvexSide
     ConvexSide(const btCollisionShape& collisionShape, const btTransform& where)
         : shape(static_cast<const btConvexShape&>(collisionShape)),
           transform(where),
-          kind(convexKindOf(shape.getShapeType())),
+          kind(convexKindOf(shape)),
           margin(kind == ConvexKind::Foreign ? btScalar(0) : marginOf(shape, kind))
     {
     }
@@ -105,7 +105,7 @@ struct ConvexPair
     bool isTwice() const { return &a.shape == &b.shape && a.kind == ConvexKind::Hull; }
     /// A body may have been given any other shape since its pairs were made.
     bool isConvex() const { return a.shape.isConvex() && b.shape.isConvex(); }
-    /// Two-dimensional shapes; round ones, which Bullet solves in closed form.
+    /// Shapes that are not for this library; round ones, which Bullet solves in closed form.
     bool isForBullet() const
     {
         return a.kind == ConvexKind::Foreign || b.kind == ConvexKind::Foreign || (a.isRound() && b.isRound());

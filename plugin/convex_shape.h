@@ -39,7 +39,7 @@ enum class ConvexKind : std::uint8_t
     Capsule,   ///< a segment; the margin is the radius
     Sphere,    ///< a point; the margin is the radius
     Support,   ///< Bullet's support function without margin
-    Foreign    ///< two-dimensional or not convex: not for this library
+    Foreign    ///< two-dimensional, not convex, or inside out: not for this library
 };
 
 inline ConvexKind convexKindOf(int shapeType)
@@ -70,13 +70,29 @@ inline bool isPolytope(ConvexKind kind)
     return kind < ConvexKind::Support;
 }
 
-/// True where scaling or setMargin() has left a margin that is larger than a half extent. What Bullet has for the half
-/// extents without it is then negative, and no core.
-inline bool isThinnerThanMargin(const btBoxShape& box)
+/// Of a box or a cylinder: true where scaling or setMargin() has left a margin that is larger than a half extent. What
+/// Bullet has for the half extents without it is then negative, and no core.
+inline bool isThinnerThanMargin(const btConvexInternalShape& shape)
 {
     Components halfExtents;
-    read(box.getImplicitShapeDimensions(), halfExtents);
+    read(shape.getImplicitShapeDimensions(), halfExtents);
     return (quadBits<btScalar>(halfExtents < Components{}) & 7u) != 0;
+}
+
+/// The kind of a shape as it is.
+///
+/// Foreign too: a cylinder that is thinner than its margin, which Bullet's support function turns inside out, so that it
+/// proves no gap; and a capsule that was scaled by less than nothing, whose radius is negative.
+inline ConvexKind convexKindOf(const btConvexShape& shape)
+{
+    const int type = shape.getShapeType();
+    const ConvexKind kind = convexKindOf(type);
+    if (kind != ConvexKind::Capsule && type != CYLINDER_SHAPE_PROXYTYPE)
+        return kind;
+    const auto& internal = static_cast<const btConvexInternalShape&>(shape);
+    const bool isInsideOut =
+        kind == ConvexKind::Capsule ? internal.getMarginNV() < 0 : isThinnerThanMargin(internal);
+    return isInsideOut ? ConvexKind::Foreign : kind;
 }
 
 /// What a box is made of here: a cuboid, grown by a margin.

@@ -313,7 +313,8 @@ bool IsaGjkAlgorithm::findsAxis(const btCollisionObject& a, const btCollisionObj
 {
     const ConvexPair pair(a, b);
     const btScalar limit = pair.margins() + m_breakingThreshold;
-    if (!canRunConcurrently(pair.a.shape.getShapeType()) || !canRunConcurrently(pair.b.shape.getShapeType()))
+    if (pair.isForBullet() || !canRunConcurrently(pair.a.shape.getShapeType()) ||
+        !canRunConcurrently(pair.b.shape.getShapeType()))
         return false;
     const ConvexCores cores(pair, failed.hulls, m_hulls, m_isaGjk.pass());
     if (!cores.arePlaced(pair) || separation(pair, cores, limit, failed.axis, m_cache) != GjkState::Separated)

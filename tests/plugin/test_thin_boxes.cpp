@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Boxes that are thinner than their margin after setMargin() or setLocalScaling().
+// Boxes and cylinders that are thinner than their margin after setMargin() or setLocalScaling(), and what else is scaled
+// inside out.
 #include "tests/plugin/convex_contacts.h"
 
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <memory>
 #include <random>
 #include <vector>
@@ -194,6 +196,43 @@ TEST(ThinBoxes, RestOnAHullAndSleep)
             EXPECT_FALSE(body.isActive()) << i;
         }
     }
+}
+
+TEST(InsideOut, ThinCylindersAndMirroredCapsulesTouchAsInBullet)
+{
+    Ground ground;
+    btCylinderShape die(vec(0.5, 0.5, 0.5)), disc(vec(0.5, 0.02, 0.5)), rod(vec(0.02, 0.5, 0.02));
+    btCapsuleShape capsule(btScalar(0.1), btScalar(0.6));
+    die.setLocalScaling(vec(0.01, 0.01, 0.01));
+    disc.setMargin(btScalar(0.04));
+    rod.setMargin(btScalar(0.04));
+    capsule.setLocalScaling(vec(-1, -1, -1));
+    std::mt19937 engine(6);
+    std::uniform_real_distribution<double> shift(-0.7, 0.7);
+    int touching = 0, apart = 0;
+    for (btConvexShape* shape : std::initializer_list<btConvexShape*>{&die, &disc, &rod, &capsule})
+    {
+        for (btConvexShape* other : std::initializer_list<btConvexShape*>{ground.hull.get(), &ground.box})
+        {
+            for (int i = 0; i < 200; ++i)
+            {
+                ConvexBench bench, stock(true);
+                ConvexPairProbe ours(bench.dispatcher, *shape, *other),
+                    bullets(stock.dispatcher, *shape, *other);
+                const btTransform at(randomRotation(engine),
+                                     vec(shift(engine), shift(engine), shift(engine)));
+                ours.place(at, btTransform::getIdentity());
+                bullets.place(at, btTransform::getIdentity());
+                const std::vector<Reported> points = ours.query(), expected = bullets.query();
+                ASSERT_EQ(points.size(), expected.size());
+                for (std::size_t k = 0; k < points.size(); ++k)
+                    EXPECT_EQ(points[k].distance, expected[k].distance);
+                (points.empty() ? apart : touching)++;
+            }
+        }
+    }
+    EXPECT_GT(touching, 300);
+    EXPECT_GT(apart, 300);
 }
 
 TEST(ThinBoxes, InvertedOrEmptyBoxesGiveFiniteContacts)
