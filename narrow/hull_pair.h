@@ -31,6 +31,19 @@ inline Eigen::Matrix<S, 3, 1> scaledAxis(const Eigen::Matrix<S, 3, 1>& direction
     return {scaled(direction[0]), scaled(direction[1]), scaled(direction[2])};
 }
 
+/// A square of a distance for HullPair::test(): the exact one unless that would underflow, then more. Where more is not
+/// proved, the search in double has the answer.
+///
+/// In float, 1e-18 times a smaller distance is more than its square by far more than it can lose by underflow, down to
+/// distances of 1.5e-23. For those below, it is more than enough that a square is not 0: the length is at least 2.6e-23,
+/// divided by an axis of at most the root of 3. Likewise in double.
+template <class S>
+inline S squareOfLimit(S limit)
+{
+    constexpr S kLeast = sizeof(S) == sizeof(float) ? S(1e-18) : S(1e-153);
+    return limit * std::max(limit, kLeast);
+}
+
 /// Two posed hulls, for tests that are done in their own scalar with a bound of the rounding errors instead of points in
 /// double. What cannot be proved so is left to the search in double.
 ///
@@ -72,6 +85,7 @@ public:
     /// Is the distance along an axis larger than the root of limit2? Two supports are all that a pair costs that is as
     /// far apart as before.
     ///
+    /// @param limit2 a squareOfLimit()
     /// @param vx x, with vy and vz the axis in world axes, from B to A; not tested if longer than the root of 3, or tiny
     AxisTest<S> test(S vx, S vy, S vz, S limit2, std::int32_t startA, std::int32_t startB) const
     {

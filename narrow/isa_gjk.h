@@ -248,7 +248,7 @@ template <class S, class H, class Observer>
                                                  GjkCache<S>& cache, Observer& observer, GjkResult<S>& result,
                                                  AxisTest<H>& test, bool looksAround)
 {
-    const H limit2 = limit * limit;
+    const H limit2 = squareOfLimit(limit);
     if (cache.state == GjkState::Overlapping && cache.count == 4)
         return isaGjkFromTetrahedron(a, b, limit2, cache, observer, result);
     const Eigen::Matrix<H, 3, 1> axis(cache.axis[0], cache.axis[1], cache.axis[2]);

@@ -113,6 +113,61 @@ TEST(Gjk, MaxDistanceDividesSeparatedFromNear)
     EXPECT_EQ(isaGjk(a, b, kInfinity, cache).state, GjkState::Near);
 }
 
+TEST(Gjk, LimitsWhoseSquareUnderflowsAreKept)
+{
+    // All but points, so that the distance is that of the origins.
+    Points points = icoPoints(0);
+    for (Eigen::Vector3d& p : points)
+        p *= 1e-27;
+    const Hull<float> hull = hullOf<float>(points);
+    std::mt19937 engine(71);
+    std::uniform_real_distribution<double> exponent(-24.0, -16.0);
+    for (int i = 0; i < 20000; ++i)
+    {
+        const double distance = std::pow(10.0, exponent(engine));
+        const Eigen::Vector3f p = (distance * randomDirection(engine)).cast<float>();
+        const auto a = at(hull, 0, 0, 0);
+        const auto b = at(hull, p.x(), p.y(), p.z());
+        GjkCache<float> cache;
+        ASSERT_EQ(isaGjk(a, b, static_cast<float>(1.005 * distance), cache).state, GjkState::Near)
+            << distance;
+        ASSERT_EQ(isaGjk(a, b, static_cast<float>(0.99 * distance), cache).state, GjkState::Separated)
+            << distance;
+    }
+}
+
+TEST(Gjk, TetrahedraWhoseVolumeUnderflowsProveNothing)
+{
+    std::mt19937 engine(72);
+    std::normal_distribution<double> coordinate;
+    const auto cloud = [&]
+    {
+        Points points;
+        for (int i = 0; i < 6; ++i)
+            points.push_back(1e-15 *
+                             Eigen::Vector3d(coordinate(engine), coordinate(engine), coordinate(engine)));
+        return hullOf<float>(points);
+    };
+    int overlapCount = 0;
+    for (int i = 0; i < 20000; ++i)
+    {
+        const Hull<float> first = cloud(), second = cloud();
+        const auto a = at(first, 0, 0, 0);
+        GjkCache<float> cache;
+        if (isaGjk(a, at(second, 0, 0, 0), 0.0f, cache).state != GjkState::Overlapping)
+            continue;
+        const Eigen::Vector3f p = (1e-15 * randomDirection(engine)).cast<float>();
+        const auto b = at(second, p.x(), p.y(), p.z());
+        if (isaGjk(a, b, 0.0f, cache).state != GjkState::Overlapping)
+            continue;
+        ++overlapCount;
+        GjkCache<float> fresh;
+        const auto apart = gjkDistance(a, b, kInfinity, fresh);
+        ASSERT_TRUE(apart.state == GjkState::Overlapping || apart.distance < 1e-21f) << i;
+    }
+    EXPECT_GT(overlapCount, 3000);
+}
+
 TEST(Gjk, TouchingBoxesOverlapOrAreNearByRounding)
 {
     for (const Eigen::Vector3f& d :
