@@ -10,7 +10,7 @@ namespace cullet
 /// What a depth query remembers for the next one between the same two shapes in the same order: a closed surface of
 /// triangles inside of A - B, as vertex pairs. 82 bytes.
 ///
-/// Whatever it holds, the answer is right; see Penetration.
+/// Wherever the shapes have moved, the answer is right or NotConverged; see Penetration.
 struct DepthMemory
 {
     static constexpr int kVertices = 11;

@@ -24,12 +24,16 @@ namespace cullet
 {
 /// Expanding polytope algorithm on one pair.
 ///
-/// **The remembered surface.** Its corners are pairs of vertices, which are points of A - B wherever the shapes are now;
-/// so the tetrahedra between the origin and its triangles are parts of A - B, which is convex. If the origin is on the
-/// inner side of every triangle, these tetrahedra cover all directions, as the surface is closed, and A - B contains
-/// the ball around the origin up to the closest plane of a triangle: the depth is at least that distance, just as in a
-/// polytope. The dual gap bounds it from above. So one support proves the depth as long as the closest triangle stays one of
-/// the surface of A - B; otherwise the expansion goes on from there.
+/// **The remembered surface.** Its corners are pairs of vertices, which are points of A - B wherever the shapes are now. If
+/// the origin is on the inner side of every triangle, by more than rounding, the tetrahedra between it and them cover all
+/// directions, as the surface is closed; so no plane separates the origin from the corners, the tetrahedra are parts of
+/// A - B, which is convex, and A - B contains the ball around the origin up to the closest plane of a triangle: the depth is
+/// at least that distance, just as in a polytope. The dual gap bounds it from above. So one support proves the depth as long
+/// as the closest triangle stays one of the surface of A - B; otherwise the expansion goes on from there.
+///
+/// If the origin is within rounding of a plane, its side proves nothing: a surface that has become flat has the origin in
+/// all its planes, however far apart the shapes are in there. Then it is the deepest point that proves the contact: a point
+/// of A - B, as a mean of corners, where the ray along the normal leaves, is the origin but for the gap.
 template <class S, class A, class B>
 class Penetration
 {
@@ -58,12 +62,14 @@ public:
     PenetrationResult<S> recall()
     {
         m_isRecalled = true;
-        if ((!expandMemory() && !expandHull()) || !isFinite())
+        const bool isProved = (expandMemory() || expandHull()) && isFinite();
+        if (isProved)
         {
-            m_result = PenetrationResult<S>();
-            m_memory->vertexCount = 0;
+            m_result.state = GjkState::Overlapping;
+            return m_result;
         }
-        return m_result;
+        m_memory->vertexCount = 0;
+        return PenetrationResult<S>();
     }
 
 private:
@@ -192,7 +198,6 @@ private:
             const int left = std::min(2, memory.faceCount - i);
             polytope.addFaces({{memory.corners(i), memory.corners(i + left - 1)}}, left);
         }
-        m_result.state = GjkState::Overlapping;
         return expand(polytope, m_supports);
     }
 

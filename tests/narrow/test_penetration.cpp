@@ -335,6 +335,53 @@ TEST(Penetration, DeepestPointsOfASplinterInTheEdgeOfALargeBoxAreOfTheShapes)
     checkSplinters();
 }
 
+namespace
+{
+/// Triangles that crossed, and then lie in one plane, where the remembered surface is flat, or nearly so.
+///
+/// @param lean what is left of the angle between them
+template <class S>
+void checkTrianglesInOnePlane(double lean, int* remembered)
+{
+    std::mt19937 engine(20);
+    std::normal_distribution<double> normal;
+    const Hull<S> triangle = hullOf<S>({{0, 0, 0}, {2, 0, 0}, {0, 0, 2}});
+    const Hull<S> other = hullOf<S>({{0, 0, 0}, {-2, 0, 0}, {0, 0, -2}});
+    const PosedHull<S> a = at(triangle, 0, 0, 0);
+    const Eigen::Matrix3d leaning(Eigen::AngleAxisd(lean, Eigen::Vector3d(3, 0, -1).normalized()));
+    for (int i = 0; i < 2000; ++i)
+    {
+        SCOPED_TRACE(testing::Message() << "leaning " << lean << ", pair " << i);
+        const Eigen::Vector3d crossing(1 + 0.3 * normal(engine), 0.2 * normal(engine),
+                                       1 + 0.3 * normal(engine));
+        GjkCache<S> cache;
+        DepthMemory memory;
+        const PosedHull<S> crossed(other, randomRotation(engine).cast<S>(), crossing.cast<S>());
+        penetration(a, crossed, cache, &memory);
+        *remembered += memory.vertexCount > 0 ? 1 : 0;
+        for (const double away : {2.01, 2.2, 5.0, 1000.0})
+        {
+            const PosedHull<S> b(other, leaning.cast<S>(), {S(away), S(0), S(away)});
+            GjkCache<S> cacheNow = cache;
+            DepthMemory memoryNow = memory;
+            EXPECT_EQ(rememberedPenetration(a, b, cacheNow, memoryNow).state, GjkState::NotConverged) << away;
+            EXPECT_EQ(memoryNow.vertexCount, 0);
+        }
+    }
+}
+}  // namespace
+
+TEST(Penetration, WhatIsRememberedOfFlatShapesProvesNoOverlapInTheirPlane)
+{
+    int remembered = 0;
+    for (const double lean : {0.0, 1e-12, 1e-9, 1e-7, 1e-4})
+    {
+        checkTrianglesInOnePlane<float>(lean, &remembered);
+        checkTrianglesInOnePlane<double>(lean, &remembered);
+    }
+    EXPECT_GT(remembered, 5000);
+}
+
 TEST(Penetration, InputsThatAreNotFiniteDoNotConverge)
 {
     const Hull<float> hull = hullOf<float>(icoPoints(1));

@@ -316,6 +316,28 @@ TEST(IsaGjkAlgorithm, NormalPointsFromBToAInBothOrders)
     }
 }
 
+TEST(IsaGjkAlgorithm, FlatHullsThatCrossedAndLieApartInOnePlaneDoNotTouch)
+{
+    const auto hull = makeHullShape({vec(0, 0, 0), vec(2, 0, 0), vec(0, 0, 2)});
+    const auto other = makeHullShape({vec(0, 0, 0), vec(-2, 0, 0), vec(0, 0, -2)});
+    ConvexBench bench;
+    int crossed = 0;
+    for (int i = 0; i < 100; ++i)
+    {
+        SCOPED_TRACE(i);
+        ConvexPairProbe probe(bench.dispatcher, *hull, *other);
+        const btQuaternion turn(vec(1, 0.01 * i, -1).normalized(), btScalar(-0.9 - 0.01 * i));
+        probe.place(btTransform::getIdentity(), btTransform(turn, vec(0.9, -0.3, 0.9)));
+        crossed += probe.step()->getNumContacts() > 0 ? 1 : 0;
+        // 0.283 apart, with margins of 0.08.
+        probe.place(vec(0, 0, 0), vec(2.2, 0, 2.2));
+        for (int frame = 0; frame < 3; ++frame)
+            EXPECT_EQ(probe.step()->getNumContacts(), 0);
+        EXPECT_TRUE(probe.query().empty());
+    }
+    EXPECT_GT(crossed, 50);
+}
+
 TEST(IsaGjkAlgorithm, NeverEmitsNanAndEndsWithTransformsThatAreNotFinite)
 {
     Shapes shapes;
