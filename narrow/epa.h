@@ -134,11 +134,18 @@ private:
         int count = m_search.count();
         for (int i = 0; i < count; ++i)
             m_seed[i] = m_search.support(i);
-        const double flat = kFlat * size();
         normal = Eigen::Vector3d::UnitX();
-        if (count == 1 && !addFarthest(count, {1.0, 0.0, 0.0}, flat) &&
-            !addFarthest(count, {0.0, 1.0, 0.0}, flat) && !addFarthest(count, {0.0, 0.0, 1.0}, flat))
-            return false;
+        if (count == 4)
+            return true;
+        const Support far = farthestAlongAxes();
+        // Not before: what was seen so far may be rounding around the origin.
+        const double flat = kFlat * size();
+        if (count == 1)
+        {
+            if (!((far.w - m_seed[0].w).norm() > flat))
+                return false;
+            m_seed[count++] = far;
+        }
         if (count == 2)
         {
             const Eigen::Vector3d side = (m_seed[1].w - m_seed[0].w).stableNormalized().unitOrthogonal();
@@ -153,6 +160,20 @@ private:
             return addFarthest(count, normal, flat);
         }
         return true;
+    }
+
+    /// Of the support points along the axes, the one farthest from the first point.
+    Support farthestAlongAxes()
+    {
+        Support far = m_seed[0];
+        for (int axis = 0; axis < 6; ++axis)
+        {
+            const Eigen::Vector3d way = Eigen::Vector3d::Unit(axis / 2) * (axis % 2 == 0 ? 1.0 : -1.0);
+            const Support s = m_search.supportAgainst(way);
+            if ((s.w - m_seed[0].w).squaredNorm() > (far.w - m_seed[0].w).squaredNorm())
+                far = s;
+        }
+        return far;
     }
 
     /// The support point along +way or -way, whichever is farther from the points so far; their extent along it is 0.
@@ -174,7 +195,8 @@ private:
         // Products of coordinates below 1e-160 vanish; of so small a shape any direction is as good.
         m_result.axis =
             (normal.isZero(0.0) ? Eigen::Vector3d(Eigen::Vector3d::UnitX()) : normal).template cast<S>();
-        m_result.pointA = m_seed[0].a.template cast<S>();
+        // The points of both shapes where the search found them to touch.
+        m_result.pointA = m_search.pointOfA().template cast<S>();
         m_result.pointB = m_result.pointA;
     }
 

@@ -72,6 +72,85 @@ TEST(Penetration, FlatShapesInOnePlaneHaveDepthZeroAlongItsNormal)
     EXPECT_NEAR(std::abs(result.axis.z()), 1.0f, 1e-5f);
 }
 
+namespace
+{
+/// How far a point is from a segment.
+template <class S>
+double offSegment(const PosedHull<S>& segment, const Eigen::Matrix<S, 3, 1>& point)
+{
+    const Eigen::Vector3d from = segment.point(0), along = segment.point(1) - from;
+    const Eigen::Vector3d p = point.template cast<double>() - from;
+    const double part = std::min(std::max(p.dot(along) / along.squaredNorm(), 0.0), 1.0);
+    return (p - part * along).norm();
+}
+
+/// A point on a segment: at its first end, its second end, or between them.
+template <class S>
+void checkPointOnSegment(double tolerance)
+{
+    std::mt19937 engine(5);
+    std::normal_distribution<double> normal;
+    const auto any = [&] { return Eigen::Vector3d(normal(engine), normal(engine), normal(engine)); };
+    int touching = 0;
+    for (int i = 0; i < 3000; ++i)
+    {
+        SCOPED_TRACE(i);
+        const Hull<S> segment = hullOf<S>({any(), any()}), dot = hullOf<S>({any()});
+        const PosedHull<S> a(segment, randomRotation(engine).cast<S>(), {S(0), S(0), S(0)});
+        const double part = i % 3 == 2 ? 0.3 : i % 3;
+        const Eigen::Vector3d along = a.point(1) - a.point(0);
+        const PosedHull<S> still(dot, randomRotation(engine).cast<S>(), {S(0), S(0), S(0)});
+        const Eigen::Vector3d origin = a.point(0) + part * along - still.point(0);
+        const PosedHull<S> b(dot, still.basis().template cast<S>(), origin.cast<S>());
+        GjkCache<S> cache;
+        const PenetrationResult<S> result = penetration(a, b, cache);
+        if (result.state != GjkState::Overlapping)
+            continue;
+        ++touching;
+        EXPECT_EQ(result.method, PenetrationMethod::Flat);
+        EXPECT_NEAR(result.axis.template cast<double>().dot(along.normalized()), 0.0, tolerance);
+        EXPECT_LT(offSegment(a, result.pointA), tolerance);
+        const Eigen::Vector3d pointB = b.point(0) + b.origin();
+        EXPECT_LT((result.pointB.template cast<double>() - pointB).norm(), tolerance);
+    }
+    EXPECT_GT(touching, sizeof(S) == 4 ? 10 : 1000);
+}
+}  // namespace
+
+TEST(Penetration, OfAPointOnASegmentIsThereAndAcrossTheSegment)
+{
+    checkPointOnSegment<float>(1e-5);
+    checkPointOnSegment<double>(1e-6);
+}
+
+TEST(Penetration, DeepestPointsOfFlatShapesInOnePlaneAreOfBoth)
+{
+    const Hull<float> square = hullOf<float>({{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}});
+    const Hull<float> dot = hullOf<float>({{0, 0, 0}});
+    const PosedHull<float> a = at(square, 0, 0, 0);
+    for (const double x : {-1.0, -0.5, 0.0, 0.25, 1.0})
+    {
+        for (const double y : {-1.0, -0.25, 0.0, 0.5, 1.0})
+        {
+            SCOPED_TRACE(testing::Message() << x << " " << y);
+            GjkCache<float> cache;
+            const auto result = penetration(a, at(dot, x, y, 0), cache);
+            ASSERT_EQ(result.method, PenetrationMethod::Flat);
+            EXPECT_LT((result.pointA - Eigen::Vector3f(x, y, 0)).norm(), 1e-6f);
+            EXPECT_EQ(result.pointA, result.pointB);
+            GjkCache<float> turned;
+            const auto reverse = penetration(at(dot, x, y, 0), a, turned);
+            EXPECT_LT(reverse.pointA.norm(), 1e-6f);
+            GjkCache<float> corner;
+            const auto squares = penetration(a, at(square, 2 * x, 2 * y, 0), corner);
+            EXPECT_LT(outsideOf(a, Eigen::Vector3d::Zero(), squares.pointA), 1e-6);
+            const Eigen::Vector3f fromB = squares.pointB - Eigen::Vector3f(2 * x, 2 * y, 0);
+            EXPECT_LT(squares.pointA.cwiseAbs().maxCoeff(), 1.0f + 1e-6f);
+            EXPECT_LT(fromB.cwiseAbs().maxCoeff(), 1.0f + 1e-6f);
+        }
+    }
+}
+
 TEST(Penetration, OfAFlatShapeAndABoxIsFound)
 {
     const Hull<float> square = hullOf<float>({{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}});

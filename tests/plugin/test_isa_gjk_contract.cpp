@@ -338,6 +338,28 @@ TEST(IsaGjkAlgorithm, FlatHullsThatCrossedAndLieApartInOnePlaneDoNotTouch)
     EXPECT_GT(crossed, 50);
 }
 
+TEST(IsaGjkAlgorithm, ASphereWithItsCentreInAFlatHullTouchesThere)
+{
+    const auto hull = makeHullShape({vec(-5, 0, -5), vec(5, 0, -5), vec(5, 0, 5), vec(-5, 0, 5)});
+    btSphereShape sphere(btScalar(0.5));
+    ConvexBench bench;
+    for (const bool isSwapped : {false, true})
+    {
+        btConvexShape& a = isSwapped ? static_cast<btConvexShape&>(sphere) : *hull;
+        btConvexShape& b = isSwapped ? static_cast<btConvexShape&>(*hull) : sphere;
+        ConvexPairProbe probe(bench.dispatcher, a, b);
+        probe.place(isSwapped ? vec(1, 0, 2) : vec(0, 0, 0), isSwapped ? vec(0, 0, 0) : vec(1, 0, 2));
+        const std::vector<Reported> points = probe.query();
+        ASSERT_FALSE(points.empty());
+        for (const Reported& point : points)
+        {
+            EXPECT_NEAR(std::abs(double(point.normal.y())), 1.0, 1e-6);
+            EXPECT_NEAR(double(point.onB.x()), 1.0, 1e-5);
+            EXPECT_NEAR(double(point.onB.z()), 2.0, 1e-5);
+        }
+    }
+}
+
 TEST(IsaGjkAlgorithm, NeverEmitsNanAndEndsWithTransformsThatAreNotFinite)
 {
     Shapes shapes;
