@@ -22,7 +22,7 @@ struct PlacedHull
     struct Edge
     {
         Eigen::Vector3d point, direction;
-        Eigen::Vector3d left, right;  ///< outer normals of the faces on its sides
+        Eigen::Vector3d left, right;  ///< outer normals of the faces on its sides; 0 without any
     };
 
     template <class S>
@@ -44,6 +44,8 @@ struct PlacedHull
             edges.push_back({vertices[edge.from], vertices[edge.to] - vertices[edge.from], normals[edge.left],
                              normals[edge.right]});
         }
+        if (hull.kind() == HullKind::Segment)
+            addSegment();
     }
 
     double extent(const Eigen::Vector3d& direction) const
@@ -57,6 +59,20 @@ struct PlacedHull
     std::vector<Eigen::Vector3d> vertices;
     std::vector<Eigen::Vector3d> normals;
     std::vector<Edge> edges;
+
+private:
+    /// Its arc on the Gauss map is a whole circle; without normals it crosses every other.
+    void addSegment()
+    {
+        const auto farthestFrom = [&](const Eigen::Vector3d& point)
+        {
+            return *std::max_element(vertices.begin(), vertices.end(),
+                                     [&](const Eigen::Vector3d& p, const Eigen::Vector3d& q)
+                                     { return (p - point).squaredNorm() < (q - point).squaredNorm(); });
+        };
+        const Eigen::Vector3d from = farthestFrom(vertices[0]);
+        edges.push_back({from, farthestFrom(from) - from, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()});
+    }
 };
 
 /// Smallest extent of the Minkowski sum of two placed hulls over all outer normals of its faces.
@@ -120,11 +136,24 @@ private:
         const double length = scaled.norm();
         if (!(length > 1e-12 * ea.direction.norm() * eb.direction.norm()))
             return;
-        const double side = scaled.dot(ea.left + ea.right + eb.left + eb.right) < 0.0 ? -1.0 : 1.0;
-        const Eigen::Vector3d normal = scaled * (side / length);
-        if (normal.dot(ea.point + eb.point) < m_depth)
+        const Eigen::Vector3d normal = scaled / length;
+        const double side = normal.dot(ea.left + ea.right + eb.left + eb.right);
+        // Segments, and polygons, whose normals are opposite, have a face on both sides.
+        if (side > -kNoSide)
+            considerAt(normal, ea.point + eb.point);
+        if (side < kNoSide)
+            considerAt(-normal, ea.point + eb.point);
+    }
+
+    /// @param point of the sum on the face, if the arcs do cross there
+    void considerAt(const Eigen::Vector3d& normal, const Eigen::Vector3d& point)
+    {
+        if (normal.dot(point) < m_depth)
             consider(normal);
     }
+
+    /// Products of a normal with a sum of unit normals so small may be rounding.
+    static constexpr double kNoSide = 1e-6;
 
     const PlacedHull& m_a;
     const PlacedHull& m_b;
@@ -136,7 +165,7 @@ private:
 ///
 /// @param normal [out] unit outer normal of A - B in world axes at the point closest to the origin
 /// @pre the hulls overlap; the depth of separated hulls comes out negative or not, and means nothing
-/// @return false if the Minkowski difference has no face of this kind (both shapes are segments or points)
+/// @return false if the Minkowski difference has no face of this kind (points and parallel segments)
 /// Cost: O(F V + E^2); 0.3 ms for two hulls of 42 vertices. Allocates.
 template <class S>
 bool exactPenetration(const PosedHull<S>& a, const PosedHull<S>& b, Eigen::Vector3d& normal, double& depth)

@@ -487,6 +487,93 @@ TEST(ExactPenetration, FacesThatAFlatBasisTakesAwayAreNone)
 }
 
 /// The exact search is the reference below; here it is held against directions: no direction has a smaller extent.
+TEST(ExactPenetration, OfASegmentThroughAnEdgeOfABoxIsAcrossBoth)
+{
+    const Hull<double> box = hullOf<double>(boxPoints(1.0, 1.0, 1.0));
+    const Hull<double> segment = hullOf<double>({{0, 0, 0}, {-5, 5, 0}, {5, -5, 0}, {1, -1, 0}});
+    Eigen::Vector3d normal;
+    double depth = 0.0;
+    ASSERT_TRUE(exactPenetration(at(box, 0, 0, 0), at(segment, 0.9, 0.9, 0), normal, depth));
+    EXPECT_NEAR(depth, 0.2 * std::sqrt(0.5), 1e-12);
+    EXPECT_NEAR(normal.x(), std::sqrt(0.5), 1e-12);
+    EXPECT_NEAR(normal.y(), std::sqrt(0.5), 1e-12);
+    ASSERT_TRUE(exactPenetration(at(segment, 0.9, 0.9, 0), at(box, 0, 0, 0), normal, depth));
+    EXPECT_NEAR(depth, 0.2 * std::sqrt(0.5), 1e-12);
+}
+
+TEST(ExactPenetration, OfSegmentsIsZeroAcrossBothUnlessTheyAreParallel)
+{
+    const Hull<double> segment = hullOf<double>({{-1, 0, 0}, {1, 0, 0}}),
+                       other = hullOf<double>({{0, -1, 0}, {0, 1, 0}});
+    Eigen::Vector3d normal;
+    double depth = 1.0;
+    ASSERT_TRUE(exactPenetration(at(segment, 0, 0, 0), at(other, 0.5, 0.25, 0), normal, depth));
+    EXPECT_EQ(depth, 0.0);
+    EXPECT_NEAR(std::abs(normal.z()), 1.0, 1e-12);
+    EXPECT_FALSE(exactPenetration(at(segment, 0, 0, 0), at(segment, 0.5, 0, 0), normal, depth));
+}
+
+TEST(ExactPenetration, OfTrianglesIsThatOfTheExpansion)
+{
+    std::mt19937 engine(1);
+    std::normal_distribution<double> normal;
+    const auto any = [&] { return Eigen::Vector3d(normal(engine), normal(engine), normal(engine)); };
+    int depths = 0;
+    for (int i = 0; i < 2000; ++i)
+    {
+        SCOPED_TRACE(i);
+        const Hull<double> first = hullOf<double>({any(), any(), any()}),
+                           second = hullOf<double>({any(), any(), any()});
+        const PosedHull<double> a = at(first, 0, 0, 0), b = at(second, 0, 0, 0);
+        GjkCache<double> cache;
+        const PenetrationResult<double> result = penetration(a, b, cache);
+        if (result.method != PenetrationMethod::Expansion)
+            continue;
+        ++depths;
+        Eigen::Vector3d direction;
+        double depth = 0.0;
+        ASSERT_TRUE(exactPenetration(a, b, direction, depth));
+        EXPECT_NEAR(depth, result.depth, 1e-10);
+    }
+    EXPECT_GT(depths, 200);
+}
+
+namespace
+{
+/// Segments that cross, so that rounding decides whether their difference has any volume.
+template <class S>
+void checkCrossingSegments()
+{
+    std::mt19937 engine(3601);
+    std::normal_distribution<double> normal;
+    const auto any = [&] { return Eigen::Vector3d(normal(engine), normal(engine), normal(engine)); };
+    int depths = 0;
+    for (int i = 0; i < 20000; ++i)
+    {
+        SCOPED_TRACE(i);
+        const Eigen::Vector3d crossing = any(), first = any(), second = any();
+        const Hull<S> a = hullOf<S>({crossing - first, crossing + 0.7 * first});
+        const Hull<S> b = hullOf<S>({crossing - second, crossing + 0.4 * second});
+        GjkCache<S> cache;
+        const PenetrationResult<S> result = penetration(at(a, 0, 0, 0), at(b, 0, 0, 0), cache);
+        ASSERT_NE(result.state, GjkState::NotConverged);
+        if (result.state != GjkState::Overlapping)
+            continue;
+        ++depths;
+        EXPECT_LT(result.depth, 1e-6);
+        const Eigen::Vector3d across = first.cross(second).normalized();
+        EXPECT_NEAR(std::abs(result.axis.template cast<double>().dot(across)), 1.0, 1e-5);
+    }
+    EXPECT_GT(depths, sizeof(S) == 4 ? 20 : 1000);
+}
+}  // namespace
+
+TEST(Penetration, OfSegmentsThatCrossIsFoundAlsoWhereTheirDifferenceIsASliver)
+{
+    checkCrossingSegments<float>();
+    checkCrossingSegments<double>();
+}
+
 TEST(ExactPenetration, NoDirectionSeparatesSooner)
 {
     const std::vector<NamedPoints> shapes = queryShapes();

@@ -13,6 +13,7 @@
 
 #include <limits>
 #include <malloc.h>
+#include <random>
 #include <typeinfo>
 #include <utility>
 
@@ -321,13 +322,17 @@ TEST(IsaGjkAlgorithm, FlatHullsThatCrossedAndLieApartInOnePlaneDoNotTouch)
     const auto hull = makeHullShape({vec(0, 0, 0), vec(2, 0, 0), vec(0, 0, 2)});
     const auto other = makeHullShape({vec(0, 0, 0), vec(-2, 0, 0), vec(0, 0, -2)});
     ConvexBench bench;
+    std::mt19937 engine(1);
+    std::normal_distribution<double> normal;
     int crossed = 0;
-    for (int i = 0; i < 100; ++i)
+    for (int i = 0; i < 500; ++i)
     {
         SCOPED_TRACE(i);
         ConvexPairProbe probe(bench.dispatcher, *hull, *other);
-        const btQuaternion turn(vec(1, 0.01 * i, -1).normalized(), btScalar(-0.9 - 0.01 * i));
-        probe.place(btTransform::getIdentity(), btTransform(turn, vec(0.9, -0.3, 0.9)));
+        const btVector3 axis = vec(normal(engine), normal(engine), normal(engine)).normalized();
+        const btVector3 at = vec(1 + 0.5 * normal(engine), 0.3 * normal(engine), 1 + 0.5 * normal(engine));
+        const btTransform still(btQuaternion::getIdentity(), vec(0, 0, 0));
+        probe.place(still, btTransform(btQuaternion(axis, btScalar(normal(engine))), at));
         crossed += probe.step()->getNumContacts() > 0 ? 1 : 0;
         // 0.283 apart, with margins of 0.08.
         probe.place(vec(0, 0, 0), vec(2.2, 0, 2.2));
