@@ -103,7 +103,7 @@ btBroadphaseProxy* Broadphase::createProxy(const btVector3& aabbMin, const btVec
 void Broadphase::destroyProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher)
 {
     Proxy* own = toProxy(proxy);
-    CULLET_ASSERT(m->store.find(static_cast<std::uint32_t>(own->m_uniqueId)) == own,
+    CULLET_ASSERT(m->store.find(uniqueIdOf(own)) == own,
                   "destroy a proxy once, in the broad phase that made it");
     m->keeper.removePairsOf(*own, dispatcher);
     m->ghosts.remove(*own);

@@ -80,7 +80,7 @@ void GhostWatch::addPairsNear(Proxy& proxy, const QueryIndex& index)
         m_shelf.forEachOverlap(box, note);
     }
     std::sort(touched.begin(), touched.end());
-    const auto uniqueId = static_cast<std::uint32_t>(proxy.m_uniqueId);
+    const std::uint32_t uniqueId = uniqueIdOf(&proxy);
     for (const std::uint32_t id : touched)
     {
         Proxy* other = m_store.find(id);

@@ -23,7 +23,7 @@ std::uint64_t hashOf(Pair ids)
 }
 std::uint64_t hashOf(const btBroadphaseProxy* proxy0, const btBroadphaseProxy* proxy1)
 {
-    return hashOf({idOf(proxy0), idOf(proxy1)});
+    return hashOf({uniqueIdOf(proxy0), uniqueIdOf(proxy1)});
 }
 }  // namespace
 
@@ -38,7 +38,7 @@ std::size_t PairCache::addPairsUnfiltered(const ProxyPair* pairs, std::size_t co
         if (i + kStage2 < count)
             m_hash.prefetch(hashOf(pairs[i + kStage2].first, pairs[i + kStage2].second));
         if (i + kStage3 < count)
-            m_links.prefetchFirst(idOf(pairs[i + kStage3].second));
+            m_links.prefetchFirst(uniqueIdOf(pairs[i + kStage3].second));
         addPairUnfiltered(pairs[i].first, pairs[i].second);
     }
     return size() - before;

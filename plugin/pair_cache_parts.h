@@ -5,26 +5,20 @@
 // What the files of PairCache share: ids, the search, and the cursor that follows a pair. For those files only.
 
 #include "plugin/pair_cache.h"
-
-#include <BulletCollision/BroadphaseCollision/btBroadphaseProxy.h>
+#include "plugin/proxy_ids.h"
 
 namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-inline std::uint32_t idOf(const btBroadphaseProxy* proxy)
-{
-    return static_cast<std::uint32_t>(proxy->m_uniqueId);
-}
-
 inline Pair idsOf(const ProxyPair& sorted)
 {
-    return {idOf(sorted.first), idOf(sorted.second)};
+    return {uniqueIdOf(sorted.first), uniqueIdOf(sorted.second)};
 }
 
 inline Pair idsOf(const btBroadphasePair& pair)
 {
-    return {idOf(pair.m_pProxy0), idOf(pair.m_pProxy1)};
+    return {uniqueIdOf(pair.m_pProxy0), uniqueIdOf(pair.m_pProxy1)};
 }
 
 /// The comparison of btBroadphasePair's constructor.

@@ -34,7 +34,7 @@ void PairCache::cleanProxyFromPairs(btBroadphaseProxy* proxy, btDispatcher* disp
 {
     if (dispatcher == nullptr)
         return;
-    const std::uint32_t id = idOf(proxy);
+    const std::uint32_t id = uniqueIdOf(proxy);
     Cursor cursor(*this, kNone);
     for (std::uint32_t node = m_links.first(id); node != kNone;)
     {
@@ -63,7 +63,7 @@ void* PairCache::removePair(Pair ids, btDispatcher* dispatcher)
 
 void PairCache::removeOverlappingPairsContainingProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher)
 {
-    const std::uint32_t id = idOf(proxy);
+    const std::uint32_t id = uniqueIdOf(proxy);
     for (std::uint32_t node = m_links.first(id); node != kNone; node = m_links.first(id))
     {
         ++m_visited;

@@ -5,6 +5,7 @@
 #include "broad/log.h"
 #include "broad/vector_room.h"
 #include "plugin/backend_choice.h"
+#include "plugin/proxy_ids.h"
 
 #include <algorithm>
 #include <string>
@@ -19,11 +20,6 @@ void sortUnique(Pairs& pairs)
 {
     std::sort(pairs.begin(), pairs.end());
     pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
-}
-
-std::uint32_t idOf(const btBroadphaseProxy& proxy)
-{
-    return static_cast<std::uint32_t>(proxy.m_uniqueId);
 }
 
 /// Raises the flag for a scope; an exception lowers it too.
@@ -143,7 +139,7 @@ void PairKeeper::restartBackend()
         // A cache that serves another broad phase too holds proxies that are not ours.
         const btBroadphasePair& pair = cached[i];
         if (m_store.owns(pair.m_pProxy0) && m_store.owns(pair.m_pProxy1))
-            m_scratch.push_back(makePair(idOf(*pair.m_pProxy0), idOf(*pair.m_pProxy1)));
+            m_scratch.push_back(pairOf(pair));
     }
     sortUnique(m_scratch);
     m_backend->restart(m_scratch);
@@ -295,9 +291,9 @@ void PairKeeper::addAtOnce(Proxy& a, Proxy& b)
 {
     if (!overlapsExactly(a, b) || m_port.contains(a, b))
         return;
-    Proxy& first = idOf(a) < idOf(b) ? a : b;
-    Proxy& second = idOf(a) < idOf(b) ? b : a;
-    const Pair pair = {idOf(first), idOf(second)};
+    Proxy& first = uniqueIdOf(&a) < uniqueIdOf(&b) ? a : b;
+    Proxy& second = uniqueIdOf(&a) < uniqueIdOf(&b) ? b : a;
+    const Pair pair = {uniqueIdOf(&first), uniqueIdOf(&second)};
     const std::uint32_t rowFirst = ProxyStore::rowOf(&first);
     const std::uint32_t rowSecond = ProxyStore::rowOf(&second);
     const ProxyTable& table = m_store.table();
@@ -316,8 +312,8 @@ void PairKeeper::removePairsOf(Proxy& proxy, btDispatcher* dispatcher)
     const int before = m_port.count();
     m_port.removePairsOf(proxy, dispatcher);
     m_expectedCount += m_port.count() - before;
-    m_pending.eraseAllOf(idOf(proxy));
-    m_provisional.eraseAllOf(idOf(proxy));
+    m_pending.eraseAllOf(uniqueIdOf(&proxy));
+    m_provisional.eraseAllOf(uniqueIdOf(&proxy));
 }
 
 void PairKeeper::skipChanges()

@@ -3,6 +3,7 @@
 #include "plugin/pair_port.h"
 
 #include "plugin/dynamic_type.h"
+#include "plugin/proxy_ids.h"
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseProxy.h>
 
@@ -54,11 +55,6 @@ private:
     btDispatcher* m_dispatcher;
 };
 
-Pair idsOf(const btBroadphasePair& pair)
-{
-    return makePair(static_cast<std::uint32_t>(pair.m_pProxy0->m_uniqueId),
-                    static_cast<std::uint32_t>(pair.m_pProxy1->m_uniqueId));
-}
 }  // namespace
 
 PairPort::PairPort(btOverlappingPairCache* external)
@@ -124,7 +120,7 @@ void PairPort::remove(const Pairs& pairs, const ProxyStore& store, btDispatcher*
     if (m_isSorted)
     {
         removeLinearly([&](const btBroadphasePair& pair)
-                       { return std::binary_search(pairs.begin(), pairs.end(), idsOf(pair)); },
+                       { return std::binary_search(pairs.begin(), pairs.end(), pairOf(pair)); },
                        dispatcher);
         return;
     }

@@ -40,7 +40,7 @@ std::uint32_t ProxyStore::takeUniqueId() noexcept
 void ProxyStore::destroy(Proxy* proxy)
 {
     const std::uint32_t row = rowOf(proxy);
-    m_directory.erase(static_cast<std::uint32_t>(proxy->m_uniqueId));
+    m_directory.erase(uniqueIdOf(proxy));
     m_table.destroy(row);
     proxy->m_clientObject = nullptr;
     ++m_quarantinedCount;

@@ -4,6 +4,7 @@
 
 #include "broad/proxy_table.h"
 #include "plugin/box_convert.h"
+#include "plugin/proxy_ids.h"
 #include "plugin/proxy_pool.h"
 #include "plugin/uid_directory.h"
 
@@ -50,10 +51,7 @@ public:
     /// The living proxy with the id, or null.
     Proxy* find(std::uint32_t uniqueId) const noexcept;
     /// Whether a proxy of any broad phase is a living one of this.
-    bool owns(const btBroadphaseProxy* proxy) const noexcept
-    {
-        return find(static_cast<std::uint32_t>(proxy->m_uniqueId)) == proxy;
-    }
+    bool owns(const btBroadphaseProxy* proxy) const noexcept { return find(uniqueIdOf(proxy)) == proxy; }
     bool isLive(std::uint32_t row) const noexcept { return m_directory.find(m_table.uniqueId(row)) == row; }
 
     /// Calls visit(proxy, row) for every living proxy, by ascending row.

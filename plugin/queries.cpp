@@ -24,7 +24,7 @@ public:
     Hits(const Hits&) = delete;
     Hits& operator=(const Hits&) = delete;
 
-    void add(const Proxy& proxy) { m_ids.push_back(static_cast<std::uint32_t>(proxy.m_uniqueId)); }
+    void add(const Proxy& proxy) { m_ids.push_back(uniqueIdOf(&proxy)); }
 
     void report(const ProxyStore& store, btBroadphaseAabbCallback& callback)
     {
