@@ -297,6 +297,9 @@ struct PsapOptions
     /// Threads that pack boxes for the executor, and of PsapExecutor::Threads; 0: as many as the machine has.
     int threads = 0;
     bool timeStages = false;  ///< BackendStats::stages; the device's clock around each stage
+    /// CUDA: threads in a block of the steps whose indices work alone, all of the literal variant's among them; in warps of 32,
+    /// up to 256, or 128 where steps find pairs. 0: the most. Any value gives the same pairs.
+    std::uint32_t blockThreads = 0;
 };
 
 CULLET_API std::unique_ptr<Backend> makeGridBackend(const GridOptions& options = {});

@@ -68,7 +68,10 @@ public:
 
     /// @param stream runs there; null: on a stream of its own
     explicit CudaExec(const PsapOptions& options, cudaStream_t stream = nullptr)
-        : m_device(options.device), m_stream(stream), m_stages(options.timeStages)
+        : m_device(options.device),
+          m_stream(stream),
+          m_blockThreads(blockThreads(options.blockThreads)),
+          m_stages(options.timeStages)
     {
         const Use use(*this);
         int bytes = 0;
@@ -246,12 +249,12 @@ public:
     {
         // Steps of some indices run beside others, and should take no more of their registers than they need.
         if (begin < end)
-            launch(runStep<Step>, end - begin, end - begin <= 32 ? 32 : kThreadsPerBlock, begin, end, step);
+            launch(runStep<Step>, end - begin, end - begin <= 32 ? 32 : m_blockThreads, begin, end, step);
     }
     template <class Step>
     void forEachEmitting(std::uint64_t count, const Step& step, const PairList& list)
     {
-        launch(runEmittingStep<Step>, count, kEmitThreads, count, step, list);
+        launch(runEmittingStep<Step>, count, std::min(m_blockThreads, kEmitThreads), count, step, list);
     }
 
     template <std::uint32_t kSharers, class Step>
@@ -394,6 +397,12 @@ private:
         cudaStream_t m_before;
     };
 
+    /// Whole warps, as many as a block may have. @param asked 0: the most
+    static unsigned blockThreads(std::uint32_t asked)
+    {
+        return asked == 0 ? kMostThreads : std::clamp(asked / 32 * 32, 32u, kMostThreads);
+    }
+
     void transfer(void* to, const void* from, std::uint64_t bytes, cudaMemcpyKind kind)
     {
         transfer(to, from, bytes, kind, m_stream);
@@ -479,6 +488,7 @@ private:
     int m_device;
     cudaStream_t m_stream;
     cudaStream_t m_ownStream = nullptr;
+    unsigned m_blockThreads;
     std::uint32_t m_sharedBytes = 0;  ///< that a block may have
     std::uint64_t m_bytes = 0;
     std::uint64_t m_bytesMoved = 0;

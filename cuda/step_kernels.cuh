@@ -12,7 +12,7 @@
 /// The kernels that run a step for each index.
 namespace cullet::psap
 {
-inline constexpr unsigned kThreadsPerBlock = 256;
+inline constexpr unsigned kMostThreads = 256;  ///< in a block of runStep()
 /// On a multiprocessor: more lanes to wait with, fewer registers. Turing's holds 1,024 threads, later ones 1,536 and more.
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ < 800
 inline constexpr unsigned kTogetherBlocks = 8;
@@ -29,10 +29,10 @@ inline constexpr unsigned kPairsOfGroups = 192;
 inline constexpr unsigned kWarpBuffer = 384;  ///< pairs that a warp keeps before they go to the list
 
 template <class Step>
-__global__ void __launch_bounds__(kThreadsPerBlock)
+__global__ void __launch_bounds__(kMostThreads)
     runStep(std::uint64_t begin, std::uint64_t end, const Step step)
 {
-    const std::uint64_t i = begin + static_cast<std::uint64_t>(blockIdx.x) * kThreadsPerBlock + threadIdx.x;
+    const std::uint64_t i = begin + static_cast<std::uint64_t>(blockIdx.x) * blockDim.x + threadIdx.x;
     if (i < end)
         step(i);
 }
@@ -92,7 +92,7 @@ __global__ void __launch_bounds__(kEmitThreads)
         counts[warp] = 0;
     __syncwarp();
     WarpEmitter emit = {buffers[warp], &counts[warp], list};
-    const std::uint64_t i = static_cast<std::uint64_t>(blockIdx.x) * kEmitThreads + threadIdx.x;
+    const std::uint64_t i = static_cast<std::uint64_t>(blockIdx.x) * blockDim.x + threadIdx.x;
     if (i < end)
         step(i, emit);
     __syncwarp();

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// The pairs do not depend on how boxes are ordered and searched, along which axis, in cells of which size, and they are
-// the same in every run.
+// The pairs do not depend on how boxes are ordered and searched, along which axis, in cells and blocks of which size, and they
+// are the same in every run.
 
 #include "demos/scenes/fresh_boxes.h"
 #include "tests/cuda/box_frames.h"
@@ -63,6 +63,20 @@ TEST_P(CudaIndependence, NeitherAxisNorCellsChangeThePairs)
             SCOPED_TRACE(std::string(sceneName(kind)) + ", " + changed.name);
             EXPECT_EQ(follow(*makeCudaPsapBackend(changed.options), frames), expected);
         }
+    }
+}
+
+TEST_P(CudaIndependence, BlocksOfAnySizeGiveTheSameStream)
+{
+    const BoxFrames frames = framesOf(SceneKind::ManySizes, 20000, 4);
+    const PairStream expected = follow(*makeGridBackend(), frames);
+    EXPECT_GT(expected.added, 10000u);
+    // Less than a warp, whole warps, no power of two, and more than a block may have.
+    for (const std::uint32_t threads : {1u, 32u, 100u, 128u, 192u, 1u << 20})
+    {
+        PsapOptions options = GetParam().options;
+        options.blockThreads = threads;
+        EXPECT_EQ(follow(*makeCudaPsapBackend(options), frames), expected) << threads;
     }
 }
 
