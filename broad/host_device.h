@@ -43,6 +43,16 @@ CULLET_HOST_DEVICE inline std::uint64_t fetchAdd(std::uint64_t* counter, std::ui
 #endif
 }
 
+/// Sets bits of a word that other indices of the same step set bits of as well.
+CULLET_HOST_DEVICE inline void setBits(std::uint32_t* word, std::uint32_t bits)
+{
+#ifdef __CUDA_ARCH__
+    atomicOr(word, bits);
+#else
+    __atomic_fetch_or(word, bits, __ATOMIC_RELAXED);
+#endif
+}
+
 /// Puts `value` where `expected` was; returns what was there. The step is done when that is `expected`.
 CULLET_HOST_DEVICE inline std::uint64_t compareExchange(std::uint64_t* slot, std::uint64_t expected,
                                                         std::uint64_t value)

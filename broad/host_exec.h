@@ -231,10 +231,10 @@ public:
             });
     }
 
-    /// For i in [0, count) reads an item with step.read(i), has it judged by step(item), whose verdict says in `sent` to which of the lists
+    /// For i in [0, count) reads an item with step.read(i), has it judged by step(item), whose verdict says in `sent` to which lists
     /// a pair goes, and calls step.keep(i, item, verdict). Apart, so that what many items need can be asked for together.
-    template <class Step>
-    void forEachSent(std::uint64_t count, const Step& step, const ThreeLists& lists)
+    template <class Step, std::uint32_t kLists>
+    void forEachSent(std::uint64_t count, const Step& step, const PairLists<kLists>& lists)
     {
         forEach(count,
                 [&](std::uint64_t i)
@@ -242,8 +242,24 @@ public:
                     const auto item = step.read(i);
                     const auto verdict = step(item);
                     step.keep(i, item, verdict);
-                    if (verdict.sent.to < ThreeLists::kCount)
-                        lists.at(verdict.sent.to).push(verdict.sent.pair);
+                    lists.push(verdict.sent);
+                });
+    }
+
+    /// For i in [0, count) reads an item with step.read(i) and, unless step.isOpen(item), calls step.keep(i, item); for the others
+    /// step.look(step.open(i, item)) tells as a SentPair what becomes of a pair. Apart, so that a GPU can collect those that
+    /// take longer, where they are few.
+    template <class Step, std::uint32_t kLists>
+    void forEachSifted(std::uint64_t count, const Step& step, const PairLists<kLists>& lists)
+    {
+        forEach(count,
+                [&](std::uint64_t i)
+                {
+                    const auto item = step.read(i);
+                    if (step.isOpen(item))
+                        lists.push(step.look(step.open(i, item)));
+                    else
+                        step.keep(i, item);
                 });
     }
 

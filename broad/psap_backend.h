@@ -82,6 +82,7 @@ public:
         m_known = known;
         m_isFresh = true;
         m_heldCount = 0;
+        m_isHeldListed = true;
         m_near.forget();
     }
 
@@ -120,6 +121,8 @@ private:
         readyTally();
         prepareLists();
         m_near.ready(m_exec);
+        if (!m_near.isFollowed())
+            listHeld();
         m_rows.send(m_exec, view, m_near.ways(&tally()->motion),
                     [&](std::uint64_t end) { workAhead(view, end); });
         if (!m_near.isFollowed() || !followNear(view, delta))
@@ -155,6 +158,7 @@ private:
     void prepareLists()
     {
         const std::uint64_t initial = m_options.initialCapacity;
+        m_exec.reserve(m_listedCounts, 2);
         m_exec.reserve(m_kept, std::max(m_heldCount + m_heldCount / 8, initial));
         m_exec.reserve(m_keptDepths, m_kept.size());
         m_exec.reserve(m_removed, std::max(m_heldCount, initial));
@@ -163,6 +167,7 @@ private:
         freeTable();
         m_rowsSettled = 0;
         m_isMotionKnown = true;
+        m_isKeptListed = false;
     }
 
     /// Does what can be done with the rows before `end`, which are in place, while others are on their way.
@@ -207,42 +212,64 @@ private:
             follow(view.margin);
             fetchAgain(delta);
         }
-        if (!heldAhead().areComplete(m_counts.lists))
-            m_near.dropNext();
-        return true;
+        return !m_isKeptListed || heldBehind() <= m_kept.size() || searchInstead();
     }
 
     bool searchInstead()
     {
         m_near.giveUp();
+        listHeld();
         m_isMotionKnown = false;
         m_exec.clear(&counters()->lists, 1);
         return false;
     }
 
-    void follow(float margin) { m_near.follow(m_exec, m_rows.now(), m_rows.filters(), margin, heldLists()); }
+    void follow(float margin)
+    {
+        // Otherwise pairs may leave or enter whose boxes are where they were.
+        const bool areOthersKept = margin >= m_margin && !m_retestAll;
+        m_near.follow(m_exec, m_rows.now(), m_rows.filters(), areOthersKept ? m_rows.sentRows() : nullptr,
+                      margin, heldLists());
+    }
 
     /// Makes a list of near pairs for the next updates where this one is the last that the list is good for. Launched
     /// while the CPU would wait for the changes otherwise, which do not wait for it.
     void beginNearAhead()
     {
-        if (m_near.beginsAhead(m_exec, rows(), m_rows.count()))
-            beginNear(heldAhead(), true);
+        if (!m_near.beginsAhead())
+            return;
+        // Those before this update too, should it be searched after all: the list that knows them goes.
+        listHeld(true);
+        if (m_near.grow(m_exec, rows(), m_rows.count()))
+            beginNear({m_kept.data(), m_kept.size(), m_listedCounts.data() + 1}, true);
     }
     /// The same behind an update that has been taken.
     void beginNearBehind()
     {
-        if (!m_near.beginsBehind(m_exec, rows(), m_rows.count()))
+        if (!m_near.beginsBehind(m_rows.count()))
+            return;
+        listHeld();
+        if (!m_near.grow(m_exec, rows(), m_rows.count()))
             return;
         m_exec.clear(&counters()->lists.lookups, 1);
-        beginNear({m_held.data(), m_held.size(), m_held.size(), &counters()->lists}, false);
+        beginNear({m_held.data(), m_heldCount, nullptr}, false);
         m_near.useNext(m_heldCount);
     }
-    /// The pairs that will be held behind this update.
-    HeldPairs heldAhead() const
+
+    /// Lists the pairs that were held before this update in m_held, where only near pairs tell of them.
+    ///
+    /// @param andNow and those of this update, which follows near pairs, in m_kept
+    void listHeld(bool andNow = false)
     {
-        return {m_kept.data(), m_kept.size(), std::min(m_added.size(), m_names.addedRoom()),
-                &counters()->lists};
+        if (m_isHeldListed && !andNow)
+            return;
+        m_exec.reserve(m_held, m_heldCount);
+        m_exec.clear(m_listedCounts.data(), 2);
+        const PairList before = {m_held.data(), m_held.size(), m_listedCounts.data()};
+        const PairList now = {m_kept.data(), m_kept.size(), m_listedCounts.data() + 1};
+        m_near.listHeld(m_exec, m_isHeldListed ? nullptr : &before, andNow ? &now : nullptr);
+        m_isHeldListed = true;
+        m_isKeptListed = andNow;
     }
 
     void beginNear(const HeldPairs& held, bool isAhead)
@@ -405,7 +432,7 @@ private:
                 m_removed.data(),
                 m_kept.data(),
                 m_keptDepths.data(),
-                m_kept.size(),
+                m_near.isFollowed() ? 0 : m_kept.size(),
                 table(),
                 counters(),
                 m_search.sideCount(),
@@ -423,24 +450,13 @@ private:
 
     void takeCounts() { m_counts = m_names.counters(); }
 
-    /// Puts together the new held pairs and takes the changes.
+    /// Takes the changes and puts together the new held pairs.
     void takeChanges(PairDelta& delta)
     {
-        const ListCounts& counts = m_counts.lists;
-        const bool isKeptShort = counts.kept + counts.added > m_kept.size();
-        if (isKeptShort)
-        {
-            m_exec.reserveKeeping(m_kept, counts.kept + counts.added, counts.kept);
-            // None are told where near pairs are followed.
-            m_exec.reserveKeeping(m_keptDepths, m_kept.size(), m_near.isFollowed() ? 0 : counts.kept);
-        }
-        m_names.take(m_exec, lists(), m_rows.largestId(), isKeptShort, delta);
+        m_names.take(m_exec, lists(), m_rows.largestId(), makeRoomForHeld(), delta);
         if (!m_vanished.empty())
             mergeVanished(delta.removed);
-        std::swap(m_held, m_kept);
-        std::swap(m_heldDepths, m_keptDepths);
-        m_areDepthsKnown = !m_near.isFollowed();
-        m_heldCount = counts.kept + counts.added;
+        takeHeld();
         m_near.note(m_heldCount);
         m_known.clear();
         m_known.shrink_to_fit();
@@ -449,6 +465,35 @@ private:
         m_stats.entries = m_search.entryCount();
         m_stats.falsePairs = m_search.falsePairCount();
         m_stats.candidates = m_exec.takeTestCount();
+    }
+
+    /// @return whether there was too little, and what was put there may be incomplete
+    bool makeRoomForHeld()
+    {
+        const std::uint64_t kept = m_counts.lists.kept;
+        if (m_near.isFollowed() || heldBehind() <= m_kept.size())
+            return false;
+        m_exec.reserveKeeping(m_kept, heldBehind(), kept);
+        m_exec.reserveKeeping(m_keptDepths, m_kept.size(), kept);
+        return true;
+    }
+
+    std::uint64_t heldBehind() const
+    {
+        const ListCounts& counts = m_counts.lists;
+        return m_near.isFollowed() ? m_heldCount + counts.added - counts.removed : counts.kept + counts.added;
+    }
+
+    void takeHeld()
+    {
+        const bool isFollowed = m_near.isFollowed();
+        m_heldCount = heldBehind();
+        m_isHeldListed = !isFollowed || m_isKeptListed;
+        m_areDepthsKnown = !isFollowed;
+        if (!m_isHeldListed)
+            return;
+        std::swap(m_held, m_kept);
+        std::swap(m_heldDepths, m_keptDepths);
     }
 
     void mergeVanished(Pairs& removed)
@@ -475,6 +520,9 @@ private:
 
     std::uint32_t m_rowsSettled = 0;  ///< before these, while others are on their way
     std::uint64_t m_heldCount = 0;
+    bool m_isHeldListed = true;   ///< in m_held; otherwise only m_near knows the held pairs
+    bool m_isKeptListed = false;  ///< those behind this update in m_kept, where near pairs are followed
+    Buffer<std::uint64_t> m_listedCounts;  ///< how many there are in both
     Buffer<IdPair> m_held, m_kept, m_added, m_removed;
     Buffer<float> m_heldDepths, m_keptDepths;  ///< as DepthList has it
     bool m_areDepthsKnown = false;

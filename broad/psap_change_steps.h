@@ -125,6 +125,7 @@ struct CloseUpdate
     ChangeCounts room;
     std::uint64_t* keys;    ///< [room, out] where there is no change, more than any key
     ChangeBuckets buckets;  ///< [out] counts and ranks; null: keys alone
+    std::uint32_t* ranks;   ///< [room, out] 0, as RankChange wants them; null: not wanted
     UpdateReport* report;   ///< [out]
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
@@ -137,6 +138,8 @@ struct CloseUpdate
             lists.table.slots[i] = LookupTable::kFree;
         if (i >= room.total())
             return;
+        if (ranks != nullptr)
+            ranks[i] = 0;
         const bool isRemoved = i >= room.added;
         const std::uint64_t k = isRemoved ? i - room.added : i;
         if (!isComplete || k >= (isRemoved ? counts.removed : counts.added))
@@ -246,29 +249,46 @@ struct OrderBucket
     }
 };
 
-/// Puts change i in order where there are few: one look at all the others, and no buckets.
+/// Puts changes in order where there are few: each is compared with all others of its kind, and no buckets. For each there are
+/// kShares indices, which add up what they find; the last to do so knows its place.
 struct RankChange
 {
+    static constexpr std::uint32_t kShares = 16;
+    static constexpr std::uint32_t kMost = 1u << 27;  ///< changes, lest a sum overflows
+
     ChangeLists lists;
     IdBits bits;
-    ChangeCounts room;
+    ChangeCounts room;          ///< no more than kMost
     const std::uint64_t* keys;  ///< [room] of CloseUpdate
+    std::uint32_t* ranks;       ///< [room] 0 before
     NamedChanges changes;       ///< [out]
 
-    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    std::uint64_t indices() const { return room.total() * kShares; }
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t index) const
     {
+        // The lanes of a warp have the same share, so that all of them read the same key at a time.
+        const auto all = static_cast<std::uint32_t>(room.total());
+        const std::uint32_t share = static_cast<std::uint32_t>(index) / all;
+        const std::uint32_t i = static_cast<std::uint32_t>(index) % all;
         const ChangeCounts counts = lists.namedCounts(room);
         const bool isRemoved = i >= room.added;
         const std::uint64_t* const alike = keys + (isRemoved ? room.added : 0);
-        const std::uint64_t count = isRemoved ? counts.removed : counts.added;
-        const std::uint64_t k = isRemoved ? i - room.added : i;
+        const auto count = static_cast<std::uint32_t>(isRemoved ? counts.removed : counts.added);
+        const std::uint32_t k = isRemoved ? i - static_cast<std::uint32_t>(room.added) : i;
         if (k >= count)
             return;
         const std::uint64_t key = alike[k];
+        const std::uint32_t each = (count + kShares - 1) / kShares;
+        const std::uint32_t begin = share * each;
+        const std::uint32_t end = begin + each < count ? begin + each : count;
         std::uint32_t smaller = 0;
-        for (std::uint64_t other = 0; other < count; ++other)
+        for (std::uint32_t other = begin; other < end; ++other)
             smaller += alike[other] < key ? 1 : 0;
-        (isRemoved ? changes.removed : changes.added)[smaller] = bits.pairOf(key);
+        // How many shares are in the sum is in its lowest bits.
+        const std::uint32_t before = fetchAdd(&ranks[i], smaller * kShares + 1);
+        if (before % kShares == kShares - 1)
+            (isRemoved ? changes.removed : changes.added)[before / kShares + smaller] = bits.pairOf(key);
     }
 };
 

@@ -239,7 +239,7 @@ private:
         return {m_added[m_side].data(), m_added[m_side].size(), &tally()->counts.added};
     }
     PairList removedList() const { return {m_removed.data(), m_removed.size(), &tally()->counts.removed}; }
-    ThreeLists sentLists() const { return {{keptList(), removedList(), addedList()}}; }
+    PairLists<3> sentLists() const { return {{removedList(), addedList(), keptList()}}; }
     WasApart wasApart() const { return {m_boxes[1 - m_side].data(), &tally()->motion}; }
 
     /// @return whether there was enough

@@ -16,7 +16,8 @@ struct HeldLists
 {
     PairList kept, removed, added;
 
-    ThreeLists sent() const { return {{kept, removed, added}}; }
+    /// Those of pairs that change; there a list that is followed knows which are kept.
+    PairLists<2> changes() const { return {{removed, added}}; }
 };
 
 /// Near pairs of the rows of a proxy table, and which of them are held.
@@ -61,13 +62,28 @@ public:
                 m_isFollowed ? &m_counts.data()->stretch : nullptr};
     }
 
-    void follow(Exec& exec, const Aabb* boxes, const Filter* filters, float margin, const HeldLists& lists)
+    /// @param sentRows as FollowHeld has them
+    void follow(Exec& exec, const Aabb* boxes, const Filter* filters, const std::uint32_t* sentRows,
+                float margin, const HeldLists& lists)
     {
-        exec.forEachSent(
+        exec.forEachSifted(
             m_near.room(),
-            FollowHeld{list(), m_near.isHeld(m_side), m_near.isHeld(1 - m_side), boxes, filters, margin,
-                       &m_counts.data()->stretch, lists.added.count, exec.mappedForWriting(&report())},
-            lists.sent());
+            FollowHeld{list(), m_near.isHeld(m_side), m_near.isHeld(1 - m_side), boxes, filters, sentRows,
+                       margin, &m_counts.data()->stretch, exec.mappedForWriting(&report())},
+            lists.changes());
+    }
+    /// Lists the held pairs, which nobody has listed since near pairs are followed.
+    ///
+    /// @param before those before this update; null: they are not asked for
+    /// @param now    those of this update, behind follow(), and before note()
+    void listHeld(Exec& exec, const PairList* before, const PairList* now)
+    {
+        const SendHeld step = {list(),
+                               {before != nullptr ? m_near.isHeld(m_side) : nullptr,
+                                now != nullptr ? m_near.isHeld(1 - m_side) : nullptr}};
+        const PairList none = {nullptr, 0, nullptr};
+        exec.forEachSent(m_near.room(), step,
+                         PairLists<2>{{before != nullptr ? *before : none, now != nullptr ? *now : none}});
     }
     /// Whether follow() told everything; otherwise it told nothing, and the update is to be searched. To be asked once, when
     /// the executor is done with it.
@@ -88,17 +104,12 @@ public:
     }
     /// Whether the list can be followed once more in this update: unless another one was to be begun in its place.
     bool canFollowAgain() const { return !m_isReplaced; }
-    /// A list that was begun ahead is of no use: held pairs are others.
-    void dropNext()
+    /// The update is to be searched all the same: a list that was begun ahead is of no use, since held pairs are others.
+    void giveUp()
     {
         if (m_hasNext)
             m_near.policy().forget();
         m_hasNext = false;
-    }
-    /// The update is to be searched all the same.
-    void giveUp()
-    {
-        dropNext();
         m_isFollowed = false;
     }
 
@@ -118,16 +129,24 @@ public:
         useNext(held);
     }
 
-    /// Whether a list is to be begun behind follow(), before it is known what that tells; and there is memory for one.
-    bool beginsAhead(Exec& exec, const RowBoxes& rows, std::uint64_t count)
+    /// Whether a list is to be begun behind follow(), before it is known what that tells.
+    bool beginsAhead()
     {
         m_isReplaced = m_near.policy().beginsAhead();
-        return m_isReplaced && grow(exec, rows, count);
+        return m_isReplaced;
     }
     /// The same behind note().
-    bool beginsBehind(Exec& exec, const RowBoxes& rows, std::uint64_t count)
+    bool beginsBehind(std::uint64_t count) { return m_near.policy().beginsBehind(count); }
+    /// Gives boxes skins for a list that begins. The last one is gone, but for how many pairs it had.
+    ///
+    /// @return whether there is memory for one
+    bool grow(Exec& exec, const RowBoxes& rows, std::uint64_t count)
     {
-        return m_near.policy().beginsBehind(count) && grow(exec, rows, count);
+        if (!m_near.reserve(exec, count))
+            return false;
+        exec.clear(m_counts.data(), 1);
+        m_near.growRows(exec, rows);
+        return true;
     }
     const Aabb* grown() const { return m_near.grown(); }
     bool growsSizes() { return m_near.growsSizes(NearFrame::Begin); }
@@ -173,15 +192,6 @@ private:
 
     /// A little more than the margin, for rounding: held pairs are to be near.
     static float thinnest(float margin) { return margin * (1 + 0x1p-10f); }
-
-    bool grow(Exec& exec, const RowBoxes& rows, std::uint64_t count)
-    {
-        if (!m_near.reserve(exec, count))
-            return false;
-        exec.clear(m_counts.data(), 1);
-        m_near.growRows(exec, rows);
-        return true;
-    }
 
     NearList list() const { return m_near.list(m_counts.data()); }
     NearReport& report() { return m_reports.data()[m_which]; }

@@ -19,22 +19,40 @@ struct NearReport
     std::uint32_t stretch;  ///< as RowWays has it
 };
 
-/// The pairs of an update that may still be under way: those that stay, and behind them those that enter.
+/// Held pairs as a list, of an update that may still be under way.
 struct HeldPairs
 {
     const IdPair* pairs;
-    std::uint64_t room;       ///< for all of them
-    std::uint64_t addedRoom;  ///< for those that enter
-    const ListCounts* counts;
+    std::uint64_t room;
+    const std::uint64_t* count;  ///< null: as many as there is room for
 
-    /// Whether they are all there.
-    CULLET_HOST_DEVICE bool areComplete(const ListCounts& lists) const
+    CULLET_HOST_DEVICE bool has(std::uint64_t i) const { return count == nullptr || i < *count; }
+};
+
+/// Sends near pair i to the lists of the sets of boxes that it is held of.
+struct SendHeld
+{
+    NearList near;
+    const std::uint8_t* isHeld[2];  ///< of list 0 and 1; null: that list is not asked for
+
+    struct Verdict
     {
-        return lists.added <= addedRoom && lists.kept + lists.added <= room;
+        SentPair sent;
+    };
+
+    CULLET_HOST_DEVICE Verdict read(std::uint64_t i) const
+    {
+        if (!near.has(i))
+            return {};
+        return {{near.pairs[i], bitOf(0, i) | bitOf(1, i)}};
     }
-    CULLET_HOST_DEVICE bool has(std::uint64_t i) const
+    CULLET_HOST_DEVICE Verdict operator()(const Verdict& verdict) const { return verdict; }
+    CULLET_HOST_DEVICE void keep(std::uint64_t, const Verdict&, const Verdict&) const {}
+
+private:
+    CULLET_HOST_DEVICE std::uint32_t bitOf(std::uint32_t list, std::uint64_t i) const
     {
-        return areComplete(*counts) && i < counts->kept + counts->added;
+        return isHeld[list] != nullptr && isHeld[list][i] != 0 ? 1u << list : 0u;
     }
 };
 
@@ -106,52 +124,70 @@ struct FollowHeld
 {
     NearList near;
     const std::uint8_t* wasHeld;
-    std::uint8_t* isHeld;  ///< [out]
+    std::uint8_t* isHeld;  ///< [out] as it was, where boxes have gone too far
     const Aabb* boxes;
     const Filter* filters;  ///< as BoxHistory has them
+    const std::uint32_t*
+        sentRows;  ///< a bit for each row: without one in either, a pair is held as it was; null: any may differ
     float margin;
     const std::uint32_t* stretch;  ///< as RowWays has it
-    std::uint64_t* added;          ///< how many pairs enter: void where boxes have gone too far
     NearReport* report;            ///< [out]
+
+    /// A pair whose boxes have to be looked at.
+    struct alignas(16) Open
+    {
+        IdPair pair;
+        std::uint64_t place;  ///< index, and whether it was held in the lowest bit
+    };
 
     CULLET_HOST_DEVICE NearItem read(std::uint64_t i) const { return near.read(i, wasHeld); }
 
-    CULLET_HOST_DEVICE NearVerdict operator()(const NearItem& item) const
+    /// Held pairs that are surely together stay, and those that are surely apart and not held do not enter.
+    CULLET_HOST_DEVICE bool isOpen(const NearItem& item) const
     {
         const float gone = floatOf(*stretch);
-        if (!(gone <= kMostStretch))
-            return {};
-        return NearVerdict::ofFollowed(item, isHeldNow(item, sureFrom(gone)));
+        const Sureness sureness(item.closeness, sureFrom(gone));
+        // Apart, but within the margin, maybe; or together, but not for a filter that is another now.
+        const bool isSure = item.wasHeld ? sureness.areTogether : sureness.areApart;
+        const bool isAsked = item.isPair && gone <= kMostStretch && !isSure;
+        return isAsked && mayDiffer(isAsked ? item.pair : IdPair{0, 0});
     }
-
-    CULLET_HOST_DEVICE void keep(std::uint64_t i, const NearItem& item, const NearVerdict& verdict) const
+    CULLET_HOST_DEVICE void keep(std::uint64_t i, const NearItem& item) const
     {
         if (i == 0)
-            tellStretch();
+            report->stretch = *stretch;
         if (item.isPair)
-            isHeld[i] = verdict.isHeld ? 1 : 0;
+            isHeld[i] = item.wasHeld ? 1 : 0;
+    }
+    CULLET_HOST_DEVICE Open open(std::uint64_t i, const NearItem& item) const
+    {
+        return {item.pair, 2 * i + (item.wasHeld ? 1 : 0)};
+    }
+    CULLET_HOST_DEVICE SentPair look(const Open& open) const
+    {
+        const bool was = open.place % 2 != 0;
+        const bool is = isHeldNow(open.pair, was);
+        isHeld[open.place / 2] = is ? 1 : 0;
+        if (open.place / 2 == 0)
+            report->stretch = *stretch;
+        return {open.pair, is == was ? 0u : is ? kToAdded : kToRemoved};
     }
 
 private:
-    CULLET_HOST_DEVICE void tellStretch() const
+    CULLET_HOST_DEVICE bool isHeldNow(IdPair pair, bool was) const
     {
-        report->stretch = *stretch;
-        if (!(floatOf(*stretch) <= kMostStretch))
-            *added = kVoidCount;  // no index counts any
+        const Aabb a = loadBox(boxes, pair.a);
+        const Aabb b = loadBox(boxes, pair.b);
+        return was ? overlapsWithMargin(a, b, margin) : overlaps(a, b) && passesFilters(filters, pair);
     }
 
-    CULLET_HOST_DEVICE bool isHeldNow(const NearItem& item, float sure) const
+    CULLET_HOST_DEVICE bool mayDiffer(IdPair pair) const
     {
-        Sureness sureness(item.closeness, sure);
-        // Within the margin, maybe.
-        sureness.areApart &= !item.wasHeld;
-        const IdPair asked = sureness.askFor(item.pair);
-        const Aabb a = loadBox(boxes, asked.a);
-        const Aabb b = loadBox(boxes, asked.b);
-        if (item.wasHeld)
-            return sureness.areTogether || overlapsWithMargin(a, b, margin);
-        const bool areTogether = sureness.isOpen() ? overlaps(a, b) : sureness.areTogether;
-        return areTogether && passesFilters(filters, item.pair);
+        return sentRows == nullptr || ((bitsFrom(pair.a) | bitsFrom(pair.b)) & 1u) != 0;
+    }
+    CULLET_HOST_DEVICE std::uint32_t bitsFrom(std::uint32_t row) const
+    {
+        return sentRows[row / 32] >> row % 32;
     }
 };
 }  // namespace cullet::psap

@@ -101,9 +101,6 @@ public:
         enqueue(exec, lists, largestId, m_expected, delta);
     }
 
-    /// For so many pairs that enter enqueue() has made room.
-    std::uint64_t addedRoom() const { return m_room.added; }
-
     /// What the update counted. Only after enqueue() and Exec::wait().
     const Counters& counters() const { return m_report.data()->counters; }
 
@@ -138,8 +135,9 @@ private:
     template <class T>
     using Buffer = typename Exec::template Buffer<T>;
 
-    // Three launches less than with buckets.
+    // Two launches less than with buckets, and a scan; many more take longer to compare with each other than those.
     static constexpr std::uint64_t kFew = 2048;
+    static_assert(kFew <= RankChange::kMost, "ranks have no room for as many");
     static constexpr std::uint64_t kChangesPerBucket = 2;
     static constexpr std::uint32_t kFewestBuckets = 128;
     // A box that changed many pairs may do so in the next updates.
@@ -171,22 +169,26 @@ private:
             sort(exec, lists, bits, changes);
     }
 
-    void close(Exec& exec, const ChangeLists& lists, IdBits bits, const ChangeBuckets& buckets)
+    /// @param ranks as CloseUpdate has them
+    void close(Exec& exec, const ChangeLists& lists, IdBits bits, const ChangeBuckets& buckets,
+               std::uint32_t* ranks)
     {
         exec.forEach(std::max(m_room.total(), lists.table.mask + 1),
-                     CloseUpdate{lists, bits, m_room, m_keys[0].data(), buckets,
+                     CloseUpdate{lists, bits, m_room, m_keys[0].data(), buckets, ranks,
                                  exec.mappedForWriting(m_report.data())});
     }
 
     void rank(Exec& exec, const ChangeLists& lists, IdBits bits, const NamedChanges& changes)
     {
-        close(exec, lists, bits, {});
-        exec.forEach(m_room.total(), RankChange{lists, bits, m_room, m_keys[0].data(), changes});
+        exec.reserve(m_ranks, m_room.total());
+        close(exec, lists, bits, {}, m_ranks.data());
+        const RankChange step = {lists, bits, m_room, m_keys[0].data(), m_ranks.data(), changes};
+        exec.forEach(step.indices(), step);
     }
 
     void orderByBuckets(Exec& exec, const BucketOrder& order, const NamedChanges& changes)
     {
-        close(exec, order.lists, order.bits, order.buckets);
+        close(exec, order.lists, order.bits, order.buckets, nullptr);
         exec.scan(order.buckets.counts, m_starts.data(), order.buckets.count());
         exec.forEach(std::max<std::uint64_t>(m_room.total(), order.buckets.count()),
                      FillBucket{order, m_keys[0].data(), m_keys[1].data()});
@@ -225,7 +227,7 @@ private:
 
     void sort(Exec& exec, const ChangeLists& lists, IdBits bits, const NamedChanges& changes)
     {
-        close(exec, lists, bits, {});
+        close(exec, lists, bits, {}, nullptr);
         const std::uint64_t* keys = m_keys[0].data();
         std::uint64_t* sorted = m_keys[1].data();
         exec.sortKeys(keys, sorted, m_room.added, 0, bits.keyBits());

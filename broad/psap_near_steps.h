@@ -105,8 +105,8 @@ CULLET_HOST_DEVICE inline float sureFrom(float stretch)
     return deeperThan(stretch) + 1e-37f;
 }
 
-/// Which list a pair goes to.
-inline constexpr std::uint32_t kToKept = 0, kToRemoved = 1, kToAdded = 2;
+/// Which lists a pair goes to, as SentPair has it.
+inline constexpr std::uint32_t kToRemoved = 1, kToAdded = 2, kToKept = 4;
 
 /// A near pair, or nothing: two boxes that are surely apart.
 struct NearItem
@@ -127,7 +127,7 @@ struct NearVerdict
     CULLET_HOST_DEVICE static NearVerdict ofFollowed(const NearItem& item, bool isHeld)
     {
         const std::uint32_t to =
-            !isHeld ? (item.wasHeld ? kToRemoved : SentPair::kNowhere) : (item.wasHeld ? kToKept : kToAdded);
+            !isHeld ? (item.wasHeld ? kToRemoved : 0u) : (item.wasHeld ? kToKept : kToAdded);
         return {{item.pair, to}, item.closeness, isHeld};
     }
 };
@@ -297,7 +297,7 @@ CULLET_HOST_DEVICE NearVerdict judgeFirst(const NearItem& item, const AlignedBox
     const SkinnedBox a = loadSkinned(boxes, item.pair.a);
     const SkinnedBox b = loadSkinned(boxes, item.pair.b);
     const FirstLook look = decide(item.pair, a.box, b.box);
-    return {{item.pair, look.isEntering ? kToAdded : SentPair::kNowhere}, closenessOf(a, b), look.isHeld};
+    return {{item.pair, look.isEntering ? kToAdded : 0u}, closenessOf(a, b), look.isHeld};
 }
 
 /// Looks at near pair i of a new list for the first time: sends those that have come together.

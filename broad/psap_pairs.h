@@ -96,23 +96,33 @@ struct DepthList
     }
 };
 
-/// A pair on its way to one of three lists.
+/// A pair on its way to some lists.
 struct SentPair
 {
-    static constexpr std::uint32_t kNowhere = 3;
-
     IdPair pair = {};
-    std::uint32_t to = kNowhere;
+    std::uint32_t to = 0;  ///< a bit for each list, list 0 the lowest
+
+    CULLET_HOST_DEVICE bool isFor(std::uint32_t list) const { return (to >> list & 1u) != 0; }
 };
 
-/// Three lists that a step appends to.
-struct ThreeLists
+/// Lists that a step appends to.
+template <std::uint32_t kLists>
+struct PairLists
 {
-    static constexpr std::uint32_t kCount = 3;
+    static constexpr std::uint32_t kCount = kLists;
 
     PairList lists[kCount];
 
     CULLET_HOST_DEVICE const PairList& at(std::uint32_t k) const { return lists[k]; }
+
+    CULLET_HOST_DEVICE void push(const SentPair& sent) const
+    {
+        for (std::uint32_t list = 0; list < kCount; ++list)
+        {
+            if (sent.isFor(list))
+                lists[list].push(sent.pair);
+        }
+    }
 };
 
 /// Pairs of rows as a set: open addressing, filled in one step and read in later ones.

@@ -13,7 +13,7 @@
 ///
 /// An executor has: Buffer<T> with data() and size(); reserve(buffer, n), which may discard; upload, download, copy,
 /// clear, wait, mark and awaitMark; forEach(n, functor); forEachEmitting(n, functor, list); forEachTogether(n, functor, list);
-/// forEachParted(n, functor, list, list); forEachSent(n, functor, lists); forEachGrouped(n, functor, list); forEachDealt<sharers>(bins, functor, list);
+/// forEachParted(n, functor, list, list); forEachSent(n, functor, lists); forEachSifted(n, functor, lists); forEachGrouped(n, functor, list); forEachDealt<sharers>(bins, functor, list);
 /// placeInTiles(functor); searchTiles(functor, list); canSearchTiles(shape); hasSpareLanes; scan; scanLargest; sortPairs;
 /// sortKeys. Steps run one after the other, but for those of aside(body): they come after what was there at the last fork(), and
 /// only what follows join(), or isAsideDone(), comes after them. HostExec and CudaExec are executors.

@@ -54,7 +54,8 @@ public:
         const bool sendsAll = m_haveAllChanged || isDirect;
         growOld(exec, view, sendsAll);
         if (view.size > m_rowCount)
-            exec.forEachFrom(m_rowCount, view.size, ForgetRow{m_now.data(), m_old.data(), m_changes.data()});
+            exec.forEachFrom(m_rowCount, view.size,
+                             ForgetRow{m_now.data(), m_old.data(), m_changes.data(), sent()});
         m_dirtyIsAll = sendsAll;
         m_dirtyCount = sendsAll ? view.size : view.dirtyCount;
         const Staged all =
@@ -87,6 +88,8 @@ public:
     const std::uint32_t* uniqueIds() const { return m_uniqueIds.data(); }
     std::uint32_t largestId() const { return m_largestId; }  ///< of those sent
     bool haveAllChanged() const { return m_haveAllChanged; }
+    /// A bit for each row that came in this update, others are as they were; null where all came.
+    const std::uint32_t* sentRows() const { return m_dirtyIsAll ? nullptr : m_sent.data(); }
 
 private:
     template <class T>
@@ -101,6 +104,7 @@ private:
         exec.reserveKeeping(m_now, room, m_rowCount);
         exec.reserveKeeping(m_old, room, m_rowCount);
         exec.reserveKeeping(m_changes, room, m_rowCount);
+        exec.reserveKeeping(m_sent, wordsFor(room), wordsFor(m_rowCount));
         exec.reserveKeeping(m_filters, room, m_hasFilters ? m_rowCount : 0);
         exec.reserveKeeping(m_uniqueIds, room, m_rowCount);
         exec.reserveKeeping(m_dirty, room, m_dirtyIsAll ? 0 : m_dirtyCount);
@@ -133,9 +137,11 @@ private:
 
     void ageChanged(Exec& exec)
     {
-        exec.forEach(m_dirtyCount, AgeRow{dirtyRows(), m_now.data(), m_old.data(), m_changes.data()});
+        exec.forEach(m_dirtyCount, AgeRow{dirtyRows(), m_now.data(), m_old.data(), m_changes.data(), sent()});
     }
 
+    static std::uint64_t wordsFor(std::uint64_t rows) { return (rows + 31) / 32; }
+    RowBits sent() const { return RowBits{m_sent.data()}; }
     const std::uint32_t* dirtyRows() const { return m_dirtyIsAll ? nullptr : m_dirty.data(); }
 
     /// Sends all boxes and puts them into their places.
@@ -302,7 +308,7 @@ private:
             begin, end,
             ApplyRow{source.rows, source.boxes, source.isTable, staged.isUniform() ? nullptr : source.changes,
                      static_cast<std::uint8_t>(staged.anyChanges), m_now.data(), m_old.data(),
-                     m_changes.data(), m_dirty.data(), ways});
+                     m_changes.data(), m_dirty.data(), sent(), ways});
     }
 
     /// Packs some rows where all have changed, on threads: on one core a million would take longer than everything else.
@@ -357,8 +363,8 @@ private:
     static constexpr std::uint64_t kMostPicked = 1u << 15;
     static constexpr std::uint64_t kPickedFirst = 1u << 14;
     static constexpr std::uint64_t kPickedPart = 1u << 14;
-    static constexpr std::uint64_t kPackGrain = 1024;
-    static constexpr unsigned kTasksPerPart = 44;
+    static constexpr std::uint64_t kPackGrain = 512;
+    static constexpr unsigned kTasksPerPart = 60;
 
     // From a third of the boxes on: on four threads or sixteen, at 16k to a million boxes.
     static constexpr std::uint32_t kDirectShare = 3;
@@ -371,6 +377,7 @@ private:
     std::uint32_t m_largestId = 0;
     Buffer<Aabb> m_now, m_old;
     Buffer<std::uint8_t> m_changes;
+    Buffer<std::uint32_t> m_sent;  ///< as RowBits has them
     Buffer<Filter> m_filters;
     Buffer<std::uint32_t> m_uniqueIds;
 

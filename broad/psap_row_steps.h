@@ -10,6 +10,16 @@
 /// How changed rows of a proxy table come into an executor's memory: the steps.
 namespace cullet::psap
 {
+/// A bit for each row, in words of 32: so few bytes that a GPU has them at hand.
+struct RowBits
+{
+    std::uint32_t* words;
+
+    CULLET_HOST_DEVICE void set(std::uint64_t row) const { setBits(words + row / 32, 1u << row % 32); }
+    /// Empties the whole word.
+    CULLET_HOST_DEVICE void clearAround(std::uint64_t row) const { setAlike(words + row / 32, 0u); }
+};
+
 /// Makes the boxes of the last update those of rows that changed in it.
 struct AgeRow
 {
@@ -17,12 +27,16 @@ struct AgeRow
     const Aabb* now;
     Aabb* old;
     std::uint8_t* changes;
+    RowBits sent;
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
         const std::uint64_t row = rows != nullptr ? rows[i] : i;
         storeBox(old, row, loadBox(now, row));
         changes[row] = kRowUnchanged;
+        // All rows that have a bit grow old together.
+        if (rows != nullptr)
+            sent.clearAround(row);
     }
 };
 
@@ -63,13 +77,17 @@ struct ApplyRow
     Aabb* old;
     std::uint8_t* changes;
     std::uint32_t* appliedRows;  ///< [changed rows, out] unless `rows` is null
+    RowBits sent;                ///< [out] the same
     RowWays ways;
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
         const std::uint64_t row = rows != nullptr ? rows[i] : i;
         if (rows != nullptr)
+        {
             appliedRows[i] = static_cast<std::uint32_t>(row);
+            sent.set(row);
+        }
         const Aabb box = loadBox(newBoxes, areBoxesByRow ? row : i);
         storeBox(now, row, isValid(box) ? box : nowhere());
         const unsigned bits = newChanges != nullptr ? newChanges[i] : sameChanges;
@@ -99,12 +117,16 @@ struct ForgetRow
     Aabb* now;
     Aabb* old;
     std::uint8_t* changes;
+    RowBits sent;
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t row) const
     {
         now[row] = nowhere();
         old[row] = nowhere();
         changes[row] = kRowUnchanged;
+        // Rows before are in the word of the first one, maybe, and have no bits.
+        if (row % 32 == 0)
+            sent.clearAround(row);
     }
 };
 }  // namespace cullet::psap

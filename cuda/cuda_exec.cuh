@@ -77,6 +77,9 @@ public:
         int bytes = 0;
         CULLET_CUDA_TRY(cudaDeviceGetAttribute(&bytes, cudaDevAttrMaxSharedMemoryPerBlockOptin, m_device));
         m_sharedBytes = static_cast<std::uint32_t>(bytes);
+        int multiprocessors = 0;
+        CULLET_CUDA_TRY(cudaDeviceGetAttribute(&multiprocessors, cudaDevAttrMultiProcessorCount, m_device));
+        m_multiprocessors = static_cast<std::uint32_t>(multiprocessors);
         if (m_stream == nullptr)
         {
             CULLET_CUDA_TRY(cudaStreamCreateWithFlags(&m_ownStream, cudaStreamNonBlocking));
@@ -310,14 +313,23 @@ public:
                    step, first, second);
     }
 
-    template <class Step>
-    void forEachSent(std::uint64_t count, const Step& step, const ThreeLists& lists)
+    template <class Step, std::uint32_t kLists>
+    void forEachSent(std::uint64_t count, const Step& step, const PairLists<kLists>& lists)
     {
         if (count < kManyShort)
-            launch(runSent<1, Step>, count, kEmitThreads, count, step, lists);
+            launch(runSent<1, Step, kLists>, count, kSentThreads, count, step, lists);
         else
-            launch(runSent<kEachSent, Step>, (count + kEachSent - 1) / kEachSent, kEmitThreads, count, step,
-                   lists);
+            launch(runSent<kEachSent, Step, kLists>, (count + kEachSent - 1) / kEachSent, kSentThreads, count,
+                   step, lists);
+    }
+
+    template <class Step>
+    void forEachSifted(std::uint64_t count, const Step& step, const PairLists<2>& lists)
+    {
+        // As many warps as there is room for: each has its own that wait.
+        const std::uint64_t lanes = (count + kEachSifted - 1) / kEachSifted;
+        const std::uint64_t most = std::uint64_t{m_multiprocessors} * kSiftedBlocks * kSentThreads;
+        launch(runSifted<kEachSifted, Step>, std::min(lanes, most), kSentThreads, count, step, lists);
     }
 
     template <class Step>
@@ -331,7 +343,10 @@ public:
     {
         if (count <= kMostInBlock)
         {
-            launch(scanInBlock<T>, 1, kScanThreads, in, out, static_cast<unsigned>(count));
+            auto* const kernel = count <= 4 * kScanThreads   ? scanInBlock<4, T>
+                                 : count <= 8 * kScanThreads ? scanInBlock<8, T>
+                                                             : scanInBlock<kMostPerThread, T>;
+            launch(kernel, 1, kScanThreads, in, out, static_cast<unsigned>(count));
             return;
         }
         withScratch<LongScan>(
@@ -431,7 +446,7 @@ private:
     template <class Step>
     using LargeTiles = TileSearching<Step, 512, 6>;
 
-    static constexpr unsigned kEachShort = 6, kEachSent = 2;
+    static constexpr unsigned kEachShort = 6, kEachSent = 2, kEachSifted = 2;
     static constexpr std::uint64_t kManyShort = 1u << 18;
     static constexpr std::uint32_t kFewTiles = 2048;
     static constexpr std::uint64_t kFewBoxes = 3u << 16;
@@ -490,6 +505,7 @@ private:
     cudaStream_t m_ownStream = nullptr;
     unsigned m_blockThreads;
     std::uint32_t m_sharedBytes = 0;  ///< that a block may have
+    std::uint32_t m_multiprocessors = 0;
     std::uint64_t m_bytes = 0;
     std::uint64_t m_bytesMoved = 0;
     DeviceBuffer<unsigned char> m_scratch;

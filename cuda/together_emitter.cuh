@@ -12,25 +12,32 @@ namespace cullet::psap
 {
 inline constexpr unsigned kEmitThreads = 128;
 
-/// Appends pairs that a warp holds in shared memory; all its lanes call.
+/// Writes pairs that a warp holds in shared memory to a list, as far as there is room; all its lanes call.
 ///
 /// @param pairAt(k) gives the k-th as it lies in memory: as two numbers, it would be written twice
+template <class PairAt>
+__device__ void writeTogether(const PairList& list, std::uint64_t place, unsigned count, const PairAt& pairAt)
+{
+    auto* to = reinterpret_cast<uint2*>(list.pairs);
+    for (unsigned k = threadIdx.x % 32; k < count; k += 32)
+    {
+        if (place + k < list.capacity)
+            to[place + k] = pairAt(k);
+    }
+}
+
+/// The same for the next places.
+///
 /// @return where the first one was put
 template <class PairAt>
 __device__ std::uint64_t appendTogether(const PairList& list, unsigned count, const PairAt& pairAt)
 {
-    const unsigned lane = threadIdx.x % 32;
-    unsigned long long base = 0;
-    if (lane == 0)
-        base = fetchAdd(list.count, std::uint64_t{count});
-    base = __shfl_sync(0xffffffffu, base, 0);
-    auto* to = reinterpret_cast<uint2*>(list.pairs);
-    for (unsigned k = lane; k < count; k += 32)
-    {
-        if (base + k < list.capacity)
-            to[base + k] = pairAt(k);
-    }
-    return base;
+    unsigned long long place = 0;
+    if (threadIdx.x % 32 == 0)
+        place = fetchAdd(list.count, std::uint64_t{count});
+    place = __shfl_sync(0xffffffffu, place, 0);
+    writeTogether(list, place, count, pairAt);
+    return place;
 }
 
 /// How many of some lanes of a warp come before this one. A special register tells which: no other is kept for that.
@@ -86,8 +93,19 @@ struct TogetherEmitter
         if (held != 0)
             flush();
     }
+    /// The same, to places that somebody has asked for.
+    __device__ void finishAt(std::uint64_t place)
+    {
+        __syncwarp();
+        writeTogether(pairsOf(list), place, held, bufferedPair());
+    }
 
 private:
+    __device__ auto bufferedPair() const
+    {
+        return [from = buffer](unsigned k) { return loadSharedPair(from + sizeof(IdPair) * k); };
+    }
+
     __device__ std::uint32_t depthAt(unsigned k) const
     {
         return buffer + sizeof(IdPair) * kRoom + sizeof(float) * k;
@@ -96,8 +114,7 @@ private:
     __device__ void flush()
     {
         __syncwarp();
-        const std::uint64_t base = appendTogether(
-            pairsOf(list), held, [&](unsigned k) { return loadSharedPair(buffer + sizeof(IdPair) * k); });
+        const std::uint64_t base = appendTogether(pairsOf(list), held, bufferedPair());
         if constexpr (kHasDepths)
             appendDepths(base);
         __syncwarp();

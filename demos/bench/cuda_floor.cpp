@@ -50,7 +50,7 @@ LeastBytes leastForStage(const std::string& stage, const UpdateWork& work)
     if (stage == "settle")
         return {work.held * (2 * kPair + (isScattered ? 2 * kFlag : 0)) + pairsToTest(work) * 2 * kBox, 0};
     if (stage == "follow")
-        return {work.held * (2 * kPair + 2 * kFlag + kCloseness), 0};
+        return {work.held * (kPair + 2 * kFlag + kCloseness), 0};
     if (stage == "search")
         return {work.bodies * kRecord, 0};
     if (stage == "deltas")

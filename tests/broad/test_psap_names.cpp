@@ -23,6 +23,7 @@ using psap::ChangeNames;
 using psap::Counters;
 using psap::LookupTable;
 using psap::OrderBucket;
+using psap::RankChange;
 using psap::Tally;
 
 /// HostExec that counts what it sorted and sent.
@@ -215,6 +216,13 @@ TEST_F(FewNames, FewChangesAreRanked)
     expectNamed(chain(600), star(600));
     EXPECT_TRUE(wereRanked());
     EXPECT_EQ(askings(), 1);
+    // Fewer than a change has indices, as many, and more.
+    for (const std::uint32_t count :
+         {1u, RankChange::kShares - 1, RankChange::kShares, RankChange::kShares + 1, 599u})
+    {
+        expectNamed(star(count), chain(600));
+        EXPECT_TRUE(wereRanked()) << count;
+    }
     expectNamed(chain(1000), star(1100));
     EXPECT_FALSE(wereRanked());
     EXPECT_EQ(askings(), 3) << "more than expected, and too many of one box";

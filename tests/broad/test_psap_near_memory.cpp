@@ -15,6 +15,7 @@
 #include <cstdint>
 #include <memory>
 #include <new>
+#include <string>
 #include <vector>
 
 namespace cullet::test
@@ -78,6 +79,45 @@ TEST(PsapNearMemory, ABackendThatHasNoneSearches)
         EXPECT_EQ(TightExec::failures, 1);
         EXPECT_STREQ(session.backend().stats().path, "rebuild");
     }
+}
+
+// The list that is followed is gone then, while the update that begins the next one has not been taken.
+TEST(PsapNearMemory, ABackendThatHasNoneForALaterListSearches)
+{
+    TightExec::mostFlags = 1u << 30;
+    TightExec::failures = 0;
+    const PsapOptions options = keepingNear(1);
+    BackendSession session(std::make_unique<psap::PsapBackend<TightExec>>(options, "tight", options));
+    BoxScene scene(SceneKind::Uniform, kBoxes, 33);
+    for (const Aabb& box : scene.boxes())
+        session.add(box);
+    // Boxes come together, so that the next list is longer, and fly apart.
+    int followed = 0;
+    for (int step = 0; step < 60; ++step)
+    {
+        SCOPED_TRACE(step);
+        ASSERT_TRUE(session.step());
+        if (session.backend().stats().path == std::string("near pairs") && ++followed == 3)
+            TightExec::mostFlags = kBoxes;
+        const float scale =
+            step < 30 ? -0.004f * static_cast<float>(step) : 0.1f * static_cast<float>(step - 30);
+        for (ProxyId row = 0; row < kBoxes; ++row)
+        {
+            Aabb box = scene.boxes()[row];
+            for (int axis = 0; axis < 3; ++axis)
+            {
+                const float way = scale * (box.min[axis] + box.max[axis]) / 2;
+                box.min[axis] += way;
+                box.max[axis] += way;
+            }
+            session.table.setBox(row, box);
+        }
+    }
+    EXPECT_GE(followed, 3);
+    EXPECT_EQ(TightExec::failures, 1);
+    EXPECT_GT(session.addedTotal(), 500u);
+    EXPECT_GT(session.removedTotal(), 500u);
+    EXPECT_STREQ(session.backend().stats().path, "rebuild");
 }
 
 TEST(PsapNearMemory, AFinderOfChangesThatHasNoneSearches)

@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstddef>
 #include <map>
 #include <memory>
 #include <string>
@@ -252,6 +253,15 @@ void tryBetweenLists(const BackendCase& backend, std::uint32_t seed, const Prepa
             followed += step == at && world.session.backend().stats().path == std::string("near pairs");
         }
         check(world);
+        // A search begins with the pairs that are held, and nobody notices one that it was not told of before that leaves.
+        world.replace(0);
+        world.move();
+        ASSERT_TRUE(world.step());
+        EXPECT_STREQ(world.session.backend().stats().path, "rebuild");
+        for (std::uint32_t body = 0; body < SteadyWorld::kBodies; ++body)
+            world.jump(body);
+        world.move();
+        ASSERT_TRUE(world.step());
     }
     EXPECT_GT(followed, 4);
 }
@@ -311,6 +321,44 @@ TEST_P(PsapNearUpdates, ManyPairsMayLeaveAtOnce)
             EXPECT_GT(world.session.removedTotal(), 80u);
             EXPECT_GT(world.unwanted, 100u);
         });
+}
+
+// What near pairs knew to be held is of no account then, and neither is what they did not know.
+TEST_P(PsapNearUpdates, ARestartWithOtherPairsEqualsTheOracle)
+{
+    SCOPED_TRACE("seed 28");
+    SteadyWorld world(GetParam().make(), 28);
+    for (int step = 0; step < 24; ++step)
+    {
+        SCOPED_TRACE(step);
+        world.move();
+        if (step == 9)
+        {
+            ASSERT_STREQ(world.session.backend().stats().path, "near pairs");
+            const Pairs held = world.session.pairs();
+            ASSERT_GT(held.size(), 200u);
+            world.session.restart(
+                {held.begin(), held.begin() + static_cast<std::ptrdiff_t>(held.size() / 2)});
+        }
+        ASSERT_TRUE(world.step());
+    }
+    EXPECT_GT(world.paths["near pairs"], 12);
+}
+
+// Pairs leave whose boxes are where they were, and which did not come in that update.
+TEST_P(PsapNearUpdates, AMarginMayShrinkWhileMostBoxesRest)
+{
+    SCOPED_TRACE("seed 29");
+    SteadyWorld world(GetParam().make(), 29);
+    for (int step = 0; step < 60; ++step)
+    {
+        SCOPED_TRACE(step);
+        world.session.margin = step < 20 ? 0.3f : 0.3f - 0.07f * static_cast<float>(step / 5 % 4);
+        world.move(step < 20 ? 1 : 20);
+        ASSERT_TRUE(world.step());
+    }
+    EXPECT_GT(world.paths["near pairs"], 40);
+    EXPECT_GT(world.session.removedTotal(), 250u);
 }
 
 INSTANTIATE_TEST_SUITE_P(Backends, PsapNearUpdates, testing::ValuesIn(nearCases()), backendCaseName);
