@@ -317,9 +317,9 @@ public:
     void forEachSent(std::uint64_t count, const Step& step, const PairLists<kLists>& lists)
     {
         if (count < kManyShort)
-            launch(runSent<1, Step, kLists>, count, kSentThreads, count, step, lists);
+            launch(runSent<1, Step, kLists>, count, kEmitThreads, count, step, lists);
         else
-            launch(runSent<kEachSent, Step, kLists>, (count + kEachSent - 1) / kEachSent, kSentThreads, count,
+            launch(runSent<kEachSent, Step, kLists>, (count + kEachSent - 1) / kEachSent, kEmitThreads, count,
                    step, lists);
     }
 
@@ -328,8 +328,8 @@ public:
     {
         // As many warps as there is room for: each has its own that wait.
         const std::uint64_t lanes = (count + kEachSifted - 1) / kEachSifted;
-        const std::uint64_t most = std::uint64_t{m_multiprocessors} * kSiftedBlocks * kSentThreads;
-        launch(runSifted<kEachSifted, Step>, std::min(lanes, most), kSentThreads, count, step, lists);
+        const std::uint64_t most = std::uint64_t{m_multiprocessors} * kSiftedBlocks * kSiftThreads;
+        launch(runSifted<kEachSifted, Step>, std::min(lanes, most), kSiftThreads, count, step, lists);
     }
 
     template <class Step>

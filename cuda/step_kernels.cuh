@@ -25,9 +25,9 @@ inline constexpr unsigned kSiftedBlocks = 6;
 #endif
 /// More registers, where a small world's blocks run all at once.
 inline constexpr unsigned kDealtBlocks = 8;
-inline constexpr unsigned kSentBlocks = 4;
-/// Threads of a block that asks for places together.
-inline constexpr unsigned kSentThreads = 256;
+inline constexpr unsigned kSentBlocks = 8;
+/// Threads of a block that sifts: the more, the fewer ask for places.
+inline constexpr unsigned kSiftThreads = 256;
 /// Pairs that a warp of a search by rows has room for: more make it ask for places less often, and leave less of the cache.
 inline constexpr unsigned kPairsOfRows = 192;
 inline constexpr unsigned kPairsOfGroups = 192;
@@ -234,19 +234,19 @@ private:
 ///
 /// @tparam kEach pairs of a lane
 template <unsigned kEach, class Step, std::uint32_t kLists>
-__global__ void __launch_bounds__(kSentThreads, kSentBlocks)
+__global__ void __launch_bounds__(kEmitThreads, kSentBlocks)
     runSent(std::uint64_t end, const Step step, const PairLists<kLists> lists)
 {
-    constexpr unsigned kWarps = kSentThreads / 32;
+    constexpr unsigned kWarps = kEmitThreads / 32;
     constexpr unsigned kAll = 0xffffffffu;
     __shared__ BlockPlaces<kWarps, kLists> places;
-    const std::uint64_t first = static_cast<std::uint64_t>(blockIdx.x) * kEach * kSentThreads + threadIdx.x;
+    const std::uint64_t first = static_cast<std::uint64_t>(blockIdx.x) * kEach * kEmitThreads + threadIdx.x;
     using Item = decltype(step.read(first));
     Item items[kEach];
 #pragma unroll
     for (unsigned k = 0; k < kEach; ++k)
     {
-        const std::uint64_t i = first + k * kSentThreads;
+        const std::uint64_t i = first + k * kEmitThreads;
         items[k] = i < end ? step.read(i) : Item{};
     }
     decltype(step(items[0])) verdicts[kEach];
@@ -257,7 +257,7 @@ __global__ void __launch_bounds__(kSentThreads, kSentBlocks)
 #pragma unroll
     for (unsigned k = 0; k < kEach; ++k)
     {
-        const std::uint64_t i = first + k * kSentThreads;
+        const std::uint64_t i = first + k * kEmitThreads;
         if (i < end)
             step.keep(i, items[k], verdicts[k]);
     }
@@ -293,12 +293,12 @@ __global__ void __launch_bounds__(kSentThreads, kSentBlocks)
 ///
 /// @tparam kEach indices of a lane that are read together
 template <unsigned kEach, class Step>
-__global__ void __launch_bounds__(kSentThreads, kSiftedBlocks)
+__global__ void __launch_bounds__(kSiftThreads, kSiftedBlocks)
     runSifted(std::uint64_t end, const Step step, const PairLists<2> lists)
 {
     using Open = typename Step::Open;
     using Emitter = TogetherEmitter<64>;
-    constexpr unsigned kWarps = kSentThreads / 32;
+    constexpr unsigned kWarps = kSiftThreads / 32;
     __shared__ Open queues[kWarps][64];
     __shared__ alignas(8) IdPair rooms[2][kWarps][Emitter::kRoom];
     __shared__ BlockPlaces<kWarps, 2> places;
@@ -320,7 +320,7 @@ __global__ void __launch_bounds__(kSentThreads, kSiftedBlocks)
         __syncwarp();
     };
     using Item = decltype(step.read(end));
-    const std::uint64_t all = std::uint64_t{kEach} * kSentThreads * gridDim.x;
+    const std::uint64_t all = std::uint64_t{kEach} * kSiftThreads * gridDim.x;
     const std::uint64_t warp = static_cast<std::uint64_t>(blockIdx.x) * kWarps + ofBlock;
 #pragma unroll 1
     for (std::uint64_t first = 32 * kEach * warp; first < end; first += all)
