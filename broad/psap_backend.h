@@ -212,6 +212,7 @@ private:
             follow(view.margin);
             fetchAgain(delta);
         }
+        // Where there was not room for all that are held, the list that was begun knows too little.
         return !m_isKeptListed || heldBehind() <= m_kept.size() || searchInstead();
     }
 
