@@ -9,6 +9,8 @@
 #include "cuda/event_mark.h"
 #include "cuda/page_locks.h"
 #include "cuda/part_stream.h"
+#include "cuda/scan_kernel.cuh"
+#include "cuda/sent_kernels.cuh"
 #include "cuda/side_stream.h"
 #include "cuda/stage_clock.h"
 #include "cuda/step_kernels.cuh"

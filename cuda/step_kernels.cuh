@@ -17,17 +17,12 @@ inline constexpr unsigned kMostThreads = 256;  ///< in a block of runStep()
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ < 800
 inline constexpr unsigned kTogetherBlocks = 8;
 inline constexpr unsigned kGroupedBlocks = 8;
-inline constexpr unsigned kSiftedBlocks = 4;
 #else
 inline constexpr unsigned kTogetherBlocks = 12;
 inline constexpr unsigned kGroupedBlocks = 10;
-inline constexpr unsigned kSiftedBlocks = 6;
 #endif
 /// More registers, where a small world's blocks run all at once.
 inline constexpr unsigned kDealtBlocks = 8;
-inline constexpr unsigned kSentBlocks = 8;
-/// Threads of a block that sifts: the more, the fewer ask for places.
-inline constexpr unsigned kSiftThreads = 256;
 /// Pairs that a warp of a search by rows has room for: more make it ask for places less often, and leave less of the cache.
 inline constexpr unsigned kPairsOfRows = 192;
 inline constexpr unsigned kPairsOfGroups = 192;
@@ -40,60 +35,6 @@ __global__ void __launch_bounds__(kMostThreads)
     const std::uint64_t i = begin + static_cast<std::uint64_t>(blockIdx.x) * blockDim.x + threadIdx.x;
     if (i < end)
         step(i);
-}
-
-inline constexpr unsigned kScanThreads = 1024;
-/// One block sums up so many in the time that CUB's two launches take to start.
-inline constexpr unsigned kMostPerThread = 16;
-inline constexpr std::uint64_t kMostInBlock = kMostPerThread * kScanThreads;
-
-/// Sum of the values of the lanes up to this one.
-template <class T>
-__device__ T sumUpToLane(T value)
-{
-#pragma unroll
-    for (unsigned distance = 1; distance < 32; distance *= 2)
-    {
-        const T before = __shfl_up_sync(0xffffffffu, value, distance);
-        value += threadIdx.x % 32 >= distance ? before : T{};
-    }
-    return value;
-}
-
-/// out[i] = sum of in[0 .. i-1]. Each warp has a part, whose lanes lie side by side; it asks for all of it before it waits.
-///
-/// @tparam kEach of a thread
-template <unsigned kEach, class T>
-__global__ void __launch_bounds__(kScanThreads) scanInBlock(const T* in, T* out, unsigned count)
-{
-    constexpr unsigned kAll = 0xffffffffu;
-    __shared__ T totals[kScanThreads / 32];
-    const unsigned warp = threadIdx.x / 32;
-    const unsigned lane = threadIdx.x % 32;
-    const unsigned begin = 32 * kEach * warp + lane;
-    T sums[kEach];
-#pragma unroll
-    for (unsigned k = 0; k < kEach; ++k)
-        sums[k] = begin + 32 * k < count ? in[begin + 32 * k] : T{};
-    T total = 0;
-#pragma unroll
-    for (unsigned k = 0; k < kEach; ++k)
-    {
-        const T upTo = sumUpToLane(sums[k]);
-        sums[k] = total + upTo - sums[k];
-        total += __shfl_sync(kAll, upTo, 31);
-    }
-    if (lane == 0)
-        totals[warp] = total;
-    __syncthreads();
-    const T upToWarp = sumUpToLane(totals[lane]);
-    const T before = __shfl_sync(kAll, upToWarp, static_cast<int>(warp)) - total;
-#pragma unroll
-    for (unsigned k = 0; k < kEach; ++k)
-    {
-        if (begin + 32 * k < count)
-            out[begin + 32 * k] = before + sums[k];
-    }
 }
 
 /// What a step sees of its list on the GPU: room for some pairs of its warp, which then take one atomic together.
@@ -181,179 +122,6 @@ __global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
     }
     toFirst.finish();
     toSecond.finish();
-}
-
-/// Places in some lists for the pairs of a block, which asks for all of them together: the device serves those who ask for places in one
-/// list one after the other.
-template <unsigned kWarps, std::uint32_t kLists>
-struct BlockPlaces
-{
-    std::uint32_t counts[kLists][kWarps];  ///< of the warps before
-    std::uint64_t firsts[kLists];
-
-    /// By all of the block. @param own pairs of the warp, for each list
-    __device__ void claim(const std::uint32_t (&own)[kLists], const PairLists<kLists>& lists)
-    {
-        // Not by an index, here and below: that would put the arrays into memory.
-#pragma unroll
-        for (unsigned list = 0; list < kLists; ++list)
-        {
-            if (threadIdx.x % 32 == list)
-                counts[list][threadIdx.x / 32] = own[list];
-        }
-        __syncthreads();
-#pragma unroll
-        for (unsigned list = 0; list < kLists; ++list)
-        {
-            if (threadIdx.x == list)
-                claimFor(list, lists.at(list).count);
-        }
-        __syncthreads();
-    }
-    __device__ std::uint64_t ofWarp(unsigned list) const
-    {
-        return firsts[list] + counts[list][threadIdx.x / 32];
-    }
-
-private:
-    __device__ void claimFor(unsigned list, std::uint64_t* count)
-    {
-        std::uint32_t total = 0;
-        for (unsigned warp = 0; warp < kWarps; ++warp)
-        {
-            const std::uint32_t ofWarp = counts[list][warp];
-            counts[list][warp] = total;
-            total += ofWarp;
-        }
-        firsts[list] = total != 0 ? fetchAdd(count, std::uint64_t{total}) : 0;
-    }
-};
-
-/// The same for a step that sends a pair to some of two or three lists, or to none. A block asks for places in all lists together, and reads
-/// what its lanes need of all their pairs before it waits for any of it.
-///
-/// @tparam kEach pairs of a lane
-template <unsigned kEach, class Step, std::uint32_t kLists>
-__global__ void __launch_bounds__(kEmitThreads, kSentBlocks)
-    runSent(std::uint64_t end, const Step step, const PairLists<kLists> lists)
-{
-    constexpr unsigned kWarps = kEmitThreads / 32;
-    constexpr unsigned kAll = 0xffffffffu;
-    __shared__ BlockPlaces<kWarps, kLists> places;
-    const std::uint64_t first = static_cast<std::uint64_t>(blockIdx.x) * kEach * kEmitThreads + threadIdx.x;
-    using Item = decltype(step.read(first));
-    Item items[kEach];
-#pragma unroll
-    for (unsigned k = 0; k < kEach; ++k)
-    {
-        const std::uint64_t i = first + k * kEmitThreads;
-        items[k] = i < end ? step.read(i) : Item{};
-    }
-    decltype(step(items[0])) verdicts[kEach];
-#pragma unroll
-    for (unsigned k = 0; k < kEach; ++k)
-        verdicts[k] = step(items[k]);
-        // Not before: what is stored might be what others are to read.
-#pragma unroll
-    for (unsigned k = 0; k < kEach; ++k)
-    {
-        const std::uint64_t i = first + k * kEmitThreads;
-        if (i < end)
-            step.keep(i, items[k], verdicts[k]);
-    }
-    std::uint32_t own[kLists] = {};
-#pragma unroll
-    for (unsigned k = 0; k < kEach; ++k)
-#pragma unroll
-        for (unsigned list = 0; list < kLists; ++list)
-            own[list] += __popc(__ballot_sync(kAll, verdicts[k].sent.isFor(list)));
-    places.claim(own, lists);
-#pragma unroll
-    for (unsigned list = 0; list < kLists; ++list)
-    {
-        if (own[list] == 0)
-            continue;
-        const PairList to = lists.at(list);
-        std::uint64_t place = places.ofWarp(list);
-#pragma unroll
-        for (unsigned k = 0; k < kEach; ++k)
-        {
-            const bool isMine = verdicts[k].sent.isFor(list);
-            const unsigned lanes = __ballot_sync(kAll, isMine);
-            const std::uint64_t slot = place + countBefore(lanes);
-            if (isMine && slot < to.capacity)
-                reinterpret_cast<uint2*>(to.pairs)[slot] = {verdicts[k].sent.pair.a, verdicts[k].sent.pair.b};
-            place += __popc(lanes);
-        }
-    }
-}
-
-/// The same for a step that sends few pairs, to two lists, and most of whose indices are done at once: those that take longer wait
-/// until the warp has one for each lane.
-///
-/// @tparam kEach indices of a lane that are read together
-template <unsigned kEach, class Step>
-__global__ void __launch_bounds__(kSiftThreads, kSiftedBlocks)
-    runSifted(std::uint64_t end, const Step step, const PairLists<2> lists)
-{
-    using Open = typename Step::Open;
-    using Emitter = TogetherEmitter<64>;
-    constexpr unsigned kWarps = kSiftThreads / 32;
-    __shared__ Open queues[kWarps][64];
-    __shared__ alignas(8) IdPair rooms[2][kWarps][Emitter::kRoom];
-    __shared__ BlockPlaces<kWarps, 2> places;
-    const unsigned ofBlock = threadIdx.x / 32;
-    const unsigned lane = threadIdx.x % 32;
-    Open* const queue = queues[ofBlock];
-    Emitter toFirst(rooms[0][ofBlock], lists.at(0));
-    Emitter toSecond(rooms[1][ofBlock], lists.at(1));
-    unsigned waiting = 0;
-    const auto look = [&](unsigned count)
-    {
-        __syncwarp();
-        waiting -= count;
-        SentPair sent;
-        if (lane < count)
-            sent = step.look(queue[waiting + lane]);
-        toFirst.append(sent.isFor(0), sent.pair);
-        toSecond.append(sent.isFor(1), sent.pair);
-        __syncwarp();
-    };
-    using Item = decltype(step.read(end));
-    const std::uint64_t all = std::uint64_t{kEach} * kSiftThreads * gridDim.x;
-    const std::uint64_t warp = static_cast<std::uint64_t>(blockIdx.x) * kWarps + ofBlock;
-#pragma unroll 1
-    for (std::uint64_t first = 32 * kEach * warp; first < end; first += all)
-    {
-        Item items[kEach];
-        bool isOpen[kEach];
-#pragma unroll
-        for (unsigned k = 0; k < kEach; ++k)
-        {
-            const std::uint64_t i = first + 32 * k + lane;
-            items[k] = i < end ? step.read(i) : Item{};
-        }
-#pragma unroll
-        for (unsigned k = 0; k < kEach; ++k)
-            isOpen[k] = step.isOpen(items[k]);
-#pragma unroll
-        for (unsigned k = 0; k < kEach; ++k)
-        {
-            const std::uint64_t i = first + 32 * k + lane;
-            const unsigned lanes = __ballot_sync(Emitter::kAll, isOpen[k]);
-            if (isOpen[k])
-                queue[waiting + countBefore(lanes)] = step.open(i, items[k]);
-            else if (i < end)
-                step.keep(i, items[k]);
-            waiting += __popc(lanes);
-            if (waiting >= 32)
-                look(32);
-        }
-    }
-    look(waiting);
-    places.claim({toFirst.held, toSecond.held}, lists);
-    toFirst.finishAt(places.ofWarp(0));
-    toSecond.finishAt(places.ofWarp(1));
 }
 
 using GroupedPairs = TogetherEmitter<kPairsOfGroups>;
