@@ -84,13 +84,21 @@ double offSegment(const PosedHull<S>& segment, const Eigen::Matrix<S, 3, 1>& poi
     return (p - part * along).norm();
 }
 
+/// Points around the origin, a standard deviation away along each axis.
+struct NormalPoints
+{
+    std::mt19937& engine;
+    std::normal_distribution<double> normal{};
+
+    Eigen::Vector3d operator()() { return Eigen::Vector3d(normal(engine), normal(engine), normal(engine)); }
+};
+
 /// A point on a segment: at its first end, its second end, or between them.
 template <class S>
 void checkPointOnSegment(double tolerance)
 {
     std::mt19937 engine(5);
-    std::normal_distribution<double> normal;
-    const auto any = [&] { return Eigen::Vector3d(normal(engine), normal(engine), normal(engine)); };
+    NormalPoints any{engine};
     int touching = 0;
     for (int i = 0; i < 3000; ++i)
     {
@@ -516,8 +524,7 @@ TEST(ExactPenetration, OfSegmentsIsZeroAcrossBothUnlessTheyAreParallel)
 TEST(ExactPenetration, OfTrianglesIsThatOfTheExpansion)
 {
     std::mt19937 engine(1);
-    std::normal_distribution<double> normal;
-    const auto any = [&] { return Eigen::Vector3d(normal(engine), normal(engine), normal(engine)); };
+    NormalPoints any{engine};
     int depths = 0;
     for (int i = 0; i < 2000; ++i)
     {
@@ -545,8 +552,7 @@ template <class S>
 void checkCrossingSegments()
 {
     std::mt19937 engine(3601);
-    std::normal_distribution<double> normal;
-    const auto any = [&] { return Eigen::Vector3d(normal(engine), normal(engine), normal(engine)); };
+    NormalPoints any{engine};
     int depths = 0;
     for (int i = 0; i < 20000; ++i)
     {
