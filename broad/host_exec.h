@@ -3,6 +3,7 @@
 #pragma once
 
 #include "broad/backend.h"
+#include "broad/host_emitters.h"
 #include "broad/psap_buffer.h"
 #include "broad/psap_pairs.h"
 #include "broad/worker_pool.h"
@@ -201,7 +202,8 @@ public:
     {
         run(0, count,
             [&] {
-                return [&step, emit = Emitter{list, &m_tests, 0}](std::uint64_t i) mutable { step(i, emit); };
+                return [&step, emit = HostEmitter{list, &m_tests, 0}](std::uint64_t i) mutable
+                { step(i, emit); };
             });
     }
 
@@ -213,7 +215,7 @@ public:
     {
         run(0, count,
             [&] {
-                return [&step, emit = Emitter{list, &m_tests, 0}](std::uint64_t i) mutable
+                return [&step, emit = HostEmitter{list, &m_tests, 0}](std::uint64_t i) mutable
                 { step(i, true, emit); };
             });
     }
@@ -226,8 +228,9 @@ public:
         run(0, count,
             [&]
             {
-                return [&step, toFirst = DepthEmitter{first}, toSecond = Emitter{second, &m_tests, 0}](
-                           std::uint64_t i) mutable { step(step.read(i), toFirst, toSecond); };
+                return [&step, toFirst = HostDepthEmitter{first},
+                        toSecond = HostEmitter{second, &m_tests, 0}](std::uint64_t i) mutable
+                { step(step.read(i), toFirst, toSecond); };
             });
     }
 
@@ -273,23 +276,24 @@ public:
         run(0, count,
             [&]
             {
-                return [&step, emit = GroupEmitter<typename Step::Room>(Emitter{list, &m_tests, 0})](
+                return [&step, emit = HostGroupEmitter<typename Step::Room>(HostEmitter{list, &m_tests, 0})](
                            std::uint64_t i) mutable { step(i, true, emit); };
             });
     }
 
-    /// For each bin in [0, bins) calls step.begin(bin, emit), then step(bin, slot, share, true, emit) for each of its
-    /// step.countOf(bin) slots and each of kSharers shares. On a GPU a block deals out the slots of some bins among its
-    /// lanes, which are together as in forEachTogether().
+    /// For each bin in [0, bins) calls step.clear(bin), step.begin(bin, emit), then step(bin, slot, share, true, emit) for each of
+    /// its step.countOf(bin) slots and each of kSharers shares. On a GPU a block deals out the slots of some bins among its
+    /// lanes, which are together as in forEachTogether(); clear() may come before the launch ahead of this one is over.
     template <std::uint32_t kSharers, class Step>
     void forEachDealt(std::uint64_t bins, const Step& step, const PairList& list)
     {
         run(0, bins,
             [&]
             {
-                return [&step, emit = Emitter{list, &m_tests, 0}](std::uint64_t index) mutable
+                return [&step, emit = HostEmitter{list, &m_tests, 0}](std::uint64_t index) mutable
                 {
                     const auto bin = static_cast<std::uint32_t>(index);
+                    step.clear(bin);
                     step.begin(bin, emit);
                     const std::uint32_t count = step.countOf(bin);
                     for (std::uint32_t k = 0; k < count * kSharers; ++k)
@@ -313,7 +317,7 @@ public:
             [&]
             {
                 return [&step, memory = typename Step::Memory(step.shape),
-                        emit = Emitter{list, &m_tests, 0}](std::uint64_t tile) mutable
+                        emit = HostEmitter{list, &m_tests, 0}](std::uint64_t tile) mutable
                 { step(static_cast<std::uint32_t>(tile), memory, emit); };
             });
     }
@@ -385,84 +389,6 @@ public:
     std::uint64_t takeTestCount() { return m_tests.exchange(0); }
 
 private:
-    /// What a step sees of its list.
-    struct Emitter
-    {
-        PairList list;
-        std::atomic<std::uint64_t>* tests;
-        std::uint64_t ownTests;
-
-        Emitter(const PairList& pairs, std::atomic<std::uint64_t>* total, std::uint64_t count)
-            : list(pairs), tests(total), ownTests(count)
-        {
-        }
-        Emitter(const Emitter& other) : Emitter(other.list, other.tests, 0) {}
-        ~Emitter() { tests->fetch_add(ownTests, std::memory_order_relaxed); }
-
-        void push(IdPair pair) { list.push(pair); }
-        void tested(std::uint64_t count) { ownTests += count; }
-        bool any(bool isMine) const { return isMine; }
-        void append(bool isMine, IdPair pair)
-        {
-            if (isMine)
-                push(pair);
-        }
-
-        bool isFull() const { return m_keptCount == kMostKept; }
-        bool hasRoomForTwo() const { return m_keptCount + 2 <= kMostKept; }
-        void keep(std::uint32_t record) { m_kept[m_keptCount++] = record; }
-        std::uint32_t keptCount() const { return m_keptCount; }
-        std::uint32_t kept(std::uint32_t k) const { return m_kept[k]; }
-        void dropKept() { m_keptCount = 0; }
-
-    private:
-        // Few, so that tests see it full.
-        static constexpr std::uint32_t kMostKept = 2;
-
-        std::uint32_t m_keptCount = 0;
-        std::uint32_t m_kept[kMostKept] = {};
-    };
-
-    /// What a step sees of a list of pairs with depths.
-    struct DepthEmitter
-    {
-        DepthList list;
-
-        void append(bool isMine, IdPair pair, float depth)
-        {
-            if (isMine)
-                list.push(pair, depth);
-        }
-    };
-
-    /// A group of one.
-    template <class Room>
-    struct GroupEmitter : Emitter
-    {
-        static constexpr std::uint32_t kLanes = 1;
-
-        explicit GroupEmitter(const Emitter& emitter) : Emitter(emitter) {}
-
-        Room& room() { return m_room; }
-        std::uint32_t lane() const { return 0; }
-        void sync() const {}
-        std::uint32_t ballot(bool isMine) const { return isMine ? 1 : 0; }
-        std::uint32_t countOf(std::uint32_t lanes) const { return lanes; }
-        std::uint32_t rankIn(std::uint32_t) const { return 0; }
-        std::uint32_t from(std::uint32_t value, std::uint32_t) const { return value; }
-        std::uint32_t sum(std::uint32_t value) const { return value; }
-        float least(float value) const { return value; }
-        template <class PairAt>
-        void appendEach(std::uint32_t bits, const PairAt& pairAt)
-        {
-            for (; bits != 0; bits &= bits - 1)
-                this->push(pairAt(lowestBit(bits)));
-        }
-
-    private:
-        Room m_room = {};
-    };
-
     /// Calls body(i) for each index; makeBody() makes one body per task.
     template <class MakeBody>
     void run(std::uint64_t begin, std::uint64_t end, const MakeBody& makeBody)

@@ -101,19 +101,23 @@ struct SearchBins
     std::uint32_t room;
     std::uint64_t* pairCount;  ///< kSpilled where a bin was full
 
+    /// Makes a bin of the other set ready for the next update. Asks for nothing that PlaceRows leaves, so that a GPU may do it
+    /// before that is over.
+    CULLET_HOST_DEVICE void clear(std::uint32_t bin) const
+    {
+        other.counts[bin] = 0;
+        if (bin == 0)
+            *other.totals = {};
+    }
+
     /// Does for a bin what is to be done once.
     ///
     /// @pre there are as many bins as boxes, or more
     template <class Emit>
     CULLET_HOST_DEVICE void begin(std::uint32_t bin, Emit& emit) const
     {
-        other.counts[bin] = 0;
-        if (bin == 0)
-        {
-            *other.totals = {};
-            if (set.totals->spilled != 0)
-                *pairCount = kSpilled;
-        }
+        if (bin == 0 && set.totals->spilled != 0)
+            *pairCount = kSpilled;
         const std::uint32_t sides = set.totals->spilled != 0 ? 0 : set.totals->sides;
         if (bin < sides)
             partners.searchSide(partners.side[bin], bin + 1, sides, 1, emit);
@@ -239,14 +243,7 @@ private:
     CULLET_HOST_DEVICE void report(const RowRecord& self, const Test& entryTest, Emit& emit) const
     {
         if constexpr (kKeepsRows)
-        {
-            for (std::uint32_t k = 0; emit.any(k < emit.keptCount()); ++k)
-            {
-                const bool isKept = k < emit.keptCount();
-                emit.append(isKept, {self.back.row, isKept ? emit.kept(k) : 0});
-            }
-            emit.dropKept();
-        }
+            emit.appendKept(self.back.row);
         else
             partners.report(self, entryTest, emit);
     }

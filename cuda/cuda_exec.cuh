@@ -7,6 +7,7 @@
 #include "cuda/cuda_error.h"
 #include "cuda/device_buffer.h"
 #include "cuda/event_mark.h"
+#include "cuda/launch.cuh"
 #include "cuda/page_locks.h"
 #include "cuda/part_stream.h"
 #include "cuda/scan_kernel.cuh"
@@ -82,6 +83,7 @@ public:
         int multiprocessors = 0;
         CULLET_CUDA_TRY(cudaDeviceGetAttribute(&multiprocessors, cudaDevAttrMultiProcessorCount, m_device));
         m_multiprocessors = static_cast<std::uint32_t>(multiprocessors);
+        m_canLaunchEarly = canLaunchEarly(m_device);
         if (m_stream == nullptr)
         {
             CULLET_CUDA_TRY(cudaStreamCreateWithFlags(&m_ownStream, cudaStreamNonBlocking));
@@ -265,8 +267,12 @@ public:
     template <std::uint32_t kSharers, class Step>
     void forEachDealt(std::uint64_t bins, const Step& step, const PairList& list)
     {
-        launch(runDealt<kSharers, Step>, kSharers * bins, kEmitThreads, static_cast<std::uint32_t>(bins),
-               step, list);
+        const auto kernel = runDealt<kSharers, Step>;
+        const auto count = static_cast<std::uint32_t>(bins);
+        if (m_canLaunchEarly)
+            launchEarly(m_stream, kernel, kSharers * bins, kEmitThreads, count, step, list);
+        else
+            launch(kernel, kSharers * bins, kEmitThreads, count, step, list);
     }
 
     bool hasSpareLanes() const { return true; }
@@ -286,10 +292,10 @@ public:
     void searchTiles(const Step& step, const PairList& list)
     {
         if (step.shape.room <= SmallTiles<Step>::kMostRoom)
-            launchShared(psap::searchTiles<Step, 256, 4>, step.shape.tiles, 256,
+            launchShared(m_stream, psap::searchTiles<Step, 256, 4>, step.shape.tiles, 256,
                          SmallTiles<Step>::sharedBytes(step.shape), step, list);
         else
-            launchShared(psap::searchTiles<Step, 512, 6>, step.shape.tiles, 512,
+            launchShared(m_stream, psap::searchTiles<Step, 512, 6>, step.shape.tiles, 512,
                          LargeTiles<Step>::sharedBytes(step.shape), step, list);
     }
 
@@ -431,16 +437,11 @@ private:
             CULLET_CUDA_TRY(cudaMemcpyAsync(to, from, bytes, kind, stream));
     }
 
-    /// As many blocks as it takes for a thread per index; none for none.
     template <class... Parameters, class... Arguments>
     void launch(void (*kernel)(Parameters...), std::uint64_t indices, unsigned threads,
                 const Arguments&... arguments)
     {
-        if (indices == 0)
-            return;
-        const auto blocks = static_cast<unsigned>((indices + threads - 1) / threads);
-        kernel<<<blocks, threads, 0, m_stream>>>(arguments...);
-        CULLET_CUDA_TRY(cudaGetLastError());
+        psap::launch(m_stream, kernel, indices, threads, arguments...);
     }
 
     template <class Step>
@@ -462,18 +463,8 @@ private:
         if (bytes + kStaticShared > m_sharedBytes)
             forEach(step.count, step);
         else
-            launchShared(psap::placeInTiles<kThreads, kPerThread, kBlocks>,
+            launchShared(m_stream, psap::placeInTiles<kThreads, kPerThread, kBlocks>,
                          (step.count + Placing::kBoxes - 1) / Placing::kBoxes, kThreads, bytes, step);
-    }
-
-    template <class... Parameters, class... Arguments>
-    void launchShared(void (*kernel)(Parameters...), std::uint64_t blocks, unsigned threads,
-                      std::uint32_t bytes, const Arguments&... arguments)
-    {
-        CULLET_CUDA_TRY(cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize,
-                                             static_cast<int>(bytes)));
-        kernel<<<static_cast<unsigned>(blocks), threads, bytes, m_stream>>>(arguments...);
-        CULLET_CUDA_TRY(cudaGetLastError());
     }
 
     /// What CUB counts a long scan in: in an int before 2.7, of CUDA 12.8.
@@ -508,6 +499,7 @@ private:
     unsigned m_blockThreads;
     std::uint32_t m_sharedBytes = 0;  ///< that a block may have
     std::uint32_t m_multiprocessors = 0;
+    bool m_canLaunchEarly = false;
     std::uint64_t m_bytes = 0;
     std::uint64_t m_bytesMoved = 0;
     DeviceBuffer<unsigned char> m_scratch;

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cuda/warp_scan.cuh"
+
 #include <cstdint>
 
 /// The kernel that sums up what one block can.
@@ -11,19 +13,6 @@ inline constexpr unsigned kScanThreads = 1024;
 /// One block sums up so many in the time that CUB's two launches take to start.
 inline constexpr unsigned kMostPerThread = 16;
 inline constexpr std::uint64_t kMostInBlock = kMostPerThread * kScanThreads;
-
-/// Sum of the values of the lanes up to this one.
-template <class T>
-__device__ T sumUpToLane(T value)
-{
-#pragma unroll
-    for (unsigned distance = 1; distance < 32; distance *= 2)
-    {
-        const T before = __shfl_up_sync(0xffffffffu, value, distance);
-        value += threadIdx.x % 32 >= distance ? before : T{};
-    }
-    return value;
-}
 
 /// out[i] = sum of in[0 .. i-1]. Each warp has a part, whose lanes lie side by side; it asks for all of it before it waits.
 ///

@@ -3,11 +3,12 @@
 #pragma once
 
 #include "broad/psap_pairs.h"
+#include "broad/psap_row_bins.h"
+#include "cuda/launch.cuh"
 #include "cuda/together_emitter.cuh"
 
-#include <cub/block/block_scan.cuh>
-
 #include <cstdint>
+#include <type_traits>
 
 /// The kernels that run a step for each index.
 namespace cullet::psap
@@ -32,6 +33,8 @@ template <class Step>
 __global__ void __launch_bounds__(kMostThreads)
     runStep(std::uint64_t begin, std::uint64_t end, const Step step)
 {
+    if constexpr (std::is_same_v<Step, PlaceRows>)
+        letNextStart();  // the search of the bins, which awaits this
     const std::uint64_t i = begin + static_cast<std::uint64_t>(blockIdx.x) * blockDim.x + threadIdx.x;
     if (i < end)
         step(i);
@@ -169,7 +172,7 @@ struct GroupEmitter : GroupedPairs
     __device__ void appendEach(std::uint32_t bits, const PairAt& pairAt)
     {
         const unsigned count = __popc(bits);
-        const unsigned upTo = sumUpTo(count);
+        const unsigned upTo = sumUpToLane(count);
         const unsigned total = __shfl_sync(kAll, upTo, 31);
         if (held + total > kRoom)
             finish();
@@ -191,24 +194,6 @@ private:
     {
         for (; any(bits != 0); bits &= bits - 1)
             append(bits != 0, bits != 0 ? pairAt(lowestBit(bits)) : IdPair{});
-    }
-
-    /// Of the lanes up to this one.
-    __device__ unsigned sumUpTo(unsigned value) const
-    {
-        // A shuffle that says whether there is such a lane, as CUDA's function does not.
-#pragma unroll
-        for (unsigned distance = 1; distance < kLanes; distance *= 2)
-            asm volatile(
-                "{\n"
-                ".reg .u32 before;\n"
-                ".reg .pred isThere;\n"
-                "shfl.sync.up.b32 before|isThere, %0, %1, 0, 0xffffffff;\n"
-                "@isThere add.u32 %0, %0, before;\n"
-                "}"
-                : "+r"(value)
-                : "r"(distance));
-        return value;
     }
 
     /// Ordered as the float is.
@@ -258,20 +243,26 @@ __global__ void __launch_bounds__(kEmitThreads, kDealtBlocks)
     __shared__ alignas(8) IdPair buffers[kEmitThreads / 32][KeepingEmitter<>::kRoom];
     __shared__ std::uint32_t kept[KeepingEmitter<>::kMostKept * kEmitThreads];
     __shared__ std::uint16_t slots[kBins * Step::kMostRoom];
-    using Scan = cub::BlockScan<std::uint32_t, kEmitThreads, cub::BLOCK_SCAN_WARP_SCANS>;
-    __shared__ typename Scan::TempStorage scratch;
-    KeepingEmitter<> emit(buffers[threadIdx.x / 32], kept, list);
-
+    __shared__ std::uint32_t slotCount;
     const std::uint32_t firstBin = blockIdx.x * kBins;
     const std::uint32_t bin = firstBin + threadIdx.x;
     const bool isBin = threadIdx.x < kBins && bin < bins;
+    if (threadIdx.x == 0)
+        slotCount = 0;
+    if (isBin)
+        step.clear(bin);
+    __syncthreads();
+    awaitBefore();
+    KeepingEmitter<> emit(buffers[threadIdx.x / 32], kept, list);
+
+    // In any order: a scan would take more instructions, of which every warp has only some hundred to do.
     const std::uint32_t count = isBin ? step.countOf(bin) : 0;
-    std::uint32_t first = 0;
-    std::uint32_t total = 0;
-    Scan(scratch).ExclusiveSum(count, first, total);
+    const std::uint32_t first = count != 0 ? atomicAdd(&slotCount, count) : 0;
+#pragma unroll 1
     for (std::uint32_t k = 0; k < count; ++k)
         slots[first + k] = static_cast<std::uint16_t>(threadIdx.x * kSlots + k);
     __syncthreads();
+    const std::uint32_t total = slotCount;
     if (isBin)
         step.begin(bin, emit);
 

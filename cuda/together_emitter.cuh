@@ -4,6 +4,7 @@
 
 #include "broad/psap_pairs.h"
 #include "broad/psap_shared_memory.h"
+#include "cuda/warp_scan.cuh"
 
 #include <cstdint>
 #include <type_traits>
@@ -161,5 +162,25 @@ struct KeepingEmitter : TogetherEmitter<kPairs>
     __device__ std::uint32_t keptCount() const { return (endOfKept - firstKept) / kStride; }
     __device__ std::uint32_t kept(std::uint32_t k) const { return loadShared(firstKept + k * kStride); }
     __device__ void dropKept() { endOfKept = firstKept; }
+
+    /// Appends the pairs of `row` and what this lane keeps, which are rows. All have their places at once, so that none is held
+    /// back for more.
+    __device__ void appendKept(std::uint32_t row)
+    {
+        const std::uint32_t count = keptCount();
+        const std::uint32_t upTo = sumUpToLane(count);
+        unsigned long long place = 0;
+        if (threadIdx.x % 32 == 31 && upTo != 0)
+            place = fetchAdd(this->list.count, std::uint64_t{upTo});
+        place = __shfl_sync(0xffffffffu, place, 31) + (upTo - count);
+        auto* to = reinterpret_cast<uint2*>(this->list.pairs);
+#pragma unroll 1
+        for (std::uint32_t k = 0; k < count; ++k)
+        {
+            if (place + k < this->list.capacity)
+                to[place + k] = make_uint2(row, kept(k));
+        }
+        dropKept();
+    }
 };
 }  // namespace cullet::psap
