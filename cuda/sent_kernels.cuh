@@ -39,12 +39,8 @@ struct BlockPlaces
                 counts[list][threadIdx.x / 32] = own[list];
         }
         __syncthreads();
-#pragma unroll
-        for (unsigned list = 0; list < kLists; ++list)
-        {
-            if (threadIdx.x == list)
-                claimFor(list, lists.at(list).count);
-        }
+        if (threadIdx.x < kLists)
+            claimFor(threadIdx.x, countOf(threadIdx.x, lists));
         __syncthreads();
     }
     __device__ std::uint64_t ofWarp(unsigned list) const
@@ -53,6 +49,16 @@ struct BlockPlaces
     }
 
 private:
+    __device__ static std::uint64_t* countOf(unsigned list, const PairLists<kLists>& lists)
+    {
+        std::uint64_t* count = lists.at(0).count;
+#pragma unroll
+        for (unsigned k = 1; k < kLists; ++k)
+            count = list == k ? lists.at(k).count : count;
+        return count;
+    }
+
+    /// By a lane for each list: one after the other would wait for each answer.
     __device__ void claimFor(unsigned list, std::uint64_t* count)
     {
         std::uint32_t total = 0;
