@@ -10,6 +10,7 @@
 #include "broad/psap_names.h"
 #include "broad/psap_pipeline.h"
 #include "broad/psap_row_memory.h"
+#include "broad/psap_update_memory.h"
 
 #include <algorithm>
 #include <cstdint>
@@ -118,12 +119,12 @@ private:
         m_near.choose(view);
         m_exec.dropStages();
         m_exec.beginStage("upload");
-        readyTally();
+        m_tallies.begin(m_exec);
         prepareLists();
         m_near.ready(m_exec);
         if (!m_near.isFollowed())
             listHeld();
-        m_rows.send(m_exec, view, m_near.ways(&tally()->motion),
+        m_rows.send(m_exec, view, m_near.ways(&m_tallies.current()->motion),
                     [&](std::uint64_t end) { workAhead(view, end); });
         if (!m_near.isFollowed() || !followNear(view, delta))
             searchChanges(view, delta);
@@ -136,14 +137,14 @@ private:
         m_margin = view.margin;
         m_hadFilters = hasFilters;
         m_isFresh = false;
-        m_isTallyEmpty = true;
+        m_tallies.noteEmptied();
     }
 
     /// Forgets every row and takes over the pairs given to restart().
     void begin(const ProxyView& view)
     {
         m_rows.forget();
-        m_isTableFree = false;
+        m_open.noteFree(false);
         m_retestAll = false;
         std::vector<IdPair> held;
         splitKnown(m_known, view, held, m_vanished);
@@ -163,8 +164,8 @@ private:
         m_exec.reserve(m_keptDepths, m_kept.size());
         m_exec.reserve(m_removed, std::max(m_heldCount, initial));
         m_exec.reserve(m_added, initial);
-        growTable(initial);
-        freeTable();
+        m_open.grow(m_exec, initial);
+        m_open.use(m_exec);
         m_rowsSettled = 0;
         m_isMotionKnown = true;
         m_isKeptListed = false;
@@ -196,7 +197,7 @@ private:
         planAhead();
         m_exec.beginStage("deltas");
         m_names.enqueue(m_exec, lists(), m_rows.largestId(), delta);
-        m_isTableFree = true;  // nothing has been looked up
+        m_open.noteFree(true);  // nothing has been looked up
         m_exec.mark();
         beginNearAhead();
         m_exec.awaitMark();
@@ -277,10 +278,10 @@ private:
     {
         m_exec.beginStage("near pairs");
         buildWithSkins();
-        growTable(m_near.lookups() + m_near.lookups() / 4);
-        freeTable();
+        m_open.grow(m_exec, m_near.lookups() + m_near.lookups() / 4);
+        m_open.use(m_exec);
         m_near.begin(m_exec, m_search, isAhead, held, m_rows.now(), m_rows.filters(), table());
-        m_isTableFree = true;
+        m_open.noteFree(true);
         m_exec.takeTestCount();
     }
 
@@ -318,9 +319,9 @@ private:
     {
         while (m_counts.lists.lookups > table().limit())
         {
-            growTable(2 * m_counts.lists.lookups);
+            m_open.grow(m_exec, 2 * m_counts.lists.lookups);
             m_exec.clear(&counters()->lists, 1);
-            freeTable();
+            m_open.use(m_exec);
             settle(view.margin, kAllRows);
             emitAgain(delta);
         }
@@ -361,29 +362,8 @@ private:
         fetchChanges(delta);
     }
 
-    /// There are two: each update leaves that of the next one empty.
-    void readyTally()
-    {
-        m_exec.reserve(m_tallies, 2);
-        if (!m_isTallyEmpty)
-            m_exec.clear(m_tallies.data(), 2);
-        m_isTallyEmpty = false;
-        m_tallySide = 1 - m_tallySide;
-    }
-    Tally* tally() const { return m_tallies.data() + m_tallySide; }
-    Counters* counters() const { return &tally()->counters; }
-
-    void growTable(std::uint64_t pairs)
-    {
-        std::uint64_t slots = std::max<std::uint64_t>(m_tableSlots, 2);
-        while (slots < 2 * pairs)
-            slots *= 2;
-        m_isTableFree = m_isTableFree && slots == m_tableSlots;
-        m_exec.reserve(m_table, slots);
-        m_tableSlots = slots;
-    }
-
-    LookupTable table() { return {m_table.data(), m_tableSlots - 1, &counters()->lists.lookups}; }
+    Counters* counters() const { return &m_tallies.current()->counters; }
+    LookupTable table() const { return m_open.table(&counters()->lists.lookups); }
 
     RowBoxes rows() const { return {m_rows.now(), m_rows.old()}; }
 
@@ -391,15 +371,7 @@ private:
     {
         const bool tellsMotion = m_isMotionKnown && !m_retestAll;
         return {m_rows.now(),     m_rows.old(), m_rows.filters(),
-                m_rows.changes(), m_retestAll,  tellsMotion ? &tally()->motion : nullptr};
-    }
-
-    /// The table is in use from here on.
-    void freeTable()
-    {
-        if (!m_isTableFree)
-            m_exec.forEach(m_tableSlots, FreeSlot{m_table.data()});
-        m_isTableFree = false;
+                m_rows.changes(), m_retestAll,  tellsMotion ? &m_tallies.current()->motion : nullptr};
     }
 
     /// Settles the held pairs whose later row is in the span.
@@ -438,7 +410,7 @@ private:
                 counters(),
                 m_search.sideCount(),
                 m_rows.uniqueIds(),
-                m_tallies.data() + 1 - m_tallySide};
+                m_tallies.next()};
     }
 
     void fetchChanges(PairDelta& delta)
@@ -446,7 +418,7 @@ private:
         m_names.enqueue(m_exec, lists(), m_rows.largestId(), delta);
         m_exec.wait();
         takeCounts();
-        m_isTableFree = lists().areComplete(m_counts.lists);
+        m_open.noteFree(lists().areComplete(m_counts.lists));
     }
 
     void takeCounts() { m_counts = m_names.counters(); }
@@ -528,12 +500,8 @@ private:
     Buffer<float> m_heldDepths, m_keptDepths;  ///< as DepthList has it
     bool m_areDepthsKnown = false;
     bool m_isMotionKnown = true;  ///< as RowWays tells it
-    std::uint64_t m_tableSlots = 0;
-    bool m_isTableFree = false;
-    Buffer<std::uint64_t> m_table;
-    bool m_isTallyEmpty = false;
-    unsigned m_tallySide = 0;
-    Buffer<Tally> m_tallies;
+    OpenPairs<Exec> m_open;
+    Tallies<Exec> m_tallies;
     ChangeNames<Exec> m_names;
     Counters m_counts{};
 };
