@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <new>
@@ -24,11 +25,11 @@ namespace cullet::psap
 /// Memory of the HostExec.
 struct HostMemory
 {
-    // As whole cache lines, which is more than any element asks for.
-    static constexpr std::align_val_t kAlignment{64};
+    // Whole cache lines, two for what indices count.
+    static constexpr std::size_t kAlignment = 128;
 
-    static void* take(std::uint64_t bytes) { return ::operator new(bytes, kAlignment); }
-    static void giveBack(void* memory) noexcept { ::operator delete(memory, kAlignment); }
+    static void* take(std::uint64_t bytes) { return ::operator new(bytes, std::align_val_t(kAlignment)); }
+    static void giveBack(void* memory) noexcept { ::operator delete(memory, std::align_val_t(kAlignment)); }
 };
 template <class T>
 using HostBuffer = ExecutorBuffer<T, HostMemory>;

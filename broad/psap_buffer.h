@@ -10,7 +10,7 @@ namespace cullet::psap
 {
 /// Owns memory of an executor; knows its size in elements. Movable.
 ///
-/// @tparam Memory take(bytes), which throws where there is none, and giveBack(memory), which never does
+/// @tparam Memory take(bytes), which throws where there is none, and giveBack(memory), which never does; as kAlignment says
 template <class T, class Memory>
 class ExecutorBuffer
 {
@@ -62,6 +62,7 @@ public:
 
 private:
     static_assert(std::is_trivially_copyable_v<T>, "copied as bytes");
+    static_assert(alignof(T) <= Memory::kAlignment, "the memory is not aligned for this");
 
     T* m_data = nullptr;
     std::uint64_t m_size = 0;

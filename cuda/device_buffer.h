@@ -7,6 +7,7 @@
 
 #include <cuda_runtime_api.h>
 
+#include <cstddef>
 #include <cstdint>
 
 namespace cullet
@@ -14,6 +15,8 @@ namespace cullet
 // Giving back is not checked: it happens after failures too, and at exit, when the driver may be gone already.
 struct DeviceMemory
 {
+    static constexpr std::size_t kAlignment = 256;
+
     static void* take(std::uint64_t bytes)
     {
         void* memory = nullptr;
@@ -30,6 +33,8 @@ struct DeviceMemory
 /// Memory of the CPU that copies to and from the device at full speed.
 struct PinnedMemory
 {
+    static constexpr std::size_t kAlignment = 256;
+
     static void* take(std::uint64_t bytes)
     {
         void* memory = nullptr;
