@@ -31,6 +31,8 @@ public:
     bool equals(const btConvexHullShape& shape) const noexcept
     {
         const auto count = static_cast<std::size_t>(shape.getNumPoints());
+        if (count == 0)
+            return m_points.empty();  // Bullet has no address for no points
         return count * kScalarsPerPoint == m_points.size() &&
                areEqualBytes(m_points.data(), shape.getUnscaledPoints(), count * sizeof(btVector3));
     }
