@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "broad/known_rows.h"
 
+#include <algorithm>
 #include <unordered_map>
 
 namespace cullet
@@ -35,5 +36,14 @@ void splitKnown(const Pairs& known, const ProxyView& proxies, std::vector<IdPair
         else
             held.push_back({pair.firstRow, pair.secondRow});
     }
+}
+
+void addGone(const std::vector<std::uint64_t>& gone, Pairs& removed)
+{
+    if (gone.empty())
+        return;
+    for (const std::uint64_t key : gone)
+        removed.push_back(pairOfKey(key));
+    std::sort(removed.begin(), removed.end());
 }
 }  // namespace cullet

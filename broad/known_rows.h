@@ -21,4 +21,7 @@ std::vector<RowPair> findRowsOf(const Pairs& known, const ProxyView& proxies);
 /// left, to `gone`.
 void splitKnown(const Pairs& known, const ProxyView& proxies, std::vector<IdPair>& held,
                 std::vector<std::uint64_t>& gone);
+
+/// Adds those that have left to other removed pairs, by unique id.
+void addGone(const std::vector<std::uint64_t>& gone, Pairs& removed);
 }  // namespace cullet

@@ -427,8 +427,7 @@ private:
     void takeChanges(PairDelta& delta)
     {
         m_names.take(m_exec, lists(), m_rows.largestId(), makeRoomForHeld(), delta);
-        if (!m_vanished.empty())
-            mergeVanished(delta.removed);
+        addGone(m_vanished, delta.removed);
         takeHeld();
         m_near.note(m_heldCount);
         m_known.clear();
@@ -467,13 +466,6 @@ private:
             return;
         std::swap(m_held, m_kept);
         std::swap(m_heldDepths, m_keptDepths);
-    }
-
-    void mergeVanished(Pairs& removed)
-    {
-        for (const std::uint64_t key : m_vanished)
-            removed.push_back(pairOfKey(key));
-        std::sort(removed.begin(), removed.end());
     }
 
     PsapOptions m_options;

@@ -37,6 +37,8 @@ struct RowBinSet
 /// Step 1: writes the record of box i into its bin.
 struct PlaceRows
 {
+    static constexpr bool kLetsNextStart = true;  ///< the search of the bins, which awaits this
+
     RowBins bins;
     RowBinSet set;
     std::uint32_t room;

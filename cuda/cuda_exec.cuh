@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/psap_failure.h"
 #include "broad/psap_pairs.h"
+#include "cuda/cub_scratch.cuh"
 #include "cuda/cuda_error.h"
 #include "cuda/device_buffer.h"
 #include "cuda/event_mark.h"
@@ -19,27 +19,14 @@
 
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
-#include <cub/version.cuh>
 
 #include <algorithm>
 #include <cstdint>
-#include <limits>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
 namespace cullet::psap
 {
-/// CUB's own changed its name between versions.
-struct Larger
-{
-    template <class T>
-    __device__ T operator()(T a, T b) const
-    {
-        return a < b ? b : a;
-    }
-};
-
 /// Runs the steps of a pipeline on one CUDA device, on one stream.
 ///
 /// Every call is checked and throws ExecutorFailure. Nothing waits but wait() and uploadNow().
@@ -357,16 +344,18 @@ public:
             launch(kernel, 1, kScanThreads, in, out, static_cast<unsigned>(count));
             return;
         }
-        withScratch<LongScan>(
-            count, [&](void* scratch, std::size_t& bytes, auto n)
+        m_scratch.call<LongScan>(
+            *this, count,
+            [&](void* scratch, std::size_t& bytes, auto n)
             { return cub::DeviceScan::ExclusiveSum(scratch, bytes, in, out, n, m_stream); });
     }
 
     template <class T>
     void scanLargest(const T* in, T* out, std::uint64_t count)
     {
-        withScratch<LongScan>(
-            count, [&](void* scratch, std::size_t& bytes, auto n)
+        m_scratch.call<LongScan>(
+            *this, count,
+            [&](void* scratch, std::size_t& bytes, auto n)
             { return cub::DeviceScan::InclusiveScan(scratch, bytes, in, out, Larger{}, n, m_stream); });
     }
 
@@ -376,13 +365,13 @@ public:
     {
         if (count == 0)
             return;
-        withScratch<std::uint64_t>(count,
-                                   [&](void* scratch, std::size_t& bytes, auto n)
-                                   {
-                                       return cub::DeviceRadixSort::SortPairs(
-                                           scratch, bytes, keys, sortedKeys, values, sortedValues, n, 0, bits,
-                                           m_stream);
-                                   });
+        m_scratch.call<std::uint64_t>(*this, count,
+                                      [&](void* scratch, std::size_t& bytes, auto n)
+                                      {
+                                          return cub::DeviceRadixSort::SortPairs(
+                                              scratch, bytes, keys, sortedKeys, values, sortedValues, n, 0,
+                                              bits, m_stream);
+                                      });
     }
 
     void sortKeys(const std::uint64_t* keys, std::uint64_t* sortedKeys, std::uint64_t count, int firstBit,
@@ -390,11 +379,12 @@ public:
     {
         if (count == 0)
             return;
-        withScratch<std::uint64_t>(count,
-                                   [&](void* scratch, std::size_t& bytes, auto n) {
-                                       return cub::DeviceRadixSort::SortKeys(scratch, bytes, keys, sortedKeys,
-                                                                             n, firstBit, endBit, m_stream);
-                                   });
+        m_scratch.call<std::uint64_t>(*this, count,
+                                      [&](void* scratch, std::size_t& bytes, auto n) {
+                                          return cub::DeviceRadixSort::SortKeys(scratch, bytes, keys,
+                                                                                sortedKeys, n, firstBit,
+                                                                                endBit, m_stream);
+                                      });
     }
 
     std::uint64_t bytes() const { return m_bytes; }
@@ -467,32 +457,6 @@ private:
                          (step.count + Placing::kBoxes - 1) / Placing::kBoxes, kThreads, bytes, step);
     }
 
-    /// What CUB counts a long scan in: in an int before 2.7, of CUDA 12.8.
-    using LongScan = std::conditional_t<(CUB_VERSION >= 200700), std::uint64_t, int>;
-
-    /// @tparam Long counts what an int, which is faster, does not
-    template <class Long, class Call>
-    void withScratch(std::uint64_t count, const Call& call)
-    {
-        if (count <= static_cast<std::uint64_t>(std::numeric_limits<int>::max()))
-            withScratchFor(static_cast<int>(count), call);
-        else if constexpr (sizeof(Long) > sizeof(int))
-            withScratchFor(static_cast<Long>(count), call);
-        else
-            throw ExecutorFailure{Status::OutOfMemory, "CudaExec",
-                                  "2^31 elements or more in one scan, which takes CUDA 12.8"};
-    }
-
-    /// CUB asks twice: how much scratch memory, then with it.
-    template <class Count, class Call>
-    void withScratchFor(Count count, const Call& call)
-    {
-        std::size_t bytes = 0;
-        CULLET_CUDA_TRY(call(nullptr, bytes, count));
-        reserve(m_scratch, std::max<std::size_t>(bytes, 1));
-        CULLET_CUDA_TRY(call(m_scratch.data(), bytes, count));
-    }
-
     int m_device;
     cudaStream_t m_stream;
     cudaStream_t m_ownStream = nullptr;
@@ -502,7 +466,7 @@ private:
     bool m_canLaunchEarly = false;
     std::uint64_t m_bytes = 0;
     std::uint64_t m_bytesMoved = 0;
-    DeviceBuffer<unsigned char> m_scratch;
+    CubScratch m_scratch;
     PartStream m_parts;
     SideStream m_side;
     EventMark m_mark;

@@ -11,15 +11,20 @@
 /// How kernels are put on a stream.
 namespace cullet::psap
 {
-/// As many blocks as it takes for a thread per index; none for none.
+/// As many as it takes for a thread per index.
+inline unsigned blocksFor(std::uint64_t indices, unsigned threads)
+{
+    return static_cast<unsigned>((indices + threads - 1) / threads);
+}
+
+/// A thread per index; no launch for none.
 template <class... Parameters, class... Arguments>
 void launch(cudaStream_t stream, void (*kernel)(Parameters...), std::uint64_t indices, unsigned threads,
             const Arguments&... arguments)
 {
     if (indices == 0)
         return;
-    const auto blocks = static_cast<unsigned>((indices + threads - 1) / threads);
-    kernel<<<blocks, threads, 0, stream>>>(arguments...);
+    kernel<<<blocksFor(indices, threads), threads, 0, stream>>>(arguments...);
     CULLET_CUDA_TRY(cudaGetLastError());
 }
 
@@ -61,7 +66,7 @@ void launchEarly(cudaStream_t stream, void (*kernel)(Parameters...), std::uint64
     early.id = cudaLaunchAttributeProgrammaticStreamSerialization;
     early.val.programmaticStreamSerializationAllowed = 1;
     cudaLaunchConfig_t config = {};
-    config.gridDim = dim3(static_cast<unsigned>((indices + threads - 1) / threads));
+    config.gridDim = dim3(blocksFor(indices, threads));
     config.blockDim = dim3(threads);
     config.stream = stream;
     config.attrs = &early;

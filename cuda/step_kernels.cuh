@@ -3,7 +3,6 @@
 #pragma once
 
 #include "broad/psap_pairs.h"
-#include "broad/psap_row_bins.h"
 #include "cuda/launch.cuh"
 #include "cuda/together_emitter.cuh"
 
@@ -29,12 +28,19 @@ inline constexpr unsigned kPairsOfRows = 192;
 inline constexpr unsigned kPairsOfGroups = 192;
 inline constexpr unsigned kWarpBuffer = 384;  ///< pairs that a warp keeps before they go to the list
 
+/// Whether a launch behind the step may come early, as the step itself says.
+template <class Step, class = void>
+inline constexpr bool kLetsNextStart = false;
+template <class Step>
+inline constexpr bool kLetsNextStart<Step, std::void_t<decltype(Step::kLetsNextStart)>> =
+    Step::kLetsNextStart;
+
 template <class Step>
 __global__ void __launch_bounds__(kMostThreads)
     runStep(std::uint64_t begin, std::uint64_t end, const Step step)
 {
-    if constexpr (std::is_same_v<Step, PlaceRows>)
-        letNextStart();  // the search of the bins, which awaits this
+    if constexpr (kLetsNextStart<Step>)
+        letNextStart();
     const std::uint64_t i = begin + static_cast<std::uint64_t>(blockIdx.x) * blockDim.x + threadIdx.x;
     if (i < end)
         step(i);
