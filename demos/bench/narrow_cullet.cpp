@@ -27,6 +27,10 @@ public:
     explicit CulletNarrow(const NarrowRequest& request, const IsaGjkVariant& variant = {})
         : m_request(request), m_variant(variant)
     {
+        m_pairs.reserve(request.trajectories.scenes().size());
+        for (const PairScene<btScalar>& s : request.trajectories.scenes())
+            m_pairs.push_back({Posed(*s.hullA, s.a.basis, s.a.origin, request.support),
+                               Posed(*s.hullB, s.b.basis, s.b.origin, request.support)});
     }
 
     void run(std::vector<NarrowAnswer>& answers) override
@@ -69,18 +73,28 @@ private:
     template <class Answer>
     std::int64_t forAll(const Answer& answer, std::vector<NarrowAnswer>& answers)
     {
-        const std::vector<PairScene<btScalar>>& scenes = m_request.trajectories.scenes();
+        return m_request.isWarm ? forAllRemembering(answer, answers) : forAllFresh(answer, answers);
+    }
+
+    template <class Answer>
+    std::int64_t forAllRemembering(const Answer& answer, std::vector<NarrowAnswer>& answers) const
+    {
         std::vector<Cache> caches(NarrowTrajectories::kPairs);
         std::int64_t iterations = 0;
-        for (std::size_t i = 0; i < scenes.size(); ++i)
+        for (std::size_t i = 0; i < m_pairs.size(); ++i)
+            iterations +=
+                answer(m_pairs[i].a, m_pairs[i].b, caches[i % NarrowTrajectories::kPairs], answers[i]);
+        return iterations;
+    }
+
+    template <class Answer>
+    std::int64_t forAllFresh(const Answer& answer, std::vector<NarrowAnswer>& answers) const
+    {
+        std::int64_t iterations = 0;
+        for (std::size_t i = 0; i < m_pairs.size(); ++i)
         {
-            Cache& cache = caches[i % NarrowTrajectories::kPairs];
-            if (!m_request.isWarm)
-                cache = Cache();
-            const PairScene<btScalar>& s = scenes[i];
-            const Posed a(*s.hullA, s.a.basis, s.a.origin, m_request.support);
-            const Posed b(*s.hullB, s.b.basis, s.b.origin, m_request.support);
-            iterations += answer(a, b, cache, answers[i]);
+            Cache cache;
+            iterations += answer(m_pairs[i].a, m_pairs[i].b, cache, answers[i]);
         }
         return iterations;
     }
@@ -122,8 +136,15 @@ private:
         return near.iterations + deep.iterations;
     }
 
+    struct PosedPair
+    {
+        Posed a, b;
+    };
+
     NarrowRequest m_request;
     IsaGjkVariant m_variant;
+    /// Each library has the poses in its own form before the clock starts.
+    std::vector<PosedPair> m_pairs;
 };
 
 /// Where shapes are near, one more step hardly finds more axes; where they overlap, each costs one support.
