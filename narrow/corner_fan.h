@@ -35,9 +35,10 @@ public:
     using Point = Eigen::Matrix<S, 3, 1>;
 
     /// @param a, b support vertices against some axis, of hulls that have neighbours
-    CornerFan(const HullPair<S>& pair, std::int32_t a, std::int32_t b, const Point& shift)
+    CornerFan(const HullPair<S>& pair, std::int32_t a, std::int32_t b, S shiftX, S shiftY, S shiftZ)
         : m_vertexA{pair.a().hull().opposite(a), a, a, a}, m_vertexB{pair.b().hull().opposite(b), b, b, b}
     {
+        const Point shift(shiftX, shiftY, shiftZ);
         const Point w = pair.point(a, b) + shift;
         const Point far = pair.point(m_vertexA[0], m_vertexB[0]) + shift;
         const Point side = far.cross(w);

@@ -296,7 +296,10 @@ private:
     void push(const Support& s)
     {
         m_points[m_count] = s.w;
-        m_tags[m_count] = {s.a, s.vertexA, s.vertexB};
+        std::int32_t vertexA = s.vertexA, vertexB = s.vertexB;
+        // Or both are read at once, which waits for the two stores that they come from.
+        asm("" : "+r"(vertexA), "+r"(vertexB));
+        m_tags[m_count] = {s.a, vertexA, vertexB};
         ++m_count;
     }
 

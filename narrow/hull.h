@@ -104,6 +104,8 @@ public:
     HullKind kind() const { return m_kind; }
     std::int32_t vertexCount() const { return m_vertexCount; }
     Vector vertex(std::int32_t i) const { return {m_x[i], m_y[i], m_z[i]}; }
+    /// The same and a 0, for one load: a multiple of their size in memory.
+    const S* lanes(std::int32_t i) const { return m_lanes[i].of.data(); }
 
     /// Index among the given points (the first of several equal ones).
     std::int32_t sourceIndex(std::int32_t vertex) const { return m_source[vertex]; }
@@ -157,6 +159,8 @@ public:
     S reach() const { return m_reach; }
     /// Mean of the vertices.
     const Eigen::Vector3d& centre() const { return m_centre; }
+    /// The same rounded, and a 0.
+    const S* centreLanes() const { return m_centreLanes.of.data(); }
     /// Largest distance between a vertex that is not a corner and its triangle.
     double slack() const { return m_slack; }
     /// Times |dx| + |dy| + |dz|: a larger difference of two rounded products has the sign of the exact one, with slack.
@@ -179,10 +183,16 @@ private:
         return {list.data() + begin, list.data() + end};
     }
 
+    struct alignas(4 * sizeof(S)) FourLanes
+    {
+        std::array<S, 4> of = {};
+    };
+
     HullKind m_kind = HullKind::Empty;
     std::int32_t m_vertexCount = 0;
     std::int32_t m_blockCount = 0;
     std::vector<S> m_x, m_y, m_z;
+    std::vector<FourLanes> m_lanes;
     std::vector<std::int32_t> m_source;
     std::vector<std::int32_t> m_neighbours, m_neighbourBegin, m_naturalEnd, m_opposite;
     std::vector<Block> m_blocks;
@@ -193,6 +203,7 @@ private:
     std::vector<std::int32_t> m_faceVertices, m_vertexFaces, m_vertexFaceBegin;
     std::array<std::uint16_t, 6 * kCubeCells* kCubeCells> m_startTable = {};
     Eigen::Vector3d m_centre = Eigen::Vector3d::Zero();
+    FourLanes m_centreLanes;
     double m_radius = 0.0;
     double m_slack = 0.0;
     S m_tieBand = S(0);

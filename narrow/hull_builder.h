@@ -252,6 +252,11 @@ private:
         }
     }
 
+    static typename Hull<S>::FourLanes lanesOf(const Eigen::Vector3d& v)
+    {
+        return {{static_cast<S>(v[0]), static_cast<S>(v[1]), static_cast<S>(v[2]), S(0)}};
+    }
+
     void storeVertices()
     {
         for (std::int32_t point = 0; point < pointCount(); ++point)
@@ -261,12 +266,14 @@ private:
             m_hull.m_x.push_back(static_cast<S>(m_points[point][0]));
             m_hull.m_y.push_back(static_cast<S>(m_points[point][1]));
             m_hull.m_z.push_back(static_cast<S>(m_points[point][2]));
+            m_hull.m_lanes.push_back(lanesOf(m_points[point]));
             m_hull.m_source.push_back(m_source[point]);
             m_hull.m_centre += m_points[point];
             m_hull.m_radius = std::max(m_hull.m_radius, m_points[point].norm());
         }
         m_hull.m_vertexCount = static_cast<std::int32_t>(m_hull.m_x.size());
         m_hull.m_centre /= m_hull.m_vertexCount;
+        m_hull.m_centreLanes = lanesOf(m_hull.m_centre);
         m_hull.m_reach = static_cast<S>(m_hull.m_radius * (1.0 + 2.0 * std::numeric_limits<S>::epsilon()));
         const std::size_t padded = (m_hull.m_x.size() + 7) / 8 * 8;
         m_hull.m_x.resize(padded, m_hull.m_x[0]);

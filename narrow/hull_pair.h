@@ -6,9 +6,12 @@
 #include "narrow/posed_hull.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <limits>
+#include <type_traits>
 
 namespace cullet
 {
@@ -29,6 +32,24 @@ inline Eigen::Matrix<S, 3, 1> scaledAxis(const Eigen::Matrix<S, 3, 1>& direction
     const S scale = S(1) / std::max({std::abs(direction[0]), std::abs(direction[1]), std::abs(direction[2])});
     const auto scaled = [&](S value) { return std::min(std::max(value * scale, S(-1)), S(1)); };
     return {scaled(direction[0]), scaled(direction[1]), scaled(direction[2])};
+}
+
+/// A power of two that brings a number between a half and 1; 0 for one that is not finite, or near the ends of its range.
+template <class S>
+inline S scaleBelowOne(S positive)
+{
+    using Bits = std::make_unsigned_t<typename Lanes<S>::Integer>;
+    constexpr int kFractionBits = std::numeric_limits<S>::digits - 1;
+    constexpr Bits kBias = std::numeric_limits<S>::max_exponent - 1;
+    Bits bits;
+    std::memcpy(&bits, &positive, sizeof(bits));
+    const Bits exponent = bits >> kFractionBits;
+    if (exponent == 0 || exponent >= 2 * kBias - 1)
+        return S(0);
+    bits = (2 * kBias - 1 - exponent) << kFractionBits;
+    S scale;
+    std::memcpy(&scale, &bits, sizeof(scale));
+    return scale;
 }
 
 /// A square of a distance for HullPair::test(): the exact one unless that would underflow, then more. Where more is not
@@ -56,15 +77,15 @@ class HullPair
 {
 public:
     using Vector = typename Quad<S>::Vector;
+    using Point = Eigen::Matrix<S, 3, 1>;
 
     // Out of line it costs a tenth of a query.
     [[gnu::always_inline]] HullPair(const PosedHull<S>& a, const PosedHull<S>& b)
         : m_a(a), m_b(b), m_offset(b.originQuad() - a.originQuad())
     {
-        setNorms();
         Vector distances = m_offset;
         Quad<S>::makePositive(distances);
-        m_reach = m_normA * a.hull().reach() + m_normB * b.hull().reach() + Quad<S>::sumOfThree(distances);
+        m_reach = a.norm() * a.hull().reach() + b.norm() * b.hull().reach() + Quad<S>::sumOfThree(distances);
     }
 
     const PosedHull<S>& a() const { return m_a; }
@@ -73,76 +94,162 @@ public:
     /// Bounds every coordinate of A - B, and what it is made of.
     S reach() const { return m_reach; }
     /// How far a point of A - B can be from the difference of the origins, for bases that only turn.
-    S size() const { return S(0.5774) * (m_normA * m_a.hull().reach() + m_normB * m_b.hull().reach()); }
+    S size() const { return S(0.5774) * (m_a.norm() * m_a.hull().reach() + m_b.norm() * m_b.hull().reach()); }
 
     /// The point of A - B of two vertices, rounded.
-    [[gnu::always_inline]] Eigen::Matrix<S, 3, 1> point(std::int32_t vertexA, std::int32_t vertexB) const
+    [[gnu::always_inline]] Point point(std::int32_t vertexA, std::int32_t vertexB) const
     {
-        return place(m_a, vertexA) - place(m_b, vertexB) -
-               Eigen::Matrix<S, 3, 1>(m_offset[0], m_offset[1], m_offset[2]);
+        Vector ofA, ofB, sums;
+        Quad<S>::load(m_a.hull().lanes(vertexA), ofA);
+        Quad<S>::load(m_b.hull().lanes(vertexB), ofB);
+        sumThreeOfEach(m_a.row(0) * ofA - m_b.row(0) * ofB, m_a.row(1) * ofA - m_b.row(1) * ofB,
+                       m_a.row(2) * ofA - m_b.row(2) * ofB, sums);
+        sums -= m_offset;
+        return {sums[0], sums[1], sums[2]};
     }
 
-    /// Is the distance along an axis larger than the root of limit2? Two supports are all that a pair costs that is as
-    /// far apart as before.
+    /// From the centre of B to that of A, largest component from a half to 1: a first guess.
+    [[gnu::always_inline]] static std::array<float, 3> firstAxis(const PosedHull<S>& a, const PosedHull<S>& b)
+    {
+        Vector centreA, centreB;
+        Quad<S>::load(a.hull().centreLanes(), centreA);
+        Quad<S>::load(b.hull().centreLanes(), centreB);
+        const Vector x = a.row(0) * centreA - b.row(0) * centreB;
+        const Vector y = a.row(1) * centreA - b.row(1) * centreB;
+        const Vector z = a.row(2) * centreA - b.row(2) * centreB;
+        const Vector apart = a.originQuad() - b.originQuad();
+        Vector v;
+        sumThreeOfEach(x, y, z, v);
+        v += apart;
+        Vector size = v;
+        Quad<S>::makePositive(size);
+        const S scale = scaleBelowOne(std::max({size[0], size[1], size[2]}));
+        if (!(scale > S(0)))
+            return {1.0f, 0.0f, 0.0f};
+        v *= scale;
+        return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+    }
+
+    /// Is the distance along an axis larger than the root of limit2?
     ///
     /// @param limit2 a squareOfLimit()
-    /// @param vx x, with vy and vz the axis in world axes, from B to A; not tested if longer than the root of 3, or tiny
-    AxisTest<S> test(S vx, S vy, S vz, S limit2, std::int32_t startA, std::int32_t startB) const
+    /// @param axis   world axes, from B to A; not tested if longer than the root of 3, or tiny
+    /// @param startA, startB vertices that are likely near the supports, or -1
+    AxisTest<S> test(const Point& axis, S limit2, std::int32_t startA, std::int32_t startB) const
     {
-        return testHere(vx, vy, vz, limit2, startA, startB);
+        return testWith(
+            axis, limit2, [&](const Vector& localA, const Vector& localB) __attribute__((always_inline)) {
+                return Hits{support(m_a, localA, startA), support(m_b, localB, startB)};
+            });
     }
 
-    /// The same, for the one test that most queries end with: then nothing of the pair has to be in memory.
-    [[gnu::always_inline]] AxisTest<S> testHere(S vx, S vy, S vz, S limit2, std::int32_t startA,
-                                                std::int32_t startB) const
+    /// The same without such vertices.
+    [[gnu::always_inline]] AxisTest<S> testAnew(const Point& axis, S limit2) const
     {
-        AxisTest<S> test;
-        const S length2 = vx * vx + vy * vy + vz * vz;
-        // A NaN makes the comparisons false. No axis of scaledAxis() is longer.
-        if (!(length2 > S(1e-16) && length2 < S(3.001)))
-            return test;
-        const Vector localB = m_b.row(0) * vx + m_b.row(1) * vy + m_b.row(2) * vz;
-        const Vector localA = -(m_a.row(0) * vx + m_a.row(1) * vy + m_a.row(2) * vz);
-        const SupportHit<S> hitA = support(m_a, localA, m_normA, startA);
-        const SupportHit<S> hitB = support(m_b, localB, m_normB, startB);
-        test.vertexA = hitA.vertex;
-        test.vertexB = hitB.vertex;
-        test.along = -(hitA.height + hitB.height) - (vx * m_offset[0] + vy * m_offset[1] + vz * m_offset[2]);
-        const S sure = test.along - S(8.7) * std::numeric_limits<S>::epsilon() * m_reach;
-        test.isProved = sure > S(0) && sure * sure > limit2 * length2;
-        return test;
+        return testWith(
+            axis, limit2, [&](const Vector& localA, const Vector& localB) __attribute__((always_inline)) {
+                return searchBoth(m_a, localA, m_b, localB);
+            });
+    }
+
+    /// The same, for the one test that most queries end with: then nothing of the pair has to be in memory. The support of a
+    /// hull with few vertices stays unknown.
+    [[gnu::always_inline]] AxisTest<S> testFirst(const Point& axis, S limit2, std::int32_t startA,
+                                                 std::int32_t startB) const
+    {
+        return testWith(
+            axis, limit2, [&](const Vector& localA, const Vector& localB) __attribute__((always_inline)) {
+                return Hits{height(m_a, localA, startA), height(m_b, localB, startB)};
+            });
+    }
+
+    /// The same of hulls that are scanned by wide registers: their heights alone.
+    [[gnu::always_inline]] AxisTest<S> testWide(const Point& axis, S limit2) const
+    {
+        return testWith(
+            axis, limit2, [&](const Vector& localA, const Vector& localB) __attribute__((always_inline)) {
+                return wideHeights(localA, localB);
+            });
+    }
+
+    /// Whether both hulls are scanned by wide registers where no vertex near the support is known.
+    static bool areScannedWide(const PosedHull<S>& a, const PosedHull<S>& b)
+    {
+        const std::int32_t most = std::max(a.vertexCount(), b.vertexCount());
+        return most > kFewVertices && isScanWide<S>() && most <= linearSupportMaximum<S>() &&
+               a.method() == SupportMethod::Automatic && b.method() == SupportMethod::Automatic;
     }
 
 private:
-    [[gnu::always_inline]] static Eigen::Matrix<S, 3, 1> place(const PosedHull<S>& shape, std::int32_t vertex)
+    /// The sums of the first three lanes of each.
+    [[gnu::always_inline]] static void sumThreeOfEach(const Vector& x, const Vector& y, const Vector& z,
+                                                      Vector& sums)
     {
-        const Eigen::Matrix<S, 3, 1> p = shape.hull().vertex(vertex);
-        return {shape.row(0)[0] * p[0] + shape.row(0)[1] * p[1] + shape.row(0)[2] * p[2],
-                shape.row(1)[0] * p[0] + shape.row(1)[1] * p[1] + shape.row(1)[2] * p[2],
-                shape.row(2)[0] * p[0] + shape.row(2)[1] * p[1] + shape.row(2)[2] * p[2]};
+        const Vector low = __builtin_shufflevector(x, y, 0, 4, 1, 5);
+        const Vector high = __builtin_shufflevector(x, y, 2, 6, 2, 6);
+        const Vector first = __builtin_shufflevector(low, z, 0, 1, 4, 7);
+        const Vector second = __builtin_shufflevector(low, z, 2, 3, 5, 7);
+        const Vector third = __builtin_shufflevector(high, z, 0, 1, 6, 7);
+        sums = first + second + third;
     }
 
-    [[gnu::always_inline]] static void sumSquares(const PosedHull<S>& shape, Vector& sums)
+    struct Hits
     {
-        sums = shape.row(0) * shape.row(0) + shape.row(1) * shape.row(1) + shape.row(2) * shape.row(2);
+        SupportHit<S> a, b;
+    };
+
+    /// @param find of both vertices, in the axes of their hulls
+    template <class Find>
+    [[gnu::always_inline]] AxisTest<S> testWith(const Point& v, S limit2, const Find& find) const
+    {
+        AxisTest<S> test;
+        const S length2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+        // A NaN makes the comparisons false. No axis of scaledAxis() is longer.
+        if (!(length2 > S(1e-16) && length2 < S(3.001)))
+            return test;
+        const Vector localB = m_b.row(0) * v[0] + m_b.row(1) * v[1] + m_b.row(2) * v[2];
+        const Vector localA = -(m_a.row(0) * v[0] + m_a.row(1) * v[1] + m_a.row(2) * v[2]);
+        const Hits hits = find(localA, localB);
+        test.along =
+            -(hits.a.height + hits.b.height) - (v[0] * m_offset[0] + v[1] * m_offset[1] + v[2] * m_offset[2]);
+        const S sure = test.along - S(8.7) * std::numeric_limits<S>::epsilon() * m_reach;
+        test.isProved = sure > S(0) && sure * sure > limit2 * length2;
+        test.vertexA = hits.a.vertex;
+        test.vertexB = hits.b.vertex;
+        return test;
     }
 
-    /// Both at once.
-    [[gnu::always_inline]] void setNorms()
+    static bool areFew(const PosedHull<S>& shape)
     {
-        Vector sumsA, sumsB;
-        sumSquares(m_a, sumsA);
-        sumSquares(m_b, sumsB);
-        const Vector firstTwo = __builtin_shufflevector(sumsA, sumsB, 0, 4, 1, 5);
-        Vector norms = firstTwo + __builtin_shufflevector(firstTwo, firstTwo, 2, 3, 2, 3) +
-                       __builtin_shufflevector(sumsA, sumsB, 2, 6, 3, 7);
-        Quad<S>::takeRootsOfTwo(norms);
-        m_normA = norms[0];
-        m_normB = norms[1];
+        return shape.method() == SupportMethod::Automatic && shape.vertexCount() <= kFewVertices;
     }
 
-    /// @param norm of the basis
-    [[gnu::always_inline]] static SupportHit<S> support(const PosedHull<S>& shape, const Vector& d, S norm,
+    /// The height alone where there are few vertices.
+    [[gnu::always_inline]] static SupportHit<S> height(const PosedHull<S>& shape, const Vector& d,
+                                                       std::int32_t start)
+    {
+        if (areFew(shape))
+            return {-1, largestProduct(shape.hull(), LaneDirection<S>(d))};
+        return support(shape, d, start);
+    }
+
+    [[gnu::always_inline]] Hits wideHeights(const Vector& dA, const Vector& dB) const
+    {
+        Hits hits = {{-1, S(0)}, {-1, S(0)}};
+#ifdef __SSE2__
+        if constexpr (std::is_same_v<S, float>)
+        {
+            float largest[2];
+            largestProductsAvx2(m_a.hull(), reinterpret_cast<__m128>(dA), m_b.hull(),
+                                reinterpret_cast<__m128>(dB), largest);
+            hits.a.height = largest[0];
+            hits.b.height = largest[1];
+        }
+#endif
+        return hits;
+    }
+
+    [[gnu::always_inline]] static SupportHit<S> support(const PosedHull<S>& shape, const Vector& d,
                                                         std::int32_t start)
     {
         const Hull<S>& hull = shape.hull();
@@ -152,9 +259,17 @@ private:
         S height;
         // The 1-norm of the direction is at most sqrt(3) F |v|; the band has room for rounding.
         if (hasStart && shape.method() == SupportMethod::Automatic &&
-            isPeak(hull, start, LaneDirection<S>(d), hull.tieBand() * (S(3) * norm), height))
+            isPeak(hull, start, LaneDirection<S>(d), hull.tieBand() * (S(3) * shape.norm()), height))
             return {start, height};
         return search(shape, {d[0], d[1], d[2]}, start, hasStart);
+    }
+
+    [[gnu::always_inline]] static Hits searchBoth(const PosedHull<S>& a, const Vector& dA,
+                                                  const PosedHull<S>& b, const Vector& dB)
+    {
+        if (areFew(a) && areFew(b))
+            return {hitFew(a.hull(), LaneDirection<S>(dA)), hitFew(b.hull(), LaneDirection<S>(dB))};
+        return {search(a, {dA[0], dA[1], dA[2]}, -1, false), search(b, {dB[0], dB[1], dB[2]}, -1, false)};
     }
 
     [[gnu::noinline]] static SupportHit<S> search(const PosedHull<S>& shape,
@@ -172,6 +287,6 @@ private:
     const PosedHull<S>& m_a;
     const PosedHull<S>& m_b;
     Vector m_offset;
-    S m_normA, m_normB, m_reach;
+    S m_reach;
 };
 }  // namespace cullet

@@ -30,6 +30,13 @@ std::array<float, 3> firstAxis(const A& a, const B& b)
             static_cast<float>(v[2] * scale)};
 }
 
+/// Of hulls, in their own precision.
+template <class H>
+[[gnu::always_inline]] inline std::array<float, 3> firstAxis(const PosedHull<H>& a, const PosedHull<H>& b)
+{
+    return HullPair<H>::firstAxis(a, b);
+}
+
 /// The search in double.
 template <class S, class A, class B, class Observer, class Shape>
 [[gnu::noinline]] GjkResult<S> isaGjkSearch(const A& a, const B& b, double limit, GjkCache<S>& cache,
@@ -65,14 +72,13 @@ void keepAxis(const Eigen::Matrix<H, 3, 1>& axis, const AxisTest<H>& test, GjkCa
 /// @param isRemembered the cache has them already
 /// @return false if nothing was proved; then the cache has the points for the search in double
 template <class S, class H, class Observer>
-[[gnu::noinline]] bool isaGjkWalk(const HullPair<H>& pair, H limit2,
-                                  const std::array<std::int32_t, 4>& verticesA,
-                                  const std::array<std::int32_t, 4>& verticesB, bool isRemembered,
-                                  GjkCache<S>& cache, Observer& observer, GjkResult<S>& result)
+[[gnu::always_inline]] inline bool isaGjkWalk(const HullPair<H>& pair, H limit2,
+                                              const std::array<std::int32_t, 4>& verticesA,
+                                              const std::array<std::int32_t, 4>& verticesB, bool isRemembered,
+                                              GjkCache<S>& cache, Observer& observer, GjkResult<S>& result)
 {
     TetrahedronWalk<H, Observer> walk(pair, limit2, observer);
-    walk.start(verticesA, verticesB);
-    result.state = walk.run();
+    result.state = walk.run(verticesA, verticesB);
     result.iterations = walk.iterations();
     if (!isRemembered || result.state != GjkState::Overlapping || walk.iterations() > 0)
         walk.remember(result.state, cache);
@@ -94,8 +100,9 @@ inline void widenIds(const std::array<std::uint16_t, 4>& narrow, FourIds& wide)
 
 /// From the remembered tetrahedron.
 template <class S, class H, class Observer>
-bool isaGjkFromTetrahedron(const PosedHull<H>& a, const PosedHull<H>& b, H limit2, GjkCache<S>& cache,
-                           Observer& observer, GjkResult<S>& result)
+[[gnu::always_inline]] inline bool isaGjkFromTetrahedron(const PosedHull<H>& a, const PosedHull<H>& b,
+                                                         H limit2, GjkCache<S>& cache, Observer& observer,
+                                                         GjkResult<S>& result)
 {
     FourIds idsA, idsB;
     widenIds(cache.verticesA, idsA);
@@ -136,13 +143,13 @@ template <class S, class H, class Observer>
         const Vector failed(cache.axis[0], cache.axis[1], cache.axis[2]);
         shift = failed * (H(-1.001) * squareRoot(limit2 / failed.squaredNorm()));
     }
-    const CornerFan<H> fan(pair, test.vertexA, test.vertexB, shift);
+    const CornerFan<H> fan(pair, test.vertexA, test.vertexB, shift[0], shift[1], shift[2]);
     if (!fan.isComplete() || (isNear && fan.isCone()))
         return false;
     if (fan.isCone())
         return isaGjkWalk(pair, limit2, fan.verticesA(), fan.verticesB(), false, cache, observer, result);
     const Vector axis = scaledAxis(fan.axis());
-    const AxisTest<H> again = pair.test(axis[0], axis[1], axis[2], limit2, test.vertexA, test.vertexB);
+    const AxisTest<H> again = pair.test(axis, limit2, test.vertexA, test.vertexB);
     observer(axis.template cast<double>(), static_cast<double>(again.along));
     if (!again.isProved)
         return false;
@@ -165,7 +172,7 @@ template <class S, class H, class Observer>
     const H length2 = failed.squaredNorm(), length = squareRoot(length2);
     const Vector aside = pair.point(test.vertexA, test.vertexB) - failed * (test.along / length2);
     const Vector axis = scaledAxis<H>(failed + aside * (length / (pair.size() + test.along / length)));
-    again = pair.test(axis[0], axis[1], axis[2], limit2, test.vertexA, test.vertexB);
+    again = pair.test(axis, limit2, test.vertexA, test.vertexB);
     observer(axis.template cast<double>(), static_cast<double>(again.along));
     if (!again.isProved)
         return false;
@@ -239,28 +246,76 @@ template <class S, class H, class Observer>
            isaGjkFromCorner(pair.a(), pair.b(), limit2, test, cache, observer, result);
 }
 
-/// Queries of two hulls that need no search in double.
+/// The first test of hulls of which nothing is known, and which are scanned by wide registers: heights alone.
+///
+/// @return whether it proves the gap
+template <class S, class H, class Observer>
+[[gnu::noinline]] bool isaGjkOnFreshAxis(const PosedHull<H>& a, const PosedHull<H>& b, H x, H y, H z,
+                                         H limit2, GjkCache<S>& cache, Observer& observer,
+                                         GjkResult<S>& result)
+{
+    const Eigen::Matrix<H, 3, 1> axis(x, y, z);
+    const AxisTest<H> first = HullPair<H>(a, b).testWide(axis, limit2);
+    if (!first.isProved)
+        return false;
+    observer(axis.template cast<double>(), static_cast<double>(first.along));
+    keepSeparated(axis, first, cache, result);
+    return true;
+}
+
+/// The first test of a query of two hulls, with which most end.
+///
+/// @param test [in, out] of the cache's axis, if that is known to have failed; then how it failed, its vertices perhaps -1
+/// @return whether it proves the gap
+template <class S, class H, class Observer>
+[[gnu::always_inline]] inline bool isaGjkOnAxis(const PosedHull<H>& a, const PosedHull<H>& b, H limit2,
+                                                GjkCache<S>& cache, Observer& observer, GjkResult<S>& result,
+                                                AxisTest<H>& test)
+{
+    if (test.vertexA >= 0 || (cache.state == GjkState::Overlapping && cache.count == 4))
+        return false;
+    const Eigen::Matrix<H, 3, 1> axis(cache.axis[0], cache.axis[1], cache.axis[2]);
+    if (cache.state == GjkState::NotConverged && HullPair<H>::areScannedWide(a, b))
+        return isaGjkOnFreshAxis(a, b, axis[0], axis[1], axis[2], limit2, cache, observer, result);
+    // Not in `test`, which is in memory.
+    const AxisTest<H> first = HullPair<H>(a, b).testFirst(axis, limit2, cache.startA, cache.startB);
+    if (!first.isProved)
+    {
+        // One by one: what is stored so is not there yet for a copy of all.
+        test.along = first.along;
+        test.vertexA = first.vertexA;
+        test.vertexB = first.vertexB;
+        return false;
+    }
+    observer(axis.template cast<double>(), static_cast<double>(first.along));
+    keepSeparated(axis, first, cache, result);
+    return true;
+}
+
+/// Queries of two hulls that the first test does not end, and that need no search in double. Out of line, as above.
 ///
 /// @param looksAround the corner where the axis fails is used
-/// @param test        [in, out] of the cache's axis, if that is known to have failed; its vertices are -1 if not
+/// @param test        [in, out] see isaGjkOnAxis()
 template <class S, class H, class Observer>
-[[gnu::always_inline]] inline bool isaGjkQuickly(const PosedHull<H>& a, const PosedHull<H>& b, H limit,
-                                                 GjkCache<S>& cache, Observer& observer, GjkResult<S>& result,
-                                                 AxisTest<H>& test, bool looksAround)
+[[gnu::noinline]] bool isaGjkQuickly(const PosedHull<H>& a, const PosedHull<H>& b, H limit2,
+                                     GjkCache<S>& cache, Observer& observer, GjkResult<S>& result,
+                                     AxisTest<H>& test, bool looksAround)
 {
-    const H limit2 = squareOfLimit(limit);
     if (cache.state == GjkState::Overlapping && cache.count == 4)
         return isaGjkFromTetrahedron(a, b, limit2, cache, observer, result);
     const Eigen::Matrix<H, 3, 1> axis(cache.axis[0], cache.axis[1], cache.axis[2]);
+    const HullPair<H> pair(a, b);
+    if (test.vertexA < 0 || test.vertexB < 0)
+    {
+        const AxisTest<H> named = pair.testAnew(axis, limit2);
+        test.along = named.along;
+        test.vertexA = named.vertexA;
+        test.vertexB = named.vertexB;
+    }
     if (test.vertexA < 0)
-        test = HullPair<H>(a, b).testHere(axis[0], axis[1], axis[2], limit2, cache.startA, cache.startB);
-    if (test.vertexA >= 0)
-        observer(axis.template cast<double>(), static_cast<double>(test.along));
-    if (!test.isProved)
-        return looksAround && test.vertexA >= 0 &&
-               isaGjkBeside(HullPair<H>(a, b), axis, limit2, test, cache, observer, result);
-    keepSeparated(axis, test, cache, result);
-    return true;
+        return false;
+    observer(axis.template cast<double>(), static_cast<double>(test.along));
+    return looksAround && isaGjkBeside(pair, axis, limit2, test, cache, observer, result);
 }
 
 /// What a shape's own arithmetic is done in.
@@ -277,6 +332,12 @@ struct ShapeScalar<PosedHull<H>>
 };
 
 /// Other shapes have no quick answers.
+template <class S, class A, class B, class H, class Observer>
+bool isaGjkOnAxis(const A&, const B&, H, GjkCache<S>&, Observer&, GjkResult<S>&, AxisTest<H>&)
+{
+    return false;
+}
+
 template <class S, class A, class B, class H, class Observer>
 bool isaGjkQuickly(const A&, const B&, H, GjkCache<S>&, Observer&, GjkResult<S>&, AxisTest<H>&, bool)
 {
@@ -311,8 +372,10 @@ template <class S, class A, class B, class Observer>
     if (cache.axis == std::array<float, 3>{})
         cache.axis = firstAxis(a, b);
     GjkResult<S> result;
+    const Scalar limit2 = squareOfLimit(limit);
     if (variant.start == GjkStart::Memory &&
-        isaGjkQuickly(a, b, limit, cache, observer, result, test, variant.reflections <= 0))
+        (isaGjkOnAxis(a, b, limit2, cache, observer, result, test) ||
+         isaGjkQuickly(a, b, limit2, cache, observer, result, test, variant.reflections <= 0)))
         return result;
     // One object on all paths, or it would be copied.
     result = isaGjkSearch<S>(a, b, static_cast<double>(limit), cache, observer, test, variant);

@@ -74,6 +74,12 @@ struct Quad
     typedef S Vector __attribute__((vector_size(4 * sizeof(S))));
     typedef typename Lanes<S>::Integer Mask __attribute__((vector_size(4 * sizeof(S))));
 
+    /// @pre p is a multiple of the size
+    static void load(const S* p, Vector& v)
+    {
+        std::memcpy(&v, __builtin_assume_aligned(p, sizeof(v)), sizeof(v));
+    }
+
     static void makePositive(Vector& v)
     {
         constexpr typename Lanes<S>::Integer kMagnitude =
@@ -104,22 +110,6 @@ struct Quad
         constexpr Mask kCounting = {0, 1, 2, 3};
         const Mask isThis = kCounting == Mask{} + static_cast<typename Lanes<S>::Integer>(lane);
         v = isThis ? Vector{} + value : v;
-    }
-
-    /// Of lanes 0 and 1; the others then mean nothing.
-    static void takeRootsOfTwo(Vector& v)
-    {
-#ifdef __SSE2__
-        if constexpr (Lanes<S>::kWidth == 4)
-            v = reinterpret_cast<Vector>(_mm_sqrt_ps(reinterpret_cast<__m128>(v)));
-        else
-        {
-            const __m128d roots = _mm_sqrt_pd(_mm_set_pd(v[1], v[0]));
-            v = Vector{roots[0], roots[1]};
-        }
-#else
-        v = Vector{std::sqrt(v[0]), std::sqrt(v[1])};
-#endif
     }
 
     static int indexOfLargest(const Vector& v)

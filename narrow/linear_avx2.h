@@ -18,32 +18,55 @@ struct LinearMaximum
     float value;
 };
 
-/// Largest x[i] d[0] + y[i] d[1] + z[i] d[2], rounded as from left to right: the same bits as without AVX2. A third of the
-/// instructions of the scan with four lanes; nothing else in this library got faster with wider registers.
-///
-/// @param count a multiple of 8, at least 8
-[[gnu::target("avx2")]] inline LinearMaximum linearMaximumAvx2(const float* x, const float* y, const float* z,
-                                                               std::int32_t count, const float* d)
+/// A direction with each component in all lanes.
+struct WideDirection
 {
-    const __m256 dx = _mm256_set1_ps(d[0]), dy = _mm256_set1_ps(d[1]), dz = _mm256_set1_ps(d[2]);
+    __m256 x, y, z;
+};
+
+[[gnu::target("avx2"), gnu::always_inline]] inline WideDirection spreadAvx2(__m128 d)
+{
+    return {_mm256_broadcastss_ps(d), _mm256_broadcastss_ps(_mm_shuffle_ps(d, d, 0x55)),
+            _mm256_broadcastss_ps(_mm_shuffle_ps(d, d, 0xaa))};
+}
+
+/// Rounded as from left to right: the same bits as without AVX2.
+template <class Rows>
+[[gnu::target("avx2"), gnu::always_inline]] inline __m256 productsAvx2(const Rows& rows, std::int32_t i,
+                                                                       const WideDirection& d)
+{
+    const __m256 xy = _mm256_add_ps(_mm256_mul_ps(_mm256_loadu_ps(rows.x() + i), d.x),
+                                    _mm256_mul_ps(_mm256_loadu_ps(rows.y() + i), d.y));
+    return _mm256_add_ps(xy, _mm256_mul_ps(_mm256_loadu_ps(rows.z() + i), d.z));
+}
+
+[[gnu::target("avx2"), gnu::always_inline]] inline __m256 largestInAllLanes(__m256 v)
+{
+    v = _mm256_max_ps(v, _mm256_permute2f128_ps(v, v, 1));
+    v = _mm256_max_ps(v, _mm256_shuffle_ps(v, v, 0x4e));
+    return _mm256_max_ps(v, _mm256_shuffle_ps(v, v, 0xb1));
+}
+
+/// Largest x[i] d[0] + y[i] d[1] + z[i] d[2]. A third of the instructions of the scan with four lanes.
+template <class Rows>
+[[gnu::target("avx2"), gnu::always_inline]] inline LinearMaximum linearMaximumOf(const Rows& rows,
+                                                                                 const WideDirection& d)
+{
     __m256 best = _mm256_set1_ps(-std::numeric_limits<float>::infinity());
     __m256i index = _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7);
     __m256i where = _mm256_set1_epi32(std::numeric_limits<std::int32_t>::max());
     const __m256i eight = _mm256_set1_epi32(8);
+    const std::int32_t count = rows.paddedCount();
     for (std::int32_t i = 0; i < count; i += 8)
     {
-        const __m256 xy = _mm256_add_ps(_mm256_mul_ps(_mm256_loadu_ps(x + i), dx),
-                                        _mm256_mul_ps(_mm256_loadu_ps(y + i), dy));
-        const __m256 product = _mm256_add_ps(xy, _mm256_mul_ps(_mm256_loadu_ps(z + i), dz));
+        const __m256 product = productsAvx2(rows, i, d);
         const __m256 isLarger = _mm256_cmp_ps(product, best, _CMP_GT_OQ);
         // Of a NaN and another the second. Nothing then waits for the comparison but the index.
         best = _mm256_max_ps(product, best);
         where = _mm256_blendv_epi8(where, index, _mm256_castps_si256(isLarger));
         index = _mm256_add_epi32(index, eight);
     }
-    __m256 all = _mm256_max_ps(best, _mm256_permute2f128_ps(best, best, 1));
-    all = _mm256_max_ps(all, _mm256_shuffle_ps(all, all, 0x4e));
-    all = _mm256_max_ps(all, _mm256_shuffle_ps(all, all, 0xb1));
+    const __m256 all = largestInAllLanes(best);
     // Lowest index among the lanes that have the maximum.
     const __m256i others = _mm256_castps_si256(_mm256_cmp_ps(best, all, _CMP_NEQ_UQ));
     where = _mm256_or_si256(where, _mm256_srli_epi32(others, 1));
@@ -51,6 +74,45 @@ struct LinearMaximum
     low = _mm_min_epi32(low, _mm_shuffle_epi32(low, 0x4e));
     low = _mm_min_epi32(low, _mm_shuffle_epi32(low, 0xb1));
     return {_mm_cvtsi128_si32(low), _mm256_cvtss_f32(all)};
+}
+
+/// @param direction three components and any fourth
+template <class Rows>
+[[gnu::target("avx2"), gnu::noinline]] LinearMaximum linearMaximumAvx2(const Rows& rows,
+                                                                       const float* direction)
+{
+    return linearMaximumOf(rows, {_mm256_broadcast_ss(direction), _mm256_broadcast_ss(direction + 1),
+                                  _mm256_broadcast_ss(direction + 2)});
+}
+
+/// Of two hulls at once: they do not wait for each other.
+template <class Rows>
+[[gnu::target("avx2"), gnu::noinline]] void linearMaximaAvx2(const Rows& a, __m128 directionA, const Rows& b,
+                                                             __m128 directionB, LinearMaximum (&maxima)[2])
+{
+    maxima[0] = linearMaximumOf(a, spreadAvx2(directionA));
+    maxima[1] = linearMaximumOf(b, spreadAvx2(directionB));
+}
+
+template <class Rows>
+[[gnu::target("avx2"), gnu::always_inline]] inline float largestProductOf(const Rows& rows, __m128 direction)
+{
+    const WideDirection d = spreadAvx2(direction);
+    __m256 best = productsAvx2(rows, 0, d);
+    const std::int32_t count = rows.paddedCount();
+    for (std::int32_t i = 8; i < count; i += 8)
+        best = _mm256_max_ps(best, productsAvx2(rows, i, d));
+    return _mm256_cvtss_f32(largestInAllLanes(best));
+}
+
+/// The largest products alone, of two hulls.
+template <class Rows>
+[[gnu::target("avx2"), gnu::noinline]] void largestProductsAvx2(const Rows& a, __m128 directionA,
+                                                                const Rows& b, __m128 directionB,
+                                                                float (&largest)[2])
+{
+    largest[0] = largestProductOf(a, directionA);
+    largest[1] = largestProductOf(b, directionB);
 }
 }  // namespace cullet
 #endif

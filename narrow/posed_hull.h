@@ -52,6 +52,7 @@ public:
                  {basis(2, 0), basis(2, 1), basis(2, 2), S(0)}},
           m_origin{origin[0], origin[1], origin[2], S(0)},
           m_hull(&hull.corners()),
+          m_norm(normOfRows()),
           m_method(method)
     {
     }
@@ -61,6 +62,7 @@ public:
         : m_rows{rows[0], rows[1], rows[2]},
           m_origin(origin),
           m_hull(&hull.corners()),
+          m_norm(normOfRows()),
           m_method(SupportMethod::Automatic)
     {
     }
@@ -175,8 +177,16 @@ public:
     const Quad& row(int i) const { return m_rows[i]; }
     const Quad& originQuad() const { return m_origin; }
     SupportMethod method() const { return m_method; }
+    /// Frobenius norm of the basis: no vector gets longer by more than this times.
+    S norm() const { return m_norm; }
 
 private:
+    S normOfRows() const
+    {
+        const Quad sums = m_rows[0] * m_rows[0] + m_rows[1] * m_rows[1] + m_rows[2] * m_rows[2];
+        return squareRoot(cullet::Quad<S>::sumOfThree(sums));
+    }
+
     void toLocal(const Vector& d, Quad& local) const
     {
         local = m_rows[0] * d[0] + m_rows[1] * d[1] + m_rows[2] * d[2];
@@ -218,6 +228,7 @@ private:
     Quad m_rows[3];
     Quad m_origin;
     const Hull<S>* m_hull;
+    S m_norm;
     SupportMethod m_method;
 };
 }  // namespace cullet

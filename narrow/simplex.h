@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "narrow/lanes.h"
+
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
@@ -98,32 +100,54 @@ inline void considerTriangleNewest(const SimplexPoints& p, int i, int j, int k, 
     considerSegment(p, k, j, best);
 }
 
+/// Two vectors side by side.
+struct VectorPair
+{
+    using Lane = Lanes<double>::Vector;
+
+    VectorPair(const Eigen::Vector3d& first, const Eigen::Vector3d& second)
+        : x{first[0], second[0]}, y{first[1], second[1]}, z{first[2], second[2]}
+    {
+    }
+    VectorPair(const Lane& ofX, const Lane& ofY, const Lane& ofZ) : x(ofX), y(ofY), z(ofZ) {}
+
+    VectorPair operator-(const VectorPair& o) const { return {x - o.x, y - o.y, z - o.z}; }
+    VectorPair cross(const VectorPair& o) const
+    {
+        return {y * o.z - z * o.y, z * o.x - x * o.z, x * o.y - y * o.x};
+    }
+    Lane dot(const VectorPair& o) const { return x * o.x + y * o.y + z * o.z; }
+
+    Lane x, y, z;
+};
+
 /// Sides of the faces of a tetrahedron on which the origin lies; face f is opposite to point f.
 struct TetrahedronSides
 {
-    std::array<bool, 4> isOutside;
-    bool isFlat;  ///< the volume is within rounding of zero: the sides mean nothing
+    unsigned outside;  ///< bit f: beyond face f
+    bool isFlat;       ///< the volume is within rounding of zero: the sides mean nothing
 };
 
+/// Two faces at a time, from the points: vectors that are made in memory and read side by side wait for their stores.
 inline TetrahedronSides tetrahedronSides(const SimplexPoints& p)
 {
-    const Eigen::Vector3d a = p[0] - p[3];
-    const Eigen::Vector3d b = p[1] - p[3];
-    const Eigen::Vector3d c = p[2] - p[3];
-    const Eigen::Vector3d bc = b.cross(c);
-    const Eigen::Vector3d ca = c.cross(a);
-    const Eigen::Vector3d ab = a.cross(b);
-    const double volume = a.dot(bc);
+    using Lane = VectorPair::Lane;
+    const VectorPair p33(p[3], p[3]), p30(p[3], p[0]), p12(p[1], p[2]);
+    // With the edges a, b and c from point 3 to the others.
+    const VectorPair bAndC = p12 - p33;
+    const VectorPair cAndA = VectorPair(p[2], p[0]) - p33;
+    const VectorPair aAndEdge1 = VectorPair(p[0], p[1]) - p30;
+    const VectorPair bAndEdge2 = p12 - p30;
+    const VectorPair normals01 = bAndC.cross(cAndA), normals23 = aAndEdge1.cross(bAndEdge2);
+    const double volume = aAndEdge1.dot(normals01)[0];
     // 1e-28 of the product of squared lengths: a relative height of 1e-14.
-    const double size2 = a.squaredNorm() * b.squaredNorm() * c.squaredNorm();
-    // Barycentric weights of the origin times the volume.
-    const double wa = -p[3].dot(bc);
-    const double wb = -p[3].dot(ca);
-    const double wc = -p[3].dot(ab);
-    // The last weight from its own face: volume - wa - wb - wc would lose what the others have lost.
-    const double wd = p[0].dot((p[1] - p[0]).cross(p[2] - p[0]));
+    const Lane lengths2 = bAndC.dot(bAndC);
+    const double size2 = aAndEdge1.dot(aAndEdge1)[0] * lengths2[0] * lengths2[1];
+    // Barycentric weights of the origin times the volume. The last one from its own face: what the others leave of the volume
+    // would lose what they have lost.
     const double sign = volume < 0.0 ? -1.0 : 1.0;
-    return {{sign * wa < 0.0, sign * wb < 0.0, sign * wc < 0.0, sign * wd < 0.0},
+    const Lane weights01 = p33.dot(normals01) * -sign, weights23 = p30.dot(normals23) * Lane{-sign, sign};
+    return {laneBits(weights01 < Lane{}) | laneBits(weights23 < Lane{}) << 2,
             !(volume * volume > 1e-28 * size2)};
 }
 
@@ -138,7 +162,7 @@ void considerTetrahedron(const SimplexPoints& p, ClosestOnSimplex& best)
     bool isInside = true;
     for (int face = 0; face < 4; ++face)
     {
-        if (!sides.isOutside[face] && !sides.isFlat)
+        if ((sides.outside >> face & 1u) == 0 && !sides.isFlat)
             continue;
         isInside = false;
         const auto [i, j, k] = kTetrahedronFaces[face];

@@ -43,7 +43,7 @@ public:
                 return false;
             keep(closest.subset);
             m_axis = scaledAxis<S>(closest.point.template cast<S>());
-            m_test = m_pair.test(m_axis[0], m_axis[1], m_axis[2], m_limit2, m_test.vertexA, m_test.vertexB);
+            m_test = m_pair.test(m_axis, m_limit2, m_test.vertexA, m_test.vertexB);
             observer(m_axis.template cast<double>(), static_cast<double>(m_test.along));
             if (m_test.isProved)
                 return true;

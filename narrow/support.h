@@ -109,15 +109,18 @@ template <class S>
     {
         return L::load(x + i) * d.x + L::load(y + i) * d.y + L::load(z + i) * d.z;
     };
-    Vector best0 = product(0), best1 = product(L::kWidth);
-    for (std::int32_t i = 2 * L::kWidth; i < hull.vertexCount(); i += 2 * L::kWidth)
+    const Vector first = product(0), second = product(L::kWidth);
+    Vector best = first > second ? first : second;
+    for (std::int32_t i = 2 * L::kWidth; i < hull.vertexCount(); i += L::kWidth)
     {
-        const Vector s0 = product(i), s1 = product(i + L::kWidth);
-        best0 = best0 > s0 ? best0 : s0;
-        best1 = best1 > s1 ? best1 : s1;
+        const Vector next = product(i);
+        best = best > next ? best : next;
     }
-    return largestLane(best0 > best1 ? best0 : best1);
+    return largestLane(best);
 }
+
+/// Up to so many vertices all are looked at, inline: no branch then depends on how a hull turns.
+constexpr std::int32_t kFewVertices = 16;
 
 /// Products of a direction and the vertices of a block from lane `first` on.
 template <class S>
@@ -208,6 +211,48 @@ struct SupportHit
     S height;
 };
 
+/// Scan of at most kFewVertices vertices.
+template <class S>
+[[gnu::always_inline]] inline SupportHit<S> hitFew(const Hull<S>& hull, const LaneDirection<S>& d)
+{
+    using L = Lanes<S>;
+    using Vector = typename L::Vector;
+    constexpr int kHalf = 8 / L::kWidth;
+    Vector products[2 * kHalf];
+    const auto product = [&](int k) __attribute__((always_inline))
+    {
+        const int i = k * L::kWidth;
+        products[k] = L::load(hull.x() + i) * d.x + L::load(hull.y() + i) * d.y + L::load(hull.z() + i) * d.z;
+        return products[k];
+    };
+    Vector best = product(0);
+    const auto take = [&](int k) __attribute__((always_inline))
+    {
+        const Vector next = product(k);
+        best = best > next ? best : next;
+    };
+    for (int k = 1; k < kHalf; ++k)
+        take(k);
+    const bool areMore = hull.vertexCount() > 8;
+    if (areMore)
+    {
+        for (int k = kHalf; k < 2 * kHalf; ++k)
+            take(k);
+    }
+    const S height = largestLane(best);
+    const Vector level = L::fill(height);
+    unsigned bits = 1u << kFewVertices;  // a NaN equals nothing
+    for (int k = 0; k < kHalf; ++k)
+        bits |= laneBits(products[k] == level) << (k * L::kWidth);
+    if (areMore)
+    {
+        for (int k = kHalf; k < 2 * kHalf; ++k)
+            bits |= laneBits(products[k] == level) << (k * L::kWidth);
+    }
+    const std::int32_t vertex = __builtin_ctz(bits);
+    return {vertex < kFewVertices ? vertex : 0, height};
+}
+
 template <class S>
 SupportHit<S> hitLinear(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d)
 {
@@ -216,8 +261,7 @@ SupportHit<S> hitLinear(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d)
     {
         if (kHasAvx2)
         {
-            const LinearMaximum best =
-                linearMaximumAvx2(hull.x(), hull.y(), hull.z(), hull.paddedCount(), d.data());
+            const LinearMaximum best = linearMaximumAvx2(hull, d.data());
             return {best.index < hull.vertexCount() ? best.index : 0, best.value};
         }
     }

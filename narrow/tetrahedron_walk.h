@@ -6,9 +6,11 @@
 #include "narrow/hull_pair.h"
 #include "narrow/lanes.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 
 namespace cullet
@@ -31,26 +33,34 @@ public:
     {
     }
 
-    /// Starts from four vertex pairs.
-    void start(const std::array<std::int32_t, 4>& verticesA, const std::array<std::int32_t, 4>& verticesB)
-    {
-        m_vertexA = verticesA;
-        m_vertexB = verticesB;
-        placeAll();
-    }
-
+    /// Walks from four vertex pairs.
+    ///
     /// @return Separated or Overlapping if that is proved, else NotConverged
-    GjkState run()
+    [[gnu::always_inline]] GjkState run(const std::array<std::int32_t, 4>& verticesA,
+                                        const std::array<std::int32_t, 4>& verticesB)
     {
+        place(verticesA, verticesB);
         for (; m_iterations <= kLimit; ++m_iterations)
         {
-            const int face = outsideFace();
-            if (face < 0)
-                return m_isProved ? GjkState::Overlapping : GjkState::NotConverged;
-            if (stepBeyond(face))
+            Faces faces(m_p, m_pair.reach());
+            if (faces.areProved())
+                return GjkState::Overlapping;
+            const unsigned outside = faces.outside();
+            if (outside == 0)
+                return GjkState::NotConverged;
+            const int face = faces.farthest(outside);
+            const Point up = faces.normal(face);
+            m_axis = up * scaleBelowOne(std::max({std::abs(up[0]), std::abs(up[1]), std::abs(up[2])}));
+            // Not from a vertex at hand: where measured, a climb takes longer than the scan or the table.
+            m_test = m_pair.testAnew(m_axis, m_limit2);
+            m_observer(m_axis.template cast<double>(), static_cast<double>(m_test.along));
+            if (isStuck())
+                return m_test.isProved ? GjkState::Separated : GjkState::NotConverged;
+            const Point w = m_pair.point(m_test.vertexA, m_test.vertexB);
+            const bool isOutsideOfOne = (outside & (outside - 1)) == 0;
+            replace(isOutsideOfOne ? laneToGo(face, w, faces.isUp(face)) : face, w);
+            if (m_test.isProved)
                 return GjkState::Separated;
-            if (m_isStuck)
-                break;
         }
         return GjkState::NotConverged;
     }
@@ -71,16 +81,16 @@ public:
             return;
         for (int i = 0; i < 3; ++i)
             cache.axis[i] = static_cast<float>(m_axis[i]);
-        cache.startA = narrowId<C>(m_startA);
-        cache.startB = narrowId<C>(m_startB);
+        cache.startA = narrowId<C>(m_test.vertexA);
+        cache.startB = narrowId<C>(m_test.vertexB);
     }
 
     const Eigen::Matrix<S, 3, 1>& axis() const { return m_axis; }
 
 private:
     using Vector = typename Quad<S>::Vector;
-    using Mask = typename Quad<S>::Mask;
     using Point = Eigen::Matrix<S, 3, 1>;
+    using Ids = Lanes<float>::Mask;
 
     static constexpr std::int32_t kLimit = 6;
 
@@ -89,158 +99,168 @@ private:
         Vector x, y, z;
     };
 
-    static Points gather(const PosedHull<S>& shape, const std::array<std::int32_t, 4>& v)
+    /// Where the origin lies; lane f is of the face opposite to point f.
+    class Faces
+    {
+    public:
+        [[gnu::always_inline]] Faces(const Points& p, S reach)
+        {
+            const Points q = {__builtin_shufflevector(p.x, p.x, 1, 2, 3, 0),
+                              __builtin_shufflevector(p.y, p.y, 1, 2, 3, 0),
+                              __builtin_shufflevector(p.z, p.z, 1, 2, 3, 0)};
+            const Points r = {__builtin_shufflevector(p.x, p.x, 2, 3, 0, 1),
+                              __builtin_shufflevector(p.y, p.y, 2, 3, 0, 1),
+                              __builtin_shufflevector(p.z, p.z, 2, 3, 0, 1)};
+            const Points s = {__builtin_shufflevector(p.x, p.x, 3, 0, 1, 2),
+                              __builtin_shufflevector(p.y, p.y, 3, 0, 1, 2),
+                              __builtin_shufflevector(p.z, p.z, 3, 0, 1, 2)};
+            // Weight of the opposite point for the origin, times the volume.
+            m_weight = kParity * (q.x * (r.y * s.z - r.z * s.y) + q.y * (r.z * s.x - r.x * s.z) +
+                                  q.z * (r.x * s.y - r.y * s.x));
+            setDoubt(p, reach);
+            m_first = {r.x - q.x, r.y - q.y, r.z - q.z};
+            m_second = {s.x - q.x, s.y - q.y, s.z - q.z};
+        }
+
+        /// The origin is inside for certain.
+        bool areProved() const
+        {
+            constexpr unsigned kAll = 15;
+            return quadBits<S>(m_weight > m_doubt) == kAll || quadBits<S>(-m_weight > m_doubt) == kAll;
+        }
+
+        /// Bit f: the origin is outside of face f.
+        unsigned outside()
+        {
+            m_volume = m_weight[0] + m_weight[1] + m_weight[2] + m_weight[3];
+            m_normal = {m_first.y * m_second.z - m_first.z * m_second.y,
+                        m_first.z * m_second.x - m_first.x * m_second.z,
+                        m_first.x * m_second.y - m_first.y * m_second.x};
+            m_beyond = m_volume > S(0) ? -m_weight : m_weight;
+            return quadBits<S>(m_beyond > Vector{});
+        }
+
+        /// The face of these that the origin is farthest outside of.
+        int farthest(unsigned outside) const
+        {
+            if ((outside & (outside - 1)) == 0)
+                return __builtin_ctz(outside);
+            const Vector norm2 = m_normal.x * m_normal.x + m_normal.y * m_normal.y + m_normal.z * m_normal.z;
+            Vector size = m_beyond;
+            Quad<S>::makePositive(size);
+            return Quad<S>::indexOfLargest(m_beyond * size / norm2);
+        }
+
+        /// The normal as computed points outwards.
+        bool isUp(int face) const { return ((face & 1) != 0 ? -m_volume : m_volume) < S(0); }
+        /// Outwards, of any length.
+        Point normal(int face) const
+        {
+            const S sign = isUp(face) ? S(1) : S(-1);
+            return {m_normal.x[face] * sign, m_normal.y[face] * sign, m_normal.z[face] * sign};
+        }
+
+    private:
+        static constexpr Vector kParity = {S(1), S(-1), S(1), S(-1)};
+
+        /// Bounds of the errors of the determinants. With d the error of a coordinate, u of a rounding, and |x| 1-norms: of
+        /// the three points, d (|r| |s| + |s| |q| + |q| |r|), where 3 d are added to each norm for products of errors; of
+        /// rounding, 5.3 u |q| |r| |s|. What is lost by underflow, there and here, is less than 16 times the smallest normal
+        /// number, even if that is flushed to 0: a dozen products at most. Where coordinates of size 1 could make more of one,
+        /// the other bounds are larger by far.
+        [[gnu::always_inline]] void setDoubt(const Points& p, S reach)
+        {
+            constexpr S kEpsilon = std::numeric_limits<S>::epsilon();
+            const S d = S(2.6) * kEpsilon * reach;
+            Points positive = p;
+            Quad<S>::makePositive(positive.x);
+            Quad<S>::makePositive(positive.y);
+            Quad<S>::makePositive(positive.z);
+            const Vector norm = positive.x + positive.y + positive.z + S(3) * d;
+            const Vector ofQ = __builtin_shufflevector(norm, norm, 1, 2, 3, 0);
+            const Vector ofR = __builtin_shufflevector(norm, norm, 2, 3, 0, 1);
+            const Vector ofS = __builtin_shufflevector(norm, norm, 3, 0, 1, 2);
+            const Vector ofRS = ofR * ofS;
+            constexpr S kUnderflow = S(16) * std::numeric_limits<S>::min();
+            m_doubt = d * (ofRS + ofQ * (ofR + ofS)) + S(3) * kEpsilon * (ofQ * ofRS) + kUnderflow;
+        }
+
+        Points m_first, m_second, m_normal;
+        Vector m_weight, m_doubt, m_beyond;
+        S m_volume = S(0);
+    };
+
+    [[gnu::always_inline]] static Points gather(const PosedHull<S>& shape,
+                                                const std::array<std::int32_t, 4>& v)
     {
         const Hull<S>& h = shape.hull();
-        const Vector x = {h.x()[v[0]], h.x()[v[1]], h.x()[v[2]], h.x()[v[3]]};
-        const Vector y = {h.y()[v[0]], h.y()[v[1]], h.y()[v[2]], h.y()[v[3]]};
-        const Vector z = {h.z()[v[0]], h.z()[v[1]], h.z()[v[2]], h.z()[v[3]]};
+        Vector a, b, c, d;
+        Quad<S>::load(h.lanes(v[0]), a);
+        Quad<S>::load(h.lanes(v[1]), b);
+        Quad<S>::load(h.lanes(v[2]), c);
+        Quad<S>::load(h.lanes(v[3]), d);
+        const Vector lowAB = __builtin_shufflevector(a, b, 0, 4, 1, 5),
+                     lowCD = __builtin_shufflevector(c, d, 0, 4, 1, 5);
+        const Vector highAB = __builtin_shufflevector(a, b, 2, 6, 3, 7),
+                     highCD = __builtin_shufflevector(c, d, 2, 6, 3, 7);
+        const Vector x = __builtin_shufflevector(lowAB, lowCD, 0, 1, 4, 5);
+        const Vector y = __builtin_shufflevector(lowAB, lowCD, 2, 3, 6, 7);
+        const Vector z = __builtin_shufflevector(highAB, highCD, 0, 1, 4, 5);
         const Vector &r = shape.row(0), &s = shape.row(1), &t = shape.row(2);
         return {r[0] * x + r[1] * y + r[2] * z, s[0] * x + s[1] * y + s[2] * z,
                 t[0] * x + t[1] * y + t[2] * z};
     }
 
-    void placeAll()
+    [[gnu::always_inline]] void place(const std::array<std::int32_t, 4>& verticesA,
+                                      const std::array<std::int32_t, 4>& verticesB)
     {
-        const Points a = gather(m_pair.a(), m_vertexA);
-        const Points b = gather(m_pair.b(), m_vertexB);
+        const Points a = gather(m_pair.a(), verticesA);
+        const Points b = gather(m_pair.b(), verticesB);
         const Vector& o = m_pair.offset();
         m_p = {a.x - b.x - o[0], a.y - b.y - o[1], a.z - b.z - o[2]};
-    }
-
-    /// The face that the origin is farthest outside of; -1 if none, and then m_isProved if that is certain.
-    int outsideFace()
-    {
-        const Points q = {__builtin_shufflevector(m_p.x, m_p.x, 1, 2, 3, 0),
-                          __builtin_shufflevector(m_p.y, m_p.y, 1, 2, 3, 0),
-                          __builtin_shufflevector(m_p.z, m_p.z, 1, 2, 3, 0)};
-        const Points r = {__builtin_shufflevector(m_p.x, m_p.x, 2, 3, 0, 1),
-                          __builtin_shufflevector(m_p.y, m_p.y, 2, 3, 0, 1),
-                          __builtin_shufflevector(m_p.z, m_p.z, 2, 3, 0, 1)};
-        const Points s = {__builtin_shufflevector(m_p.x, m_p.x, 3, 0, 1, 2),
-                          __builtin_shufflevector(m_p.y, m_p.y, 3, 0, 1, 2),
-                          __builtin_shufflevector(m_p.z, m_p.z, 3, 0, 1, 2)};
-        // Weight of the opposite point for the origin, times the volume.
-        constexpr Vector kParity = {S(1), S(-1), S(1), S(-1)};
-        const Vector weight = kParity * (q.x * (r.y * s.z - r.z * s.y) + q.y * (r.z * s.x - r.x * s.z) +
-                                         q.z * (r.x * s.y - r.y * s.x));
-        Vector doubt;
-        boundErrors(doubt);
-        constexpr unsigned kAll = 15;
-        if (quadBits<S>(weight > doubt) == kAll || quadBits<S>(-weight > doubt) == kAll)
-        {
-            m_isProved = true;
-            return -1;
-        }
-        const S volume = weight[0] + weight[1] + weight[2] + weight[3];
-        const Vector beyond = volume > S(0) ? -weight : weight;
-        m_outside = quadBits<S>(beyond > S(0));
-        if (m_outside == 0)
-            return -1;
-        m_isUp = kParity * volume < S(0);
-        const Points e = {r.x - q.x, r.y - q.y, r.z - q.z};
-        const Points f = {s.x - q.x, s.y - q.y, s.z - q.z};
-        m_normal = {e.y * f.z - e.z * f.y, e.z * f.x - e.x * f.z, e.x * f.y - e.y * f.x};
-        const Vector norm2 = m_normal.x * m_normal.x + m_normal.y * m_normal.y + m_normal.z * m_normal.z;
-        Vector size = beyond;
-        Quad<S>::makePositive(size);
-        const Vector score = beyond * size / norm2;
-        const int best = Quad<S>::indexOfLargest(score);
-        return score[best] > S(0) ? best : -1;
-    }
-
-    /// Bounds of the errors of the determinants. With d the error of a coordinate, u of a rounding, and |x| 1-norms: of
-    /// the three points, d (|r| |s| + |s| |q| + |q| |r|), where 3 d are added to each norm for products of errors; of
-    /// rounding, 5.3 u |q| |r| |s|. What is lost by underflow, there and here, is less than 16 times the smallest normal
-    /// number, even if that is flushed to 0: a dozen products at most. Where coordinates of size 1 could make more of one,
-    /// the other bounds are larger by far.
-    void boundErrors(Vector& doubt) const
-    {
-        constexpr S kEpsilon = std::numeric_limits<S>::epsilon();
-        const S d = S(2.6) * kEpsilon * m_pair.reach();
-        Points positive = m_p;
-        Quad<S>::makePositive(positive.x);
-        Quad<S>::makePositive(positive.y);
-        Quad<S>::makePositive(positive.z);
-        const Vector norm = positive.x + positive.y + positive.z + S(3) * d;
-        const Vector ofQ = __builtin_shufflevector(norm, norm, 1, 2, 3, 0);
-        const Vector ofR = __builtin_shufflevector(norm, norm, 2, 3, 0, 1);
-        const Vector ofS = __builtin_shufflevector(norm, norm, 3, 0, 1, 2);
-        const Vector ofRS = ofR * ofS;
-        constexpr S kUnderflow = S(16) * std::numeric_limits<S>::min();
-        doubt = d * (ofRS + ofQ * (ofR + ofS)) + S(3) * kEpsilon * (ofQ * ofRS) + kUnderflow;
-    }
-
-    /// @return true if the axis of the face separates; the support point along it comes in
-    bool stepBeyond(int face)
-    {
-        const S sign = m_isUp[face] != 0 ? S(1) : S(-1);
-        const AxisTest<S> test =
-            testAlong({m_normal.x[face] * sign, m_normal.y[face] * sign, m_normal.z[face] * sign});
-        m_startA = test.vertexA;
-        m_startB = test.vertexB;
-        if (!isStuckAt(test))
-        {
-            const Point w = m_pair.point(test.vertexA, test.vertexB);
-            const bool isOutsideOfOne = (m_outside & (m_outside - 1)) == 0;
-            const int lane = isOutsideOfOne ? laneToGo(face, w) : face;
-            m_vertexA[lane] = test.vertexA;
-            m_vertexB[lane] = test.vertexB;
-            Quad<S>::replace(m_p.x, lane, w[0]);
-            Quad<S>::replace(m_p.y, lane, w[1]);
-            Quad<S>::replace(m_p.z, lane, w[2]);
-        }
-        return test.isProved;
+        std::memcpy(&m_vertexA, verticesA.data(), sizeof(m_vertexA));
+        std::memcpy(&m_vertexB, verticesB.data(), sizeof(m_vertexB));
     }
 
     /// The lane of the corner that is not in the triangle of w and an edge of the face by which the ray from the opposite
     /// point through the origin leaves. The plane of that ray and w has the ends of the edge on different sides.
-    int laneToGo(int face, const Point& w) const
+    int laneToGo(int face, const Point& w, bool isUp) const
     {
         const Point p(m_p.x[face], m_p.y[face], m_p.z[face]);
         const Point m = p.cross(w);
         const Vector s = m[0] * m_p.x + m[1] * m_p.y + m[2] * m_p.z;
-        const S sign = m_isUp[face] != 0 ? S(1) : S(-1);
-        const int i = (face + 1) & 3, j = (face + 2) & 3, k = (face + 3) & 3;
-        const bool si = s[i] * sign > S(0), sj = s[j] * sign > S(0), sk = s[k] * sign > S(0);
-        if (si && !sj)
-            return k;
-        if (sj && !sk)
-            return i;
-        if (sk && !si)
-            return j;
-        return face;
+        const unsigned bits = quadBits<S>(isUp ? s > Vector{} : s < Vector{});
+        // Those of the corners face + 1, + 2 and + 3, and for each case which of them goes; none: the one opposite.
+        constexpr unsigned kToGo = 0 | 3 << 2 | 1 << 4 | 1 << 6 | 2 << 8 | 3 << 10 | 2 << 12 | 0 << 14;
+        const unsigned ofCorners = ((bits | bits << 4) >> (face + 1)) & 7u;
+        return (face + static_cast<int>(kToGo >> (2 * ofCorners) & 3u)) & 3;
     }
 
-    /// Not from a vertex at hand: where measured, a climb takes longer than the scan or the table.
-    AxisTest<S> testAlong(const Point& direction)
+    [[gnu::always_inline]] void replace(int lane, const Point& w)
     {
-        m_axis = scaledAxis(direction);
-        const AxisTest<S> test = m_pair.test(m_axis[0], m_axis[1], m_axis[2], m_limit2, -1, -1);
-        m_observer(m_axis.template cast<double>(), static_cast<double>(test.along));
-        return test;
+        Quad<S>::replace(m_p.x, lane, w[0]);
+        Quad<S>::replace(m_p.y, lane, w[1]);
+        Quad<S>::replace(m_p.z, lane, w[2]);
+        constexpr Ids kCounting = {0, 1, 2, 3};
+        const Ids isThis = kCounting == Ids{} + lane;
+        m_vertexA = isThis ? Ids{} + m_test.vertexA : m_vertexA;
+        m_vertexB = isThis ? Ids{} + m_test.vertexB : m_vertexB;
     }
 
     /// A support point that is there already, or none.
-    bool isStuckAt(const AxisTest<S>& test)
+    bool isStuck() const
     {
-        m_isStuck = test.vertexA < 0;
-        for (int i = 0; i < 4; ++i)
-            m_isStuck |= m_vertexA[i] == test.vertexA && m_vertexB[i] == test.vertexB;
-        return m_isStuck;
+        return m_test.vertexA < 0 ||
+               laneBits((m_vertexA == m_test.vertexA) & (m_vertexB == m_test.vertexB)) != 0;
     }
 
     const HullPair<S>& m_pair;
     S m_limit2;
     Observer& m_observer;
-    std::array<std::int32_t, 4> m_vertexA, m_vertexB;
-    Points m_p, m_normal;
-    Mask m_isUp;
+    Ids m_vertexA, m_vertexB;
+    Points m_p;
     Point m_axis = Point::Zero();
+    AxisTest<S> m_test;
     std::int32_t m_iterations = 0;
-    unsigned m_outside = 0;  ///< bit i: the origin is outside of face i
-    std::int32_t m_startA = -1, m_startB = -1;
-    bool m_isProved = false;
-    bool m_isStuck = false;
 };
 }  // namespace cullet

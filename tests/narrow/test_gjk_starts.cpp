@@ -266,7 +266,7 @@ TEST(Gjk, AStepUphillFindsNearlyTheBestAxisOfTwoBalls)
     const HullPair<float> pair(a, b);
     GjkCache<float> cache;
     cache.axis = {1.0f, 0.1f, -0.1f};
-    const AxisTest<float> test = pair.test(1.0f, 0.1f, -0.1f, limit2, -1, -1);
+    const AxisTest<float> test = pair.test(Eigen::Vector3f(1.0f, 0.1f, -0.1f), limit2, -1, -1);
     ASSERT_FALSE(test.isProved);
     ASSERT_GT(test.along, 0.0f);
     NoObserver observer;
@@ -275,7 +275,8 @@ TEST(Gjk, AStepUphillFindsNearlyTheBestAxisOfTwoBalls)
     ASSERT_TRUE(isaGjkUphill(pair, limit2, test, cache, observer, result, again));
     EXPECT_GT(again.along, test.along);
     EXPECT_EQ(result.state, GjkState::Separated);
-    EXPECT_TRUE(pair.test(cache.axis[0], cache.axis[1], cache.axis[2], limit2, -1, -1).isProved);
+    EXPECT_TRUE(
+        pair.test(Eigen::Vector3f(cache.axis[0], cache.axis[1], cache.axis[2]), limit2, -1, -1).isProved);
     EXPECT_LT(std::abs(cache.axis[1]) + std::abs(cache.axis[2]), 0.1f);
 }
 }  // namespace

@@ -33,8 +33,8 @@ void follow(const Hull<float>& hull, std::mt19937& engine, Outcome& outcome)
         moveALittle(scene, 0.002, engine);
         const PosedHull<float> a = scene.posedA(), b = scene.posedB();
         const HullPair<float> pair(a, b);
-        const AxisTest<float> test =
-            pair.test(cache.axis[0], cache.axis[1], cache.axis[2], kLimit * kLimit, -1, -1);
+        const Eigen::Vector3f axis(cache.axis[0], cache.axis[1], cache.axis[2]);
+        const AxisTest<float> test = pair.test(axis, kLimit * kLimit, -1, -1);
         const DistanceOracle oracle(a, b);
         const Bounds truth = oracle.solve();
         if (!test.isProved && test.along > 0.0f)
