@@ -3,6 +3,7 @@
 #pragma once
 
 #include "narrow/gjk_types.h"
+#include "narrow/lanes.h"
 #include "narrow/placement.h"
 #include "narrow/simplex.h"
 
@@ -241,7 +242,7 @@ public:
                                                     std::int32_t vertexB, GjkCache<S>& cache)
     {
         const double largest = std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
-        const double scale = largest > 0.0 ? 1.0 / largest : 0.0;
+        const double scale = scaleBelowOne(largest);
         for (int i = 0; i < 3; ++i)
             cache.axis[i] = static_cast<float>(v[i] * scale);
         cache.startA = narrowId<S>(vertexA);

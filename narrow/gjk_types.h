@@ -53,7 +53,7 @@ struct GjkCache
 {
     static constexpr std::uint16_t kUnknown = 0xffff;
 
-    std::array<float, 3> axis = {};               ///< largest component 1 in magnitude, or zero: none
+    std::array<float, 3> axis = {};               ///< largest component from a half to 1, or zero: none
     std::array<std::uint16_t, 4> verticesA = {};  ///< the last simplex
     std::array<std::uint16_t, 4> verticesB = {};
     std::uint16_t startA = kUnknown;  ///< support vertices along the axis

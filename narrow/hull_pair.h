@@ -6,10 +6,8 @@
 #include "narrow/posed_hull.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <limits>
 #include <type_traits>
 
@@ -25,31 +23,12 @@ struct AxisTest
     std::int32_t vertexB = -1;
 };
 
-/// The same direction with largest component 1 in magnitude, as HullPair::test() wants it.
+/// The same direction with the largest component from a half to 1 in magnitude, as HullPair::test() wants it.
 template <class S>
 inline Eigen::Matrix<S, 3, 1> scaledAxis(const Eigen::Matrix<S, 3, 1>& direction)
 {
-    const S scale = S(1) / std::max({std::abs(direction[0]), std::abs(direction[1]), std::abs(direction[2])});
-    const auto scaled = [&](S value) { return std::min(std::max(value * scale, S(-1)), S(1)); };
-    return {scaled(direction[0]), scaled(direction[1]), scaled(direction[2])};
-}
-
-/// A power of two that brings a number between a half and 1; 0 for one that is not finite, or near the ends of its range.
-template <class S>
-inline S scaleBelowOne(S positive)
-{
-    using Bits = std::make_unsigned_t<typename Lanes<S>::Integer>;
-    constexpr int kFractionBits = std::numeric_limits<S>::digits - 1;
-    constexpr Bits kBias = std::numeric_limits<S>::max_exponent - 1;
-    Bits bits;
-    std::memcpy(&bits, &positive, sizeof(bits));
-    const Bits exponent = bits >> kFractionBits;
-    if (exponent == 0 || exponent >= 2 * kBias - 1)
-        return S(0);
-    bits = (2 * kBias - 1 - exponent) << kFractionBits;
-    S scale;
-    std::memcpy(&scale, &bits, sizeof(scale));
-    return scale;
+    return direction *
+           scaleBelowOne(std::max({std::abs(direction[0]), std::abs(direction[1]), std::abs(direction[2])}));
 }
 
 /// A square of a distance for HullPair::test(): the exact one unless that would underflow, then more. Where more is not
@@ -108,26 +87,23 @@ public:
         return {sums[0], sums[1], sums[2]};
     }
 
-    /// From the centre of B to that of A, largest component from a half to 1: a first guess.
-    [[gnu::always_inline]] static std::array<float, 3> firstAxis(const PosedHull<S>& a, const PosedHull<S>& b)
+    /// From the centre of B to that of A.
+    [[gnu::always_inline]] Point betweenCentres() const
     {
-        Vector centreA, centreB;
-        Quad<S>::load(a.hull().centreLanes(), centreA);
-        Quad<S>::load(b.hull().centreLanes(), centreB);
-        const Vector x = a.row(0) * centreA - b.row(0) * centreB;
-        const Vector y = a.row(1) * centreA - b.row(1) * centreB;
-        const Vector z = a.row(2) * centreA - b.row(2) * centreB;
-        const Vector apart = a.originQuad() - b.originQuad();
-        Vector v;
-        sumThreeOfEach(x, y, z, v);
-        v += apart;
-        Vector size = v;
-        Quad<S>::makePositive(size);
-        const S scale = scaleBelowOne(std::max({size[0], size[1], size[2]}));
-        if (!(scale > S(0)))
-            return {1.0f, 0.0f, 0.0f};
-        v *= scale;
-        return {static_cast<float>(v[0]), static_cast<float>(v[1]), static_cast<float>(v[2])};
+        Vector centreA, centreB, v;
+        Quad<S>::load(m_a.hull().centreLanes(), centreA);
+        Quad<S>::load(m_b.hull().centreLanes(), centreB);
+        sumThreeOfEach(m_a.row(0) * centreA - m_b.row(0) * centreB,
+                       m_a.row(1) * centreA - m_b.row(1) * centreB,
+                       m_a.row(2) * centreA - m_b.row(2) * centreB, v);
+        v -= m_offset;
+        return {v[0], v[1], v[2]};
+    }
+
+    /// An axis for testAnyFirst() and testAnew() as it is, if it is neither very long nor very short.
+    [[gnu::always_inline]] static bool isTestable(const Point& axis)
+    {
+        return isTestable(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]);
     }
 
     /// Is the distance along an axis larger than the root of limit2?
@@ -137,50 +113,55 @@ public:
     /// @param startA, startB vertices that are likely near the supports, or -1
     AxisTest<S> test(const Point& axis, S limit2, std::int32_t startA, std::int32_t startB) const
     {
-        return testWith(
+        return testWith<true>(
             axis, limit2, [&](const Vector& localA, const Vector& localB) __attribute__((always_inline)) {
                 return Hits{support(m_a, localA, startA), support(m_b, localB, startB)};
             });
     }
 
     /// The same without such vertices.
+    /// @param axis isTestable()
     [[gnu::always_inline]] AxisTest<S> testAnew(const Point& axis, S limit2) const
     {
-        return testWith(
+        return testWith<false>(
             axis, limit2, [&](const Vector& localA, const Vector& localB) __attribute__((always_inline)) {
                 return searchBoth(m_a, localA, m_b, localB);
             });
     }
 
-    /// The same, for the one test that most queries end with: then nothing of the pair has to be in memory. The support of a
-    /// hull with few vertices stays unknown.
+    /// The test that most queries end with: then nothing of the pair has to be in memory. The support of a hull with few
+    /// vertices stays unknown.
     [[gnu::always_inline]] AxisTest<S> testFirst(const Point& axis, S limit2, std::int32_t startA,
                                                  std::int32_t startB) const
     {
-        return testWith(
+        return testWith<true>(
             axis, limit2, [&](const Vector& localA, const Vector& localB) __attribute__((always_inline)) {
                 return Hits{height(m_a, localA, startA), height(m_b, localB, startB)};
             });
     }
 
-    /// The same of hulls that are scanned by wide registers: their heights alone.
-    [[gnu::always_inline]] AxisTest<S> testWide(const Point& axis, S limit2) const
+    /// The same without vertices near the supports; where hulls are scanned by wide registers these stay unknown, too.
+    /// @param axis isTestable()
+    [[gnu::always_inline]] AxisTest<S> testFresh(const Point& axis, S limit2) const
     {
-        return testWith(
+        return testWith<false>(
             axis, limit2, [&](const Vector& localA, const Vector& localB) __attribute__((always_inline)) {
-                return wideHeights(localA, localB);
+                return areScannedWide() ? wideHeights(localA, localB)
+                                        : Hits{height(m_a, localA, -1), height(m_b, localB, -1)};
             });
     }
 
+private:
     /// Whether both hulls are scanned by wide registers where no vertex near the support is known.
-    static bool areScannedWide(const PosedHull<S>& a, const PosedHull<S>& b)
+    bool areScannedWide() const
     {
-        const std::int32_t most = std::max(a.vertexCount(), b.vertexCount());
+        const std::int32_t most = std::max(m_a.vertexCount(), m_b.vertexCount());
         return most > kFewVertices && isScanWide<S>() && most <= linearSupportMaximum<S>() &&
-               a.method() == SupportMethod::Automatic && b.method() == SupportMethod::Automatic;
+               m_a.method() == SupportMethod::Automatic && m_b.method() == SupportMethod::Automatic;
     }
 
-private:
+    static bool isTestable(S length2) { return length2 > S(1e-12) && length2 < S(1e12); }
+
     /// The sums of the first three lanes of each.
     [[gnu::always_inline]] static void sumThreeOfEach(const Vector& x, const Vector& y, const Vector& z,
                                                       Vector& sums)
@@ -198,21 +179,30 @@ private:
         SupportHit<S> a, b;
     };
 
+    /// The factor of the doubt that bounds the length of an axis.
+    template <bool kIsScaled>
+    [[gnu::always_inline]] static S boundOfLength(const Point& v)
+    {
+        return kIsScaled ? S(8.7) : S(5.1) * (std::abs(v[0]) + std::abs(v[1]) + std::abs(v[2]));
+    }
+
+    /// @tparam kIsScaled the axis is not longer than the root of 3
     /// @param find of both vertices, in the axes of their hulls
-    template <class Find>
+    template <bool kIsScaled, class Find>
     [[gnu::always_inline]] AxisTest<S> testWith(const Point& v, S limit2, const Find& find) const
     {
         AxisTest<S> test;
         const S length2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
         // A NaN makes the comparisons false. No axis of scaledAxis() is longer.
-        if (!(length2 > S(1e-16) && length2 < S(3.001)))
+        if (!(kIsScaled ? length2 > S(1e-16) && length2 < S(3.001) : isTestable(length2)))
             return test;
         const Vector localB = m_b.row(0) * v[0] + m_b.row(1) * v[1] + m_b.row(2) * v[2];
         const Vector localA = -(m_a.row(0) * v[0] + m_a.row(1) * v[1] + m_a.row(2) * v[2]);
         const Hits hits = find(localA, localB);
         test.along =
             -(hits.a.height + hits.b.height) - (v[0] * m_offset[0] + v[1] * m_offset[1] + v[2] * m_offset[2]);
-        const S sure = test.along - S(8.7) * std::numeric_limits<S>::epsilon() * m_reach;
+        const S sure =
+            test.along - boundOfLength<kIsScaled>(v) * (std::numeric_limits<S>::epsilon() * m_reach);
         test.isProved = sure > S(0) && sure * sure > limit2 * length2;
         test.vertexA = hits.a.vertex;
         test.vertexB = hits.b.vertex;

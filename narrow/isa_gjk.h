@@ -30,13 +30,6 @@ std::array<float, 3> firstAxis(const A& a, const B& b)
             static_cast<float>(v[2] * scale)};
 }
 
-/// Of hulls, in their own precision.
-template <class H>
-[[gnu::always_inline]] inline std::array<float, 3> firstAxis(const PosedHull<H>& a, const PosedHull<H>& b)
-{
-    return HullPair<H>::firstAxis(a, b);
-}
-
 /// The search in double.
 template <class S, class A, class B, class Observer, class Shape>
 [[gnu::noinline]] GjkResult<S> isaGjkSearch(const A& a, const B& b, double limit, GjkCache<S>& cache,
@@ -246,21 +239,37 @@ template <class S, class H, class Observer>
            isaGjkFromCorner(pair.a(), pair.b(), limit2, test, cache, observer, result);
 }
 
-/// The first test of hulls of which nothing is known, and which are scanned by wide registers: heights alone.
+/// The first axis of two hulls of which nothing is known, and its test. Out of line, to keep the path of a pair that is
+/// remembered short.
 ///
+/// @param test [out] how the axis failed
 /// @return whether it proves the gap
 template <class S, class H, class Observer>
-[[gnu::noinline]] bool isaGjkOnFreshAxis(const PosedHull<H>& a, const PosedHull<H>& b, H x, H y, H z,
-                                         H limit2, GjkCache<S>& cache, Observer& observer,
-                                         GjkResult<S>& result)
+[[gnu::noinline]] bool isaGjkFresh(const PosedHull<H>& a, const PosedHull<H>& b, H limit2, GjkCache<S>& cache,
+                                   Observer& observer, GjkResult<S>& result, AxisTest<H>& test)
 {
-    const Eigen::Matrix<H, 3, 1> axis(x, y, z);
-    const AxisTest<H> first = HullPair<H>(a, b).testWide(axis, limit2);
-    if (!first.isProved)
-        return false;
-    observer(axis.template cast<double>(), static_cast<double>(first.along));
-    keepSeparated(axis, first, cache, result);
-    return true;
+    const HullPair<H> pair(a, b);
+    const Eigen::Matrix<H, 3, 1> between = pair.betweenCentres();
+    const H scale =
+        scaleBelowOne(std::max({std::abs(between[0]), std::abs(between[1]), std::abs(between[2])}));
+    const Eigen::Matrix<H, 3, 1> scaled =
+        scale > H(0) ? Eigen::Matrix<H, 3, 1>(between * scale) : Eigen::Matrix<H, 3, 1>(1, 0, 0);
+    for (int i = 0; i < 3; ++i)
+        cache.axis[i] = static_cast<float>(scaled[i]);
+    // Not scaled where that is not needed: it would be waited for.
+    const bool isDirect = HullPair<H>::isTestable(between);
+    const AxisTest<H> first = pair.testFresh(isDirect ? between : scaled, limit2);
+    const H along = isDirect ? first.along * scale : first.along;
+    if (first.isProved)
+    {
+        observer(scaled.template cast<double>(), static_cast<double>(along));
+        keepSeparated(scaled, first, cache, result);
+        return true;
+    }
+    test.along = along;
+    test.vertexA = first.vertexA;
+    test.vertexB = first.vertexB;
+    return false;
 }
 
 /// The first test of a query of two hulls, with which most end.
@@ -275,8 +284,6 @@ template <class S, class H, class Observer>
     if (test.vertexA >= 0 || (cache.state == GjkState::Overlapping && cache.count == 4))
         return false;
     const Eigen::Matrix<H, 3, 1> axis(cache.axis[0], cache.axis[1], cache.axis[2]);
-    if (cache.state == GjkState::NotConverged && HullPair<H>::areScannedWide(a, b))
-        return isaGjkOnFreshAxis(a, b, axis[0], axis[1], axis[2], limit2, cache, observer, result);
     // Not in `test`, which is in memory.
     const AxisTest<H> first = HullPair<H>(a, b).testFirst(axis, limit2, cache.startA, cache.startB);
     if (!first.isProved)
@@ -333,6 +340,13 @@ struct ShapeScalar<PosedHull<H>>
 
 /// Other shapes have no quick answers.
 template <class S, class A, class B, class H, class Observer>
+bool isaGjkFresh(const A& a, const B& b, H, GjkCache<S>& cache, Observer&, GjkResult<S>&, AxisTest<H>&)
+{
+    cache.axis = firstAxis(a, b);
+    return false;
+}
+
+template <class S, class A, class B, class H, class Observer>
 bool isaGjkOnAxis(const A&, const B&, H, GjkCache<S>&, Observer&, GjkResult<S>&, AxisTest<H>&)
 {
     return false;
@@ -369,12 +383,14 @@ template <class S, class A, class B, class Observer>
 {
     using Scalar = typename ShapeScalar<A>::Type;
     const Scalar limit = maxDistance > S(0) ? static_cast<Scalar>(maxDistance) : Scalar(0);
-    if (cache.axis == std::array<float, 3>{})
-        cache.axis = firstAxis(a, b);
     GjkResult<S> result;
     const Scalar limit2 = squareOfLimit(limit);
+    const bool isFresh = cache.axis == std::array<float, 3>{};
+    if (isFresh && variant.start != GjkStart::Memory)
+        cache.axis = firstAxis(a, b);
     if (variant.start == GjkStart::Memory &&
-        (isaGjkOnAxis(a, b, limit2, cache, observer, result, test) ||
+        ((isFresh ? isaGjkFresh(a, b, limit2, cache, observer, result, test)
+                  : isaGjkOnAxis(a, b, limit2, cache, observer, result, test)) ||
          isaGjkQuickly(a, b, limit2, cache, observer, result, test, variant.reflections <= 0)))
         return result;
     // One object on all paths, or it would be copied.

@@ -120,6 +120,25 @@ struct Quad
     }
 };
 
+/// A power of two that brings a number between a half and 1, sooner there than a quotient; 0 for one that is not finite, or near
+/// the ends of its range.
+template <class S>
+inline S scaleBelowOne(S positive)
+{
+    using Bits = std::make_unsigned_t<typename Lanes<S>::Integer>;
+    constexpr int kFractionBits = std::numeric_limits<S>::digits - 1;
+    constexpr Bits kBias = std::numeric_limits<S>::max_exponent - 1;
+    Bits bits;
+    std::memcpy(&bits, &positive, sizeof(bits));
+    const Bits exponent = bits >> kFractionBits;
+    if (exponent == 0 || exponent >= 2 * kBias - 1)
+        return S(0);
+    bits = (2 * kBias - 1 - exponent) << kFractionBits;
+    S scale;
+    std::memcpy(&scale, &bits, sizeof(scale));
+    return scale;
+}
+
 /// Without the call that std::sqrt() makes for a negative argument, to set errno. All lanes alike, since zeros beside one
 /// lane take it through a register of integers.
 inline float squareRoot(float x)

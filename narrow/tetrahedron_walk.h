@@ -49,8 +49,9 @@ public:
             if (outside == 0)
                 return GjkState::NotConverged;
             const int face = faces.farthest(outside);
-            const Point up = faces.normal(face);
-            m_axis = up * scaleBelowOne(std::max({std::abs(up[0]), std::abs(up[1]), std::abs(up[2])}));
+            m_axis = faces.normal(face);
+            if (!HullPair<S>::isTestable(m_axis))
+                m_axis = scaledAxis(m_axis);
             // Not from a vertex at hand: where measured, a climb takes longer than the scan or the table.
             m_test = m_pair.testAnew(m_axis, m_limit2);
             m_observer(m_axis.template cast<double>(), static_cast<double>(m_test.along));
@@ -79,8 +80,9 @@ public:
         }
         if (state != GjkState::Separated)
             return;
+        const Point scaled = scaledAxis(m_axis);
         for (int i = 0; i < 3; ++i)
-            cache.axis[i] = static_cast<float>(m_axis[i]);
+            cache.axis[i] = static_cast<float>(scaled[i]);
         cache.startA = narrowId<C>(m_test.vertexA);
         cache.startB = narrowId<C>(m_test.vertexB);
     }

@@ -65,7 +65,7 @@ public:
     /// bodies have moved together does not count, and what they have moved apart counts against how they have turned.
     /// Infinite or NaN if it is not known, 0 if neither has moved.
     ///
-    /// @param axis from B to A, largest component 1 in magnitude; the pair was looked at in the last update, or outlasted it
+    /// @param axis from B to A, no component above 1; the pair was looked at in the last update, or outlasted it
     float approach(std::uint32_t a, std::uint32_t b, const std::array<float, 3>& axis,
                    const TurnRates& rates) const
     {
