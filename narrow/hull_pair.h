@@ -146,8 +146,13 @@ public:
     {
         return testWith<false>(
             axis, limit2, [&](const Vector& localA, const Vector& localB) __attribute__((always_inline)) {
-                return areScannedWide() ? wideHeights(localA, localB)
-                                        : Hits{height(m_a, localA, -1), height(m_b, localB, -1)};
+                if (areFew(m_a) && areFew(m_b))
+                    return Hits{height(m_a, localA, -1), height(m_b, localB, -1)};
+                if (areScannedWide())
+                    return wideHeights(localA, localB);
+                if (isMapped(m_a) && isMapped(m_b))
+                    return searchBoth(m_a, localA, m_b, localB);
+                return Hits{height(m_a, localA, -1), height(m_b, localB, -1)};
             });
     }
 
@@ -254,11 +259,27 @@ private:
         return search(shape, {d[0], d[1], d[2]}, start, hasStart);
     }
 
+    /// Too many vertices for a scan.
+    static bool isMapped(const PosedHull<S>& shape)
+    {
+        return shape.method() == SupportMethod::Automatic && shape.hull().hasNeighbours() &&
+               shape.vertexCount() > linearSupportMaximum<S>();
+    }
+
+    /// Both climbs at a time.
+    static Hits climbFromMaps(const Hull<S>& a, const Point& dA, const Hull<S>& b, const Point& dB)
+    {
+        const VertexPair found = climbBoth(a, dA, b, dB, {cubeMapStart(a, dA), cubeMapStart(b, dB)});
+        return {{found.a, supportProduct(a, found.a, dA)}, {found.b, supportProduct(b, found.b, dB)}};
+    }
+
     [[gnu::always_inline]] static Hits searchBoth(const PosedHull<S>& a, const Vector& dA,
                                                   const PosedHull<S>& b, const Vector& dB)
     {
         if (areFew(a) && areFew(b))
             return {hitFew(a.hull(), LaneDirection<S>(dA)), hitFew(b.hull(), LaneDirection<S>(dB))};
+        if (isMapped(a) && isMapped(b))
+            return climbFromMaps(a.hull(), {dA[0], dA[1], dA[2]}, b.hull(), {dB[0], dB[1], dB[2]});
         return {search(a, {dA[0], dA[1], dA[2]}, -1, false), search(b, {dB[0], dB[1], dB[2]}, -1, false)};
     }
 

@@ -45,7 +45,7 @@ public:
             Faces faces(m_p, m_pair.reach());
             if (faces.areProved())
                 return GjkState::Overlapping;
-            const unsigned outside = faces.outside();
+            const unsigned outside = faces.outside(m_p);
             if (outside == 0)
                 return GjkState::NotConverged;
             const int face = faces.farthest(outside);
@@ -101,27 +101,26 @@ private:
         Vector x, y, z;
     };
 
+    /// Point f + kBy in lane f.
+    template <int kBy>
+    [[gnu::always_inline]] static Points turned(const Points& p)
+    {
+        return {__builtin_shufflevector(p.x, p.x, kBy, (1 + kBy) & 3, (2 + kBy) & 3, (3 + kBy) & 3),
+                __builtin_shufflevector(p.y, p.y, kBy, (1 + kBy) & 3, (2 + kBy) & 3, (3 + kBy) & 3),
+                __builtin_shufflevector(p.z, p.z, kBy, (1 + kBy) & 3, (2 + kBy) & 3, (3 + kBy) & 3)};
+    }
+
     /// Where the origin lies; lane f is of the face opposite to point f.
     class Faces
     {
     public:
         [[gnu::always_inline]] Faces(const Points& p, S reach)
         {
-            const Points q = {__builtin_shufflevector(p.x, p.x, 1, 2, 3, 0),
-                              __builtin_shufflevector(p.y, p.y, 1, 2, 3, 0),
-                              __builtin_shufflevector(p.z, p.z, 1, 2, 3, 0)};
-            const Points r = {__builtin_shufflevector(p.x, p.x, 2, 3, 0, 1),
-                              __builtin_shufflevector(p.y, p.y, 2, 3, 0, 1),
-                              __builtin_shufflevector(p.z, p.z, 2, 3, 0, 1)};
-            const Points s = {__builtin_shufflevector(p.x, p.x, 3, 0, 1, 2),
-                              __builtin_shufflevector(p.y, p.y, 3, 0, 1, 2),
-                              __builtin_shufflevector(p.z, p.z, 3, 0, 1, 2)};
+            const Points q = turned<1>(p), r = turned<2>(p), s = turned<3>(p);
             // Weight of the opposite point for the origin, times the volume.
             m_weight = kParity * (q.x * (r.y * s.z - r.z * s.y) + q.y * (r.z * s.x - r.x * s.z) +
                                   q.z * (r.x * s.y - r.y * s.x));
             setDoubt(p, reach);
-            m_first = {r.x - q.x, r.y - q.y, r.z - q.z};
-            m_second = {s.x - q.x, s.y - q.y, s.z - q.z};
         }
 
         /// The origin is inside for certain.
@@ -132,12 +131,13 @@ private:
         }
 
         /// Bit f: the origin is outside of face f.
-        unsigned outside()
+        [[gnu::always_inline]] unsigned outside(const Points& p)
         {
             m_volume = m_weight[0] + m_weight[1] + m_weight[2] + m_weight[3];
-            m_normal = {m_first.y * m_second.z - m_first.z * m_second.y,
-                        m_first.z * m_second.x - m_first.x * m_second.z,
-                        m_first.x * m_second.y - m_first.y * m_second.x};
+            const Points q = turned<1>(p), r = turned<2>(p), s = turned<3>(p);
+            const Points e = {r.x - q.x, r.y - q.y, r.z - q.z};
+            const Points f = {s.x - q.x, s.y - q.y, s.z - q.z};
+            m_normal = {e.y * f.z - e.z * f.y, e.z * f.x - e.x * f.z, e.x * f.y - e.y * f.x};
             m_beyond = m_volume > S(0) ? -m_weight : m_weight;
             return quadBits<S>(m_beyond > Vector{});
         }
@@ -187,7 +187,7 @@ private:
             m_doubt = d * (ofRS + ofQ * (ofR + ofS)) + S(3) * kEpsilon * (ofQ * ofRS) + kUnderflow;
         }
 
-        Points m_first, m_second, m_normal;
+        Points m_normal;
         Vector m_weight, m_doubt, m_beyond;
         S m_volume = S(0);
     };
