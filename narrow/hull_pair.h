@@ -36,7 +36,8 @@ inline Eigen::Matrix<S, 3, 1> scaledAxis(const Eigen::Matrix<S, 3, 1>& direction
 ///
 /// In float, 1e-18 times a smaller distance is more than its square by far more than it can lose by underflow, down to
 /// distances of 1.5e-23. For those below, it is more than enough that a square is not 0: the length is at least 2.6e-23,
-/// divided by an axis of at most the root of 3. Likewise in double.
+/// divided by an axis of at most the root of 3. A longer one comes from an A - B of at least half its root, of whose size what
+/// is sure of a distance is 3e-14 or nothing. Likewise in double.
 template <class S>
 inline S squareOfLimit(S limit)
 {
@@ -50,7 +51,7 @@ inline S squareOfLimit(S limit)
 /// With u the unit of rounding, R the radius of a hull and F the Frobenius norm of its basis, a local direction is off
 /// by 3 u of the products of magnitudes that it sums up, and so is a height. By Cauchy and Schwarz the height is off by
 /// 6 u F R |v| together, the product with the offset by 4 u |v| times the offset, and adding up by 3 u of all. 10 u |v| times
-/// reach() covers it; u is eps / 2, and |v| <= sqrt(3). A coordinate of a point of A - B is off by 5 u reach().
+/// reach() covers it; u is eps / 2, and |v| at most sqrt(3) or its 1-norm. A coordinate of a point of A - B is off by 5 u reach().
 template <class S>
 class HullPair
 {
@@ -100,7 +101,7 @@ public:
         return {v[0], v[1], v[2]};
     }
 
-    /// An axis for testAnyFirst() and testAnew() as it is, if it is neither very long nor very short.
+    /// An axis for testFresh() and testAnew() as it is, if it is neither very long nor very short.
     [[gnu::always_inline]] static bool isTestable(const Point& axis)
     {
         return isTestable(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]);

@@ -143,7 +143,8 @@ template <class S, class H, class Observer>
         return isaGjkWalk(pair, limit2, fan.verticesA(), fan.verticesB(), false, cache, observer, result);
     const Vector axis = scaledAxis(fan.axis());
     const AxisTest<H> again = pair.test(axis, limit2, test.vertexA, test.vertexB);
-    observer(axis.template cast<double>(), static_cast<double>(again.along));
+    if (again.vertexA >= 0)
+        observer(axis.template cast<double>(), static_cast<double>(again.along));
     if (!again.isProved)
         return false;
     keepAxis(axis, again, cache, result);
@@ -166,7 +167,8 @@ template <class S, class H, class Observer>
     const Vector aside = pair.point(test.vertexA, test.vertexB) - failed * (test.along / length2);
     const Vector axis = scaledAxis<H>(failed + aside * (length / (pair.size() + test.along / length)));
     again = pair.test(axis, limit2, test.vertexA, test.vertexB);
-    observer(axis.template cast<double>(), static_cast<double>(again.along));
+    if (again.vertexA >= 0)
+        observer(axis.template cast<double>(), static_cast<double>(again.along));
     if (!again.isProved)
         return false;
     keepAxis(axis, again, cache, result);
@@ -248,6 +250,13 @@ template <class S, class H, class Observer>
 [[gnu::noinline]] bool isaGjkFresh(const PosedHull<H>& a, const PosedHull<H>& b, H limit2, GjkCache<S>& cache,
                                    Observer& observer, GjkResult<S>& result, AxisTest<H>& test)
 {
+    // The remembered tetrahedron comes first. And what is told of an axis is told of the cache's, which in float alone is the
+    // one between the centres but for its length.
+    if (sizeof(H) != sizeof(float) || (cache.state == GjkState::Overlapping && cache.count == 4))
+    {
+        cache.axis = firstAxis(a, b);
+        return false;
+    }
     const HullPair<H> pair(a, b);
     const Eigen::Matrix<H, 3, 1> between = pair.betweenCentres();
     const H scale =
@@ -315,6 +324,12 @@ template <class S, class H, class Observer>
     if (test.vertexA < 0 || test.vertexB < 0)
     {
         const AxisTest<H> named = pair.testAnew(axis, limit2);
+        if (named.isProved)
+        {
+            observer(axis.template cast<double>(), static_cast<double>(named.along));
+            keepSeparated(axis, named, cache, result);
+            return true;
+        }
         test.along = named.along;
         test.vertexA = named.vertexA;
         test.vertexB = named.vertexB;

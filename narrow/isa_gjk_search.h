@@ -42,7 +42,7 @@ public:
         if (isRemembering && m_cache.count == 4 && m_search.seed(m_cache, nullptr))
             return m_search.isInside() ? keepTetrahedron() : iterate();
         // The observer has seen this axis if its supports are known.
-        const bool isKnown = test.vertexA >= 0;
+        const bool isKnown = test.vertexA >= 0 && test.vertexB >= 0;
         const Support first =
             isKnown ? m_search.supportOf(test.vertexA, test.vertexB)
                     : m_search.supportAgainst(v, startOf(m_cache.startA), startOf(m_cache.startB));

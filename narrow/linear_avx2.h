@@ -85,15 +85,6 @@ template <class Rows>
                                   _mm256_broadcast_ss(direction + 2)});
 }
 
-/// Of two hulls at once: they do not wait for each other.
-template <class Rows>
-[[gnu::target("avx2"), gnu::noinline]] void linearMaximaAvx2(const Rows& a, __m128 directionA, const Rows& b,
-                                                             __m128 directionB, LinearMaximum (&maxima)[2])
-{
-    maxima[0] = linearMaximumOf(a, spreadAvx2(directionA));
-    maxima[1] = linearMaximumOf(b, spreadAvx2(directionB));
-}
-
 template <class Rows>
 [[gnu::target("avx2"), gnu::always_inline]] inline float largestProductOf(const Rows& rows, __m128 direction)
 {

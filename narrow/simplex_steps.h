@@ -44,7 +44,8 @@ public:
             keep(closest.subset);
             m_axis = scaledAxis<S>(closest.point.template cast<S>());
             m_test = m_pair.test(m_axis, m_limit2, m_test.vertexA, m_test.vertexB);
-            observer(m_axis.template cast<double>(), static_cast<double>(m_test.along));
+            if (m_test.vertexA >= 0)
+                observer(m_axis.template cast<double>(), static_cast<double>(m_test.along));
             if (m_test.isProved)
                 return true;
             if (m_test.vertexA < 0 || has(m_test.vertexA, m_test.vertexB))

@@ -211,46 +211,36 @@ struct SupportHit
     S height;
 };
 
+/// Scan of so many vectors of vertices.
+template <int kVectors, class S>
+[[gnu::always_inline]] inline SupportHit<S> hitVectors(const Hull<S>& hull, const LaneDirection<S>& d)
+{
+    using L = Lanes<S>;
+    using Vector = typename L::Vector;
+    Vector products[kVectors];
+    for (int k = 0; k < kVectors; ++k)
+    {
+        const int i = k * L::kWidth;
+        products[k] = L::load(hull.x() + i) * d.x + L::load(hull.y() + i) * d.y + L::load(hull.z() + i) * d.z;
+    }
+    Vector best = products[0];
+    for (int k = 1; k < kVectors; ++k)
+        best = best > products[k] ? best : products[k];
+    const S height = largestLane(best);
+    const Vector level = L::fill(height);
+    unsigned bits = 1u << kFewVertices;  // a NaN equals nothing
+    for (int k = 0; k < kVectors; ++k)
+        bits |= laneBits(products[k] == level) << (k * L::kWidth);
+    const std::int32_t vertex = __builtin_ctz(bits);
+    return {vertex < kFewVertices ? vertex : 0, height};
+}
+
 /// Scan of at most kFewVertices vertices.
 template <class S>
 [[gnu::always_inline]] inline SupportHit<S> hitFew(const Hull<S>& hull, const LaneDirection<S>& d)
 {
-    using L = Lanes<S>;
-    using Vector = typename L::Vector;
-    constexpr int kHalf = 8 / L::kWidth;
-    Vector products[2 * kHalf];
-    const auto product = [&](int k) __attribute__((always_inline))
-    {
-        const int i = k * L::kWidth;
-        products[k] = L::load(hull.x() + i) * d.x + L::load(hull.y() + i) * d.y + L::load(hull.z() + i) * d.z;
-        return products[k];
-    };
-    Vector best = product(0);
-    const auto take = [&](int k) __attribute__((always_inline))
-    {
-        const Vector next = product(k);
-        best = best > next ? best : next;
-    };
-    for (int k = 1; k < kHalf; ++k)
-        take(k);
-    const bool areMore = hull.vertexCount() > 8;
-    if (areMore)
-    {
-        for (int k = kHalf; k < 2 * kHalf; ++k)
-            take(k);
-    }
-    const S height = largestLane(best);
-    const Vector level = L::fill(height);
-    unsigned bits = 1u << kFewVertices;  // a NaN equals nothing
-    for (int k = 0; k < kHalf; ++k)
-        bits |= laneBits(products[k] == level) << (k * L::kWidth);
-    if (areMore)
-    {
-        for (int k = kHalf; k < 2 * kHalf; ++k)
-            bits |= laneBits(products[k] == level) << (k * L::kWidth);
-    }
-    const std::int32_t vertex = __builtin_ctz(bits);
-    return {vertex < kFewVertices ? vertex : 0, height};
+    constexpr int kHalf = 8 / Lanes<S>::kWidth;
+    return hull.vertexCount() > 8 ? hitVectors<2 * kHalf>(hull, d) : hitVectors<kHalf>(hull, d);
 }
 
 template <class S>

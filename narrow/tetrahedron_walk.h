@@ -54,7 +54,8 @@ public:
                 m_axis = scaledAxis(m_axis);
             // Not from a vertex at hand: where measured, a climb takes longer than the scan or the table.
             m_test = m_pair.testAnew(m_axis, m_limit2);
-            m_observer(m_axis.template cast<double>(), static_cast<double>(m_test.along));
+            if (m_test.vertexA >= 0)
+                m_observer(m_axis.template cast<double>(), static_cast<double>(m_test.along));
             if (isStuck())
                 return m_test.isProved ? GjkState::Separated : GjkState::NotConverged;
             const Point w = m_pair.point(m_test.vertexA, m_test.vertexB);
@@ -150,7 +151,9 @@ private:
             const Vector norm2 = m_normal.x * m_normal.x + m_normal.y * m_normal.y + m_normal.z * m_normal.z;
             Vector size = m_beyond;
             Quad<S>::makePositive(size);
-            return Quad<S>::indexOfLargest(m_beyond * size / norm2);
+            const int best = Quad<S>::indexOfLargest(m_beyond * size / norm2);
+            // Where squares underflow, all are alike.
+            return (outside >> best & 1u) != 0 ? best : __builtin_ctz(outside);
         }
 
         /// The normal as computed points outwards.

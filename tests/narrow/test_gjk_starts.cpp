@@ -279,5 +279,120 @@ TEST(Gjk, AStepUphillFindsNearlyTheBestAxisOfTwoBalls)
         pair.test(Eigen::Vector3f(cache.axis[0], cache.axis[1], cache.axis[2]), limit2, -1, -1).isProved);
     EXPECT_LT(std::abs(cache.axis[1]) + std::abs(cache.axis[2]), 0.1f);
 }
+
+/// Pairs of shapes of a size, without memory and then remembering, against the long double oracle.
+template <class S>
+void checkScale(double size, std::int64_t& separated, std::int64_t& near, std::int64_t& overlapping)
+{
+    std::mt19937 engine(5);
+    for (const NamedPoints& shape : hullShapes())
+    {
+        if (shape.isThin)
+            continue;
+        Points points = shape.points;
+        for (Eigen::Vector3d& p : points)
+            p *= size;
+        const Hull<S> unit = hullOf<S>(shape.points), hull = hullOf<S>(points);
+        for (int i = 0; i < 12; ++i)
+        {
+            PairScene<S> scene = randomPair(unit, unit, i % 3 == 0 ? -0.05 : 0.03, 0.0, engine);
+            GjkCache<S> cache;
+            for (int frame = 0; frame < 3; ++frame)
+            {
+                moveALittle(scene, 0.005, engine);
+                const PosedHull<S> a(hull, scene.a.basis, scene.a.origin * S(size));
+                const PosedHull<S> b(hull, scene.b.basis, scene.b.origin * S(size));
+                const Bounds truth = DistanceOracle(a, b).solve();
+                const S limit = frame == 2 ? S(0.04 * size) : S(0);
+                const GjkState state = isaGjk(a, b, limit, cache).state;
+                ASSERT_NE(state, GjkState::NotConverged) << shape.name << " " << size;
+                const double slack = 2e-6 * size;
+                if (state == GjkState::Separated)
+                    ASSERT_GT(truth.upper, double(limit) - slack) << shape.name << " " << size;
+                else if (state == GjkState::Near)
+                    ASSERT_LT(truth.lower, double(limit) + slack) << shape.name << " " << size;
+                else
+                    ASSERT_LT(truth.lower, slack) << shape.name << " " << size;
+                ++(state == GjkState::Separated ? separated : state == GjkState::Near ? near : overlapping);
+                for (int k = 0; k < 3; ++k)
+                    ASSERT_LE(std::abs(cache.axis[static_cast<std::size_t>(k)]), 1.0f);
+            }
+        }
+    }
+}
+
+TEST(Gjk, FirstAndLaterAxesProveTheSameAtEveryScale)
+{
+    std::int64_t separated = 0, near = 0, overlapping = 0;
+    // Beyond 1e6 and below 1e-6 the first axis is scaled before it is tested.
+    for (const double size : {1e-8, 1e-6, 1e-3, 1.0, 1e3, 1e6, 1e8})
+    {
+        checkScale<float>(size, separated, near, overlapping);
+        checkScale<double>(size, separated, near, overlapping);
+    }
+    EXPECT_GT(separated, 1000);
+    EXPECT_GT(near, 200);
+    EXPECT_GT(overlapping, 500);
+}
+
+TEST(Gjk, AnOverlapThatIsRememberedWithoutAnAxisIsOfAnotherPair)
+{
+    const Hull<float> ball = hullOf<float>(icoPoints(2)), box = hullOf<float>(boxPoints(0.7, 0.5, 0.6));
+    std::mt19937 engine(1);
+    for (int i = 0; i < 100; ++i)
+    {
+        const Eigen::Vector3f place = (0.8 * randomDirection(engine)).cast<float>();
+        const PosedHull<float> a(ball, Eigen::Matrix3f::Identity(), Eigen::Vector3f::Zero());
+        const PosedHull<float> b(box, Eigen::Matrix3f::Identity(), place);
+        GjkCache<float> cache;
+        cache.state = GjkState::Overlapping;
+        cache.count = 4;
+        // The box has no such corners.
+        cache.verticesB = {100, 101, 102, 103};
+        EXPECT_EQ(isaGjk(a, b, 0.0f, cache).state, GjkState::Overlapping) << "seed 1, pair " << i;
+    }
+}
+
+/// Notes how far what a search says of an axis is above the truth.
+struct BoundObserver
+{
+    const DistanceOracle& oracle;
+    double upper;
+    double* worst;
+    void operator()(const Eigen::Vector3d& v, double along) const
+    {
+        const LongVector axis = v.cast<long double>();
+        *worst = std::max(*worst, static_cast<double>(along / axis.norm()) - upper);
+    }
+};
+
+TEST(Gjk, AFirstAxisInDoubleIsTheOneThatIsRemembered)
+{
+    const Hull<double> prism = hullOf<double>(prismPoints(200, 0.5));
+    std::mt19937 engine(3);
+    std::uniform_real_distribution<double> exponent(-10.0, -8.0);
+    int separated = 0, near = 0;
+    double worst = -1.0;
+    for (int i = 0; i < 400; ++i)
+    {
+        // One upon the other, so that the axis between the centres is nearly the best.
+        const Eigen::Matrix3d turn = randomRotation(engine);
+        const double gap = 0.01 + (i % 2 == 0 ? 1.0 : -1.0) * std::pow(10.0, exponent(engine));
+        const double height = 2.0 * prism.z()[0] < 0.0 ? -2.0 * prism.z()[0] : 2.0 * prism.z()[0];
+        const PosedHull<double> a(prism, turn, Eigen::Vector3d::Zero());
+        const PosedHull<double> b(prism, turn, turn.col(2) * (height + gap));
+        const DistanceOracle oracle(a, b);
+        const double truth = static_cast<double>(oracle.solve().upper);
+        GjkCache<double> cache;
+        const BoundObserver observer = {oracle, truth, &worst};
+        const GjkState state = isaGjk(a, b, 0.01, cache, observer).state;
+        separated += state == GjkState::Separated ? 1 : 0;
+        near += state == GjkState::Near ? 1 : 0;
+        EXPECT_TRUE(state != GjkState::Separated || truth > 0.01 - 1e-13) << "seed 3, pair " << i;
+    }
+    EXPECT_GT(separated, 100);
+    EXPECT_GT(near, 100);
+    EXPECT_LT(worst, 1e-13);
+}
 }  // namespace
 }  // namespace cullet::test

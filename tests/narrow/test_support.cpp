@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -22,6 +23,60 @@ TEST(Support, AllMethodsFindTheScansVertexInFloat)
 TEST(Support, AllMethodsFindTheScansVertexInDouble)
 {
     compareOnAllShapes<double>(6000, 2000, 100000);
+}
+
+/// Of points on a coarse grid, so that many are level.
+template <class S>
+Hull<S> smallHull(int count, std::mt19937& engine)
+{
+    std::uniform_int_distribution<int> place(-4, 4);
+    std::vector<Eigen::Matrix<S, 3, 1>> points;
+    for (int i = 0; i < count; ++i)
+        points.emplace_back(S(place(engine)), S(place(engine)), S(place(engine)));
+    return makeHull(points);
+}
+
+template <class S>
+void compareFew()
+{
+    std::mt19937 engine(11);
+    // Few values, so that products tie.
+    std::uniform_int_distribution<int> component(-3, 3);
+    std::array<int, kFewVertices + 1> hulls = {};
+    int ties = 0;
+    for (int round = 0; round < 3000; ++round)
+    {
+        const Hull<S> hull = smallHull<S>(1 + round % 30, engine);
+        if (hull.vertexCount() > kFewVertices)
+            continue;
+        ++hulls[static_cast<std::size_t>(hull.vertexCount())];
+        for (int k = 0; k < 20; ++k)
+        {
+            const Eigen::Matrix<S, 3, 1> d(S(component(engine)), S(component(engine)), S(component(engine)));
+            const LaneDirection<S> lanes(d);
+            const std::int32_t expected = supportLinear(hull, d);
+            const SupportHit<S> hit = hitFew(hull, lanes);
+            ASSERT_EQ(hit.vertex, expected) << "seed 11, round " << round;
+            ASSERT_EQ(hit.height, supportProduct(hull, expected, d));
+            ASSERT_EQ(largestProduct(hull, lanes), hit.height);
+            for (std::int32_t v = expected + 1; v < hull.vertexCount(); ++v)
+                ties += supportProduct(hull, v, d) == hit.height ? 1 : 0;
+        }
+    }
+    EXPECT_GT(ties, 1000);
+    for (int count : {1, 2, 4, 8, 9, 12})
+        EXPECT_GT(hulls[static_cast<std::size_t>(count)], 10) << count;
+    const Hull<S> box = hullOf<S>(boxPoints(1.0, 1.0, 1.0));
+    const S nan = std::numeric_limits<S>::quiet_NaN();
+    const SupportHit<S> lost = hitFew(box, LaneDirection<S>(Eigen::Matrix<S, 3, 1>(nan, S(1), S(0))));
+    EXPECT_GE(lost.vertex, 0);
+    EXPECT_LT(lost.vertex, 8);
+}
+
+TEST(Support, AScanOfFewVerticesIsTheScan)
+{
+    compareFew<float>();
+    compareFew<double>();
 }
 
 TEST(Support, EveryStartVertexReachesTheSupportOfAxesOnAGridBox)
