@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "narrow/corner_cone.h"
 #include "narrow/gjk_search.h"
 #include "narrow/gjk_types.h"
 #include "narrow/isa_gjk.h"
@@ -115,6 +116,24 @@ private:
     bool m_isLikelyDone = false;  ///< the remembered simplex is near the closest one, if not it
 };
 
+/// Ends a query with the closest point v of A - B.
+///
+template <class S>
+[[gnu::always_inline]] inline void keepClosest(const Eigen::Vector3d& v, double length2, S maxDistance,
+                                               const Eigen::Vector3d& pointA, GjkCache<S>& cache,
+                                               GjkResult<S>& result)
+{
+    const double distance = squareRoot(length2);
+    const bool isNear = distance <= static_cast<double>(maxDistance);
+    result.state = cache.state = isNear ? GjkState::Near : GjkState::Separated;
+    result.axis = (v * (1.0 / distance)).template cast<S>();
+    if (!isNear)
+        return;
+    result.distance = static_cast<S>(distance);
+    result.pointA = pointA.template cast<S>();
+    result.pointB = (pointA - v).template cast<S>();
+}
+
 /// From a simplex of one point, with less than a search: its two vertices are the closest points if each is the support
 /// vertex against their difference. So it is for most pairs of hulls with large faces.
 ///
@@ -137,22 +156,105 @@ template <class S, class H, class Observer>
     if (!PosedHull<H>::areSupports(a, b, PosedHull<H>::usableDirection(v), {vertexA, vertexB}))
         return false;
     observer(v, length2);
-    const double distance = squareRoot(length2);
-    const bool isNear = distance <= static_cast<double>(maxDistance);
-    result.state = cache.state = isNear ? GjkState::Near : GjkState::Separated;
-    result.axis = (v * (1.0 / distance)).template cast<S>();
+    keepClosest(v, length2, maxDistance, pointA, cache, result);
     GjkSearch<PosedHull<H>, PosedHull<H>>::rememberAxis(v, vertexA, vertexB, cache);
-    if (!isNear)
-        return true;
-    result.distance = static_cast<S>(distance);
-    result.pointA = pointA.template cast<S>();
-    result.pointB = (pointA - v).template cast<S>();
     return true;
+}
+
+/// From a corner of A - B, without a support: the closest point of its cone. So it is for nearly all pairs that have been near
+/// or apart in the last frame. Out of line, as below.
+///
+/// @pre the cache has one to three vertex pairs
+/// @return false if the shapes overlap, or it is not known
+template <class S, class H, class Observer>
+[[gnu::noinline]] bool gjkFromCorner(const PosedHull<H>& a, const PosedHull<H>& b, S maxDistance,
+                                     GjkCache<S>& cache, Observer& observer, GjkResult<S>& result)
+{
+    if (!a.isClimbable() || !b.isClimbable())
+        return false;
+    CornerCone<H> cone(a, b);
+    if (!cone.find(cache))
+        return false;
+    const Eigen::Vector3d& v = cone.closest();
+    observer(v, cone.length2());
+    result.iterations += cone.steps();
+    cone.remember(cache);
+    GjkSearch<PosedHull<H>, PosedHull<H>>::rememberAxis(v, cone.vertexA(), cone.vertexB(), cache);
+    keepClosest(v, cone.length2(), maxDistance, cone.pointOfA(), cache, result);
+    return true;
+}
+
+/// Where no closest point was found from a corner, shapes that have come to overlap: four points around the origin, one of them
+/// the corner.
+template <class S, class H, class Observer>
+[[gnu::noinline]] bool gjkInCorner(const PosedHull<H>& a, const PosedHull<H>& b, GjkCache<S>& cache,
+                                   Observer& observer, GjkResult<S>& result)
+{
+    AxisTest<H> failed;
+    failed.along = H(-1);
+    failed.vertexA = cache.verticesA[0];
+    failed.vertexB = cache.verticesB[0];
+    return a.isClimbable() && b.isClimbable() && failed.vertexA < a.vertexCount() &&
+           failed.vertexB < b.vertexCount() &&
+           isaGjkFromCorner(a, b, H(0), failed, cache, observer, result) &&
+           result.state == GjkState::Overlapping;
+}
+
+/// Makes a corner of the support points along an axis that separates. Out of line, as below.
+template <class S, class H>
+[[gnu::noinline]] void rememberCorner(const PosedHull<H>& a, const PosedHull<H>& b, GjkCache<S>& cache)
+{
+    // Unknown where there are few vertices.
+    if (cache.startA >= a.vertexCount() || cache.startB >= b.vertexCount())
+    {
+        const auto [vertexA, vertexB] = PosedHull<H>::supportVertices(
+            a, b, {H(cache.axis[0]), H(cache.axis[1]), H(cache.axis[2])}, {-1, -1});
+        cache.startA = narrowId<S>(vertexA);
+        cache.startB = narrowId<S>(vertexB);
+    }
+    cache.count = 1;
+    cache.verticesA[0] = cache.startA;
+    cache.verticesB[0] = cache.startB;
+}
+
+/// The boolean query, but for a remembered tetrahedron. Out of line, as below.
+template <class S, class H, class Observer>
+[[gnu::noinline]] bool gjkFromAxis(const PosedHull<H>& a, const PosedHull<H>& b, GjkCache<S>& cache,
+                                   Observer& observer, GjkResult<S>& result)
+{
+    AxisTest<H> test;
+    return a.isClimbable() && b.isClimbable() &&
+           isaGjkWithoutSearch(a, b, H(0), cache, observer, result, test, true);
+}
+
+/// What can be told of two hulls without a search. Where neither a corner nor an edge or face of A - B is remembered, the
+/// boolean query comes first: it finds an overlap sooner, and else a corner that is near.
+///
+/// @return false if that is nothing; then the cache has what was found for the search
+template <class S, class H, class Observer>
+[[gnu::always_inline]] inline bool gjkWithoutSearch(const PosedHull<H>& a, const PosedHull<H>& b,
+                                                    S maxDistance, GjkCache<S>& cache, Observer& observer,
+                                                    GjkResult<S>& result)
+{
+    if (static_cast<unsigned>(cache.count) - 1u >= 3u)
+    {
+        const bool hasTetrahedron = cache.state == GjkState::Overlapping && cache.count == 4;
+        const bool isTold = hasTetrahedron ? isaGjkFromTetrahedron(a, b, H(0), cache, observer, result)
+                                           : gjkFromAxis(a, b, cache, observer, result);
+        if (!isTold)
+            return false;
+        if (result.state == GjkState::Overlapping)
+            return true;
+        rememberCorner(a, b, cache);
+    }
+    return (cache.count == 1 && gjkFromVertices(a, b, maxDistance, cache, observer, result)) ||
+           gjkFromCorner(a, b, maxDistance, cache, observer, result) ||
+           gjkInCorner(a, b, cache, observer, result);
 }
 
 /// Other shapes have no neighbours.
 template <class S, class A, class B, class Observer>
-bool gjkFromVertices(const A&, const B&, S, GjkCache<S>&, Observer&, GjkResult<S>&)
+bool gjkWithoutSearch(const A&, const B&, S, GjkCache<S>&, Observer&, GjkResult<S>&)
 {
     return false;
 }
@@ -162,6 +264,7 @@ template <class S, class A, class B, class Observer>
 [[gnu::noinline]] void gjkSearch(const A& a, const B& b, S maxDistance, GjkCache<S>& cache,
                                  Observer& observer, GjkStart start, GjkResult<S>& result)
 {
+    result = GjkResult<S>();
     GjkDistance<S, A, B, Observer>(a, b, maxDistance, cache, observer).run(start, result);
 }
 
@@ -182,15 +285,8 @@ template <class S, class A, class B, class Observer>
 GjkResult<S> gjkDistance(const A& a, const B& b, S maxDistance, GjkCache<S>& cache, Observer& observer,
                          GjkStart start = GjkStart::Memory)
 {
-    // Shapes that have overlapped mostly do still. No axis proves a gap beyond infinity.
-    using Scalar = typename ShapeScalar<A>::Type;
-    constexpr Scalar kNever = std::numeric_limits<Scalar>::infinity();
     GjkResult<S> result;
-    if (start == GjkStart::Memory && cache.state == GjkState::Overlapping && cache.count == 4 &&
-        isaGjkFromTetrahedron(a, b, kNever, cache, observer, result))
-        return result;
-    if (start == GjkStart::Memory && cache.count == 1 &&
-        gjkFromVertices(a, b, maxDistance, cache, observer, result))
+    if (start == GjkStart::Memory && gjkWithoutSearch(a, b, maxDistance, cache, observer, result))
         return result;
     // One object on all paths, or it would be copied.
     gjkSearch(a, b, maxDistance, cache, observer, start, result);

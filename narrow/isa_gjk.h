@@ -373,6 +373,22 @@ bool isaGjkQuickly(const A&, const B&, H, GjkCache<S>&, Observer&, GjkResult<S>&
     return false;
 }
 
+/// What can be told without a search in double: an axis is tested, the corner where it fails, and the last tetrahedron.
+///
+/// @param test        [in, out] see isaGjkOnAxis()
+/// @param looksAround see isaGjkQuickly()
+/// @return false if nothing was proved
+template <class S, class A, class B, class H, class Observer>
+[[gnu::always_inline]] inline bool isaGjkWithoutSearch(const A& a, const B& b, H limit2, GjkCache<S>& cache,
+                                                       Observer& observer, GjkResult<S>& result,
+                                                       AxisTest<H>& test, bool looksAround)
+{
+    const bool isFresh = cache.axis == std::array<float, 3>{};
+    return (isFresh ? isaGjkFresh(a, b, limit2, cache, observer, result, test)
+                    : isaGjkOnAxis(a, b, limit2, cache, observer, result, test)) ||
+           isaGjkQuickly(a, b, limit2, cache, observer, result, test, looksAround);
+}
+
 /// Tells whether two convex shapes are farther apart than maxDistance, by an axis that proves it.
 ///
 /// Van den Bergen 1999, "A Fast and Robust GJK Implementation for Collision Detection of Convex Objects", section 5
@@ -400,13 +416,10 @@ template <class S, class A, class B, class Observer>
     const Scalar limit = maxDistance > S(0) ? static_cast<Scalar>(maxDistance) : Scalar(0);
     GjkResult<S> result;
     const Scalar limit2 = squareOfLimit(limit);
-    const bool isFresh = cache.axis == std::array<float, 3>{};
-    if (isFresh && variant.start != GjkStart::Memory)
+    if (cache.axis == std::array<float, 3>{} && variant.start != GjkStart::Memory)
         cache.axis = firstAxis(a, b);
     if (variant.start == GjkStart::Memory &&
-        ((isFresh ? isaGjkFresh(a, b, limit2, cache, observer, result, test)
-                  : isaGjkOnAxis(a, b, limit2, cache, observer, result, test)) ||
-         isaGjkQuickly(a, b, limit2, cache, observer, result, test, variant.reflections <= 0)))
+        isaGjkWithoutSearch(a, b, limit2, cache, observer, result, test, variant.reflections <= 0))
         return result;
     // One object on all paths, or it would be copied.
     result = isaGjkSearch<S>(a, b, static_cast<double>(limit), cache, observer, test, variant);

@@ -71,8 +71,29 @@ public:
         b = {worldX[1], worldY[1], worldZ[1]};
     }
 
+    /// The way from one point of A - B to another.
+    [[gnu::always_inline]] Eigen::Vector3d way(std::int32_t fromA, std::int32_t fromB, std::int32_t toA,
+                                               std::int32_t toB) const
+    {
+        const Pair x =
+            pairOf(m_hullA.x(), toA, m_hullB.x(), toB) - pairOf(m_hullA.x(), fromA, m_hullB.x(), fromB);
+        const Pair y =
+            pairOf(m_hullA.y(), toA, m_hullB.y(), toB) - pairOf(m_hullA.y(), fromA, m_hullB.y(), fromB);
+        const Pair z =
+            pairOf(m_hullA.z(), toA, m_hullB.z(), toB) - pairOf(m_hullA.z(), fromA, m_hullB.z(), fromB);
+        const Pair worldX = m_rows[0][0] * x + m_rows[0][1] * y + m_rows[0][2] * z;
+        const Pair worldY = m_rows[1][0] * x + m_rows[1][1] * y + m_rows[1][2] * z;
+        const Pair worldZ = m_rows[2][0] * x + m_rows[2][1] * y + m_rows[2][2] * z;
+        return {worldX[0] - worldX[1], worldY[0] - worldY[1], worldZ[0] - worldZ[1]};
+    }
+
 private:
     using Pair = Lanes<double>::Vector;
+
+    static Pair pairOf(const S* a, std::int32_t vertexA, const S* b, std::int32_t vertexB)
+    {
+        return widePair(a[vertexA], b[vertexB]);
+    }
 
     Pair m_rows[3][3];
     const Hull<S>& m_hullA;

@@ -177,6 +177,8 @@ public:
     const Quad& row(int i) const { return m_rows[i]; }
     const Quad& originQuad() const { return m_origin; }
     SupportMethod method() const { return m_method; }
+    /// The graph of the hull may be used.
+    bool isClimbable() const { return m_method == SupportMethod::Automatic && m_hull->hasNeighbours(); }
     /// Frobenius norm of the basis: no vector gets longer by more than this times.
     S norm() const { return m_norm; }
 
@@ -195,7 +197,7 @@ private:
     /// @param d local
     [[gnu::always_inline]] bool isSupportAlong(const Quad& d, std::int32_t vertex) const
     {
-        if (m_method != SupportMethod::Automatic || !m_hull->hasNeighbours())
+        if (!isClimbable())
             return false;
         Quad magnitudes = d;
         cullet::Quad<S>::makePositive(magnitudes);
@@ -207,8 +209,7 @@ private:
     /// Whether a climb is the search of choice, where a scan is up to so many vertices.
     bool isClimbedAbove(std::int32_t mostScanned) const
     {
-        return m_method == SupportMethod::Automatic && m_hull->hasNeighbours() &&
-               m_hull->vertexCount() > mostScanned;
+        return isClimbable() && m_hull->vertexCount() > mostScanned;
     }
     /// From a vertex near the answer.
     bool isClimbed() const { return isClimbedAbove(cheapScanMaximum<S>()); }

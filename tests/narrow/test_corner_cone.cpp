@@ -1,0 +1,285 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "demos/scenes/distance_oracle.h"
+#include "demos/scenes/hull_pairs.h"
+#include "narrow/corner_cone.h"
+#include "narrow/gjk.h"
+#include "tests/narrow/shapes.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <iterator>
+#include <limits>
+#include <random>
+#include <string>
+#include <vector>
+
+/// Distances by the cone of a corner: what is remembered may be anything, the answer is the closest point or none.
+namespace cullet::test
+{
+namespace
+{
+template <class S>
+class CornerCones : public testing::Test
+{
+};
+
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(CornerCones, Scalars, );
+
+/// By what the closest point was made of.
+struct Tally
+{
+    int corners = 0, edges = 0, triangles = 0, parallelograms = 0, unknown = 0;
+};
+
+template <class S>
+bool isTriangle(const GjkCache<S>& cache)
+{
+    return (cache.verticesA[1] == cache.verticesA[0]) == (cache.verticesA[2] == cache.verticesA[0]);
+}
+
+template <class S>
+void count(const GjkCache<S>& cache, Tally& tally)
+{
+    if (cache.count == 1)
+        ++tally.corners;
+    else if (cache.count == 2)
+        ++tally.edges;
+    else
+        ++(isTriangle(cache) ? tally.triangles : tally.parallelograms);
+}
+
+/// How far the answer may be off, of shapes of size 1.
+template <class S>
+constexpr double kAccuracy = sizeof(S) == sizeof(float) ? 2e-7 : 1e-13;
+
+/// Against the bounds of the oracle; the axis has to prove the distance, and the points to be that far apart.
+template <class S>
+void expectClosest(const PosedHull<S>& a, const PosedHull<S>& b, const GjkResult<S>& result)
+{
+    const DistanceOracle oracle(a, b);
+    const Bounds truth = oracle.solve();
+    ASSERT_EQ(result.state, GjkState::Near);
+    ASSERT_NEAR(double(result.distance), double(truth.upper), kAccuracy<S>);
+    const long double proved = -oracle.extent(-result.axis.template cast<long double>());
+    // The axis is rounded: by so much times the size.
+    ASSERT_GT(double(proved), double(truth.lower) - (sizeof(S) == sizeof(float) ? 1e-6 : 1e-12));
+    const S rounding = std::numeric_limits<S>::epsilon() * S(8);
+    ASSERT_LT((result.pointA - result.pointB - result.axis * result.distance).norm(), rounding);
+}
+
+/// Any vertices that do not face away from the other shape, of which the others have one in common with the first, or not.
+template <class S>
+GjkCache<S> anyCorner(const PosedHull<S>& a, const PosedHull<S>& b, std::mt19937& engine)
+{
+    const Eigen::Vector3d way = (a.origin() - b.origin()).stableNormalized();
+    const auto anyVertices = [&]
+    {
+        const Eigen::Vector3d direction =
+            way.allFinite() ? way + 0.9 * randomDirection(engine) : randomDirection(engine);
+        return PosedHull<S>::supportVertices(a, b, direction.template cast<S>(), {-1, -1});
+    };
+    GjkCache<S> cache;
+    cache.state = GjkState::Separated;
+    cache.count = static_cast<std::uint8_t>(1 + engine() % 3);
+    const bool isCommon = engine() % 4 != 0;
+    for (std::size_t i = 0; i < cache.count; ++i)
+    {
+        const VertexPair v = anyVertices();
+        const bool isOfA = engine() % 2 == 0, isFirst = i == 0 || !isCommon;
+        cache.verticesA[i] = isFirst || isOfA ? static_cast<std::uint16_t>(v.a) : cache.verticesA[0];
+        cache.verticesB[i] = isFirst || !isOfA ? static_cast<std::uint16_t>(v.b) : cache.verticesB[0];
+    }
+    return cache;
+}
+
+TYPED_TEST(CornerCones, AnswerRightFromAnyVerticesOrNotAtAll)
+{
+    using S = TypeParam;
+    std::vector<Hull<S>> hulls;
+    for (const NamedPoints& shape : queryShapes())
+    {
+        if (!shape.isThin)
+            hulls.push_back(hullOf<S>(shape.points));
+    }
+    std::mt19937 engine(41);
+    Tally tally;
+    for (int i = 0; i < 6000; ++i)
+    {
+        SCOPED_TRACE(i);
+        const double gaps[] = {1.0, 0.3, 0.05, 1e-3};
+        const PairScene<S> scene = randomPair(hulls[engine() % hulls.size()], hulls[engine() % hulls.size()],
+                                              gaps[engine() % std::size(gaps)], 0.0, engine);
+        const PosedHull<S> a = scene.posedA(), b = scene.posedB();
+        GjkCache<S> cache = anyCorner(a, b, engine);
+        GjkResult<S> result;
+        NoObserver observer;
+        if (!gjkFromCorner(a, b, std::numeric_limits<S>::infinity(), cache, observer, result))
+        {
+            ++tally.unknown;
+            continue;
+        }
+        expectClosest(a, b, result);
+        count(cache, tally);
+        // It has kept what answers the same question at once.
+        GjkResult<S> again;
+        ASSERT_TRUE(gjkFromCorner(a, b, std::numeric_limits<S>::infinity(), cache, observer, again));
+        ASSERT_EQ(again.iterations, 0);
+        ASSERT_NEAR(double(again.distance), double(result.distance), kAccuracy<S>);
+    }
+    for (const int kind : {tally.corners, tally.edges, tally.triangles, tally.parallelograms, tally.unknown})
+        EXPECT_GT(kind, 150);
+}
+
+/// Two hulls of nearly all kinds, which move a little from frame to frame.
+template <class S>
+void checkTrajectories(const std::vector<NamedPoints>& shapes, double gap, Tally& tally, int& iterations)
+{
+    std::mt19937 engine(42);
+    for (const NamedPoints& shape : shapes)
+    {
+        const Hull<S> hull = hullOf<S>(shape.points);
+        for (int pair = 0; pair < 10; ++pair)
+        {
+            SCOPED_TRACE(shape.name + " " + std::to_string(pair));
+            PairScene<S> scene = randomPair(hull, hull, gap, 0.0, engine);
+            GjkCache<S> cache;
+            for (int frame = 0; frame < 30; ++frame)
+            {
+                const PosedHull<S> a = scene.posedA(), b = scene.posedB();
+                NoObserver observer;
+                GjkResult<S> result;
+                const bool isTold =
+                    gjkWithoutSearch(a, b, std::numeric_limits<S>::infinity(), cache, observer, result);
+                const double distance = double(DistanceOracle(a, b).solve().upper);
+                if (!isTold)
+                    gjkDistance(a, b, std::numeric_limits<S>::infinity(), cache);
+                else if (result.state == GjkState::Near)
+                    ASSERT_NO_FATAL_FAILURE(expectClosest(a, b, result));
+                else
+                    ASSERT_EQ(distance, 0.0);
+                if (distance > 0.0 && !isTold)
+                    ++tally.unknown;
+                else if (distance > 0.0)
+                    count(cache, tally);
+                iterations += result.iterations;
+                moveALittle(scene, 0.01, engine);
+            }
+        }
+    }
+}
+
+TYPED_TEST(CornerCones, AnswerNearlyAllPairsThatStayApart)
+{
+    Tally tally;
+    int iterations = 0;
+    checkTrajectories<TypeParam>({{"ico42", icoPoints(1)},
+                                  {"ico162", icoPoints(2)},
+                                  {"ico642", icoPoints(3)},
+                                  {"ell200", ellipsoidPoints(200, {1.0, 0.7, 0.5}, 200)},
+                                  {"prism32", prismPoints(32, 0.5)},
+                                  {"gridbox", gridBoxPoints(5)}},
+                                 0.2, tally, iterations);
+    const int told = tally.corners + tally.edges + tally.triangles + tally.parallelograms;
+    EXPECT_GT(told, 1000);
+    EXPECT_LT(tally.unknown, told / 25);
+    for (const int kind : {tally.corners, tally.edges, tally.triangles, tally.parallelograms})
+        EXPECT_GT(kind, 40);
+    EXPECT_LT(iterations, 2 * told);
+}
+
+TYPED_TEST(CornerCones, FacesAndEdgesInParallelAreAnsweredInDouble)
+{
+    using S = TypeParam;
+    // All neighbours in a face are level with each other, up to the rounding of a turned basis.
+    const Hull<S> grid = hullOf<S>(gridBoxPoints(5)), box = hullOf<S>(boxPoints(0.7, 0.5, 0.6)),
+                  prism = hullOf<S>(prismPoints(100, 0.5));
+    const std::array<const Hull<S>*, 3> hulls = {&grid, &box, &prism};
+    std::mt19937 engine(43);
+    int told = 0;
+    for (int i = 0; i < 600; ++i)
+    {
+        SCOPED_TRACE(i);
+        const Eigen::Matrix3d turn = i % 2 == 0 ? Eigen::Matrix3d::Identity() : randomRotation(engine);
+        const int axis = i / 2 % 3;
+        const double aside = i % 5 == 0 ? 0.0 : 0.3 * double(engine() % 100) / 100.0;
+        const Eigen::Vector3d shift =
+            turn * (2.5 * Eigen::Vector3d::Unit(axis) + aside * Eigen::Vector3d::Unit((axis + 1) % 3));
+        const PosedHull<S> a(*hulls[engine() % 3], turn.cast<S>(), shift.cast<S>()),
+            b(*hulls[engine() % 3], turn.cast<S>(), Eigen::Matrix<S, 3, 1>::Zero());
+        GjkCache<S> cache;
+        for (int query = 0; query < 2; ++query)
+        {
+            const GjkResult<S> result = gjkDistance(a, b, std::numeric_limits<S>::infinity(), cache);
+            ASSERT_NO_FATAL_FAILURE(expectClosest(a, b, result));
+        }
+        NoObserver observer;
+        GjkResult<S> result;
+        told += gjkFromCorner(a, b, std::numeric_limits<S>::infinity(), cache, observer, result) ? 1 : 0;
+    }
+    EXPECT_GT(told, 400);
+}
+
+TYPED_TEST(CornerCones, DoNotAnswerWhatOverlapsOrTouchesOrIsNoNumber)
+{
+    using S = TypeParam;
+    const Hull<S> hull = hullOf<S>(boxPoints(0.5, 0.5, 0.5));
+    const Eigen::Matrix<S, 3, 3> turn = Eigen::Matrix<S, 3, 3>::Identity();
+    const S nan = std::numeric_limits<S>::quiet_NaN();
+    std::mt19937 engine(44);
+    for (const S x : {S(0), S(0.3), S(1), nan, std::numeric_limits<S>::infinity()})
+    {
+        const PosedHull<S> a(hull, turn, {x, S(0.1), S(-0.2)}), b(hull, turn, {S(0), S(0), S(0)});
+        for (int i = 0; i < 50; ++i)
+        {
+            GjkCache<S> cache = anyCorner(a, b, engine);
+            NoObserver observer;
+            GjkResult<S> result;
+            ASSERT_FALSE(gjkFromCorner(a, b, std::numeric_limits<S>::infinity(), cache, observer, result));
+            ASSERT_EQ(result.state, GjkState::NotConverged);
+            const GjkState state = gjkDistance(a, b, std::numeric_limits<S>::infinity(), cache).state;
+            ASSERT_EQ(state, std::isfinite(x) ? GjkState::Overlapping : GjkState::NotConverged);
+        }
+    }
+}
+
+TYPED_TEST(CornerCones, DistancesAreAsGoodAtEveryScaleAndWithStretchedBases)
+{
+    using S = TypeParam;
+    std::mt19937 engine(45);
+    int near = 0;
+    for (const double size : {1e-12, 1e-8, 1e-4, 1.0, 1e4, 1e8, 1e12})
+    {
+        for (const NamedPoints& shape : hullShapes())
+        {
+            if (shape.isThin)
+                continue;
+            Points points = shape.points;
+            for (Eigen::Vector3d& p : points)
+                p *= size;
+            const Hull<S> unit = hullOf<S>(shape.points), hull = hullOf<S>(points);
+            PairScene<S> scene = randomPair(unit, unit, 0.3, 0.0, engine);
+            const Eigen::Matrix<S, 3, 1> stretch = size == 1.0 ? Eigen::Matrix<S, 3, 1>(S(1), S(0.2), S(-0.6))
+                                                               : Eigen::Matrix<S, 3, 1>(S(1), S(1), S(1));
+            GjkCache<S> cache;
+            for (int frame = 0; frame < 12; ++frame)
+            {
+                moveALittle(scene, 0.01, engine);
+                const PosedHull<S> a(hull, scene.a.basis * stretch.asDiagonal(), scene.a.origin * S(size));
+                const PosedHull<S> b(hull, scene.b.basis, scene.b.origin * S(size));
+                const GjkResult<S> result = gjkDistance(a, b, std::numeric_limits<S>::infinity(), cache);
+                const Bounds truth = DistanceOracle(a, b).solve();
+                ASSERT_NEAR(double(result.distance) / size, double(truth.upper) / size, kAccuracy<S>)
+                    << shape.name << " " << size;
+                near += result.state == GjkState::Near;
+            }
+        }
+    }
+    EXPECT_GT(near, 500);
+}
+}  // namespace
+}  // namespace cullet::test
