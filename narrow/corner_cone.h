@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "narrow/cone_edges.h"
 #include "narrow/gjk_types.h"
 #include "narrow/lanes.h"
 #include "narrow/placement.h"
@@ -30,13 +31,14 @@ namespace cullet
 ///
 /// **The search** is GJK's with a corner that always stays, and at most two edges. Of all neighbours of a and b, the one
 /// against which the closest point so far leads most gives a new edge; the closest point is then on it alone, or between it
-/// and one of those before (van den Bergen 1999, theorem 2). The distance decreases strictly, or the search gives up: the
-/// origin is in the cone, and the shapes overlap, as a rule.
+/// and one of those before (van den Bergen 1999, theorem 2). The distance decreases strictly, or the search gives up, as it
+/// does where the origin is in the cone.
 ///
-/// Neighbours are compared in the scalar of the hulls. Those that rounding leaves in doubt, in a face of many corners, say,
-/// are looked at in double, in which all points are.
+/// Neighbours are compared in the scalar of the hulls. Where rounding leaves some in doubt, in a face of many corners, say,
+/// they are looked at in double, in which all points are, and a support search confirms the answer.
 ///
-/// Cost: the neighbours of a and b are looked at one to three times, whatever the size of the hulls.
+/// Cost: whatever the size of the hulls, all neighbours of a and b are looked at for each edge that comes in and once more: one to
+/// three times for pairs that move from frame to frame, at most 16.
 template <class S>
 class CornerCone
 {
@@ -59,7 +61,7 @@ public:
             if (!solve())
                 return false;
             if (isReached())
-                return true;
+                return isSquare();
             if (corners == kMostCorners ||
                 !takeCorner(beyond(m_edges.endA, m_vertexA), beyond(m_edges.endB, m_vertexB)))
                 return false;
@@ -81,7 +83,7 @@ public:
         Eigen::Vector3d point = m_cornerOfA;
         for (int i = 0; i < m_count; ++i)
         {
-            const double weight = m_edges.endA[i] != kNone ? m_weights[i] : 0.0;
+            const double weight = m_edges.endA[i] != ConeEdges::kNone ? m_weights[i] : 0.0;
             point += weight * Eigen::Vector3d(m_edges.x[i], m_edges.y[i], m_edges.z[i]);
         }
         return point;
@@ -96,8 +98,10 @@ public:
         // Of two, or the compiler warns.
         for (int i = 0; i < std::min(m_count, 2); ++i)
         {
-            cache.verticesA[i + 1] = narrowId<C>(m_edges.endA[i] != kNone ? m_edges.endA[i] : m_vertexA);
-            cache.verticesB[i + 1] = narrowId<C>(m_edges.endB[i] != kNone ? m_edges.endB[i] : m_vertexB);
+            cache.verticesA[i + 1] =
+                narrowId<C>(m_edges.endA[i] != ConeEdges::kNone ? m_edges.endA[i] : m_vertexA);
+            cache.verticesB[i + 1] =
+                narrowId<C>(m_edges.endB[i] != ConeEdges::kNone ? m_edges.endB[i] : m_vertexB);
         }
     }
 
@@ -107,80 +111,16 @@ private:
     using Mask = typename L::Mask;
     using QuadVector = typename Quad<S>::Vector;
     using Pair = Lanes<double>::Vector;
-    using Ends = std::array<std::int32_t, 2>;
+    using Edge = ConeEdge;
+    using Wedges = ConeWedges;
+    using Ends = ConeEdges::Ends;
 
     static constexpr int kMostCorners = 8;
     static constexpr std::int32_t kMostSteps = 16;
-    /// No vertex, and no block.
-    static constexpr std::int32_t kNone = -2;
-    /// Of lengths whose direction can be told in the scalar of the hulls, squared.
+    /// Lengths whose direction can be told in the scalar of the hulls for bases of usual sizes, squared. Others are left to GJK.
     static constexpr double kLeast2 = 1e-16, kMost2 = 1e16;
     /// Of the distance of the corner, squared: as GjkSearch has it.
     static constexpr double kTouching2 = 1e-20;
-    /// Squared sine of an angle between edges: less leaves too few digits of the weights.
-    static constexpr double kThin = 1e-10;
-
-    /// A vertex of each hull, of which one is the corner's.
-    struct Edge
-    {
-        std::int32_t endA, endB;
-        Eigen::Vector3d way;
-        double length2;
-        double fall;  ///< by how much the product with the corner decreases along the way
-    };
-
-    /// Up to two of them, side by side.
-    struct Edges
-    {
-        Pair x = {}, y = {}, z = {}, length2 = {}, fall = {};
-        Ends endA = {kNone, kNone}, endB = {kNone, kNone};  ///< kNone where it is the corner's
-
-        void set(int i, const Edge& e, std::int32_t cornerA, std::int32_t cornerB)
-        {
-            // Both lanes, since the other would be read from memory first.
-            const auto put = [i](Pair& lanes, double value) {
-                lanes = Pair{i == 0 ? value : lanes[0], value};
-            };
-            put(x, e.way[0]);
-            put(y, e.way[1]);
-            put(z, e.way[2]);
-            put(length2, e.length2);
-            put(fall, e.fall);
-            endA[i] = e.endA == cornerA ? kNone : e.endA;
-            endB[i] = e.endB == cornerB ? kNone : e.endB;
-        }
-        /// The second is the first, too.
-        void moveDown()
-        {
-            x[0] = x[1];
-            y[0] = y[1];
-            z[0] = z[1];
-            length2[0] = length2[1];
-            fall[0] = fall[1];
-            endA[0] = endA[1];
-            endB[0] = endB[1];
-        }
-    };
-
-    /// The closest points in the planes of an edge and each of two: weights of both, times `scale`.
-    struct Wedges
-    {
-        Pair weight, newWeight, scale, gain;
-        unsigned inner;  ///< bit i: the point lies between the edge and the i-th
-    };
-
-    [[gnu::always_inline]] static Wedges wedgesOf(const Edges& edges, const Edge& e)
-    {
-        const Pair between = edges.x * e.way[0] + edges.y * e.way[1] + edges.z * e.way[2];
-        const Pair product = edges.length2 * e.length2;
-        Wedges w;
-        w.scale = product - between * between;
-        w.weight = edges.fall * e.length2 - e.fall * between;
-        w.newWeight = e.fall * edges.length2 - edges.fall * between;
-        w.gain = w.weight * edges.fall + w.newWeight * e.fall;
-        w.inner = laneBits((w.weight > Pair{}) & (w.newWeight > Pair{}) & (w.scale > kThin * product));
-        return w;
-    }
 
     /// Whether a remembered vertex pair has a vertex in common with each of the others.
     template <class C>
@@ -220,11 +160,13 @@ private:
     {
         if (!isAnother)
         {
-            if (edge.fall > 0.0)
+            if (edge.fall > 0.0 && isUsable(edge))
                 takeEdge(edge);
             return;
         }
         const Edge other = edgeTo(a, b);
+        if (!isUsable(edge) || !isUsable(other))
+            return;
         m_edges.set(0, edge, m_vertexA, m_vertexB);
         const Wedges w = wedgesOf(m_edges, other);
         if ((w.inner & 1u) != 0)
@@ -233,7 +175,7 @@ private:
         if (better.fall > 0.0)
             takeEdge(better);
         else
-            m_edges.endA[0] = m_edges.endB[0] = kNone;
+            m_edges.endA[0] = m_edges.endB[0] = ConeEdges::kNone;
     }
 
     bool areVertices(std::int32_t a, std::int32_t b) const
@@ -250,7 +192,7 @@ private:
         m_corner = m_cornerOfA - ofB - m_offset;
         m_vertexA = a;
         m_vertexB = b;
-        m_edges.endA = m_edges.endB = {kNone, kNone};
+        m_edges.endA = m_edges.endB = {ConeEdges::kNone, ConeEdges::kNone};
         m_count = 0;
         m_closest = m_corner;
         m_length2 = m_corner.squaredNorm();
@@ -269,6 +211,8 @@ private:
         return e;
     }
 
+    static bool isUsable(const Edge& e) { return e.length2 < kMost2; }
+
     [[gnu::always_inline]] void takeEdge(const Edge& e)
     {
         m_weights[0] = e.fall / e.length2;
@@ -276,7 +220,7 @@ private:
         m_length2 = m_closest.squaredNorm();
         m_count = 1;
         m_edges.set(0, e, m_vertexA, m_vertexB);
-        m_edges.endA[1] = m_edges.endB[1] = kNone;
+        m_edges.endA[1] = m_edges.endB[1] = ConeEdges::kNone;
     }
 
     /// @param old which edge stays
@@ -286,8 +230,9 @@ private:
         m_weights = {w.weight[old] * inverse, w.newWeight[old] * inverse};
         if (old == 1)
             m_edges.moveDown();
-        m_closest = m_corner + m_weights[0] * Eigen::Vector3d(m_edges.x[0], m_edges.y[0], m_edges.z[0]) +
-                    m_weights[1] * e.way;
+        // Square to both edges up to rounding, which a sum of them would not be where the angle between them is small.
+        const Eigen::Vector3d normal = Eigen::Vector3d(m_edges.x[0], m_edges.y[0], m_edges.z[0]).cross(e.way);
+        m_closest = normal * (m_corner.dot(normal) / normal.squaredNorm());
         m_length2 = m_closest.squaredNorm();
         m_count = 2;
         m_edges.set(1, e, m_vertexA, m_vertexB);
@@ -303,6 +248,8 @@ private:
         if (m_count > 0)
             w = wedgesOf(m_edges, e);
         w.inner &= (1u << m_count) - 1u;
+        if (!isUsable(e) || (w.inner == 0 && !(e.fall > 0.0)))
+            return false;
         if (w.inner == 0)
             takeEdge(e);
         else
@@ -326,12 +273,25 @@ private:
         return false;
     }
 
-    bool isOfOneHull() const { return (m_edges.endA[0] == kNone) == (m_edges.endA[1] == kNone); }
+    bool isOfOneHull() const
+    {
+        return (m_edges.endA[0] == ConeEdges::kNone) == (m_edges.endA[1] == ConeEdges::kNone);
+    }
 
     bool isReached() const
     {
         const double first = m_count > 0 ? m_weights[0] : 0.0, second = m_count > 1 ? m_weights[1] : 0.0;
         return m_count == 2 && isOfOneHull() ? first + second <= 1.0 : first <= 1.0 && second <= 1.0;
+    }
+
+    /// The point is square to its edges, which are not looked at again, by enough digits. Not where the corner is 1e8 times as
+    /// far away.
+    bool isSquare() const
+    {
+        constexpr double kSquare2 = 1e-16;
+        const Pair along = m_edges.x * m_closest[0] + m_edges.y * m_closest[1] + m_edges.z * m_closest[2];
+        const unsigned slanted = laneBits(along * along > kSquare2 * m_length2 * m_edges.length2);
+        return (slanted & ((1u << m_count) - 1u)) == 0;
     }
 
     /// The vertex of a hull at the end of an edge that the closest point lies beyond, or of the corner.
@@ -341,7 +301,7 @@ private:
         for (const int i : {far, 1 - far})
         {
             const bool isBeyond = m_weights[i] > 1.0 || (i == far && m_count == 2 && isOfOneHull());
-            if (i < m_count && ends[i] != kNone && isBeyond)
+            if (i < m_count && ends[i] != ConeEdges::kNone && isBeyond)
                 return ends[i];
         }
         return corner;
@@ -430,32 +390,46 @@ private:
         return true;
     }
 
-    /// The same in double.
+    /// The same in double. Neighbours that are level with the corner may hardly span their cone, as those on an edge with points
+    /// that rounding has moved off it: then a search for the support points has the last word.
     [[gnu::noinline]] bool findLevelRise(std::int32_t& a, std::int32_t& b) const
+    {
+        EdgeRise best = {0.0, a, b};
+        for (const std::int32_t neighbour : m_a.hull().neighbours(m_vertexA))
+            keepHigher(neighbour, m_vertexB, best);
+        for (const std::int32_t neighbour : m_b.hull().neighbours(m_vertexB))
+            keepHigher(m_vertexA, neighbour, best);
+        if (!(best.height > 0.0))
+        {
+            const VertexPair support = PosedHull<S>::supportVertices(
+                m_a, m_b, PosedHull<S>::usableDirection(m_closest), {m_vertexA, m_vertexB});
+            keepHigher(support.a, m_vertexB, best);
+            keepHigher(m_vertexA, support.b, best);
+        }
+        a = best.endA;
+        b = best.endB;
+        return best.height > 0.0;
+    }
+
+    struct EdgeRise
+    {
+        double height;
+        std::int32_t endA, endB;
+    };
+
+    void keepHigher(std::int32_t endA, std::int32_t endB, EdgeRise& best) const
     {
         // Relative; some hundred roundings.
         constexpr double kLevel2 = 1e-26;
-        double best = 0.0;
-        const auto look = [&](std::int32_t endA, std::int32_t endB)
+        for (int i = 0; i < m_count; ++i)
         {
-            for (int i = 0; i < m_count; ++i)
-            {
-                if (endA == m_edges.endA[i] || endB == m_edges.endB[i])
-                    return;
-            }
-            const Edge e = edgeTo(endA, endB);
-            const double rise = -m_closest.dot(e.way);
-            if (!(rise > best && rise * rise > kLevel2 * m_length2 * e.length2))
+            if (endA == m_edges.endA[i] || endB == m_edges.endB[i])
                 return;
-            best = rise;
-            a = endA;
-            b = endB;
-        };
-        for (const std::int32_t neighbour : m_a.hull().neighbours(m_vertexA))
-            look(neighbour, m_vertexB);
-        for (const std::int32_t neighbour : m_b.hull().neighbours(m_vertexB))
-            look(m_vertexA, neighbour);
-        return best > 0.0;
+        }
+        const Edge e = edgeTo(endA, endB);
+        const double height = -m_closest.dot(e.way);
+        if (height > best.height && height * height > kLevel2 * m_length2 * e.length2)
+            best = {height, endA, endB};
     }
 
     const PosedHull<S>& m_a;
@@ -464,7 +438,7 @@ private:
     Eigen::Vector3d m_offset;
     std::int32_t m_vertexA = 0, m_vertexB = 0;
     Eigen::Vector3d m_corner, m_cornerOfA;
-    Edges m_edges;
+    ConeEdges m_edges;
     std::array<double, 2> m_weights = {};
     int m_count = 0;  ///< edges
     std::int32_t m_steps = 0;

@@ -186,6 +186,8 @@ template <class S, class H, class Observer>
 
 /// Where no closest point was found from a corner, shapes that have come to overlap: four points around the origin, one of them
 /// the corner.
+///
+/// @return false if that is not proved; then nothing has changed
 template <class S, class H, class Observer>
 [[gnu::noinline]] bool gjkInCorner(const PosedHull<H>& a, const PosedHull<H>& b, GjkCache<S>& cache,
                                    Observer& observer, GjkResult<S>& result)
@@ -194,10 +196,16 @@ template <class S, class H, class Observer>
     failed.along = H(-1);
     failed.vertexA = cache.verticesA[0];
     failed.vertexB = cache.verticesB[0];
-    return a.isClimbable() && b.isClimbable() && failed.vertexA < a.vertexCount() &&
-           failed.vertexB < b.vertexCount() &&
-           isaGjkFromCorner(a, b, H(0), failed, cache, observer, result) &&
-           result.state == GjkState::Overlapping;
+    if (!a.isClimbable() || !b.isClimbable() || failed.vertexA >= a.vertexCount() ||
+        failed.vertexB >= b.vertexCount())
+        return false;
+    const GjkCache<S> before = cache;
+    if (isaGjkFromCorner(a, b, H(0), failed, cache, observer, result) &&
+        result.state == GjkState::Overlapping)
+        return true;
+    // The remembered simplex is a better start of a search than what proves nothing.
+    cache = before;
+    return false;
 }
 
 /// Makes a corner of the support points along an axis that separates. Out of line, as below.
@@ -274,9 +282,8 @@ template <class S, class A, class B, class Observer>
 /// Voronoi regions in double (simplex.h) instead of Johnson's algorithm, and the cache of isa_gjk.h: a query may use
 /// what another kind of query remembered.
 ///
-/// @param maxDistance length unit of the world: shapes farther apart than this come back as Separated as soon as that
-///                    is certain, without distance and points. Infinity asks for every distance. With 0, negative or
-///                    NaN, no distance is ever computed.
+/// @param maxDistance length unit of the world: shapes farther apart than this come back as Separated, without distance and
+///                    points. Infinity asks for every distance; with 0, negative or NaN, none is ever told.
 /// @param cache       of this pair in this order; a default-constructed one for a pair without history
 /// @param observer    called after each support, see NoObserver
 /// @param start       where the search begins

@@ -35,7 +35,7 @@ struct GjkResult
 
     GjkState state = GjkState::NotConverged;
     std::int32_t iterations =
-        0;              ///< simplices solved; 0 if an axis, its corner or the cached tetrahedron was enough
+        0;  ///< simplices solved, edges of a corner among them; 0 if what was remembered was enough
     S distance = S(0);  ///< gjkDistance() only
     Vector axis =
         Vector::Zero();  ///< from B to A, world axes; unit length from gjkDistance(), any from isaGjk()

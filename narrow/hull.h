@@ -161,6 +161,8 @@ public:
     const Eigen::Vector3d& centre() const { return m_centre; }
     /// The same rounded, and a 0.
     const S* centreLanes() const { return m_centreLanes.of.data(); }
+    /// The centre is so near to the origin of the frame that a first guess needs no better point.
+    bool isCentred() const { return m_isCentred; }
     /// Largest distance between a vertex that is not a corner and its triangle.
     double slack() const { return m_slack; }
     /// Times |dx| + |dy| + |dz|: a larger difference of two rounded products has the sign of the exact one, with slack.
@@ -204,6 +206,7 @@ private:
     std::array<std::uint16_t, 6 * kCubeCells* kCubeCells> m_startTable = {};
     Eigen::Vector3d m_centre = Eigen::Vector3d::Zero();
     FourLanes m_centreLanes;
+    bool m_isCentred = false;
     double m_radius = 0.0;
     double m_slack = 0.0;
     S m_tieBand = S(0);

@@ -274,6 +274,7 @@ private:
         m_hull.m_vertexCount = static_cast<std::int32_t>(m_hull.m_x.size());
         m_hull.m_centre /= m_hull.m_vertexCount;
         m_hull.m_centreLanes = lanesOf(m_hull.m_centre);
+        m_hull.m_isCentred = m_hull.m_centre.norm() <= 0.1 * m_radius;
         m_hull.m_reach = static_cast<S>(m_hull.m_radius * (1.0 + 2.0 * std::numeric_limits<S>::epsilon()));
         const std::size_t padded = (m_hull.m_x.size() + 7) / 8 * 8;
         m_hull.m_x.resize(padded, m_hull.m_x[0]);

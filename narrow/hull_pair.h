@@ -88,9 +88,11 @@ public:
         return {sums[0], sums[1], sums[2]};
     }
 
-    /// From the centre of B to that of A.
+    /// From the centre of B to that of A, or from origin to origin where these are as good and nothing has to be placed.
     [[gnu::always_inline]] Point betweenCentres() const
     {
+        if (m_a.hull().isCentred() && m_b.hull().isCentred())
+            return {-m_offset[0], -m_offset[1], -m_offset[2]};
         Vector centreA, centreB, v;
         Quad<S>::load(m_a.hull().centreLanes(), centreA);
         Quad<S>::load(m_b.hull().centreLanes(), centreB);

@@ -128,6 +128,12 @@ struct TetrahedronSides
     bool isFlat;       ///< the volume is within rounding of zero: the sides mean nothing
 };
 
+/// Lane by lane.
+inline VectorPair::Lane largerOf(const VectorPair::Lane& a, const VectorPair::Lane& b)
+{
+    return a > b ? a : b;
+}
+
 /// Two faces at a time, from the points: vectors that are made in memory and read side by side wait for their stores.
 inline TetrahedronSides tetrahedronSides(const SimplexPoints& p)
 {
@@ -143,12 +149,16 @@ inline TetrahedronSides tetrahedronSides(const SimplexPoints& p)
     // 1e-28 of the product of squared lengths: a relative height of 1e-14.
     const Lane lengths2 = bAndC.dot(bAndC);
     const double size2 = aAndEdge1.dot(aAndEdge1)[0] * lengths2[0] * lengths2[1];
+    // And 1e-30 of those of the coordinates, whose rounding moves a point by so much towards or from a face.
+    const Lane normals2 = largerOf(normals01.dot(normals01), normals23.dot(normals23));
+    const Lane points2 = largerOf(p12.dot(p12), p30.dot(p30));
+    const double noise2 = std::max(normals2[0], normals2[1]) * std::max(points2[0], points2[1]);
     // Barycentric weights of the origin times the volume. The last one from its own face: what the others leave of the volume
     // would lose what they have lost.
     const double sign = volume < 0.0 ? -1.0 : 1.0;
     const Lane weights01 = p33.dot(normals01) * -sign, weights23 = p30.dot(normals23) * Lane{-sign, sign};
     return {laneBits(weights01 < Lane{}) | laneBits(weights23 < Lane{}) << 2,
-            !(volume * volume > 1e-28 * size2)};
+            !(volume * volume > 1e-28 * size2) || !(volume * volume > 1e-30 * noise2)};
 }
 
 /// Points of the face opposite to point f.

@@ -247,6 +247,74 @@ TYPED_TEST(CornerCones, DoNotAnswerWhatOverlapsOrTouchesOrIsNoNumber)
     }
 }
 
+TYPED_TEST(CornerCones, NeighboursThatHardlySpanTheirConeAreConfirmed)
+{
+    using S = TypeParam;
+    // Rounding moves points off the faces and edges of a turned grid, and a corner on an edge may have neighbours on that edge alone.
+    std::mt19937 engine(47);
+    std::vector<Hull<S>> grids;
+    for (const int cells : {5, 9, 12, 17})
+        grids.push_back(
+            hullOf<S>(moved(gridBoxPoints(cells), randomRotation(engine), Eigen::Vector3d::Zero())));
+    const Hull<S> hulls[] = {hullOf<S>(figure9Points()), hullOf<S>(boxPoints(1.0, 0.01, 0.02)),
+                             hullOf<S>(icoPoints(1))};
+    for (int i = 0; i < 1500; ++i)
+    {
+        SCOPED_TRACE(i);
+        const double gaps[] = {0.7, 0.05, 1e-3};
+        const Hull<S>& other = i % 4 == 3 ? grids[engine() % grids.size()] : hulls[i % 4];
+        const PairScene<S> scene =
+            randomPair(grids[engine() % grids.size()], other, gaps[engine() % std::size(gaps)], 0.0, engine);
+        GjkCache<S> cache = i % 2 == 0 ? GjkCache<S>() : anyCorner(scene.posedA(), scene.posedB(), engine);
+        const GjkResult<S> result =
+            gjkDistance(scene.posedA(), scene.posedB(), std::numeric_limits<S>::infinity(), cache);
+        ASSERT_NO_FATAL_FAILURE(expectClosest(scene.posedA(), scene.posedB(), result));
+    }
+}
+
+TYPED_TEST(CornerCones, AreAsGoodForThinShapesOfDifferentSizes)
+{
+    using S = TypeParam;
+    std::vector<Hull<S>> hulls;
+    for (const double thickness : {1e-2, 1e-3, 1e-4})
+    {
+        hulls.push_back(hullOf<S>(boxPoints(1.0, thickness, thickness)));
+        hulls.push_back(hullOf<S>(boxPoints(1.0, 1.0, thickness)));
+        hulls.push_back(hullOf<S>(prismPoints(12, thickness)));
+    }
+    hulls.push_back(hullOf<S>(boxPoints(0.7, 0.5, 0.6)));
+    std::mt19937 engine(46);
+    int told = 0, edges = 0;
+    for (int i = 0; i < 4000; ++i)
+    {
+        SCOPED_TRACE(i);
+        const double sizes[] = {1.0, 1.0, 30.0, 1000.0}, gaps[] = {0.3, 1e-2, 1e-3};
+        PairScene<S> scene = randomPair(hulls[engine() % hulls.size()], hulls[engine() % hulls.size()],
+                                        gaps[engine() % std::size(gaps)], 0.0, engine);
+        const S size = S(sizes[engine() % std::size(sizes)]);
+        // B grows away from A, roughly.
+        const Eigen::Matrix<S, 3, 1> away = scene.b.origin - scene.a.origin;
+        const PosedHull<S> a = scene.posedA();
+        const PosedHull<S> b(*scene.hullB, scene.b.basis * size, scene.a.origin + away * size);
+        const Bounds truth = DistanceOracle(a, b).solve();
+        GjkCache<S> cache = anyCorner(a, b, engine);
+        NoObserver observer;
+        GjkResult<S> result;
+        if (!gjkFromCorner(a, b, std::numeric_limits<S>::infinity(), cache, observer, result))
+            continue;
+        ++told;
+        edges += cache.count > 1;
+        const double accuracy = kAccuracy<S> * std::max(1.0, double(size)) * 10.0;
+        ASSERT_NEAR(double(result.distance), double(truth.upper), accuracy);
+        const long double proved = -DistanceOracle(a, b).extent(-result.axis.template cast<long double>());
+        // The axis is rounded, and reaches across the larger shape.
+        const double rounding = (sizeof(S) == sizeof(float) ? 4e-7 : 1e-11) * double(size);
+        ASSERT_GT(double(proved), double(truth.lower) - rounding);
+    }
+    EXPECT_GT(told, 800);
+    EXPECT_GT(edges, 400);
+}
+
 TYPED_TEST(CornerCones, DistancesAreAsGoodAtEveryScaleAndWithStretchedBases)
 {
     using S = TypeParam;

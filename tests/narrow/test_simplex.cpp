@@ -11,6 +11,7 @@
 #include <limits>
 #include <map>
 #include <random>
+#include <utility>
 
 namespace cullet::test
 {
@@ -204,6 +205,25 @@ TEST(Simplex, DegenerateSimplicesHaveFiniteAnswersAsGoodAsTheBestSubset)
         }
     }
     EXPECT_GT(insideCount, 3);
+}
+
+TEST(Simplex, ATetrahedronAsThinAsTheRoundingOfItsPointsHasNothingInside)
+{
+    // Of two needles 2e-5 apart: its height is less than what a unit in the last place of a coordinate is.
+    const SimplexPoints points = {
+        Eigen::Vector3d(0.36600911276323678, 0.85936023105050063, -0.35711486563141426),
+        {-2.2268271862250044, -0.20143099217166038, 0.033078642593781515},
+        {-0.36604863149526445, -0.85935248355265481, 0.35711063358616935},
+        {-0.36610532655040806, -0.8593459882153881, 0.35710652833988576}};
+    SimplexPoints p = points;
+    for (int i = 0; i < 24; ++i)
+    {
+        // Every order.
+        std::swap(p[i % 3], p[i % 3 + 1]);
+        const ClosestOnSimplex c = closestOnSimplex(p, 4);
+        ASSERT_FALSE(c.isInside);
+        EXPECT_NEAR(c.point.norm(), 2e-5, 1e-7);
+    }
 }
 
 TEST(Simplex, TheOriginOnAFeatureIsAtDistanceZero)
