@@ -272,6 +272,52 @@ TYPED_TEST(CornerCones, NeighboursThatHardlySpanTheirConeAreConfirmed)
     }
 }
 
+TEST(CornerCone, LeavesToGjkWhatHasTooFewDigits)
+{
+    // The corner is billions of times as far away as the other shape: the point on an edge is square to it to 1e-7 only.
+    constexpr double kSize = 1e4;
+    std::vector<Hull<double>> hulls;
+    for (Points points : {boxPoints(0.7, 0.5, 0.6), icoPoints(0), prismPoints(32, 0.5)})
+    {
+        for (Eigen::Vector3d& p : points)
+            p *= kSize;
+        hulls.push_back(hullOf<double>(points));
+    }
+    std::mt19937 engine(48);
+    int edges = 0, refused = 0;
+    for (int i = 0; i < 3000; ++i)
+    {
+        SCOPED_TRACE(i);
+        PairScene<double> scene;
+        scene.hullA = &hulls[static_cast<std::size_t>(i % 3)];
+        scene.hullB = &hulls[static_cast<std::size_t>(i / 3 % 3)];
+        scene.a = poseOf<double>(randomRotation(engine), Eigen::Vector3d::Zero());
+        scene.b = poseOf<double>(randomRotation(engine), 4.0 * kSize * randomDirection(engine));
+        GjkCache<double> far;
+        const GjkResult<double> gap =
+            gjkDistance(scene.posedA(), scene.posedB(), std::numeric_limits<double>::infinity(), far);
+        scene.b.origin += gap.axis * (gap.distance - (i % 2 == 0 ? 3e-10 : 1e-5) * kSize);
+        const PosedHull<double> a = scene.posedA(), b = scene.posedB();
+        const Bounds truth = DistanceOracle(a, b).solve();
+        GjkCache<double> cache;
+        gjkDistance(a, b, std::numeric_limits<double>::infinity(), cache);
+        if (cache.count == 0 || cache.count == 4 || !(truth.lower > 0.0L))
+            continue;
+        NoObserver observer;
+        GjkResult<double> result;
+        if (!gjkFromCorner(a, b, std::numeric_limits<double>::infinity(), cache, observer, result))
+        {
+            ++refused;
+            continue;
+        }
+        edges += cache.count == 2;
+        const long double proved = -DistanceOracle(a, b).extent(-result.axis.cast<long double>());
+        ASSERT_GT(double(proved), double(truth.lower) - 3e-8 * kSize);
+    }
+    EXPECT_GT(edges, 100);
+    EXPECT_GT(refused, 100);
+}
+
 TYPED_TEST(CornerCones, AreAsGoodForThinShapesOfDifferentSizes)
 {
     using S = TypeParam;
