@@ -68,7 +68,7 @@ struct ConeWedges
 [[gnu::always_inline]] inline ConeWedges wedgesOf(const ConeEdges& edges, const ConeEdge& e)
 {
     using Pair = Lanes<double>::Vector;
-    /// Squared sine of an angle between edges: less leaves too few digits of the weights.
+    // Squared sine of an angle between edges: less leaves too few digits of the weights.
     constexpr double kThin = 1e-8;
     const Pair between = edges.x * e.way[0] + edges.y * e.way[1] + edges.z * e.way[2];
     const Pair product = edges.length2 * e.length2;

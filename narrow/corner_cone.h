@@ -335,17 +335,10 @@ private:
             }
             const S own = rises[0][0];
             rises[0] = withoutLaneZero(rises[0]);
-            Vector best = rises[0];
-            for (int k = 1; k < kVectors; ++k)
-                best = best > rises[k] ? best : rises[k];
-            const S highest = largestLane(best);
-            unsigned bits = 0x80u;  // a NaN equals nothing
-            for (int k = 0; k < kVectors; ++k)
-                bits |= (laneBits(rises[k] == L::fill(highest)) & ~(k == 0 ? 1u : 0u)) << (k * L::kWidth);
-            const std::int32_t neighbour = block.id[__builtin_ctz(bits)];
-            const bool isHigher = highest - own > rise.height;
-            rise.height = isHigher ? highest - own : rise.height;
-            rise.neighbour = isHigher ? neighbour : rise.neighbour;
+            const BestNeighbour<S> best = bestNeighbour(block, rises);
+            const bool isHigher = best.height - own > rise.height;
+            rise.height = isHigher ? best.height - own : rise.height;
+            rise.neighbour = isHigher ? best.id : rise.neighbour;
             index = block.id[0];
         } while (index >= 0);
         return rise;

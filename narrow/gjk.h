@@ -14,6 +14,16 @@
 
 namespace cullet
 {
+/// The closest points, whose difference is v.
+template <class S>
+[[gnu::always_inline]] inline void storePoints(const Eigen::Vector3d& v, double distance,
+                                               const Eigen::Vector3d& pointA, GjkResult<S>& result)
+{
+    result.distance = static_cast<S>(distance);
+    result.pointA = pointA.template cast<S>();
+    result.pointB = (pointA - v).template cast<S>();
+}
+
 /// GJK: the distance between two convex shapes, up to maxDistance.
 template <class S, class A, class B, class Observer>
 class GjkDistance
@@ -99,10 +109,7 @@ private:
         result.axis = (m_search.closest() * (1.0 / distance)).template cast<S>();
         if (state == GjkState::Separated)
             return;
-        const Eigen::Vector3d pointA = m_search.pointOfA();
-        result.distance = static_cast<S>(distance);
-        result.pointA = pointA.template cast<S>();
-        result.pointB = (pointA - m_search.closest()).template cast<S>();
+        storePoints(m_search.closest(), distance, m_search.pointOfA(), result);
     }
 
     /// Of |v|^2: the distance is then wrong by 1e-12 of itself at most.
@@ -117,7 +124,6 @@ private:
 };
 
 /// Ends a query with the closest point v of A - B.
-///
 template <class S>
 [[gnu::always_inline]] inline void keepClosest(const Eigen::Vector3d& v, double length2, S maxDistance,
                                                const Eigen::Vector3d& pointA, GjkCache<S>& cache,
@@ -127,11 +133,8 @@ template <class S>
     const bool isNear = distance <= static_cast<double>(maxDistance);
     result.state = cache.state = isNear ? GjkState::Near : GjkState::Separated;
     result.axis = (v * (1.0 / distance)).template cast<S>();
-    if (!isNear)
-        return;
-    result.distance = static_cast<S>(distance);
-    result.pointA = pointA.template cast<S>();
-    result.pointB = (pointA - v).template cast<S>();
+    if (isNear)
+        storePoints(v, distance, pointA, result);
 }
 
 /// From a simplex of one point, with less than a search: its two vertices are the closest points if each is the support

@@ -141,6 +141,31 @@ struct ClimbStep
     std::int32_t best;
 };
 
+/// The highest of some products, and the neighbour that has it.
+template <class S>
+struct BestNeighbour
+{
+    S height;
+    std::int32_t id;
+};
+
+/// @param products of the vertices of a block, in lane 0 of the first not the block's own vertex but lane 1 again
+template <class S>
+[[gnu::always_inline]] inline BestNeighbour<S> bestNeighbour(
+    const NeighbourBlock<S>& block, const typename Lanes<S>::Vector (&products)[8 / Lanes<S>::kWidth])
+{
+    using L = Lanes<S>;
+    constexpr int kVectors = 8 / L::kWidth;
+    typename L::Vector best = products[0];
+    for (int k = 1; k < kVectors; ++k)
+        best = best > products[k] ? best : products[k];
+    const S height = largestLane(best);
+    unsigned bits = 0x80u;  // a NaN equals nothing
+    for (int k = 0; k < kVectors; ++k)
+        bits |= (laneBits(products[k] == L::fill(height)) & ~(k == 0 ? 1u : 0u)) << (k * L::kWidth);
+    return {height, block.id[__builtin_ctz(bits)]};
+}
+
 /// Looks at the vertex and at seven or more neighbours in one pass.
 template <class S>
 inline ClimbStep<S> climbStep(const Hull<S>& hull, std::int32_t vertex, const LaneDirection<S>& d)
@@ -157,17 +182,11 @@ inline ClimbStep<S> climbStep(const Hull<S>& hull, std::int32_t vertex, const La
             products[k] = productsOf(block, k * L::kWidth, d);
         step.height = products[0][0];
         products[0] = withoutLaneZero(products[0]);
-        Vector best = products[0];
-        for (int k = 1; k < kVectors; ++k)
-            best = best > products[k] ? best : products[k];
-        const S height = largestLane(best);
-        unsigned bits = 0x80u;  // a NaN equals nothing
-        for (int k = 0; k < kVectors; ++k)
-            bits |= (laneBits(products[k] == L::fill(height)) & ~(k == 0 ? 1u : 0u)) << (k * L::kWidth);
-        if (height > step.bestHeight)
+        const BestNeighbour<S> best = bestNeighbour(block, products);
+        if (best.height > step.bestHeight)
         {
-            step.bestHeight = height;
-            step.best = block.id[__builtin_ctz(bits)];
+            step.bestHeight = best.height;
+            step.best = best.id;
         }
         index = block.id[0];
     }

@@ -57,6 +57,11 @@ inline Points moved(Points points, const Eigen::Matrix3d& basis, const Eigen::Ve
     return points;
 }
 
+inline Points scaled(const Points& points, double size)
+{
+    return moved(points, size * Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero());
+}
+
 /// Shapes of the queries' tests.
 inline std::vector<NamedPoints> queryShapes()
 {

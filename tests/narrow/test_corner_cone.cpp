@@ -277,12 +277,8 @@ TEST(CornerCone, LeavesToGjkWhatHasTooFewDigits)
     // The corner is billions of times as far away as the other shape: the point on an edge is square to it to 1e-7 only.
     constexpr double kSize = 1e4;
     std::vector<Hull<double>> hulls;
-    for (Points points : {boxPoints(0.7, 0.5, 0.6), icoPoints(0), prismPoints(32, 0.5)})
-    {
-        for (Eigen::Vector3d& p : points)
-            p *= kSize;
-        hulls.push_back(hullOf<double>(points));
-    }
+    for (const Points& points : {boxPoints(0.7, 0.5, 0.6), icoPoints(0), prismPoints(32, 0.5)})
+        hulls.push_back(hullOf<double>(scaled(points, kSize)));
     std::mt19937 engine(48);
     int edges = 0, refused = 0;
     for (int i = 0; i < 3000; ++i)
@@ -372,9 +368,7 @@ TYPED_TEST(CornerCones, DistancesAreAsGoodAtEveryScaleAndWithStretchedBases)
         {
             if (shape.isThin)
                 continue;
-            Points points = shape.points;
-            for (Eigen::Vector3d& p : points)
-                p *= size;
+            const Points points = scaled(shape.points, size);
             const Hull<S> unit = hullOf<S>(shape.points), hull = hullOf<S>(points);
             PairScene<S> scene = randomPair(unit, unit, 0.3, 0.0, engine);
             const Eigen::Matrix<S, 3, 1> stretch = size == 1.0 ? Eigen::Matrix<S, 3, 1>(S(1), S(0.2), S(-0.6))

@@ -289,9 +289,7 @@ void checkScale(double size, std::int64_t& separated, std::int64_t& near, std::i
     {
         if (shape.isThin)
             continue;
-        Points points = shape.points;
-        for (Eigen::Vector3d& p : points)
-            p *= size;
+        const Points points = scaled(shape.points, size);
         const Hull<S> unit = hullOf<S>(shape.points), hull = hullOf<S>(points);
         for (int i = 0; i < 12; ++i)
         {
