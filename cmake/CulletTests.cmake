@@ -44,6 +44,12 @@ endif()
     endif()
 endfunction()
 
+function(cullet_add_to_tests target labels)
+    if(NOT "slow" IN_LIST labels)
+        add_dependencies(cullet_tests ${target})
+    endif()
+endfunction()
+
 # cullet_add_broad_test(<name> <source>... [LINK <target>...] [LABELS <label>...] [TIMEOUT <seconds>])
 #
 # A test program without Bullet. Labels in use: gpu (needs a CUDA device), slow (left out under sanitizers), golden
@@ -55,7 +61,7 @@ function(cullet_add_broad_test name)
     endif()
     add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
     target_link_libraries(${name} PRIVATE cullet_flags cullet::broad ${arg_LINK} GTest::gtest GTest::gtest_main)
-    add_dependencies(cullet_tests ${name})
+    cullet_add_to_tests(${name} "${arg_LABELS}")
     if("threads" IN_LIST arg_LABELS)
         add_dependencies(cullet_thread_tests ${name})
     endif()
@@ -69,8 +75,8 @@ function(cullet_add_narrow_test name)
         set(arg_TIMEOUT 300)
     endif()
     add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
-    target_link_libraries(${name} PRIVATE cullet_flags cullet::narrow ${arg_LINK} GTest::gtest GTest::gtest_main)
-    add_dependencies(cullet_tests ${name})
+    target_link_libraries(${name} PRIVATE cullet_flags cullet_hulls ${arg_LINK} GTest::gtest GTest::gtest_main)
+    cullet_add_to_tests(${name} "${arg_LABELS}")
     cullet_discover_tests(${name} "" "${arg_LABELS}" ${arg_TIMEOUT})
 endfunction()
 
@@ -93,7 +99,7 @@ function(cullet_add_plugin_test name)
         if(NOT arg_OPTIMISED)
             target_compile_options(${name}${suffix} PRIVATE "$<$<NOT:$<CONFIG:Debug>>:-O1>")
         endif()
-        add_dependencies(cullet_tests ${name}${suffix})
+        cullet_add_to_tests(${name}${suffix} "${arg_LABELS}")
         # What threads share does not depend on the scalar.
         if("threads" IN_LIST arg_LABELS AND NOT suffix)
             add_dependencies(cullet_thread_tests ${name})
@@ -102,8 +108,8 @@ function(cullet_add_plugin_test name)
     endforeach()
 endfunction()
 
-# Every test program, and those with tests labelled threads: what a sanitizer build needs, without the demos. And the
-# programs, tests or not, that need CUDA.
+# Every test program but slow ones, and those with tests labelled threads: what a sanitizer build needs, without the demos.
+# And the programs, tests or not, that need CUDA.
 add_custom_target(cullet_tests)
 add_custom_target(cullet_thread_tests)
 add_custom_target(cullet_gpu_programs)

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <random>
 #include <string>
@@ -19,6 +20,12 @@
 /// Point sets for hulls: regular ones and thin ones. Sizes are about 1.
 namespace cullet
 {
+// In hull_points.cpp: building takes most of the time that the compiler needs for a small test.
+extern template Hull<float> makeHull(const std::vector<Eigen::Vector3f>&, HullExtra);
+extern template Hull<double> makeHull(const std::vector<Eigen::Vector3d>&, HullExtra);
+extern template Hull<float> makeHull(const Eigen::Vector3f*, std::int32_t, HullExtra);
+extern template Hull<double> makeHull(const Eigen::Vector3d*, std::int32_t, HullExtra);
+
 using Points = std::vector<Eigen::Vector3d>;
 
 template <class S>
