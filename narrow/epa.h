@@ -7,6 +7,7 @@
 #include "narrow/gjk.h"
 #include "narrow/gjk_search.h"
 #include "narrow/gjk_types.h"
+#include "narrow/level_corner.h"
 #include "narrow/moved_shape.h"
 #include "narrow/penetration_result.h"
 #include "narrow/polytope.h"
@@ -19,6 +20,7 @@
 #include <limits>
 #include <memory>
 #include <type_traits>
+#include <utility>
 
 namespace cullet
 {
@@ -117,13 +119,32 @@ private:
     /// A double may be too large for S. That of B depends on all other numbers.
     bool isFinite() const { return m_result.pointB.allFinite(); }
 
-    /// From the tetrahedron, in one of three ways.
+    /// From the tetrahedron, in one of four ways.
     void enlarge()
     {
-        Polytope polytope(size());
-        wrap(m_seed, 4, polytope, m_supports);
-        if (!expand(polytope, m_supports) && !(polytope.isFull() && expandFurther()))
+        const bool hasCorner = m_wantsCorner = hasCorners();
+        bool isProved = expandSeed();
+        // A corner may break the surface: where edges of A and B are parallel, some of its points are in line.
+        if (!isProved && hasCorner && !m_wantsCorner)
+            isProved = expandSeed();
+        if (!isProved)
             solveExactly();
+    }
+
+    /// Hulls whose graphs may be used.
+    bool hasCorners() const
+    {
+        if constexpr (HasVertexAmong<A, B>::value)
+            return m_a.isClimbable() && m_b.isClimbable();
+        else
+            return false;
+    }
+
+    bool expandSeed()
+    {
+        Polytope polytope(size());
+        wrapPoints(m_seed, 4, polytope, m_supports);
+        return expand(polytope, m_supports) || (polytope.isFull() && expandFurther());
     }
 
     /// Adds support points until four span space. The origin stays in the hull of the first ones, hence of all.
@@ -223,19 +244,14 @@ private:
         return expand(polytope, m_supports);
     }
 
-    /// The convex hull of points, the first four of which span space.
-    ///
-    /// @param supports [out] of the polytope's vertices
-    template <class Points, class P, class Supports>
-    static void wrap(const Points& points, int count, P& polytope, Supports& supports)
+    /// A corner whose faces are likely the closest, so that next to nothing is left to expand.
+    template <class P, class Supports>
+    void addCorner(P& polytope, Supports& supports)
     {
-        polytope.setTetrahedron({points[0].w, points[1].w, points[2].w, points[3].w});
-        std::copy_n(points.begin(), 4, supports.begin());
-        for (int i = 4; i < count; ++i)
+        if constexpr (HasVertexAmong<A, B>::value)
         {
-            const auto k = static_cast<std::size_t>(i);
-            if (const int vertex = polytope.add(points[k].w); vertex >= 0)
-                supports[static_cast<std::size_t>(vertex)] = points[k];
+            const LevelCorner<Search> corner(m_a, m_b, m_cache, m_search);
+            addPoints(corner.points, 0, corner.count, polytope, supports);
         }
     }
 
@@ -248,8 +264,8 @@ private:
         if (!(spreadFour(left, count) > kFlat * m_search.size2() * size()))
             return false;
         Polytope polytope(size());
-        wrap(left, count, polytope, m_supports);
-        m_result.iterations = 1;  // so that it is remembered anew
+        wrapPoints(left, count, polytope, m_supports);
+        m_isChanged = true;
         return expand(polytope, m_supports);
     }
 
@@ -264,7 +280,7 @@ private:
             std::array<Support, 2048> supports;
         };
         const auto surface = std::make_unique<Surface>(size());
-        wrap(m_supports, Polytope::kMaxVertices, surface->polytope, surface->supports);
+        wrapPoints(m_supports, Polytope::kMaxVertices, surface->polytope, surface->supports);
         return expand(surface->polytope, surface->supports);
     }
 
@@ -290,11 +306,22 @@ private:
             if (m_isSeparate)
                 return false;
             const bool isDone = !isOutside && gap <= kGapWanted * scale;
+            if (m_isRecalled && !isDone && polytope.lift(face))
+            {
+                m_isChanged = true;
+                continue;
+            }
+            if (!isDone && std::exchange(m_wantsCorner, false))
+            {
+                addCorner(polytope, supports);
+                continue;
+            }
             const int vertex = isDone ? -1 : polytope.add(s.w);
             if (vertex >= 0)
             {
                 supports[vertex] = s;
                 ++m_result.iterations;
+                m_isChanged = true;
                 continue;
             }
             // A NaN makes the comparison false.
@@ -329,7 +356,7 @@ private:
         // The surface of a large one cannot be made small enough.
         if constexpr (std::is_same_v<P, Polytope>)
         {
-            if (m_memory != nullptr && m_result.iterations > 0)
+            if (m_memory != nullptr && (m_isChanged || !m_isRecalled))
                 remember(polytope, face);
         }
         return true;
@@ -419,6 +446,8 @@ private:
     GjkCache<S>& m_cache;
     DepthMemory* m_memory;
     bool m_isRecalled = false;
+    bool m_isChanged = false;  ///< the surface is not the remembered one
+    bool m_wantsCorner = false;
     bool m_isSeparate = false;  ///< an axis was found
     std::array<Support, 4> m_seed;
     std::array<Support, Polytope::kMaxVertices> m_supports;  ///< of the polytope's vertices
@@ -428,13 +457,14 @@ private:
 /// Penetration depth and deepest points of two overlapping convex shapes.
 ///
 /// Van den Bergen 2001, "Proximity Queries and Penetration Depth Computation on 3D Game Objects" (EPA), in double,
-/// started from the tetrahedron that the cache remembers. Two differences: an answer counts only with its dual gap, the
-/// support along the normal minus the distance of the closest face, which bounds the error from both sides; and without
-/// such a proof all faces and pairs of edges are examined (exact_penetration.h, hulls only).
+/// started from the tetrahedron that the cache remembers and, for hulls, the corner along the remembered axis with its
+/// most level edges (level_corner.h). Two more differences: an answer counts only with its dual gap, the support along the normal
+/// minus the distance of the closest face, which bounds the error from both sides; and without such a proof all faces and
+/// pairs of edges are examined (exact_penetration.h, hulls only).
 ///
 /// @param cache of this pair in this order, best after a query that said Overlapping
 /// @param memory of this pair in this order, or null: gets what rememberedPenetration() starts from
-/// Cost: about one support of each shape and a scan of the polytope's faces per point, 5 to 60 points; up to 2,048, and an
+/// Cost: about one support of each shape and a scan of the polytope's faces per point, none to 60 points; up to 2,048, and an
 /// allocation, for round shapes whose centres nearly coincide.
 /// Errors: std::bad_alloc; NotConverged for shapes that are no hulls when the expansion fails, and for inputs that are not finite.
 template <class S, class A, class B>

@@ -26,6 +26,7 @@ struct PolytopeParts
         double length;                 ///< of the scaled normal
         double distance;               ///< of its plane from the origin; at least 0 up to rounding
         Corners vertex;
+        int index;  ///< among the faces, until the next one changes
     };
 
     struct Foot
@@ -93,19 +94,42 @@ public:
         const int best = closest();
         const Eigen::Vector3d scaled(m_x[best], m_y[best], m_z[best]);
         const double length = squareRoot(scaled.squaredNorm());
-        return {scaled, length, scaled.dot(m_vertices[m_corners[best][0]]) / length, m_corners[best]};
+        return {scaled, length, scaled.dot(m_vertices[m_corners[best][0]]) / length, m_corners[best], best};
     }
 
     /// Adds a point outside of the surface.
-    /// @return its index, or -1 if the polytope is full, the point sees no face, or the surface would break
+    /// @return its index, or -1 if the polytope is full, the point sees no face, or the surface would break or has broken
     int add(const Eigen::Vector3d& point)
     {
         const int vertex = m_vertexCount;
-        if (vertex == kMaxVertices || !collectHorizon(point))
+        if (!m_isValid || vertex == kMaxVertices || !collectHorizon(point))
             return -1;
         addVertex(point);
         m_isValid = m_faceCount + m_horizonCount - m_visibleCount <= kMaxFaces && setFan(point, vertex);
         return m_isValid ? vertex : -1;
+    }
+
+    /// Takes a face out of a dent: the edge to the neighbour that rises most above it is turned, so that it joins the other two
+    /// corners of both. The surface stays closed.
+    ///
+    /// @return false if no neighbour rises, or the new faces would not both be farther from the origin than this one
+    bool lift(const Face& face)
+    {
+        const Neighbour risen = highestNeighbour(face);
+        const int scratch = m_faceCount;
+        if (risen.face < 0 || scratch + 2 > kMaxFaces || isEdge(face.vertex[risen.apex], risen.far))
+            return false;
+        const auto corner = [&](int i)
+        { return face.vertex[static_cast<std::size_t>((risen.apex + i) % 3)]; };
+        setFaces(scratch, {{{corner(0), corner(1), risen.far}, {corner(0), risen.far, corner(2)}}});
+        const double least = std::min(m_squares[scratch], m_squares[scratch + 1]);
+        const bool isLifted = m_isValid && least > m_squares[face.index];
+        m_isValid = true;
+        if (!isLifted)
+            return false;
+        moveFace(scratch, face.index);
+        moveFace(scratch + 1, risen.face);
+        return true;
     }
 
     /// Takes out a vertex and closes the hole with a fan, if no new face is closer to the origin than the root of
@@ -178,6 +202,52 @@ private:
         const Eigen::Vector3d weights = inside / inside.sum();
         const Eigen::Vector3d point = weights[0] * a + weights[1] * b + weights[2] * c;
         return {vertex, weights, (point - (closest.distance / closest.length) * ray).norm()};
+    }
+
+    struct Neighbour
+    {
+        int face = -1;
+        int apex = 0;          ///< corner of the first face that is not one of this one
+        std::int16_t far = 0;  ///< corner of this one that is not one of the first
+    };
+
+    /// Of the faces that share an edge with one, the one whose other corner is the highest above its plane.
+    Neighbour highestNeighbour(const Face& face) const
+    {
+        // The sums of two corners are different from those of others.
+        std::array<std::uint8_t, kMaxVertices> marks;
+        std::fill_n(marks.begin(), m_vertexCount, std::uint8_t(0));
+        for (int k = 0; k < 3; ++k)
+            marks[face.vertex[k]] = static_cast<std::uint8_t>(1 << k);
+        Neighbour highest;
+        double height = m_limits[face.index];
+        for (int i = 0; i < m_faceCount; ++i)
+        {
+            const Corners& c = m_corners[i];
+            const int shared = marks[c[0]] + marks[c[1]] + marks[c[2]];
+            if (shared != 3 && shared != 5 && shared != 6)
+                continue;
+            const std::int16_t far = marks[c[0]] == 0 ? c[0] : marks[c[1]] == 0 ? c[1] : c[2];
+            if (const double h = face.scaledNormal.dot(m_vertices[far]); h > height)
+            {
+                height = h;
+                highest = {i, shared == 3 ? 2 : shared == 5 ? 1 : 0, far};
+            }
+        }
+        return highest;
+    }
+
+    bool isEdge(std::int16_t one, std::int16_t other) const
+    {
+        for (int i = 0; i < m_faceCount; ++i)
+        {
+            const Corners& c = m_corners[i];
+            const bool hasOne = (c[0] == one) | (c[1] == one) | (c[2] == one);
+            const bool hasOther = (c[0] == other) | (c[1] == other) | (c[2] == other);
+            if (hasOne && hasOther)
+                return true;
+        }
+        return false;
     }
 
     using Row = std::array<double, kMaxFaces + 4>;

@@ -12,10 +12,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <utility>
 
-/// A surface into a DepthMemory, and the points of one that were placed anew as corners of a tetrahedron to begin with.
+/// A surface into a DepthMemory, and one from support points: those placed anew, or found.
 namespace cullet
 {
 /// Keeps the vertices and faces of a polytope; nothing if they are too many.
@@ -45,6 +46,31 @@ void rememberSurface(const Polytope& polytope, const Supports& supports, DepthMe
     }
     memory.vertexCount = static_cast<std::uint8_t>(count);
     memory.faceCount = static_cast<std::uint8_t>(polytope.faceCount());
+}
+
+/// Adds those of support points `first` to `count` that are outside of a polytope.
+///
+/// @param supports [out] of the polytope's vertices
+template <class Points, class P, class Supports>
+void addPoints(const Points& points, int first, int count, P& polytope, Supports& supports)
+{
+    for (int i = first; i < count; ++i)
+    {
+        const auto k = static_cast<std::size_t>(i);
+        if (const int vertex = polytope.add(points[k].w); vertex >= 0)
+            supports[static_cast<std::size_t>(vertex)] = points[k];
+    }
+}
+
+/// Makes an empty polytope the convex hull of support points, the first four of which span space.
+///
+/// @param supports [out] of the polytope's vertices
+template <class Points, class P, class Supports>
+void wrapPoints(const Points& points, int count, P& polytope, Supports& supports)
+{
+    polytope.setTetrahedron({points[0].w, points[1].w, points[2].w, points[3].w});
+    std::copy_n(points.begin(), 4, supports.begin());
+    addPoints(points, 4, count, polytope, supports);
 }
 
 /// Brings four support points that span space to the front: any, the farthest from it, the farthest from the line through
