@@ -159,6 +159,21 @@ public:
             });
     }
 
+    /// The same with a ball around each origin that has all vertices inside in the place of the hull: no support is needed.
+    /// Proves nothing for hulls with few vertices, whose supports cost as little.
+    /// @param axis isTestable(), in line with the difference of the origins where that can be
+    [[gnu::always_inline]] AxisTest<S> testBalls(const Point& axis, S limit2) const
+    {
+        const Vector squares = m_offset * m_offset;
+        // Most pairs that are not so far apart need no more; size() is right for bases that turn, and proves nothing.
+        if ((areFew(m_a) && areFew(m_b)) || !(Quad<S>::sumOfThree(squares) > size() * size()))
+            return AxisTest<S>();
+        return testWith<false>(
+            axis, limit2, [&](const Vector& localA, const Vector& localB) __attribute__((always_inline)) {
+                return Hits{ballHeight(m_a, localA), ballHeight(m_b, localB)};
+            });
+    }
+
 private:
     /// Whether both hulls are scanned by wide registers where no vertex near the support is known.
     bool areScannedWide() const
@@ -186,6 +201,13 @@ private:
     {
         SupportHit<S> a, b;
     };
+
+    /// No vertex is higher: a height is a product with the direction, and the ball's as long as both. Off by 6.5 u F R |v|.
+    [[gnu::always_inline]] static SupportHit<S> ballHeight(const PosedHull<S>& shape, const Vector& d)
+    {
+        const Vector squares = d * d;
+        return {-1, shape.hull().reach() * squareRoot(Quad<S>::sumOfThree(squares))};
+    }
 
     /// The factor of the doubt that bounds the length of an axis.
     template <bool kIsScaled>

@@ -267,6 +267,12 @@ template <class S, class H, class Observer>
         cache.axis[i] = static_cast<float>(scaled[i]);
     // Not scaled where that is not needed: it would be waited for.
     const bool isDirect = HullPair<H>::isTestable(between);
+    const AxisTest<H> balls = pair.testBalls(isDirect ? between : scaled, limit2);
+    if (balls.isProved)
+    {
+        keepSeparated(scaled, balls, cache, result);
+        return true;
+    }
     const AxisTest<H> first = pair.testFresh(isDirect ? between : scaled, limit2);
     const H along = isDirect ? first.along * scale : first.along;
     if (first.isProved)

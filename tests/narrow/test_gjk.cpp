@@ -382,7 +382,7 @@ TEST(Gjk, TheObserverSeesBoundsThatCloseIn)
     };
     GjkCache<float> cache;
     const auto result =
-        gjkDistance(at(ico, 0, 0, 0), at(unitBox(), 1.9f, 0.4f, 0.3f), kInfinity, cache, observer);
+        gjkDistance(at(ico, 0, 0, 0), at(unitBox(), 1.6f, 0.6f, 0.3f), kInfinity, cache, observer);
     ASSERT_EQ(result.state, GjkState::Near);
     ASSERT_GE(upper.size(), 2u);
     for (std::size_t i = 1; i < upper.size(); ++i)
