@@ -45,7 +45,11 @@ class CornerCone
 public:
     /// @pre both hulls have neighbours
     CornerCone(const PosedHull<S>& a, const PosedHull<S>& b)
-        : m_a(a), m_b(b), m_placement(a, b), m_offset(b.origin() - a.origin())
+        : m_a(a),
+          m_b(b),
+          m_placement(a, b),
+          m_offset(b.origin() - a.origin()),
+          m_blur(S(kBlur) * (a.norm() * a.hull().reach() + b.norm() * b.hull().reach()))
     {
     }
 
@@ -119,6 +123,8 @@ private:
     static constexpr std::int32_t kMostSteps = 16;
     /// Lengths whose direction can be told in the scalar of the hulls for bases of usual sizes, squared. Others are left to GJK.
     static constexpr double kLeast2 = 1e-16, kMost2 = 1e16;
+    /// Of the sizes: some roundings of what the points of A - B are made of.
+    static constexpr double kBlur = 32 * std::numeric_limits<double>::epsilon();
     /// Of the distance of the corner, squared: as GjkSearch has it.
     static constexpr double kTouching2 = 1e-20;
 
@@ -352,10 +358,12 @@ private:
             ids = L::loadIds(p);
     }
 
-    /// What rounding of the direction and of two products can make of a rise.
-    static S doubtOf(const PosedHull<S>& shape, S length)
+    /// What rounding of the direction and of two products can make of a rise, and that of the closest point: it is square to
+    /// the edges it is on up to that, and where shapes nearly touch that is more than the neighbours in line with them may show.
+    S doubtOf(const PosedHull<S>& shape, S length) const
     {
-        return S(1.5) * shape.hull().tieBand() * shape.norm() * length;
+        return shape.norm() *
+               (S(1.5) * shape.hull().tieBand() * length + S(2) * shape.hull().reach() * m_blur);
     }
 
     /// The neighbour of the corner against which the closest point leads most.
@@ -438,5 +446,6 @@ private:
     Eigen::Vector3d m_closest;
     double m_length2 = 0.0;
     double m_least2 = 0.0;
+    S m_blur;  ///< how far off rounding may leave the closest point
 };
 }  // namespace cullet

@@ -272,6 +272,33 @@ TYPED_TEST(CornerCones, NeighboursThatHardlySpanTheirConeAreConfirmed)
     }
 }
 
+/// Corners in line along an edge, off it by rounding, and a tip so near that the closest point is known only to as much: what is
+/// left of it along the edge must not hide that one side of the edge rises towards the origin.
+TEST(CornerCone, TellsNothingFromCornersInLineThatRoundingOfTheClosestPointHides)
+{
+    std::mt19937 turned(5);
+    const Hull<double> grid = hullOf<double>(moved(gridBoxPoints(12), randomRotation(turned), {0, 0, 0}));
+    const Hull<double> octahedron =
+        hullOf<double>({{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}});
+    Eigen::Matrix3d basis;
+    basis << 0x1.fffffffd1e946p-1, 0x1.a453bb40cb656p-16, -0x1.b8166ea9b4f88p-18, -0x1.a4593a2b66efdp-16,
+        0x1.ffffff59a8c29p-1, -0x1.995b12863b8d9p-13, 0x1.b7c26a30f85d6p-18, 0x1.995b2918df601p-13,
+        0x1.ffffff5c2baebp-1;
+    const PosedHull<double> a(grid, Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero());
+    const PosedHull<double> b(octahedron, basis,
+                              {0x1.6e8ffa8dd7c9cp-1, 0x1.14f29942d16c8p+0, 0x1.630d211ce1d54p-1});
+    GjkCache<double> cache, fresh;
+    cache.count = 2;
+    cache.verticesA = {64, 65, 0, 0};
+    cache.verticesB = {3, 3, 0, 0};
+    ASSERT_NEAR((a.point(64) - a.point(65)).norm(), 0.105, 0.001);
+    NoObserver observer;
+    const double infinity = std::numeric_limits<double>::infinity();
+    const GjkResult<double> truth = gjkDistance(a, b, infinity, fresh, observer, GjkStart::FourDirections);
+    EXPECT_NEAR(truth.distance, 1.067698e-4, 1e-10);
+    EXPECT_NEAR(gjkDistance(a, b, infinity, cache).distance, truth.distance, 1e-12);
+}
+
 TEST(CornerCone, LeavesToGjkWhatHasTooFewDigits)
 {
     // The corner is billions of times as far away as the other shape: the point on an edge is square to it to 1e-7 only.
