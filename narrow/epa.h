@@ -64,6 +64,7 @@ public:
     PenetrationResult<S> recall()
     {
         m_isRecalled = true;
+        m_isChanged = false;
         const bool isProved = (expandMemory() || expandHull()) && isFinite();
         if (isProved)
         {
@@ -356,7 +357,7 @@ private:
         // The surface of a large one cannot be made small enough.
         if constexpr (std::is_same_v<P, Polytope>)
         {
-            if (m_memory != nullptr && (m_isChanged || !m_isRecalled))
+            if (m_memory != nullptr && m_isChanged)
                 remember(polytope, face);
         }
         return true;
@@ -446,7 +447,7 @@ private:
     GjkCache<S>& m_cache;
     DepthMemory* m_memory;
     bool m_isRecalled = false;
-    bool m_isChanged = false;  ///< the surface is not the remembered one
+    bool m_isChanged = true;  ///< the surface is not the remembered one
     bool m_wantsCorner = false;
     bool m_isSeparate = false;  ///< an axis was found
     std::array<Support, 4> m_seed;

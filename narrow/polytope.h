@@ -140,9 +140,8 @@ public:
         for (int i = 0; i < m_faceCount; ++i)
         {
             const Corners& c = m_corners[i];
-            const bool isCorner = (c[0] == vertex) | (c[1] == vertex) | (c[2] == vertex);
             m_visible[m_visibleCount] = static_cast<std::int16_t>(i);
-            m_visibleCount += isCorner ? 1 : 0;
+            m_visibleCount += hasCorner(c, vertex) ? 1 : 0;
         }
         std::int16_t apex = 0;
         for (int i = 0; i < m_visibleCount; ++i)
@@ -237,14 +236,16 @@ private:
         return highest;
     }
 
+    static bool hasCorner(const Corners& c, std::int16_t vertex)
+    {
+        return (c[0] == vertex) | (c[1] == vertex) | (c[2] == vertex);
+    }
+
     bool isEdge(std::int16_t one, std::int16_t other) const
     {
         for (int i = 0; i < m_faceCount; ++i)
         {
-            const Corners& c = m_corners[i];
-            const bool hasOne = (c[0] == one) | (c[1] == one) | (c[2] == one);
-            const bool hasOther = (c[0] == other) | (c[1] == other) | (c[2] == other);
-            if (hasOne && hasOther)
+            if (hasCorner(m_corners[i], one) && hasCorner(m_corners[i], other))
                 return true;
         }
         return false;
