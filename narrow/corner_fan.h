@@ -23,7 +23,8 @@ namespace cullet
 /// * If the two slopes add up to less than zero the line is in the cone. If w is the lowest point along an axis on which
 ///   the origin is higher, so is the origin, and the far point, w and the ends of the two edges often have it inside.
 /// * Else every direction of the plane between the two normals of these edges has w lowest, level with the origin.
-///   Tilted towards w it separates, as far as it goes until another edge is level with w.
+///   Tilted towards w it separates, as far as it goes until another edge is level with w. If the end of that edge is its
+///   point nearest to the origin, it is tilted on from there: what points at the nearest point of A - B separates for longer.
 ///
 /// A shift of A - B asks the same about another point than the origin.
 ///
@@ -36,20 +37,27 @@ public:
 
     /// @param a, b support vertices against some axis, of hulls that have neighbours
     CornerFan(const HullPair<S>& pair, std::int32_t a, std::int32_t b, S shiftX, S shiftY, S shiftZ)
-        : m_vertexA{pair.a().hull().opposite(a), a, a, a}, m_vertexB{pair.b().hull().opposite(b), b, b, b}
+        : m_shift(shiftX, shiftY, shiftZ),
+          m_vertexA{pair.a().hull().opposite(a), a, a, a},
+          m_vertexB{pair.b().hull().opposite(b), b, b, b},
+          m_corner{a, b}
     {
-        const Point shift(shiftX, shiftY, shiftZ);
-        const Point w = pair.point(a, b) + shift;
-        const Point far = pair.point(m_vertexA[0], m_vertexB[0]) + shift;
+        const Point w = pair.point(a, b) + m_shift;
+        const Point far = pair.point(m_vertexA[0], m_vertexB[0]) + m_shift;
         const Point side = far.cross(w);
         const Point up = w.cross(side);
         lookAround(pair.a(), a, up, side, 0);
         lookAround(pair.b(), b, -up, -side, kOfB);
-        const S left = take(m_left, m_leftId, 2);
-        const S right = take(m_right, m_rightId, 3);
+        const S left = m_left.slope();
+        const S right = m_right.slope();
         m_isComplete = left < kNone && right < kNone;
         m_isCone = left + right < S(0);
-        if (m_isComplete && !m_isCone)
+        if (m_isCone)
+        {
+            put(m_left.end(m_corner), 2);
+            put(m_right.end(m_corner), 3);
+        }
+        else if (m_isComplete)
             tilt(pair, up + S(0.5) * (right - left) * side, w);
     }
 
@@ -60,8 +68,9 @@ public:
     /// If so, the vertex pairs of four points: far, w, and two neighbours of w.
     const std::array<std::int32_t, 4>& verticesA() const { return m_vertexA; }
     const std::array<std::int32_t, 4>& verticesB() const { return m_vertexB; }
-    /// If not, an axis from B to A along which w likely is the support point.
+    /// If not, an axis from B to A, and the vertex pair that likely is the support point along it.
     const Point& axis() const { return m_axis; }
+    const VertexPair& corner() const { return m_corner; }
 
 private:
     using L = Lanes<S>;
@@ -71,6 +80,8 @@ private:
     static constexpr S kNone = std::numeric_limits<S>::infinity();
     /// Marks a neighbour of b.
     static constexpr std::int32_t kOfB = std::int32_t(1) << 30;
+    /// Corners that an axis is tilted at, but for the first. More are of no use where measured.
+    static constexpr int kMostMoves = 2;
 
     struct Direction
     {
@@ -109,6 +120,33 @@ private:
         }
     }
 
+    /// The lowest of many slopes, and the neighbour that has it, lane by lane.
+    class Lowest
+    {
+    public:
+        void keep(const Mask& isHere, const Vector& slope, const Mask& id)
+        {
+            const Mask isLower = isHere & (slope < m_slope);
+            m_slope = isLower ? slope : m_slope;
+            m_id = isLower ? id : m_id;
+        }
+
+        S slope() const { return -largestLane(-m_slope); }
+
+        /// The corner with a vertex replaced by that neighbour; not valid if there was none.
+        VertexPair end(const VertexPair& corner) const
+        {
+            const unsigned lanes = laneBits(m_slope == L::fill(slope())) | 1u << (L::kWidth - 1);
+            const std::int32_t id = static_cast<std::int32_t>(m_id[__builtin_ctz(lanes)]);
+            const bool isOfB = (id & kOfB) != 0;
+            return {isOfB ? corner.a : id, isOfB ? id & ~kOfB : corner.b};
+        }
+
+    private:
+        Vector m_slope = L::fill(kNone);
+        Mask m_id = {};
+    };
+
     void lookAround(const PosedHull<S>& shape, std::int32_t vertex, const Point& up, const Point& side,
                     std::int32_t mark)
     {
@@ -117,49 +155,63 @@ private:
                  {
                      const Vector slope = height / along;
                      const Mask id = L::loadIds(neighbours) | mark;
-                     keepLower(along > S(0), slope, id, m_left, m_leftId);
-                     keepLower(along < S(0), -slope, id, m_right, m_rightId);
+                     m_left.keep(along > S(0), slope, id);
+                     m_right.keep(along < S(0), -slope, id);
                  });
     }
 
-    static void keepLower(const Mask& isHere, const Vector& slope, const Mask& id, Vector& best, Mask& bestId)
+    void put(const VertexPair& pair, int place)
     {
-        const Mask isLower = isHere & (slope < best);
-        best = isLower ? slope : best;
-        bestId = isLower ? id : bestId;
+        m_vertexA[place] = pair.a;
+        m_vertexB[place] = pair.b;
     }
 
-    /// Puts the neighbour with the lowest slope into the vertex pair at a place.
-    S take(const Vector& slopes, const Mask& ids, int place)
+    /// How far the axis can be tilted towards a point until an edge at the corner is level.
+    Lowest way(const HullPair<S>& pair, const Point& towards) const
     {
-        const S lowest = -largestLane(-slopes);
-        const unsigned lanes = laneBits(slopes == L::fill(lowest)) | 1u << (L::kWidth - 1);
-        const std::int32_t id = static_cast<std::int32_t>(ids[__builtin_ctz(lanes)]);
-        const bool isOfB = (id & kOfB) != 0;
-        m_vertexA[place] = isOfB ? m_vertexA[place] : id;
-        m_vertexB[place] = isOfB ? id & ~kOfB : m_vertexB[place];
+        Lowest lowest;
+        std::int32_t mark = 0;
+        const auto see = [&](const Vector& height, const Vector& along, const std::int32_t* neighbours)
+        { lowest.keep(along < S(0), -height / along, L::loadIds(neighbours) | mark); };
+        forEdges(pair.a(), m_corner.a, m_axis, towards, see);
+        mark = kOfB;
+        forEdges(pair.b(), m_corner.b, -m_axis, -towards, see);
         return lowest;
     }
 
-    /// Not all the way, since a vertex that is level with w would leave it open which of them is the support.
+    /// Not all the way at last, since a vertex that is level with the corner would leave it open which of them is the support.
     void tilt(const HullPair<S>& pair, const Point& level, const Point& w)
     {
-        Vector farthest = L::fill(kNone);
-        const auto see = [&](const Vector& height, const Vector& along, const std::int32_t*)
+        m_axis = level;
+        Point towards = w;
+        for (int moves = 0;; ++moves)
         {
-            const Vector way = -height / along;
-            farthest = (along < S(0)) & (way < farthest) ? way : farthest;
-        };
-        forEdges(pair.a(), m_vertexA[1], level, w, see);
-        forEdges(pair.b(), m_vertexB[1], -level, -w, see);
-        // Bounded where no edge leads towards the origin.
-        const S bound = S(1e3) * level.cwiseAbs().maxCoeff() / w.cwiseAbs().maxCoeff();
-        m_axis = level + S(0.9) * std::min(-largestLane(-farthest), bound) * w;
+            const Lowest lowest = way(pair, towards);
+            // Less than zero where an axis was tilted as far as it goes.
+            const S farthest = std::max(lowest.slope(), S(0));
+            // Bounded where no edge leads towards the origin.
+            const S bound = S(1e3) * m_axis.cwiseAbs().maxCoeff() / towards.cwiseAbs().maxCoeff();
+            if (moves < kMostMoves && farthest < bound)
+            {
+                const VertexPair end = lowest.end(m_corner);
+                const Point next = pair.point(end.a, end.b) + m_shift;
+                if (next.dot(next - towards) <= S(0))
+                {
+                    m_axis += farthest * towards;
+                    towards = next;
+                    m_corner = end;
+                    continue;
+                }
+            }
+            m_axis += S(0.9) * std::min(farthest, bound) * towards;
+            return;
+        }
     }
 
+    Point m_shift;
     std::array<std::int32_t, 4> m_vertexA, m_vertexB;
-    Vector m_left = L::fill(kNone), m_right = L::fill(kNone);  ///< lowest slopes so far on each side
-    Mask m_leftId = {}, m_rightId = {};
+    Lowest m_left, m_right;  ///< slopes on each side
+    VertexPair m_corner;
     Point m_axis = Point::Zero();
     bool m_isComplete = false;
     bool m_isCone = false;

@@ -142,7 +142,7 @@ template <class S, class H, class Observer>
     if (fan.isCone())
         return isaGjkWalk(pair, limit2, fan.verticesA(), fan.verticesB(), false, cache, observer, result);
     const Vector axis = scaledAxis(fan.axis());
-    const AxisTest<H> again = pair.test(axis, limit2, test.vertexA, test.vertexB);
+    const AxisTest<H> again = pair.test(axis, limit2, fan.corner().a, fan.corner().b);
     if (again.vertexA >= 0)
         observer(axis.template cast<double>(), static_cast<double>(again.along));
     if (!again.isProved)

@@ -51,7 +51,7 @@ struct Lanes
     }
     static Mask loadIds(const std::int32_t* p)
     {
-        Mask ids;
+        Mask ids = {};
         for (int lane = 0; lane < kWidth; ++lane)
             ids[lane] = p[lane];
         return ids;

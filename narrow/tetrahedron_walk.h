@@ -49,17 +49,10 @@ public:
             if (outside == 0)
                 return GjkState::NotConverged;
             const int face = faces.farthest(outside);
-            m_axis = faces.normal(face);
-            if (!HullPair<S>::isTestable(m_axis))
-                m_axis = scaledAxis(m_axis);
-            // Not from a vertex at hand: where measured, a climb takes longer than the scan or the table.
-            m_test = m_pair.testAnew(m_axis, m_limit2);
-            if (m_test.vertexA >= 0)
-                m_observer(m_axis.template cast<double>(), static_cast<double>(m_test.along));
+            const bool isOutsideOfOne = (outside & (outside - 1)) == 0;
+            const Point w = testBeyond(faces, face, isOutsideOfOne);
             if (isStuck())
                 return m_test.isProved ? GjkState::Separated : GjkState::NotConverged;
-            const Point w = m_pair.point(m_test.vertexA, m_test.vertexB);
-            const bool isOutsideOfOne = (outside & (outside - 1)) == 0;
             replace(isOutsideOfOne ? laneToGo(face, w, faces.isUp(face)) : face, w);
             if (m_test.isProved)
                 return GjkState::Separated;
@@ -96,6 +89,8 @@ private:
     using Ids = Lanes<float>::Mask;
 
     static constexpr std::int32_t kLimit = 6;
+    /// Of the first step; later ones, which have farther to go, lean less. Measured: of .3 to 1.2, .8 to 1 are alike.
+    static constexpr S kSlope = S(0.9);
 
     struct Points
     {
@@ -148,12 +143,27 @@ private:
         {
             if ((outside & (outside - 1)) == 0)
                 return __builtin_ctz(outside);
-            const Vector norm2 = m_normal.x * m_normal.x + m_normal.y * m_normal.y + m_normal.z * m_normal.z;
-            Vector size = m_beyond;
-            Quad<S>::makePositive(size);
-            const int best = Quad<S>::indexOfLargest(m_beyond * size / norm2);
+            Vector norm2, beyond2;
+            findDistances(norm2, beyond2);
+            const int best = Quad<S>::indexOfLargest(beyond2);
             // Where squares underflow, all are alike.
             return (outside >> best & 1u) != 0 ? best : __builtin_ctz(outside);
+        }
+
+        /// Away from a face and, less steeply, from the other one that the origin is nearest to: a support point in that direction
+        /// is where both faces meet, and the tetrahedron with it still has the origin inside when that has gone on.
+        ///
+        /// @param slope of the second face's unit normal, that of the first is 1
+        Point leaning(int face, S slope) const
+        {
+            Vector norm2, beyond2;
+            findDistances(norm2, beyond2);
+            Quad<S>::replace(beyond2, face, std::numeric_limits<S>::lowest());
+            const int second = Quad<S>::indexOfLargest(beyond2);
+            const S ratio = norm2[face] / norm2[second];
+            if (!(ratio <= std::numeric_limits<S>::max()))
+                return normal(face);
+            return normal(face) + normal(second) * (slope * squareRoot(ratio));
         }
 
         /// The normal as computed points outwards.
@@ -166,6 +176,16 @@ private:
         }
 
     private:
+        /// @param norm2   [out] of the normals, squared
+        /// @param beyond2 [out] how far the origin is outside of each face, squared, with the sign of that
+        [[gnu::always_inline]] void findDistances(Vector& norm2, Vector& beyond2) const
+        {
+            norm2 = m_normal.x * m_normal.x + m_normal.y * m_normal.y + m_normal.z * m_normal.z;
+            Vector size = m_beyond;
+            Quad<S>::makePositive(size);
+            beyond2 = m_beyond * size / norm2;
+        }
+
         static constexpr Vector kParity = {S(1), S(-1), S(1), S(-1)};
 
         /// Bounds of the errors of the determinants. With d the error of a coordinate, u of a rounding, and |x| 1-norms: of
@@ -227,12 +247,35 @@ private:
         std::memcpy(&m_vertexB, verticesB.data(), sizeof(m_vertexB));
     }
 
+    /// Looks for the support point beyond a face, along its normal; if the origin is outside of no other face, first in a leaning
+    /// direction, whose point is taken if it lies beyond the face, too.
+    [[gnu::always_inline]] Point testBeyond(const Faces& faces, int face, bool isOutsideOfOne)
+    {
+        const Point normal = faces.normal(face);
+        const S heightOfFace = normal.dot(corner((face + 1) & 3));
+        for (bool isLeaning = isOutsideOfOne;; isLeaning = false)
+        {
+            m_axis = isLeaning ? faces.leaning(face, kSlope / S(1 + m_iterations)) : normal;
+            if (!HullPair<S>::isTestable(m_axis))
+                m_axis = scaledAxis(m_axis);
+            // Not from a vertex at hand: where measured, a climb takes longer than the scan or the table.
+            m_test = m_pair.testAnew(m_axis, m_limit2);
+            if (m_test.vertexA >= 0)
+                m_observer(m_axis.template cast<double>(), static_cast<double>(m_test.along));
+            const Point w =
+                m_test.vertexA >= 0 ? m_pair.point(m_test.vertexA, m_test.vertexB) : Point::Zero();
+            if (!isLeaning || m_test.isProved || (!isStuck() && normal.dot(w) < heightOfFace))
+                return w;
+        }
+    }
+
+    Point corner(int lane) const { return {m_p.x[lane], m_p.y[lane], m_p.z[lane]}; }
+
     /// The lane of the corner that is not in the triangle of w and an edge of the face by which the ray from the opposite
     /// point through the origin leaves. The plane of that ray and w has the ends of the edge on different sides.
     int laneToGo(int face, const Point& w, bool isUp) const
     {
-        const Point p(m_p.x[face], m_p.y[face], m_p.z[face]);
-        const Point m = p.cross(w);
+        const Point m = corner(face).cross(w);
         const Vector s = m[0] * m_p.x + m[1] * m_p.y + m[2] * m_p.z;
         const unsigned bits = quadBits<S>(isUp ? s > Vector{} : s < Vector{});
         // Those of the corners face + 1, + 2 and + 3, and for each case which of them goes; none: the one opposite.

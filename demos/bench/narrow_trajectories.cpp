@@ -5,35 +5,11 @@
 #include "narrow/exact_penetration.h"
 
 #include <cmath>
-#include <limits>
 
 namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-namespace
-{
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-/// Moves B to a gap along the axis of the distance that it has a little farther out.
-void setGapOutwards(PairScene<btScalar>& scene, double gap)
-{
-    const Eigen::Vector3d home = scene.b.origin.cast<double>();
-    const Eigen::Vector3d away = (home - scene.a.origin.cast<double>()).normalized();
-    // The first is enough but for shapes that are large and thin.
-    for (const double step : {0.3, 1.0, 4.0})
-    {
-        scene.b.origin = (home + step * away).cast<btScalar>();
-        GjkCache<double> cache;
-        const GjkResult<double> far = gjkDistance(scene.posedA(), scene.posedB(), kInfinity, cache);
-        if (far.state != GjkState::Near)
-            continue;
-        scene.b.origin += ((far.distance - gap) * far.axis).cast<btScalar>();
-        return;
-    }
-}
-}  // namespace
-
 const std::vector<NarrowRegime>& narrowRegimes()
 {
     static const std::vector<NarrowRegime> regimes = {{"separated", 0.02, 0.08},

@@ -84,4 +84,24 @@ void moveALittle(PairScene<S>& scene, double step, std::mt19937& engine)
     scene.b.basis = q.normalized().toRotationMatrix().template cast<S>();
     scene.b.origin += (step * randomDirection(engine)).template cast<S>();
 }
+
+/// Moves B to a gap along the axis of the distance that it has a little farther out.
+template <class S>
+void setGapOutwards(PairScene<S>& scene, double gap)
+{
+    const Eigen::Vector3d home = scene.b.origin.template cast<double>();
+    const Eigen::Vector3d away = (home - scene.a.origin.template cast<double>()).normalized();
+    // The first is enough but for shapes that are large and thin.
+    for (const double step : {0.3, 1.0, 4.0})
+    {
+        scene.b.origin = (home + step * away).template cast<S>();
+        GjkCache<double> cache;
+        const GjkResult<double> far =
+            gjkDistance(scene.posedA(), scene.posedB(), std::numeric_limits<double>::infinity(), cache);
+        if (far.state != GjkState::Near)
+            continue;
+        scene.b.origin += ((far.distance - gap) * far.axis).template cast<S>();
+        return;
+    }
+}
 }  // namespace cullet
