@@ -49,7 +49,7 @@ public:
           m_b(b),
           m_placement(a, b),
           m_offset(b.origin() - a.origin()),
-          m_blur(S(kBlur) * (a.norm() * a.hull().reach() + b.norm() * b.hull().reach()))
+          m_blur(S(kBlur) * (a.size() + b.size()))
     {
     }
 

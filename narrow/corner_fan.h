@@ -46,8 +46,10 @@ public:
         const Point far = pair.point(m_vertexA[0], m_vertexB[0]) + m_shift;
         const Point side = far.cross(w);
         const Point up = w.cross(side);
-        lookAround(pair.a(), a, up, side, 0);
-        lookAround(pair.b(), b, -up, -side, kOfB);
+        Local localUp(pair, up);
+        const Local localSide(pair, side);
+        lookAround(pair.a().hull(), a, localUp.a, localSide.a, 0);
+        lookAround(pair.b().hull(), b, localUp.b, localSide.b, kOfB);
         const S left = m_left.slope();
         const S right = m_right.slope();
         m_isComplete = left < kNone && right < kNone;
@@ -58,7 +60,12 @@ public:
             put(m_right.end(m_corner), 3);
         }
         else if (m_isComplete)
-            tilt(pair, up + S(0.5) * (right - left) * side, w);
+        {
+            const S middle = S(0.5) * (right - left);
+            m_axis = up + middle * side;
+            localUp.add(middle, localSide);
+            tilt(pair, localUp, w);
+        }
     }
 
     /// False if there is no edge on one side, or a coordinate is not finite; then nothing else is valid.
@@ -83,27 +90,33 @@ private:
     /// Corners that an axis is tilted at, but for the first. More are of no use where measured.
     static constexpr int kMostMoves = 2;
 
-    struct Direction
+    using QuadVector = typename Quad<S>::Vector;
+
+    /// A direction of A - B in the axes of each hull.
+    struct Local
     {
-        Direction(const PosedHull<S>& shape, const Point& world)
+        Local(const HullPair<S>& pair, const Point& world)
+            : a(pair.a().row(0) * world[0] + pair.a().row(1) * world[1] + pair.a().row(2) * world[2]),
+              b(-(pair.b().row(0) * world[0] + pair.b().row(1) * world[1] + pair.b().row(2) * world[2]))
         {
-            const typename Quad<S>::Vector d =
-                shape.row(0) * world[0] + shape.row(1) * world[1] + shape.row(2) * world[2];
-            x = L::fill(d[0]);
-            y = L::fill(d[1]);
-            z = L::fill(d[2]);
         }
-        Vector x, y, z;
+
+        void add(S times, const Local& other)
+        {
+            a += times * other.a;
+            b += times * other.b;
+        }
+
+        QuadVector a, b;
     };
 
     /// Calls see(edge . first, edge . second, neighbours) for vectors of edges that begin at the vertex; some have no
     /// length.
     template <class See>
-    static void forEdges(const PosedHull<S>& shape, std::int32_t vertex, const Point& worldFirst,
-                         const Point& worldSecond, const See& see)
+    static void forEdges(const Hull<S>& hull, std::int32_t vertex, const QuadVector& localFirst,
+                         const QuadVector& localSecond, const See& see)
     {
-        const Hull<S>& hull = shape.hull();
-        const Direction first(shape, worldFirst), second(shape, worldSecond);
+        const LaneDirection<S> first(localFirst), second(localSecond);
         for (std::int32_t index = vertex; index >= 0; index = hull.block(index).id[0])
         {
             const NeighbourBlock<S>& block = hull.block(index);
@@ -147,10 +160,10 @@ private:
         Mask m_id = {};
     };
 
-    void lookAround(const PosedHull<S>& shape, std::int32_t vertex, const Point& up, const Point& side,
+    void lookAround(const Hull<S>& hull, std::int32_t vertex, const QuadVector& up, const QuadVector& side,
                     std::int32_t mark)
     {
-        forEdges(shape, vertex, up, side,
+        forEdges(hull, vertex, up, side,
                  [&](const Vector& height, const Vector& along, const std::int32_t* neighbours)
                  {
                      const Vector slope = height / along;
@@ -166,27 +179,29 @@ private:
         m_vertexB[place] = pair.b;
     }
 
-    /// How far the axis can be tilted towards a point until an edge at the corner is level.
-    Lowest way(const HullPair<S>& pair, const Point& towards) const
+    /// How far an axis can be tilted towards a point until an edge at the corner is level.
+    Lowest way(const HullPair<S>& pair, const Local& axis, const Local& towards) const
     {
         Lowest lowest;
         std::int32_t mark = 0;
         const auto see = [&](const Vector& height, const Vector& along, const std::int32_t* neighbours)
         { lowest.keep(along < S(0), -height / along, L::loadIds(neighbours) | mark); };
-        forEdges(pair.a(), m_corner.a, m_axis, towards, see);
+        forEdges(pair.a().hull(), m_corner.a, axis.a, towards.a, see);
         mark = kOfB;
-        forEdges(pair.b(), m_corner.b, -m_axis, -towards, see);
+        forEdges(pair.b().hull(), m_corner.b, axis.b, towards.b, see);
         return lowest;
     }
 
     /// Not all the way at last, since a vertex that is level with the corner would leave it open which of them is the support.
-    void tilt(const HullPair<S>& pair, const Point& level, const Point& w)
+    ///
+    /// @param axis [in, out] the axis so far
+    void tilt(const HullPair<S>& pair, Local& axis, const Point& w)
     {
-        m_axis = level;
         Point towards = w;
         for (int moves = 0;; ++moves)
         {
-            const Lowest lowest = way(pair, towards);
+            const Local localTowards(pair, towards);
+            const Lowest lowest = way(pair, axis, localTowards);
             // Less than zero where an axis was tilted as far as it goes.
             const S farthest = std::max(lowest.slope(), S(0));
             // Bounded where no edge leads towards the origin.
@@ -198,6 +213,7 @@ private:
                 if (next.dot(next - towards) <= S(0))
                 {
                     m_axis += farthest * towards;
+                    axis.add(farthest, localTowards);
                     towards = next;
                     m_corner = end;
                     continue;

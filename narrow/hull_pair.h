@@ -65,7 +65,7 @@ public:
     {
         Vector distances = m_offset;
         Quad<S>::makePositive(distances);
-        m_reach = a.norm() * a.hull().reach() + b.norm() * b.hull().reach() + Quad<S>::sumOfThree(distances);
+        m_reach = a.size() + b.size() + Quad<S>::sumOfThree(distances);
     }
 
     const PosedHull<S>& a() const { return m_a; }
@@ -74,7 +74,7 @@ public:
     /// Bounds every coordinate of A - B, and what it is made of.
     S reach() const { return m_reach; }
     /// How far a point of A - B can be from the difference of the origins, for bases that only turn.
-    S size() const { return S(0.5774) * (m_a.norm() * m_a.hull().reach() + m_b.norm() * m_b.hull().reach()); }
+    S size() const { return S(0.5774) * (m_a.size() + m_b.size()); }
 
     /// The point of A - B of two vertices, rounded.
     [[gnu::always_inline]] Point point(std::int32_t vertexA, std::int32_t vertexB) const
@@ -149,7 +149,7 @@ public:
     {
         return testWith<false>(
             axis, limit2, [&](const Vector& localA, const Vector& localB) __attribute__((always_inline)) {
-                if (areFew(m_a) && areFew(m_b))
+                if (m_a.isFew() && m_b.isFew())
                     return Hits{height(m_a, localA, -1), height(m_b, localB, -1)};
                 if (areScannedWide())
                     return wideHeights(localA, localB);
@@ -166,7 +166,7 @@ public:
     {
         const Vector squares = m_offset * m_offset;
         // Most pairs that are not so far apart need no more; size() is right for bases that turn, and proves nothing.
-        if ((areFew(m_a) && areFew(m_b)) || !(Quad<S>::sumOfThree(squares) > size() * size()))
+        if ((m_a.isFew() && m_b.isFew()) || !(Quad<S>::sumOfThree(squares) > size() * size()))
             return AxisTest<S>();
         return testWith<false>(
             axis, limit2, [&](const Vector& localA, const Vector& localB) __attribute__((always_inline)) {
@@ -239,16 +239,11 @@ private:
         return test;
     }
 
-    static bool areFew(const PosedHull<S>& shape)
-    {
-        return shape.method() == SupportMethod::Automatic && shape.vertexCount() <= kFewVertices;
-    }
-
     /// The height alone where there are few vertices.
     [[gnu::always_inline]] static SupportHit<S> height(const PosedHull<S>& shape, const Vector& d,
                                                        std::int32_t start)
     {
-        if (areFew(shape))
+        if (shape.isFew())
             return {-1, largestProduct(shape.hull(), LaneDirection<S>(d))};
         return support(shape, d, start);
     }
@@ -276,11 +271,16 @@ private:
         // A negative one is large.
         const bool hasStart =
             static_cast<std::uint32_t>(start) < static_cast<std::uint32_t>(hull.blockCount());
-        S height;
-        // The 1-norm of the direction is at most sqrt(3) F |v|; the band has room for rounding.
-        if (hasStart && shape.method() == SupportMethod::Automatic &&
-            isPeak(hull, start, LaneDirection<S>(d), hull.tieBand() * (S(3) * shape.norm()), height))
-            return {start, height};
+        if (hasStart && shape.method() == SupportMethod::Automatic)
+        {
+            // The 1-norm of the direction is at most sqrt(3) F |v|; the band has room for rounding.
+            const S band = hull.tieBand() * (S(3) * shape.norm());
+            S height;
+            std::int32_t beside;
+            if (isPeak(hull, start, LaneDirection<S>(d), band, height, beside))
+                return {start, height};
+            start = beside;
+        }
         return search(shape, {d[0], d[1], d[2]}, start, hasStart);
     }
 
@@ -301,7 +301,7 @@ private:
     [[gnu::always_inline]] static Hits searchBoth(const PosedHull<S>& a, const Vector& dA,
                                                   const PosedHull<S>& b, const Vector& dB)
     {
-        if (areFew(a) && areFew(b))
+        if (a.isFew() && b.isFew())
             return {hitFew(a.hull(), LaneDirection<S>(dA)), hitFew(b.hull(), LaneDirection<S>(dB))};
         if (isMapped(a) && isMapped(b))
             return climbFromMaps(a.hull(), {dA[0], dA[1], dA[2]}, b.hull(), {dB[0], dB[1], dB[2]});

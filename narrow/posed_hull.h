@@ -53,7 +53,9 @@ public:
           m_origin{origin[0], origin[1], origin[2], S(0)},
           m_hull(&hull.corners()),
           m_norm(normOfRows()),
-          m_method(method)
+          m_size(m_norm * m_hull->reach()),
+          m_method(method),
+          m_isFew(method == SupportMethod::Automatic && m_hull->vertexCount() <= kFewVertices)
     {
     }
 
@@ -63,7 +65,9 @@ public:
           m_origin(origin),
           m_hull(&hull.corners()),
           m_norm(normOfRows()),
-          m_method(SupportMethod::Automatic)
+          m_size(m_norm * m_hull->reach()),
+          m_method(SupportMethod::Automatic),
+          m_isFew(m_hull->vertexCount() <= kFewVertices)
     {
     }
 
@@ -181,6 +185,10 @@ public:
     bool isClimbable() const { return m_method == SupportMethod::Automatic && m_hull->hasNeighbours(); }
     /// Frobenius norm of the basis: no vector gets longer by more than this times.
     S norm() const { return m_norm; }
+    /// No vertex is farther from the origin of the shape.
+    S size() const { return m_size; }
+    /// All vertices are looked at: see kFewVertices.
+    bool isFew() const { return m_isFew; }
 
 private:
     S normOfRows() const
@@ -230,6 +238,8 @@ private:
     Quad m_origin;
     const Hull<S>* m_hull;
     S m_norm;
+    S m_size;
     SupportMethod m_method;
+    bool m_isFew;
 };
 }  // namespace cullet

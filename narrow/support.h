@@ -146,6 +146,31 @@ template <class S>
     return near == 0;
 }
 
+/// The same, and from where to climb on if it is false.
+///
+/// @param beside [out] then the highest neighbour in the vertex's first block, if that has one within the band
+template <class S>
+[[gnu::always_inline]] inline bool isPeak(const Hull<S>& hull, std::int32_t vertex, const LaneDirection<S>& d,
+                                          S band, S& height, std::int32_t& beside)
+{
+    using L = Lanes<S>;
+    constexpr int kVectors = 8 / L::kWidth;
+    const NeighbourBlock<S>& block = hull.block(vertex);
+    typename L::Vector products[kVectors];
+    for (int k = 0; k < kVectors; ++k)
+        products[k] = productsOf(block, k * L::kWidth, d);
+    height = products[0][0];
+    products[0] = withoutLaneZero(products[0]);
+    typename L::Vector best = products[0];
+    for (int k = 1; k < kVectors; ++k)
+        best = best > products[k] ? best : products[k];
+    beside = vertex;
+    if (laneBits(best >= L::fill(height - band)) == 0)
+        return block.id[0] < 0 || isPeak(hull, vertex, d, band, height);
+    beside = bestNeighbour(block, products).id;
+    return false;
+}
+
 /// A vertex and its rounded product.
 template <class S>
 struct SupportHit

@@ -79,9 +79,11 @@ constexpr std::int32_t kFewVertices = 16;
         Components magnitudes = local;
         Quad<btScalar>::makePositive(magnitudes);
         const btScalar band = hull.tieBand() * Quad<btScalar>::sumOfThree(magnitudes);
+        std::int32_t beside;
         // In a coherent scene nearly always.
-        if (isPeak(hull, start, lanes, band, height))
+        if (isPeak(hull, start, lanes, band, height, beside))
             return height;
+        start = narrowId<btScalar>(beside);
     }
     return searchedHeight(hull, local, start);
 }
