@@ -91,11 +91,10 @@ inline void widenIds(const std::array<std::uint16_t, 4>& narrow, FourIds& wide)
     wide = __builtin_convertvector(ids, FourIds);
 }
 
-/// From the remembered tetrahedron.
+/// From the remembered tetrahedron. Out of line, as the search in double.
 template <class S, class H, class Observer>
-[[gnu::always_inline]] inline bool isaGjkFromTetrahedron(const PosedHull<H>& a, const PosedHull<H>& b,
-                                                         H limit2, GjkCache<S>& cache, Observer& observer,
-                                                         GjkResult<S>& result)
+[[gnu::noinline]] bool isaGjkFromTetrahedron(const PosedHull<H>& a, const PosedHull<H>& b, H limit2,
+                                             GjkCache<S>& cache, Observer& observer, GjkResult<S>& result)
 {
     FourIds idsA, idsB;
     widenIds(cache.verticesA, idsA);
@@ -250,9 +249,8 @@ template <class S, class H, class Observer>
 [[gnu::noinline]] bool isaGjkFresh(const PosedHull<H>& a, const PosedHull<H>& b, H limit2, GjkCache<S>& cache,
                                    Observer& observer, GjkResult<S>& result, AxisTest<H>& test)
 {
-    // The remembered tetrahedron comes first. And what is told of an axis is told of the cache's, which in float alone is the
-    // one between the centres but for its length.
-    if (sizeof(H) != sizeof(float) || (cache.state == GjkState::Overlapping && cache.count == 4))
+    // What is told of an axis is told of the cache's, which in float alone is the one between the centres but for its length.
+    if (sizeof(H) != sizeof(float))
     {
         cache.axis = firstAxis(a, b);
         return false;
@@ -296,7 +294,7 @@ template <class S, class H, class Observer>
                                                 GjkCache<S>& cache, Observer& observer, GjkResult<S>& result,
                                                 AxisTest<H>& test)
 {
-    if (test.vertexA >= 0 || (cache.state == GjkState::Overlapping && cache.count == 4))
+    if (test.vertexA >= 0)
         return false;
     const Eigen::Matrix<H, 3, 1> axis(cache.axis[0], cache.axis[1], cache.axis[2]);
     // Not in `test`, which is in memory.
@@ -323,8 +321,6 @@ template <class S, class H, class Observer>
                                      GjkCache<S>& cache, Observer& observer, GjkResult<S>& result,
                                      AxisTest<H>& test, bool looksAround)
 {
-    if (cache.state == GjkState::Overlapping && cache.count == 4)
-        return isaGjkFromTetrahedron(a, b, limit2, cache, observer, result);
     const Eigen::Matrix<H, 3, 1> axis(cache.axis[0], cache.axis[1], cache.axis[2]);
     const HullPair<H> pair(a, b);
     if (test.vertexA < 0 || test.vertexB < 0)
@@ -379,7 +375,7 @@ bool isaGjkQuickly(const A&, const B&, H, GjkCache<S>&, Observer&, GjkResult<S>&
     return false;
 }
 
-/// What can be told without a search in double: an axis is tested, the corner where it fails, and the last tetrahedron.
+/// What can be told without a search in double: the last tetrahedron, or an axis and the corner where it fails.
 ///
 /// @param test        [in, out] see isaGjkOnAxis()
 /// @param looksAround see isaGjkQuickly()
@@ -389,6 +385,14 @@ template <class S, class A, class B, class H, class Observer>
                                                        Observer& observer, GjkResult<S>& result,
                                                        AxisTest<H>& test, bool looksAround)
 {
+    if (cache.state == GjkState::Overlapping && cache.count == 4)
+    {
+        if (isaGjkFromTetrahedron(a, b, limit2, cache, observer, result))
+            return true;
+        if (cache.axis == std::array<float, 3>{})
+            cache.axis = firstAxis(a, b);
+        return false;
+    }
     const bool isFresh = cache.axis == std::array<float, 3>{};
     return (isFresh ? isaGjkFresh(a, b, limit2, cache, observer, result, test)
                     : isaGjkOnAxis(a, b, limit2, cache, observer, result, test)) ||
@@ -422,7 +426,7 @@ template <class S, class A, class B, class Observer>
     const Scalar limit = maxDistance > S(0) ? static_cast<Scalar>(maxDistance) : Scalar(0);
     GjkResult<S> result;
     const Scalar limit2 = squareOfLimit(limit);
-    if (cache.axis == std::array<float, 3>{} && variant.start != GjkStart::Memory)
+    if (variant.start != GjkStart::Memory && cache.axis == std::array<float, 3>{})
         cache.axis = firstAxis(a, b);
     if (variant.start == GjkStart::Memory &&
         isaGjkWithoutSearch(a, b, limit2, cache, observer, result, test, variant.reflections <= 0))
