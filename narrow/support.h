@@ -119,6 +119,7 @@ inline ClimbStep<S> climbStep(const Hull<S>& hull, std::int32_t vertex, const La
 
 /// True if no neighbour has a product within `band` of the vertex's: then it is the support vertex.
 ///
+/// @param vertex or a later block of it, from which on its neighbours are looked at
 /// @param height [out] product of the vertex
 template <class S>
 [[gnu::always_inline]] inline bool isPeak(const Hull<S>& hull, std::int32_t vertex, const LaneDirection<S>& d,
@@ -166,7 +167,7 @@ template <class S>
         best = best > products[k] ? best : products[k];
     beside = vertex;
     if (laneBits(best >= L::fill(height - band)) == 0)
-        return block.id[0] < 0 || isPeak(hull, vertex, d, band, height);
+        return block.id[0] < 0 || isPeak(hull, block.id[0], d, band, height);
     beside = bestNeighbour(block, products).id;
     return false;
 }

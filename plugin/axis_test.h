@@ -39,9 +39,6 @@ inline btScalar largestOf(const Components& v)
     return std::max(std::max(v[0], v[1]), v[2]);
 }
 
-/// Up to so many vertices all are looked at: no branch then depends on how the hull turns.
-constexpr std::int32_t kFewVertices = 16;
-
 /// Where the climb does not end where it starts.
 ///
 /// @param start [in, out] a vertex as the cache stores it: where the climb starts, if the hull has that; then its end
