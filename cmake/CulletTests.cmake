@@ -68,16 +68,17 @@ function(cullet_add_broad_test name)
     cullet_discover_tests(${name} "" "${arg_LABELS}" ${arg_TIMEOUT})
 endfunction()
 
-# cullet_add_narrow_test(...): the same arguments; links the narrow phase instead of the broad one.
+# cullet_add_narrow_test(... [SUFFIX <of the names of its tests>]): else the same arguments; links the narrow phase instead of
+# the broad one.
 function(cullet_add_narrow_test name)
-    cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT" "LINK;LABELS")
+    cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT;SUFFIX" "LINK;LABELS")
     if(NOT arg_TIMEOUT)
         set(arg_TIMEOUT 300)
     endif()
     add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
     target_link_libraries(${name} PRIVATE cullet_flags cullet_hulls ${arg_LINK} GTest::gtest GTest::gtest_main)
     cullet_add_to_tests(${name} "${arg_LABELS}")
-    cullet_discover_tests(${name} "" "${arg_LABELS}" ${arg_TIMEOUT})
+    cullet_discover_tests(${name} "${arg_SUFFIX}" "${arg_LABELS}" ${arg_TIMEOUT})
 endfunction()
 
 # cullet_add_plugin_test(<name> <source>... [LINK <target>...] [LINK_PAIRED <target>...] [LABELS <label>...]

@@ -245,7 +245,7 @@ private:
     {
         if (shape.isFew())
             return {-1, largestProduct(shape.hull(), LaneDirection<S>(d))};
-        return support(shape, d, start);
+        return support<kLooksAtHand>(shape, d, start);
     }
 
     [[gnu::always_inline]] Hits wideHeights(const Vector& dA, const Vector& dB) const
@@ -264,6 +264,8 @@ private:
         return hits;
     }
 
+    /// @tparam kLooks vertices that are looked at in line, from one to a higher neighbour, before a search
+    template <int kLooks = 1>
     [[gnu::always_inline]] static SupportHit<S> support(const PosedHull<S>& shape, const Vector& d,
                                                         std::int32_t start)
     {
@@ -275,11 +277,15 @@ private:
         {
             // The 1-norm of the direction is at most sqrt(3) F |v|; the band has room for rounding.
             const S band = hull.tieBand() * (S(3) * shape.norm());
-            S height;
-            std::int32_t beside;
-            if (isPeak(hull, start, LaneDirection<S>(d), band, height, beside))
-                return {start, height};
-            start = beside;
+            const LaneDirection<S> lanes(d);
+            for (int look = 0; look < kLooks; ++look)
+            {
+                S height;
+                std::int32_t beside;
+                if (isPeak(hull, start, lanes, band, height, beside))
+                    return {start, height};
+                start = beside;
+            }
         }
         return search(shape, {d[0], d[1], d[2]}, start, hasStart);
     }

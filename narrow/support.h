@@ -46,6 +46,10 @@ struct SupportCounters
 /// Up to so many vertices all are looked at, inline: no branch then depends on how a hull turns.
 constexpr std::int32_t kFewVertices = 16;
 
+/// Where an axis is tested again, a vertex that has ceased to be its support has one beside it in nearly all cases: so many are looked
+/// at, inline, before a search.
+constexpr int kLooksAtHand = 3;
+
 /// Products of a direction and the vertices of a block from lane `first` on.
 template <class S>
 [[gnu::always_inline]] inline typename Lanes<S>::Vector productsOf(const NeighbourBlock<S>& block, int first,

@@ -76,11 +76,14 @@ inline btScalar largestOf(const Components& v)
         Components magnitudes = local;
         Quad<btScalar>::makePositive(magnitudes);
         const btScalar band = hull.tieBand() * Quad<btScalar>::sumOfThree(magnitudes);
-        std::int32_t beside;
-        // In a coherent scene nearly always.
-        if (isPeak(hull, start, lanes, band, height, beside))
-            return height;
-        start = narrowId<btScalar>(beside);
+        // In a coherent scene the first nearly always.
+        for (int look = 0; look < kLooksAtHand; ++look)
+        {
+            std::int32_t beside;
+            if (isPeak(hull, start, lanes, band, height, beside))
+                return height;
+            start = narrowId<btScalar>(beside);
+        }
     }
     return searchedHeight(hull, local, start);
 }

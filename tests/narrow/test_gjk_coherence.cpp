@@ -23,13 +23,13 @@ struct Coherence
 
 /// Boxes and icosahedra that swing across each other's surface by 3 % of their size, as in the benchmark.
 ///
-/// @param state answers that count
-Coherence coherenceOf(GjkState state, unsigned seed)
+/// @param see called with the scene, the state before, the result, the cache and how many axes were tested, for each query
+template <class See>
+void swing(unsigned seed, const See& see)
 {
     testing::Test::RecordProperty("seed", std::to_string(seed));
     const Hull<float> hulls[] = {hullOf<float>(boxPoints(0.7, 0.5, 0.6)), hullOf<float>(icoPoints(0))};
     std::mt19937 engine(seed);
-    Coherence coherence;
     for (int pair = 0; pair < 64; ++pair)
     {
         PairScene<float> scene = randomPair(hulls[pair % 2], hulls[pair / 2 % 2], 0.05, 0.0, engine);
@@ -42,14 +42,25 @@ Coherence coherenceOf(GjkState state, unsigned seed)
             int axes = 0;
             auto observer = [&axes](const Eigen::Vector3d&, double) { ++axes; };
             const GjkResult<float> result = isaGjk(scene.posedA(), scene.posedB(), 0.0f, cache, observer);
-            if (before == state && result.state == state)
-            {
-                ++coherence.queries;
-                // A remembered axis is one, a tetrahedron none.
-                coherence.failures += axes > (state == GjkState::Separated ? 1 : 0);
-            }
+            see(scene, before, result, cache, axes);
         }
     }
+}
+
+/// @param state answers that count
+Coherence coherenceOf(GjkState state, unsigned seed)
+{
+    Coherence coherence;
+    swing(seed,
+          [&](const PairScene<float>&, GjkState before, const GjkResult<float>& result,
+              const GjkCache<float>&, int axes)
+          {
+              if (before != state || result.state != state)
+                  return;
+              ++coherence.queries;
+              // A remembered axis is one, a tetrahedron none.
+              coherence.failures += axes > (state == GjkState::Separated ? 1 : 0);
+          });
     testing::Test::RecordProperty("failures", std::to_string(coherence.failures));
     testing::Test::RecordProperty("queries", std::to_string(coherence.queries));
     return coherence;
@@ -71,6 +82,35 @@ TEST(GjkCoherence, AnAxisThatSucceedsAnotherPointsAtTheNearestCorner)
     EXPECT_GT(coherence.failures, 50);
     // A ninth if the axis is tilted at the corner of the failed one only.
     EXPECT_LT(coherence.failures, coherence.queries / 15) << coherence.failures;
+}
+
+/// Whether another vertex is as far along a world direction as the one of a support, up to rounding.
+bool isLevel(const PosedHull<float>& shape, const Eigen::Vector3d& direction)
+{
+    const SupportPoint support = shape.support(direction, -1);
+    const double below = 1e-5 * direction.norm();
+    int level = 0;
+    for (std::int32_t v = 0; v < shape.vertexCount(); ++v)
+        level += (support.point - shape.point(v)).dot(direction) <= below;
+    return level > 1;
+}
+
+TEST(GjkCoherence, AnAxisFoundWhereATetrahedronIsLeftIsLevelWithNoEdge)
+{
+    int axes = 0, levelAxes = 0;
+    swing(73,
+          [&](const PairScene<float>& scene, GjkState before, const GjkResult<float>& result,
+              const GjkCache<float>& cache, int)
+          {
+              if (before != GjkState::Overlapping || result.state != GjkState::Separated)
+                  return;
+              ++axes;
+              const Eigen::Vector3d axis(cache.axis[0], cache.axis[1], cache.axis[2]);
+              levelAxes += isLevel(scene.posedA(), -axis) || isLevel(scene.posedB(), axis);
+          });
+    EXPECT_GT(axes, 100);
+    // All of them if it stays the normal of a face: as long as A rests, its support is then searched in every frame.
+    EXPECT_LT(levelAxes, axes / 10) << axes;
 }
 }  // namespace
 }  // namespace cullet::test
