@@ -233,9 +233,17 @@ template <class S, class H, class Observer>
 [[gnu::noinline]] bool gjkFromAxis(const PosedHull<H>& a, const PosedHull<H>& b, GjkCache<S>& cache,
                                    Observer& observer, GjkResult<S>& result)
 {
-    AxisTest<H> test;
-    return a.isClimbable() && b.isClimbable() &&
-           isaGjkWithoutSearch(a, b, H(0), cache, observer, result, test, true);
+    if (!a.isClimbable() || !b.isClimbable())
+        return false;
+    AxisTest<H> first;
+    const bool isFresh = !remembersAxis(cache);
+    if (!isFresh && isaGjkOnAxis(a, b, H(0), cache, observer, first))
+    {
+        result = separatedOnAxis(first, cache);
+        return true;
+    }
+    AxisTest<H> test = first;
+    return isaGjkOffAxis(a, b, H(0), cache, observer, result, test, true, isFresh);
 }
 
 /// What can be told of two hulls without a search. Where neither a corner nor an edge or face of A - B is remembered, the

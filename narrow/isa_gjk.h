@@ -34,18 +34,18 @@ std::array<float, 3> firstAxis(const A& a, const B& b)
 template <class S, class A, class B, class Observer, class Shape>
 [[gnu::noinline]] GjkResult<S> isaGjkSearch(const A& a, const B& b, double limit, GjkCache<S>& cache,
                                             Observer& observer, const AxisTest<Shape>& test,
-                                            const IsaGjkVariant& variant)
+                                            IsaGjkVariant variant)
 {
     return IsaGjk<S, A, B, Observer>(a, b, limit, cache, observer, variant).run(test);
 }
 
 /// Ends a query with an axis that the cache has already.
 template <class S, class H>
-void keepSeparated(const Eigen::Matrix<H, 3, 1>& axis, const AxisTest<H>& test, GjkCache<S>& cache,
+void keepSeparated(const Eigen::Matrix<S, 3, 1>& axis, const AxisTest<H>& test, GjkCache<S>& cache,
                    GjkResult<S>& result)
 {
     result.state = cache.state = GjkState::Separated;
-    result.axis = axis.template cast<S>();
+    result.axis = axis;
     cache.startA = narrowId<S>(test.vertexA);
     cache.startB = narrowId<S>(test.vertexB);
 }
@@ -57,7 +57,7 @@ void keepAxis(const Eigen::Matrix<H, 3, 1>& axis, const AxisTest<H>& test, GjkCa
 {
     for (int i = 0; i < 3; ++i)
         cache.axis[i] = static_cast<float>(axis[i]);
-    keepSeparated(axis, test, cache, result);
+    keepSeparated<S>(axis.template cast<S>(), test, cache, result);
 }
 
 /// A walk from four vertex pairs. Out of line, as the search in double, to keep the path of a separated pair short.
@@ -268,7 +268,7 @@ template <class S, class H, class Observer>
     const AxisTest<H> balls = pair.testBalls(isDirect ? between : scaled, limit2);
     if (balls.isProved)
     {
-        keepSeparated(scaled, balls, cache, result);
+        keepSeparated<S>(scaled.template cast<S>(), balls, cache, result);
         return true;
     }
     const AxisTest<H> first = pair.testFresh(isDirect ? between : scaled, limit2);
@@ -276,7 +276,7 @@ template <class S, class H, class Observer>
     if (first.isProved)
     {
         observer(scaled.template cast<double>(), static_cast<double>(along));
-        keepSeparated(scaled, first, cache, result);
+        keepSeparated<S>(scaled.template cast<S>(), first, cache, result);
         return true;
     }
     test.along = along;
@@ -287,29 +287,29 @@ template <class S, class H, class Observer>
 
 /// The first test of a query of two hulls, with which most end.
 ///
-/// @param test [in, out] of the cache's axis, if that is known to have failed; then how it failed, its vertices perhaps -1
+/// @param test [in, out] of the cache's axis, if that is known to have failed; then how it went, its vertices perhaps -1
 /// @return whether it proves the gap
 template <class S, class H, class Observer>
 [[gnu::always_inline]] inline bool isaGjkOnAxis(const PosedHull<H>& a, const PosedHull<H>& b, H limit2,
-                                                GjkCache<S>& cache, Observer& observer, GjkResult<S>& result,
+                                                const GjkCache<S>& cache, Observer& observer,
                                                 AxisTest<H>& test)
 {
     if (test.vertexA >= 0)
         return false;
     const Eigen::Matrix<H, 3, 1> axis(cache.axis[0], cache.axis[1], cache.axis[2]);
-    // Not in `test`, which is in memory.
-    const AxisTest<H> first = HullPair<H>(a, b).testFirst(axis, limit2, cache.startA, cache.startB);
-    if (!first.isProved)
-    {
-        // One by one: what is stored so is not there yet for a copy of all.
-        test.along = first.along;
-        test.vertexA = first.vertexA;
-        test.vertexB = first.vertexB;
-        return false;
-    }
-    observer(axis.template cast<double>(), static_cast<double>(first.along));
-    keepSeparated(axis, first, cache, result);
-    return true;
+    test = HullPair<H>(a, b).testFirst(axis, limit2, cache.startA, cache.startB);
+    if (test.isProved)
+        observer(axis.template cast<double>(), static_cast<double>(test.along));
+    return test.isProved;
+}
+
+/// Ends a query with the cache's axis.
+template <class S, class H>
+[[gnu::always_inline]] inline GjkResult<S> separatedOnAxis(const AxisTest<H>& test, GjkCache<S>& cache)
+{
+    GjkResult<S> result;
+    keepSeparated({cache.axis[0], cache.axis[1], cache.axis[2]}, test, cache, result);
+    return result;
 }
 
 /// Queries of two hulls that the first test does not end, and that need no search in double. Out of line, as above.
@@ -329,7 +329,7 @@ template <class S, class H, class Observer>
         if (named.isProved)
         {
             observer(axis.template cast<double>(), static_cast<double>(named.along));
-            keepSeparated(axis, named, cache, result);
+            keepSeparated<S>(axis.template cast<S>(), named, cache, result);
             return true;
         }
         test.along = named.along;
@@ -364,7 +364,7 @@ bool isaGjkFresh(const A& a, const B& b, H, GjkCache<S>& cache, Observer&, GjkRe
 }
 
 template <class S, class A, class B, class H, class Observer>
-bool isaGjkOnAxis(const A&, const B&, H, GjkCache<S>&, Observer&, GjkResult<S>&, AxisTest<H>&)
+bool isaGjkOnAxis(const A&, const B&, H, const GjkCache<S>&, Observer&, AxisTest<H>&)
 {
     return false;
 }
@@ -375,28 +375,63 @@ bool isaGjkQuickly(const A&, const B&, H, GjkCache<S>&, Observer&, GjkResult<S>&
     return false;
 }
 
-/// What can be told without a search in double: the last tetrahedron, or an axis and the corner where it fails.
+/// The tetrahedron that the origin was in is asked before the axis.
+template <class S>
+bool remembersTetrahedron(const GjkCache<S>& cache)
+{
+    return cache.state == GjkState::Overlapping && cache.count == 4;
+}
+
+template <class S>
+bool remembersAxis(const GjkCache<S>& cache)
+{
+    return cache.axis != std::array<float, 3>{};
+}
+
+/// What can be told without a search in double where the remembered axis does not answer: by the last tetrahedron, or by the first axis
+/// of all and the corner where an axis fails.
 ///
+/// @param isFresh     the cache remembers no axis
 /// @param test        [in, out] see isaGjkOnAxis()
 /// @param looksAround see isaGjkQuickly()
 /// @return false if nothing was proved
 template <class S, class A, class B, class H, class Observer>
-[[gnu::always_inline]] inline bool isaGjkWithoutSearch(const A& a, const B& b, H limit2, GjkCache<S>& cache,
-                                                       Observer& observer, GjkResult<S>& result,
-                                                       AxisTest<H>& test, bool looksAround)
+[[gnu::always_inline]] inline bool isaGjkOffAxis(const A& a, const B& b, H limit2, GjkCache<S>& cache,
+                                                 Observer& observer, GjkResult<S>& result, AxisTest<H>& test,
+                                                 bool looksAround, bool isFresh)
 {
-    if (cache.state == GjkState::Overlapping && cache.count == 4)
+    if (remembersTetrahedron(cache))
     {
         if (isaGjkFromTetrahedron(a, b, limit2, cache, observer, result))
             return true;
-        if (cache.axis == std::array<float, 3>{})
+        if (isFresh)
             cache.axis = firstAxis(a, b);
         return false;
     }
-    const bool isFresh = cache.axis == std::array<float, 3>{};
-    return (isFresh ? isaGjkFresh(a, b, limit2, cache, observer, result, test)
-                    : isaGjkOnAxis(a, b, limit2, cache, observer, result, test)) ||
+    return (isFresh && isaGjkFresh(a, b, limit2, cache, observer, result, test)) ||
            isaGjkQuickly(a, b, limit2, cache, observer, result, test, looksAround);
+}
+
+/// What follows the first test. A function of its own, so that its objects are not in memory before, and its result is not copied.
+///
+/// @param first   see isaGjkOnAxis()
+/// @param isFresh the cache remembers no axis
+template <class S, class A, class B, class H, class Observer>
+[[gnu::always_inline]] inline GjkResult<S> isaGjkAfterAxis(const A& a, const B& b, H limit,
+                                                           GjkCache<S>& cache, Observer& observer,
+                                                           IsaGjkVariant variant, const AxisTest<H>& first,
+                                                           bool isFresh)
+{
+    GjkResult<S> result;
+    AxisTest<H> test = first;
+    const bool isRemembering = variant.start == GjkStart::Memory;
+    if (!isRemembering && isFresh)
+        cache.axis = firstAxis(a, b);
+    if (isRemembering && isaGjkOffAxis(a, b, squareOfLimit(limit), cache, observer, result, test,
+                                       variant.reflections <= 0, isFresh))
+        return result;
+    result = isaGjkSearch<S>(a, b, static_cast<double>(limit), cache, observer, test, variant);
+    return result;
 }
 
 /// Tells whether two convex shapes are farther apart than maxDistance, by an axis that proves it.
@@ -413,35 +448,32 @@ template <class S, class A, class B, class H, class Observer>
 /// @param cache       of this pair in this order; a default-constructed one for a pair without history
 /// @param observer    called after each support, see NoObserver
 /// @param variant     for comparison: where the search begins, and reflections
-/// @param test        [in, out] how the cache's axis has failed just now for this question, if that is known
+/// @param failed      how the cache's axis has failed just now for this question, if that is known
 /// Cost: with a valid axis two coherent supports; else those and the neighbours of two vertices settle most pairs of hulls;
 /// else one support of each shape per simplex, 2 to 10 simplices.
 /// Errors: NotConverged; never loops, since |v| strictly decreases, and never returns a NaN.
 template <class S, class A, class B, class Observer>
 [[gnu::always_inline]] inline GjkResult<S> isaGjk(const A& a, const B& b, S maxDistance, GjkCache<S>& cache,
-                                                  Observer& observer, const IsaGjkVariant& variant,
-                                                  AxisTest<typename ShapeScalar<A>::Type>& test)
+                                                  Observer& observer, IsaGjkVariant variant,
+                                                  const AxisTest<typename ShapeScalar<A>::Type>& failed)
 {
     using Scalar = typename ShapeScalar<A>::Type;
     const Scalar limit = maxDistance > S(0) ? static_cast<Scalar>(maxDistance) : Scalar(0);
-    GjkResult<S> result;
     const Scalar limit2 = squareOfLimit(limit);
-    if (variant.start != GjkStart::Memory && cache.axis == std::array<float, 3>{})
-        cache.axis = firstAxis(a, b);
-    if (variant.start == GjkStart::Memory &&
-        isaGjkWithoutSearch(a, b, limit2, cache, observer, result, test, variant.reflections <= 0))
-        return result;
-    // One object on all paths, or it would be copied.
-    result = isaGjkSearch<S>(a, b, static_cast<double>(limit), cache, observer, test, variant);
-    return result;
+    const bool isRemembering = variant.start == GjkStart::Memory;
+    AxisTest<Scalar> first = failed;
+    const bool isFresh = !remembersAxis(cache);
+    if (isRemembering && !isFresh && !remembersTetrahedron(cache) &&
+        isaGjkOnAxis(a, b, limit2, cache, observer, first))
+        return separatedOnAxis(first, cache);
+    return isaGjkAfterAxis(a, b, limit, cache, observer, variant, first, isFresh);
 }
 
 template <class S, class A, class B, class Observer>
 [[gnu::always_inline]] inline GjkResult<S> isaGjk(const A& a, const B& b, S maxDistance, GjkCache<S>& cache,
-                                                  Observer& observer, const IsaGjkVariant& variant = {})
+                                                  Observer& observer, IsaGjkVariant variant = {})
 {
-    AxisTest<typename ShapeScalar<A>::Type> test;
-    return isaGjk(a, b, maxDistance, cache, observer, variant, test);
+    return isaGjk(a, b, maxDistance, cache, observer, variant, AxisTest<typename ShapeScalar<A>::Type>());
 }
 
 template <class S, class A, class B>

@@ -40,14 +40,14 @@ btScalar limitOf(const ConvexPair& pair, btScalar breakingThreshold, const btMan
 
 /// Is the distance of the cores larger than `limit`?
 ///
-/// @param test see isaGjk()
+/// @param failed see isaGjk()
 GjkState separation(const ConvexPair& pair, const ConvexCores& cores, btScalar limit,
-                    AxisTest<btScalar>& test, GjkCache<btScalar>& cache)
+                    const AxisTest<btScalar>& failed, GjkCache<btScalar>& cache)
 {
     if (cores.a && cores.b)
     {
         NoObserver observer;
-        return isaGjk(*cores.a, *cores.b, limit, cache, observer, {}, test).state;
+        return isaGjk(*cores.a, *cores.b, limit, cache, observer, {}, failed).state;
     }
     const PosedSupport a(pair.a.shape, pair.a.transform), b(pair.b.shape, pair.b.transform);
     if (cores.a)
