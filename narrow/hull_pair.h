@@ -88,6 +88,17 @@ public:
         return {sums[0], sums[1], sums[2]};
     }
 
+    /// An axis tilted towards its support point, to be remembered: along the normal of a face or an edge, points are level, and while
+    /// their shape rests each later query would have to search for the lowest index among them. Nothing is proved of it.
+    ///
+    /// @param by the tilt in radians where the support point is as far aside as the shapes are large
+    Point tilted(const Point& axis, const AxisTest<S>& test, S by) const
+    {
+        const S length2 = axis.squaredNorm();
+        const Point aside = point(test.vertexA, test.vertexB) - axis * (test.along / length2);
+        return axis + aside * (by * squareRoot(length2) / size());
+    }
+
     /// From the centre of B to that of A, or from origin to origin where these are as good and nothing has to be placed.
     [[gnu::always_inline]] Point betweenCentres() const
     {

@@ -50,13 +50,19 @@ void keepSeparated(const Eigen::Matrix<S, 3, 1>& axis, const AxisTest<H>& test, 
     cache.startB = narrowId<S>(test.vertexB);
 }
 
+template <class S, class H>
+void rememberAxis(const Eigen::Matrix<H, 3, 1>& axis, GjkCache<S>& cache)
+{
+    for (int i = 0; i < 3; ++i)
+        cache.axis[i] = static_cast<float>(axis[i]);
+}
+
 /// The same with another axis.
 template <class S, class H>
 void keepAxis(const Eigen::Matrix<H, 3, 1>& axis, const AxisTest<H>& test, GjkCache<S>& cache,
               GjkResult<S>& result)
 {
-    for (int i = 0; i < 3; ++i)
-        cache.axis[i] = static_cast<float>(axis[i]);
+    rememberAxis(axis, cache);
     keepSeparated<S>(axis.template cast<S>(), test, cache, result);
 }
 
@@ -188,6 +194,10 @@ template <class S, class H, class Observer>
     steps.remember(cache);
     result.iterations = steps.steps();
     keepAxis(steps.axis(), steps.test(), cache, result);
+    // Little, since it is nearly the best; not where all vertices are looked at.
+    constexpr H kTilt = H(0.1);
+    if (!pair.a().isFew() || !pair.b().isFew())
+        rememberAxis(scaledAxis(pair.tilted(steps.axis(), steps.test(), kTilt)), cache);
     return true;
 }
 
@@ -261,8 +271,7 @@ template <class S, class H, class Observer>
         scaleBelowOne(std::max({std::abs(between[0]), std::abs(between[1]), std::abs(between[2])}));
     const Eigen::Matrix<H, 3, 1> scaled =
         scale > H(0) ? Eigen::Matrix<H, 3, 1>(between * scale) : Eigen::Matrix<H, 3, 1>(1, 0, 0);
-    for (int i = 0; i < 3; ++i)
-        cache.axis[i] = static_cast<float>(scaled[i]);
+    rememberAxis(scaled, cache);
     // Not scaled where that is not needed: it would be waited for.
     const bool isDirect = HullPair<H>::isTestable(between);
     const AxisTest<H> balls = pair.testBalls(isDirect ? between : scaled, limit2);

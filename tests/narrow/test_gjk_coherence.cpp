@@ -21,14 +21,20 @@ struct Coherence
     int queries = 0, failures = 0;
 };
 
-/// Boxes and icosahedra that swing across each other's surface by 3 % of their size, as in the benchmark.
-///
+/// How pairs of hulls of two shapes move, and what is asked.
+struct Swing
+{
+    Points points[2];
+    double middle;      ///< of the gap, which swings by 3 % of the size
+    float maxDistance;  ///< see isaGjk()
+};
+
 /// @param see called with the scene, the state before, the result, the cache and how many axes were tested, for each query
 template <class See>
-void swing(unsigned seed, const See& see)
+void forQueriesOf(const Swing& swing, unsigned seed, const See& see)
 {
     testing::Test::RecordProperty("seed", std::to_string(seed));
-    const Hull<float> hulls[] = {hullOf<float>(boxPoints(0.7, 0.5, 0.6)), hullOf<float>(icoPoints(0))};
+    const Hull<float> hulls[] = {hullOf<float>(swing.points[0]), hullOf<float>(swing.points[1])};
     std::mt19937 engine(seed);
     for (int pair = 0; pair < 64; ++pair)
     {
@@ -37,30 +43,38 @@ void swing(unsigned seed, const See& see)
         for (int frame = 0; frame < 100; ++frame)
         {
             moveALittle(scene, 0.01, engine);
-            setGapOutwards(scene, 0.03 * std::sin(0.1 * pair + 0.15 * frame));
-            const GjkState before = cache.state;
+            setGapOutwards(scene, swing.middle + 0.03 * std::sin(0.1 * pair + 0.15 * frame));
+            const GjkCache<float> before = cache;
             int axes = 0;
             auto observer = [&axes](const Eigen::Vector3d&, double) { ++axes; };
-            const GjkResult<float> result = isaGjk(scene.posedA(), scene.posedB(), 0.0f, cache, observer);
+            const GjkResult<float> result =
+                isaGjk(scene.posedA(), scene.posedB(), swing.maxDistance, cache, observer);
             see(scene, before, result, cache, axes);
         }
     }
+}
+
+/// Boxes and icosahedra that swing across each other's surface, as in the benchmark.
+template <class See>
+void forCrossingQueries(unsigned seed, const See& see)
+{
+    forQueriesOf({{boxPoints(0.7, 0.5, 0.6), icoPoints(0)}, 0.0, 0.0f}, seed, see);
 }
 
 /// @param state answers that count
 Coherence coherenceOf(GjkState state, unsigned seed)
 {
     Coherence coherence;
-    swing(seed,
-          [&](const PairScene<float>&, GjkState before, const GjkResult<float>& result,
-              const GjkCache<float>&, int axes)
-          {
-              if (before != state || result.state != state)
-                  return;
-              ++coherence.queries;
-              // A remembered axis is one, a tetrahedron none.
-              coherence.failures += axes > (state == GjkState::Separated ? 1 : 0);
-          });
+    forCrossingQueries(seed,
+                       [&](const PairScene<float>&, const GjkCache<float>& before,
+                           const GjkResult<float>& result, const GjkCache<float>&, int axes)
+                       {
+                           if (before.state != state || result.state != state)
+                               return;
+                           ++coherence.queries;
+                           // A remembered axis is one, a tetrahedron none.
+                           coherence.failures += axes > (state == GjkState::Separated ? 1 : 0);
+                       });
     testing::Test::RecordProperty("failures", std::to_string(coherence.failures));
     testing::Test::RecordProperty("queries", std::to_string(coherence.queries));
     return coherence;
@@ -95,21 +109,44 @@ bool isLevel(const PosedHull<float>& shape, const Eigen::Vector3d& direction)
     return level > 1;
 }
 
+bool isLevel(const PairScene<float>& scene, const GjkCache<float>& cache)
+{
+    const Eigen::Vector3d axis(cache.axis[0], cache.axis[1], cache.axis[2]);
+    return isLevel(scene.posedA(), -axis) || isLevel(scene.posedB(), axis);
+}
+
 TEST(GjkCoherence, AnAxisFoundWhereATetrahedronIsLeftIsLevelWithNoEdge)
 {
     int axes = 0, levelAxes = 0;
-    swing(73,
-          [&](const PairScene<float>& scene, GjkState before, const GjkResult<float>& result,
-              const GjkCache<float>& cache, int)
-          {
-              if (before != GjkState::Overlapping || result.state != GjkState::Separated)
-                  return;
-              ++axes;
-              const Eigen::Vector3d axis(cache.axis[0], cache.axis[1], cache.axis[2]);
-              levelAxes += isLevel(scene.posedA(), -axis) || isLevel(scene.posedB(), axis);
-          });
+    forCrossingQueries(73,
+                       [&](const PairScene<float>& scene, const GjkCache<float>& before,
+                           const GjkResult<float>& result, const GjkCache<float>& cache, int)
+                       {
+                           if (before.state != GjkState::Overlapping || result.state != GjkState::Separated)
+                               return;
+                           ++axes;
+                           levelAxes += isLevel(scene, cache);
+                       });
     EXPECT_GT(axes, 100);
     // All of them if it stays the normal of a face: as long as A rests, its support is then searched in every frame.
+    EXPECT_LT(levelAxes, axes / 10) << axes;
+}
+
+TEST(GjkCoherence, AnAxisFoundForAGapIsLevelWithNoEdge)
+{
+    int axes = 0, levelAxes = 0;
+    forQueriesOf({{icoPoints(1), icoPoints(1)}, 0.05, 0.02f}, 74,
+                 [&](const PairScene<float>& scene, const GjkCache<float>& before,
+                     const GjkResult<float>& result, const GjkCache<float>& cache, int)
+                 {
+                     if (before.state != GjkState::Separated || result.state != GjkState::Separated ||
+                         before.axis == cache.axis)
+                         return;
+                     ++axes;
+                     levelAxes += isLevel(scene, cache);
+                 });
+    EXPECT_GT(axes, 200);
+    // A third if it stays the way to an edge or a face.
     EXPECT_LT(levelAxes, axes / 10) << axes;
 }
 }  // namespace
