@@ -53,10 +53,11 @@ struct GjkCache
 {
     static constexpr std::uint16_t kUnknown = 0xffff;
 
-    std::array<float, 3> axis = {};               ///< largest component from a half to 1, or zero: none
+    /// Likely separates: one that has, or is near one that has. Largest component from a half to 1, or zero: none.
+    std::array<float, 3> axis = {};
     std::array<std::uint16_t, 4> verticesA = {};  ///< the last simplex
     std::array<std::uint16_t, 4> verticesB = {};
-    std::uint16_t startA = kUnknown;  ///< support vertices along the axis
+    std::uint16_t startA = kUnknown;  ///< support vertices along the one that has separated
     std::uint16_t startB = kUnknown;
     GjkState state = GjkState::NotConverged;
     std::uint8_t count = 0;  ///< vertex pairs of the simplex

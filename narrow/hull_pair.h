@@ -96,7 +96,9 @@ public:
     {
         const S length2 = axis.squaredNorm();
         const Point aside = point(test.vertexA, test.vertexB) - axis * (test.along / length2);
-        return axis + aside * (by * squareRoot(length2) / size());
+        const Point turned = axis + aside * (by * squareRoot(length2) / size());
+        // Not of shapes so small that a quotient is not finite.
+        return isTestable(turned) ? turned : axis;
     }
 
     /// From the centre of B to that of A, or from origin to origin where these are as good and nothing has to be placed.

@@ -39,6 +39,14 @@ template <class S, class A, class B, class Observer, class Shape>
     return IsaGjk<S, A, B, Observer>(a, b, limit, cache, observer, variant).run(test);
 }
 
+/// @param axis a scaledAxis()
+template <class S, class H>
+void rememberAxis(const Eigen::Matrix<H, 3, 1>& axis, GjkCache<S>& cache)
+{
+    for (int i = 0; i < 3; ++i)
+        cache.axis[i] = static_cast<float>(axis[i]);
+}
+
 /// Ends a query with an axis that the cache has already.
 template <class S, class H>
 void keepSeparated(const Eigen::Matrix<S, 3, 1>& axis, const AxisTest<H>& test, GjkCache<S>& cache,
@@ -48,13 +56,6 @@ void keepSeparated(const Eigen::Matrix<S, 3, 1>& axis, const AxisTest<H>& test, 
     result.axis = axis;
     cache.startA = narrowId<S>(test.vertexA);
     cache.startB = narrowId<S>(test.vertexB);
-}
-
-template <class S, class H>
-void rememberAxis(const Eigen::Matrix<H, 3, 1>& axis, GjkCache<S>& cache)
-{
-    for (int i = 0; i < 3; ++i)
-        cache.axis[i] = static_cast<float>(axis[i]);
 }
 
 /// The same with another axis.

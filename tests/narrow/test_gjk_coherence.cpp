@@ -29,7 +29,7 @@ struct Swing
     float maxDistance;  ///< see isaGjk()
 };
 
-/// @param see called with the scene, the state before, the result, the cache and how many axes were tested, for each query
+/// @param see called with the scene, the cache before, the result, the cache now and how many axes were tested, for each query
 template <class See>
 void forQueriesOf(const Swing& swing, unsigned seed, const See& see)
 {
