@@ -257,9 +257,9 @@ template <class S, class H, class Observer>
 {
     if (static_cast<unsigned>(cache.count) - 1u >= 3u)
     {
-        const bool hasTetrahedron = cache.state == GjkState::Overlapping && cache.count == 4;
-        const bool isTold = hasTetrahedron ? isaGjkFromTetrahedron(a, b, H(0), cache, observer, result)
-                                           : gjkFromAxis(a, b, cache, observer, result);
+        const bool isTold = remembersTetrahedron(cache)
+                                ? isaGjkFromTetrahedron(a, b, H(0), cache, observer, result)
+                                : gjkFromAxis(a, b, cache, observer, result);
         if (!isTold)
             return false;
         if (result.state == GjkState::Overlapping)

@@ -242,9 +242,7 @@ public:
                                                     std::int32_t vertexB, GjkCache<S>& cache)
     {
         const double largest = std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
-        const double scale = scaleBelowOne(largest);
-        for (int i = 0; i < 3; ++i)
-            cache.axis[i] = static_cast<float>(v[i] * scale);
+        cullet::rememberAxis(Eigen::Vector3d(v * scaleBelowOne(largest)), cache);
         cache.startA = narrowId<S>(vertexA);
         cache.startB = narrowId<S>(vertexB);
     }

@@ -64,6 +64,14 @@ struct GjkCache
 };
 static_assert(sizeof(GjkCache<float>) <= 40 && sizeof(GjkCache<double>) <= 40);
 
+/// @param axis scaled as the cache wants it
+template <class S, class H>
+void rememberAxis(const Eigen::Matrix<H, 3, 1>& axis, GjkCache<S>& cache)
+{
+    for (int i = 0; i < 3; ++i)
+        cache.axis[i] = static_cast<float>(axis[i]);
+}
+
 /// Where a search begins; the answer is the same. All but Memory are for comparison.
 enum class GjkStart : std::uint8_t
 {

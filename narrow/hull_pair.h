@@ -277,7 +277,7 @@ private:
         return hits;
     }
 
-    /// @tparam kLooks vertices that are looked at in line, from one to a higher neighbour, before a search
+    /// @tparam kLooks see isPeakAtHand(), before a search
     template <int kLooks = 1>
     [[gnu::always_inline]] static SupportHit<S> support(const PosedHull<S>& shape, const Vector& d,
                                                         std::int32_t start)
@@ -290,15 +290,9 @@ private:
         {
             // The 1-norm of the direction is at most sqrt(3) F |v|; the band has room for rounding.
             const S band = hull.tieBand() * (S(3) * shape.norm());
-            const LaneDirection<S> lanes(d);
-            for (int look = 0; look < kLooks; ++look)
-            {
-                S height;
-                std::int32_t beside;
-                if (isPeak(hull, start, lanes, band, height, beside))
-                    return {start, height};
-                start = beside;
-            }
+            S height;
+            if (isPeakAtHand<kLooks>(hull, start, LaneDirection<S>(d), band, height))
+                return {start, height};
         }
         return search(shape, {d[0], d[1], d[2]}, start, hasStart);
     }

@@ -39,14 +39,6 @@ template <class S, class A, class B, class Observer, class Shape>
     return IsaGjk<S, A, B, Observer>(a, b, limit, cache, observer, variant).run(test);
 }
 
-/// @param axis a scaledAxis()
-template <class S, class H>
-void rememberAxis(const Eigen::Matrix<H, 3, 1>& axis, GjkCache<S>& cache)
-{
-    for (int i = 0; i < 3; ++i)
-        cache.axis[i] = static_cast<float>(axis[i]);
-}
-
 /// Ends a query with an axis that the cache has already.
 template <class S, class H>
 void keepSeparated(const Eigen::Matrix<S, 3, 1>& axis, const AxisTest<H>& test, GjkCache<S>& cache,
@@ -434,12 +426,14 @@ template <class S, class A, class B, class H, class Observer>
 {
     GjkResult<S> result;
     AxisTest<H> test = first;
-    const bool isRemembering = variant.start == GjkStart::Memory;
-    if (!isRemembering && isFresh)
+    if (variant.start == GjkStart::Memory)
+    {
+        if (isaGjkOffAxis(a, b, squareOfLimit(limit), cache, observer, result, test, variant.reflections <= 0,
+                          isFresh))
+            return result;
+    }
+    else if (isFresh)
         cache.axis = firstAxis(a, b);
-    if (isRemembering && isaGjkOffAxis(a, b, squareOfLimit(limit), cache, observer, result, test,
-                                       variant.reflections <= 0, isFresh))
-        return result;
     result = isaGjkSearch<S>(a, b, static_cast<double>(limit), cache, observer, test, variant);
     return result;
 }
@@ -469,12 +463,10 @@ template <class S, class A, class B, class Observer>
 {
     using Scalar = typename ShapeScalar<A>::Type;
     const Scalar limit = maxDistance > S(0) ? static_cast<Scalar>(maxDistance) : Scalar(0);
-    const Scalar limit2 = squareOfLimit(limit);
-    const bool isRemembering = variant.start == GjkStart::Memory;
     AxisTest<Scalar> first = failed;
     const bool isFresh = !remembersAxis(cache);
-    if (isRemembering && !isFresh && !remembersTetrahedron(cache) &&
-        isaGjkOnAxis(a, b, limit2, cache, observer, first))
+    if (variant.start == GjkStart::Memory && !isFresh && !remembersTetrahedron(cache) &&
+        isaGjkOnAxis(a, b, squareOfLimit(limit), cache, observer, first))
         return separatedOnAxis(first, cache);
     return isaGjkAfterAxis(a, b, limit, cache, observer, variant, first, isFresh);
 }

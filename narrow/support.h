@@ -176,6 +176,23 @@ template <class S>
     return false;
 }
 
+/// The same at up to kLooks vertices, from each to the highest beside it.
+///
+/// @param vertex [in, out] the first; then the support vertex, or from where to climb on
+template <int kLooks, class S>
+[[gnu::always_inline]] inline bool isPeakAtHand(const Hull<S>& hull, std::int32_t& vertex,
+                                                const LaneDirection<S>& d, S band, S& height)
+{
+    for (int look = 0; look < kLooks; ++look)
+    {
+        std::int32_t beside;
+        if (isPeak(hull, vertex, d, band, height, beside))
+            return true;
+        vertex = beside;
+    }
+    return false;
+}
+
 /// A vertex and its rounded product.
 template <class S>
 struct SupportHit

@@ -74,9 +74,7 @@ public:
         }
         if (state != GjkState::Separated)
             return;
-        const Point scaled = scaledAxis(m_pair.tilted(m_axis, m_test, kTilt));
-        for (int i = 0; i < 3; ++i)
-            cache.axis[i] = static_cast<float>(scaled[i]);
+        rememberAxis(scaledAxis(m_pair.tilted(m_axis, m_test, kTilt)), cache);
         cache.startA = narrowId<C>(m_test.vertexA);
         cache.startB = narrowId<C>(m_test.vertexB);
     }

@@ -76,14 +76,12 @@ inline btScalar largestOf(const Components& v)
         Components magnitudes = local;
         Quad<btScalar>::makePositive(magnitudes);
         const btScalar band = hull.tieBand() * Quad<btScalar>::sumOfThree(magnitudes);
-        // In a coherent scene the first nearly always.
-        for (int look = 0; look < kLooksAtHand; ++look)
-        {
-            std::int32_t beside;
-            if (isPeak(hull, start, lanes, band, height, beside))
-                return height;
-            start = narrowId<btScalar>(beside);
-        }
+        std::int32_t vertex = start;
+        const bool isPeak = isPeakAtHand<kLooksAtHand>(hull, vertex, lanes, band, height);
+        start = narrowId<btScalar>(vertex);
+        // In a coherent scene nearly always.
+        if (isPeak)
+            return height;
     }
     return searchedHeight(hull, local, start);
 }
