@@ -147,13 +147,18 @@ public:
 
     /// The test that most queries end with: then nothing of the pair has to be in memory. The support of a hull with few
     /// vertices stays unknown.
-    [[gnu::always_inline]] AxisTest<S> testFirst(const Point& axis, S limit2, std::int32_t startA,
-                                                 std::int32_t startB) const
+    [[gnu::always_inline]] static AxisTest<S> testFirst(const PosedHull<S>& a, const PosedHull<S>& b,
+                                                        const Point& axis, S limit2, std::int32_t startA,
+                                                        std::int32_t startB)
     {
-        return testWith<true>(
-            axis, limit2, [&](const Vector& localA, const Vector& localB) __attribute__((always_inline)) {
-                return Hits{height(m_a, localA, startA), height(m_b, localB, startB)};
-            });
+        const S length2 = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2];
+        if (!isInRange<true>(length2))
+            return AxisTest<S>();
+        Vector localA, localB;
+        toLocal(a, b, axis, localA, localB);
+        const Hits hits = {height(a, localA, startA), height(b, localB, startB)};
+        // Made only now: before, it would take registers that the supports need, a tenth of a query.
+        return HullPair(a, b).template judge<true>(axis, length2, limit2, hits);
     }
 
     /// The same without vertices near the supports; where hulls are scanned by wide registers these stay unknown, too.
@@ -234,19 +239,40 @@ private:
     template <bool kIsScaled, class Find>
     [[gnu::always_inline]] AxisTest<S> testWith(const Point& v, S limit2, const Find& find) const
     {
-        AxisTest<S> test;
         const S length2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
-        // A NaN makes the comparisons false. No axis of scaledAxis() is longer.
-        if (!(kIsScaled ? length2 > S(1e-16) && length2 < S(3.001) : isTestable(length2)))
-            return test;
-        const Vector localB = m_b.row(0) * v[0] + m_b.row(1) * v[1] + m_b.row(2) * v[2];
-        const Vector localA = -(m_a.row(0) * v[0] + m_a.row(1) * v[1] + m_a.row(2) * v[2]);
-        const Hits hits = find(localA, localB);
-        test.along =
-            -(hits.a.height + hits.b.height) - (v[0] * m_offset[0] + v[1] * m_offset[1] + v[2] * m_offset[2]);
-        const S sure =
-            test.along - boundOfLength<kIsScaled>(v) * (std::numeric_limits<S>::epsilon() * m_reach);
-        test.isProved = sure > S(0) && sure * sure > limit2 * length2;
+        if (!isInRange<kIsScaled>(length2))
+            return AxisTest<S>();
+        Vector localA, localB;
+        toLocal(m_a, m_b, v, localA, localB);
+        return judge<kIsScaled>(v, length2, limit2, find(localA, localB));
+    }
+
+    /// In which directions a pair's supports are wanted.
+    [[gnu::always_inline]] static void toLocal(const PosedHull<S>& a, const PosedHull<S>& b,
+                                               const Point& axis, Vector& localA, Vector& localB)
+    {
+        localB = b.row(0) * axis[0] + b.row(1) * axis[1] + b.row(2) * axis[2];
+        localA = -(a.row(0) * axis[0] + a.row(1) * axis[1] + a.row(2) * axis[2]);
+    }
+
+    /// False for a NaN, too. No axis of scaledAxis() is longer.
+    template <bool kIsScaled>
+    static bool isInRange(S length2)
+    {
+        return kIsScaled ? length2 > S(1e-16) && length2 < S(3.001) : isTestable(length2);
+    }
+
+    /// What the support vertices along an axis v prove.
+    template <bool kIsScaled>
+    [[gnu::always_inline]] AxisTest<S> judge(const Point& v, S length2, S limit2, const Hits& hits) const
+    {
+        // Less than nothing where they separate: nothing then has to change its sign before it is compared.
+        const S against =
+            (hits.a.height + hits.b.height) + (v[0] * m_offset[0] + v[1] * m_offset[1] + v[2] * m_offset[2]);
+        const S sure = against + boundOfLength<kIsScaled>(v) * (std::numeric_limits<S>::epsilon() * m_reach);
+        AxisTest<S> test;
+        test.isProved = sure < S(0) && sure * sure > limit2 * length2;
+        test.along = -against;
         test.vertexA = hits.a.vertex;
         test.vertexB = hits.b.vertex;
         return test;
@@ -258,7 +284,26 @@ private:
     {
         if (shape.isFew())
             return {-1, largestProduct(shape.hull(), LaneDirection<S>(d))};
-        return support<kLooksAtHand>(shape, d, start);
+        SupportHit<S> hit = {start, S(0)};
+        if (isSupport(shape, d, hit))
+            return hit;
+        // A copy, so that the direction is in no memory before.
+        const Vector direction = d;
+        return heightBeside(shape, direction, hit.vertex);
+    }
+
+    /// Where the vertex at hand has ceased to be the support. Out of line, since a loop would keep the direction in memory.
+    ///
+    /// @param vertex the next one to look at, if the hull has it
+    [[gnu::noinline]] static SupportHit<S> heightBeside(const PosedHull<S>& shape, const Vector& d,
+                                                        std::int32_t vertex)
+    {
+        SupportHit<S> hit = {vertex, S(0)};
+        if (hasStart(shape, vertex) &&
+            isPeakAtHand<kLooksAtHand - 1>(shape.hull(), hit.vertex, LaneDirection<S>(d), shape.tieBand(),
+                                           hit.height))
+            return hit;
+        return search(shape, {d[0], d[1], d[2]}, hit.vertex);
     }
 
     [[gnu::always_inline]] Hits wideHeights(const Vector& dA, const Vector& dB) const
@@ -277,24 +322,32 @@ private:
         return hits;
     }
 
-    /// @tparam kLooks see isPeakAtHand(), before a search
-    template <int kLooks = 1>
+    static bool hasStart(const PosedHull<S>& shape, std::int32_t start)
+    {
+        // A negative one is large.
+        return static_cast<std::uint32_t>(start) < static_cast<std::uint32_t>(shape.startCount());
+    }
+
+    /// Whether a vertex that is likely near the support is that.
+    ///
+    /// @param hit [in, out] the vertex, or -1; then its height, or the vertex to search from
+    [[gnu::always_inline]] static bool isSupport(const PosedHull<S>& shape, const Vector& d,
+                                                 SupportHit<S>& hit)
+    {
+        if (!hasStart(shape, hit.vertex))
+            return false;
+        std::int32_t beside;
+        if (isPeak(shape.hull(), hit.vertex, LaneDirection<S>(d), shape.tieBand(), hit.height, beside))
+            return true;
+        hit.vertex = beside;
+        return false;
+    }
+
     [[gnu::always_inline]] static SupportHit<S> support(const PosedHull<S>& shape, const Vector& d,
                                                         std::int32_t start)
     {
-        const Hull<S>& hull = shape.hull();
-        // A negative one is large.
-        const bool hasStart =
-            static_cast<std::uint32_t>(start) < static_cast<std::uint32_t>(hull.blockCount());
-        if (hasStart && shape.method() == SupportMethod::Automatic)
-        {
-            // The 1-norm of the direction is at most sqrt(3) F |v|; the band has room for rounding.
-            const S band = hull.tieBand() * (S(3) * shape.norm());
-            S height;
-            if (isPeakAtHand<kLooks>(hull, start, LaneDirection<S>(d), band, height))
-                return {start, height};
-        }
-        return search(shape, {d[0], d[1], d[2]}, start, hasStart);
+        SupportHit<S> hit = {start, S(0)};
+        return isSupport(shape, d, hit) ? hit : search(shape, {d[0], d[1], d[2]}, hit.vertex);
     }
 
     /// Too many vertices for a scan.
@@ -318,16 +371,16 @@ private:
             return {hitFew(a.hull(), LaneDirection<S>(dA)), hitFew(b.hull(), LaneDirection<S>(dB))};
         if (isMapped(a) && isMapped(b))
             return climbFromMaps(a.hull(), {dA[0], dA[1], dA[2]}, b.hull(), {dB[0], dB[1], dB[2]});
-        return {search(a, {dA[0], dA[1], dA[2]}, -1, false), search(b, {dB[0], dB[1], dB[2]}, -1, false)};
+        return {search(a, {dA[0], dA[1], dA[2]}, -1), search(b, {dB[0], dB[1], dB[2]}, -1)};
     }
 
+    /// @param start a vertex near the support, or none of the hull's
     [[gnu::noinline]] static SupportHit<S> search(const PosedHull<S>& shape,
-                                                  const Eigen::Matrix<S, 3, 1>& direction, std::int32_t start,
-                                                  bool hasStart)
+                                                  const Eigen::Matrix<S, 3, 1>& direction, std::int32_t start)
     {
         const Hull<S>& hull = shape.hull();
-        const bool isScanned =
-            hull.vertexCount() <= (hasStart ? cheapScanMaximum<S>() : linearSupportMaximum<S>());
+        const bool isScanned = hull.vertexCount() <=
+                               (hasStart(shape, start) ? cheapScanMaximum<S>() : linearSupportMaximum<S>());
         if (shape.method() == SupportMethod::Automatic && isScanned)
             return hitLinear(hull, direction);
         return supportHit(hull, direction, start, shape.method());

@@ -299,7 +299,7 @@ template <class S, class H, class Observer>
     if (test.vertexA >= 0)
         return false;
     const Eigen::Matrix<H, 3, 1> axis(cache.axis[0], cache.axis[1], cache.axis[2]);
-    test = HullPair<H>(a, b).testFirst(axis, limit2, cache.startA, cache.startB);
+    test = HullPair<H>::testFirst(a, b, axis, limit2, cache.startA, cache.startB);
     if (test.isProved)
         observer(axis.template cast<double>(), static_cast<double>(test.along));
     return test.isProved;

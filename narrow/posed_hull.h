@@ -54,6 +54,8 @@ public:
           m_hull(&hull.corners()),
           m_norm(normOfRows()),
           m_size(m_norm * m_hull->reach()),
+          m_band(bandOf()),
+          m_startCount(method == SupportMethod::Automatic ? m_hull->blockCount() : 0),
           m_method(method),
           m_isFew(method == SupportMethod::Automatic && m_hull->vertexCount() <= kFewVertices)
     {
@@ -66,6 +68,8 @@ public:
           m_hull(&hull.corners()),
           m_norm(normOfRows()),
           m_size(m_norm * m_hull->reach()),
+          m_band(bandOf()),
+          m_startCount(m_hull->blockCount()),
           m_method(SupportMethod::Automatic),
           m_isFew(m_hull->vertexCount() <= kFewVertices)
     {
@@ -189,6 +193,11 @@ public:
     S size() const { return m_size; }
     /// All vertices are looked at: see kFewVertices.
     bool isFew() const { return m_isFew; }
+    /// The vertices from which a search may begin with a look around: none, or all.
+    std::int32_t startCount() const { return m_startCount; }
+    /// What isPeak() wants for world axes of at most the root of 3: the 1-norm of a local direction is at most sqrt(3) F |v|, with
+    /// room for rounding.
+    S tieBand() const { return m_band; }
 
 private:
     S normOfRows() const
@@ -196,6 +205,8 @@ private:
         const Quad sums = m_rows[0] * m_rows[0] + m_rows[1] * m_rows[1] + m_rows[2] * m_rows[2];
         return squareRoot(cullet::Quad<S>::sumOfThree(sums));
     }
+
+    S bandOf() const { return m_hull->tieBand() * (S(3) * m_norm); }
 
     void toLocal(const Vector& d, Quad& local) const
     {
@@ -239,6 +250,8 @@ private:
     const Hull<S>* m_hull;
     S m_norm;
     S m_size;
+    S m_band;
+    std::int32_t m_startCount;
     SupportMethod m_method;
     bool m_isFew;
 };

@@ -39,12 +39,22 @@ inline btScalar largestOf(const Components& v)
     return std::max(std::max(v[0], v[1]), v[2]);
 }
 
-/// Where the climb does not end where it starts.
+/// Where the vertex at hand is not the highest. Out of line, since a loop would keep the direction in memory.
 ///
-/// @param start [in, out] a vertex as the cache stores it: where the climb starts, if the hull has that; then its end
-[[gnu::noinline]] inline btScalar searchedHeight(const Hull<btScalar>& hull, const Components& local,
-                                                 std::uint16_t& start)
+/// @param start [in, out] as the cache stores it: the next vertex to look at, if the hull has that; then the highest
+[[gnu::noinline]] inline btScalar heightBeside(const Hull<btScalar>& hull, const Components& local,
+                                               btScalar band, std::uint16_t& start)
 {
+    if (start < hull.blockCount())
+    {
+        btScalar height;
+        std::int32_t vertex = start;
+        const bool isPeak =
+            isPeakAtHand<kLooksAtHand - 1>(hull, vertex, LaneDirection<btScalar>(local), band, height);
+        start = narrowId<btScalar>(vertex);
+        if (isPeak)
+            return height;
+    }
     const Eigen::Matrix<btScalar, 3, 1> along(local[0], local[1], local[2]);
     const SupportHit<btScalar> hit = hull.vertexCount() <= cheapScanMaximum<btScalar>()
                                          ? hitLinear(hull, along)
@@ -70,20 +80,21 @@ inline btScalar largestOf(const Components& v)
     const LaneDirection<btScalar> lanes(local);
     if (hull.vertexCount() <= kFewVertices)
         return largestProduct(hull, lanes);
+    Components magnitudes = local;
+    Quad<btScalar>::makePositive(magnitudes);
+    const btScalar band = hull.tieBand() * Quad<btScalar>::sumOfThree(magnitudes);
     if (start < hull.blockCount())
     {
         btScalar height;
-        Components magnitudes = local;
-        Quad<btScalar>::makePositive(magnitudes);
-        const btScalar band = hull.tieBand() * Quad<btScalar>::sumOfThree(magnitudes);
-        std::int32_t vertex = start;
-        const bool isPeak = isPeakAtHand<kLooksAtHand>(hull, vertex, lanes, band, height);
-        start = narrowId<btScalar>(vertex);
+        std::int32_t beside;
         // In a coherent scene nearly always.
-        if (isPeak)
+        if (isPeak(hull, start, lanes, band, height, beside))
             return height;
+        start = narrowId<btScalar>(beside);
     }
-    return searchedHeight(hull, local, start);
+    // A copy, so that the direction is in no memory before.
+    const Components copy = local;
+    return heightBeside(hull, copy, band, start);
 }
 
 /// How much higher along an axis each of two cores may be for each unit of arc that it turns on a sphere of its reach.

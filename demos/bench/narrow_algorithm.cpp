@@ -18,7 +18,8 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// Adds points to the manifold, as in a step, and remembers the deepest one.
+/// Adds points to the manifold, as in a step, and remembers the deepest one. By its class it is no result of a step, for which
+/// cullet asks; so it is not in what is timed.
 class WatchedResult final : public btManifoldResult
 {
 public:
@@ -56,7 +57,8 @@ public:
         m_algorithm = nullptr;
     }
 
-    void answer(const btTransform& a, const btTransform& b, NarrowAnswer& answer)
+    template <class Result>
+    NarrowAnswer ask(const btTransform& a, const btTransform& b)
     {
         m_a.setWorldTransform(a);
         m_b.setWorldTransform(b);
@@ -64,16 +66,23 @@ public:
         const btCollisionObjectWrapper wrapB(nullptr, m_b.getCollisionShape(), &m_b, b, -1, -1);
         if (m_algorithm == nullptr)
             m_algorithm = m_dispatcher.findAlgorithm(&wrapA, &wrapB, nullptr, BT_CONTACT_POINT_ALGORITHMS);
-        WatchedResult result(&wrapA, &wrapB);
+        Result result(&wrapA, &wrapB);
         m_algorithm->processCollision(&wrapA, &wrapB, m_info, &result);
-        answer = {};
-        if (result.deepest == BT_LARGE_FLOAT)
-            return;
-        answer.isOverlapping = result.deepest <= btScalar(0);
-        answer.distance = result.deepest;
+        return answerOf(result);
     }
 
 private:
+    static NarrowAnswer answerOf(const btManifoldResult&) { return {}; }
+    static NarrowAnswer answerOf(const WatchedResult& result)
+    {
+        NarrowAnswer answer;
+        if (result.deepest == BT_LARGE_FLOAT)
+            return answer;
+        answer.isOverlapping = result.deepest <= btScalar(0);
+        answer.distance = result.deepest;
+        return answer;
+    }
+
     btCollisionDispatcher& m_dispatcher;
     btDispatcherInfo m_info;
     btCollisionObject m_a, m_b;
@@ -98,7 +107,12 @@ public:
             m_pairs.push_back(std::make_unique<AlgorithmPair>(m_dispatcher, m_shape));
     }
 
-    void run(std::vector<NarrowAnswer>& answers) override
+    void run(std::vector<NarrowAnswer>& answers) override { askAll<btManifoldResult>(answers); }
+    void tell(std::vector<NarrowAnswer>& answers) override { askAll<WatchedResult>(answers); }
+
+private:
+    template <class Result>
+    void askAll(std::vector<NarrowAnswer>& answers)
     {
         for (const auto& pair : m_pairs)
             pair->forget();
@@ -107,11 +121,10 @@ public:
             AlgorithmPair& pair = *m_pairs[i % m_pairs.size()];
             if (!m_remembers)
                 pair.forget();
-            pair.answer(m_places[i].a, m_places[i].b, answers[i]);
+            answers[i] = pair.ask<Result>(m_places[i].a, m_places[i].b);
         }
     }
 
-private:
     struct Places
     {
         btTransform a, b;

