@@ -75,15 +75,17 @@ try
 {
     const std::lock_guard<std::mutex> lock(m_mutex);
     std::unique_ptr<HullRecord>& record = m_records[&shape];
+    bool isNew = false;
     if (!record)
     {
         record = std::make_unique<HullRecord>();
         record->shape = &shape;
+        isNew = true;
     }
     HullRecord* const found = record.get();
     found->references.fetch_add(1, std::memory_order_relaxed);
-    if (m_records.size() > m_sweepAt)
-        sweep();
+    if (isNew)
+        add(kRecordWeight);
     return found;
 }
 catch (const std::bad_alloc&)
@@ -91,18 +93,34 @@ catch (const std::bad_alloc&)
     return nullptr;
 }
 
-/// Drops what no pair uses. The next sweep waits for twice as many records as are left: O(1) per record, amortised.
-void HullCache::sweep()
+/// @pre what was added is in use
+void HullCache::add(std::size_t weight) noexcept
 {
+    m_added += weight;
+    if (m_added > m_sweepAt)
+        sweep();
+}
+
+/// Drops what no pair uses. The next sweep comes when as much was added as is left: O(1) for each that is added, amortised.
+void HullCache::sweep() noexcept
+{
+    std::size_t left = 0;
     for (auto it = m_records.begin(); it != m_records.end();)
     {
         const bool isUsed = !it->second || it->second->isPinned ||
                             it->second->references.load(std::memory_order_acquire) != 0;
+        left += isUsed ? kRecordWeight : 0;
         it = isUsed ? std::next(it) : m_records.erase(it);
     }
     for (auto it = m_contents.begin(); it != m_contents.end();)
-        it = it->second.expired() ? m_contents.erase(it) : std::next(it);
-    m_sweepAt = std::max<std::size_t>(1024, 2 * m_records.size());
+    {
+        // Of one that is gone, the block of memory is not, as long as it is known here.
+        const std::shared_ptr<HullContents> contents = it->second.lock();
+        left += contents ? weightOf(*contents) : 0;
+        it = contents ? std::next(it) : m_contents.erase(it);
+    }
+    m_added = 0;
+    m_sweepAt = std::max(kLeastAdded, left);
 }
 
 std::shared_ptr<HullContents> HullCache::contentsOf(const btConvexHullShape& shape)
@@ -118,6 +136,7 @@ std::shared_ptr<HullContents> HullCache::contentsOf(const btConvexHullShape& sha
     auto made = std::make_shared<HullContents>(shape);
     m_contents.emplace(hash, made);
     ++m_buildsTotal;
+    add(weightOf(*made));
     return made;
 }
 
@@ -170,6 +189,14 @@ void HullCache::invalidate(const btConvexHullShape& shape) noexcept
         return;
     it->second->isPinned = false;
     it->second->checkedIn.store(0, std::memory_order_release);
+    if (it->second->references.load(std::memory_order_acquire) == 0)
+        m_records.erase(it);
+}
+
+void HullCache::trim() noexcept
+{
+    const std::lock_guard<std::mutex> lock(m_mutex);
+    sweep();
 }
 
 HullCacheStats HullCache::stats() const
@@ -177,6 +204,7 @@ HullCacheStats HullCache::stats() const
     const std::lock_guard<std::mutex> lock(m_mutex);
     HullCacheStats stats;
     stats.shapes = m_records.size();
+    stats.pointSets = m_contents.size();
     for (const auto& entry : m_contents)
         stats.graphs += entry.second.expired() ? 0 : 1;
     stats.buildsTotal = m_buildsTotal;
@@ -191,6 +219,11 @@ void prepare(const btConvexHullShape& shape)
 void invalidate(const btConvexHullShape& shape)
 {
     HullCache::instance().invalidate(shape);
+}
+
+void trimHullCache()
+{
+    HullCache::instance().trim();
 }
 
 HullCacheStats hullCacheStats()

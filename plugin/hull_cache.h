@@ -37,6 +37,7 @@ public:
                areEqualBytes(m_points.data(), shape.getUnscaledPoints(), count * sizeof(btVector3));
     }
     const Hull<btScalar>& hull() const noexcept { return m_hull; }
+    std::size_t pointCount() const noexcept { return m_points.size() / kScalarsPerPoint; }
     /// Builds the graph, once, however many threads ask.
     void build();
 
@@ -66,8 +67,9 @@ struct HullRecord
 /// Two levels: a record per shape address, counted by the pairs that use it, and behind it the contents, found by a hash
 /// of the points. A record says nothing until the shape's points have been compared with its contents; so a shape that
 /// was edited in place, or another one at a reused address, is never taken for the old one. Records that no pair uses
-/// stay until there are many of them, since pairs come and go while shapes stay. Bullet's user pointers and indices are
-/// left alone.
+/// stay for a while, since pairs come and go while shapes stay: until as much has been added as was in use before, and at least
+/// kLeastAdded. So no more is kept than some 20 MB, or twice of what was in use at one time. Bullet's user pointers and indices
+/// are left alone.
 ///
 /// Threads: every member may run concurrently with every other. Editing a shape while a thread uses it is a data race in
 /// Bullet itself and here.
@@ -103,20 +105,29 @@ public:
 
     void prepare(const btConvexHullShape& shape) noexcept;
     void invalidate(const btConvexHullShape& shape) noexcept;
+    /// Drops what no pair uses and nobody has prepared.
+    void trim() noexcept;
     HullCacheStats stats() const;
 
 private:
+    /// What something takes, in points of a graph: some 300 bytes each.
+    static constexpr std::size_t kRecordWeight = 32;
+    static std::size_t weightOf(const HullContents& contents) { return 32 + contents.pointCount(); }
+    static constexpr std::size_t kLeastAdded = std::size_t(1) << 16;
+
     HullCache() = default;
 
     const Hull<btScalar>* replace(HullRecord& record, const btConvexHullShape& shape,
                                   std::uint64_t pass) noexcept;
     std::shared_ptr<HullContents> contentsOf(const btConvexHullShape& shape);
-    void sweep();
+    void add(std::size_t weight) noexcept;
+    void sweep() noexcept;
 
     mutable std::mutex m_mutex;
     std::unordered_map<const btConvexHullShape*, std::unique_ptr<HullRecord>> m_records;
     std::unordered_multimap<std::uint64_t, std::weak_ptr<HullContents>> m_contents;
-    std::size_t m_sweepAt = 1024;
+    std::size_t m_added = 0;  ///< weight, since the last sweep
+    std::size_t m_sweepAt = kLeastAdded;
     std::uint64_t m_buildsTotal = 0;
 };
 

@@ -138,15 +138,21 @@ struct HullCacheStats
     std::uint64_t shapes = 0;       ///< addresses known
     std::uint64_t graphs = 0;       ///< different point sets among them
     std::uint64_t buildsTotal = 0;  ///< graphs built
+    std::uint64_t pointSets = 0;    ///< graphs, and point sets of graphs that are gone and not yet forgotten
 };
 
 /// Builds the graph of a shape now instead of in the first query (some milliseconds for 1,000 points), and keeps it until
 /// invalidate(). Call when a level is loaded.
 CULLET_API void prepare(const btConvexHullShape& shape);
 
-/// Takes back prepare(), and lets the next query look at the points again. Needed for nothing else: edited, deleted and
-/// reallocated shapes are recognised by their points; with cullet::Dispatcher those of its pairs from one dispatch to the next.
+/// Takes back prepare(), lets the next query look at the points again, and lets go of the graph if no pair uses it. Needed for
+/// nothing else: edited, deleted and reallocated shapes are recognised by their points; with cullet::Dispatcher those of its
+/// pairs from one dispatch to the next.
 CULLET_API void invalidate(const btConvexHullShape& shape);
+
+/// Lets go of all graphs that no pair uses and that were not prepared, at once: when a level has been unloaded. Without it,
+/// graphs of shapes that are gone stay until as much is new as was in use before, and at least some 20 MB.
+CULLET_API void trimHullCache();
 
 CULLET_API HullCacheStats hullCacheStats();
 }  // namespace CULLET_PRECISION

@@ -150,6 +150,71 @@ TEST(HullCache, ForgetsShapesThatNobodyUses)
     EXPECT_LT(hullCacheStats().shapes, 3000u);
 }
 
+TEST(HullCache, EditsDoNotPileUp)
+{
+    auto shape = makeHullShape(boxPoints(0.5, 0.5, 0.5));
+    HullUse use;
+    const std::uint64_t before = hullCacheStats().buildsTotal;
+    std::uint64_t most = 0;
+    constexpr int kEdits = 20000;
+    for (int i = 0; i < kEdits; ++i)
+    {
+        shape->getUnscaledPoints()[0].setX(btScalar(-1 - 1e-4 * i));
+        ASSERT_NE(use.hullOf(*shape, 0), nullptr);
+        most = std::max(most, hullCacheStats().pointSets);
+    }
+    EXPECT_GE(hullCacheStats().buildsTotal, before + kEdits);
+    EXPECT_LT(most, 6000u);
+}
+
+TEST(HullCache, LargeGraphsThatNobodyUsesAreForgottenSooner)
+{
+    trimHullCache();
+    const std::uint64_t before = hullCacheStats().graphs;
+    std::vector<std::unique_ptr<btConvexHullShape>> shapes;
+    std::uint64_t most = 0;
+    for (unsigned i = 0; i < 300; ++i)
+    {
+        shapes.push_back(makeHullShape(ballPoints(1000, 0.5, 1000 + i)));
+        HullUse use;
+        ASSERT_NE(use.hullOf(*shapes.back(), 0), nullptr);
+        most = std::max(most, hullCacheStats().graphs - before);
+    }
+    EXPECT_GT(most, 10u);
+    EXPECT_LT(most, 100u);
+}
+
+TEST(HullCache, InvalidateAndTrimLetGoOfWhatNobodyUses)
+{
+    trimHullCache();
+    const HullCacheStats before = hullCacheStats();
+    auto used = makeHullShape(ballPoints(40, 0.5, 2001)), unused = makeHullShape(ballPoints(40, 0.5, 2002)),
+         kept = makeHullShape(ballPoints(40, 0.5, 2003));
+    HullUse use;
+    use.hullOf(*used, 0);
+    HullUse().hullOf(*unused, 0);
+    prepare(*kept);
+    EXPECT_EQ(hullCacheStats().graphs, before.graphs + 3);
+    invalidate(*used);
+    EXPECT_EQ(hullCacheStats().graphs, before.graphs + 3);
+    invalidate(*unused);
+    EXPECT_EQ(hullCacheStats().graphs, before.graphs + 2);
+    EXPECT_EQ(hullCacheStats().shapes, before.shapes + 2);
+    HullUse().hullOf(*unused, 0);
+    trimHullCache();
+    EXPECT_EQ(hullCacheStats().graphs, before.graphs + 2);
+    EXPECT_EQ(hullCacheStats().pointSets, hullCacheStats().graphs);
+    // Still the graph that the pair uses and the one that was prepared.
+    const std::uint64_t builds = hullCacheStats().buildsTotal;
+    EXPECT_NE(use.hullOf(*used, 0), nullptr);
+    EXPECT_NE(HullUse().hullOf(*kept, 0), nullptr);
+    EXPECT_EQ(hullCacheStats().buildsTotal, builds);
+    invalidate(*kept);
+    use.reset();
+    trimHullCache();
+    EXPECT_EQ(hullCacheStats().graphs, before.graphs);
+}
+
 TEST(HullCache, WithoutCheckingPointsOnlyInvalidateTellsOfAnEdit)
 {
     auto shape = makeHullShape(boxPoints(0.5, 0.5, 0.5));
