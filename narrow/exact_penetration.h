@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "narrow/gauss_arcs.h"
 #include "narrow/posed_hull.h"
 
 #include <Eigen/Core>
@@ -11,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <vector>
 
@@ -27,6 +29,8 @@ struct PlacedHull
 
     template <class S>
     PlacedHull(const PosedHull<S>& posed, const Eigen::Vector3d& shift, double sign)
+        : m_farthest([posed, sign](const Eigen::Vector3d& direction)
+                     { return posed.support(sign * direction, -1).vertex; })
     {
         const Hull<S>& hull = posed.hull();
         for (std::int32_t v = 0; v < hull.vertexCount(); ++v)
@@ -46,6 +50,15 @@ struct PlacedHull
         }
         if (hull.kind() == HullKind::Segment)
             addSegment();
+        for (const Edge& edge : edges)
+            arcs.add(edge.left, edge.right);
+        arcs.sort();
+    }
+
+    /// Not more than extent(), and nearly as much, without a scan.
+    double leastExtent(const Eigen::Vector3d& direction) const
+    {
+        return direction.dot(vertices[static_cast<std::size_t>(m_farthest(direction))]);
     }
 
     double extent(const Eigen::Vector3d& direction) const
@@ -59,6 +72,7 @@ struct PlacedHull
     std::vector<Eigen::Vector3d> vertices;
     std::vector<Eigen::Vector3d> normals;
     std::vector<Edge> edges;
+    GaussArcs arcs;  ///< of the edges
 
 private:
     /// Its arc on the Gauss map is a whole circle; without normals it crosses every other.
@@ -73,14 +87,16 @@ private:
         const Eigen::Vector3d from = farthestFrom(vertices[0]);
         edges.push_back({from, farthestFrom(from) - from, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()});
     }
+
+    std::function<std::int32_t(const Eigen::Vector3d&)> m_farthest;
 };
 
 /// Smallest extent of the Minkowski sum of two placed hulls over all outer normals of its faces.
 ///
 /// The faces of the sum are those of either hull, and one per pair of edges whose arcs cross on the Gauss map
-/// (Gregorius 2013, "The Separating Axis Test between Convex Polyhedra", Game Developers Conference). The extent of any
-/// direction is an upper bound of the depth; so a wrong crossing can be ignored as long as extents are taken over all
-/// vertices. The merged faces of Hull are level within 16 eps of its radius, and so is the result.
+/// (Gregorius 2013, "The Separating Axis Test between Convex Polyhedra", Game Developers Conference); arcs that may cross are
+/// found by boxes (gauss_arcs.h). The extent of any direction is an upper bound of the depth; so a wrong crossing can be ignored as long
+/// as extents are taken over all vertices. The merged faces of Hull are level within 16 eps of its radius, and so is the result.
 class MinkowskiDepth
 {
 public:
@@ -90,24 +106,25 @@ public:
             consider(normal);
         for (const Eigen::Vector3d& normal : b.normals)
             consider(normal);
-        for (const PlacedHull::Edge& ea : a.edges)
-        {
-            for (const PlacedHull::Edge& eb : b.edges)
-            {
-                if (crosses(ea, eb))
-                    considerEdges(ea, eb);
-            }
-        }
+        GaussArcs::forEachPair(a.arcs, b.arcs,
+                               [&](std::size_t i, std::size_t j)
+                               {
+                                   ++m_arcPairs;
+                                   if (crosses(a.edges[i], b.edges[j]))
+                                       considerEdges(a.edges[i], b.edges[j]);
+                               });
     }
 
     double depth() const { return m_depth; }
     const Eigen::Vector3d& normal() const { return m_normal; }
+    /// Pairs of edges that were looked at.
+    std::int64_t arcPairs() const { return m_arcPairs; }
 
 private:
     void consider(const Eigen::Vector3d& normal)
     {
         // A face that the basis flattens to a line has no normal; those around the line have.
-        if (normal.isZero(0.0))
+        if (normal.isZero(0.0) || m_a.leastExtent(normal) + m_b.leastExtent(normal) >= m_depth)
             return;
         const double extent = m_a.extent(normal) + m_b.extent(normal);
         if (extent < m_depth)
@@ -159,6 +176,7 @@ private:
     const PlacedHull& m_b;
     double m_depth = std::numeric_limits<double>::infinity();
     Eigen::Vector3d m_normal = Eigen::Vector3d::UnitX();
+    std::int64_t m_arcPairs = 0;
 };
 
 /// Depth of two overlapping hulls by examining all faces and edge pairs: the fallback, and the reference of tests.
@@ -166,7 +184,8 @@ private:
 /// @param normal [out] unit outer normal of A - B in world axes at the point closest to the origin
 /// @pre the hulls overlap; the depth of separated hulls comes out negative or not, and means nothing
 /// @return false if the Minkowski difference has no face of this kind (points and parallel segments)
-/// Cost: O(F V + E^2); 0.3 ms for two hulls of 42 vertices. Allocates.
+/// Cost: for round hulls of V vertices some V^1.5 comparisons of boxes, and as many supports as there are faces: 0.05 ms for two of
+/// 42 vertices, 7 ms of 2,562, 43 ms of 10,242 (EPYC, Zen 4); O(E^2) where all edges cross on the Gauss map. Allocates.
 template <class S>
 bool exactPenetration(const PosedHull<S>& a, const PosedHull<S>& b, Eigen::Vector3d& normal, double& depth)
 {

@@ -43,7 +43,7 @@ struct IsaGjkStats
     /// Queries that Bullet's own algorithm gets as planned: round shapes that are close, enableSatConvex, perturbation.
     std::uint64_t delegatedTotal = 0;
     /// Of depthsTotal, those that took an examination of all faces and pairs of edges, as no polytope proved them: nearly
-    /// coincident round hulls of thousands of points, for which it takes a second, and thin ones.
+    /// coincident round hulls of thousands of points, for which it takes tens of milliseconds, and thin ones.
     std::uint64_t exactTotal = 0;
 };
 

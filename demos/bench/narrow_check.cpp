@@ -15,7 +15,6 @@ constexpr double kUndecided = 1e-6;
 constexpr double kLargestError = 1e-4;
 /// Of the queries of a trajectory, the share whose depths are checked.
 constexpr std::size_t kDepthStride = 101;
-constexpr int kMostVerticesOfDepth = 200;
 
 bool asksForContacts(NarrowQuery query)
 {
@@ -69,8 +68,7 @@ double NarrowCheck::errorOf(std::size_t query, const NarrowAnswer& answer)
         return 0.0;
     if (!truth.isInside)
         return std::abs(answer.distance - static_cast<double>(truth.upper));
-    const bool isSampled =
-        query % kDepthStride == 0 && m_trajectories.hull().vertexCount() <= kMostVerticesOfDepth;
+    const bool isSampled = query % kDepthStride == 0;
     return asksForContacts(m_query) && isSampled ? std::abs(answer.distance + depth(query)) : 0.0;
 }
 
