@@ -39,6 +39,16 @@ bool isCovered(int typeA, int typeB, const IsaGjkOptions& options)
     const bool isBoxBox = a == ConvexKind::Box && b == ConvexKind::Box;
     return !isSphereTriangle && (!isBoxBox || options.boxBox);
 }
+
+/// Lets a pair of types have the algorithms of the configuration again.
+void giveBack(int typeA, int typeB, btCollisionDispatcher& dispatcher,
+              btCollisionConfiguration& configuration)
+{
+    dispatcher.registerCollisionCreateFunc(typeA, typeB,
+                                           configuration.getCollisionAlgorithmCreateFunc(typeA, typeB));
+    dispatcher.registerClosestPointsCreateFunc(
+        typeA, typeB, configuration.getClosestPointsAlgorithmCreateFunc(typeA, typeB));
+}
 }  // namespace
 
 IsaGjkRegistration::IsaGjkRegistration(btCollisionDispatcher& dispatcher, const IsaGjkOptions& options)
@@ -52,14 +62,17 @@ IsaGjkRegistration::~IsaGjkRegistration() = default;
 void IsaGjkRegistration::reset(btCollisionDispatcher& dispatcher, const IsaGjkOptions& options)
 {
     m_leftTotal.load(std::memory_order_acquire);
+    btCollisionConfiguration& configuration = *dispatcher.getCollisionConfiguration();
+    if (m_options.boxBox && !options.boxBox)
+        giveBack(BOX_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE, dispatcher, configuration);
     m_options = options;
     endPass();
     for (ThreadCounter* counter : {&m_counters.separated, &m_counters.touching, &m_counters.depths,
                                    &m_counters.notConverged, &m_counters.delegated, &m_counters.exact})
         counter->reset();
-    m_stock = dynamicCast<const btConvexConvexAlgorithm::CreateFunc>(
-        dispatcher.getCollisionConfiguration()->getCollisionAlgorithmCreateFunc(CONVEX_HULL_SHAPE_PROXYTYPE,
-                                                                                CONVEX_HULL_SHAPE_PROXYTYPE));
+    m_stock =
+        dynamicCast<const btConvexConvexAlgorithm::CreateFunc>(configuration.getCollisionAlgorithmCreateFunc(
+            CONVEX_HULL_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE));
     if (m_stock == nullptr)
         m_stock = &m_ownStock;
 }

@@ -128,7 +128,7 @@ private:
 /// own algorithm makes them.
 ///
 /// @return counters and options; lives as long as the process. Registering again for a dispatcher at the same address
-///         gives the same object, with counters at zero.
+///         gives the same object, with counters at zero; what the options give up goes back to Bullet.
 /// Errors: std::bad_alloc.
 CULLET_API IsaGjkRegistration& registerIsaGjk(btCollisionDispatcher& dispatcher,
                                               const IsaGjkOptions& options = {});

@@ -156,25 +156,6 @@ TEST(IsaGjkAlgorithm, IsRegisteredInBothOrdersAndBothTablesButForPairsWithAlgori
     EXPECT_FALSE(isOurs(*probe.algorithm));
 }
 
-TEST(IsaGjkAlgorithm, CreateFunctionsOutliveDispatcherAndWorld)
-{
-    Shapes shapes;
-    auto configuration = std::make_unique<btDefaultCollisionConfiguration>();
-    auto dispatcher = std::make_unique<btCollisionDispatcher>(configuration.get());
-    const IsaGjkRegistration& first = registerIsaGjk(*dispatcher);
-    {
-        ConvexPairProbe probe(*dispatcher, *shapes.hull, shapes.box);
-        probe.step();
-    }
-    EXPECT_EQ(first.stats().touchingTotal, 1u);
-    // Again: counters start anew, nothing is allocated twice.
-    EXPECT_EQ(&registerIsaGjk(*dispatcher), &first);
-    EXPECT_EQ(first.stats().touchingTotal, 0u);
-    dispatcher.reset();
-    configuration.reset();
-    EXPECT_EQ(first.stats().separatedTotal, 0u);
-}
-
 TEST(IsaGjkAlgorithm, SetsTheManifoldAndRefreshesItAlsoWhenTheShapesAreFarApart)
 {
     Shapes shapes;
@@ -475,32 +456,5 @@ TEST(IsaGjkAlgorithm, MultipointSettingsOfTheConfigurationActAtOnce)
     EXPECT_GE(probe.query().size(), before + 6);
     bench.configuration.setConvexConvexMultipointIterations(0, 4);
     EXPECT_EQ(probe.query().size(), before);
-}
-
-TEST(IsaGjkAlgorithm, ShapesWithPolyhedralFeaturesTouchWithoutTheirMarginsAsInBullet)
-{
-    auto upper = makeHullShape(boxPoints(0.5, 0.5, 0.5));
-    auto lower = makeHullShape(boxPoints(2, 0.5, 2));
-    ConvexBench bench;
-    ConvexPairProbe probe(bench.dispatcher, *upper, *lower);
-    probe.place(vec(0, 0.99, 0), vec(0, 0, 0));
-    std::vector<Reported> points = probe.query();
-    ASSERT_EQ(points.size(), 4u);
-    EXPECT_NEAR(points[0].distance, -0.01 - 0.08, 1e-6);
-    upper->initializePolyhedralFeatures();
-    lower->initializePolyhedralFeatures();
-    points = probe.query();
-    ASSERT_EQ(points.size(), 4u);
-    for (const Reported& point : points)
-        EXPECT_NEAR(point.distance, -0.01, 1e-6);
-
-    // Bullet's separating axis test, where the application asks for it.
-    btDispatcherInfo info;
-    info.m_enableSatConvex = true;
-    const std::uint64_t before = bench.registration->stats().delegatedTotal;
-    points = probe.query(0, info);
-    EXPECT_EQ(bench.registration->stats().delegatedTotal, before + 1);
-    ASSERT_GE(points.size(), 4u);
-    EXPECT_NEAR(points[0].distance, -0.01, 1e-3);
 }
 }  // namespace cullet::test
