@@ -68,7 +68,7 @@ struct HullRecord
 /// of the points. A record says nothing until the shape's points have been compared with its contents; so a shape that
 /// was edited in place, or another one at a reused address, is never taken for the old one. Records that no pair uses
 /// stay for a while, since pairs come and go while shapes stay: until as much has been added as was in use before, and at least
-/// kLeastAdded. So no more is kept than some 20 MB, or twice of what was in use at one time. Bullet's user pointers and indices
+/// kLeastAdded. So no more is kept than some 100 MB, or twice of what was in use at one time. Bullet's user pointers and indices
 /// are left alone.
 ///
 /// Threads: every member may run concurrently with every other. Editing a shape while a thread uses it is a data race in
@@ -110,10 +110,10 @@ public:
     HullCacheStats stats() const;
 
 private:
-    /// What something takes, in points of a graph: some 300 bytes each.
+    /// What something takes, in points of a graph: 450 bytes each.
     static constexpr std::size_t kRecordWeight = 32;
     static std::size_t weightOf(const HullContents& contents) { return 32 + contents.pointCount(); }
-    static constexpr std::size_t kLeastAdded = std::size_t(1) << 16;
+    static constexpr std::size_t kLeastAdded = std::size_t(1) << 18;
 
     HullCache() = default;
 
