@@ -201,6 +201,42 @@ TEST(IsaGjkThreads, GraphsAreBuiltOnceWhoeverAsks)
     EXPECT_EQ(hullCacheStats().buildsTotal, before + 20);
 }
 
+TEST(IsaGjkThreads, GraphsMayBeForgottenWhileOthersAsk)
+{
+    std::vector<std::unique_ptr<btConvexHullShape>> shapes;
+    for (int i = 0; i < 12; ++i)
+        shapes.push_back(makeHullShape(ballPoints(20 + i, 0.5, unsigned(200 + i))));
+    const std::uint64_t before = hullCacheStats().buildsTotal;
+    std::vector<std::thread> threads;
+    for (int t = 0; t < 4; ++t)
+    {
+        threads.emplace_back(
+            [&shapes, t]
+            {
+                for (std::size_t round = 0; round < 400; ++round)
+                {
+                    const btConvexHullShape& shape =
+                        *shapes[(7 * round + static_cast<std::size_t>(t)) % shapes.size()];
+                    HullUse use;
+                    const Hull<btScalar>* hull = use.hullOf(shape, 0);
+                    if (t == 0)
+                        trimHullCache();
+                    else if (t == 1)
+                        invalidate(*shapes[round % shapes.size()]);
+                    else if (t == 2 && round % 3 == 0)
+                        prepare(shape);
+                    EXPECT_EQ(hull->vertexCount(), shape.getNumPoints());
+                }
+            });
+    }
+    for (std::thread& thread : threads)
+        thread.join();
+    // Some were, and were built again.
+    EXPECT_GT(hullCacheStats().buildsTotal, before + shapes.size());
+    for (const auto& shape : shapes)
+        invalidate(*shape);
+}
+
 TEST(IsaGjkThreads, DispatcherGivesTheSameWorldOnAnyNumberOfThreads)
 {
     std::vector<std::unique_ptr<btConvexHullShape>> shapes;
