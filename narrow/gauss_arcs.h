@@ -14,17 +14,20 @@ namespace cullet
 class GaussArcs
 {
 public:
-    /// @param from, to ends of an arc of at most half a circle; one that is zero stands for an arc that may be anywhere
+    /// @param from, to ends of an arc of at most half a circle; where one is no unit vector, the arc may be anywhere
     void add(const Eigen::Vector3d& from, const Eigen::Vector3d& to)
     {
         Box box;
         box.arc = m_boxes.size();
-        // An arc leaves the box of its ends by its height over the chord c at most, 1 - sqrt(1 - c^2 / 4) < c^2 / 4.
-        const double height = 0.25 * (to - from).squaredNorm() + kRounding;
-        const bool isAnywhere = from.isZero(0.0) || to.isZero(0.0);
-        const Eigen::Vector3d most = Eigen::Vector3d::Constant(isAnywhere ? 2.0 : height);
-        box.low = from.cwiseMin(to) - most;
-        box.high = from.cwiseMax(to) + most;
+        box.low = Eigen::Vector3d::Constant(-2.0);
+        box.high = Eigen::Vector3d::Constant(2.0);
+        if (isUnit(from) && isUnit(to))
+        {
+            // An arc leaves the box of its ends by its height over the chord c at most, 1 - sqrt(1 - c^2 / 4) < c^2 / 4.
+            const double height = 0.25 * (to - from).squaredNorm() + kRounding;
+            box.low = from.cwiseMin(to).array() - height;
+            box.high = from.cwiseMax(to).array() + height;
+        }
         m_boxes.push_back(box);
     }
 
@@ -71,6 +74,13 @@ private:
         Eigen::Vector3d low, high;
         std::size_t arc;
     };
+
+    /// False for a NaN, by which nothing can be sorted.
+    static bool isUnit(const Eigen::Vector3d& v)
+    {
+        const double length2 = v.squaredNorm();
+        return length2 > 0.99 && length2 < 1.01;
+    }
 
     static bool overlapAcross(const Box& p, const Box& q)
     {

@@ -5,7 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <set>
 #include <utility>
@@ -119,15 +121,19 @@ TEST(GaussArcs, EveryPairThatCrossesIsFoundOnce)
 TEST(GaussArcs, AnArcWithoutAnEndMeetsEveryOther)
 {
     std::mt19937 engine(21);
+    constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInfinite = HUGE_VAL;
     GaussArcs a, b;
     a.add(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitX());
+    a.add(Eigen::Vector3d::UnitY(), Eigen::Vector3d(kNan, 0.0, 0.0));
+    a.add(Eigen::Vector3d(0.0, kInfinite, 0.0), Eigen::Vector3d(kNan, kNan, kNan));
+    a.sort();
     for (const Arc& arc : randomArcs(50, engine))
         b.add(arc.from, arc.to);
     b.sort();
     int found = 0;
     GaussArcs::forEachPair(a, b, [&](std::size_t, std::size_t) { ++found; });
     GaussArcs::forEachPair(b, a, [&](std::size_t, std::size_t) { ++found; });
-    EXPECT_EQ(found, 100);
+    EXPECT_EQ(found, 300);
 }
 
 TEST(ExactPenetration, IsTheLeastExtentAlongFacesAndProductsOfEdges)
