@@ -95,8 +95,9 @@ private:
 ///
 /// The faces of the sum are those of either hull, and one per pair of edges whose arcs cross on the Gauss map
 /// (Gregorius 2013, "The Separating Axis Test between Convex Polyhedra", Game Developers Conference); arcs that may cross are
-/// found by boxes (gauss_arcs.h). The extent of any direction is an upper bound of the depth; so a wrong crossing can be ignored as long
-/// as extents are taken over all vertices. The merged faces of Hull are level within 16 eps of its radius, and so is the result.
+/// found by boxes (gauss_arcs.h). The extent of any direction is an upper bound of the depth; so a wrong crossing can be
+/// ignored as long as extents are taken over all vertices. The merged faces of Hull are level within 16 eps of its radius,
+/// and so is the result.
 class MinkowskiDepth
 {
 public:
@@ -109,7 +110,6 @@ public:
         GaussArcs::forEachPair(a.arcs, b.arcs,
                                [&](std::size_t i, std::size_t j)
                                {
-                                   ++m_arcPairs;
                                    if (crosses(a.edges[i], b.edges[j]))
                                        considerEdges(a.edges[i], b.edges[j]);
                                });
@@ -117,8 +117,6 @@ public:
 
     double depth() const { return m_depth; }
     const Eigen::Vector3d& normal() const { return m_normal; }
-    /// Pairs of edges that were looked at.
-    std::int64_t arcPairs() const { return m_arcPairs; }
 
 private:
     void consider(const Eigen::Vector3d& normal)
@@ -176,7 +174,6 @@ private:
     const PlacedHull& m_b;
     double m_depth = std::numeric_limits<double>::infinity();
     Eigen::Vector3d m_normal = Eigen::Vector3d::UnitX();
-    std::int64_t m_arcPairs = 0;
 };
 
 /// Depth of two overlapping hulls by examining all faces and edge pairs: the fallback, and the reference of tests.

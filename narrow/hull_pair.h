@@ -292,18 +292,15 @@ private:
         return heightBeside(shape, direction, hit.vertex);
     }
 
-    /// Where the vertex at hand has ceased to be the support. Out of line, since a loop would keep the direction in memory.
+    /// Out of line, since a loop would keep the direction in memory.
     ///
-    /// @param vertex the next one to look at, if the hull has it
+    /// @param vertex see hitBeside()
     [[gnu::noinline]] static SupportHit<S> heightBeside(const PosedHull<S>& shape, const Vector& d,
                                                         std::int32_t vertex)
     {
-        SupportHit<S> hit = {vertex, S(0)};
-        if (hasStart(shape, vertex) &&
-            isPeakAtHand<kLooksAtHand - 1>(shape.hull(), hit.vertex, LaneDirection<S>(d), shape.tieBand(),
-                                           hit.height))
-            return hit;
-        return search(shape, {d[0], d[1], d[2]}, hit.vertex);
+        if (shape.method() == SupportMethod::Automatic)
+            return hitBeside(shape.hull(), d, shape.tieBand(), vertex);
+        return search(shape, {d[0], d[1], d[2]}, vertex);
     }
 
     [[gnu::always_inline]] Hits wideHeights(const Vector& dA, const Vector& dB) const

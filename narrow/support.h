@@ -47,8 +47,8 @@ struct SupportCounters
 constexpr std::int32_t kFewVertices = 16;
 
 /// Where an axis is tested again, a vertex that has ceased to be its support has one beside it in nearly all cases: so many are looked
-/// at, inline, before a search.
-constexpr int kLooksAtHand = 3;
+/// at before a search.
+constexpr int kLooksBeside = 2;
 
 /// Products of a direction and the vertices of a block from lane `first` on.
 template <class S>
@@ -173,23 +173,6 @@ template <class S>
     if (laneBits(best >= L::fill(height - band)) == 0)
         return block.id[0] < 0 || isPeak(hull, block.id[0], d, band, height);
     beside = bestNeighbour(block, products).id;
-    return false;
-}
-
-/// The same at up to kLooks vertices, from each to the highest beside it.
-///
-/// @param vertex [in, out] the first; then the support vertex, or from where to climb on
-template <int kLooks, class S>
-[[gnu::always_inline]] inline bool isPeakAtHand(const Hull<S>& hull, std::int32_t& vertex,
-                                                const LaneDirection<S>& d, S band, S& height)
-{
-    for (int look = 0; look < kLooks; ++look)
-    {
-        std::int32_t beside;
-        if (isPeak(hull, vertex, d, band, height, beside))
-            return true;
-        vertex = beside;
-    }
     return false;
 }
 
@@ -470,6 +453,27 @@ SupportHit<S> supportHit(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d, s
     if (method == SupportMethod::CubeMap || hull.vertexCount() > linearSupportMaximum<S>())
         return supportCubeMap(hull, d, counters);
     return hitLinear(hull, d);
+}
+
+/// The support where a vertex has ceased to be it: a few looks, from each vertex to the highest beside it, then a search.
+///
+/// @param vertex the first to look at, or none of the hull's
+/// @param band   see isPeak()
+template <class S>
+SupportHit<S> hitBeside(const Hull<S>& hull, const typename Quad<S>::Vector& d, S band, std::int32_t vertex)
+{
+    SupportHit<S> hit = {vertex, S(0)};
+    // A negative one is large.
+    const bool isKnown = static_cast<std::uint32_t>(vertex) < static_cast<std::uint32_t>(hull.blockCount());
+    const LaneDirection<S> lanes(d);
+    for (int look = 0; isKnown && look < kLooksBeside; ++look)
+    {
+        std::int32_t beside;
+        if (isPeak(hull, hit.vertex, lanes, band, hit.height, beside))
+            return hit;
+        hit.vertex = beside;
+    }
+    return supportHit<S>(hull, {d[0], d[1], d[2]}, hit.vertex);
 }
 
 template <class S>

@@ -39,26 +39,13 @@ inline btScalar largestOf(const Components& v)
     return std::max(std::max(v[0], v[1]), v[2]);
 }
 
-/// Where the vertex at hand is not the highest. Out of line, since a loop would keep the direction in memory.
+/// Out of line, since a loop would keep the direction in memory.
 ///
-/// @param start [in, out] as the cache stores it: the next vertex to look at, if the hull has that; then the highest
+/// @param start [in, out] a vertex as the cache stores it, see hitBeside(); then the highest
 [[gnu::noinline]] inline btScalar heightBeside(const Hull<btScalar>& hull, const Components& local,
                                                btScalar band, std::uint16_t& start)
 {
-    if (start < hull.blockCount())
-    {
-        btScalar height;
-        std::int32_t vertex = start;
-        const bool isPeak =
-            isPeakAtHand<kLooksAtHand - 1>(hull, vertex, LaneDirection<btScalar>(local), band, height);
-        start = narrowId<btScalar>(vertex);
-        if (isPeak)
-            return height;
-    }
-    const Eigen::Matrix<btScalar, 3, 1> along(local[0], local[1], local[2]);
-    const SupportHit<btScalar> hit = hull.vertexCount() <= cheapScanMaximum<btScalar>()
-                                         ? hitLinear(hull, along)
-                                         : supportHit(hull, along, start);
+    const SupportHit<btScalar> hit = hitBeside(hull, local, band, start);
     start = narrowId<btScalar>(hit.vertex);
     return hit.height;
 }

@@ -85,7 +85,7 @@ try
     HullRecord* const found = record.get();
     found->references.fetch_add(1, std::memory_order_relaxed);
     if (isNew)
-        add(kRecordWeight);
+        add(kFixedWeight);
     return found;
 }
 catch (const std::bad_alloc&)
@@ -109,7 +109,7 @@ void HullCache::sweep() noexcept
     {
         const bool isUsed = !it->second || it->second->isPinned ||
                             it->second->references.load(std::memory_order_acquire) != 0;
-        left += isUsed ? kRecordWeight : 0;
+        left += isUsed ? kFixedWeight : 0;
         it = isUsed ? std::next(it) : m_records.erase(it);
     }
     for (auto it = m_contents.begin(); it != m_contents.end();)

@@ -110,9 +110,9 @@ public:
     HullCacheStats stats() const;
 
 private:
-    /// What something takes, in points of a graph: 450 bytes each.
-    static constexpr std::size_t kRecordWeight = 32;
-    static std::size_t weightOf(const HullContents& contents) { return 32 + contents.pointCount(); }
+    /// What a record, or contents beside their points, take in points of a graph: 450 bytes each.
+    static constexpr std::size_t kFixedWeight = 32;
+    static std::size_t weightOf(const HullContents& contents) { return kFixedWeight + contents.pointCount(); }
     static constexpr std::size_t kLeastAdded = std::size_t(1) << 18;
 
     HullCache() = default;

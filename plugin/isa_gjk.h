@@ -151,8 +151,8 @@ CULLET_API void prepare(const btConvexHullShape& shape);
 CULLET_API void invalidate(const btConvexHullShape& shape);
 
 /// Lets go of all graphs that no pair uses and that were not prepared, at once: when a level has been unloaded. Without it,
-/// graphs of shapes that are gone stay until as much is new as was in use before, and at least 260,000 points, some 100 MB. prepare() keeps a graph for
-/// good.
+/// graphs of shapes that are gone stay until as much is new as was in use before, and at least 260,000 points, some
+/// 100 MB. prepare() keeps a graph for good.
 CULLET_API void trimHullCache();
 
 CULLET_API HullCacheStats hullCacheStats();

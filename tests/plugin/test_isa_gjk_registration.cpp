@@ -14,9 +14,9 @@ namespace
 /// A dispatcher, its world, and two hulls of which one falls onto the other.
 struct OwnWorld
 {
-    OwnWorld() : dispatcher(std::make_unique<btCollisionDispatcher>(&configuration))
+    OwnWorld()
     {
-        world.emplace(dispatcher.get(), &broadphase, &solver, &configuration);
+        world.emplace(dispatcher.get(), &broadphase, &solver, configuration.get());
         for (int i = 0; i < 2; ++i)
         {
             bodies[i] = std::make_unique<btRigidBody>(btScalar(i), nullptr, cube.get(), vec(1, 1, 1));
@@ -37,8 +37,10 @@ struct OwnWorld
         world.reset();
     }
 
-    btDefaultCollisionConfiguration configuration;
-    std::unique_ptr<btCollisionDispatcher> dispatcher;
+    std::unique_ptr<btDefaultCollisionConfiguration> configuration =
+        std::make_unique<btDefaultCollisionConfiguration>();
+    std::unique_ptr<btCollisionDispatcher> dispatcher =
+        std::make_unique<btCollisionDispatcher>(configuration.get());
     btDbvtBroadphase broadphase;
     btSequentialImpulseConstraintSolver solver;
     std::unique_ptr<btConvexHullShape> cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
@@ -78,6 +80,7 @@ TEST(IsaGjkRegistration, CreateFunctionsOutliveDispatcherAndWorld)
     own.endWorld();
     EXPECT_EQ(own.dispatcher->getNumManifolds(), 0);
     own.dispatcher.reset();
+    own.configuration.reset();
     EXPECT_EQ(first.stats().touchingTotal, 1u);
 }
 

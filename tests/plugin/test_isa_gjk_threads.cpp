@@ -146,29 +146,34 @@ std::vector<std::uint64_t> contactsOfRods(unsigned seed, int threads)
     EXPECT_GT(dispatcher.stats().touchingTotal, 1000u);
     return log.entries();
 }
+
+/// Calls body(i) for each i below the count at the same time.
+template <class Body>
+void onThreads(std::size_t count, const Body& body)
+{
+    std::vector<std::thread> threads;
+    for (std::size_t i = 0; i < count; ++i)
+        threads.emplace_back([&body, i] { body(i); });
+    for (std::thread& thread : threads)
+        thread.join();
+}
 }  // namespace
 
 TEST(IsaGjkThreads, WorldsOfDifferentThreadsShareTheirShapes)
 {
     const auto shape = makeHullShape(ballPoints(60, 0.5, 8));
     std::vector<std::uint64_t> hashes(4);
-    std::vector<std::thread> threads;
-    for (std::uint64_t& hash : hashes)
-    {
-        threads.emplace_back(
-            [&hash, &shape]
-            {
-                ConvexWorld world(Narrow::IsaGjk);
-                btBoxShape ground(vec(5, 0.5, 5));
-                world.add(&ground, 0, vec(0, -0.5, 0));
-                for (int i = 0; i < 6; ++i)
-                    world.add(shape.get(), 1, vec(0.1 * i, 1 + 1.1 * i, 0));
-                world.step(60);
-                hash = world.hash();
-            });
-    }
-    for (std::thread& thread : threads)
-        thread.join();
+    onThreads(hashes.size(),
+              [&](std::size_t thread)
+              {
+                  ConvexWorld world(Narrow::IsaGjk);
+                  btBoxShape ground(vec(5, 0.5, 5));
+                  world.add(&ground, 0, vec(0, -0.5, 0));
+                  for (int i = 0; i < 6; ++i)
+                      world.add(shape.get(), 1, vec(0.1 * i, 1 + 1.1 * i, 0));
+                  world.step(60);
+                  hashes[thread] = world.hash();
+              });
     for (const std::uint64_t hash : hashes)
         EXPECT_EQ(hash, hashes[0]);
 }
@@ -179,25 +184,19 @@ TEST(IsaGjkThreads, GraphsAreBuiltOnceWhoeverAsks)
     for (int i = 0; i < 20; ++i)
         shapes.push_back(makeHullShape(ballPoints(40 + i, 0.5, unsigned(100 + i))));
     const std::uint64_t before = hullCacheStats().buildsTotal;
-    std::vector<std::thread> threads;
-    for (int t = 0; t < 4; ++t)
-    {
-        threads.emplace_back(
-            [&shapes]
-            {
-                for (int round = 0; round < 30; ++round)
-                {
-                    for (const auto& shape : shapes)
-                    {
-                        HullUse use;
-                        const Hull<btScalar>* hull = use.hullOf(*shape, std::uint64_t(round % 3));
-                        EXPECT_EQ(hull->vertexCount(), shape->getNumPoints());
-                    }
-                }
-            });
-    }
-    for (std::thread& thread : threads)
-        thread.join();
+    onThreads(4,
+              [&](std::size_t)
+              {
+                  for (int round = 0; round < 30; ++round)
+                  {
+                      for (const auto& shape : shapes)
+                      {
+                          HullUse use;
+                          const Hull<btScalar>* hull = use.hullOf(*shape, std::uint64_t(round % 3));
+                          EXPECT_EQ(hull->vertexCount(), shape->getNumPoints());
+                      }
+                  }
+              });
     EXPECT_EQ(hullCacheStats().buildsTotal, before + 20);
 }
 
@@ -207,30 +206,23 @@ TEST(IsaGjkThreads, GraphsMayBeForgottenWhileOthersAsk)
     for (int i = 0; i < 12; ++i)
         shapes.push_back(makeHullShape(ballPoints(20 + i, 0.5, unsigned(200 + i))));
     const std::uint64_t before = hullCacheStats().buildsTotal;
-    std::vector<std::thread> threads;
-    for (int t = 0; t < 4; ++t)
-    {
-        threads.emplace_back(
-            [&shapes, t]
-            {
-                for (std::size_t round = 0; round < 400; ++round)
-                {
-                    const btConvexHullShape& shape =
-                        *shapes[(7 * round + static_cast<std::size_t>(t)) % shapes.size()];
-                    HullUse use;
-                    const Hull<btScalar>* hull = use.hullOf(shape, 0);
-                    if (t == 0)
-                        trimHullCache();
-                    else if (t == 1)
-                        invalidate(*shapes[round % shapes.size()]);
-                    else if (t == 2 && round % 3 == 0)
-                        prepare(shape);
-                    EXPECT_EQ(hull->vertexCount(), shape.getNumPoints());
-                }
-            });
-    }
-    for (std::thread& thread : threads)
-        thread.join();
+    onThreads(4,
+              [&](std::size_t thread)
+              {
+                  for (std::size_t round = 0; round < 400; ++round)
+                  {
+                      const btConvexHullShape& shape = *shapes[(7 * round + thread) % shapes.size()];
+                      HullUse use;
+                      const Hull<btScalar>* hull = use.hullOf(shape, 0);
+                      if (thread == 0)
+                          trimHullCache();
+                      else if (thread == 1)
+                          invalidate(*shapes[round % shapes.size()]);
+                      else if (thread == 2 && round % 3 == 0)
+                          prepare(shape);
+                      EXPECT_EQ(hull->vertexCount(), shape.getNumPoints());
+                  }
+              });
     // Some were, and were built again.
     EXPECT_GT(hullCacheStats().buildsTotal, before + shapes.size());
     for (const auto& shape : shapes)
