@@ -7,24 +7,24 @@ include_guard(GLOBAL)
 include(GoogleTest)
 find_package(GTest REQUIRED)
 
-# Under a sanitizer a process takes long to start and to end, so that a program runs all its tests in one; programs worth
-# a ThreadSanitizer run, which are the large ones, in four. GTEST_FILTER in the environment chooses among the tests.
-function(cullet_add_whole_program target labels)
-    set(shards 1)
-    if("threads" IN_LIST labels)
-        set(shards 4)
-    endif()
+# A program that runs all its tests in so many processes. GTEST_FILTER in the environment chooses among the tests.
+function(cullet_add_shards target shards labels timeout)
     math(EXPR last "${shards} - 1")
     foreach(shard RANGE ${last})
         add_test(NAME ${target}.${shard} COMMAND ${target})
-        set_tests_properties(${target}.${shard} PROPERTIES TIMEOUT 1500 LABELS "${labels}"
+        set_tests_properties(${target}.${shard} PROPERTIES TIMEOUT ${timeout} LABELS "${labels}"
             ENVIRONMENT "GTEST_TOTAL_SHARDS=${shards};GTEST_SHARD_INDEX=${shard}")
     endforeach()
 endfunction()
 
 function(cullet_discover_tests target suffix labels timeout)
     if(CULLET_SANITIZE)
-        cullet_add_whole_program(${target} "${labels}")
+        # A process then takes long to start and to end; programs worth a ThreadSanitizer run are the large ones.
+        set(shards 1)
+        if("threads" IN_LIST labels)
+            set(shards 4)
+        endif()
+        cullet_add_shards(${target} ${shards} "${labels}" 1500)
         return()
     endif()
     # PRE_TEST: the programs are asked for their tests when ctest runs, so a build needs no GPU and no sanitizer runtime
@@ -50,22 +50,37 @@ function(cullet_add_to_tests target labels)
     endif()
 endfunction()
 
-# cullet_add_broad_test(<name> <source>... [LINK <target>...] [LABELS <label>...] [TIMEOUT <seconds>])
+# A program without Bullet. Under a sanitizer its sources may be one, as those of both precisions are.
+function(cullet_add_test_program name)
+    add_executable(${name} ${ARGN})
+    target_link_libraries(${name} PRIVATE cullet_flags GTest::gtest GTest::gtest_main)
+    list(LENGTH ARGN count)
+    if(count GREATER 1 AND CULLET_SANITIZE)
+        cullet_unity(${name})
+    endif()
+endfunction()
+
+# cullet_add_broad_test(<name> <source>... [LINK <target>...] [LABELS <label>...] [TIMEOUT <seconds>] [SHARDS <count>])
 #
 # A test program without Bullet. Labels in use: gpu (needs a CUDA device), slow (left out under sanitizers), golden
-# (compares with stored results), threads (worth a ThreadSanitizer run).
+# (compares with stored results), threads (worth a ThreadSanitizer run). SHARDS: ctest knows so many parts of the program in
+# place of thousands of tests, of which to start a process takes longer than to run one.
 function(cullet_add_broad_test name)
-    cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT" "LINK;LABELS")
+    cmake_parse_arguments(PARSE_ARGV 1 arg "" "TIMEOUT;SHARDS" "LINK;LABELS")
     if(NOT arg_TIMEOUT)
         set(arg_TIMEOUT 300)
     endif()
-    add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
-    target_link_libraries(${name} PRIVATE cullet_flags cullet::broad ${arg_LINK} GTest::gtest GTest::gtest_main)
+    cullet_add_test_program(${name} ${arg_UNPARSED_ARGUMENTS})
+    target_link_libraries(${name} PRIVATE cullet::broad ${arg_LINK})
     cullet_add_to_tests(${name} "${arg_LABELS}")
     if("threads" IN_LIST arg_LABELS)
         add_dependencies(cullet_thread_tests ${name})
     endif()
-    cullet_discover_tests(${name} "" "${arg_LABELS}" ${arg_TIMEOUT})
+    if(arg_SHARDS AND NOT CULLET_SANITIZE)
+        cullet_add_shards(${name} ${arg_SHARDS} "${arg_LABELS}" ${arg_TIMEOUT})
+    else()
+        cullet_discover_tests(${name} "" "${arg_LABELS}" ${arg_TIMEOUT})
+    endif()
 endfunction()
 
 # cullet_add_narrow_test(... [SUFFIX <of the names of its tests>]): else the same arguments; links the narrow phase instead of
@@ -75,8 +90,8 @@ function(cullet_add_narrow_test name)
     if(NOT arg_TIMEOUT)
         set(arg_TIMEOUT 300)
     endif()
-    add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
-    target_link_libraries(${name} PRIVATE cullet_flags cullet_hulls ${arg_LINK} GTest::gtest GTest::gtest_main)
+    cullet_add_test_program(${name} ${arg_UNPARSED_ARGUMENTS})
+    target_link_libraries(${name} PRIVATE cullet_hulls ${arg_LINK})
     cullet_add_to_tests(${name} "${arg_LABELS}")
     cullet_discover_tests(${name} "${arg_SUFFIX}" "${arg_LABELS}" ${arg_TIMEOUT})
 endfunction()

@@ -23,10 +23,10 @@ struct Counts
 };
 
 /// HostExec that counts how often it is waited for, and what a GPU would move.
-class CountingExec : public psap::HostExec
+class TransferCountingExec : public psap::HostExec
 {
 public:
-    CountingExec(const PsapOptions& options, Counts& counts) : HostExec(options), m_counts(counts) {}
+    TransferCountingExec(const PsapOptions& options, Counts& counts) : HostExec(options), m_counts(counts) {}
 
     void wait() { ++m_counts.waits; }
     template <class T>
@@ -107,7 +107,7 @@ private:
 
     Counts m_counts;
     PsapOptions m_options;
-    psap::PsapBackend<CountingExec> m_backend;
+    psap::PsapBackend<TransferCountingExec> m_backend;
     ProxyTable m_table;
 };
 

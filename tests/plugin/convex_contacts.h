@@ -121,8 +121,17 @@ struct ConvexBench
         return points[0];
     }
 
-    btDefaultCollisionConfiguration configuration;
+    btDefaultCollisionConfiguration configuration{smallPools()};
     btCollisionDispatcher dispatcher{&configuration};
     IsaGjkRegistration* registration = nullptr;
+
+private:
+    /// Bullet writes to all of its pools, eight thousand places, when they are made, and tests make many.
+    static btDefaultCollisionConstructionInfo smallPools()
+    {
+        btDefaultCollisionConstructionInfo info;
+        info.m_defaultMaxPersistentManifoldPoolSize = info.m_defaultMaxCollisionAlgorithmPoolSize = 64;
+        return info;
+    }
 };
 }  // namespace cullet::test

@@ -156,7 +156,7 @@ TEST(HullCache, EditsDoNotPileUp)
     HullUse use;
     const std::uint64_t before = hullCacheStats().buildsTotal;
     std::uint64_t most = 0;
-    constexpr int kEdits = 20000;
+    constexpr int kEdits = 10000;
     for (int i = 0; i < kEdits; ++i)
     {
         shape->getUnscaledPoints()[0].setX(btScalar(-1 - 1e-4 * i));
@@ -173,7 +173,7 @@ TEST(HullCache, LargeGraphsThatNobodyUsesAreForgottenSooner)
     const std::uint64_t before = hullCacheStats().graphs;
     std::vector<std::unique_ptr<btConvexHullShape>> shapes;
     std::uint64_t most = 0;
-    for (unsigned i = 0; i < 500; ++i)
+    for (unsigned i = 0; i < 320; ++i)
     {
         shapes.push_back(makeHullShape(ballPoints(1000, 0.5, 1000 + i)));
         HullUse use;
