@@ -6,8 +6,11 @@
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseProxy.h>
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 
 namespace cullet
 {
@@ -41,6 +44,31 @@ inline bool overlapsExactly(const btVector3& min0, const btVector3& max0, const 
 inline bool overlapsExactly(const btBroadphaseProxy& a, const btBroadphaseProxy& b)
 {
     return overlapsExactly(a.m_aabbMin, a.m_aabbMax, b.m_aabbMin, b.m_aabbMax);
+}
+
+/// Whether boxes grown by a margin are apart: overlapsWithMargin() for the boxes as they are.
+inline bool areApartBy(const btBroadphaseProxy& a, const btBroadphaseProxy& b, btScalar margin)
+{
+    const btScalar limit = 2 * margin;
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        if (b.m_aabbMin[axis] - a.m_aabbMax[axis] > limit || a.m_aabbMin[axis] - b.m_aabbMax[axis] > limit)
+            return true;
+    }
+    return false;
+}
+
+/// Whether a margin is less than a few times what a coordinate of a box has been rounded by on its way to float.
+///
+/// Not for float builds, where nothing is rounded.
+inline bool isCoarse(const Aabb& box, float margin)
+{
+    if constexpr (sizeof(btScalar) == sizeof(float))
+        return false;
+    float most = 0;
+    for (int axis = 0; axis < 3; ++axis)
+        most = std::max({most, std::abs(box.min[axis]), std::abs(box.max[axis])});
+    return most * (4 * std::numeric_limits<float>::epsilon()) > margin;
 }
 
 /// The smallest float box around a box; a copy in float builds. An empty box may come out as a valid one.

@@ -105,6 +105,8 @@ void Broadphase::destroyProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher
     Proxy* own = toProxy(proxy);
     CULLET_ASSERT(m->store.find(uniqueIdOf(own)) == own,
                   "destroy a proxy once, in the broad phase that made it");
+    // First, so that callbacks of the removals neither find it nor make new pairs of it.
+    m->store.hide(own);
     m->keeper.removePairsOf(*own, dispatcher);
     m->ghosts.remove(*own);
     m->store.destroy(own);

@@ -75,7 +75,11 @@ struct BroadphaseStats
 /// Differences to btDbvtBroadphase that a caller can see: ordinary pairs do not appear before
 /// calculateOverlappingPairs(); pairs of separated boxes are gone after it; queries report exact boxes only, so fewer;
 /// a box with a NaN or min > max has no pairs and is in no query; a pair that the application took out of the cache
-/// comes back when one of its boxes leaves the place it had then, grown by the margin.
+/// comes back when one of its boxes leaves the place it had then, grown by the margin, and at once where one has changed
+/// since the update before.
+///
+/// While a pair callback is installed in the cache, client objects have to be btCollisionObject, as for Bullet's own; else
+/// see setGhostPairsImmediate().
 ///
 /// Threads: queries may run concurrently with each other, from any thread, also from inside a query's callback.
 /// setAabb() of different proxies may run concurrently with each other while no ghost exists. Everything else is for
@@ -149,9 +153,11 @@ public:
     /// Replaces the backend; the pairs stay as they are.
     void setBackend(std::unique_ptr<Backend> backend);
 
-    /// For a pair cache of a type that is neither cullet's nor Bullet's, or of a class without RTTI: whether a ghost pair
-    /// callback is installed in it, which such a cache cannot be asked. Without this, pairs of its ghosts appear in
-    /// calculateOverlappingPairs().
+    /// Says whether there are ghosts, in place of what the pair cache has for a ghost pair callback.
+    ///
+    /// True for a pair cache of a type that is neither cullet's nor Bullet's, or of a class without RTTI, which cannot be asked;
+    /// else pairs of its ghosts appear in calculateOverlappingPairs(). False where client objects are none of Bullet's and the
+    /// callback is the application's own: they are then not looked at.
     void setGhostPairsImmediate(bool immediate);
 
     /// Whether setAabb() of different proxies may run concurrently now: there is no ghost.

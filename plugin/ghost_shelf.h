@@ -34,7 +34,8 @@ public:
     /// Whether the box may touch a ghost: a quick no for almost every body.
     bool mayTouch(const Aabb& box) const noexcept { return overlaps(m_bounds, box); }
 
-    /// Calls visit(row) for every ghost whose box overlaps the (valid) box. The shelf must not change meanwhile.
+    /// Calls visit(row) for every ghost whose box overlaps the (valid) box, if its own is valid: an empty one may be visited too.
+    /// The shelf must not change meanwhile.
     template <class Visit>
     void forEachOverlap(const Aabb& box, Visit visit) const
     {
@@ -46,7 +47,8 @@ public:
                 continue;
             for (std::uint32_t mask = overlapMask(block, box), lane = 0; mask != 0; mask >>= 1, ++lane)
             {
-                if ((mask & 1) != 0)
+                // An infinite box passes the test with the box of a free lane.
+                if ((mask & 1) != 0 && block.rows[lane] != kNone)
                     visit(block.rows[lane]);
             }
         }

@@ -68,7 +68,8 @@ void GhostWatch::addPairsNear(Proxy& proxy, const QueryIndex& index)
     touched.clear();
     const auto note = [&](std::uint32_t other)
     {
-        if (other != row && overlaps(m_store.table().box(other), box))
+        const Aabb& its = m_store.table().box(other);
+        if (other != row && isValid(its) && overlaps(its, box))
             touched.push_back(m_store.table().uniqueId(other));
     };
     if (isOneOfThem)

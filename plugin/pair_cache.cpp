@@ -87,6 +87,12 @@ void PairCache::makeRoom()
 
 btBroadphasePair* PairCache::addOverlappingPair(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1)
 {
+    ++m_changesByCallers;
+    return addPair(proxy0, proxy1);
+}
+
+btBroadphasePair* PairCache::addPair(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1)
+{
     if (m_filter == nullptr)
         return needsBroadphaseCollision(proxy0, proxy1) ? addPairUnfiltered(proxy0, proxy1) : nullptr;
     Addition addition(*this, idsOf(sortById(proxy0, proxy1)));

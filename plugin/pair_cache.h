@@ -154,6 +154,16 @@ public:
     /// Makes room for so many pairs in all, so that adding them moves nothing. What grows, grows by a quarter at least.
     void reserve(std::size_t pairCount);
 
+    /// How often pairs were added or removed by Bullet's interface, so not by the functions below. A number that is too high
+    /// is possible: of a pair that was there, or not there.
+    std::uint64_t changesByCallers() const noexcept { return m_changesByCallers; }
+
+    /// As addOverlappingPair().
+    btBroadphasePair* addPair(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1);
+
+    /// As removeOverlappingPairsContainingProxy().
+    void removePairsOf(btBroadphaseProxy* proxy, btDispatcher* dispatcher);
+
     /// addOverlappingPair() without the filter.
     btBroadphasePair* addPairUnfiltered(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1);
 
@@ -205,6 +215,7 @@ private:
     void prefetchNeighbours(std::uint32_t index);
     void* removeAt(std::uint32_t index, btDispatcher* dispatcher);
     void* removeWithCallbacks(std::uint32_t index, btDispatcher* dispatcher);
+    void removeAsAsked(const Cursor& cursor, btDispatcher* dispatcher);
     void* removeFollowed(const Cursor& cursor, btDispatcher* dispatcher);
     void detach(std::uint32_t index);
     void fillHole(std::uint32_t hole);
@@ -219,9 +230,10 @@ private:
     PairOrder m_order;
     btOverlapFilterCallback* m_filter = nullptr;
     btOverlappingPairCallback* m_ghosts = nullptr;
-    Cursor* m_cursors = nullptr;        ///< innermost first
-    Addition* m_additions = nullptr;    ///< innermost first
-    std::uint64_t m_version = 0;        ///< changes when a pair comes, goes or moves
+    Cursor* m_cursors = nullptr;      ///< innermost first
+    Addition* m_additions = nullptr;  ///< innermost first
+    std::uint64_t m_version = 0;      ///< changes when a pair comes, goes or moves
+    std::uint64_t m_changesByCallers = 0;
     std::uint32_t m_detachedCount = 0;  ///< entries whose ghost callback is running
     std::uint64_t m_visited = 0;
 };

@@ -26,12 +26,21 @@ void PairCache::processAllOverlappingPairs(btOverlapCallback* callback, btDispat
         cursor.index = index;
         ++m_visited;
         const bool isDone = callback->processOverlap(*pairAt(index));
-        if (isDone && cursor.index != kNone)
-            removeAt(cursor.index, dispatcher);
+        if (isDone)
+            removeAsAsked(cursor, dispatcher);
         // The pair is still in its place, unless it was removed or moved; then another one awaits its visit there.
         if (cursor.index == index)
             ++index;
     }
+}
+
+/// Removes the pair of which a callback has said so, unless it has removed it itself.
+void PairCache::removeAsAsked(const Cursor& cursor, btDispatcher* dispatcher)
+{
+    if (cursor.index == kNone)
+        return;
+    ++m_changesByCallers;
+    removeAt(cursor.index, dispatcher);
 }
 
 void PairCache::processAllOverlappingPairs(btOverlapCallback* callback, btDispatcher* dispatcher,
@@ -82,8 +91,8 @@ void PairCache::processOrdered(btOverlapCallback* callback, btDispatcher* dispat
             continue;
         ++m_visited;
         const bool isDone = callback->processOverlap(*pairAt(cursor.index));
-        if (isDone && cursor.index != kNone)
-            removeAt(cursor.index, dispatcher);
+        if (isDone)
+            removeAsAsked(cursor, dispatcher);
     }
     m_order = std::move(sorted);
 }

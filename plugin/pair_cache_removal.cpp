@@ -50,6 +50,7 @@ void PairCache::cleanProxyFromPairs(btBroadphaseProxy* proxy, btDispatcher* disp
 void* PairCache::removeOverlappingPair(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1,
                                        btDispatcher* dispatcher)
 {
+    ++m_changesByCallers;
     const ProxyPair sorted = sortById(proxy0, proxy1);
     const std::uint32_t index = indexOf(sorted);
     return index != kNone ? removeAt(index, dispatcher) : cancelAddition(idsOf(sorted), dispatcher);
@@ -62,6 +63,12 @@ void* PairCache::removePair(Pair ids, btDispatcher* dispatcher)
 }
 
 void PairCache::removeOverlappingPairsContainingProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher)
+{
+    ++m_changesByCallers;
+    removePairsOf(proxy, dispatcher);
+}
+
+void PairCache::removePairsOf(btBroadphaseProxy* proxy, btDispatcher* dispatcher)
 {
     const std::uint32_t id = uniqueIdOf(proxy);
     for (std::uint32_t node = m_links.first(id); node != kNone; node = m_links.first(id))

@@ -69,6 +69,7 @@ void PairKeeper::update(float margin, btDispatcher* dispatcher)
     if (m_isCacheChanged)
         holdBackTakenOut(view);
     collectDue(view);
+    collectApart(view);
     m_store.endUpdate();
     applyRemoved(margin, dispatcher);
     applyAdded(margin);
@@ -78,7 +79,7 @@ void PairKeeper::update(float margin, btDispatcher* dispatcher)
     trimRoom(m_delta.added);
     trimRoom(m_delta.removed);
     trimRoom(m_due);
-    trimRoom(m_new);
+    trimRoom(m_apart);
     trimRoom(m_scratch);
     trimRoom(m_batch);
 }
@@ -95,17 +96,16 @@ void PairKeeper::noticeForeignChanges()
         m_filter = filter;
     }
     // In a restart for another reason, pairs that the application took out cannot be told from those that are new.
-    m_isCacheChanged = !m_isRestartDue && m_port.count() != m_expectedCount;
+    const std::uint64_t foreignChanges = m_port.foreignChanges();
+    const bool isChanged = m_port.count() != m_expectedCount || foreignChanges != m_foreignChanges;
+    m_foreignChanges = foreignChanges;
+    m_isCacheChanged = !m_isRestartDue && isChanged;
     if (m_isCacheChanged)
         m_isRestartDue = true;
 }
 
 bool PairKeeper::runBackend(const ProxyView& view)
 {
-    // Before it begins anew: what comes then and not now, the application has taken out.
-    m_areNewKnown = m_isCacheChanged && m_backend->update(view, m_delta) == Status::Ok;
-    if (m_areNewKnown)
-        m_new.swap(m_delta.added);
     if (m_isRestartDue)
         restartBackend();
     const Status status = m_backend->update(view, m_delta);
@@ -148,11 +148,11 @@ void PairKeeper::restartBackend()
     ++m_restartsTotal;
 }
 
-/// Whether a pair that the backend reports as new was there before, and is only missing in the cache.
+/// Whether a pair that the backend reports as new, when it has begun anew, was there before and is only missing in the cache.
+///
+/// Where a box has changed that cannot be known, nor from which place: such a pair comes, lest it be missed.
 bool PairKeeper::isTakenOut(Pair pair, const ProxyView& view) const
 {
-    if (m_areNewKnown)
-        return !std::binary_search(m_new.begin(), m_new.end(), pair);
     const Proxy* first = m_store.find(pair.first);
     const Proxy* second = m_store.find(pair.second);
     return first != nullptr && second != nullptr && view.changes[ProxyStore::rowOf(first)] == kRowUnchanged &&
@@ -191,15 +191,51 @@ bool PairKeeper::areApart(Pair pair, float margin) const
 {
     const Proxy* first = m_store.find(pair.first);
     const Proxy* second = m_store.find(pair.second);
+    if (first == nullptr || second == nullptr)
+        return true;
     const ProxyTable& table = m_store.table();
-    return first == nullptr || second == nullptr ||
-           !overlapsWithMargin(table.box(ProxyStore::rowOf(first)), table.box(ProxyStore::rowOf(second)),
-                               margin);
+    return !isValid(table.box(ProxyStore::rowOf(first))) || !isValid(table.box(ProxyStore::rowOf(second))) ||
+           areApartBy(*first, *second, margin);
+}
+
+/// Far from the origin a double box may leave another one by much more than the margin before the rounded boxes do so.
+///
+/// O(pairs) if a box has changed there, else nothing.
+void PairKeeper::collectApart(const ProxyView& view)
+{
+    m_apart.clear();
+    const auto isFar = [&](std::uint32_t row)
+    { return (view.changes[row] & kRowDestroyed) == 0 && isCoarse(view.boxes[row], view.margin); };
+    if (sizeof(btScalar) == sizeof(float) || std::none_of(view.dirty, view.dirty + view.dirtyCount, isFar))
+        return;
+    const btBroadphasePairArray& cached = m_port.cache()->getOverlappingPairArray();
+    for (int i = 0; i < cached.size(); ++i)
+    {
+        const btBroadphasePair& pair = cached[i];
+        if (areApartBy(*pair.m_pProxy0, *pair.m_pProxy1, view.margin) && m_store.owns(pair.m_pProxy0) &&
+            m_store.owns(pair.m_pProxy1))
+            m_apart.push_back(pairOf(pair));
+    }
+    sortUnique(m_apart);
+}
+
+/// Those that have just been removed from the cache, but not from the backend, wait.
+void PairKeeper::holdApart(float margin)
+{
+    for (const Pair pair : m_apart)
+    {
+        const Proxy* first = m_store.find(pair.first);
+        const Proxy* second = m_store.find(pair.second);
+        const bool isHeld = !std::binary_search(m_delta.removed.begin(), m_delta.removed.end(), pair);
+        if (first != nullptr && second != nullptr && isHeld && !m_provisional.contains(pair))
+            hold(pair, *first, *second, false, margin);
+    }
 }
 
 void PairKeeper::applyRemoved(float margin, btDispatcher* dispatcher)
 {
-    m_scratch.clear();
+    holdApart(margin);
+    m_scratch = m_apart;
     for (const Pair pair : m_delta.removed)
     {
         if (!m_pending.erase(pair))
@@ -214,8 +250,10 @@ void PairKeeper::applyRemoved(float margin, btDispatcher* dispatcher)
     {
         for (const Pair pair : m_scratch)
             m_provisional.erase(pair);
-        sortUnique(m_scratch);
     }
+    // The parts are.
+    if (!std::is_sorted(m_scratch.begin(), m_scratch.end()))
+        sortUnique(m_scratch);
     m_port.remove(m_scratch, m_store, dispatcher);
 }
 
@@ -263,13 +301,22 @@ void PairKeeper::addAtOneGo(float margin)
         m_wasInterrupted = true;
 }
 
+/// Whether the exact boxes overlap, after a callback may have done anything to them.
+bool PairKeeper::overlapNow(const Proxy& first, const Proxy& second) const
+{
+    const ProxyTable& table = m_store.table();
+    // An empty box may overlap an infinite one by its numbers.
+    return isValid(table.box(ProxyStore::rowOf(&first))) && isValid(table.box(ProxyStore::rowOf(&second))) &&
+           overlapsExactly(first, second);
+}
+
 void PairKeeper::tryAdd(Pair pair, float margin)
 {
     Proxy* first = m_store.find(pair.first);
     Proxy* second = m_store.find(pair.second);
     if (first == nullptr || second == nullptr || m_provisional.erase(pair))
         return;
-    const bool isExact = overlapsExactly(*first, *second);
+    const bool isExact = overlapNow(*first, *second);
     if (isExact && m_port.add(*first, *second))
     {
         m_pending.erase(pair);
@@ -289,7 +336,7 @@ void PairKeeper::hold(Pair pair, const Proxy& first, const Proxy& second, bool i
 
 void PairKeeper::addAtOnce(Proxy& a, Proxy& b)
 {
-    if (!overlapsExactly(a, b) || m_port.contains(a, b))
+    if (!overlapNow(a, b) || m_port.contains(a, b))
         return;
     Proxy& first = uniqueIdOf(&a) < uniqueIdOf(&b) ? a : b;
     Proxy& second = uniqueIdOf(&a) < uniqueIdOf(&b) ? b : a;
@@ -335,7 +382,7 @@ void PairKeeper::addTo(BroadphaseStats& stats) const
     stats.fallbacksTotal = m_fallbacksTotal;
     stats.bytes += m_pending.bytes() + m_provisional.bytes() +
                    (m_delta.added.capacity() + m_delta.removed.capacity() + m_due.capacity() +
-                    m_new.capacity() + m_scratch.capacity()) *
+                    m_apart.capacity() + m_scratch.capacity()) *
                        sizeof(Pair);
     stats.backendName = m_backend->name();
     stats.backend = m_backend->stats();

@@ -23,9 +23,9 @@ inline namespace CULLET_PRECISION
 /// the pending ones (see PendingPairs). Callbacks of the application run while changes are applied and may do anything
 /// to proxies: the table's changes are taken in before, and every proxy is looked up by its id when its turn comes.
 ///
-/// Pairs that the application adds to the cache or takes out of it are noticed by their number. The backend then tells what
-/// the boxes have changed, and begins anew from the pairs of the cache: added pairs are removed when their boxes are apart,
-/// and what is new beside those of the boxes was taken out, and becomes pending.
+/// That the application has added pairs to the cache or taken some out is told by cullet's cache, and noticed in others by the
+/// number of pairs. The backend then begins anew from the pairs of the cache: added pairs are removed when their boxes are
+/// apart, and what is new although neither box has changed was taken out, and becomes pending.
 class PairKeeper
 {
 public:
@@ -58,12 +58,15 @@ private:
     void restartBackend();
     void holdBackTakenOut(const ProxyView& view);
     void collectDue(const ProxyView& view);
+    void collectApart(const ProxyView& view);
+    void holdApart(float margin);
     void applyRemoved(float margin, btDispatcher* dispatcher);
     void applyAdded(float margin);
     void addAtOneGo(float margin);
     void tryAdd(Pair pair, float margin);
     void hold(Pair pair, const Proxy& first, const Proxy& second, bool isExact, float margin);
     bool isTakenOut(Pair pair, const ProxyView& view) const;
+    bool overlapNow(const Proxy& first, const Proxy& second) const;
     bool areApart(Pair pair, float margin) const;
 
     const BroadphaseOptions m_options;
@@ -74,17 +77,17 @@ private:
     LinkedPairs m_provisional;
 
     PairDelta m_delta;
-    Pairs m_due;  // pending pairs to look at again
-    Pairs m_new;  // those of the boxes, when the application has changed the cache
+    Pairs m_due;    // pending pairs to look at again
+    Pairs m_apart;  // pairs of the cache that the backend holds although their exact boxes are apart
     Pairs m_scratch;
     std::vector<ProxyPair> m_batch;
 
     const btOverlapFilterCallback* m_filter = nullptr;  // as of the last update
-    int m_expectedCount = 0;  // pairs in the cache unless the application changed it
+    int m_expectedCount = 0;             // pairs in the cache unless the application changed it
+    std::uint64_t m_foreignChanges = 0;  // those that are known
     bool m_isRestartDue = false;
     bool m_isAllDue = false;
     bool m_isCacheChanged = false;
-    bool m_areNewKnown = false;
     bool m_isUpdating = false;
     bool m_wasInterrupted = false;  // a callback of this update skipped changes or set another backend
     std::uint64_t m_updatesTotal = 0;

@@ -86,7 +86,7 @@ bool PairPort::contains(btBroadphaseProxy& a, btBroadphaseProxy& b) const
 
 bool PairPort::add(btBroadphaseProxy& a, btBroadphaseProxy& b)
 {
-    return m_cache->addOverlappingPair(&a, &b) != nullptr;
+    return (m_fast != nullptr ? m_fast->addPair(&a, &b) : m_cache->addOverlappingPair(&a, &b)) != nullptr;
 }
 
 bool PairPort::addAtOneGo(const std::vector<ProxyPair>& pairs)
@@ -135,6 +135,8 @@ void PairPort::remove(const Pairs& pairs, const ProxyStore& store, btDispatcher*
 
 void PairPort::removePairsOf(btBroadphaseProxy& proxy, btDispatcher* dispatcher)
 {
+    if (m_fast != nullptr)
+        return m_fast->removePairsOf(&proxy, dispatcher);
     if (!m_isSorted)
     {
         m_cache->removeOverlappingPairsContainingProxy(&proxy, dispatcher);

@@ -33,17 +33,25 @@ public:
     /// False for btNullPairCache.
     bool storesPairs() const noexcept { return m_storesPairs; }
     int count() const { return m_cache->getNumOverlappingPairs(); }
+    /// Changes of pairs that were not made here, as far as the cache counts them: 0 for other caches than cullet's.
+    std::uint64_t foreignChanges() const { return m_fast != nullptr ? m_fast->changesByCallers() : 0; }
     btOverlapFilterCallback* filterCallback() const { return m_cache->getOverlapFilterCallback(); }
 
-    /// Whether a ghost pair callback is installed. Other caches than cullet's and Bullet's, and those of a
-    /// class without RTTI, cannot be asked: setGhosts().
+    /// Whether a ghost pair callback is installed, unless setGhosts() has said it. Other caches than cullet's and Bullet's, and
+    /// those of a class without RTTI, cannot be asked.
     bool hasGhostCallback() const noexcept
     {
+        if (m_areGhostsTold)
+            return m_hasGhosts;
         if (m_fast != nullptr)
             return m_fast->ghostPairCallback() != nullptr;
-        return m_ghostSlot != nullptr ? *m_ghostSlot != nullptr : m_hasGhosts;
+        return m_ghostSlot != nullptr && *m_ghostSlot != nullptr;
     }
-    void setGhosts(bool areInstalled) noexcept { m_hasGhosts = areInstalled; }
+    void setGhosts(bool areInstalled) noexcept
+    {
+        m_areGhostsTold = true;
+        m_hasGhosts = areInstalled;
+    }
 
     bool contains(btBroadphaseProxy& a, btBroadphaseProxy& b) const;
 
@@ -53,7 +61,7 @@ public:
     /// Whether pairs can be added without any callback, all at one go: addAtOneGo().
     bool canAddAtOneGo() const
     {
-        return m_fast != nullptr && !hasGhostCallback() && filterCallback() == nullptr;
+        return m_fast != nullptr && m_fast->ghostPairCallback() == nullptr && filterCallback() == nullptr;
     }
 
     /// Adds pairs that are not in the cache and that the filter words let pass; false when memory ran out.
@@ -80,6 +88,7 @@ private:
         nullptr;  // where the cache keeps the callback, if it is Bullet's
     bool m_storesPairs = true;
     bool m_isSorted = false;
+    bool m_areGhostsTold = false;
     bool m_hasGhosts = false;
 };
 }  // namespace CULLET_PRECISION

@@ -27,6 +27,8 @@ public:
 
     /// Unique ids count on, past 2^32 - 1 from 1 on again, without those that live.
     Proxy* create(const btVector3& aabbMin, const btVector3& aabbMax, void* client, Filter filter);
+    /// From here on it overlaps nothing and no query finds it; its own box stays as it is.
+    void hide(Proxy* proxy) noexcept { m_table.setBox(rowOf(proxy), kEmptyAabb); }
     void destroy(Proxy* proxy);
 
     /// Stores the box in the proxy and, rounded outward to float, in the table.

@@ -171,7 +171,7 @@ TYPED_TEST(BroadphaseStockCache, PairTheApplicationTookOutComesBackWhenABoxChang
     EXPECT_EQ(updatedPairs(broadphase), Pairs{});
 }
 
-TYPED_TEST(BroadphaseStockCache, PairTheApplicationTookOutStaysOutAlthoughABoxMovesALittleAtOnce)
+TYPED_TEST(BroadphaseStockCache, PairTheApplicationTookOutStaysOutWhileOthersCome)
 {
     TypeParam cache;
     btOverlappingPairCache& base = cache;
@@ -184,6 +184,7 @@ TYPED_TEST(BroadphaseStockCache, PairTheApplicationTookOutStaysOutAlthoughABoxMo
     base.processAllOverlappingPairs(&removeAll, nullptr);
     // Another one comes in the same update.
     moveCube(broadphase, comer, vec(-0.7, 0, 0));
+    EXPECT_EQ(updatedPairs(broadphase), (Pairs{{1, 3}}));
     for (int step = 1; step <= 4; ++step)
     {
         moveCube(broadphase, b, vec(0.5 + 0.001 * step, 0, 0));
@@ -191,6 +192,22 @@ TYPED_TEST(BroadphaseStockCache, PairTheApplicationTookOutStaysOutAlthoughABoxMo
     }
     moveCube(broadphase, b, vec(0.7, 0, 0));
     EXPECT_EQ(updatedPairs(broadphase), (Pairs{{1, 2}, {1, 3}}));
+}
+
+TYPED_TEST(BroadphaseStockCache, PairsTheApplicationTookOutOfABodyThatThenJumpsAreThereAfterTheUpdate)
+{
+    TypeParam cache;
+    btOverlappingPairCache& base = cache;
+    Broadphase broadphase(&cache, bruteOptions());
+    btBroadphaseProxy* ground = addCube(broadphase, vec(0, 0, 0), 50);
+    btBroadphaseProxy* ball = addCube(broadphase, vec(0, 50.5, 0));
+    ASSERT_TRUE((updatedPairs(broadphase), hasPair(broadphase, ground, ball)));
+    for (int jump = 1; jump <= 4; ++jump)
+    {
+        base.removeOverlappingPair(ground, ball, nullptr);
+        moveCube(broadphase, ball, vec(10 * jump, 50.5, 0));
+        EXPECT_EQ(updatedPairs(broadphase), (Pairs{{1, 2}})) << jump;
+    }
 }
 
 TYPED_TEST(BroadphaseStockCache, PairTheApplicationAddedGoesWhenItsBoxesAreApart)
@@ -205,6 +222,58 @@ TYPED_TEST(BroadphaseStockCache, PairTheApplicationAddedGoesWhenItsBoxesAreApart
     base.addOverlappingPair(a, b);
     EXPECT_EQ(updatedPairs(broadphase), (Pairs{{1, 3}}));
     EXPECT_TRUE(hasPair(broadphase, a, c));
+}
+
+TEST(BroadphaseCaches, AsManyPairsTakenOutAsAddedAreNoticed)
+{
+    Broadphase broadphase(bruteOptions());
+    btOverlappingPairCache& cache = *broadphase.getOverlappingPairCache();
+    btBroadphaseProxy* a = addCube(broadphase, vec(0, 0, 0));
+    btBroadphaseProxy* b = addCube(broadphase, vec(0.5, 0, 0));
+    btBroadphaseProxy* c = addCube(broadphase, vec(50, 0, 0));
+    btBroadphaseProxy* d = addCube(broadphase, vec(80, 0, 0));
+    ASSERT_EQ(updatedPairs(broadphase), (Pairs{{1, 2}}));
+    cache.removeOverlappingPair(a, b, nullptr);
+    cache.addOverlappingPair(c, d);
+    EXPECT_EQ(updatedPairs(broadphase), Pairs{}) << "one was taken out, the other one's boxes are apart";
+    moveCube(broadphase, b, vec(-0.5, 0, 0));
+    EXPECT_EQ(updatedPairs(broadphase), (Pairs{{1, 2}}));
+}
+
+TEST(BroadphaseCaches, APairTakenOutByACallbackOfTheUpdateIsNoticed)
+{
+    struct Remover final : btOverlappingPairCallback
+    {
+        btBroadphasePair* addOverlappingPair(btBroadphaseProxy*, btBroadphaseProxy*) override
+        {
+            if (a != nullptr)
+                cache->removeOverlappingPair(a, b, nullptr);
+            a = nullptr;
+            return nullptr;
+        }
+        void* removeOverlappingPair(btBroadphaseProxy*, btBroadphaseProxy*, btDispatcher*) override
+        {
+            return nullptr;
+        }
+        void removeOverlappingPairsContainingProxy(btBroadphaseProxy*, btDispatcher*) override {}
+        btOverlappingPairCache* cache = nullptr;
+        btBroadphaseProxy *a = nullptr, *b = nullptr;
+    } remover;
+    Broadphase broadphase(bruteOptions());
+    remover.cache = broadphase.getOverlappingPairCache();
+    btBroadphaseProxy* a = addCube(broadphase, vec(0, 0, 0));
+    btBroadphaseProxy* b = addCube(broadphase, vec(0.5, 0, 0));
+    btBroadphaseProxy* c = addCube(broadphase, vec(50, 0, 0));
+    addCube(broadphase, vec(60, 0, 0));
+    ASSERT_EQ(updatedPairs(broadphase), (Pairs{{1, 2}}));
+    remover.cache->setInternalGhostPairCallback(&remover);
+    remover.a = a;
+    remover.b = b;
+    moveCube(broadphase, c, vec(60.5, 0, 0));
+    EXPECT_EQ(updatedPairs(broadphase), (Pairs{{3, 4}}));
+    moveCube(broadphase, b, vec(-0.5, 0, 0));
+    EXPECT_EQ(updatedPairs(broadphase), (Pairs{{1, 2}, {3, 4}}));
+    remover.cache->setInternalGhostPairCallback(nullptr);
 }
 
 TEST(BroadphaseCaches, NullCacheStaysEmptyAndCostsNothing)

@@ -4,6 +4,7 @@
 #include "tests/plugin/exact_oracle.h"
 #include "tests/support/random.h"
 
+#include <BulletCollision/CollisionDispatch/btGhostObject.h>
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -202,6 +203,36 @@ TEST(BroadphaseExtremes, FarPlacesOfADoubleWorldKeepTheirResolution)
         EXPECT_EQ(updatedPairs(broadphase), exact);
         EXPECT_GT(broadphase.stats().pendingPairs, 100u)
             << "float boxes overlap more often, or the test is void";
+    }
+}
+
+TEST(BroadphaseExtremes, PairsOfADoubleWorldLeaveFarFromTheOriginToo)
+{
+    if (sizeof(btScalar) == sizeof(float))
+        GTEST_SKIP() << "a float has no such resolution";
+    btGhostPairCallback callback;
+    for (const double at : {6.4e6, 1e9, 1.5e11})
+    {
+        Broadphase broadphase(bruteOptions());
+        broadphase.getOverlappingPairCache()->setInternalGhostPairCallback(&callback);
+        btGhostObject ghost;
+        btCollisionObject object, other;
+        btBroadphaseProxy* first = addCube(broadphase, vec(at, 0, 0), 0.5, 1, kAllGroups, &object);
+        btBroadphaseProxy* second = addCube(broadphase, vec(at, 0, 0), 0.5, 1, kAllGroups, &other);
+        btBroadphaseProxy* third = addCube(broadphase, vec(at, 0, 0), 0.5, 1, kAllGroups, &ghost);
+        ASSERT_EQ(updatedPairs(broadphase).size(), 3u);
+        for (int visit = 0; visit < 3; ++visit)
+        {
+            moveCube(broadphase, second, vec(at + 1.2, 0, 0));
+            EXPECT_EQ(updatedPairs(broadphase), (Pairs{{1, 3}})) << at;
+            EXPECT_EQ(ghost.getNumOverlappingObjects(), 1);
+            EXPECT_EQ(updatedPairs(broadphase), (Pairs{{1, 3}})) << at;
+            moveCube(broadphase, second, vec(at + 0.9, 0, 0));
+            EXPECT_EQ(updatedPairs(broadphase).size(), 3u) << at;
+        }
+        for (btBroadphaseProxy* proxy : {first, second, third})
+            broadphase.destroyProxy(proxy, nullptr);
+        EXPECT_EQ(updatedPairs(broadphase), Pairs{});
     }
 }
 }  // namespace

@@ -8,6 +8,8 @@
 #include <btBulletCollisionCommon.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <limits>
 #include <map>
 #include <memory>
 #include <vector>
@@ -396,6 +398,84 @@ TEST(BroadphaseGhosts, AGhostThatWarpsInAndOutAfterARefusalLeavesNothing)
     EXPECT_EQ(ghost->getNumOverlappingObjects(), 0);
     EXPECT_EQ(pairsOf(scene.broadphase), Pairs{});
     scene.world.getPairCache()->setOverlapFilterCallback(nullptr);
+}
+
+constexpr auto kInfinity = std::numeric_limits<btScalar>::infinity();
+
+TEST(BroadphaseGhosts, AnInfiniteBoxMeetsTheGhostsThatHaveABoxAndNothingElse)
+{
+    const btVector3 infinite(kInfinity, kInfinity, kInfinity);
+    for (int ghostCount = 1; ghostCount <= 9; ++ghostCount)
+    {
+        GhostWorld scene;
+        std::vector<btGhostObject*> ghosts;
+        for (int i = 0; i < ghostCount; ++i)
+            ghosts.push_back(scene.add<btGhostObject>(vec(4 * i, 0, 0)));
+        auto* inverted = scene.add<btGhostObject>(vec(0, 9, 0));
+        scene.broadphase.setAabb(inverted->getBroadphaseHandle(), vec(1, 9, 1), vec(-1, 8, -1), nullptr);
+        auto* body = scene.add<btCollisionObject>(vec(0, 50, 0));
+        scene.broadphase.setAabb(body->getBroadphaseHandle(), -infinite, infinite, nullptr);
+        for (int update = 0; update < 2; ++update)
+        {
+            for (const btGhostObject* ghost : ghosts)
+                EXPECT_EQ(ghost->getNumOverlappingObjects(), 1) << ghostCount;
+            EXPECT_EQ(inverted->getNumOverlappingObjects(), 0);
+            scene.broadphase.calculateOverlappingPairs(&scene.dispatcher);
+        }
+    }
+}
+
+TEST(BroadphaseGhosts, AProvisionalPairGoesWhenABoxIsNoneAnyMore)
+{
+    const btVector3 infinite(kInfinity, kInfinity, kInfinity);
+    GhostWorld scene;
+    auto* body = scene.add<btCollisionObject>(vec(0, 50, 0));
+    scene.broadphase.setAabb(body->getBroadphaseHandle(), -infinite, infinite, nullptr);
+    auto* ghost = scene.add<btGhostObject>(vec(0, 0, 0));
+    ASSERT_EQ(ghost->getNumOverlappingObjects(), 1);
+    scene.broadphase.setAabb(ghost->getBroadphaseHandle(), vec(1, 1, 1), vec(-1, -1, -1), nullptr);
+    scene.broadphase.calculateOverlappingPairs(&scene.dispatcher);
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 0);
+}
+
+/// Asks for what overlaps, and moves a ghost, whenever a pair of a body goes.
+struct Busybody final : btGhostPairCallback
+{
+    void* removeOverlappingPair(btBroadphaseProxy* a, btBroadphaseProxy* b, btDispatcher* dispatcher) override
+    {
+        btGhostPairCallback::removeOverlappingPair(a, b, dispatcher);
+        if ((a != dying && b != dying) || ++removals > 20)
+            return nullptr;
+        BoxHits hits;
+        broadphase->aabbTest(vec(-9, -9, -9), vec(9, 9, 9), hits);
+        wasFound = wasFound || std::count(hits.ids.begin(), hits.ids.end(), idOf(dying)) != 0;
+        moveCube(*broadphase, ghost, vec(0.001 * removals, 0, 0));
+        return nullptr;
+    }
+    Broadphase* broadphase = nullptr;
+    btBroadphaseProxy *dying = nullptr, *ghost = nullptr;
+    int removals = 0;
+    bool wasFound = false;
+};
+
+TEST(BroadphaseGhosts, ADyingProxyIsNotFoundAndGetsNoPairs)
+{
+    Broadphase broadphase(bruteOptions());
+    Busybody callback;
+    btGhostObject ghost;
+    btCollisionObject first, second;
+    broadphase.getOverlappingPairCache()->setInternalGhostPairCallback(&callback);
+    callback.broadphase = &broadphase;
+    callback.ghost = addCube(broadphase, vec(0, 0, 0), 0.5, 1, kAllGroups, &ghost);
+    addCube(broadphase, vec(0.2, 0, 0), 0.5, 1, kAllGroups, &first);
+    callback.dying = addCube(broadphase, vec(0.1, 0, 0), 0.5, 1, kAllGroups, &second);
+    ASSERT_EQ(updatedPairs(broadphase).size(), 3u);
+    broadphase.destroyProxy(callback.dying, nullptr);
+    EXPECT_EQ(callback.removals, 2);
+    EXPECT_FALSE(callback.wasFound);
+    EXPECT_EQ(pairsOf(broadphase), (Pairs{{1, 2}}));
+    EXPECT_EQ(updatedPairs(broadphase), (Pairs{{1, 2}}));
+    broadphase.getOverlappingPairCache()->setInternalGhostPairCallback(nullptr);
 }
 }  // namespace
 }  // namespace cullet::test

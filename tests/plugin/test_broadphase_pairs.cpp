@@ -231,5 +231,35 @@ TEST(BroadphasePairs, ClientObjectsAreNotLookedAtWithoutAGhostCallback)
     broadphase.destroyProxy(b, nullptr);
     EXPECT_EQ(updatedPairs(broadphase).size(), 0u);
 }
+
+TEST(BroadphasePairs, ClientObjectsAreNotLookedAtByAnOwnCallbackIfItHasNoGhosts)
+{
+    struct Counting final : btOverlappingPairCallback
+    {
+        btBroadphasePair* addOverlappingPair(btBroadphaseProxy*, btBroadphaseProxy*) override
+        {
+            ++added;
+            return nullptr;
+        }
+        void* removeOverlappingPair(btBroadphaseProxy*, btBroadphaseProxy*, btDispatcher*) override
+        {
+            --added;
+            return nullptr;
+        }
+        void removeOverlappingPairsContainingProxy(btBroadphaseProxy*, btDispatcher*) override {}
+        int added = 0;
+    } callback;
+    Broadphase broadphase(bruteOptions());
+    broadphase.getOverlappingPairCache()->setInternalGhostPairCallback(&callback);
+    broadphase.setGhostPairsImmediate(false);
+    auto* nonsense = reinterpret_cast<void*>(std::uintptr_t{1});
+    addCube(broadphase, vec(0, 0, 0), 0.5, 1, kAllGroups, nonsense);
+    btBroadphaseProxy* b = addCube(broadphase, vec(0.5, 0, 0), 0.5, 1, kAllGroups, nonsense);
+    EXPECT_EQ(updatedPairs(broadphase).size(), 1u);
+    EXPECT_EQ(callback.added, 1);
+    moveCube(broadphase, b, vec(9, 0, 0));
+    EXPECT_EQ(updatedPairs(broadphase).size(), 0u);
+    EXPECT_EQ(callback.added, 0);
+}
 }  // namespace
 }  // namespace cullet::test
