@@ -110,7 +110,7 @@ Status BoxSet::tryUpdate()
     return m_backend->update(m_table.beginUpdate(m_margin, true), m_delta);
 }
 
-void BoxSet::update()
+void BoxSet::runBackend()
 {
     Status status = tryUpdate();
     if (status != Status::Ok)
@@ -124,17 +124,33 @@ void BoxSet::update()
         status = tryUpdate();
     }
     if (status != Status::Ok)
-    {
-        // Pairs and changes stay as they were, so that the next update may succeed.
-        m_backend->restart(m_pairs);
         throw Failure{CULLET_ERROR_MEMORY, "out of memory in an update"};
-    }
-    m_table.endUpdate();
-    applyDelta();
 }
 
-/// Two passes over sorted arrays; pairs of a box set are far fewer than the tests that found them.
-void BoxSet::applyDelta()
+void BoxSet::update()
+{
+    if (m_isRestartDue)
+        m_backend->restart(m_pairs);
+    // Lowered at the end: after an exception on the way the backend may know of pairs that m_pairs lacks. The table keeps
+    // its changes, so that the next update finds all that this one would have.
+    m_isRestartDue = true;
+    runBackend();
+    reserveForDelta();
+    m_table.endUpdate();
+    applyDelta();
+    m_isRestartDue = false;
+}
+
+void BoxSet::reserveForDelta()
+{
+    if (m_delta.added.empty() && m_delta.removed.empty())
+        return;
+    m_merged.clear();
+    m_merged.reserve(m_pairs.size() + m_delta.added.size());
+}
+
+/// Two passes over sorted arrays; pairs of a box set are far fewer than the tests that found them. @pre reserveForDelta()
+void BoxSet::applyDelta() noexcept
 {
     if (m_delta.added.empty() && m_delta.removed.empty())
         return;
@@ -142,8 +158,6 @@ void BoxSet::applyDelta()
     m_pairs.erase(
         std::set_difference(m_pairs.begin(), m_pairs.end(), removed.begin(), removed.end(), m_pairs.begin()),
         m_pairs.end());
-    m_merged.clear();
-    m_merged.reserve(m_pairs.size() + added.size());
     std::merge(m_pairs.begin(), m_pairs.end(), added.begin(), added.end(), std::back_inserter(m_merged));
     m_pairs.swap(m_merged);
 }

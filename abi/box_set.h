@@ -44,7 +44,9 @@ public:
 private:
     void requireIds(const std::uint32_t* ids, std::uint32_t count) const;
     Status tryUpdate();
-    void applyDelta();
+    void runBackend();
+    void reserveForDelta();
+    void applyDelta() noexcept;
 
     static constexpr std::uint32_t kMostBoxes = 1u << 30;
 
@@ -58,5 +60,6 @@ private:
     PairDelta m_delta;
     Pairs m_pairs;
     Pairs m_merged;  ///< room that applyDelta() uses again
+    bool m_isRestartDue = false;
 };
 }  // namespace cullet::abi

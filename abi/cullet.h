@@ -259,7 +259,8 @@ CULLET_C_API void cullet_box_set_destroy(cullet_box_set* set);
  * @param count   0 is allowed, with NULL pointers
  * @param ids     [count, out]
  * @return CULLET_EMPTY_BOXES if some boxes overlap nothing
- * Errors: NULL, SIZE, ARGUMENT (more than 2^30 boxes, or no id left), MEMORY. Per handle. Cost: O(count).
+ * Errors: NULL, SIZE, ARGUMENT (more than 2^30 boxes, or no id left), MEMORY (the next ids may be higher by `count`). Per
+ * handle. Cost: O(count).
  */
 CULLET_C_API cullet_status cullet_box_set_add(cullet_box_set* set, const float* boxes, size_t stride,
                                               uint32_t count, uint32_t* ids);
@@ -283,7 +284,9 @@ CULLET_C_API cullet_status cullet_box_set_remove(cullet_box_set* set, const uint
  * @param added    [out] pairs that came since the last update, sorted by (first, second); may be NULL
  * @param removed  [out] pairs that went, sorted; may be NULL
  * The arrays are valid until the next update or the end of the set.
- * Errors: NULL, MEMORY. A GPU that fails is replaced by the grid, with the same pairs and a logged warning. Per handle.
+ * Errors: NULL, MEMORY. After MEMORY the pairs are those of the update before, and the next update that succeeds reports
+ * all changes since then. A backend that fails, be it a GPU or for want of memory, is replaced by the grid, with the same
+ * pairs and a logged warning. Per handle.
  */
 CULLET_C_API cullet_status cullet_box_set_update(cullet_box_set* set, cullet_pairs* added,
                                                  cullet_pairs* removed);

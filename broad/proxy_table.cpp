@@ -3,6 +3,7 @@
 #include "broad/proxy_table.h"
 
 #include "broad/aabb_simd.h"
+#include "broad/vector_room.h"
 
 #include <algorithm>
 #include <array>
@@ -87,6 +88,7 @@ void ProxyTable::unmarkBlock(std::uint32_t block, std::uint8_t reader) noexcept
     m_blocks[block].store(static_cast<std::uint8_t>(marks & ~reader), std::memory_order_relaxed);
 }
 
+/// For a row more than there is.
 void ProxyTable::growBlocks()
 {
     const std::size_t needed = (m_boxes.size() >> kBlockShift) + 1;
@@ -99,23 +101,35 @@ void ProxyTable::growBlocks()
     m_blocks.swap(blocks);
 }
 
+ProxyId ProxyTable::reserveRow()
+{
+    if (!m_free.empty())
+        return m_free.back();
+    growRoom(m_boxes);
+    growRoom(m_uniqueIds);
+    growRoom(m_filters);
+    growRoom(m_changes);
+    growRoom(m_queryChanges);
+    growBlocks();
+    m_free.reserve(m_boxes.capacity());
+    m_quarantine.reserve(m_boxes.capacity());
+    return size();
+}
+
 ProxyId ProxyTable::create(const Aabb& box, std::uint32_t uniqueId, Filter filter)
 {
-    ProxyId row = 0;
-    if (!m_free.empty())
+    const ProxyId row = reserveRow();
+    if (row != size())
     {
-        row = m_free.back();
         m_free.pop_back();
     }
     else
     {
-        row = size();
         m_boxes.push_back(kEmptyAabb);
         m_uniqueIds.push_back(0);
         m_filters.push_back({});
         m_changes.push_back(kRowUnchanged);
         m_queryChanges.push_back(0);
-        growBlocks();
     }
     m_boxes[row] = isValid(box) ? box : kEmptyAabb;
     m_uniqueIds[row] = uniqueId;
@@ -125,7 +139,7 @@ ProxyId ProxyTable::create(const Aabb& box, std::uint32_t uniqueId, Filter filte
     return row;
 }
 
-void ProxyTable::destroy(ProxyId row)
+void ProxyTable::destroy(ProxyId row) noexcept
 {
     m_boxes[row] = kEmptyAabb;
     m_quarantine.push_back(row);
@@ -206,7 +220,7 @@ ProxyView ProxyTable::beginUpdate(float margin, bool useFilter)
     return view;
 }
 
-void ProxyTable::endUpdate()
+void ProxyTable::endUpdate() noexcept
 {
     if (m_dirtyCount == size())
     {

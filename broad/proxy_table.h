@@ -28,11 +28,15 @@ using ProxyId = std::uint32_t;
 class CULLET_API ProxyTable
 {
 public:
-    /// Adds a row. Amortised O(1).
+    /// The row that the next create() will give, which then throws nothing. May throw std::bad_alloc and then changes
+    /// nothing. Amortised O(1).
+    ProxyId reserveRow();
+
+    /// Adds a row. May throw std::bad_alloc and then changes nothing. Amortised O(1).
     ProxyId create(const Aabb& box, std::uint32_t uniqueId, Filter filter);
 
     /// Empties the row; it stays quarantined until endUpdate(). O(1).
-    void destroy(ProxyId row);
+    void destroy(ProxyId row) noexcept;
 
     /// Stores a box and marks the row as moved. Any box is legal; an inverted one or one with a NaN counts as empty.
     /// O(1), no allocation.
@@ -67,7 +71,7 @@ public:
     ProxyView beginUpdate(float margin, bool useFilter);
 
     /// Forgets the changes and frees the quarantined rows. Call it once every backend has seen the view.
-    void endUpdate();
+    void endUpdate() noexcept;
 
     /// True when a row changed since the last collectQueryChanges(); safe to read while setBox() runs elsewhere.
     bool hasQueryChanges() const noexcept { return m_queryDirty.load(std::memory_order_acquire); }
@@ -123,6 +127,7 @@ private:
     std::vector<ProxyId, BoxAllocator<ProxyId>>
         m_dirty;  // room for all rows, of which m_dirtyCount are in use
     std::uint32_t m_dirtyCount = 0;
+    // Both have room for all rows, so that neither destroy() nor endUpdate() needs memory.
     std::vector<ProxyId> m_free;
     std::vector<ProxyId> m_quarantine;
     std::uint32_t m_liveCount = 0;

@@ -15,4 +15,12 @@ void trimRoom(std::vector<T, Allocator>& vector)
     if (vector.capacity() > kSmall && vector.capacity() / 8 > vector.size())
         std::vector<T, Allocator>(vector).swap(vector);
 }
+
+/// Makes room for one more element, so that adding it throws nothing. Amortised O(1).
+template <class T, class Allocator>
+void growRoom(std::vector<T, Allocator>& vector)
+{
+    if (vector.size() == vector.capacity())
+        vector.reserve(vector.empty() ? 1 : 2 * vector.size());
+}
 }  // namespace cullet

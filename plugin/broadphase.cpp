@@ -15,6 +15,8 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <string>
+#include <utility>
 
 namespace cullet
 {
@@ -48,6 +50,22 @@ struct Broadphase::Parts
         ghosts.addPairs(proxy, *index);
     }
 
+    /// Adds a proxy to the ghosts that it is one of, and its pairs with ghosts.
+    void addToGhosts(Proxy& proxy)
+    {
+        ghosts.add(proxy);
+        ghosts.addPairs(proxy, *index);
+    }
+
+    void destroy(Proxy& proxy, btDispatcher* dispatcher)
+    {
+        // First, so that callbacks of the removals neither find it nor make new pairs of it.
+        store.hide(&proxy);
+        keeper.removePairsOf(proxy, dispatcher);
+        ghosts.remove(proxy);
+        store.destroy(&proxy);
+    }
+
     btScalar margin;
     ProxyStore store;
     std::unique_ptr<QueryIndex> index;
@@ -71,6 +89,15 @@ float toMargin(btScalar margin)
 {
     return margin > 0 ? static_cast<float>(margin) : 0.0f;
 }
+
+/// The backend; the grid in place of one that could not be made.
+std::unique_ptr<Backend> orFallback(std::unique_ptr<Backend> backend, const BroadphaseOptions& options)
+{
+    if (backend != nullptr)
+        return backend;
+    log(LogLevel::Warning, "no backend was given (null); the grid on the CPU is used");
+    return makeFallbackBackend(options);
+}
 }  // namespace
 
 Broadphase::Broadphase(btOverlappingPairCache* cache, const BroadphaseOptions& options)
@@ -83,7 +110,7 @@ Broadphase::Broadphase(const BroadphaseOptions& options) : Broadphase(nullptr, o
 
 Broadphase::Broadphase(std::unique_ptr<Backend> backend, btOverlappingPairCache* cache,
                        const BroadphaseOptions& options)
-    : m(std::make_unique<Parts>(std::move(backend), cache, options))
+    : m(std::make_unique<Parts>(orFallback(std::move(backend), options), cache, options))
 {
 }
 
@@ -91,12 +118,22 @@ Broadphase::~Broadphase() = default;
 
 btBroadphaseProxy* Broadphase::createProxy(const btVector3& aabbMin, const btVector3& aabbMax,
                                            int /*shapeType*/, void* userPtr, int collisionFilterGroup,
-                                           int collisionFilterMask, btDispatcher* /*dispatcher*/)
+                                           int collisionFilterMask, btDispatcher* dispatcher)
 {
     m->ghosts.look();
     Proxy* proxy = m->store.create(aabbMin, aabbMax, userPtr, {collisionFilterGroup, collisionFilterMask});
-    m->ghosts.add(*proxy);
-    m->ghosts.addPairs(*proxy, *m->index);
+    const std::uint32_t uniqueId = uniqueIdOf(proxy);
+    try
+    {
+        m->addToGhosts(*proxy);
+    }
+    catch (...)
+    {
+        // Nobody will ever know the proxy. A callback may have destroyed it before it threw.
+        if (m->store.find(uniqueId) == proxy)
+            m->destroy(*proxy, dispatcher);
+        throw;
+    }
     return proxy;
 }
 
@@ -105,11 +142,7 @@ void Broadphase::destroyProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher
     Proxy* own = toProxy(proxy);
     CULLET_ASSERT(m->store.find(uniqueIdOf(own)) == own,
                   "destroy a proxy once, in the broad phase that made it");
-    // First, so that callbacks of the removals neither find it nor make new pairs of it.
-    m->store.hide(own);
-    m->keeper.removePairsOf(*own, dispatcher);
-    m->ghosts.remove(*own);
-    m->store.destroy(own);
+    m->destroy(*own, dispatcher);
     // A world that is only asked for rays never updates.
     if (m->store.quarantinedCount() > std::max(kSmallQuarantine, m->store.table().liveCount()))
         m->keeper.skipChanges();
@@ -230,6 +263,13 @@ void Broadphase::debugDraw(btIDebugDraw& drawer, const DebugDrawOptions& options
 
 void Broadphase::setBackend(std::unique_ptr<Backend> backend)
 {
+    if (backend == nullptr)
+    {
+        const std::string message =
+            std::string("no backend was given (null); '") + m->keeper.backend().name() + "' stays";
+        log(LogLevel::Warning, message.c_str());
+        return;
+    }
     m->keeper.setBackend(std::move(backend));
 }
 

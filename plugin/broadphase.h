@@ -85,14 +85,15 @@ struct BroadphaseStats
 /// setAabb() of different proxies may run concurrently with each other while no ghost exists. Everything else is for
 /// one thread at a time. Different broad phases are independent.
 ///
-/// Errors: no exception but std::bad_alloc leaves a member function.
+/// Errors: no exception leaves a member function but std::bad_alloc and what callbacks of the application throw.
 class CULLET_API Broadphase final : public btBroadphaseInterface
 {
 public:
     /// @param cache  pair cache of the caller, which must outlive this object; null: an own PairCache
     explicit Broadphase(btOverlappingPairCache* cache = nullptr, const BroadphaseOptions& options = {});
     explicit Broadphase(const BroadphaseOptions& options);
-    /// A backend of the caller's instead of the one that options.backend names.
+    /// A backend of the caller's instead of the one that options.backend names; null, as from makeCudaPsapBackend()
+    /// without a device: the grid, with a warning.
     explicit Broadphase(std::unique_ptr<Backend> backend, btOverlappingPairCache* cache = nullptr,
                         const BroadphaseOptions& options = {});
     ~Broadphase() override;
@@ -101,6 +102,9 @@ public:
 
     /// Adds a proxy with the next unique id; its address is fixed until destroyProxy(). Amortised O(1), plus a box
     /// query for a ghost.
+    ///
+    /// Whatever throws: then there is no new proxy and no pair of it, and all else is as before, but for a unique id that
+    /// may have been used up.
     btBroadphaseProxy* createProxy(const btVector3& aabbMin, const btVector3& aabbMax, int shapeType,
                                    void* userPtr, int collisionFilterGroup, int collisionFilterMask,
                                    btDispatcher* dispatcher) override;
@@ -150,7 +154,8 @@ public:
     void debugDraw(btIDebugDraw& drawer) const;
     void debugDraw(btIDebugDraw& drawer, const DebugDrawOptions& options) const;
 
-    /// Replaces the backend; the pairs stay as they are.
+    /// Replaces the backend; the pairs stay as they are. With null, as from makeCudaPsapBackend() without a device, the
+    /// present one stays, with a warning.
     void setBackend(std::unique_ptr<Backend> backend);
 
     /// Says whether there are ghosts, in place of what the pair cache has for a ghost pair callback.

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "plugin/linked_pairs.h"
 
+#include "broad/vector_room.h"
+
 namespace cullet
 {
 inline namespace CULLET_PRECISION
@@ -20,6 +22,8 @@ void LinkedPairs::makeRoom()
             [](std::uint32_t) { return true; });
     if (m_pairs.size() == m_links.capacity())
         m_links.reserve(more);
+    growRoom(m_pairs);
+    growRoom(m_tags);
 }
 
 void LinkedPairs::insert(Pair pair, std::uint8_t tag)

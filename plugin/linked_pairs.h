@@ -33,7 +33,7 @@ public:
     bool contains(Pair pair) const noexcept { return find(pair) != kNone; }
     bool hasPairsOf(std::uint32_t id) const noexcept { return m_links.first(id) != kNone; }
 
-    /// Adds the pair, or replaces the tag of the one that is there.
+    /// Adds the pair, or replaces the tag of the one that is there. May throw std::bad_alloc and then changes nothing.
     void insert(Pair pair, std::uint8_t tag = 0);
 
     /// False when there is no such pair.

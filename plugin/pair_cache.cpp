@@ -153,6 +153,27 @@ bool PairCache::hasMemory(const ProxyPair& sorted)
     }
 }
 
+/// Whether a pair of the proxy is on its way that has found its memory, of which the anchor is a part.
+bool PairCache::isAwaited(std::uint32_t id) const noexcept
+{
+    for (const Addition* addition = m_additions; addition != nullptr; addition = addition->outer())
+    {
+        if (addition->told.first != nullptr && (addition->ids.first == id || addition->ids.second == id))
+            return true;
+    }
+    return false;
+}
+
+/// Gives back what hasMemory() has made for a pair that does not come, whether cancelled or ended by an exception.
+void PairCache::dropAnchors(Pair ids) noexcept
+{
+    for (const std::uint32_t id : {ids.first, ids.second})
+    {
+        if (!isAwaited(id))
+            m_links.dropIfUnused(id);
+    }
+}
+
 btBroadphasePair* PairCache::append(const ProxyPair& sorted)
 {
     const Pair ids = idsOf(sorted);

@@ -209,6 +209,8 @@ private:
     void cancelAdditions(IsMeant isMeant, btDispatcher* dispatcher);
     void* cancelAddition(Pair ids, btDispatcher* dispatcher);
     bool hasMemory(const ProxyPair& sorted);
+    bool isAwaited(std::uint32_t id) const noexcept;
+    void dropAnchors(Pair ids) noexcept;
     btBroadphasePair* append(const ProxyPair& sorted);
     void prefetchRemoval(const Pair* coming, std::size_t count);
     void prefetchPair(std::uint32_t index);

@@ -70,7 +70,12 @@ public:
     {
         cache.m_additions = this;
     }
-    ~Addition() { m_cache.m_additions = m_outer; }
+    ~Addition()
+    {
+        m_cache.m_additions = m_outer;
+        if (told.first != nullptr)
+            m_cache.dropAnchors(ids);
+    }
     Addition(const Addition&) = delete;
     Addition& operator=(const Addition&) = delete;
 

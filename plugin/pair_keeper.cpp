@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 namespace cullet
 {
@@ -350,8 +351,12 @@ void PairKeeper::addAtOnce(Proxy& a, Proxy& b)
     if (!m_port.add(first, second))
         return;
     ++m_expectedCount;
-    if (!m_pending.erase(pair))
-        m_provisional.insert(pair);
+    if (m_pending.erase(pair))
+        return;
+    // Without memory to remember it the next update takes it from the cache.
+    const bool wasRestartDue = std::exchange(m_isRestartDue, true);
+    m_provisional.insert(pair);
+    m_isRestartDue = wasRestartDue;
 }
 
 void PairKeeper::removePairsOf(Proxy& proxy, btDispatcher* dispatcher)

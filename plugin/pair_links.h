@@ -84,9 +84,31 @@ public:
         m_capacity = 2 * pairCount;
     }
 
-    /// The anchors of both lists, made if need be. May throw std::bad_alloc and then changes no list. Valid until a
-    /// pair is detached.
-    Anchors anchorsOf(Pair ids) { return {anchorOf(ids.first), anchorOf(ids.second)}; }
+    /// The anchors of both lists, made if need be. May throw std::bad_alloc and then changes nothing. Valid until a
+    /// pair is detached, or an anchor dropped.
+    Anchors anchorsOf(Pair ids)
+    {
+        const std::uint64_t before = listCount();
+        const std::uint32_t first = anchorOf(ids.first);
+        try
+        {
+            return {first, anchorOf(ids.second)};
+        }
+        catch (...)
+        {
+            if (listCount() != before)
+                dropIfUnused(ids.first);
+            throw;
+        }
+    }
+
+    /// Takes back an anchor that anchorsOf() made for a pair that did not come, if the proxy has no pair.
+    void dropIfUnused(std::uint32_t id) noexcept
+    {
+        const std::uint32_t anchor = m_directory.find(id);
+        if (anchor != UidDirectory::kNoRow && isAnchor(m_anchors[anchor].next))
+            drop(id, anchor);
+    }
 
     /// Links a new last pair in front of both lists. @pre capacity() is above the number of pairs
     void append(Anchors anchors) noexcept
@@ -208,6 +230,12 @@ private:
         return anchor;
     }
 
+    void drop(std::uint32_t id, std::uint32_t anchor) noexcept
+    {
+        m_directory.erase(id);
+        freeAnchor(anchor);
+    }
+
     void freeAnchor(std::uint32_t anchor) noexcept
     {
         m_anchors[anchor].next = m_firstFree;
@@ -228,10 +256,7 @@ private:
         at(node.next).previous = node.previous;
         at(node.previous).next = node.next;
         if (node.next == node.previous)  // the anchor is alone
-        {
-            m_directory.erase(id);
-            freeAnchor(node.next & ~kAnchorBit);
-        }
+            drop(id, node.next & ~kAnchorBit);
     }
 
     void relink(std::uint32_t from, std::uint32_t to) noexcept

@@ -18,26 +18,29 @@ Aabb ProxyStore::countedBox(const btVector3& aabbMin, const btVector3& aabbMax) 
 
 Proxy* ProxyStore::create(const btVector3& aabbMin, const btVector3& aabbMax, void* client, Filter filter)
 {
-    const std::uint32_t uniqueId = takeUniqueId();
-    const std::uint32_t row = m_table.create(countedBox(aabbMin, aabbMax), uniqueId, filter);
+    const std::uint32_t uniqueId = nextUniqueId();
+    // Whatever may find no memory comes before the table, whose row nobody could take back.
+    const std::uint32_t row = m_table.reserveRow();
     Proxy* proxy = m_pool.make(row);
+    m_directory.insert(uniqueId, row);
+    m_table.create(countedBox(aabbMin, aabbMax), uniqueId, filter);
+    m_nextUniqueId = uniqueId + 1;
     static_cast<btBroadphaseProxy&>(*proxy) =
         btBroadphaseProxy(aabbMin, aabbMax, client, filter.group, filter.mask);
     proxy->knownFilter = filter;
     proxy->m_uniqueId = static_cast<int>(uniqueId);
-    m_directory.insert(uniqueId, row);
     return proxy;
 }
 
-std::uint32_t ProxyStore::takeUniqueId() noexcept
+std::uint32_t ProxyStore::nextUniqueId() noexcept
 {
     // 0 is that of free rows.
     while (m_nextUniqueId == 0 || m_directory.find(m_nextUniqueId) != UidDirectory::kNoRow)
         ++m_nextUniqueId;
-    return m_nextUniqueId++;
+    return m_nextUniqueId;
 }
 
-void ProxyStore::destroy(Proxy* proxy)
+void ProxyStore::destroy(Proxy* proxy) noexcept
 {
     const std::uint32_t row = rowOf(proxy);
     m_directory.erase(uniqueIdOf(proxy));
@@ -75,7 +78,7 @@ Proxy* ProxyStore::find(std::uint32_t uniqueId) const noexcept
     return row == UidDirectory::kNoRow ? nullptr : m_pool.at(row);
 }
 
-void ProxyStore::endUpdate()
+void ProxyStore::endUpdate() noexcept
 {
     m_table.endUpdate();
     m_quarantinedCount = 0;

@@ -25,11 +25,12 @@ public:
     /// @param firstUniqueId of the first proxy; the next ones count on
     explicit ProxyStore(std::uint32_t firstUniqueId = 1) : m_nextUniqueId(firstUniqueId) {}
 
-    /// Unique ids count on, past 2^32 - 1 from 1 on again, without those that live.
+    /// Unique ids count on, past 2^32 - 1 from 1 on again, without those that live. May throw std::bad_alloc and then
+    /// changes nothing.
     Proxy* create(const btVector3& aabbMin, const btVector3& aabbMax, void* client, Filter filter);
     /// From here on it overlaps nothing and no query finds it; its own box stays as it is.
     void hide(Proxy* proxy) noexcept { m_table.setBox(rowOf(proxy), kEmptyAabb); }
-    void destroy(Proxy* proxy);
+    void destroy(Proxy* proxy) noexcept;
 
     /// Stores the box in the proxy and, rounded outward to float, in the table.
     void setBox(Proxy* proxy, const btVector3& aabbMin, const btVector3& aabbMax);
@@ -69,7 +70,7 @@ public:
 
     /// Rows that wait for endUpdate().
     std::uint32_t quarantinedCount() const noexcept { return m_quarantinedCount; }
-    void endUpdate();
+    void endUpdate() noexcept;
 
     /// Begins with unique id 1 again. @pre no living proxy
     void reset();
@@ -85,7 +86,7 @@ public:
 private:
     static constexpr std::uint32_t kFilterRows = 4096;
 
-    std::uint32_t takeUniqueId() noexcept;
+    std::uint32_t nextUniqueId() noexcept;
     Aabb countedBox(const btVector3& aabbMin, const btVector3& aabbMax) noexcept;
 
     ProxyTable m_table;

@@ -15,12 +15,35 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
+/// Without a destructor, so that it can be read until the thread's very end.
+thread_local bool isSpareGone = false;
+
+/// Memory that a thread keeps from query to query.
+struct Spare
+{
+    Spare() = default;
+    ~Spare() { isSpareGone = true; }
+    Spare(const Spare&) = delete;
+    Spare& operator=(const Spare&) = delete;
+
+    std::vector<std::uint32_t> ids;
+};
+
 /// The hits of one query, by unique id. The memory stays with the thread; a query inside a query gets fresh one.
 class Hits
 {
 public:
-    Hits() : m_ids(std::move(spare())) { m_ids.clear(); }
-    ~Hits() { spare() = std::move(m_ids); }
+    Hits()
+    {
+        if (std::vector<std::uint32_t>* ids = spare())
+            m_ids = std::move(*ids);
+        m_ids.clear();
+    }
+    ~Hits()
+    {
+        if (std::vector<std::uint32_t>* ids = spare())
+            *ids = std::move(m_ids);
+    }
     Hits(const Hits&) = delete;
     Hits& operator=(const Hits&) = delete;
 
@@ -38,10 +61,13 @@ public:
     }
 
 private:
-    static std::vector<std::uint32_t>& spare()
+    /// Null in queries from destructors of static objects, which run after those of the main thread's own.
+    static std::vector<std::uint32_t>* spare()
     {
-        thread_local std::vector<std::uint32_t> ids;
-        return ids;
+        if (isSpareGone)
+            return nullptr;
+        thread_local Spare own;
+        return &own.ids;
     }
 
     std::vector<std::uint32_t> m_ids;

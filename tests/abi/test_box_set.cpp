@@ -1,13 +1,18 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// What a C program cannot bring about: a backend that fails.
+// What a C program cannot bring about: a backend that fails, and memory that runs out.
 #include "broad/log.h"
 #include "tests/plugin/fake_backends.h"
+#include "tests/plugin/log_scope.h"
+#include "tests/support/failing_new.h"
 
 #include <gtest/gtest.h>
 
 #include "abi/box_set.h"
+#include "abi/status.h"
+#include <new>
+#include <numeric>
 
 namespace cullet::test
 {
@@ -63,6 +68,95 @@ TEST_P(BoxSetFailure, OfABackendIsNoticedByNothingButAWarning)
     set.update();
     EXPECT_EQ(set.pairs().size(), 9u);
     setLogFunction(nullptr);
+}
+
+/// A row of touching cubes that was updated once; since then every second pair of cubes has left it, and others have come.
+class ChangedRow
+{
+public:
+    ChangedRow() : set(makeGrid(), 1, 0.0f)
+    {
+        addAt(0);
+        set.update();
+        before = set.pairs();
+        std::vector<std::uint32_t> leaving;
+        for (std::uint32_t id = 1; id < kCubes; id += 4)
+            leaving.insert(leaving.end(), {id, id + 1});
+        set.remove(leaving.data(), std::uint32_t(leaving.size()));
+        addAt(5);
+    }
+
+    /// False when memory runs out.
+    bool tryUpdate()
+    {
+        try
+        {
+            set.update();
+            return true;
+        }
+        catch (const abi::Failure& failure)
+        {
+            EXPECT_EQ(failure.status, CULLET_ERROR_MEMORY);
+        }
+        catch (const std::bad_alloc&)
+        {
+        }
+        return false;
+    }
+
+    abi::BoxSet set;
+    Pairs before;  ///< of the first update
+
+private:
+    static constexpr std::uint32_t kCubes = 2000;
+
+    static std::unique_ptr<Backend> makeGrid()
+    {
+        GridOptions options;
+        options.threads = 1;
+        return makeGridBackend(options);
+    }
+
+    void addAt(float height)
+    {
+        std::vector<Aabb> boxes;
+        for (std::uint32_t i = 0; i < kCubes; ++i)
+            boxes.push_back({{float(i), height, 0}, {float(i) + 1, height + 1, 1}});
+        std::vector<std::uint32_t> ids(kCubes);
+        EXPECT_TRUE(set.add({boxes[0].min, sizeof(Aabb)}, kCubes, ids.data()));
+    }
+};
+
+TEST(BoxSetMemory, AnUpdateThatFindsNoneChangesNothingAndTheNextOneFindsAll)
+{
+    const LogScope log;  // a backend that fails for want of memory is replaced, with a warning
+    ChangedRow expected;
+    expected.set.update();
+    ASSERT_EQ(expected.set.delta().added.size(), 1999u);
+    ASSERT_EQ(expected.set.delta().removed.size(), 1499u);
+    int failures = 0;
+    bool isReached = true;
+    for (std::uint64_t after = 0; isReached; ++after)
+    {
+        SCOPED_TRACE(after);
+        ChangedRow row;
+        bool isDone = false;
+        {
+            const OneNewFails failure(after);
+            isDone = row.tryUpdate();
+            isReached = failure.hasHappened();
+        }
+        if (!isDone)
+        {
+            ++failures;
+            EXPECT_EQ(row.set.pairs(), row.before);
+            row.set.update();
+        }
+        EXPECT_EQ(row.set.pairs(), expected.set.pairs());
+        EXPECT_EQ(row.set.delta().added, expected.set.delta().added);
+        EXPECT_EQ(row.set.delta().removed, expected.set.delta().removed);
+    }
+    EXPECT_GT(failures, 0) << "the list of all pairs, at least";
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, BoxSetFailure, testing::Values(Status::DeviceLost, Status::OutOfMemory));

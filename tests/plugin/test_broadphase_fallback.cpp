@@ -143,6 +143,32 @@ TEST(BroadphaseFallback, BackendCanBeReplacedAtAnyTime)
     EXPECT_EQ(scene.algorithms(), before);
 }
 
+TEST(BroadphaseFallback, ABackendThatIsNullBecomesTheGrid)
+{
+    const LogScope log;
+    Broadphase broadphase(std::unique_ptr<Backend>(), nullptr, bruteOptions());
+    EXPECT_STREQ(broadphase.backend().name(), makeGridBackend()->name());
+    EXPECT_EQ(loggedLines().size(), 1u);
+    addCube(broadphase, vec(0, 0, 0));
+    addCube(broadphase, vec(0.5, 0, 0));
+    EXPECT_EQ(updatedPairs(broadphase), (Pairs{{1, 2}}));
+}
+
+TEST(BroadphaseFallback, SettingABackendThatIsNullKeepsThePresentOne)
+{
+    const LogScope log;
+    Broadphase broadphase(bruteOptions());
+    addCube(broadphase, vec(0, 0, 0));
+    broadphase.calculateOverlappingPairs(nullptr);
+    const Backend* before = &broadphase.backend();
+    broadphase.setBackend(nullptr);
+    ASSERT_EQ(&broadphase.backend(), before);
+    EXPECT_EQ(loggedLines().size(), 1u);
+    addCube(broadphase, vec(0.5, 0, 0));
+    EXPECT_EQ(updatedPairs(broadphase), (Pairs{{1, 2}}));
+    EXPECT_EQ(broadphase.stats().restartsTotal, 0u) << "nothing has happened";
+}
+
 TEST(BroadphaseFallback, CudaWithoutADeviceBecomesTheGrid)
 {
     const LogScope log;

@@ -631,6 +631,35 @@ TEST(PairCache, APairWhoseProxyGoesInTheGhostCallbackDoesNotCome)
     EXPECT_TRUE(cache.isConsistent());
 }
 
+TEST(PairCache, APairThatDoesNotComeLeavesNoListsOfItsProxies)
+{
+    PairCache cache;
+    Proxies proxies(4);
+    GhostLog ghosts;
+    cache.setInternalGhostPairCallback(&ghosts);
+    cache.addOverlappingPair(proxies[0], proxies[1]);
+    EXPECT_EQ(cache.stats().proxies, 2u);
+    ghosts.onAdd = [&](btBroadphaseProxy*, btBroadphaseProxy* second)
+    { cache.removeOverlappingPairsContainingProxy(second, nullptr); };
+    EXPECT_EQ(cache.addOverlappingPair(proxies[0], proxies[2]), nullptr);
+    EXPECT_EQ(cache.addOverlappingPair(proxies[2], proxies[3]), nullptr);
+    EXPECT_EQ(cache.stats().proxies, 2u);
+    ghosts.onAdd = [](btBroadphaseProxy*, btBroadphaseProxy*) { throw std::runtime_error("of the test"); };
+    EXPECT_THROW(cache.addOverlappingPair(proxies[2], proxies[3]), std::runtime_error);
+    EXPECT_EQ(cache.stats().proxies, 2u);
+    // One that comes while another one does not.
+    ghosts.onAdd = [&](btBroadphaseProxy*, btBroadphaseProxy* second)
+    {
+        if (second != proxies[3])
+            return;
+        EXPECT_NE(cache.addOverlappingPair(proxies[1], proxies[2]), nullptr);
+        cache.removeOverlappingPair(proxies[2], proxies[3], nullptr);
+    };
+    EXPECT_EQ(cache.addOverlappingPair(proxies[2], proxies[3]), nullptr);
+    EXPECT_EQ(cache.stats().proxies, 3u);
+    EXPECT_TRUE(cache.isConsistent());
+}
+
 TEST(PairCache, APairWhoseProxyGoesInTheFilterDoesNotCome)
 {
     PairCache cache;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "tests/support/failing_new.h"
 
+#include <algorithm>
 #include <cstdlib>
 #include <limits>
 #include <new>
@@ -12,10 +13,22 @@ constexpr std::uint64_t kNever = std::numeric_limits<std::uint64_t>::max();
 thread_local std::uint64_t count = 0;
 thread_local std::uint64_t leftBeforeFailure = kNever;
 
-void* take(std::size_t size) noexcept
+bool isNextToFail() noexcept
 {
     ++count;
-    return leftBeforeFailure-- == 0 ? nullptr : std::malloc(size != 0 ? size : 1);
+    return leftBeforeFailure-- == 0;
+}
+
+void* take(std::size_t size) noexcept
+{
+    return isNextToFail() ? nullptr : std::malloc(size != 0 ? size : 1);
+}
+
+void* takeAligned(std::size_t size, std::size_t alignment) noexcept
+{
+    // aligned_alloc() asks for multiples, of no less than a pointer.
+    alignment = std::max(alignment, sizeof(void*));
+    return isNextToFail() ? nullptr : std::aligned_alloc(alignment, (size / alignment + 1) * alignment);
 }
 }  // namespace
 
@@ -30,6 +43,23 @@ void* take(std::size_t size) noexcept
 [[gnu::noinline]] void* operator new(std::size_t size, const std::nothrow_t&) noexcept
 {
     return take(size);
+}
+
+[[gnu::noinline]] void* operator new(std::size_t size, std::align_val_t alignment)
+{
+    if (void* memory = takeAligned(size, static_cast<std::size_t>(alignment)))
+        return memory;
+    throw std::bad_alloc();
+}
+
+[[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept
+{
+    std::free(memory);
+}
+
+[[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept
+{
+    std::free(memory);
 }
 
 [[gnu::noinline]] void operator delete(void* memory) noexcept
