@@ -87,7 +87,7 @@ void PairCache::makeRoom()
 
 btBroadphasePair* PairCache::addOverlappingPair(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1)
 {
-    ++m_changesByCallers;
+    const CallerChange change(*this);
     return addPair(proxy0, proxy1);
 }
 

@@ -193,6 +193,7 @@ private:
     class Cursor;
     /// A pair on its way into the cache, while callbacks are asked or told about it.
     class Addition;
+    class CallerChange;
 
     static constexpr std::uint32_t kNone = PairHash::kNone;
 

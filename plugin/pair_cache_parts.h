@@ -62,6 +62,19 @@ private:
     Cursor* m_outer;
 };
 
+/// Counts a change by a caller when it is over, since an update from within its callbacks would take it for known.
+class PairCache::CallerChange
+{
+public:
+    explicit CallerChange(PairCache& cache) : m_cache(cache) {}
+    ~CallerChange() { ++m_cache.m_changesByCallers; }
+    CallerChange(const CallerChange&) = delete;
+    CallerChange& operator=(const CallerChange&) = delete;
+
+private:
+    PairCache& m_cache;
+};
+
 class PairCache::Addition
 {
 public:

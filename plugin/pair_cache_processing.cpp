@@ -39,7 +39,7 @@ void PairCache::removeAsAsked(const Cursor& cursor, btDispatcher* dispatcher)
 {
     if (cursor.index == kNone)
         return;
-    ++m_changesByCallers;
+    const CallerChange change(*this);
     removeAt(cursor.index, dispatcher);
 }
 

@@ -50,7 +50,7 @@ void PairCache::cleanProxyFromPairs(btBroadphaseProxy* proxy, btDispatcher* disp
 void* PairCache::removeOverlappingPair(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1,
                                        btDispatcher* dispatcher)
 {
-    ++m_changesByCallers;
+    const CallerChange change(*this);
     const ProxyPair sorted = sortById(proxy0, proxy1);
     const std::uint32_t index = indexOf(sorted);
     return index != kNone ? removeAt(index, dispatcher) : cancelAddition(idsOf(sorted), dispatcher);
@@ -64,7 +64,7 @@ void* PairCache::removePair(Pair ids, btDispatcher* dispatcher)
 
 void PairCache::removeOverlappingPairsContainingProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher)
 {
-    ++m_changesByCallers;
+    const CallerChange change(*this);
     removePairsOf(proxy, dispatcher);
 }
 

@@ -133,15 +133,19 @@ void PairKeeper::replaceBackend(Status status)
 
 void PairKeeper::restartBackend()
 {
-    m_scratch.assign(m_pending.pairs().begin(), m_pending.pairs().end());
+    m_scratch.clear();
     const btBroadphasePairArray& cached = m_port.cache()->getOverlappingPairArray();
     for (int i = 0; i < cached.size(); ++i)
     {
         // A cache that serves another broad phase too holds proxies that are not ours.
         const btBroadphasePair& pair = cached[i];
-        if (m_store.owns(pair.m_pProxy0) && m_store.owns(pair.m_pProxy1))
-            m_scratch.push_back(pairOf(pair));
+        if (!m_store.owns(pair.m_pProxy0) || !m_store.owns(pair.m_pProxy1))
+            continue;
+        // One that waited may have been added by the application.
+        m_pending.erase(pairOf(pair));
+        m_scratch.push_back(pairOf(pair));
     }
+    m_scratch.insert(m_scratch.end(), m_pending.pairs().begin(), m_pending.pairs().end());
     sortUnique(m_scratch);
     m_backend->restart(m_scratch);
     m_provisional.clear();

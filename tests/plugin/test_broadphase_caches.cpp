@@ -210,6 +210,23 @@ TYPED_TEST(BroadphaseStockCache, PairsTheApplicationTookOutOfABodyThatThenJumpsA
     }
 }
 
+TYPED_TEST(BroadphaseStockCache, PairTheApplicationTookOutAndPutBackGoesWhenItsBoxesPart)
+{
+    TypeParam cache;
+    btOverlappingPairCache& base = cache;
+    Broadphase broadphase(&cache, bruteOptions());
+    btBroadphaseProxy* a = addCube(broadphase, vec(0, 0, 0));
+    btBroadphaseProxy* b = addCube(broadphase, vec(0.5, 0, 0));
+    ASSERT_EQ(updatedPairs(broadphase), (Pairs{{1, 2}}));
+    RemoveAll removeAll;
+    base.processAllOverlappingPairs(&removeAll, nullptr);
+    ASSERT_EQ(updatedPairs(broadphase), Pairs{});
+    base.addOverlappingPair(a, b);
+    EXPECT_EQ(updatedPairs(broadphase), (Pairs{{1, 2}}));
+    moveCube(broadphase, b, vec(9, 0, 0));
+    EXPECT_EQ(updatedPairs(broadphase), Pairs{});
+}
+
 TYPED_TEST(BroadphaseStockCache, PairTheApplicationAddedGoesWhenItsBoxesAreApart)
 {
     TypeParam cache;
