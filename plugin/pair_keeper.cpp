@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "plugin/pair_keeper.h"
 
+#include "broad/aabb_simd.h"
 #include "broad/log.h"
 #include "broad/vector_room.h"
 #include "plugin/backend_choice.h"
@@ -21,6 +22,27 @@ void sortUnique(Pairs& pairs)
 {
     std::sort(pairs.begin(), pairs.end());
     pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+}
+
+/// Whether a box that has changed is where isCoarse().
+bool isAnyCoarse(const ProxyView& view)
+{
+    // All of them at once, since there nearly never is one.
+    Float4 most = {};
+    for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
+    {
+        const Aabb& box = view.boxes[view.dirty[i]];
+        for (const Float4& part : {loadFloat4(box.min), loadFloat4(box.min + 2)})
+        {
+            const Float4 magnitudes = part < 0 ? -part : part;
+            most = magnitudes > most ? magnitudes : most;
+        }
+    }
+    const float largest = std::max({most[0], most[1], most[2], most[3]});
+    return isCoarse({{largest, largest, largest}, {largest, largest, largest}}, view.margin) &&
+           std::any_of(view.dirty, view.dirty + view.dirtyCount,
+                       [&](std::uint32_t row)
+                       { return isValid(view.boxes[row]) && isCoarse(view.boxes[row], view.margin); });
 }
 
 /// Raises the flag for a scope; an exception lowers it too.
@@ -209,9 +231,7 @@ bool PairKeeper::areApart(Pair pair, float margin) const
 void PairKeeper::collectApart(const ProxyView& view)
 {
     m_apart.clear();
-    const auto isFar = [&](std::uint32_t row)
-    { return (view.changes[row] & kRowDestroyed) == 0 && isCoarse(view.boxes[row], view.margin); };
-    if (sizeof(btScalar) == sizeof(float) || std::none_of(view.dirty, view.dirty + view.dirtyCount, isFar))
+    if (sizeof(btScalar) == sizeof(float) || !isAnyCoarse(view))
         return;
     const btBroadphasePairArray& cached = m_port.cache()->getOverlappingPairArray();
     for (int i = 0; i < cached.size(); ++i)
