@@ -240,25 +240,41 @@ void ProxyTable::endUpdate() noexcept
     m_dirtyCount = 0;
 }
 
+void ProxyTable::collectBlock(std::uint32_t block, std::vector<ProxyId>& rows)
+{
+    if (!isBlockMarked(block, kBlockForQueries))
+        return;
+    unmarkBlock(block, kBlockForQueries);
+    const std::uint32_t begin = block << kBlockShift;
+    std::array<ProxyId, 1u << kBlockShift> changed;
+    std::uint8_t any = 0;
+    const ProxyId* const end = listSetBytes(
+        m_queryChanges.data(), begin, std::min(size(), begin + (1u << kBlockShift)), changed.data(), any);
+    rows.insert(rows.end(), static_cast<const ProxyId*>(changed.data()), end);
+    for (const ProxyId* row = changed.data(); row != end; ++row)
+        m_queryChanges[*row] = 0;
+}
+
 void ProxyTable::collectQueryChanges(std::vector<ProxyId>& rows)
 {
     rows.clear();
-    for (std::uint32_t begin = 0; begin < size(); begin += 1u << kBlockShift)
+    const std::uint32_t count = m_queryBlockCount.load(std::memory_order_relaxed);
+    if (count <= kFewBlocks)
     {
-        const std::uint32_t block = begin >> kBlockShift;
-        if (!isBlockMarked(block, kBlockForQueries))
-            continue;
-        unmarkBlock(block, kBlockForQueries);
-        std::array<ProxyId, 1u << kBlockShift> changed;
-        std::uint8_t any = 0;
-        const ProxyId* const end = listSetBytes(
-            m_queryChanges.data(), begin, std::min(size(), begin + (1u << kBlockShift)), changed.data(), any);
-        rows.insert(rows.end(), static_cast<const ProxyId*>(changed.data()), end);
-        for (const ProxyId* row = changed.data(); row != end; ++row)
-            m_queryChanges[*row] = 0;
+        std::array<std::uint32_t, kFewBlocks> blocks;
+        for (std::uint32_t i = 0; i < count; ++i)
+            blocks[i] = m_queryBlocks[i].load(std::memory_order_relaxed);
+        std::sort(blocks.begin(), blocks.begin() + count);
+        for (std::uint32_t i = 0; i < count; ++i)
+            collectBlock(blocks[i], rows);
+    }
+    else
+    {
+        for (std::uint32_t block = 0; block << kBlockShift < size(); ++block)
+            collectBlock(block, rows);
     }
     // Released, so that whoever sees the table clean also sees what was made of the changes.
-    m_queryDirty.store(false, std::memory_order_release);
+    m_queryBlockCount.store(0, std::memory_order_release);
 }
 
 void ProxyTable::clear()
@@ -269,7 +285,7 @@ void ProxyTable::clear()
     m_changes.clear();
     m_queryChanges.clear();
     m_blocks.clear();
-    m_queryDirty.store(false, std::memory_order_relaxed);
+    m_queryBlockCount.store(0, std::memory_order_relaxed);
     m_dirtyCount = 0;
     m_free.clear();
     m_quarantine.clear();

@@ -7,6 +7,7 @@
 #include "broad/backend.h"
 #include "broad/box_memory.h"
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <memory>
@@ -74,9 +75,11 @@ public:
     void endUpdate() noexcept;
 
     /// True when a row changed since the last collectQueryChanges(); safe to read while setBox() runs elsewhere.
-    bool hasQueryChanges() const noexcept { return m_queryDirty.load(std::memory_order_acquire); }
+    bool hasQueryChanges() const noexcept { return m_queryBlockCount.load(std::memory_order_acquire) != 0; }
 
     /// Moves the rows changed since the last call into `rows` (ascending, each once).
+    ///
+    /// Cost: 128 bytes read for each block of 128 rows with a change; with more than 64 such blocks, O(size / 128) too.
     void collectQueryChanges(std::vector<ProxyId>& rows);
 
     /// Empties the table and forgets every change, as if new.
@@ -86,6 +89,8 @@ public:
 
 private:
     static constexpr std::uint32_t kBlockShift = 7;  // 128 rows share one "something changed here" byte
+
+    static constexpr std::uint32_t kFewBlocks = 64;  // listed for queries; of more, all are looked at
 
     static constexpr std::uint8_t kBlockForUpdate = 1;
     static constexpr std::uint8_t kBlockForQueries = 2;
@@ -102,12 +107,24 @@ private:
     {
         std::atomic<std::uint8_t>& block = m_blocks[index];
         constexpr std::uint8_t kBoth = kBlockForUpdate | kBlockForQueries;
-        if (block.load(std::memory_order_relaxed) == kBoth)
+        const std::uint8_t marks = block.load(std::memory_order_relaxed);
+        if (marks == kBoth)
             return;
+        const bool isNews = (marks & kBlockForQueries) == 0;
         block.store(kBoth, std::memory_order_relaxed);
-        // A store alone would take the line from other threads for each block.
-        if (!m_queryDirty.load(std::memory_order_relaxed))
-            m_queryDirty.store(true, std::memory_order_relaxed);
+        if (isNews)
+            listForQueries(index);
+    }
+
+    /// Two threads that mark a block at the same time may list it twice; it is collected once.
+    void listForQueries(std::uint32_t index) noexcept
+    {
+        // Looked at first: an addition alone would take the line from other threads for each block.
+        if (m_queryBlockCount.load(std::memory_order_relaxed) > kFewBlocks)
+            return;
+        const std::uint32_t at = m_queryBlockCount.fetch_add(1, std::memory_order_relaxed);
+        if (at < kFewBlocks)
+            m_queryBlocks[at].store(index, std::memory_order_relaxed);
     }
 
     bool isBlockMarked(std::uint32_t block, std::uint8_t reader) const noexcept
@@ -116,6 +133,7 @@ private:
     }
     void unmarkBlock(std::uint32_t block, std::uint8_t reader) noexcept;
     void growBlocks();
+    void collectBlock(std::uint32_t block, std::vector<ProxyId>& rows);
 
     std::vector<Aabb, BoxAllocator<Aabb>> m_boxes;
     std::vector<std::uint32_t> m_uniqueIds;
@@ -123,7 +141,8 @@ private:
     std::vector<std::uint8_t> m_changes;
     std::vector<std::uint8_t> m_queryChanges;
     std::vector<std::atomic<std::uint8_t>> m_blocks;  // which readers have changes to see in each 128 rows
-    std::atomic<bool> m_queryDirty{false};
+    std::atomic<std::uint32_t> m_queryBlockCount{0};  // blocks listed; above kFewBlocks, there are others too
+    std::array<std::atomic<std::uint32_t>, kFewBlocks> m_queryBlocks{};
     std::vector<ProxyId, BoxAllocator<ProxyId>>
         m_dirty;  // room for all rows, of which m_dirtyCount are in use
     std::uint32_t m_dirtyCount = 0;

@@ -79,6 +79,24 @@ Aabb finitePart(const Aabb& box) noexcept
     }
     return part;
 }
+
+/// Ski rental: work is rented until it has cost as much as what makes it needless, which then is bought.
+class Rent
+{
+public:
+    void add(std::uint64_t rows) noexcept { m_total.fetch_add(rows, std::memory_order_relaxed); }
+    /// What was added since the last purchase.
+    double due() const noexcept
+    {
+        return static_cast<double>(total() - m_settled.load(std::memory_order_relaxed));
+    }
+    void settle() noexcept { m_settled.store(total(), std::memory_order_relaxed); }
+    std::uint64_t total() const noexcept { return m_total.load(std::memory_order_relaxed); }
+
+private:
+    std::atomic<std::uint64_t> m_total{0};
+    std::atomic<std::uint64_t> m_settled{0};
+};
 }  // namespace
 
 struct QueryIndex::State
@@ -90,9 +108,12 @@ struct QueryIndex::State
 
     bool isFresh() const noexcept;
     bool refresh();
-    bool paysToSync() noexcept;
+    double syncCost() const noexcept;
+    bool paysToSync() const noexcept;
+    void tidyIfItPays();
     void start(QueryCursor& cursor);
-    QueryCursor::Stage stageAfter(QueryCursor::Stage stage) const noexcept;
+    void scanAll(QueryCursor& cursor) noexcept;
+    QueryCursor::Stage stageAfter(const QueryCursor& cursor) const noexcept;
     std::uint32_t advance(QueryCursor& cursor, ProxyId* rows) const noexcept;
 
     ProxyTable& table;
@@ -102,8 +123,9 @@ struct QueryIndex::State
     std::mutex mutex;  // held by the one thread that changes the trees
     // False before the first sync and while one runs; otherwise the trees are as the table was when it was last clean.
     std::atomic<bool> isReady{false};
-    std::atomic<std::uint64_t> scannedRows{0};  // since the last sync
-    std::atomic<double> syncCostPerRow{trees.expectedSyncCost(1)};
+    Rent scans;      // of all rows, instead of a sync
+    Rent listScans;  // of the listed rows, instead of tidying
+    std::atomic<double> syncCostPerRow{QueryTrees::kFirstSyncCost};
 };
 
 /// True when the trees may be read. The table cannot become dirty while queries run, so the answer stays true.
@@ -120,13 +142,16 @@ bool QueryIndex::State::isFresh() const noexcept
 /// Brings the trees up to date; false when another thread is at it (and this one had better scan) or memory is short.
 bool QueryIndex::State::refresh()
 {
-    const std::unique_lock<std::mutex> lock(mutex, std::try_to_lock);
-    if (!lock.owns_lock())
+    std::unique_lock<std::mutex> lock(mutex, std::defer_lock);
+    // After a few changes it takes longer to scan all rows than to wait for the other.
+    if (syncCost() < table.size())
+        lock.lock();
+    else if (!lock.try_lock())
         return false;
     if (isFresh())
         return true;
     isReady.store(false, std::memory_order_relaxed);
-    scannedRows.store(0, std::memory_order_relaxed);
+    scans.settle();
     try
     {
         trees.sync(table);
@@ -135,56 +160,89 @@ bool QueryIndex::State::refresh()
     {
         return false;
     }
-    const std::uint32_t rows = table.size();
-    syncCostPerRow.store(trees.expectedSyncCost(rows) / rows, std::memory_order_relaxed);
+    const double rows = std::max(1u, table.liveCount());
+    syncCostPerRow.store(trees.expectedSyncCost(table) / rows, std::memory_order_relaxed);
     isReady.store(true, std::memory_order_release);
     return true;
 }
 
-/// Ski rental: scans are rented until they have cost as much as the sync, which then is bought.
-bool QueryIndex::State::paysToSync() noexcept
+double QueryIndex::State::syncCost() const noexcept
+{
+    return syncCostPerRow.load(std::memory_order_relaxed) * table.liveCount();
+}
+
+bool QueryIndex::State::paysToSync() const noexcept
 {
     if (mode != QueryMode::Automatic)
         return mode == QueryMode::Tree;
-    const double rows = table.size();
-    const std::uint64_t before = scannedRows.fetch_add(table.size(), std::memory_order_relaxed);
-    const double cost = syncCostPerRow.load(std::memory_order_relaxed) * rows;
-    return static_cast<double>(before) + rows > cost;
+    return scans.due() + table.size() > syncCost();
+}
+
+/// For a query that is about to read the trees, and finds rows on the list that a tree could hold.
+void QueryIndex::State::tidyIfItPays()
+{
+    listScans.add(trees.side().listed.size());
+    if (listScans.due() < QueryTrees::tidyCost(trees.side()))
+        return;
+    const std::unique_lock<std::mutex> lock(mutex, std::try_to_lock);
+    if (!lock.owns_lock() || trees.side().isTidy)
+        return;
+    listScans.settle();
+    try
+    {
+        trees.tidy(table);
+    }
+    catch (const std::bad_alloc&)
+    {
+        // The list serves as well.
+    }
 }
 
 void QueryIndex::State::start(QueryCursor& cursor)
 {
     if (table.size() == 0)
         return;
-    const bool useTrees = mode != QueryMode::Scan && (isFresh() || (paysToSync() && refresh()));
-    cursor.enter(useTrees ? QueryCursor::Stage::Main : QueryCursor::Stage::Scan);
+    if (mode == QueryMode::Scan || !(isFresh() || (paysToSync() && refresh())))
+    {
+        scanAll(cursor);
+        return;
+    }
+    if (!trees.side().isTidy)
+        tidyIfItPays();
+    cursor.side = &trees.side();
+    cursor.enter(QueryCursor::Stage::Main);
 }
 
-QueryCursor::Stage QueryIndex::State::stageAfter(QueryCursor::Stage stage) const noexcept
+void QueryIndex::State::scanAll(QueryCursor& cursor) noexcept
+{
+    scans.add(table.size());
+    cursor.enter(QueryCursor::Stage::Scan);
+}
+
+QueryCursor::Stage QueryIndex::State::stageAfter(const QueryCursor& cursor) const noexcept
 {
     using Stage = QueryCursor::Stage;
-    if (stage == Stage::Main && trees.recentTree().rowCount() != 0)
-        return Stage::Recent;
-    if ((stage == Stage::Main || stage == Stage::Recent) && !trees.unboundedRows().empty())
-        return Stage::Unbounded;
+    if (cursor.stage == Stage::Main && cursor.side->tree.rowCount() != 0)
+        return Stage::Beside;
+    if ((cursor.stage == Stage::Main || cursor.stage == Stage::Beside) && !cursor.side->listed.empty())
+        return Stage::Listed;
     return Stage::Done;
 }
 
 std::uint32_t QueryIndex::State::advance(QueryCursor& cursor, ProxyId* rows) const noexcept
 {
     using Stage = QueryCursor::Stage;
-    if (cursor.stage == Stage::Main || cursor.stage == Stage::Recent)
+    if (cursor.stage == Stage::Main || cursor.stage == Stage::Beside)
     {
-        const BoxTreeView& tree =
-            (cursor.stage == Stage::Main ? trees.mainTree() : trees.recentTree()).view();
+        const BoxTreeView& tree = (cursor.stage == Stage::Main ? trees.mainTree() : cursor.side->tree).view();
         return cursor.isRay ? kernels.treeRay(tree, cursor.ray, cursor.tree, rows)
                             : kernels.treeOverlap(tree, cursor.finiteBox, cursor.tree, rows);
     }
     ScanView view = {table.boxes(), nullptr, table.size()};
-    if (cursor.stage == Stage::Unbounded)
+    if (cursor.stage == Stage::Listed)
     {
-        view.rows = trees.unboundedRows().data();
-        view.size = static_cast<std::uint32_t>(trees.unboundedRows().size());
+        view.rows = cursor.side->listed.data();
+        view.size = static_cast<std::uint32_t>(cursor.side->listed.size());
     }
     return cursor.isRay ? kernels.scanRay(view, cursor.ray, cursor.position, rows)
                         : kernels.scanOverlap(view, cursor.box, cursor.position, rows);
@@ -215,6 +273,17 @@ std::uint64_t QueryIndex::syncsTotal() const
     return m_state->trees.syncsTotal();
 }
 
+std::uint64_t QueryIndex::scannedRowsTotal() const
+{
+    return m_state->scans.total() + m_state->listScans.total();
+}
+
+std::uint64_t QueryIndex::builtRowsTotal() const
+{
+    const std::lock_guard<std::mutex> lock(m_state->mutex);
+    return m_state->trees.builtRowsTotal();
+}
+
 void QueryIndex::startOverlap(const Aabb& box, QueryCursor& cursor) const
 {
     if (!isValid(box))
@@ -237,7 +306,7 @@ void QueryIndex::startRay(const RaySegment& ray, QueryCursor& cursor) const
     }
     cursor.isRay = false;
     cursor.box = kEverywhere;
-    cursor.enter(QueryCursor::Stage::Scan);
+    m_state->scanAll(cursor);
 }
 
 std::uint32_t QueryIndex::next(QueryCursor& cursor, ProxyId* rows) const
@@ -247,7 +316,7 @@ std::uint32_t QueryIndex::next(QueryCursor& cursor, ProxyId* rows) const
         const std::uint32_t count = m_state->advance(cursor, rows);
         if (count != 0)
             return count;
-        cursor.enter(m_state->stageAfter(cursor.stage));
+        cursor.enter(m_state->stageAfter(cursor));
     }
     return 0;
 }

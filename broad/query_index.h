@@ -12,6 +12,8 @@
 
 namespace cullet
 {
+struct QuerySide;
+
 /// A ray, or a box swept along a ray, in world space; the parameters of Bullet's box test as they are.
 ///
 /// A box [min, max] is hit when the ray meets [min - growMax, max - growMin] with an entry before lambdaMax and an exit
@@ -29,9 +31,9 @@ struct RaySegment
 /// How a QueryIndex answers; the rows that it visits are candidates for the same set in every mode.
 enum class QueryMode
 {
-    Automatic,  ///< scans while few queries come, the tree when they pay for its upkeep
+    Automatic,  ///< scans while few queries come, the trees when they pay for their upkeep
     Scan,       ///< always scans all boxes
-    Tree        ///< always brings the tree up to date first
+    Tree        ///< always brings the trees up to date first
 };
 
 struct QueryOptions
@@ -46,10 +48,10 @@ struct QueryCursor
 {
     enum class Stage
     {
-        Main,       ///< the tree over most rows
-        Recent,     ///< the small tree over rows that came or jumped since the big one was built
-        Unbounded,  ///< the rows that reach beyond every tree
-        Scan,       ///< all rows, without a tree
+        Main,    ///< the tree over most rows
+        Beside,  ///< the small tree over rows that came or jumped since the big one was built
+        Listed,  ///< rows that came or jumped since then too, and those that reach beyond every tree
+        Scan,    ///< all rows, without a tree
         Done
     };
     Stage stage = Stage::Done;
@@ -59,6 +61,7 @@ struct QueryCursor
     Aabb box;
     Aabb finiteBox;  ///< what of `box` a bounded box can meet
     RayQuery ray;
+    const QuerySide* side = nullptr;  ///< what there is beside the main tree
 
     /// Begins a stage; above the root stands a node whose only child is the root.
     void enter(Stage next) noexcept
@@ -76,10 +79,10 @@ struct QueryCursor
 /// Candidates are a superset of the exact answer: the caller tests the exact box. Each row comes at most once; empty
 /// boxes never come. The order depends only on the history of the table and of the queries, as long as one thread asks.
 ///
-/// Changes of the table cost nothing here. The first queries after a change scan all boxes; once they have cost as
-/// much as bringing a tree of boxes up to date, the tree is brought up to date and used until the next change
-/// (so no history costs more than twice the better of the two ways). Boxes that reach beyond 1e15 are on a list of
-/// their own.
+/// Changes of the table cost nothing here. The first query after a few changes takes them into a tree of boxes, O(log n)
+/// each; boxes that came or jumped go on a list, which queries scan until that has cost as much as a small tree over
+/// them. After many changes, the first queries scan all boxes, until they have cost as much as bringing the tree up to
+/// date. So no history costs more than about twice the better of two ways. Boxes that reach beyond 1e15 stay on the list.
 ///
 /// Threads: any number of queries at the same time, also from inside visit(), as long as the table does not change
 /// meanwhile. One index per table, because it consumes ProxyTable::collectQueryChanges().
@@ -118,6 +121,10 @@ public:
     /// Times that the tree was built anew, and times that it took in changes.
     std::uint64_t buildsTotal() const;
     std::uint64_t syncsTotal() const;
+
+    /// Rows that queries tested one by one, other than those that are always listed; and rows that went into new trees.
+    std::uint64_t scannedRowsTotal() const;
+    std::uint64_t builtRowsTotal() const;
 
 private:
     struct State;

@@ -228,6 +228,33 @@ TEST(ProxyTable, QueriesFollowTheChangesOnTheirOwn)
     EXPECT_TRUE(rows.empty());
 }
 
+TEST(ProxyTable, QueriesGetTheChangesInFewBlocksAndInMany)
+{
+    constexpr std::uint32_t kBlock = 128;
+    ProxyTable table;
+    for (std::uint32_t i = 0; i < 100 * kBlock; ++i)
+        table.create(cube(0, 1), i + 1, kEverything);
+    std::vector<ProxyId> rows;
+    table.collectQueryChanges(rows);
+    EXPECT_EQ(rows.size(), table.size());
+    for (const std::uint32_t blocks : {1u, 2u, 63u, 64u, 65u, 66u, 100u})
+    {
+        std::vector<ProxyId> expected;
+        for (std::uint32_t i = 0; i < blocks; ++i)
+            expected.push_back((99 - i) * kBlock + i);
+        for (int again = 0; again < 3; ++again)
+        {
+            for (const ProxyId row : expected)
+                table.setBox(row, cube(1, 2));
+            settle(table);  // so that the blocks are marked anew for the update
+        }
+        table.collectQueryChanges(rows);
+        EXPECT_EQ(rows, std::vector<ProxyId>(expected.rbegin(), expected.rend())) << blocks << " blocks";
+        table.collectQueryChanges(rows);
+        EXPECT_TRUE(rows.empty());
+    }
+}
+
 TEST(ProxyTable, ClearForgetsEverything)
 {
     ProxyTable table;

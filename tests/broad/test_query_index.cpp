@@ -586,6 +586,281 @@ TEST(QueryIndex, BoxesThatMoveOneByOneAreFoundAfterEachStepWithFewOthers)
     EXPECT_LT(candidates, found + found / 4);
 }
 
+/// Rows that queries tested and trees took in, apart from the trees that queries descend.
+struct Work
+{
+    explicit Work(const QueryIndex& index_)
+        : index(index_), scanned(index.scannedRowsTotal()), built(index.builtRowsTotal())
+    {
+    }
+    double scannedPer(std::uint32_t queries) const
+    {
+        return static_cast<double>(index.scannedRowsTotal() - scanned) / queries;
+    }
+    double builtPer(std::uint32_t queries) const
+    {
+        return static_cast<double>(index.builtRowsTotal() - built) / queries;
+    }
+
+    const QueryIndex& index;
+    std::uint64_t scanned;
+    std::uint64_t built;
+};
+
+Aabb cubeInCrowd(Random& random)
+{
+    return cube(random.uniform(0, 60), random.uniform(0, 60), random.uniform(0, 60), 0.5f);
+}
+
+std::vector<ProxyId> fillCrowd(ProxyTable& table, std::uint32_t count, Random& random)
+{
+    std::vector<ProxyId> rows;
+    for (std::uint32_t i = 0; i < count; ++i)
+        rows.push_back(table.create(cubeInCrowd(random), i + 1, kFilter));
+    return rows;
+}
+
+void ask(const QueryIndex& index, Random& random, std::uint32_t times)
+{
+    for (std::uint32_t i = 0; i < times; ++i)
+        index.forEachOverlap(cubeInCrowd(random), [](ProxyId) {});
+}
+
+TEST(QueryIndex, AQueryAfterEachBoxThatIsAddedTestsFewBoxes)
+{
+    constexpr std::uint32_t kRows = 30000;
+    ProxyTable table;
+    const QueryIndex index(table);
+    Random random(17);
+    const Work work(index);
+    for (std::uint32_t i = 0; i < kRows; ++i)
+    {
+        table.create(cubeInCrowd(random), i + 1, kFilter);
+        ask(index, random, 1);
+    }
+    EXPECT_LT(work.scannedPer(kRows), 400.0);
+    EXPECT_LT(work.builtPer(kRows), 40.0);
+}
+
+TEST(QueryIndex, AQueryAfterEachBoxThatJumpsTestsFewBoxes)
+{
+    constexpr std::uint32_t kRows = 30000;
+    ProxyTable table;
+    const QueryIndex index(table);
+    Random random(18);
+    fillCrowd(table, kRows, random);
+    ask(index, random, 1000);
+    const Work work(index);
+    for (std::uint32_t i = 0; i < kRows; ++i)
+    {
+        table.setBox(random.below(kRows), cubeInCrowd(random));
+        ask(index, random, 1);
+    }
+    EXPECT_LT(work.scannedPer(kRows), 400.0);
+    EXPECT_LT(work.builtPer(kRows), 40.0);
+}
+
+TEST(QueryIndex, AFewBoxesThatRunAcrossTheWorldDoNotMakeANewTreeAgainAndAgain)
+{
+    constexpr std::uint32_t kRows = 30000;
+    ProxyTable table;
+    const QueryIndex index(table);
+    Random random(19);
+    fillCrowd(table, kRows, random);
+    ask(index, random, 1000);
+    const Work work(index);
+    constexpr std::uint32_t kSteps = 30;
+    for (std::uint32_t i = 0; i < 4000; ++i)
+    {
+        // Ever faster, so that the leaf it is in grows along with the box.
+        const ProxyId row = 100 * (i / kSteps);
+        Aabb box = table.box(row);
+        for (int axis = 0; axis < 2; ++axis)
+        {
+            const float step = 0.3f * std::pow(1.3f, static_cast<float>(i % kSteps));
+            box.min[axis] += step;
+            box.max[axis] += step;
+        }
+        table.setBox(row, box);
+        ask(index, random, 1);
+    }
+    EXPECT_LT(work.scannedPer(4000), 400.0);
+    EXPECT_LT(work.builtPer(4000), 200.0);
+    EXPECT_GT(work.builtPer(4000) * 4000, kRows) << "no leaf grew too large";
+}
+
+TEST(QueryIndex, ARowThatJumpsTwiceTheSecondTimeAlongWithAllOthersIsFound)
+{
+    ProxyTable table;
+    const QueryIndex index(table, {QueryMode::Tree, false});
+    Random random(23);
+    const std::vector<ProxyId> rows = fillCrowd(table, 2000, random);
+    ask(index, random, 1);
+    table.setBox(7, cubeInCrowd(random));
+    ask(index, random, 1000);
+    EXPECT_EQ(index.buildsTotal(), 1u);
+    EXPECT_EQ(index.builtRowsTotal(), 2001u) << "the row that jumped is in no tree of its own";
+    for (const ProxyId row : rows)
+        table.setBox(row, table.box(row));
+    const Aabb box = cubeInCrowd(random);
+    table.setBox(7, box);
+    EXPECT_EQ(overlapping(table, index, box), overlappingByBruteForce(table, box));
+    EXPECT_EQ(index.buildsTotal(), 1u);
+}
+
+TEST(QueryIndex, RowsBeyondEveryTreeStayListedUntilTheyAreBounded)
+{
+    constexpr std::uint32_t kPlanes = 300;
+    ProxyTable table;
+    const QueryIndex index(table, {QueryMode::Tree, false});
+    Random random(24);
+    fillCrowd(table, 1000, random);
+    for (std::uint32_t i = 0; i < kPlanes; ++i)
+        table.create({{-kInf, -kInf, -kInf}, {kInf, 0, kInf}}, 2000 + i, kFilter);
+    ask(index, random, 1);
+    for (ProxyId row = 0; row < 20; ++row)
+    {
+        table.setBox(row, cubeInCrowd(random));
+        ask(index, random, 200);
+    }
+    EXPECT_EQ(index.buildsTotal(), 1u) << "listed for good, they are no reason for a new tree";
+    const std::uint64_t built = index.builtRowsTotal();
+    for (std::uint32_t i = 0; i < kPlanes; ++i)
+        table.setBox(1000 + i, cubeInCrowd(random));
+    ask(index, random, 200);
+    EXPECT_GE(index.builtRowsTotal() - built, kPlanes);
+    EXPECT_EQ(overlapping(table, index, table.box(1007)), overlappingByBruteForce(table, table.box(1007)));
+}
+
+TEST(QueryIndex, RowsThatJumpedGetATreeWhileNothingChangesIfManyAsk)
+{
+    ProxyTable table;
+    const QueryIndex index(table);
+    Random random(20);
+    fillCrowd(table, 20000, random);
+    ask(index, random, 1000);
+    for (ProxyId row = 0; row < 200; ++row)
+        table.setBox(row, cubeInCrowd(random));
+    ask(index, random, 1);
+    const std::uint64_t syncs = index.syncsTotal();
+    const Work work(index);
+    ask(index, random, 20000);
+    EXPECT_EQ(index.syncsTotal(), syncs);
+    EXPECT_LT(work.scannedPer(20000), 2.0);
+    EXPECT_LE(work.builtPer(20000) * 20000, 200.0);
+    EXPECT_EQ(overlapping(table, index, table.box(7)), overlappingByBruteForce(table, table.box(7)));
+}
+
+TEST(QueryIndex, RowsWithoutAProxyCostNothingAfterAPeak)
+{
+    constexpr std::uint32_t kPeak = 100000;
+    ProxyTable table;
+    const QueryIndex index(table);
+    Random random(21);
+    const std::vector<ProxyId> rows = fillCrowd(table, kPeak, random);
+    for (std::uint32_t i = 100; i < kPeak; ++i)
+        table.destroy(rows[i]);
+    table.beginUpdate(0.0f, false);
+    table.endUpdate();
+    const Work work(index);
+    for (std::uint32_t i = 0; i < 4000; ++i)
+    {
+        table.setBox(rows[i % 100], cubeInCrowd(random));
+        ask(index, random, 1);
+        const Aabb box = table.box(rows[random.below(100)]);
+        if (i % 100 == 0)
+        {
+            ASSERT_EQ(overlapping(table, index, box), overlappingByBruteForce(table, box));
+        }
+    }
+    EXPECT_LT(work.scannedPer(4000), 200.0);
+    EXPECT_LT(work.builtPer(4000), 40.0);
+}
+
+/// A change of one row of any kind, to the box that another kind may leave: rows come, go and come again, run, jump,
+/// lose their boxes and get them back, and reach beyond every tree.
+void changeOne(ProxyTable& table, std::vector<ProxyId>& live, std::uint32_t& nextId, Random& random)
+{
+    const std::uint32_t kind = random.below(12);
+    if (kind < 2)
+    {
+        live.push_back(table.create(kind == 0 ? randomBox(random) : cubeInCrowd(random), nextId++, kFilter));
+        return;
+    }
+    const std::uint32_t at = random.below(static_cast<std::uint32_t>(live.size()));
+    const ProxyId row = live[at];
+    if (kind < 4)
+    {
+        table.destroy(row);
+        live[at] = live.back();
+        live.pop_back();
+    }
+    else if (kind == 4)
+    {
+        table.setBox(row, randomBox(random));
+    }
+    else if (kind < 7)
+    {
+        table.setBox(row, cubeInCrowd(random));
+    }
+    else
+    {
+        Aabb box = table.box(row);
+        const float shift = random.uniform(-1.0f, 1.0f);
+        box.min[kind % 3] += shift;
+        box.max[kind % 3] += shift;
+        table.setBox(row, box);
+    }
+}
+
+TEST(QueryIndex, QueriesBetweenSingleChangesEqualBruteForce)
+{
+    for (const QueryOptions& options : kAllOptions)
+    {
+        ProxyTable table;
+        const QueryIndex index(table, options);
+        Random random(22);
+        std::vector<ProxyId> live = fillCrowd(table, 1500, random);
+        std::uint32_t nextId = 2000;
+        std::size_t hits = 0;
+        std::uint32_t quietBuilds = 0;  // trees that were made between two changes, for the list
+        for (int step = 0; step < 4000; ++step)
+        {
+            for (std::uint32_t i = random.below(3); i > 0; --i)
+                changeOne(table, live, nextId, random);
+            if (step % 500 == 250)
+            {
+                for (const ProxyId row : live)
+                    table.setBox(row, random.below(4) == 0 ? cubeInCrowd(random) : table.box(row));
+            }
+            const std::uint64_t built = index.builtRowsTotal(), syncs = index.syncsTotal();
+            for (std::uint32_t i = step % 50 == 0 ? 100 : 1 + random.below(2); i > 0; --i)
+            {
+                Aabb box = random.below(8) == 0 ? randomBox(random) : cubeInCrowd(random);
+                box.max[0] += 20.0f, box.max[1] += 3.0f;
+                const std::vector<ProxyId> expected = overlappingByBruteForce(table, box);
+                ASSERT_EQ(overlapping(table, index, box), expected) << "step " << step;
+                hits += expected.size();
+            }
+            quietBuilds += index.builtRowsTotal() != built && index.syncsTotal() == syncs ? 1 : 0;
+            const std::uint64_t before = index.syncsTotal(), builtBefore = index.builtRowsTotal();
+            RayCount rays;
+            checkRay(table, index, randomRay(random), rays);
+            ASSERT_FALSE(HasFatalFailure()) << "step " << step;
+            quietBuilds += index.builtRowsTotal() != builtBefore && index.syncsTotal() == before ? 1 : 0;
+            if (random.below(20) == 0)
+            {
+                table.beginUpdate(0.0f, false);
+                table.endUpdate();
+            }
+        }
+        EXPECT_GT(hits, 20000u);
+        EXPECT_EQ(index.syncsTotal() > 1000, options.mode != QueryMode::Scan);
+        EXPECT_EQ(index.buildsTotal() > 5, options.mode != QueryMode::Scan);
+        EXPECT_EQ(quietBuilds > 10, options.mode != QueryMode::Scan) << quietBuilds;
+    }
+}
+
 TEST(QueryIndex, MemoryStaysBelowSixtyBytesPerRow)
 {
     ProxyTable table;

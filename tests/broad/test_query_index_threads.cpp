@@ -86,6 +86,75 @@ TEST(QueryIndexThreads, EightThreadsAskNestedQuestionsWhileChangesArePending)
     }
 }
 
+TEST(QueryIndexThreads, RowsThatJumpedGetATreeWhileOthersReadTheirList)
+{
+    ProxyTable table;
+    const QueryIndex index(table);
+    fill(table);
+    constexpr std::uint32_t kJumpers = 60;
+    std::atomic<int> wrong{0};
+    std::uint64_t quietBuilds = 0;
+    for (std::uint32_t round = 0; round < 40; ++round)
+    {
+        // Two rows change places, so that both leave their leaves, and every place still has its box.
+        for (ProxyId row = 0; row < kJumpers; ++row)
+        {
+            const Aabb box = table.box(row);
+            table.setBox(row, table.box(kRows - 1 - row));
+            table.setBox(kRows - 1 - row, box);
+            index.forEachOverlap(box, [](ProxyId) {});  // many at once would get their tree at once
+        }
+        const std::uint64_t built = index.builtRowsTotal(), syncs = index.syncsTotal();
+        std::vector<std::thread> threads;
+        for (int t = 0; t < kThreads; ++t)
+        {
+            threads.emplace_back(
+                [&, t]
+                {
+                    std::mt19937 engine(static_cast<unsigned>(100 * round + t));
+                    for (int i = 0; i < 100; ++i)
+                        wrong += askNested(table, index, 2 + engine() % (kRows - 4), false);
+                });
+        }
+        for (std::thread& thread : threads)
+            thread.join();
+        ASSERT_EQ(wrong, 0) << "round " << round;
+        quietBuilds += index.builtRowsTotal() != built && index.syncsTotal() == syncs ? 1 : 0;
+    }
+    EXPECT_GT(quietBuilds, 5u);
+}
+
+TEST(QueryIndexThreads, AllSeeASingleChangeWithoutAScanOfAllRows)
+{
+    ProxyTable table;
+    const QueryIndex index(table);
+    fill(table);
+    for (int i = 0; i < 200; ++i)
+        index.forEachOverlap(table.box(0), [](ProxyId) {});
+    const std::uint64_t scanned = index.scannedRowsTotal();
+    std::atomic<int> wrong{0};
+    constexpr std::uint32_t kRounds = 50;
+    for (std::uint32_t round = 0; round < kRounds; ++round)
+    {
+        table.setBox(7, cubeOnLine(-100.0f - 10.0f * round));
+        std::vector<std::thread> threads;
+        for (int t = 0; t < kThreads; ++t)
+        {
+            threads.emplace_back(
+                [&]
+                {
+                    int found = 0;
+                    index.forEachOverlap(cubeOnLine(-100.0f - 10.0f * round), [&](ProxyId) { ++found; });
+                    wrong += found == 1 ? 0 : 1;
+                });
+        }
+        for (std::thread& thread : threads)
+            thread.join();
+    }
+    EXPECT_EQ(wrong, 0);
+    EXPECT_LT(index.scannedRowsTotal() - scanned, kRounds * kThreads * 10u);
+}
+
 TEST(QueryIndexThreads, BoxesSetByManyThreadsAreSeenByTheNextQuery)
 {
     ProxyTable table;
