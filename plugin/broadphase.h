@@ -113,7 +113,8 @@ public:
     /// with the own pair cache, O(all pairs) with Bullet's.
     void destroyProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher) override;
 
-    /// Stores a box. O(1): no allocation, no device call, no pair work, except near or for ghosts.
+    /// Stores a box. O(1): no allocation, no device call, no pair work, except for a ghost, which costs a box query, and within the
+    /// bounds of all ghosts, which costs O(ghosts / 8) at most.
     void setAabb(btBroadphaseProxy* proxy, const btVector3& aabbMin, const btVector3& aabbMax,
                  btDispatcher* dispatcher) override;
 

@@ -143,6 +143,8 @@ public:
     /// Not owned; null for none. It is told of later changes only.
     void setInternalGhostPairCallback(btOverlappingPairCallback* callback) override { m_ghosts = callback; }
     btOverlappingPairCallback* ghostPairCallback() const noexcept { return m_ghosts; }
+    /// Where the callback is kept.
+    btOverlappingPairCallback* const& ghostPairCallbackSlot() const noexcept { return m_ghosts; }
 
     /// Sorts the array in descending order of (lower id, higher id). Algorithms stay, no callback is called.
     ///

@@ -72,6 +72,10 @@ PairPort::PairPort(btOverlappingPairCache* external)
     // Of a class without RTTI that much can be asked, and the sorted cache and the null cache have it.
     m_isSorted = m_isSorted || (dynamicType(*m_cache) == nullptr && m_cache->hasDeferredRemoval());
     m_storesPairs = dynamicCast<btNullPairCache>(m_cache) == nullptr;
+    if (m_fast != nullptr)
+        m_ghosts = &m_fast->ghostPairCallbackSlot();
+    else if (m_ghostSlot != nullptr)
+        m_ghosts = m_ghostSlot;
 }
 
 bool PairPort::contains(btBroadphaseProxy& a, btBroadphaseProxy& b) const

@@ -38,19 +38,13 @@ public:
     btOverlapFilterCallback* filterCallback() const { return m_cache->getOverlapFilterCallback(); }
 
     /// Whether a ghost pair callback is installed, unless setGhosts() has said it. Other caches than cullet's and Bullet's, and
-    /// those of a class without RTTI, cannot be asked.
-    bool hasGhostCallback() const noexcept
-    {
-        if (m_areGhostsTold)
-            return m_hasGhosts;
-        if (m_fast != nullptr)
-            return m_fast->ghostPairCallback() != nullptr;
-        return m_ghostSlot != nullptr && *m_ghostSlot != nullptr;
-    }
+    /// those of a class without RTTI, cannot be asked. For every setAabb(): one look.
+    bool hasGhostCallback() const noexcept { return *m_ghosts != nullptr; }
     void setGhosts(bool areInstalled) noexcept
     {
-        m_areGhostsTold = true;
-        m_hasGhosts = areInstalled;
+        // The address of no callback, which is not followed.
+        m_told = areInstalled ? reinterpret_cast<btOverlappingPairCallback*>(this) : nullptr;
+        m_ghosts = &m_told;
     }
 
     bool contains(btBroadphaseProxy& a, btBroadphaseProxy& b) const;
@@ -88,8 +82,8 @@ private:
         nullptr;  // where the cache keeps the callback, if it is Bullet's
     bool m_storesPairs = true;
     bool m_isSorted = false;
-    bool m_areGhostsTold = false;
-    bool m_hasGhosts = false;
+    btOverlappingPairCallback* m_told = nullptr;  // not null: there are ghosts, whatever the cache has
+    btOverlappingPairCallback* const* m_ghosts = &m_told;  // where it says whether there are
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet
