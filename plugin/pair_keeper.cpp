@@ -214,15 +214,20 @@ void PairKeeper::collectDue(const ProxyView& view)
     m_due.erase(std::remove_if(m_due.begin(), m_due.end(), hasSeparated), m_due.end());
 }
 
+/// Whether both boxes are valid: by its numbers an empty one may overlap an infinite one.
+bool PairKeeper::haveBoxes(const Proxy& first, const Proxy& second) const
+{
+    const ProxyTable& table = m_store.table();
+    return isValid(table.box(ProxyStore::rowOf(&first))) && isValid(table.box(ProxyStore::rowOf(&second)));
+}
+
 bool PairKeeper::areApart(Pair pair, float margin) const
 {
     const Proxy* first = m_store.find(pair.first);
     const Proxy* second = m_store.find(pair.second);
     if (first == nullptr || second == nullptr)
         return true;
-    const ProxyTable& table = m_store.table();
-    return !isValid(table.box(ProxyStore::rowOf(first))) || !isValid(table.box(ProxyStore::rowOf(second))) ||
-           areApartBy(*first, *second, margin);
+    return !haveBoxes(*first, *second) || areApartBy(*first, *second, margin);
 }
 
 /// Far from the origin a double box may leave another one by much more than the margin before the rounded boxes do so.
@@ -329,10 +334,7 @@ void PairKeeper::addAtOneGo(float margin)
 /// Whether the exact boxes overlap, after a callback may have done anything to them.
 bool PairKeeper::overlapNow(const Proxy& first, const Proxy& second) const
 {
-    const ProxyTable& table = m_store.table();
-    // An empty box may overlap an infinite one by its numbers.
-    return isValid(table.box(ProxyStore::rowOf(&first))) && isValid(table.box(ProxyStore::rowOf(&second))) &&
-           overlapsExactly(first, second);
+    return haveBoxes(first, second) && overlapsExactly(first, second);
 }
 
 void PairKeeper::tryAdd(Pair pair, float margin)

@@ -66,6 +66,7 @@ private:
     void tryAdd(Pair pair, float margin);
     void hold(Pair pair, const Proxy& first, const Proxy& second, bool isExact, float margin);
     bool isTakenOut(Pair pair, const ProxyView& view) const;
+    bool haveBoxes(const Proxy& first, const Proxy& second) const;
     bool overlapNow(const Proxy& first, const Proxy& second) const;
     bool areApart(Pair pair, float margin) const;
 

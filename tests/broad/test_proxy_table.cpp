@@ -3,12 +3,12 @@
 #include "broad/proxy_table.h"
 #include "tests/support/boxes.h"
 #include "tests/support/random.h"
+#include "tests/support/threads.h"
 
 #include <gtest/gtest.h>
 
 #include <map>
 #include <set>
-#include <thread>
 #include <vector>
 
 namespace cullet::test
@@ -341,30 +341,24 @@ TEST(ProxyTable, TakesBoxesOfDifferentRowsFromSeveralThreads)
     table.collectQueryChanges(rows);
     for (int round = 1; round <= 5; ++round)
     {
-        std::vector<std::thread> threads;
-        for (std::uint32_t thread = 0; thread < kThreads; ++thread)
-        {
-            threads.emplace_back(
-                [&table, thread, round]
-                {
-                    // Neighbouring rows belong to different threads; every third row of a thread stays.
-                    std::vector<ProxyId> own;
-                    std::vector<Aabb> boxes(kCount);
-                    for (std::uint32_t row = thread; row < kCount; row += kThreads)
-                    {
-                        if (row % 3 == 0)
-                            continue;
-                        own.push_back(row);
-                        boxes[row] = boxAt(static_cast<float>(row), static_cast<float>(round), 0);
-                    }
-                    if (round % 2 == 0)
-                        table.setBoxes(boxes.data(), own.data(), own.size());
-                    for (std::size_t i = 0; round % 2 != 0 && i < own.size(); ++i)
-                        table.setBox(own[i], boxes[own[i]]);
-                });
-        }
-        for (std::thread& thread : threads)
-            thread.join();
+        onThreads(kThreads,
+                  [&table, round](std::uint32_t thread)
+                  {
+                      // Neighbouring rows belong to different threads; every third row of a thread stays.
+                      std::vector<ProxyId> own;
+                      std::vector<Aabb> boxes(kCount);
+                      for (std::uint32_t row = thread; row < kCount; row += kThreads)
+                      {
+                          if (row % 3 == 0)
+                              continue;
+                          own.push_back(row);
+                          boxes[row] = boxAt(static_cast<float>(row), static_cast<float>(round), 0);
+                      }
+                      if (round % 2 == 0)
+                          table.setBoxes(boxes.data(), own.data(), own.size());
+                      for (std::size_t i = 0; round % 2 != 0 && i < own.size(); ++i)
+                          table.setBox(own[i], boxes[own[i]]);
+                  });
         EXPECT_TRUE(table.hasQueryChanges());
         const ProxyView view = table.beginUpdate(0, true);
         std::vector<ProxyId> expected;

@@ -626,38 +626,40 @@ void ask(const QueryIndex& index, Random& random, std::uint32_t times)
         index.forEachOverlap(cubeInCrowd(random), [](ProxyId) {});
 }
 
+constexpr std::uint32_t kCrowd = 30000;
+
+/// Calls change(i) so many times, with a query after each, and expects that to cost no look at all boxes.
+template <class Change>
+void expectFewTestsAfterEach(const QueryIndex& index, Random& random, const Change& change)
+{
+    const Work work(index);
+    for (std::uint32_t i = 0; i < kCrowd; ++i)
+    {
+        change(i);
+        ask(index, random, 1);
+    }
+    EXPECT_LT(work.scannedPer(kCrowd), 400.0);
+    EXPECT_LT(work.builtPer(kCrowd), 40.0);
+}
+
 TEST(QueryIndex, AQueryAfterEachBoxThatIsAddedTestsFewBoxes)
 {
-    constexpr std::uint32_t kRows = 30000;
     ProxyTable table;
     const QueryIndex index(table);
     Random random(17);
-    const Work work(index);
-    for (std::uint32_t i = 0; i < kRows; ++i)
-    {
-        table.create(cubeInCrowd(random), i + 1, kFilter);
-        ask(index, random, 1);
-    }
-    EXPECT_LT(work.scannedPer(kRows), 400.0);
-    EXPECT_LT(work.builtPer(kRows), 40.0);
+    expectFewTestsAfterEach(index, random,
+                            [&](std::uint32_t i) { table.create(cubeInCrowd(random), i + 1, kFilter); });
 }
 
 TEST(QueryIndex, AQueryAfterEachBoxThatJumpsTestsFewBoxes)
 {
-    constexpr std::uint32_t kRows = 30000;
     ProxyTable table;
     const QueryIndex index(table);
     Random random(18);
-    fillCrowd(table, kRows, random);
+    fillCrowd(table, kCrowd, random);
     ask(index, random, 1000);
-    const Work work(index);
-    for (std::uint32_t i = 0; i < kRows; ++i)
-    {
-        table.setBox(random.below(kRows), cubeInCrowd(random));
-        ask(index, random, 1);
-    }
-    EXPECT_LT(work.scannedPer(kRows), 400.0);
-    EXPECT_LT(work.builtPer(kRows), 40.0);
+    expectFewTestsAfterEach(index, random,
+                            [&](std::uint32_t) { table.setBox(random.below(kCrowd), cubeInCrowd(random)); });
 }
 
 TEST(QueryIndex, AFewBoxesThatRunAcrossTheWorldDoNotMakeANewTreeAgainAndAgain)

@@ -2,16 +2,15 @@
 // SPDX-License-Identifier: Zlib
 #include "broad/proxy_table.h"
 #include "broad/query_index.h"
+#include "tests/support/threads.h"
 
 #include <gtest/gtest.h>
 
 #include <atomic>
 #include <cstdint>
 #include <random>
-#include <thread>
-#include <vector>
 
-namespace cullet
+namespace cullet::test
 {
 namespace
 {
@@ -67,19 +66,13 @@ TEST(QueryIndexThreads, EightThreadsAskNestedQuestionsWhileChangesArePending)
             const std::uint32_t stride = round % 3 == 0 ? 1 : round % 3 == 1 ? 400 : kRows;
             for (ProxyId row = 0; row < kRows; row += stride)
                 table.setBox(row, cubeOnLine(2.0f * row));
-            std::vector<std::thread> threads;
-            for (int t = 0; t < kThreads; ++t)
-            {
-                threads.emplace_back(
-                    [&, t]
-                    {
-                        std::mt19937 engine(static_cast<unsigned>(100 * round + t));
-                        for (int i = 0; i < 20; ++i)
-                            wrong += askNested(table, index, 2 + engine() % (kRows - 4), i % 2 == 0);
-                    });
-            }
-            for (std::thread& thread : threads)
-                thread.join();
+            onThreads(kThreads,
+                      [&](int t)
+                      {
+                          std::mt19937 engine(static_cast<unsigned>(100 * round + t));
+                          for (int i = 0; i < 20; ++i)
+                              wrong += askNested(table, index, 2 + engine() % (kRows - 4), i % 2 == 0);
+                      });
             ASSERT_EQ(wrong, 0);
         }
         EXPECT_EQ(index.syncsTotal() > 5, mode != QueryMode::Scan);
@@ -105,19 +98,13 @@ TEST(QueryIndexThreads, RowsThatJumpedGetATreeWhileOthersReadTheirList)
             index.forEachOverlap(box, [](ProxyId) {});  // many at once would get their tree at once
         }
         const std::uint64_t built = index.builtRowsTotal(), syncs = index.syncsTotal();
-        std::vector<std::thread> threads;
-        for (int t = 0; t < kThreads; ++t)
-        {
-            threads.emplace_back(
-                [&, t]
-                {
-                    std::mt19937 engine(static_cast<unsigned>(100 * round + t));
-                    for (int i = 0; i < 100; ++i)
-                        wrong += askNested(table, index, 2 + engine() % (kRows - 4), false);
-                });
-        }
-        for (std::thread& thread : threads)
-            thread.join();
+        onThreads(kThreads,
+                  [&](int t)
+                  {
+                      std::mt19937 engine(static_cast<unsigned>(100 * round + t));
+                      for (int i = 0; i < 100; ++i)
+                          wrong += askNested(table, index, 2 + engine() % (kRows - 4), false);
+                  });
         ASSERT_EQ(wrong, 0) << "round " << round;
         quietBuilds += index.builtRowsTotal() != built && index.syncsTotal() == syncs ? 1 : 0;
     }
@@ -137,19 +124,13 @@ TEST(QueryIndexThreads, AllSeeASingleChangeWithoutAScanOfAllRows)
     for (std::uint32_t round = 0; round < kRounds; ++round)
     {
         table.setBox(7, cubeOnLine(-100.0f - 10.0f * round));
-        std::vector<std::thread> threads;
-        for (int t = 0; t < kThreads; ++t)
-        {
-            threads.emplace_back(
-                [&]
-                {
-                    int found = 0;
-                    index.forEachOverlap(cubeOnLine(-100.0f - 10.0f * round), [&](ProxyId) { ++found; });
-                    wrong += found == 1 ? 0 : 1;
-                });
-        }
-        for (std::thread& thread : threads)
-            thread.join();
+        onThreads(kThreads,
+                  [&](int)
+                  {
+                      int found = 0;
+                      index.forEachOverlap(cubeOnLine(-100.0f - 10.0f * round), [&](ProxyId) { ++found; });
+                      wrong += found == 1 ? 0 : 1;
+                  });
     }
     EXPECT_EQ(wrong, 0);
     EXPECT_LT(index.scannedRowsTotal() - scanned, kRounds * kThreads * 10u);
@@ -162,18 +143,12 @@ TEST(QueryIndexThreads, BoxesSetByManyThreadsAreSeenByTheNextQuery)
     fill(table);
     for (int round = 0; round < 10; ++round)
     {
-        std::vector<std::thread> threads;
-        for (int t = 0; t < kThreads; ++t)
-        {
-            threads.emplace_back(
-                [&, t]
-                {
-                    for (ProxyId row = static_cast<ProxyId>(t); row < kRows; row += kThreads)
-                        table.setBox(row, cubeOnLine(2.0f * row + 0.25f * round));
-                });
-        }
-        for (std::thread& thread : threads)
-            thread.join();
+        onThreads(kThreads,
+                  [&](int t)
+                  {
+                      for (ProxyId row = static_cast<ProxyId>(t); row < kRows; row += kThreads)
+                          table.setBox(row, cubeOnLine(2.0f * row + 0.25f * round));
+                  });
         int found = 0;
         index.forEachOverlap({{0, 0, 0}, {1e6f, 0, 0}}, [&](ProxyId) { ++found; });
         EXPECT_EQ(found, static_cast<int>(kRows));
@@ -183,4 +158,4 @@ TEST(QueryIndexThreads, BoxesSetByManyThreadsAreSeenByTheNextQuery)
     }
 }
 }  // namespace
-}  // namespace cullet
+}  // namespace cullet::test

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 #include "tests/plugin/convex_contacts.h"
+#include "tests/support/threads.h"
 
 #include <gtest/gtest.h>
 
 #include <cstring>
-#include <thread>
 
 namespace cullet::test
 {
@@ -145,17 +145,6 @@ std::vector<std::uint64_t> contactsOfRods(unsigned seed, int threads)
     EXPECT_GT(still, idle / 8);
     EXPECT_GT(dispatcher.stats().touchingTotal, 1000u);
     return log.entries();
-}
-
-/// Calls body(i) for each i below the count at the same time.
-template <class Body>
-void onThreads(std::size_t count, const Body& body)
-{
-    std::vector<std::thread> threads;
-    for (std::size_t i = 0; i < count; ++i)
-        threads.emplace_back([&body, i] { body(i); });
-    for (std::thread& thread : threads)
-        thread.join();
 }
 }  // namespace
 
