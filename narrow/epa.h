@@ -4,6 +4,7 @@
 
 #include "narrow/depth_memory.h"
 #include "narrow/exact_penetration.h"
+#include "narrow/feature_pair.h"
 #include "narrow/gjk.h"
 #include "narrow/gjk_search.h"
 #include "narrow/gjk_types.h"
@@ -85,6 +86,8 @@ private:
     static constexpr double kGapAccepted = sizeof(S) == sizeof(float) ? 1e-5 : 1e-10;
     /// How far the deepest point of the surface may be from the ray along the normal; times the size.
     static constexpr double kMissAccepted = sizeof(S) == sizeof(float) ? 1e-6 : 1e-10;
+    /// By so much all other depths are larger where one is the only one; times the size.
+    static constexpr double kSureDepth = 4 * kSureTouch;
     /// Times the size: extents below this have no volume in double.
     static constexpr double kFlat = 1e-10;
 
@@ -341,16 +344,10 @@ private:
     {
         const Eigen::Vector3d normal = face.scaledNormal / face.length;
         store(normal, face.distance + gap, gap, along);
-        // The gap is only as good as the support, which was found in S.
-        const PolytopeParts::Foot foot = polytope.footOf(face, gap + kGapAccepted * size());
-        // Not on slivers that are mostly rounding. A NaN makes the comparison false.
-        const bool isOnRay = foot.miss <= gap + kMissAccepted * size();
-        if (!isOnRay && m_isRecalled)
+        if (settle(face, supports))
+            m_result.isSettled = polytope.isAlone(face, face.distance + gap + kSureDepth * size());
+        else if (!findPoints(polytope, supports, face, gap))
             return false;
-        Eigen::Vector3d pointA = Eigen::Vector3d::Zero();
-        for (int k = 0; k < 3; ++k)
-            pointA += foot.weights[k] * supports[foot.vertex[k]].a;
-        storePoints(isOnRay ? pointA : touchAfter(-normal, face.distance + gap, pointA));
         m_result.method = PenetrationMethod::Expansion;
         if (m_isRecalled)
             rememberTriangle(face, -normal, along);
@@ -360,6 +357,24 @@ private:
             if (m_memory != nullptr && m_isChanged)
                 remember(polytope, face);
         }
+        return true;
+    }
+
+    /// @return false if the points could not be proved
+    template <class P, class Supports>
+    bool findPoints(P& polytope, const Supports& supports, const PolytopeParts::Face& face, double gap)
+    {
+        // The gap is only as good as the support, which was found in S.
+        const PolytopeParts::Foot foot = polytope.footOf(face, gap + kGapAccepted * size());
+        // Not on slivers that are mostly rounding. A NaN makes the comparison false.
+        const bool isOnRay = foot.miss <= gap + kMissAccepted * size();
+        if (!isOnRay && m_isRecalled)
+            return false;
+        Eigen::Vector3d pointA = Eigen::Vector3d::Zero();
+        for (int k = 0; k < 3; ++k)
+            pointA += foot.weights[k] * supports[foot.vertex[k]].a;
+        const Eigen::Vector3d axis = face.scaledNormal * (-1.0 / face.length);
+        storePoints(isOnRay ? pointA : touchAfter(axis, face.distance + gap, pointA));
         return true;
     }
 
@@ -405,6 +420,35 @@ private:
         m_result.depth = static_cast<S>(std::max(depth, 0.0));
         m_result.dualGap = static_cast<S>(gap);
         m_result.axis = (-normal).template cast<S>();
+    }
+
+    /// What is found by the features of a face, which the way to it has no part in.
+    template <class Supports>
+    bool settle(const PolytopeParts::Face& face, const Supports& supports)
+    {
+        if constexpr (HasVertexAmong<A, B>::value)
+        {
+            VertexPairs pairs;
+            pairs.count = 3;
+            for (std::size_t k = 0; k < 3; ++k)
+            {
+                const Support& corner = supports[static_cast<std::size_t>(face.vertex[k])];
+                pairs.a[k] = corner.vertexA;
+                pairs.b[k] = corner.vertexB;
+            }
+            FeaturePair<typename A::Scalar> features(m_a, m_b);
+            if (!features.solve(pairs, -face.scaledNormal, true))
+                return false;
+            m_result.vertexA = features.vertexA();
+            m_result.vertexB = features.vertexB();
+            m_result.depth = static_cast<S>(-features.distance());
+            m_result.axis = features.normal().template cast<S>();
+            m_result.pointB = features.pointOfB().template cast<S>();
+            m_result.pointA = m_result.pointB - m_result.depth * m_result.axis;
+            return true;
+        }
+        else
+            return false;
     }
 
     void storePoints(const Eigen::Vector3d& pointA)

@@ -35,5 +35,7 @@ struct PenetrationResult
     Vector pointB = Vector::Zero();  ///< deepest point of B, same frame; pointB - pointA = depth * axis
     std::int32_t vertexA = -1;       ///< support vertex of A against the axis, -1: not known
     std::int32_t vertexB = -1;       ///< support vertex of B along the axis, -1: not known
+    /// No other axis has so little depth, and all of this depends on shapes and poses alone: see FeaturePair.
+    bool isSettled = false;
 };
 }  // namespace cullet

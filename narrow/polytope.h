@@ -97,6 +97,23 @@ public:
         return {scaled, length, scaled.dot(m_vertices[m_corners[best][0]]) / length, m_corners[best], best};
     }
 
+    /// Whether all faces that are as close to the origin as a distance are in one plane with the closest one.
+    bool isAlone(const Face& face, double distance) const
+    {
+        constexpr double kParallel2 = 1e-20;
+        for (int i = 0; i < m_faceCount; ++i)
+        {
+            if (m_squares[i] > distance * distance)
+                continue;
+            const Eigen::Vector3d normal(m_x[i], m_y[i], m_z[i]);
+            // A NaN makes the comparison false.
+            if (!(face.scaledNormal.cross(normal).squaredNorm() <=
+                  kParallel2 * face.length * face.length * normal.squaredNorm()))
+                return false;
+        }
+        return true;
+    }
+
     /// Adds a point outside of the surface.
     /// @return its index, or -1 if the polytope is full, the point sees no face, or the surface would break or has broken
     int add(const Eigen::Vector3d& point)

@@ -3,6 +3,7 @@
 #include "plugin/isa_gjk_algorithm.h"
 
 #include "narrow/epa.h"
+#include "narrow/feature_pair.h"
 #include "narrow/gjk.h"
 #include "narrow/isa_gjk.h"
 #include "plugin/contact_patch.h"
@@ -38,21 +39,42 @@ btScalar limitOf(const ConvexPair& pair, btScalar breakingThreshold, const btMan
            (isStep ? btScalar(0) : pair.margins() + result.m_closestPointDistanceThreshold);
 }
 
+/// No point of a core is farther from its origin.
+double reachOf(const ConvexSide& side, const std::optional<PosedShape>& core)
+{
+    if (core)
+        return double(core->size());
+    btVector3 centre;
+    btScalar radius;
+    side.shape.getBoundingSphere(centre, radius);
+    return double(centre.length()) + double(radius);
+}
+
+/// A little more than a limit: cores that a search finds farther apart are so on any way to the answer.
+btScalar beyond(const ConvexPair& pair, const ConvexCores& cores, btScalar limit)
+{
+    const btVector3 between = pair.a.transform.getOrigin() - pair.b.transform.getOrigin();
+    const double size =
+        reachOf(pair.a, cores.a) + reachOf(pair.b, cores.b) + double(between.length()) + double(limit);
+    return limit + static_cast<btScalar>(8 * double(std::numeric_limits<btScalar>::epsilon()) * size);
+}
+
 /// Is the distance of the cores larger than `limit`?
 ///
 /// @param failed see isaGjk()
 GjkState separation(const ConvexPair& pair, const ConvexCores& cores, btScalar limit,
                     const AxisTest<btScalar>& failed, GjkCache<btScalar>& cache)
 {
+    const btScalar far = beyond(pair, cores, limit);
     if (cores.a && cores.b)
     {
         NoObserver observer;
-        return isaGjk(*cores.a, *cores.b, limit, cache, observer, {}, failed).state;
+        return isaGjk(*cores.a, *cores.b, far, cache, observer, {}, failed).state;
     }
     const PosedSupport a(pair.a.shape, pair.a.transform), b(pair.b.shape, pair.b.transform);
     if (cores.a)
-        return isaGjk(*cores.a, b, limit, cache).state;
-    return cores.b ? isaGjk(a, *cores.b, limit, cache).state : isaGjk(a, b, limit, cache).state;
+        return isaGjk(*cores.a, b, far, cache).state;
+    return cores.b ? isaGjk(a, *cores.b, far, cache).state : isaGjk(a, b, far, cache).state;
 }
 
 /// True where Bullet would use its separating axis test instead of GJK.
@@ -96,13 +118,73 @@ Touch touchAt(const GjkResult<btScalar>& near, const GjkCache<btScalar>& cache)
     return touch;
 }
 
+/// What two polytopes' distance or depth is.
+struct Found
+{
+    GjkState state;
+    /// It depends on shapes and poses alone, whatever the search began with.
+    bool isSettled;
+};
+
+/// The features that a search has found, or that were found in an earlier pose.
+///
+/// @param about see FeaturePair
+bool settle(const ConvexCores& cores, const VertexPairs& pairs, const Eigen::Vector3d& about, Touch& touch)
+{
+    FeaturePair<btScalar> features(*cores.a, *cores.b);
+    if (!features.solve(pairs, about, false))
+        return false;
+    touch = {features.normal(),  features.distance(), features.pointOfB(),
+             features.vertexA(), features.vertexB(),  features.areCorners()};
+    return true;
+}
+
+/// The simplex of the last search.
+VertexPairs pairsOf(const GjkCache<btScalar>& cache)
+{
+    VertexPairs pairs;
+    pairs.count = std::min<int>(cache.count, 3);
+    for (std::size_t i = 0; i < 3; ++i)
+    {
+        pairs.a[i] = cache.verticesA[i];
+        pairs.b[i] = cache.verticesB[i];
+    }
+    return pairs;
+}
+
+GjkState stateOf(const Touch& touch, btScalar limit)
+{
+    return touch.distance <= double(limit) ? GjkState::Near : GjkState::Separated;
+}
+
+/// Where the closest features are those of the last query, nothing has to be searched.
+bool settleAgain(const ConvexCores& cores, btScalar limit, GjkCache<btScalar>& cache, Touch& touch)
+{
+    if (!settle(cores, pairsOf(cache), {cache.axis[0], cache.axis[1], cache.axis[2]}, touch))
+        return false;
+    GjkSearch<PosedShape, PosedShape>::rememberAxis(touch.normal, touch.vertexA, touch.vertexB, cache);
+    cache.state = stateOf(touch, limit);
+    return true;
+}
+
+Found settleNear(const ConvexCores& cores, btScalar limit, const GjkResult<btScalar>& near,
+                 GjkCache<btScalar>& cache, Touch& touch)
+{
+    const bool isSettled = settle(cores, pairsOf(cache), near.axis.cast<double>(), touch);
+    if (!isSettled)
+        touch = touchAt(near, cache);
+    cache.state = stateOf(touch, limit);
+    return {cache.state, isSettled};
+}
+
 /// Distance or depth of two polytopes.
 ///
 /// @param memory null: the pair will not be asked again
+/// @param far    see beyond()
 /// @param touch  [out] valid for Near and Overlapping
 /// @param exactTotal counts depths that only the exact search has found
-GjkState measure(const ConvexCores& cores, btScalar limit, GjkCache<btScalar>& cache, DepthMemory* memory,
-                 Touch& touch, ThreadCounter& exactTotal)
+Found measure(const ConvexCores& cores, btScalar limit, btScalar far, GjkCache<btScalar>& cache,
+              DepthMemory* memory, Touch& touch, ThreadCounter& exactTotal)
 {
     if (memory != nullptr && memory->vertexCount > 0)
     {
@@ -110,22 +192,24 @@ GjkState measure(const ConvexCores& cores, btScalar limit, GjkCache<btScalar>& c
         if (deep.state == GjkState::Overlapping)
         {
             touch = touchAt(cores, deep);
-            return deep.state;
+            return {deep.state, deep.isSettled};
         }
     }
-    const GjkResult<btScalar> near = gjkDistance(*cores.a, *cores.b, limit, cache);
+    if (cache.state == GjkState::Near && settleAgain(cores, limit, cache, touch))
+        return {cache.state, true};
+    const GjkResult<btScalar> near = gjkDistance(*cores.a, *cores.b, far, cache);
     if (near.state == GjkState::Near)
-        touch = touchAt(near, cache);
+        return settleNear(cores, limit, near, cache, touch);
     if (near.state != GjkState::Overlapping)
-        return near.state;
+        return {near.state, near.state == GjkState::Separated};
     const PenetrationResult<btScalar> deep = penetration(*cores.a, *cores.b, cache, memory);
     // The two queries may disagree about shapes that only touch.
     if (deep.state != GjkState::Overlapping)
-        return GjkState::NotConverged;
+        return {GjkState::NotConverged, false};
     if (deep.method == PenetrationMethod::Exact)
         count(exactTotal);
     touch = touchAt(cores, deep);
-    return GjkState::Overlapping;
+    return {GjkState::Overlapping, deep.isSettled};
 }
 }  // namespace
 
@@ -137,6 +221,7 @@ IsaGjkAlgorithm::IsaGjkAlgorithm(IsaGjkRegistration& isaGjk, btPersistentManifol
       m_ownsManifold(false),
       m_closestOnly(closestOnly),
       m_hasContacts(false),
+      m_isSettled(true),
       m_isaGjk(isaGjk),
       m_manifold(manifold)
 {
@@ -393,23 +478,18 @@ bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& in
         count(counters.notConverged);
         return false;
     }
-    const bool arePolytopes = cores.a && cores.b;
-    const bool wasNear = m_cache.state == GjkState::Near || m_cache.state == GjkState::Overlapping;
-    GjkState state = GjkState::Near;
-    if (!arePolytopes || !wasNear)
-        state = separation(pair, cores, limit, failed.axis, m_cache);
-    const bool mayTouch = state == GjkState::Near || state == GjkState::Overlapping;
-    if (mayTouch && (!arePolytopes || usesSeparatingAxisTest(pair, info)))
-    {
-        count(counters.delegated);
-        return false;
-    }
     Touch touch;
-    if (mayTouch)
+    GjkState state;
+    if (cores.a && cores.b && !usesSeparatingAxisTest(pair, info))
+        state = search(pair, cores, limit, failed.axis, touch);
+    else
     {
-        // The algorithm of a mesh's triangle lives for one query.
-        const bool isKept = pair.a.kind != ConvexKind::Triangle && pair.b.kind != ConvexKind::Triangle;
-        state = measure(cores, limit, m_cache, isKept ? &m_depth : nullptr, touch, counters.exact);
+        state = separation(pair, cores, limit, failed.axis, m_cache);
+        if (state == GjkState::Near || state == GjkState::Overlapping)
+        {
+            count(counters.delegated);
+            return false;
+        }
     }
     if (state == GjkState::Separated || state == GjkState::NotConverged)
     {
@@ -422,6 +502,46 @@ bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& in
     isReporting = true;
     report(pair, cores, touch, isStep ? btScalar(0) : result.m_closestPointDistanceThreshold, result);
     return true;
+}
+
+/// Distance or depth of two polytopes, from shapes and poses alone: what is remembered says where the search begins, and
+/// counts only where any search ends alike. Else a search without memory answers.
+///
+/// @param failed see isaGjk()
+/// @param touch  [out] valid for Near and Overlapping
+GjkState IsaGjkAlgorithm::search(const ConvexPair& pair, const ConvexCores& cores, btScalar limit,
+                                 const AxisTest<btScalar>& failed, Touch& touch)
+{
+    // The algorithm of a mesh's triangle lives for one query.
+    const bool isKept = pair.a.kind != ConvexKind::Triangle && pair.b.kind != ConvexKind::Triangle;
+    const bool wasNear = m_cache.state == GjkState::Near || m_cache.state == GjkState::Overlapping;
+    const auto forget = [this]
+    {
+        m_cache = GjkCache<btScalar>();
+        m_depth.vertexCount = 0;
+    };
+    // What was not settled in the last query is hardly so in this one.
+    if (wasNear && !m_isSettled)
+        forget();
+    bool isFresh =
+        m_cache.state == GjkState::NotConverged && !remembersAxis(m_cache) && m_depth.vertexCount == 0;
+    AxisTest<btScalar> test = failed;
+    for (;;)
+    {
+        Found found = {GjkState::Near, false};
+        if (isFresh || !wasNear)
+            found.state = separation(pair, cores, limit, test, m_cache);
+        found.isSettled = found.state == GjkState::Separated;
+        if (found.state == GjkState::Near || found.state == GjkState::Overlapping)
+            found = measure(cores, limit, beyond(pair, cores, limit), m_cache, isKept ? &m_depth : nullptr,
+                            touch, m_isaGjk.counters().exact);
+        m_isSettled = found.isSettled;
+        if (m_isSettled || isFresh)
+            return found.state;
+        forget();
+        test = AxisTest<btScalar>();
+        isFresh = true;
+    }
 }
 
 void IsaGjkAlgorithm::runStock(const ConvexPair& pair, const btDispatcherInfo& info, btManifoldResult& result)

@@ -97,6 +97,8 @@ private:
                  btManifoldResult& result);
     bool collideOrThrow(const ConvexPair& pair, const btDispatcherInfo& info, ApartTest& failed,
                         btManifoldResult& result, bool& isReporting);
+    GjkState search(const ConvexPair& pair, const ConvexCores& cores, btScalar limit,
+                    const AxisTest<btScalar>& failed, Touch& touch);
     void refresh(btManifoldResult& result);
     void report(const ConvexPair& pair, const ConvexCores& cores, const Touch& touch, btScalar reach,
                 btManifoldResult& result);
@@ -110,6 +112,7 @@ private:
     bool m_ownsManifold : 1;
     bool m_closestOnly : 1;
     bool m_hasContacts : 1;
+    bool m_isSettled : 1;  ///< the last search ended where any would
     IsaGjkRegistration& m_isaGjk;
     btPersistentManifold* m_manifold;
     HullUse m_hulls[2];
