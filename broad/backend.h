@@ -134,7 +134,9 @@ public:
     /// @return Ok, or why the update failed; no exception leaves it
     virtual Status update(const ProxyView& proxies, PairDelta& delta) = 0;
 
-    /// Forgets everything; the next update reads every row and reports its delta relative to `known`.
+    /// Forgets every row; the next update reads all of them and reports its delta relative to `known`.
+    ///
+    /// The next view may be of another table, with fewer rows. What was learned about costs may stay.
     ///
     /// @param known sorted, unique pairs of ids that live in the next view or were destroyed since
     virtual void restart(const Pairs& known) = 0;

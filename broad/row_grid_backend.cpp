@@ -130,6 +130,8 @@ void RowGridBackend::updateOrThrow(const ProxyView& view)
     m_hadFilter = view.filters != nullptr;
     const bool isNewToWords = filterChanged || m_restarted;
     const std::uint8_t changes = changesOf(view);
+    if (m_restarted)
+        forgetRows();
     prepareRows(view, (changes & kRowCreated) != 0);
     const bool hasRefiltered = filterChanged || (changes & kRowRefiltered) != 0;
 
@@ -179,6 +181,20 @@ void RowGridBackend::rememberWords(const ProxyView& view, bool all)
         if ((view.changes[row] & (kRowCreated | kRowRefiltered)) != 0)
             m_words[row] = view.filters[row];
     }
+}
+
+/// After restart() rows are those of any table, also of a smaller one that grows later. What rebuild() makes anew is not here.
+void RowGridBackend::forgetRows()
+{
+    m_reference.clear();
+    m_states.clear();
+    m_words.clear();
+    m_moverStamps.clear();
+    m_anchors.clear();
+    m_anchorAge = 0;
+    m_areMotionsUneven = false;
+    m_reachOctave = kLeastReach;
+    m_calmUpdates = 0;
 }
 
 void RowGridBackend::prepareRows(const ProxyView& view, bool hasCreated)

@@ -51,6 +51,9 @@ public:
     BackendStats stats() const override;
     void forEachCell(const CellVisitor& visit) const override;
 
+    /// The pairs given to restart(), until the next update.
+    const Pairs& known() const noexcept { return m_known; }
+
 private:
     enum class Mode : std::uint8_t
     {
@@ -102,6 +105,7 @@ private:
     void updateOrThrow(const ProxyView& view);
     void writeChanges(PairDelta& delta);
     void countWork();
+    void forgetRows();
     void prepareRows(const ProxyView& view, bool hasCreated);
     void rememberWords(const ProxyView& view, bool all);
     bool shouldSettle(const ProxyView& view);

@@ -158,6 +158,29 @@ TEST(FlatBackend, BoxesThatLeaveTheirShellsComeAndGoExactly)
     EXPECT_GT(session.removedTotal(), 200u);
 }
 
+TEST(FlatBackend, FindsOthersWhereTheyHaveGoneInsideTheirShells)
+{
+    BackendSession session(std::make_unique<FlatBackend>(false));
+    Heap heap(session);
+    for (int step = 0; step < 20; ++step)
+    {
+        heap.jitter(0.001f);
+        ASSERT_TRUE(session.step()) << "step " << step;
+    }
+    // All rise, which no row is tested for; then one comes to lie on top of another, where that has been for an update.
+    for (const ProxyId row : heap.rows())
+        session.table.setBox(row, translated(session.table.box(row), 0, 0, 0.015f));
+    ASSERT_TRUE(session.step());
+    ASSERT_STREQ(session.backend().stats().path, "flat in shells");
+    const Aabb& top = session.table.box(heap.rows().back());
+    const float height = top.max[2] - top.min[2];
+    session.table.setBox(heap.rows().front(), {{top.min[0], top.min[1], top.max[2]},
+                                               {top.max[0], top.max[1], top.max[2] + height}});
+    ASSERT_TRUE(session.step());
+    ASSERT_STREQ(session.backend().stats().path, "flat in shells");
+    EXPECT_GE(session.delta().added.size(), 1u);
+}
+
 TEST(FlatBackend, PairsStayWhenTheRowGridTakesOver)
 {
     GridOptions options;
