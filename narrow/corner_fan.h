@@ -166,7 +166,7 @@ private:
         forEdges(hull, vertex, up, side,
                  [&](const Vector& height, const Vector& along, const std::int32_t* neighbours)
                  {
-                     const Vector slope = height / along;
+                     const Vector slope = height / L::withoutZeros(along);
                      const Mask id = L::loadIds(neighbours) | mark;
                      m_left.keep(along > S(0), slope, id);
                      m_right.keep(along < S(0), -slope, id);
@@ -185,7 +185,7 @@ private:
         Lowest lowest;
         std::int32_t mark = 0;
         const auto see = [&](const Vector& height, const Vector& along, const std::int32_t* neighbours)
-        { lowest.keep(along < S(0), -height / along, L::loadIds(neighbours) | mark); };
+        { lowest.keep(along < S(0), -height / L::withoutZeros(along), L::loadIds(neighbours) | mark); };
         forEdges(pair.a().hull(), m_corner.a, axis.a, towards.a, see);
         mark = kOfB;
         forEdges(pair.b().hull(), m_corner.b, axis.b, towards.b, see);
@@ -210,7 +210,8 @@ private:
             {
                 const VertexPair end = lowest.end(m_corner);
                 const Point next = pair.point(end.a, end.b) + m_shift;
-                if (next.dot(next - towards) <= S(0))
+                // Nothing is tilted towards the origin itself, where the shapes touch.
+                if (next.dot(next - towards) <= S(0) && !next.isZero(S(0)))
                 {
                     m_axis += farthest * towards;
                     axis.add(farthest, localTowards);

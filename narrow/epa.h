@@ -13,6 +13,7 @@
 #include "narrow/penetration_result.h"
 #include "narrow/polytope.h"
 #include "narrow/remembered_surface.h"
+#include "narrow/unit_vector.h"
 
 #include <algorithm>
 #include <array>
@@ -173,15 +174,16 @@ private:
         }
         if (count == 2)
         {
-            const Eigen::Vector3d side = (m_seed[1].w - m_seed[0].w).stableNormalized().unitOrthogonal();
-            const Eigen::Vector3d other = (m_seed[1].w - m_seed[0].w).stableNormalized().cross(side);
+            const Eigen::Vector3d along = unitOf(m_seed[1].w - m_seed[0].w);
+            const Eigen::Vector3d side = along.unitOrthogonal();
+            const Eigen::Vector3d other = along.cross(side);
             normal = side;
             if (!addFarthest(count, side, flat) && !addFarthest(count, other, flat))
                 return false;
         }
         if (count == 3)
         {
-            normal = (m_seed[1].w - m_seed[0].w).cross(m_seed[2].w - m_seed[0].w).stableNormalized();
+            normal = unitOf((m_seed[1].w - m_seed[0].w).cross(m_seed[2].w - m_seed[0].w));
             return addFarthest(count, normal, flat);
         }
         return true;

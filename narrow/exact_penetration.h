@@ -4,6 +4,7 @@
 
 #include "narrow/gauss_arcs.h"
 #include "narrow/posed_hull.h"
+#include "narrow/unit_vector.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -42,7 +43,7 @@ struct PlacedHull
         if (m.determinant() < 0.0)
             cofactors = -cofactors;
         for (const typename Hull<S>::Face& face : hull.faces())
-            normals.push_back(sign * (cofactors * face.normal).stableNormalized());
+            normals.push_back(sign * unitOf(cofactors * face.normal));
         for (const typename Hull<S>::Edge& edge : hull.edges())
         {
             edges.push_back({vertices[edge.from], vertices[edge.to] - vertices[edge.from], normals[edge.left],

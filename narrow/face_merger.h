@@ -3,6 +3,7 @@
 #pragma once
 
 #include "narrow/triangulation.h"
+#include "narrow/unit_vector.h"
 
 #include <algorithm>
 #include <array>
@@ -91,7 +92,7 @@ private:
     void grow(std::int32_t seed)
     {
         const std::int32_t face = static_cast<std::int32_t>(m_polygons.size());
-        const Eigen::Vector3d normal = m_normals[seed].stableNormalized();
+        const Eigen::Vector3d normal = unitOf(m_normals[seed]);
         const Eigen::Vector3d& origin = m_points[m_triangles[seed].vertex[0]];
         std::vector<std::int32_t> members = {seed};
         join(seed, face);

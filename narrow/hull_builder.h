@@ -9,6 +9,7 @@
 #include "narrow/neighbour_builder.h"
 #include "narrow/surface_points.h"
 #include "narrow/triangulation.h"
+#include "narrow/unit_vector.h"
 
 #include <algorithm>
 #include <array>
@@ -166,8 +167,7 @@ private:
     void buildPolygon(const std::array<std::int32_t, 4>& seed)
     {
         const Eigen::Vector3d& a = m_points[seed[0]];
-        const Eigen::Vector3d normal =
-            accurateCross(a, m_points[seed[1]], m_points[seed[2]]).stableNormalized();
+        const Eigen::Vector3d normal = unitOf(accurateCross(a, m_points[seed[1]], m_points[seed[2]]));
         const Eigen::Vector3d apex = a + m_radius * normal;
         std::vector<std::int32_t> order(m_points.size());
         std::iota(order.begin(), order.end(), 0);

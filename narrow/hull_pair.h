@@ -95,6 +95,9 @@ public:
     Point tilted(const Point& axis, const AxisTest<S>& test, S by) const
     {
         const S length2 = axis.squaredNorm();
+        // Of two points, the line between them is as good as any.
+        if (!(size() > S(0)))
+            return axis;
         const Point aside = point(test.vertexA, test.vertexB) - axis * (test.along / length2);
         const Point turned = axis + aside * (by * squareRoot(length2) / size());
         // Not of shapes so small that a quotient is not finite.

@@ -132,7 +132,10 @@ template <class S, class H, class Observer>
     if (isNear)
     {
         const Vector failed(cache.axis[0], cache.axis[1], cache.axis[2]);
-        shift = failed * (H(-1.001) * squareRoot(limit2 / failed.squaredNorm()));
+        const H length2 = failed.squaredNorm();
+        if (!(length2 > H(0)))
+            return false;
+        shift = failed * (H(-1.001) * squareRoot(limit2 / length2));
     }
     const CornerFan<H> fan(pair, test.vertexA, test.vertexB, shift[0], shift[1], shift[2]);
     if (!fan.isComplete() || (isNear && fan.isCone()))

@@ -49,6 +49,14 @@ struct Lanes
     {
         return reinterpret_cast<Vector>(reinterpret_cast<Mask>(v) & largest());
     }
+    /// The same with 1 or -1 in the place of zeros: a divisor for lanes of which some are not used. A zero there would raise
+    /// the flag of a division by zero, or of an invalid one.
+    static Vector withoutZeros(Vector v)
+    {
+        const Mask isZero = v == Vector{};
+        return reinterpret_cast<Vector>(reinterpret_cast<Mask>(v) |
+                                        (isZero & reinterpret_cast<Mask>(fill(S(1)))));
+    }
     static Mask loadIds(const std::int32_t* p)
     {
         Mask ids = {};
@@ -85,6 +93,14 @@ struct Quad
         constexpr typename Lanes<S>::Integer kMagnitude =
             std::numeric_limits<typename Lanes<S>::Integer>::max();
         v = reinterpret_cast<Vector>(reinterpret_cast<Mask>(v) & (Mask{} + kMagnitude));
+    }
+
+    /// See Lanes::withoutZeros().
+    static void replaceZeros(Vector& v)
+    {
+        const Mask isZero = v == Vector{};
+        v = reinterpret_cast<Vector>(reinterpret_cast<Mask>(v) |
+                                     (isZero & reinterpret_cast<Mask>(Vector{} + S(1))));
     }
 
     static void clearLast(Vector& v)

@@ -6,6 +6,7 @@
 #include "narrow/support.h"
 #include "narrow/surface_points.h"
 #include "narrow/triangulation.h"
+#include "narrow/unit_vector.h"
 
 #include <algorithm>
 #include <array>
@@ -100,8 +101,9 @@ private:
     void addArtificialNeighbours(std::int32_t v, std::vector<std::int32_t>& list,
                                  const Eigen::Vector3d& outward)
     {
-        const Eigen::Vector3d normal = outward.stableNormalized();
-        const Eigen::Vector3d side = normal.unitOrthogonal();
+        const Eigen::Vector3d normal = unitOf(outward);
+        // Normals around a vertex of a shape without thickness may add up to nothing: then all ways lead to vertex 0.
+        const Eigen::Vector3d side = normal.isZero(0.0) ? normal : Eigen::Vector3d(normal.unitOrthogonal());
         const Eigen::Vector3d front = normal.cross(side);
         // The opposite vertex first; then, to fill the last block, those that lie far to the sides.
         const std::array<Eigen::Vector3d, 8> ways = {

@@ -340,7 +340,7 @@ private:
         // With the sum of magnitudes in the place of the length, which needs a root: at most 1.8 times as much.
         const L::Vector limit =
             offset + m_tolerance * (L::magnitude(normal.x) + L::magnitude(normal.y) + L::magnitude(normal.z));
-        const L::Vector distance2 = offset * L::magnitude(offset) / square;
+        const L::Vector distance2 = offset * L::magnitude(offset) / L::withoutZeros(square);
         for (int i = 0; i < 2; ++i)
         {
             const int place = places[static_cast<std::size_t>(i)];

@@ -107,7 +107,7 @@ public:
             std::max({std::abs(direction[0]), std::abs(direction[1]), std::abs(direction[2])});
         if (largest > 1e-8 && largest < 1e8)
             return direction.template cast<S>();
-        return (direction / largest).template cast<S>();
+        return (direction / (largest > 0.0 ? largest : 1.0)).template cast<S>();
     }
 
     /// The vertices of A against a direction and of B along it.

@@ -160,6 +160,8 @@ private:
             findDistances(norm2, beyond2);
             Quad<S>::replace(beyond2, face, std::numeric_limits<S>::lowest());
             const int second = Quad<S>::indexOfLargest(beyond2);
+            if (!(norm2[second] > S(0)))
+                return normal(face);
             const S ratio = norm2[face] / norm2[second];
             if (!(ratio <= std::numeric_limits<S>::max()))
                 return normal(face);
@@ -183,7 +185,10 @@ private:
             norm2 = m_normal.x * m_normal.x + m_normal.y * m_normal.y + m_normal.z * m_normal.z;
             Vector size = m_beyond;
             Quad<S>::makePositive(size);
-            beyond2 = m_beyond * size / norm2;
+            // A face without area has a distance that is next to none.
+            Vector divisor = norm2;
+            Quad<S>::replaceZeros(divisor);
+            beyond2 = m_beyond * size / divisor;
         }
 
         static constexpr Vector kParity = {S(1), S(-1), S(1), S(-1)};

@@ -181,10 +181,8 @@ public:
 
     SupportPoint support(const Eigen::Vector3d& direction, std::int32_t) const
     {
-        const double largest = direction.cwiseAbs().maxCoeff();
-        const btVector3 local = toBullet(direction / largest) * m_transform->getBasis();
-        const btVector3 point = m_shape->localGetSupportVertexWithoutMarginNonVirtual(local);
         const btMatrix3x3& basis = m_transform->getBasis();
+        const btVector3 point = m_shape->localGetSupportVertexWithoutMarginNonVirtual(toLocal(direction));
         Eigen::Vector3d world;
         for (int row = 0; row < 3; ++row)
         {
@@ -196,6 +194,24 @@ public:
     }
 
 private:
+    /// In four lanes that all have a value: compilers that take two at a time may compute with what is left beside them, and
+    /// raise the flag of an invalid operation.
+    btVector3 toLocal(const Eigen::Vector3d& direction) const
+    {
+        const double largest = direction.cwiseAbs().maxCoeff();
+        const Eigen::Vector3d scaled = direction / (largest > 0.0 ? largest : 1.0);
+        Components rows[3];
+        for (int i = 0; i < 3; ++i)
+        {
+            read(m_transform->getBasis()[i], rows[i]);
+            Quad<btScalar>::clearLast(rows[i]);
+        }
+        const Components local = rows[0] * static_cast<btScalar>(scaled[0]) +
+                                 rows[1] * static_cast<btScalar>(scaled[1]) +
+                                 rows[2] * static_cast<btScalar>(scaled[2]);
+        return btVector3(local[0], local[1], local[2]);
+    }
+
     const btConvexShape* m_shape;
     const btTransform* m_transform;
     Eigen::Vector3d m_origin;

@@ -132,6 +132,19 @@ TEST(Simplex, TheReducedSolverAgreesWhereTheNewestPointIsASupportPoint)
     EXPECT_LE(regions.size(), 7u);
 }
 
+/// What rounding may make of a newest point that is a support point only just: the origin is beyond no face but the one without
+/// that point, and closest to the edge there that the newest point's own regions leave out.
+TEST(Simplex, FindsTheEdgeFarthestFromTheNewestPointWhenOnlyItsFaceIsLeft)
+{
+    const SimplexPoints points = {Eigen::Vector3d(-1, 1, 0), Eigen::Vector3d(1, 1, 0),
+                                  Eigen::Vector3d(0, 2, 1), Eigen::Vector3d(0, 2, 0.5)};
+    ASSERT_EQ(tetrahedronSides(points).outside, 1u << 3);
+    const ClosestOnSimplex newest = closestOnSimplexNewest(points, 4);
+    EXPECT_EQ(newest.subset, 0b0011u);
+    EXPECT_EQ(newest.point, Eigen::Vector3d(0, 1, 0));
+    EXPECT_EQ(closestOnSimplex(points, 4).subset, newest.subset);
+}
+
 TEST(Simplex, AnySizeGivesTheSameAnswer)
 {
     for (unsigned seed = 0; seed < 300; ++seed)
