@@ -128,6 +128,18 @@ TEST(RunCommand, AgreesInScenesWithGhostsSoftBodiesAndBodiesThatComeAndGo)
     }
 }
 
+TEST(RunCommand, IsAProgramOfItsOwnToo)
+{
+    const std::string program = CULLET_RUN_PROGRAM;
+    const Outcome outcome = runShell(program + " run --scene boxes --bodies 30 --steps 5");
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    EXPECT_TRUE(contains(outcome.output, "agree")) << outcome.output;
+    EXPECT_TRUE(
+        contains(runShell(program + " run --scene boxes --bodies 5 --steps 2 --precision double").output,
+                 "double precision"));
+    EXPECT_EQ(runShell(program + " bench").errors, "cullet: unknown command 'bench'; known: run\n");
+}
+
 TEST(RunCommand, RepeatsBitForBitWithAnyNumberOfThreadsAndOtherwiseWithAnotherSeed)
 {
     const auto hashOf = [](const std::string& extra)
