@@ -162,6 +162,26 @@ prepare()
     configure "$preset" || die "the configure step failed"
 }
 
+# program_of <argument>...: the program of demos/ that these arguments need, and no more than that is built.
+program_of()
+{
+    local name=cullet argument previous=""
+    if [ "${1:-run}" = run ]; then
+        name=cullet-run
+    fi
+    for argument in "$@"; do
+        case $previous$argument in
+            --precision=double | --precision/double) name+=-float64 && break ;;
+            --precision=* | --precision/*) break ;;
+        esac
+        previous=""
+        if [ "$argument" = --precision ]; then
+            previous=--precision/
+        fi
+    done
+    printf '%s\n' "$name"
+}
+
 # build <preset> [<target>...]: quiet when there is nothing to do.
 build()
 {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "demos/argument_checks.h"
 #include "demos/commands.h"
 #include "demos/program/precision.h"
 

@@ -8,6 +8,7 @@
 #include "demos/scenes/box_scene.h"
 #include "demos/scenes/world_scene.h"
 
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
 #include <string>

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "demos/argument_checks.h"
 #include "demos/command_bench.h"
 #include "demos/commands.h"
 #include "demos/program/exit_code.h"

@@ -2,38 +2,22 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <functional>
-#include <string>
+#include <vector>
+
+// CLI11 takes seconds to compile.
+namespace CLI
+{
+class App;
+}
 
 namespace cullet
 {
 /// What the chosen subcommand does; returns an ExitCode.
 using Action = std::function<int()>;
 
-/// A number from `low` to `high`. CLI::Range takes NaN too, and is for whole numbers.
-inline CLI::Validator numberIn(double low, double high)
-{
-    const auto check = [low, high](const std::string& text)
-    {
-        double value = 0.0;
-        if (CLI::detail::lexical_cast(text, value) && value >= low && value <= high)
-            return std::string();
-        return "Value " + text + " not in range " + CLI::detail::to_string(low) + " to " +
-               CLI::detail::to_string(high);
-    };
-    return CLI::Validator(check, "");
-}
-
-/// Whole numbers without a sign; CLI11 wraps -1 round to a large one.
-inline CLI::Validator notNegative()
-{
-    const auto check = [](const std::string& text)
-    { return text.rfind('-', 0) == 0 ? "Value " + text + " is negative" : std::string(); };
-    return CLI::Validator(check, "");
-}
-
-// Each adds one subcommand to the program and sets `chosen` when the user asks for it.
+/// Adds one subcommand to the program and sets `chosen` when the user asks for it.
+using AddCommand = void (*)(CLI::App& program, Action& chosen);
 
 void addRunCommand(CLI::App& program, Action& chosen);
 void addBenchCommand(CLI::App& program, Action& chosen);
@@ -43,4 +27,9 @@ void addReplayCommand(CLI::App& program, Action& chosen);
 void addVerifyCommand(CLI::App& program, Action& chosen);
 void addListCommand(CLI::App& program, Action& chosen);
 void addRenderCommand(CLI::App& program, Action& chosen);
+
+/// What main() of a program with these subcommands does; returns an ExitCode, and writes to stderr what went wrong.
+///
+/// @param examples lines of the help, each with its line break
+int runCommandLine(int argc, char** argv, const std::vector<AddCommand>& commands, const char* examples);
 }  // namespace cullet

@@ -2,11 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "demos/argument_checks.h"
 #include "demos/commands.h"
 #include "demos/program/precision.h"
 #include "demos/recording/replay.h"
-
-#include <CLI/CLI.hpp>
 
 // The options that replay and verify share.
 namespace cullet

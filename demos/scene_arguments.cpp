@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "demos/scene_arguments.h"
 
+#include "demos/argument_checks.h"
 #include "demos/commands.h"
 #include "demos/program/exit_code.h"
 

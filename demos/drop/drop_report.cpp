@@ -3,8 +3,10 @@
 #include "demos/drop/drop_report.h"
 
 #include "demos/program/precision.h"
+#include "demos/program/speed_sentence.h"
 #include "demos/program/statistics.h"
 
+#include <algorithm>
 #include <cstdio>
 
 namespace cullet
@@ -13,91 +15,174 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-double ratio(double cullet, double dbvt)
+using Contenders = std::vector<ContenderResult>;
+
+/// Where samplesOf() has the whole step.
+constexpr std::size_t kStepSample = kPhaseCount + 1;
+
+std::size_t commonSteps(const Contenders& contenders)
 {
-    return cullet > 0.0 ? dbvt / cullet : 0.0;
+    std::size_t steps = contenders.front().steps.size();
+    for (const ContenderResult& contender : contenders)
+        steps = std::min(steps, contender.steps.size());
+    return steps;
 }
 
-void printTimes(const DropResult& result)
+/// Those steps only that every world has done: when a run is interrupted, the others have no counterpart.
+Contenders withCommonSteps(Contenders contenders)
 {
-    std::printf("%-26s %21s   %21s   %8s\n", "", "cullet", "dbvt", "dbvt /");
-    std::printf("%-26s %10s %10s   %10s %10s   %8s\n", "ms per step", "median", "mean", "median", "mean",
-                "cullet");
-    const std::vector<StepSample> cullet = samplesOf(result.cullet.steps);
-    const std::vector<StepSample> dbvt = samplesOf(result.dbvt.steps);
-    for (std::size_t i = 0; i < cullet.size(); ++i)
+    const std::size_t steps = commonSteps(contenders);
+    for (ContenderResult& contender : contenders)
     {
-        const Statistics ours = summarise(cullet[i].milliseconds);
-        const Statistics theirs = summarise(dbvt[i].milliseconds);
-        std::printf("%-26s %10.3f %10.3f   %10.3f %10.3f   %7.2fx\n", cullet[i].name.c_str(), ours.median,
-                    ours.mean, theirs.median, theirs.mean, ratio(ours.median, theirs.median));
+        if (steps > 0)
+            contender.steps.resize(steps);
+    }
+    return contenders;
+}
+
+/// "    3.80x": how many times as fast `value` is as `first`; blanks in the first column.
+std::string ratioOf(double first, double value, bool isFirst)
+{
+    if (isFirst || !(value > 0.0))
+        return std::string(8, ' ');
+    char text[32];
+    std::snprintf(text, sizeof text, " %6.2fx", first / value);
+    return text;
+}
+
+double meanOf(const ContenderResult& contender, std::size_t sample)
+{
+    return summarise(samplesOf(contender.steps)[sample].milliseconds).mean;
+}
+
+void printTimes(const Contenders& contenders)
+{
+    std::printf("%-26s", "ms per step, mean");
+    for (const ContenderResult& contender : contenders)
+        std::printf("  %-16s", contender.title.c_str());
+    std::puts("");
+    const std::vector<StepSample> samples = samplesOf(contenders.front().steps);
+    for (std::size_t i = 0; i < samples.size(); ++i)
+    {
+        const double first = meanOf(contenders.front(), i);
+        std::printf("%-26s", samples[i].name.c_str());
+        for (const ContenderResult& contender : contenders)
+        {
+            const double mean = meanOf(contender, i);
+            std::printf(" %9.3f%s", mean, ratioOf(first, mean, &contender == &contenders.front()).c_str());
+        }
+        std::puts("");
     }
 }
 
-void printCount(const char* name, std::uint64_t cullet, std::uint64_t dbvt)
+template <class CountOf>
+void printCounts(const char* name, const Contenders& contenders, CountOf valueOf)
 {
-    std::printf("%-26s %10llu %10s   %10llu %10s   %7.2fx\n", name, static_cast<unsigned long long>(cullet),
-                "", static_cast<unsigned long long>(dbvt), "",
-                ratio(static_cast<double>(cullet), static_cast<double>(dbvt)));
+    std::printf("%-26s", name);
+    for (const ContenderResult& contender : contenders)
+        std::printf(" %9llu%8s", static_cast<unsigned long long>(valueOf(contender)), "");
+    std::puts("");
 }
 
-void printAudits(const AuditCounts& audits)
+void printEnd(const DropResult& result)
 {
-    if (audits.audits == 0)
+    const Contenders& contenders = result.contenders;
+    printCounts("pairs at the end", contenders, [](const ContenderResult& c) { return c.pairs; });
+    printCounts("  of which overlap", contenders,
+                [](const ContenderResult& c) { return c.overlappingPairs; });
+    printCounts("  of which touch", contenders, [](const ContenderResult& c) { return c.contactPairs; });
+    if (result.lockStep.audits > 0)
+        printCounts("broad phase, KiB", contenders, [](const ContenderResult& c) { return c.bytes / 1024; });
+    std::printf("%-26s", "state hash");
+    for (const ContenderResult& contender : contenders)
+        std::printf("  %s", toHex(contender.stateHash).c_str());
+    std::puts("");
+}
+
+std::string fractionOf(const AuditCount& count)
+{
+    return std::to_string(count.equal) + "/" + std::to_string(count.audits);
+}
+
+void printAudits(const DropResult& result)
+{
+    if (result.lockStep.audits == 0)
     {
         std::puts("pair sets: not compared");
         return;
     }
-    std::printf(
-        "pair sets equal: cullet = exact %u/%u, dbvt (overlapping now) = exact %u/%u, "
-        "same boxes into both %u/%u: %s\n",
-        audits.culletExact, audits.audits, audits.dbvtExact, audits.audits, audits.lockStep, audits.audits,
-        audits.agrees() ? "agree" : "DISAGREE");
+    std::string line = "pairs that overlap = exact pairs:";
+    for (const ContenderResult& contender : result.contenders)
+        line += " " + nameOf(contender.part) + " " + fractionOf(contender.exact) + ",";
+    line += " same boxes into both " + fractionOf(result.lockStep);
+    if (result.update.audits > 0)
+        line += std::string(", same states with World: ") + (result.update.agrees() ? "yes" : "no");
+    std::printf("%s: %s\n", line.c_str(), result.agrees() ? "agree" : "DISAGREE");
+}
+
+/// The one line for those who read no table.
+void printSentence(const Contenders& contenders)
+{
+    const ContenderResult& first = contenders.front();
+    const ContenderResult& last = contenders.back();
+    const std::string sentence = compareSteps(meanOf(last, kStepSample), meanOf(first, kStepSample));
+    if (contenders.size() > 1 && !sentence.empty())
+        std::printf("%s (%s against %s, mean)\n", sentence.c_str(), last.title.c_str(), first.title.c_str());
+}
+
+void printWhat(const DropOptions& options, const DropResult& result)
+{
+    std::printf("%s, %zu of %s%s, %s precision", countOf(result.bodies, "body", "bodies").c_str(),
+                commonSteps(result.contenders), countOf(options.steps, "step", "steps").c_str(),
+                result.interrupted ? " (interrupted)" : "", ownPrecision().c_str());
+    const ContenderResult& last = result.contenders.back();
+    if (last.isCullet)
+        std::printf("; cullet runs '%s' with %s", last.backend.c_str(),
+                    countOf(static_cast<std::uint64_t>(last.threads), "thread", "threads").c_str());
+    if (options.fixedNarrow)
+        std::printf("; narrow phase of all: %s", options.world.narrow.c_str());
+    std::puts("");
 }
 }  // namespace
 
 void printReport(const DropOptions& options, const DropResult& result)
 {
-    const std::size_t steps = std::min(result.cullet.steps.size(), result.dbvt.steps.size());
-    std::printf("%u bodies, %zu of %u steps%s, %s precision; cullet runs '%s' with %d threads\n",
-                result.bodies, steps, options.steps, result.interrupted ? " (interrupted)" : "",
-                ownPrecision().c_str(), result.cullet.backend.c_str(), result.cullet.threads);
-    printTimes(result);
-    printCount("pairs at the end", result.cullet.pairs, result.dbvt.pairs);
-    printCount("  of which overlap", result.cullet.overlappingPairs, result.dbvt.overlappingPairs);
-    printCount("  of which touch", result.cullet.contactPairs, result.dbvt.contactPairs);
-    if (result.audits.audits > 0)
-        printCount("broad phase, KiB", result.cullet.bytes / 1024, result.dbvt.bytes / 1024);
-    std::printf("%-26s %21s   %21s\n", "state hash", toHex(result.cullet.stateHash).c_str(),
-                toHex(result.dbvt.stateHash).c_str());
-    printAudits(result.audits);
+    const Contenders common = withCommonSteps(result.contenders);
+    printSentence(common);
+    printWhat(options, result);
+    printTimes(common);
+    printEnd(result);
+    printAudits(result);
 }
 
 void addRows(const DropOptions& options, const DropResult& result, ResultFile& file)
 {
-    for (const ContenderResult* contender : {&result.cullet, &result.dbvt})
+    for (const ContenderResult& contender : result.contenders)
     {
-        for (const StepSample& sample : samplesOf(contender->steps))
+        for (const StepSample& sample : samplesOf(contender.steps))
         {
             const Statistics times = summarise(sample.milliseconds);
             file.addRow({{"benchmark", "run." + sample.name},
                          {"scene", options.scene},
-                         {"backend", contender->backend},
+                         {"backend", contender.backend},
                          {"precision", ownPrecision()},
-                         {"threads", contender->threads},
+                         {"threads", contender.threads},
                          {"bodies", result.bodies},
-                         {"pairs", contender->pairs},
+                         {"pairs", contender.pairs},
                          {"median_ms", times.median},
                          {"p90_ms", times.p90},
                          {"min_ms", times.min},
-                         {"hash", toHex(contender->stateHash)},
+                         {"hash", toHex(contender.stateHash)},
                          {"mean_ms", times.mean},
-                         {"steps", contender->steps.size()},
-                         {"overlapping_pairs", contender->overlappingPairs},
-                         {"contact_pairs", contender->contactPairs},
-                         {"bytes", contender->bytes},
-                         {"audits", result.audits.audits},
-                         {"audits_agree", result.audits.agrees()}});
+                         {"steps", contender.steps.size()},
+                         {"overlapping_pairs", contender.overlappingPairs},
+                         {"contact_pairs", contender.contactPairs},
+                         {"bytes", contender.bytes},
+                         {"audits", contender.exact.audits},
+                         {"audits_agree", result.agrees()},
+                         {"part", nameOf(contender.part)},
+                         {"narrow", contender.narrow},
+                         {"update", contender.update}});
         }
     }
 }

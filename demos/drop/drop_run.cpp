@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: Zlib
 #include "demos/drop/drop_run.h"
 
+#include "demos/drop/drop_audit.h"
 #include "demos/program/interrupt.h"
 #include "demos/program/progress.h"
 #include "plugin/broadphase.h"
 
 #include <algorithm>
-#include <optional>
 
 namespace cullet
 {
@@ -15,79 +15,53 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// Steps of one world before it is the other's turn. Long enough to warm the caches up, short enough for both to see
+/// Steps of one world before it is the next one's turn. Long enough to warm the caches up, short enough for all to see
 /// the same load of the machine.
 constexpr std::uint32_t kBlock = 5;
 
-NamedBroadphase makeContender(const DropOptions& options, const std::string& name)
+/// A world and what is known of it.
+struct Contender
 {
-    WorldSceneOptions world = options.world;
-    world.backend = name;
-    return makeNamedBroadphase(requestForScene(options.scene, world));
-}
-
-std::unique_ptr<WorldScene> makeContenderWorld(const DropOptions& options, const std::string& name)
-{
-    return makeWorldScene(options.scene, options.world, makeContender(options, name));
-}
-
-/// Compares the pairs of two worlds with each other and with the exact ones.
-class Auditor
-{
-public:
-    Auditor(const DropOptions& options, WorldScene& cullet, WorldScene& dbvt)
-        : m_options(options), m_cullet(cullet), m_dbvt(dbvt)
-    {
-        makeShadows(collectProxies(cullet.world()));
-    }
-
-    void audit(AuditCounts& counts)
-    {
-        const std::vector<AuditedProxy> proxies = collectProxies(m_cullet.world());
-        // Bodies have come, gone or changed places.
-        if (!m_shadowCullet->fits(proxies))
-            makeShadows(proxies);
-        const PairDigest exact = digestExact(proxies);
-        const PairDigest own = digestCache(m_cullet.world());
-        ++counts.audits;
-        counts.culletExact += own == exact ? 1 : 0;
-        counts.dbvtExact +=
-            digestCache(m_dbvt.world()) == digestExact(collectProxies(m_dbvt.world())) ? 1 : 0;
-        counts.lockStep +=
-            m_shadowDbvt->update(proxies) == own && m_shadowCullet->update(proxies) == own ? 1 : 0;
-    }
-
-    void measureMemory(DropResult& result)
-    {
-        result.cullet.bytes = m_shadowCullet->releaseAndMeasure();
-        result.dbvt.bytes = m_shadowDbvt->releaseAndMeasure();
-    }
-
-private:
-    void makeShadows(const std::vector<AuditedProxy>& proxies)
-    {
-        m_shadowCullet.emplace(makeContender(m_options, m_options.world.backend), proxies);
-        m_shadowDbvt.emplace(makeContender(m_options, "dbvt"), proxies);
-    }
-
-    const DropOptions& m_options;
-    WorldScene& m_cullet;
-    WorldScene& m_dbvt;
-    std::optional<ShadowBroadphase> m_shadowCullet;
-    std::optional<ShadowBroadphase> m_shadowDbvt;
+    std::unique_ptr<WorldScene> world;
+    ContenderResult result;
+    std::vector<WorldSnapshot> snapshots;  ///< of the last block
+    bool isAudited = false;                ///< the last snapshot is of the last step
 };
 
-void runBlock(WorldScene& world, std::uint32_t steps, ContenderResult& result)
+Contender makeContender(const DropOptions& options, DropPart part)
 {
-    for (std::uint32_t i = 0; i < steps && !isInterrupted(); ++i)
-        result.steps.push_back(world.step());
+    Contender contender;
+    contender.world = makeWorldScene(options.scene, optionsOf(part, options.world, options.fixedNarrow));
+    contender.world->setTrace({options.trace, nameOf(part)});
+    contender.result.part = part;
+    return contender;
 }
 
-void describeEnd(WorldScene& world, ContenderResult& result)
+/// Copies what an audit needs behind each step that is due, so that the comparing does not stand between two steps.
+void runBlock(const DropOptions& options, std::uint32_t steps, Contender& contender)
 {
+    contender.snapshots.clear();
+    for (std::uint32_t i = 0; i < steps && !isInterrupted(); ++i)
+    {
+        contender.result.steps.push_back(contender.world->step());
+        const std::size_t done = contender.result.steps.size();
+        contender.isAudited =
+            options.auditEvery != 0 && (done % options.auditEvery == 0 || done == options.steps);
+        if (contender.isAudited)
+            contender.snapshots.push_back(snapshotOf(*contender.world));
+    }
+}
+
+void describeEnd(Contender& contender)
+{
+    WorldScene& world = *contender.world;
+    ContenderResult& result = contender.result;
     const NamedBroadphase& broadphase = world.broadphase();
-    result.name = broadphase.name;
-    result.backend = broadphase.cullet != nullptr ? broadphase.cullet->stats().backendName : broadphase.name;
+    result.title = titleOf(result.part, broadphase);
+    result.isCullet = broadphase.cullet != nullptr;
+    result.backend = result.isCullet ? broadphase.cullet->stats().backendName : broadphase.name;
+    result.narrow = world.options().narrow;
+    result.update = world.options().update;
     result.threads = broadphase.threads;
     result.pairs = world.pairCount();
     result.overlappingPairs = digestCache(world.world()).count;
@@ -95,47 +69,117 @@ void describeEnd(WorldScene& world, ContenderResult& result)
     result.stateHash = world.stateHash();
     result.lowestHeight = world.lowestHeight();
 }
+
+/// All worlds of a run, and the comparisons between them.
+class DropRun
+{
+public:
+    explicit DropRun(const DropOptions& options)
+        : m_options(options), m_contenders(makeContenders(options)), m_lockStep(options, *shadowed().world)
+    {
+    }
+
+    DropResult run()
+    {
+        Progress progress("stepping", m_options.steps, m_options.quiet);
+        const std::size_t count = m_contenders.size();
+        std::size_t first = 0;
+        for (std::uint32_t done = 0; done < m_options.steps && !isInterrupted(); ++first)
+        {
+            const std::uint32_t block = std::min(kBlock, m_options.steps - done);
+            for (std::size_t i = 0; i < count; ++i)
+            {
+                Contender& contender = m_contenders[(first + i) % count];
+                runBlock(m_options, block, contender);
+                audit(contender);
+            }
+            done += block;
+            progress.show(done);
+        }
+        return finish();
+    }
+
+private:
+    static std::vector<Contender> makeContenders(const DropOptions& options)
+    {
+        std::vector<Contender> contenders;
+        for (const DropPart part : options.parts)
+            contenders.push_back(makeContender(options, part));
+        return contenders;
+    }
+
+    /// The first world with cullet's broad phase, where there is one: its boxes go into both broad phases.
+    Contender& shadowed()
+    {
+        const bool isStock = m_contenders.front().result.part == DropPart::Stock;
+        return m_contenders[isStock && m_contenders.size() > 1 ? 1 : 0];
+    }
+
+    void audit(Contender& contender)
+    {
+        auditExact(contender.snapshots, contender.result.exact);
+        if (&contender == &shadowed())
+            m_lockStep.audit(contender.snapshots, m_result.lockStep);
+    }
+
+    /// An interrupted run gets its comparison too, but for a world that has not looked for pairs yet.
+    void auditInterrupted()
+    {
+        for (Contender& contender : m_contenders)
+        {
+            if (m_options.auditEvery == 0 || contender.isAudited || contender.result.steps.empty())
+                continue;
+            contender.snapshots = {snapshotOf(*contender.world)};
+            audit(contender);
+        }
+    }
+
+    void compareUpdates()
+    {
+        const ContenderResult* dispatcher = nullptr;
+        for (const Contender& contender : m_contenders)
+        {
+            const ContenderResult& result = contender.result;
+            if (result.part == DropPart::Dispatcher)
+                dispatcher = &result;
+            else if (result.part == DropPart::World && dispatcher != nullptr &&
+                     dispatcher->steps.size() == result.steps.size())
+                m_result.update.add(dispatcher->stateHash == result.stateHash);
+        }
+    }
+
+    DropResult finish()
+    {
+        m_result.interrupted = isInterrupted();
+        if (m_result.interrupted)
+            auditInterrupted();
+        m_result.bodies = m_contenders.front().world->options().bodies;
+        for (Contender& contender : m_contenders)
+            describeEnd(contender);
+        compareUpdates();
+        for (Contender& contender : m_contenders)
+            m_result.contenders.push_back(std::move(contender.result));
+        m_lockStep.measureMemory(m_result.contenders);
+        return std::move(m_result);
+    }
+
+    const DropOptions& m_options;
+    std::vector<Contender> m_contenders;
+    LockStepAuditor m_lockStep;
+    DropResult m_result;
+};
 }  // namespace
+
+bool DropResult::agrees() const
+{
+    return lockStep.agrees() && update.agrees() &&
+           std::all_of(contenders.begin(), contenders.end(),
+                       [](const ContenderResult& contender) { return contender.exact.agrees(); });
+}
 
 DropResult runDrop(const DropOptions& options)
 {
-    const std::unique_ptr<WorldScene> ownCullet = makeContenderWorld(options, options.world.backend);
-    const std::unique_ptr<WorldScene> ownDbvt = makeContenderWorld(options, "dbvt");
-    WorldScene& cullet = *ownCullet;
-    WorldScene& dbvt = *ownDbvt;
-    cullet.setTrace({options.trace, cullet.broadphase().name});
-    dbvt.setTrace({options.trace, dbvt.broadphase().name});
-    Auditor auditor(options, cullet, dbvt);
-    DropResult result;
-    Progress progress("stepping", options.steps, options.quiet);
-    std::uint32_t lastAudit = 0;
-    bool culletFirst = true;
-    for (std::uint32_t done = 0; done < options.steps && !isInterrupted(); culletFirst = !culletFirst)
-    {
-        const std::uint32_t block = std::min(kBlock, options.steps - done);
-        if (culletFirst)
-            runBlock(cullet, block, result.cullet);
-        runBlock(dbvt, block, result.dbvt);
-        if (!culletFirst)
-            runBlock(cullet, block, result.cullet);
-        done += block;
-        progress.show(done);
-        const bool due = done - lastAudit >= options.auditEvery || done == options.steps;
-        if (options.auditEvery == 0 || !due)
-            continue;
-        auditor.audit(result.audits);
-        lastAudit = done;
-    }
-    result.interrupted = isInterrupted();
-    // An interrupted run gets its comparison too, unless a world has not looked for pairs yet.
-    const bool haveStepped = !result.cullet.steps.empty() && !result.dbvt.steps.empty();
-    if (options.auditEvery != 0 && result.interrupted && haveStepped)
-        auditor.audit(result.audits);
-    result.bodies = cullet.options().bodies;
-    describeEnd(cullet, result.cullet);
-    describeEnd(dbvt, result.dbvt);
-    auditor.measureMemory(result);
-    return result;
+    return DropRun(options).run();
 }
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -2,9 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/drop/pair_audit.h"
+#include "demos/drop/drop_parts.h"
 #include "demos/program/result_file.h"
-#include "demos/scenes/world_scene.h"
 
 #include <cstdint>
 #include <string>
@@ -17,31 +16,42 @@ inline namespace CULLET_PRECISION
 struct DropOptions
 {
     std::string scene = "drop";
-    WorldSceneOptions world;  ///< world.backend is the broad phase of the first world
+    WorldSceneOptions world;   ///< world.backend is the broad phase of all parts but stock
+    bool fixedNarrow = false;  ///< world.narrow is the narrow phase of every part
+    std::vector<DropPart> parts = {DropPart::Stock, DropPart::Broadphase, DropPart::Dispatcher,
+                                   DropPart::World};
     std::uint32_t steps = 180;
     std::uint32_t auditEvery = 20;  ///< steps between two comparisons of the pairs; 0: never
     TraceFile* trace = nullptr;     ///< gets the phases of all steps
     bool quiet = false;
 };
 
-/// How often each pair of pair sets that has to be equal was equal.
-struct AuditCounts
+/// How often two things that have to be equal were equal.
+struct AuditCount
 {
     std::uint32_t audits = 0;
-    std::uint32_t culletExact = 0;  ///< cullet's world against the exact pairs of its own boxes
-    std::uint32_t dbvtExact = 0;    ///< DBVT's world against the exact pairs of its own boxes
-    std::uint32_t lockStep = 0;     ///< DBVT, cullet anew and cullet's world on the boxes of cullet's world
+    std::uint32_t equal = 0;
 
-    bool agrees() const { return culletExact == audits && dbvtExact == audits && lockStep == audits; }
+    void add(bool isEqual)
+    {
+        ++audits;
+        equal += isEqual ? 1 : 0;
+    }
+    bool agrees() const { return equal == audits; }
 };
 
-/// What one of the two worlds showed.
+/// What one of the worlds showed.
 struct ContenderResult
 {
-    std::string name;     ///< broad phase
+    DropPart part = DropPart::Stock;
+    std::string title;
     std::string backend;  ///< that it really ran
+    bool isCullet = false;
+    std::string narrow;
+    std::string update;
     int threads = 1;
     std::vector<PhaseTimes> steps;
+    AuditCount exact;         ///< its pairs that overlap against the exact pairs of its own boxes
     std::uint64_t pairs = 0;  ///< at the end; a margin may keep more than overlap
     std::uint64_t overlappingPairs = 0;
     std::uint64_t contactPairs = 0;
@@ -53,14 +63,16 @@ struct ContenderResult
 
 struct DropResult
 {
-    ContenderResult cullet;
-    ContenderResult dbvt;
-    AuditCounts audits;
+    std::vector<ContenderResult> contenders;  ///< at least one, in the order of the parts
+    AuditCount lockStep;  ///< DBVT and cullet anew on the boxes of one world against that world's pairs
+    AuditCount update;    ///< the world with cullet::World against the one without it, bit by bit
     std::uint32_t bodies = 0;
     bool interrupted = false;
+
+    bool agrees() const;
 };
 
-/// Steps two worlds that differ in their broad phase only, in alternating blocks of steps, and compares their pairs.
+/// Steps a world for each part in alternating blocks of steps, and compares their pairs.
 ///
 /// Stops early, with what it has, when the user interrupts.
 ///

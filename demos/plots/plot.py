@@ -115,21 +115,34 @@ def draw_device(rows, target):
     save(figure, target, "device")
 
 
+BULLETS_OWN = ("dbvt", "dbvt-deferred", "axissweep")
+
+
 def ratios_to_grid(rows):
-    """Of each row but the grid's: scene, bodies, backend, time over that of the grid in the same run, wrong pairs or not."""
+    """Of each row but the grid's: scene, bodies, backend, time over that of the grid in the same run, wrong pairs or not.
+
+    Bullet's own broad phases have proxies and a pair cache; so has the grid that they are compared with, "auto"."""
     grid = {}
     for row in rows:
         case = (row["scene"], row["bodies"])
-        if row["backend"] == "grid":  # the first backend of each case
-            grid[case] = figures.time_of(row)
-            continue
-        yield (*case, row["backend"], figures.time_of(row) / grid[case], row.get("wrong_checks", "0") not in ("", "0"))
+        if row["backend"] in ("grid", "auto"):  # the first two backends of each case
+            grid[(*case, row["backend"] == "auto")] = figures.time_of(row)
+        if row["backend"] != "grid":
+            of = grid[(*case, row["backend"] in BULLETS_OWN)]
+            yield (*case, row["backend"], figures.time_of(row) / of, row.get("wrong_checks", "0") not in ("", "0"))
+
+
+def label_of(backend):
+    if backend == "auto":
+        return "grid through Bullet"
+    return f"{backend} / grid through Bullet" if backend in BULLETS_OWN else backend
 
 
 def draw_rivals(rows, target):
-    """How many times longer than cullet's grid other broad phases take on the same boxes in the same run."""
+    """How many times longer than cullet's grid other broad phases take on the same boxes in the same run; Bullet's own than
+    the grid through Bullet."""
     figure, axes = plt.subplots(1, 5, figsize=(13, 4.8), sharex=True, sharey=True)
-    ratios = list(ratios_to_grid([row for row in rows if row["benchmark"] != "rivals.gpu"]))
+    ratios = list(ratios_to_grid([row for row in rows if row["benchmark"] == "broad.update"]))
     names = list(dict.fromkeys(backend for _, _, backend, _, _ in ratios))[::-1]
     for axis, scene in zip(axes, ("W1", "W2", "W3", "W4", "W5")):
         for bodies, marker in (("4000", "o"), ("16000", "s"), ("64000", "D")):
@@ -141,7 +154,7 @@ def draw_rivals(rows, target):
         axis.axvline(1.0, color="k", linewidth=0.8)
         axis.set_xscale("log")
         axis.set_title(scene)
-        axis.set_yticks(range(len(names)), ["grid through Bullet" if name == "auto" else name for name in names])
+        axis.set_yticks(range(len(names)), [label_of(name) for name in names])
         axis.grid(True, alpha=0.3)
     axes[0].legend(fontsize=8, title="bodies")
     figure.supxlabel("times as long as cullet's grid, one thread (left of 1: faster; red cross: wrong pairs)", fontsize=9)

@@ -37,6 +37,17 @@ std::string findGpu()
     return "";
 }
 
+std::string findInstructions()
+{
+#if defined(__x86_64__)
+    if (__builtin_cpu_supports("avx512f") != 0)
+        return "AVX-512";
+    if (__builtin_cpu_supports("avx2") != 0)
+        return "AVX2";
+#endif
+    return "baseline";
+}
+
 int usableCores()
 {
     cpu_set_t set;
@@ -49,6 +60,7 @@ Machine describeMachine()
 {
     Machine machine;
     machine.cpu = readField("/proc/cpuinfo", "model name");
+    machine.instructions = findInstructions();
     machine.cores = usableCores();
     machine.memoryGib = static_cast<double>(sysconf(_SC_PHYS_PAGES)) *
                         static_cast<double>(sysconf(_SC_PAGESIZE)) / (1024.0 * 1024.0 * 1024.0);
@@ -68,8 +80,9 @@ Machine describeMachine()
 std::string toLine(const Machine& machine)
 {
     char text[512];
-    std::snprintf(text, sizeof(text), "%s, %d cores, %.1f GiB, %s%s%s, %s", machine.cpu.c_str(),
-                  machine.cores, machine.memoryGib, machine.gpu.c_str(), machine.gpu.empty() ? "" : ", ",
+    std::snprintf(text, sizeof(text), "%s, %s, %d %s, %.1f GiB, %s%s%s, %s", machine.cpu.c_str(),
+                  machine.instructions.c_str(), machine.cores, machine.cores == 1 ? "core" : "cores",
+                  machine.memoryGib, machine.gpu.c_str(), machine.gpu.empty() ? "" : ", ",
                   machine.compiler.c_str(), machine.buildType.c_str());
     return text;
 }

@@ -10,7 +10,8 @@ namespace cullet
 struct Machine
 {
     std::string cpu;
-    int cores = 0;  ///< logical ones that this process may use
+    std::string instructions;  ///< widest that cullet's kernels find here: AVX-512, AVX2 or baseline
+    int cores = 0;             ///< logical ones that this process may use
     double memoryGib = 0.0;
     std::string gpu;  ///< model, or empty when the NVIDIA driver shows none
     std::string system;

@@ -28,6 +28,14 @@ std::string findWantedPrecision(int argc, char** argv)
     }
     return ownPrecision();
 }
+/// The name of the program in the other precision: NAME or NAME-float64.
+std::string siblingOf(std::string name)
+{
+    const std::string suffix = "-float64";
+    const bool isDouble =
+        name.size() > suffix.size() && name.compare(name.size() - suffix.size(), suffix.size(), suffix) == 0;
+    return isDouble ? name.substr(0, name.size() - suffix.size()) : name + suffix;
+}
 }  // namespace
 
 std::string ownPrecision()
@@ -44,10 +52,9 @@ void switchPrecision(int argc, char** argv)
     const std::string wanted = findWantedPrecision(argc, argv);
     if (wanted == ownPrecision() || (wanted != "float" && wanted != "double"))
         return;
-    const std::string name = wanted == "double" ? "cullet-float64" : "cullet";
     std::error_code error;
-    const std::filesystem::path sibling =
-        std::filesystem::read_symlink("/proc/self/exe", error).parent_path() / name;
+    const std::filesystem::path self = std::filesystem::read_symlink("/proc/self/exe", error);
+    const std::filesystem::path sibling = self.parent_path() / siblingOf(self.filename().string());
     execv(sibling.c_str(), argv);
     throw ProgramError(kExitUnavailable, "precision " + wanted + " needs the program '" + sibling.string() +
                                              "', which cannot be started: " + std::strerror(errno));

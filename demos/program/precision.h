@@ -8,7 +8,7 @@ namespace cullet
 {
 // Bullet's float and double builds use the same symbol names, so one program holds one of them. Two programs are built
 // from the same sources, `cullet` (float) and `cullet-float64` (double), and each starts the other one, found in its
-// own folder, when it is asked for the other's precision.
+// own folder, when it is asked for the other's precision. `cullet-run` and `cullet-run-float64` likewise.
 
 /// "float" or "double": Bullet's scalar in this program.
 std::string ownPrecision();

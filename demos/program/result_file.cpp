@@ -42,13 +42,10 @@ std::string toField(const Json& value)
 
 Json toJson(const Machine& machine)
 {
-    return {{"cpu", machine.cpu},
-            {"cores", machine.cores},
-            {"memory_gib", machine.memoryGib},
-            {"gpu", machine.gpu},
-            {"system", machine.system},
-            {"compiler", machine.compiler},
-            {"build_type", machine.buildType}};
+    return {{"cpu", machine.cpu},           {"instructions", machine.instructions},
+            {"cores", machine.cores},       {"memory_gib", machine.memoryGib},
+            {"gpu", machine.gpu},           {"system", machine.system},
+            {"compiler", machine.compiler}, {"build_type", machine.buildType}};
 }
 }  // namespace
 

@@ -2,10 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #include "demos/scenes/mesh_hull.h"
 
+#include "demos/scenes/mesh_file.h"
+
 #include <algorithm>
-#include <assimp/Importer.hpp>
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
 #include <cmath>
 #include <filesystem>
 #include <set>
@@ -68,55 +67,40 @@ bool hasVolume(const std::vector<Point>& points)
     return volume(farthest(volume)) > 1e-4 * size * size * size;
 }
 
-void centreAndScale(std::vector<Point>& points)
+/// Moves the mean to the origin and the longest edge of the bounds to 1; in double, where differences of floats do not
+/// overflow.
+std::vector<Point> centreAndScale(const std::vector<Point>& points)
 {
-    for (int axis = 0; axis < 3; ++axis)
-    {
-        double sum = 0.0;
-        for (const Point& point : points)
-            sum += point[axis];
-        const double mean = sum / static_cast<double>(points.size());
-        for (Point& point : points)
-            point[axis] = static_cast<float>(point[axis] - mean);
-    }
-    float longest = 0.0f;
-    for (int axis = 0; axis < 3; ++axis)
+    double longest = 0.0;
+    Direction mean = {};
+    for (std::size_t axis = 0; axis < 3; ++axis)
     {
         const auto [low, high] =
             std::minmax_element(points.begin(), points.end(),
                                 [axis](const Point& a, const Point& b) { return a[axis] < b[axis]; });
-        longest = std::max(longest, (*high)[axis] - (*low)[axis]);
+        longest = std::max(longest, static_cast<double>((*high)[axis]) - (*low)[axis]);
+        for (const Point& point : points)
+            mean[axis] += point[axis] / static_cast<double>(points.size());
     }
-    for (Point& point : points)
+    std::vector<Point> result = points;
+    for (Point& point : result)
     {
-        for (float& coordinate : point)
-            coordinate /= longest;
+        for (std::size_t axis = 0; axis < 3; ++axis)
+            point[axis] = static_cast<float>((point[axis] - mean[axis]) / longest);
     }
+    return result;
 }
 
-std::vector<Point> readVertices(const std::string& path)
+/// Bytes of a file that is there; 0 where that cannot be known, as of a device.
+std::uint64_t sizeOfMesh(const std::string& path)
 {
     std::error_code error;
     if (!std::filesystem::exists(path, error))
         throw MeshError("mesh '" + path + "': no such file");
     if (std::filesystem::is_directory(path, error))
         throw MeshError("mesh '" + path + "': is a folder");
-    Assimp::Importer importer;
-    const aiScene* scene = importer.ReadFile(path, aiProcess_PreTransformVertices);
-    if (scene == nullptr)
-    {
-        std::string reason = importer.GetErrorString();
-        std::replace(reason.begin(), reason.end(), '\n', ' ');
-        throw MeshError("mesh '" + path + "': cannot be read: " + reason);
-    }
-    std::vector<Point> vertices;
-    for (unsigned int m = 0; m < scene->mNumMeshes; ++m)
-    {
-        const aiMesh& mesh = *scene->mMeshes[m];
-        for (unsigned int v = 0; v < mesh.mNumVertices; ++v)
-            vertices.push_back({mesh.mVertices[v].x, mesh.mVertices[v].y, mesh.mVertices[v].z});
-    }
-    return vertices;
+    const std::uintmax_t bytes = std::filesystem::file_size(path, error);
+    return error ? 0 : bytes;
 }
 }  // namespace
 
@@ -147,15 +131,14 @@ HullPoints reduceToHull(std::string name, const std::vector<Point>& vertices)
     hull.points.erase(std::unique(hull.points.begin(), hull.points.end()), hull.points.end());
     if (hull.points.size() < 4 || !hasVolume(hull.points))
         throw MeshError("mesh '" + name + "': is flat, its convex hull has no volume");
-    centreAndScale(hull.points);
+    hull.points = centreAndScale(hull.points);
     hull.name = std::move(name);
     return hull;
 }
 
 HullPoints loadMeshHull(const std::string& path)
 {
-    const std::vector<Point> vertices = readVertices(path);
-    HullPoints hull = reduceToHull(path, vertices);
+    HullPoints hull = reduceToHull(path, readMeshVertices(path, limitsForMesh(sizeOfMesh(path))));
     hull.name = std::filesystem::path(path).filename().string();
     return hull;
 }

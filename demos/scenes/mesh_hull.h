@@ -35,7 +35,8 @@ constexpr std::size_t kMaxHullPoints = 64;
 /// meshes of glmark2 it misses less than 3 % of its extent. Then the points are moved so that their mean is the origin
 /// and scaled so that the longest edge of their bounds is 1.
 ///
-/// @throws MeshError when the file is missing, not readable, without vertices, flat, or holds a NaN or an infinity
+/// @throws MeshError when the file is missing, not readable, without vertices, flat, holds a NaN or an infinity, or takes
+///         more than limitsForMesh() to read
 HullPoints loadMeshHull(const std::string& path);
 
 /// The reduction alone; throws MeshError with `name` in its text.

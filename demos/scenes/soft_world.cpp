@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "demos/scenes/soft_world.h"
 
+#include "demos/scenes/parallel_world.h"
+
 #include <BulletSoftBody/btSoftBodyHelpers.h>
 #include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
 #include <BulletSoftBody/btSoftRigidDynamicsWorld.h>
@@ -23,7 +25,8 @@ const WorldKind& softWorld()
            btCollisionConfiguration& configuration) -> std::unique_ptr<btDiscreteDynamicsWorld> {
             return std::make_unique<btSoftRigidDynamicsWorld>(&dispatcher, &broadphase, &solver,
                                                               &configuration);
-        }};
+        },
+        makeParallelWorld<btSoftRigidDynamicsWorld>};
     return kind;
 }
 

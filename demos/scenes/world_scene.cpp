@@ -3,8 +3,8 @@
 #include "demos/scenes/world_scene.h"
 
 #include "demos/program/exit_code.h"
+#include "demos/scenes/parallel_world.h"
 #include "plugin/convex_dispatcher.h"
-#include "plugin/world.h"
 
 #include <BulletCollision/CollisionDispatch/btGhostObject.h>
 
@@ -33,18 +33,6 @@ std::unique_ptr<btCollisionDispatcher> makeDispatcher(const WorldSceneOptions& o
     return dispatcher;
 }
 
-std::unique_ptr<btDiscreteDynamicsWorld> makeParallelRigidWorld(btDispatcher& dispatcher,
-                                                                btBroadphaseInterface& broadphase,
-                                                                btConstraintSolver& solver,
-                                                                btCollisionConfiguration& configuration,
-                                                                int threads)
-{
-    auto world =
-        std::make_unique<World<btDiscreteDynamicsWorld>>(&dispatcher, &broadphase, &solver, &configuration);
-    world->setUpdateThreads(threads);
-    return world;
-}
-
 std::unique_ptr<btDiscreteDynamicsWorld> makeWorld(const WorldKind& kind, const WorldSceneOptions& options,
                                                    btDispatcher& dispatcher,
                                                    btBroadphaseInterface& broadphase,
@@ -53,8 +41,8 @@ std::unique_ptr<btDiscreteDynamicsWorld> makeWorld(const WorldKind& kind, const 
 {
     if (options.update == "bullet")
         return kind.makeWorld(dispatcher, broadphase, solver, configuration);
-    if (options.update != "parallel" || kind.makeParallelWorld == nullptr)
-        throw ProgramError(kExitUsage, "no update of boxes '" + options.update + "' in this scene");
+    if (options.update != "parallel")
+        throw ProgramError(kExitUsage, "no update of boxes '" + options.update + "'");
     return kind.makeParallelWorld(dispatcher, broadphase, solver, configuration, options.threads);
 }
 }  // namespace
@@ -79,7 +67,7 @@ const WorldKind& rigidWorld()
                                        return std::make_unique<btDiscreteDynamicsWorld>(
                                            &dispatcher, &broadphase, &solver, &configuration);
                                    },
-                                   makeParallelRigidWorld};
+                                   makeParallelWorld<btDiscreteDynamicsWorld>};
     return kind;
 }
 

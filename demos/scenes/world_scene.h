@@ -48,11 +48,10 @@ struct WorldKind
     std::unique_ptr<btDefaultCollisionConfiguration> (*makeConfiguration)();
     std::unique_ptr<btDiscreteDynamicsWorld> (*makeWorld)(btDispatcher&, btBroadphaseInterface&,
                                                           btConstraintSolver&, btCollisionConfiguration&);
-    /// The same with boxes updated by so many threads; null: the scene has no such world.
+    /// The same with boxes updated by so many threads.
     std::unique_ptr<btDiscreteDynamicsWorld> (*makeParallelWorld)(btDispatcher&, btBroadphaseInterface&,
                                                                   btConstraintSolver&,
-                                                                  btCollisionConfiguration&,
-                                                                  int threads) = nullptr;
+                                                                  btCollisionConfiguration&, int threads);
 };
 
 /// btDefaultCollisionConfiguration and btDiscreteDynamicsWorld.
@@ -195,8 +194,7 @@ BroadphaseRequest requestForScene(std::string_view name, const WorldSceneOptions
 /// Makes a scene with the broad phase options.backend.
 ///
 /// @throws std::invalid_argument for an unknown scene, backend or narrow phase, listing the known ones; ProgramError
-///         (kExitInput) for a file that cannot be read, (kExitUsage) for an update that the scene does not have;
-///         std::runtime_error when a backend cannot run here
+///         (kExitInput) for a file that cannot be read; std::runtime_error when a backend cannot run here
 std::unique_ptr<WorldScene> makeWorldScene(std::string_view name, const WorldSceneOptions& options);
 
 /// The same with a broad phase of the caller's, options.backend is not read.

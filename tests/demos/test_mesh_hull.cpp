@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "demos/scenes/mesh_file.h"
 #include "demos/scenes/mesh_hull.h"
 
 #include <gtest/gtest.h>
@@ -10,6 +11,8 @@
 #include <fstream>
 #include <limits>
 #include <random>
+#include <sys/stat.h>
+#include <unistd.h>
 
 namespace cullet
 {
@@ -118,6 +121,127 @@ TEST(MeshHull, RefusesVerticesThatAreNotFinite)
     vertices[5][1] = std::numeric_limits<float>::quiet_NaN();
     EXPECT_THROW(reduceToHull("nan", vertices), MeshError);
     EXPECT_THROW(reduceToHull("none", {}), MeshError);
+}
+
+/// A tetrahedron with edges of `size` along the axes around `centre`.
+std::vector<Point> tetrahedron(float size, float centre)
+{
+    const float low = centre - size / 2, high = centre + size / 2;
+    return {{low, low, low}, {high, low, low}, {low, high, low}, {low, low, high}};
+}
+
+TEST(MeshHull, IsTheSameForEverySizeThatFloatsHold)
+{
+    const HullPoints unit = reduceToHull("unit", tetrahedron(1.0f, 0.0f));
+    // Largest, difference of two corners above the largest float, smallest normal ones, and below these.
+    for (const float size : {3e38f, 6e37f, 1e30f, 1e-37f, 1e-41f})
+    {
+        SCOPED_TRACE(size);
+        const HullPoints hull = reduceToHull("scaled", tetrahedron(size, 0.0f));
+        ASSERT_EQ(hull.points.size(), unit.points.size());
+        for (std::size_t i = 0; i < hull.points.size(); ++i)
+        {
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                EXPECT_NEAR(hull.points[i][axis], unit.points[i][axis], 1e-3);
+        }
+    }
+    std::vector<Point> far = tetrahedron(1.0f, 0.0f);
+    for (Point& point : far)
+    {
+        for (float& coordinate : point)
+            coordinate = 2 * (coordinate * 3.4e38f);
+    }
+    ASSERT_TRUE(std::isfinite(far[1][0])) << "half of it is a float, the difference of two is none";
+    EXPECT_EQ(reduceToHull("far", far).points, unit.points);
+}
+
+TEST(MeshHull, ReadsCoordinatesNearTheLargestFloat)
+{
+    const MeshFile file("cullet_large.obj",
+                        "v -3e38 -3e38 -3e38\nv 3e38 -3e38 -3e38\nv -3e38 3e38 -3e38\nv -3e38 -3e38 3e38\n"
+                        "f 1 2 3\nf 1 2 4\nf 1 3 4\nf 2 3 4\n");
+    const HullPoints hull = loadMeshHull(file.path());
+    ASSERT_EQ(hull.points.size(), 4u);
+    for (const Point& point : hull.points)
+        EXPECT_GT(std::fabs(point[0]) + std::fabs(point[1]) + std::fabs(point[2]), 0.1f);
+}
+
+TEST(MeshHull, RefusesCoordinatesThatNoFloatHolds)
+{
+    const MeshFile infinite("cullet_infinite.obj",
+                            "v 0 0 0\nv 4e39 0 0\nv 0 1 0\nv 0 0 1\nf 1 2 3\nf 1 2 4\n");
+    EXPECT_EQ(failureOf(infinite.path()), "mesh '" + infinite.path() + "': has a vertex that is not finite");
+    const MeshFile one("cullet_one.obj", "v 1 2 3\nf 1 1 1\n");
+    EXPECT_NE(failureOf(one.path()).find("cullet_one.obj"), std::string::npos) << failureOf(one.path());
+}
+
+/// The header of an ASCII file that promises more vertices than it has.
+std::string plyOf(const std::string& count)
+{
+    return "ply\nformat ascii 1.0\nelement vertex " + count +
+           "\nproperty float x\nproperty float y\nproperty float z\nend_header\n0 0 0\n1 0 0\n0 1 0\n";
+}
+
+TEST(MeshFile, GivesUpOnCountsThatTheFileDoesNotHold)
+{
+    for (const char* count : {"1000000", "400000000", "4000000000", "18446744073709551615", "-1"})
+    {
+        const MeshFile file("cullet_counts.ply", plyOf(count));
+        std::string message = "no failure";
+        try
+        {
+            readMeshVertices(file.path(), {0.3, std::uint64_t{1} << 28});
+        }
+        catch (const MeshError& error)
+        {
+            message = error.what();
+        }
+        EXPECT_EQ(message.rfind("mesh '" + file.path() + "': cannot be read: ", 0), 0u)
+            << count << ": " << message;
+        EXPECT_EQ(message.find('\n'), std::string::npos) << "one line: " << message;
+    }
+}
+
+TEST(MeshFile, GivesUpAtTheTimeLimit)
+{
+    const std::string path = testing::TempDir() + "cullet_" + std::to_string(getpid()) + ".ply";
+    ASSERT_EQ(mkfifo(path.c_str(), 0600), 0);
+    std::string message = "no failure";
+    try
+    {
+        // Nothing ever writes into it.
+        readMeshVertices(path, {0.05, std::uint64_t{1} << 28});
+    }
+    catch (const MeshError& error)
+    {
+        message = error.what();
+    }
+    std::remove(path.c_str());
+    EXPECT_EQ(message,
+              "mesh '" + path + "': cannot be read: takes longer than 0.05 s, as a broken file does");
+}
+
+TEST(MeshFile, HasMoreTimeAndMemoryForLargeFiles)
+{
+    EXPECT_EQ(limitsForMesh(0).seconds, 10.0);
+    EXPECT_GT(limitsForMesh(100000000).seconds, 100.0);
+    EXPECT_GT(limitsForMesh(100000000).bytes, limitsForMesh(0).bytes);
+}
+
+TEST(MeshFile, NamesFoldersAndTruncatedBinaries)
+{
+    EXPECT_EQ(failureOf(testing::TempDir()), "mesh '" + testing::TempDir() + "': is a folder");
+    // An STL file that promises 16 million triangles and has half of one.
+    std::string stl(80, ' ');
+    stl += std::string("\xff\xff\xff\x00", 4) + std::string(25, '\x01');
+    const MeshFile truncated("cullet_truncated.stl", stl);
+    EXPECT_EQ(failureOf(truncated.path()).rfind("mesh '" + truncated.path() + "': cannot be read: ", 0), 0u)
+        << failureOf(truncated.path());
+    std::string ply =
+        "ply\nformat binary_little_endian 1.0\nelement vertex 100\nproperty float x\nproperty float y\n"
+        "property float z\nend_header\n";
+    const MeshFile cut("cullet_cut.ply", ply + std::string(40, '\x01'));
+    EXPECT_NE(failureOf(cut.path()).find("cullet_cut.ply"), std::string::npos) << failureOf(cut.path());
 }
 
 TEST(MeshHull, RefusesALineOfPoints)

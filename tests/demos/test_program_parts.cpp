@@ -4,6 +4,7 @@
 #include "demos/program/hash_check.h"
 #include "demos/program/progress.h"
 #include "demos/program/result_file.h"
+#include "demos/program/speed_sentence.h"
 #include "demos/program/statistics.h"
 
 #include <gtest/gtest.h>
@@ -29,6 +30,36 @@ TEST(Statistics, OfKnownSamples)
     EXPECT_DOUBLE_EQ(one.p90, 3.0);
     EXPECT_DOUBLE_EQ(summarise({}).median, 0.0);
     EXPECT_DOUBLE_EQ(summarise({2, 1, 3}).median, 2.0);
+}
+
+TEST(SpeedSentence, SaysHowManyTimesAsFastOrAsLong)
+{
+    EXPECT_EQ(compareSteps(18.1, 68.2), "A step takes 18 ms instead of 68: 3.8 times as fast");
+    EXPECT_EQ(compareSteps(0.043, 1.3), "A step takes 0.043 ms instead of 1.3: 30 times as fast");
+    EXPECT_EQ(compareSteps(1234, 812), "A step takes 1234 ms instead of 812: 1.5 times as long");
+    EXPECT_EQ(compareSteps(2.0, 212.0), "A step takes 2.0 ms instead of 212: 106 times as fast");
+}
+
+TEST(SpeedSentence, SaysAsLongWhenTheDifferenceIsSmall)
+{
+    EXPECT_EQ(compareSteps(18.11, 18.42), "A step takes 18.1 ms instead of 18.4: as long, within 5 %");
+    EXPECT_EQ(compareSteps(18.42, 18.11), "A step takes 18.4 ms instead of 18.1: as long, within 5 %");
+    EXPECT_EQ(compareSteps(2.0, 2.0), "A step takes 2.000 ms instead of 2.000: as long, within 5 %");
+    EXPECT_EQ(compareSteps(1.0, 1.06), "A step takes 1.0 ms instead of 1.1: 1.1 times as fast");
+    EXPECT_EQ(compareSteps(1.06, 1.0), "A step takes 1.1 ms instead of 1.0: 1.1 times as long");
+}
+
+TEST(SpeedSentence, IsEmptyWithoutTimes)
+{
+    EXPECT_EQ(compareSteps(0.0, 1.0), "");
+    EXPECT_EQ(compareSteps(1.0, 0.0), "");
+}
+
+TEST(SpeedSentence, CountsOneAndMany)
+{
+    EXPECT_EQ(countOf(0, "body", "bodies"), "0 bodies");
+    EXPECT_EQ(countOf(1, "body", "bodies"), "1 body");
+    EXPECT_EQ(countOf(2, "body", "bodies"), "2 bodies");
 }
 
 TEST(HashCheck, EndsTheProgramWhereTwoAnswersToOneQuestionDiffer)

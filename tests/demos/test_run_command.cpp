@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <map>
+#include <vector>
 
 namespace cullet
 {
@@ -13,12 +14,12 @@ using nlohmann::json;
 
 constexpr const char* kTiny = "run --bodies 120 --steps 45 --check 15 --backend grid --threads 2";
 
-/// Rows of a document by backend and benchmark.
+/// Rows of a document by part and benchmark.
 std::map<std::string, json> rowsByName(const json& document)
 {
     std::map<std::string, json> rows;
     for (const json& row : document["rows"])
-        rows[row["backend"].get<std::string>() + " " + row["benchmark"].get<std::string>()] = row;
+        rows[row["part"].get<std::string>() + " " + row["benchmark"].get<std::string>()] = row;
     return rows;
 }
 
@@ -30,17 +31,20 @@ TEST(RunCommand, WritesMachineCommitOptionsAndRowsThatAddUp)
     ASSERT_TRUE(document.is_object());
     EXPECT_GT(document["machine"]["cores"].get<int>(), 0);
     EXPECT_FALSE(document["machine"]["cpu"].get<std::string>().empty());
+    const std::string instructions = document["machine"]["instructions"].get<std::string>();
+    EXPECT_TRUE(instructions == "AVX-512" || instructions == "AVX2" || instructions == "baseline");
+    EXPECT_TRUE(contains(outcome.output, ", " + instructions + ", ")) << outcome.output;
     EXPECT_FALSE(document["commit"].get<std::string>().empty());
     EXPECT_EQ(document["options"]["bodies"], 120);
     std::map<std::string, json> rows = rowsByName(document);
-    for (const std::string backend : {"grid", "dbvt"})
+    for (const std::string part : {"stock", "broadphase", "dispatcher", "world"})
     {
-        SCOPED_TRACE(backend);
+        SCOPED_TRACE(part);
         double sum = 0.0;
         for (const char* phase : {"updateAabbs", "calculateOverlappingPairs", "dispatch", "islands", "solver",
                                   "integrate", "rest"})
-            sum += rows[backend + " run." + phase]["mean_ms"].get<double>();
-        const json& step = rows[backend + " run.step"];
+            sum += rows[part + " run." + phase]["mean_ms"].get<double>();
+        const json& step = rows[part + " run.step"];
         EXPECT_NEAR(sum, step["mean_ms"].get<double>(), 1e-6 + 1e-6 * sum);
         EXPECT_LE(step["min_ms"], step["median_ms"]);
         EXPECT_LE(step["median_ms"], step["p90_ms"]);
@@ -53,8 +57,90 @@ TEST(RunCommand, WritesMachineCommitOptionsAndRowsThatAddUp)
         EXPECT_GT(step["bytes"], 0);
         EXPECT_EQ(step["audits"], 3);
         EXPECT_EQ(step["audits_agree"], true);
+        EXPECT_EQ(step["backend"], part == "stock" ? "dbvt" : "grid");
+        EXPECT_EQ(step["narrow"], part == "stock" || part == "broadphase" ? "bullet" : "dispatcher");
+        EXPECT_EQ(step["update"], part == "world" ? "parallel" : "bullet");
     }
-    EXPECT_TRUE(contains(outcome.output, "same boxes into both 3/3: agree")) << outcome.output;
+    EXPECT_EQ(rows["world run.step"]["hash"], rows["dispatcher run.step"]["hash"])
+        << "cullet::World changes no bit";
+    EXPECT_TRUE(contains(outcome.output, "same boxes into both 3/3, same states with World: yes: agree"))
+        << outcome.output;
+}
+
+TEST(RunCommand, SaysInOneSentenceWhatAUserGets)
+{
+    const Outcome outcome =
+        runProgram("run --scene boxes --bodies 120 --steps 45 --backend grid --threads 2");
+    ASSERT_EQ(outcome.code, 0) << outcome.errors;
+    const std::size_t sentence = outcome.output.find("\nA step takes ");
+    ASSERT_NE(sentence, std::string::npos) << outcome.output;
+    EXPECT_TRUE(contains(outcome.output, " (+ World against stock Bullet, mean)\n")) << outcome.output;
+    EXPECT_LT(sentence, outcome.output.find("updateAabbs")) << "on top of the table";
+    for (const char* title : {"  stock Bullet", "  + Broadphase", "  + Dispatcher", "  + World"})
+        EXPECT_TRUE(contains(outcome.output, title)) << title;
+    EXPECT_TRUE(contains(outcome.output, "120 bodies, 45 of 45 steps")) << outcome.output;
+    for (const char* part : {"stock 45/45", "broadphase 45/45", "dispatcher 45/45", "world 45/45"})
+        EXPECT_TRUE(contains(outcome.output, part)) << "the pairs of every step: " << outcome.output;
+}
+
+TEST(RunCommand, HasAColumnForEachPartThatIsNamed)
+{
+    const auto partsOf = [](const std::string& arguments)
+    {
+        const json document =
+            runForJson("run --scene boxes --bodies 30 --steps 6 --backend grid " + arguments);
+        std::vector<std::string> parts;
+        for (const json& row : document["rows"])
+        {
+            if (row["benchmark"] == "run.step")
+                parts.push_back(row["part"].get<std::string>() + " " + row["narrow"].get<std::string>());
+        }
+        return parts;
+    };
+    using Parts = std::vector<std::string>;
+    EXPECT_EQ(partsOf("--parts world,stock"), (Parts{"stock bullet", "world dispatcher"}));
+    EXPECT_EQ(partsOf("--parts dispatcher --parts dispatcher"), Parts{"dispatcher dispatcher"});
+    EXPECT_EQ(partsOf("--parts stock"), Parts{"stock bullet"});
+    EXPECT_EQ(partsOf("--narrow isa-gjk"), (Parts{"stock isa-gjk", "broadphase isa-gjk", "world isa-gjk"}));
+    EXPECT_EQ(partsOf("--narrow bullet --parts stock,broadphase"),
+              (Parts{"stock bullet", "broadphase bullet"}));
+    EXPECT_EQ(runProgram("run --parts stock,all").code, 2);
+    const Outcome both = runProgram("run --narrow isa-gjk --parts dispatcher");
+    EXPECT_EQ(both.code, 2);
+    EXPECT_TRUE(contains(both.errors, "--narrow")) << both.errors;
+}
+
+TEST(RunCommand, ComparesOtherBroadPhasesUnderTheirName)
+{
+    const Outcome outcome =
+        runProgram("run --scene boxes --bodies 1 --steps 1 --backend dbvt-deferred --parts stock,broadphase");
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    EXPECT_TRUE(contains(outcome.output, "+ dbvt-deferred")) << outcome.output;
+    EXPECT_TRUE(contains(outcome.output, "1 body, 1 of 1 step,")) << outcome.output;
+}
+
+TEST(RunCommand, AgreesInScenesWithGhostsSoftBodiesAndBodiesThatComeAndGo)
+{
+    for (const std::string scene : {"pour", "stampede", "soft", "crowd"})
+    {
+        const Outcome outcome =
+            runProgram("run --scene " + scene + " --bodies 40 --steps 20 --backend grid --threads 2");
+        EXPECT_EQ(outcome.code, 0) << scene << outcome.output << outcome.errors;
+        EXPECT_TRUE(contains(outcome.output, "same states with World: yes: agree"))
+            << scene << outcome.output;
+    }
+}
+
+TEST(RunCommand, IsAProgramOfItsOwnToo)
+{
+    const std::string program = CULLET_RUN_PROGRAM;
+    const Outcome outcome = runShell(program + " run --scene boxes --bodies 30 --steps 5");
+    EXPECT_EQ(outcome.code, 0) << outcome.errors;
+    EXPECT_TRUE(contains(outcome.output, "agree")) << outcome.output;
+    EXPECT_TRUE(
+        contains(runShell(program + " run --scene boxes --bodies 5 --steps 2 --precision double").output,
+                 "double precision"));
+    EXPECT_EQ(runShell(program + " bench").errors, "cullet: unknown command 'bench'; known: run\n");
 }
 
 TEST(RunCommand, RepeatsBitForBitWithAnyNumberOfThreadsAndOtherwiseWithAnotherSeed)
@@ -62,7 +148,7 @@ TEST(RunCommand, RepeatsBitForBitWithAnyNumberOfThreadsAndOtherwiseWithAnotherSe
     const auto hashOf = [](const std::string& extra)
     {
         const json document = runForJson("run --bodies 100 --steps 40 --check 0 --backend grid " + extra);
-        return rowsByName(document)["grid run.step"]["hash"].get<std::string>();
+        return rowsByName(document)["world run.step"]["hash"].get<std::string>();
     };
     const std::string first = hashOf("--threads 1");
     EXPECT_EQ(hashOf("--threads 1"), first);
@@ -98,9 +184,9 @@ TEST(RunCommand, WritesCsvWithOneLinePerRow)
     while (std::getline(text, line))
     {
         ++rows;
-        EXPECT_TRUE(contains(line, " cores, ")) << "the line of the machine: " << line;
+        EXPECT_TRUE(contains(line, " core")) << "the line of the machine: " << line;
     }
-    EXPECT_EQ(rows, 18) << "seven phases, the broad phase and the step, of two worlds";
+    EXPECT_EQ(rows, 36) << "seven phases, the broad phase and the step, of four worlds";
 }
 
 TEST(RunCommand, TracesEveryPhaseOfEveryStep)
@@ -118,12 +204,12 @@ TEST(RunCommand, TracesEveryPhaseOfEveryStep)
         if (event["ph"] == "X" && event["name"] == "step" && event["tid"] == 1)
             steps += event["dur"].get<double>();
     }
-    EXPECT_EQ(counts["grid"], 1);
-    EXPECT_EQ(counts["dbvt"], 1);
-    for (const char* name : {"step 1", "step 2", "calculateOverlappingPairs 1", "updateAabbs 2",
-                             "dispatchAllCollisionPairs 2", "solveConstraints 1"})
+    for (const char* part : {"stock", "broadphase", "dispatcher", "world"})
+        EXPECT_EQ(counts[part], 1) << part;
+    for (const char* name : {"step 1", "step 4", "calculateOverlappingPairs 1", "updateAabbs 2",
+                             "dispatchAllCollisionPairs 3", "solveConstraints 4"})
         EXPECT_EQ(counts[name], 10) << name;
-    const double mean = rowsByName(document)["grid run.step"]["mean_ms"].get<double>();
+    const double mean = rowsByName(document)["stock run.step"]["mean_ms"].get<double>();
     EXPECT_NEAR(steps / 1e4, mean, 0.05 * mean) << "of ten steps, in microseconds";
     EXPECT_EQ(runProgram("run --bodies 5 --steps 1 --trace /nowhere/t.json").code, 4);
 }
