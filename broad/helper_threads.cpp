@@ -93,8 +93,10 @@ void HelperThreads::work()
 /// Joins a crew that calls, and returns when that needs it no more; false where none does.
 bool HelperThreads::joinSome()
 {
-    for (Slot& slot : m_slots)
+    const std::size_t used = m_usedSlots.load(std::memory_order_acquire);
+    for (std::size_t i = 0; i < used; ++i)
     {
+        Slot& slot = m_slots[i];
         std::uint32_t state = slot.state.load(std::memory_order_acquire);
         while (state >= kCalled)
         {
@@ -111,11 +113,18 @@ bool HelperThreads::joinSome()
 
 HelperThreads::Slot* HelperThreads::takeSlot()
 {
-    for (Slot& slot : m_slots)
+    for (std::size_t i = 0; i < m_slots.size(); ++i)
     {
-        if (!slot.isTaken.load(std::memory_order_relaxed) &&
-            !slot.isTaken.exchange(true, std::memory_order_acquire))
-            return &slot;
+        Slot& slot = m_slots[i];
+        if (slot.isTaken.load(std::memory_order_relaxed) ||
+            slot.isTaken.exchange(true, std::memory_order_acquire))
+            continue;
+        std::size_t used = m_usedSlots.load(std::memory_order_relaxed);
+        while (used <= i && !m_usedSlots.compare_exchange_weak(used, i + 1, std::memory_order_release,
+                                                               std::memory_order_relaxed))
+        {
+        }
+        return &slot;
     }
     return nullptr;
 }
@@ -131,10 +140,19 @@ HelperThreads::Call::~Call()
 {
     if (m_slot == nullptr)
         return;
-    m_slot->state.fetch_and(kCalled - 1, std::memory_order_relaxed);
-    for (unsigned look = 0; m_slot->state.load(std::memory_order_acquire) != 0; ++look)
+    end();
+    // Those of the process that this one was forked from never leave.
+    const bool hasThreads = m_threads.m_process == thisProcess();
+    for (unsigned look = 0; hasThreads && m_slot->state.load(std::memory_order_acquire) != 0; ++look)
         TaskCrew::rest(look);
+    m_slot->state.store(0, std::memory_order_relaxed);
     m_slot->isTaken.store(false, std::memory_order_release);
+}
+
+void HelperThreads::Call::end()
+{
+    if (m_slot != nullptr)
+        m_slot->state.fetch_and(kCalled - 1, std::memory_order_relaxed);
 }
 
 void HelperThreads::Call::ask(unsigned helpers)

@@ -17,12 +17,12 @@ namespace cullet
 class TaskCrew;
 
 /// Threads of the process that sleep until some update has loops for several threads. All that are called are woken at once, by
-/// the caller: oneTBB's wake each other in turn, and come when a short update is over.
+/// the caller: where they wake each other in turn, they come when a short update is over.
 ///
-/// Everybody shares them, so that several worlds have no more threads than one. Nobody waits for a thread that is somewhere else.
+/// All worlds share them, so that several have no more threads than one. No loop waits for a thread that is somewhere else.
 class HelperThreads
 {
-    /// A crew that threads may join. In `state` how many more are called, in the upper half, and how many are there.
+    /// A crew that threads may join while it lives. In `state` how many more are called, in the upper half, and how many are there.
     struct alignas(64) Slot
     {
         std::atomic<bool> isTaken{false};
@@ -31,7 +31,10 @@ class HelperThreads
     };
 
 public:
-    /// Those of the process. They end when nobody has them any more.
+    /// Crews that threads can join; others are alone.
+    static constexpr std::size_t kMostCrews = 1024;
+
+    /// Those of the process. They end with their last owner.
     static std::shared_ptr<HelperThreads> shared();
 
     HelperThreads();
@@ -39,11 +42,10 @@ public:
     HelperThreads(const HelperThreads&) = delete;
     HelperThreads& operator=(const HelperThreads&) = delete;
 
-    /// Lets threads join a crew, from its open() to its close().
+    /// Lets threads join a crew.
     class Call
     {
     public:
-        /// Where very many updates run at once, nobody comes.
         Call(HelperThreads& threads, TaskCrew& crew);
         /// Returns when all that came have left. The crew is closed.
         ~Call();
@@ -52,6 +54,9 @@ public:
 
         /// Calls threads until so many are there or on their way.
         void ask(unsigned helpers);
+        /// Those that have not come need not come. One that is there leaves the closed crew when it runs again: the system may
+        /// have put it aside, for which no update waits.
+        void end();
 
     private:
         HelperThreads& m_threads;
@@ -67,7 +72,8 @@ private:
     bool joinSome();
     Slot* takeSlot();
 
-    std::array<Slot, 64> m_slots;
+    std::array<Slot, kMostCrews> m_slots;
+    std::atomic<std::size_t> m_usedSlots{0};  ///< the first ones
     WakeWord m_calls;
     std::atomic<bool> m_isOver{false};
     std::mutex m_growing;

@@ -18,7 +18,6 @@ constexpr std::uint32_t kAnchorSample = 256;
 constexpr std::uint32_t kFreshShare = 64;
 constexpr std::size_t kFewChanges = 65536;  // new and parted pairs
 constexpr std::size_t kHardlyAny = 1024;
-constexpr std::uint32_t kSmallWorld = 4096;  // has hardly a loop for several threads
 
 /// What happened to any row.
 std::uint8_t changesOf(const ProxyView& view)
@@ -74,10 +73,10 @@ Status RowGridBackend::update(const ProxyView& proxies, PairDelta& delta)
             updateOrThrow(proxies);
             writeChanges(delta);
         };
-        if (proxies.dirtyCount == 0 || proxies.size < kSmallWorld)
+        if (proxies.dirtyCount == 0)
             work();
         else
-            m_workers.together(work);
+            m_workers.together(SettlePolicy::kCostOfSettling * proxies.size, work);
         countWork();
     }
     catch (const std::bad_alloc&)

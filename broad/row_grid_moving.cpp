@@ -178,6 +178,9 @@ void RowGridBackend::updateMoving(const ProxyView& view)
         decide("nothing changed", 0, 0, 0);
         return;
     }
+    const double costOfBox =
+        m_hasJumped ? SettlePolicy::kCostOfRefill + SettlePolicy::kCostOfStray : SettlePolicy::kCostOfMoving;
+    m_workers.limit(costOfBox * view.size);
     // The first loop comes after some work for one thread then.
     if (m_hasJumped)
         m_workers.expect(m_workers.tasksFor(view.dirtyCount, RowGrid::kTaskGrain));

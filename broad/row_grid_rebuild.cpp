@@ -52,6 +52,7 @@ void RowGridBackend::sortOldPairs(const std::vector<IdPair>& pairs)
 
 void RowGridBackend::rebuild(const ProxyView& view, bool settle)
 {
+    m_workers.limit((settle ? SettlePolicy::kCostOfSettling : SettlePolicy::kCostOfRefill) * view.size);
     std::vector<IdPair> held;
     if (m_restarted)
         collectKnown(view, held);

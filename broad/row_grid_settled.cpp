@@ -53,6 +53,7 @@ RowGridBackend::SettledOutcome RowGridBackend::updateSettled(const ProxyView& vi
     }
     decide("most boxes rest", active, watching, moving);
     m_policy.count(active, m_quietCount);
+    m_workers.limit(watching);
     for (const std::uint32_t row : m_escaped)
         activate(row);
     m_stats.path = m_active.empty() ? "watch" : "incremental";

@@ -6,45 +6,52 @@
 #include "broad/task_crew.h"
 
 #include <algorithm>
+#include <cstddef>
 #include <memory>
-#include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
+#include <optional>
+#include <thread>
 #include <type_traits>
 
 namespace cullet
 {
-/// Runs loops on at most a fixed number of threads: those of oneTBB, or inside of together() the HelperThreads. With one thread none
-/// is ever started.
+/// Runs loops on at most a fixed number of threads: the calling one and HelperThreads. With one thread none is ever started.
+///
+/// More threads than the machine has cores share the work out among as many lists, and are no more than there are cores.
+/// One loop or together() at a time.
 class WorkerPool
 {
 public:
+    /// Nanoseconds of work for which one more thread is worth its call. It comes 15 to 60 microseconds after it is called, or
+    /// much later on a machine that is shared, and leaves what it wrote in the cache of another core.
+    static constexpr double kWorth = 2e5;
+
     /// @param threads 0: as many as the machine has
     explicit WorkerPool(int threads)
-        : m_threads(threads > 0 ? threads : tbb::this_task_arena::max_concurrency())
+        : m_threads(threads > 0 ? static_cast<unsigned>(threads) : cores()), m_limit(m_threads)
     {
     }
 
-    unsigned threads() const { return static_cast<unsigned>(m_threads); }
+    unsigned threads() const { return m_threads; }
 
-    /// How many tasks to cut `items` into so that each has at least `grain` of them; at most threads().
+    /// How many tasks to cut `items` into so that each has at least `grain` of them; at most as many as there may be threads.
     unsigned tasksFor(std::size_t items, std::size_t grain) const
     {
         const std::size_t useful = items / grain;
-        return useful < 2 ? 1u : static_cast<unsigned>(useful < threads() ? useful : threads());
+        return useful < 2 ? 1u : static_cast<unsigned>(std::min<std::size_t>(useful, m_limit));
     }
 
     /// Calls body(task), or body(task, thread), for task in [0, tasks), each once, tasks in any order on any thread. Numbers of
-    /// threads are below threads(), and those that run at the same time differ. A loop inside of a task of another one that
-    /// runs together() is done by the thread of that, as 0.
+    /// threads are below threads(), and those that run at the same time differ. A loop inside of a task of another one is done
+    /// by the thread of that, as 0.
     template <class Body>
     void run(unsigned tasks, const Body& body)
     {
-        if (tasks == 1 || m_threads == 1 || (m_call != nullptr && m_crew->isRunning()))
+        if (tasks == 1 || m_limit == 1 || (m_isTogether && m_crew->isRunning()))
         {
             for (unsigned task = 0; task < tasks; ++task)
                 call(body, task, 0);
         }
-        else if (m_call != nullptr)
+        else if (m_isTogether)
         {
             m_crew->run(
                 tasks, [&](unsigned task, unsigned thread) { call(body, task, thread); },
@@ -52,41 +59,45 @@ public:
         }
         else
         {
-            const auto callFromArena = [&](unsigned task)
-            { call(body, task, static_cast<unsigned>(tbb::this_task_arena::current_thread_index())); };
-            arena().execute([&] { tbb::parallel_for(0u, tasks, callFromArena, tbb::simple_partitioner()); });
+            together([&] { run(tasks, body); });
         }
     }
 
-    /// Calls body(); the loops that it runs share one fork and join (TaskCrew). Not from two threads at once.
+    /// Calls body(); the loops that it runs share one fork and join (TaskCrew).
     template <class Body>
     void together(const Body& body)
     {
-        if (m_threads == 1)
+        if (m_limit == 1)
         {
             body();
             return;
         }
-        if (!m_crew)
+        if (!m_call)
         {
-            m_helpers = HelperThreads::shared();
             m_crew = std::make_unique<TaskCrew>(threads());
+            m_helpers = HelperThreads::shared();
+            m_call.emplace(*m_helpers, *m_crew);
         }
         const Together isOpen(*this);
         body();
     }
 
-    /// run() inside of a together() of its own: for a short loop that waits for nothing, since its threads are woken at once.
+    /// The same for loops that take one thread so many nanoseconds, by counts of what they do and never by a clock: they have
+    /// the threads that are worth it.
     template <class Body>
-    void runPromptly(unsigned tasks, const Body& body)
+    void together(double work, const Body& body)
     {
-        together([&] { run(tasks, body); });
+        const Limit whileItRuns(*this, work);
+        together(body);
     }
+
+    /// Inside of together() with an upper bound of the work: what the loops from here on take.
+    void limit(double work) { m_limit = threadsFor(work); }
 
     /// Inside of together(): calls the threads for loops of so many tasks that will come soon, since they take a while.
     void expect(unsigned tasks)
     {
-        if (m_call != nullptr)
+        if (m_isTogether)
             callHelpers(tasks);
     }
 
@@ -95,23 +106,49 @@ private:
     class Together
     {
     public:
-        explicit Together(WorkerPool& pool) : m_pool(pool), m_call(*pool.m_helpers, *pool.m_crew)
+        explicit Together(WorkerPool& pool) : m_pool(pool)
         {
             m_pool.m_crew->open();
-            m_pool.m_call = &m_call;
+            m_pool.m_isTogether = true;
         }
         ~Together()
         {
-            m_pool.m_call = nullptr;
+            m_pool.m_isTogether = false;
             m_pool.m_crew->close();
+            m_pool.m_call->end();
         }
         Together(const Together&) = delete;
         Together& operator=(const Together&) = delete;
 
     private:
         WorkerPool& m_pool;
-        HelperThreads::Call m_call;
     };
+
+    /// Lets loops have fewer threads while it lives.
+    class Limit
+    {
+    public:
+        Limit(WorkerPool& pool, double work) : m_pool(pool), m_before(pool.m_limit) { pool.limit(work); }
+        ~Limit() { m_pool.m_limit = m_before; }
+        Limit(const Limit&) = delete;
+        Limit& operator=(const Limit&) = delete;
+
+    private:
+        WorkerPool& m_pool;
+        unsigned m_before;
+    };
+
+    static unsigned cores()
+    {
+        // Asked once: it takes a system call.
+        static const unsigned known = std::max(1u, std::thread::hardware_concurrency());
+        return known;
+    }
+
+    unsigned threadsFor(double work) const
+    {
+        return static_cast<unsigned>(std::clamp(work / kWorth, 1.0, static_cast<double>(m_threads)));
+    }
 
     template <class Body>
     static void call(const Body& body, unsigned task, unsigned thread)
@@ -124,23 +161,17 @@ private:
 
     void callHelpers(unsigned tasks)
     {
-        const unsigned wanted = std::min(tasks, threads());
+        const unsigned wanted = std::min({tasks, m_limit, cores()});
         if (wanted > 1)
             m_call->ask(wanted - 1);
     }
 
-    tbb::task_arena& arena()
-    {
-        if (!m_arena)
-            m_arena = std::make_unique<tbb::task_arena>(m_threads);
-        return *m_arena;
-    }
-
-    int m_threads;
-    std::unique_ptr<tbb::task_arena> m_arena;
+    unsigned m_threads;
+    unsigned m_limit;  ///< of the threads for the loops that come
+    bool m_isTogether = false;
     std::unique_ptr<TaskCrew> m_crew;
     std::shared_ptr<HelperThreads> m_helpers;
-    HelperThreads::Call* m_call = nullptr;  // while together() runs
+    std::optional<HelperThreads::Call> m_call;
 };
 
 /// Part `task` of `tasks` equal parts of [0, items).

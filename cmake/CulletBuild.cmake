@@ -38,10 +38,6 @@ if(CULLET_SANITIZE)
         add_compile_options("$<$<COMPILE_LANGUAGE:CXX>:-fno-sanitize=null,alignment>")
     endif()
     add_link_options("-fsanitize=${CULLET_SANITIZE}")
-    if(CULLET_SANITIZE MATCHES "thread")
-        # A oneTBB that ThreadSanitizer can see through; the headers there say why.
-        include_directories(BEFORE "${PROJECT_SOURCE_DIR}/tests/tsan")
-    endif()
 endif()
 
 # -DCMAKE_UNITY_BUILD=ON compiles several sources as one where each is also compiled alone: the programs in the other

@@ -18,7 +18,7 @@ if(PROJECT_VERSION_MAJOR EQUAL 0)
 else()
     set(CULLET_SOVERSION "${PROJECT_VERSION_MAJOR}")
 endif()
-# Hidden visibility does not reach instances of std:: and tbb:: templates, nor the static CUDA runtime; this does.
+# Hidden visibility does not reach instances of std:: templates, nor the static CUDA runtime; this does.
 set(CULLET_SYMBOLS "${PROJECT_BINARY_DIR}/libcullet.map")
 configure_file("${PROJECT_SOURCE_DIR}/cmake/libcullet.map.in" "${CULLET_SYMBOLS}" @ONLY)
 
@@ -35,7 +35,7 @@ function(cullet_link_joined target)
     if(NOT CULLET_INSTALL)
         set_target_properties(${target} PROPERTIES EXCLUDE_FROM_ALL ON)
     endif()
-    target_link_libraries(${target} INTERFACE Eigen3::Eigen PRIVATE TBB::tbb Threads::Threads)
+    target_link_libraries(${target} INTERFACE Eigen3::Eigen PRIVATE Threads::Threads)
 endfunction()
 
 # An archive brings the static CUDA runtime along, so that whoever links it needs no CUDA.
@@ -60,7 +60,7 @@ function(cullet_add_shared target name)
         VERSION ${PROJECT_VERSION}
         SOVERSION ${CULLET_SOVERSION}
         LINK_DEPENDS "${CULLET_SYMBOLS}")
-    # nodelete: Bullet's dispatchers keep functions of the library, and oneTBB its threads, when a program closes it.
+    # nodelete: Bullet's dispatchers keep functions of the library when a program closes it.
     target_link_options(${target} PRIVATE
         "LINKER:--version-script=${CULLET_SYMBOLS},-Bsymbolic-functions,-z,nodelete")
     if(NOT CULLET_SANITIZE)

@@ -45,7 +45,7 @@ Bullet in single and in double precision.")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libcullet-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
-    "${library_package} (= ${PROJECT_VERSION}), libbullet-dev, libeigen3-dev, libtbb-dev")
+    "${library_package} (= ${PROJECT_VERSION}), libbullet-dev, libeigen3-dev")
 # For the recording component only.
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SUGGESTS zlib1g-dev)
 set(CPACK_COMPONENT_DEVELOPMENT_DESCRIPTION "broad and narrow phase for Bullet, development files

@@ -18,7 +18,7 @@ CULLET_TOOLKIT=$CULLET_ROOT/build/cuda-toolkit/nvidia/cu13
 # zlib1g-dev: the CMake package of libassimp-dev names libz.so and the Debian package does not depend on it.
 CULLET_PACKAGES=(
     g++ cmake ninja-build ccache git ca-certificates
-    libbullet-dev libbullet-extras-dev libeigen3-dev libtbb-dev libassimp-dev zlib1g-dev libcli11-dev
+    libbullet-dev libbullet-extras-dev libeigen3-dev libassimp-dev zlib1g-dev libcli11-dev
     nlohmann-json3-dev libgtest-dev glmark2-data)
 
 say()

@@ -49,7 +49,7 @@ struct WorldBoxesStats
 class CULLET_API WorldBoxes
 {
 public:
-    /// Objects per task. Below two of them Bullet's own function is as fast.
+    /// Objects per task. Below two of them Bullet's own function is as fast. Several threads are worth it from some 8,000 boxes.
     static constexpr std::size_t kGrain = 256;
 
     WorldBoxes();

@@ -40,13 +40,12 @@ public:
     void setBoxes(const std::vector<Aabb>& boxes, const std::vector<std::uint32_t>& rows) override
     {
         const unsigned tasks = m_workers.tasksFor(rows.size(), kSetGrain);
-        m_workers.runPromptly(tasks,
-                              [&](unsigned task)
-                              {
-                                  const TaskRange range(rows.size(), task, tasks);
-                                  m_table.setBoxes(boxes.data(), rows.data() + range.begin,
-                                                   range.end - range.begin);
-                              });
+        m_workers.run(tasks,
+                      [&](unsigned task)
+                      {
+                          const TaskRange range(rows.size(), task, tasks);
+                          m_table.setBoxes(boxes.data(), rows.data() + range.begin, range.end - range.begin);
+                      });
     }
 
     void remove(std::uint32_t row) override { m_table.destroy(row); }

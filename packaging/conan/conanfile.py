@@ -42,7 +42,6 @@ class CulletConan(ConanFile):
         if not self.options.system:
             self.requires("bullet3/3.25", transitive_headers=True, transitive_libs=True)
             self.requires("eigen/3.4.0", transitive_headers=True)
-            self.requires("onetbb/2021.10.0")
             # For recordings, which are left out without it.
             self.requires("zlib/[>=1.2.11 <2]")
 

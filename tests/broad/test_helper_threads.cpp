@@ -5,13 +5,18 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <csignal>
 #include <cstdint>
 #include <cstdlib>
 #include <memory>
+#include <mutex>
 #include <new>
 #include <optional>
+#include <pthread.h>
+#include <set>
 #include <thread>
 #include <vector>
 
@@ -21,38 +26,62 @@ namespace
 {
 constexpr std::chrono::seconds kLongEnough{60};
 
-/// Whether `count` threads take part in one loop: each task waits for all others.
-bool meet(WorkerPool& workers, unsigned count)
+/// A crew of the process's threads, of as many as a test wants: a WorkerPool has no more than there are cores.
+class SharedCrew
 {
-    const auto end = std::chrono::steady_clock::now() + kLongEnough;
-    std::atomic<unsigned> here{0};
-    workers.runPromptly(count,
-                        [&](unsigned)
-                        {
-                            ++here;
-                            while (here.load() < count && std::chrono::steady_clock::now() < end)
-                                std::this_thread::yield();
-                        });
-    return std::chrono::steady_clock::now() < end;
-}
+public:
+    explicit SharedCrew(unsigned threads)
+        : m_count(threads), m_helpers(HelperThreads::shared()), m_crew(threads), m_call(*m_helpers, m_crew)
+    {
+    }
+
+    /// Whether all take part in one loop: each task waits for all others.
+    bool meet()
+    {
+        const auto end = std::chrono::steady_clock::now() + kLongEnough;
+        std::atomic<unsigned> here{0};
+        const auto waitForAll = [&](unsigned, unsigned thread)
+        {
+            ++here;
+            while (here.load() < m_count && std::chrono::steady_clock::now() < end)
+            {
+                // One that was counted may just have left the loop before.
+                if (thread == 0)
+                    m_call.ask(m_count - 1);
+                std::this_thread::yield();
+            }
+        };
+        m_crew.open();
+        m_crew.run(m_count, waitForAll, [&] { m_call.ask(m_count - 1); });
+        m_crew.close();
+        m_call.end();
+        return std::chrono::steady_clock::now() < end;
+    }
+
+private:
+    unsigned m_count;
+    std::shared_ptr<HelperThreads> m_helpers;
+    TaskCrew m_crew;
+    HelperThreads::Call m_call;
+};
 
 TEST(HelperThreads, AsManyComeAsAreCalled)
 {
-    WorkerPool two(2);
-    WorkerPool five(5);
+    SharedCrew two(2);
+    SharedCrew five(5);
     for (int loop = 0; loop < 200; ++loop)
     {
-        ASSERT_TRUE(meet(two, 2));
-        ASSERT_TRUE(meet(five, 5));
+        ASSERT_TRUE(two.meet());
+        ASSERT_TRUE(five.meet());
     }
 }
 
 TEST(HelperThreads, ComeAgainAfterTheyHaveSlept)
 {
-    WorkerPool workers(3);
+    SharedCrew crew(3);
     for (int loop = 0; loop < 20; ++loop)
     {
-        ASSERT_TRUE(meet(workers, 3));
+        ASSERT_TRUE(crew.meet());
         std::this_thread::sleep_for(std::chrono::milliseconds(2));
     }
 }
@@ -61,17 +90,17 @@ TEST(HelperThreads, EndWithTheLastPool)
 {
     std::weak_ptr<HelperThreads> threads;
     {
-        WorkerPool first(2);
-        auto second = std::make_unique<WorkerPool>(3);
-        ASSERT_TRUE(meet(first, 2));
-        ASSERT_TRUE(meet(*second, 3));
+        auto first = std::make_unique<SharedCrew>(3);
+        ASSERT_TRUE(first->meet());
+        WorkerPool second(2);
+        second.run(2, [](unsigned) {});
         threads = HelperThreads::shared();
-        second.reset();
+        first.reset();
         EXPECT_FALSE(threads.expired());
     }
     EXPECT_TRUE(threads.expired());
-    WorkerPool later(2);
-    EXPECT_TRUE(meet(later, 2));
+    SharedCrew later(2);
+    EXPECT_TRUE(later.meet());
 }
 
 TEST(HelperThreads, AreSharedByWorldsOnSeveralThreads)
@@ -90,7 +119,7 @@ TEST(HelperThreads, AreSharedByWorldsOnSeveralThreads)
                     if (loop % 50 == 0)
                         workers.emplace(2 + static_cast<int>(world));
                     std::vector<unsigned> done(kTasks);
-                    workers->runPromptly(kTasks, [&](unsigned task) { done[task] += task; });
+                    workers->run(kTasks, [&](unsigned task) { done[task] += task; });
                     for (const unsigned task : done)
                         sums[world] += task;
                 }
@@ -106,7 +135,7 @@ TEST(HelperThreads, NobodyComesWhereTooManyCall)
     const auto threads = HelperThreads::shared();
     std::vector<std::unique_ptr<TaskCrew>> crews;
     std::vector<std::unique_ptr<HelperThreads::Call>> calls;
-    for (int crew = 0; crew < 64; ++crew)
+    for (std::size_t crew = 0; crew < HelperThreads::kMostCrews; ++crew)
     {
         crews.push_back(std::make_unique<TaskCrew>(2));
         crews.back()->open();
@@ -115,12 +144,13 @@ TEST(HelperThreads, NobodyComesWhereTooManyCall)
     WorkerPool workers(2);
     unsigned owners = 0;
     const auto note = [&](unsigned, unsigned thread) { owners |= 1u << thread; };
-    workers.runPromptly(100, note);
+    workers.run(100, note);
     EXPECT_EQ(owners, 1u);
     for (const auto& crew : crews)
         crew->close();
     calls.clear();
-    EXPECT_TRUE(meet(workers, 2));
+    SharedCrew later(2);
+    EXPECT_TRUE(later.meet());
 }
 
 TEST(HelperThreads, NobodyComesLaterThanTheCallThatAskedForIt)
@@ -162,8 +192,10 @@ TEST(HelperThreads, FailuresReachTheCaller)
     };
     for (int loop = 0; loop < 50; ++loop)
     {
-        EXPECT_THROW(workers.runPromptly(10, fail), std::bad_alloc);
-        ASSERT_TRUE(meet(workers, 3));
+        EXPECT_THROW(workers.run(10, fail), std::bad_alloc);
+        std::atomic<unsigned> sum{0};
+        workers.run(10, [&](unsigned task) { sum += task; });
+        ASSERT_EQ(sum.load(), 45u);
     }
 }
 
@@ -171,20 +203,129 @@ TEST(HelperThreads, FailuresReachTheCaller)
 // A forked process has none of the threads. Its loops are done by the one that it has, and nothing waits for the others.
 TEST(HelperThreadsDeathTest, AForkedProcessGoesOnAlone)
 {
+    SharedCrew crew(3);
+    ASSERT_TRUE(crew.meet());
     auto workers = std::make_unique<WorkerPool>(3);
-    ASSERT_TRUE(meet(*workers, 3));
+    workers->run(10, [](unsigned) {});
     EXPECT_EXIT(
         {
             unsigned sum = 0;
-            workers->runPromptly(10, [&](unsigned task) { sum += task; });
+            workers->run(10, [&](unsigned task) { sum += task; });
             workers.reset();
             WorkerPool another(3);
-            another.runPromptly(10, [&](unsigned task) { sum += task; });
+            another.run(10, [&](unsigned task) { sum += task; });
             std::_Exit(sum == 90 ? 0 : 1);
         },
         testing::ExitedWithCode(0), "");
-    EXPECT_TRUE(meet(*workers, 3));
+    EXPECT_TRUE(crew.meet());
+}
+
+namespace
+{
+std::atomic<bool> isHeld{false}, isReleased{false};
+
+/// Keeps the thread that gets the signal, as a busy system does.
+void hold(int)
+{
+    isHeld = true;
+    while (!isReleased)
+    {
+    }
+}
+}  // namespace
+
+TEST(WorkerPool, DoesNotWaitForAHelperThatIsPutAsideBetweenLoops)
+{
+    ASSERT_NE(std::signal(SIGUSR1, hold), SIG_ERR);
+    const unsigned count = std::min(2u, std::thread::hardware_concurrency());
+    for (int round = 0; round < 20; ++round)
+    {
+        isHeld = isReleased = false;
+        WorkerPool workers(2);
+        std::atomic<unsigned> here{0};
+        pthread_t helper = pthread_self();
+        const auto meet = [&](unsigned, unsigned thread)
+        {
+            if (thread != 0)
+                helper = pthread_self();
+            for (++here; here < count;)
+                std::this_thread::yield();
+        };
+        const auto meetAndHold = [&]
+        {
+            workers.run(count, meet);
+            // It looks out for another loop, or sleeps already.
+            if (count == 2)
+                pthread_kill(helper, SIGUSR1);
+            while (count == 2 && !isHeld)
+                std::this_thread::yield();
+        };
+        workers.together(meetAndHold);
+        unsigned sum = 0;
+        workers.run(10, [&](unsigned task) { sum += task; });
+        EXPECT_EQ(sum, 45u);
+        isReleased = true;
+    }
+    std::signal(SIGUSR1, SIG_DFL);
 }
 #endif
+
+TEST(WorkerPool, KeepsLoopsOnTheCallingThreadThatAreTooShortForAnother)
+{
+    WorkerPool workers(8);
+    std::set<std::thread::id> threads;
+    std::set<unsigned> numbers;
+    workers.together(1.9 * WorkerPool::kWorth,
+                     [&]
+                     {
+                         EXPECT_EQ(workers.tasksFor(1000000, 1), 1u);
+                         workers.run(100,
+                                     [&](unsigned, unsigned number)
+                                     {
+                                         threads.insert(std::this_thread::get_id());
+                                         numbers.insert(number);
+                                     });
+                     });
+    EXPECT_EQ(threads, std::set<std::thread::id>{std::this_thread::get_id()});
+    EXPECT_EQ(numbers, std::set<unsigned>{0});
+}
+
+TEST(WorkerPool, GivesLoopsAsManyThreadsAsTheirWorkIsWorth)
+{
+    WorkerPool workers(8);
+    const auto expectTasks = [&](unsigned tasks) { EXPECT_EQ(workers.tasksFor(1000000, 1), tasks); };
+    expectTasks(8);
+    workers.together(5.5 * WorkerPool::kWorth,
+                     [&]
+                     {
+                         expectTasks(5);
+                         workers.limit(2 * WorkerPool::kWorth);
+                         expectTasks(2);
+                         workers.limit(100 * WorkerPool::kWorth);
+                         expectTasks(8);
+                         workers.limit(0);
+                         expectTasks(1);
+                     });
+    expectTasks(8);
+    const auto fail = [] { throw std::bad_alloc(); };
+    EXPECT_THROW(workers.together(0.0, fail), std::bad_alloc);
+    expectTasks(8);
+}
+
+TEST(WorkerPool, HasNoMoreThreadsThanTheMachineHasCores)
+{
+    WorkerPool workers(64);
+    std::mutex mutex;
+    std::set<std::thread::id> threads;
+    for (int loop = 0; loop < 20; ++loop)
+        workers.run(1000,
+                    [&](unsigned)
+                    {
+                        const std::lock_guard<std::mutex> lock(mutex);
+                        threads.insert(std::this_thread::get_id());
+                    });
+    EXPECT_EQ(workers.threads(), 64u);
+    EXPECT_LE(threads.size(), std::max(1u, std::thread::hardware_concurrency()));
+}
 }  // namespace
 }  // namespace cullet::test
