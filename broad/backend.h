@@ -4,13 +4,13 @@
 
 #include "broad/aabb.h"
 #include "broad/api.h"
+#include "broad/array.h"
 #include "broad/pair.h"
 
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
-#include <vector>
 
 namespace cullet
 {
@@ -111,7 +111,7 @@ struct BackendStats
     std::uint64_t swaps[3] = {0, 0, 0};  ///< sweep and prune: swaps of neighbouring limits, by axis
     std::uint64_t bytesMoved = 0;        ///< between the memory of the CPU and that of a device
     GridDecision decision;               ///< rows of the grid
-    std::vector<StageTime> stages;       ///< with PsapOptions::timeStages, in order
+    Array<StageTime> stages;             ///< with PsapOptions::timeStages, in order
 };
 
 /// Finds the overlapping pairs of a set of boxes and reports how the set changed.

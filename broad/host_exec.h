@@ -177,7 +177,7 @@ public:
     void dropStages() { m_stages.clear(); }
 
     /// The stages since the last call; all have ended.
-    void takeStages(std::vector<StageTime>& stages)
+    void takeStages(Array<StageTime>& stages)
     {
         stages.swap(m_stages);
         m_stages.clear();
@@ -429,6 +429,6 @@ private:
     using Clock = std::chrono::steady_clock;
     bool m_isTiming;
     Clock::time_point m_stageBegin;
-    std::vector<StageTime> m_stages;
+    Array<StageTime> m_stages;
 };
 }  // namespace cullet::psap

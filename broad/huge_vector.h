@@ -2,9 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "broad/array.h"
+
 #include <cstddef>
 #include <new>
-#include <vector>
 
 #if defined(__linux__)
 #include <sys/mman.h>
@@ -67,5 +68,5 @@ bool operator!=(const HugeAllocator<T>& /*a*/, const HugeAllocator<U>& /*b*/) no
 }
 
 template <class T>
-using HugeVector = std::vector<T, HugeAllocator<T>>;
+using HugeVector = Array<T, HugeAllocator<T>>;
 }  // namespace cullet

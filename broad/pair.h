@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "broad/array.h"
 #include "broad/box_memory.h"
 
 #include <cstdint>
-#include <vector>
 
 namespace cullet
 {
@@ -51,7 +51,7 @@ inline Pair pairOfKey(std::uint64_t key) noexcept
 }
 
 /// In memory that a device may write into directly.
-using Pairs = std::vector<Pair, BoxAllocator<Pair>>;
+using Pairs = Array<Pair, BoxAllocator<Pair>>;
 
 /// What changed between two updates of a backend: both lists sorted by (first, second), unique, disjoint.
 struct PairDelta

@@ -91,14 +91,15 @@ void ProxyTable::unmarkBlock(std::uint32_t block, std::uint8_t reader) noexcept
 /// For a row more than there is.
 void ProxyTable::growBlocks()
 {
-    const std::size_t needed = (m_boxes.size() >> kBlockShift) + 1;
-    if (needed <= m_blocks.size())
+    const std::uint32_t needed = (size() >> kBlockShift) + 1;
+    if (needed <= m_blockCount)
         return;
+    auto blocks = std::make_unique<std::atomic<std::uint8_t>[]>(2 * std::size_t{needed});
     // std::atomic does not move, so the blocks are copied by hand.
-    std::vector<std::atomic<std::uint8_t>> blocks(needed * 2);
-    for (std::size_t i = 0; i < m_blocks.size(); ++i)
+    for (std::uint32_t i = 0; i < m_blockCount; ++i)
         blocks[i].store(m_blocks[i].load(std::memory_order_relaxed), std::memory_order_relaxed);
     m_blocks.swap(blocks);
+    m_blockCount = 2 * needed;
 }
 
 ProxyId ProxyTable::reserveRow()
@@ -231,7 +232,7 @@ void ProxyTable::endUpdate() noexcept
         for (std::uint32_t i = 0; i < m_dirtyCount; ++i)
             m_changes[m_dirty[i]] = kRowUnchanged;
     }
-    for (std::uint32_t block = 0; block < m_blocks.size(); ++block)
+    for (std::uint32_t block = 0; block < m_blockCount; ++block)
         unmarkBlock(block, kBlockForUpdate);
     for (const ProxyId row : m_quarantine)
         m_uniqueIds[row] = 0;
@@ -240,7 +241,7 @@ void ProxyTable::endUpdate() noexcept
     m_dirtyCount = 0;
 }
 
-void ProxyTable::collectBlock(std::uint32_t block, std::vector<ProxyId>& rows)
+void ProxyTable::collectBlock(std::uint32_t block, Array<ProxyId>& rows)
 {
     if (!isBlockMarked(block, kBlockForQueries))
         return;
@@ -255,7 +256,7 @@ void ProxyTable::collectBlock(std::uint32_t block, std::vector<ProxyId>& rows)
         m_queryChanges[*row] = 0;
 }
 
-void ProxyTable::collectQueryChanges(std::vector<ProxyId>& rows)
+void ProxyTable::collectQueryChanges(Array<ProxyId>& rows)
 {
     rows.clear();
     const std::uint32_t count = m_queryBlockCount.load(std::memory_order_relaxed);
@@ -284,7 +285,8 @@ void ProxyTable::clear()
     m_filters.clear();
     m_changes.clear();
     m_queryChanges.clear();
-    m_blocks.clear();
+    m_blocks.reset();
+    m_blockCount = 0;
     m_queryBlockCount.store(0, std::memory_order_relaxed);
     m_dirtyCount = 0;
     m_free.clear();
@@ -296,7 +298,7 @@ std::uint64_t ProxyTable::bytes() const noexcept
 {
     return m_boxes.capacity() * sizeof(Aabb) + m_uniqueIds.capacity() * sizeof(std::uint32_t) +
            m_filters.capacity() * sizeof(Filter) + m_changes.capacity() + m_queryChanges.capacity() +
-           m_blocks.size() +
+           m_blockCount +
            (m_dirty.capacity() + m_free.capacity() + m_quarantine.capacity()) * sizeof(ProxyId);
 }
 }  // namespace cullet

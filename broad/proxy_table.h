@@ -4,6 +4,7 @@
 
 #include "broad/aabb.h"
 #include "broad/api.h"
+#include "broad/array.h"
 #include "broad/backend.h"
 #include "broad/box_memory.h"
 
@@ -11,7 +12,6 @@
 #include <atomic>
 #include <cstdint>
 #include <memory>
-#include <vector>
 
 namespace cullet
 {
@@ -80,7 +80,7 @@ public:
     /// Moves the rows changed since the last call into `rows` (ascending, each once).
     ///
     /// Cost: 128 bytes read for each block of 128 rows with a change; with more than 64 such blocks, O(size / 128) too.
-    void collectQueryChanges(std::vector<ProxyId>& rows);
+    void collectQueryChanges(Array<ProxyId>& rows);
 
     /// Empties the table and forgets every change, as if new.
     void clear();
@@ -133,22 +133,23 @@ private:
     }
     void unmarkBlock(std::uint32_t block, std::uint8_t reader) noexcept;
     void growBlocks();
-    void collectBlock(std::uint32_t block, std::vector<ProxyId>& rows);
+    void collectBlock(std::uint32_t block, Array<ProxyId>& rows);
 
-    std::vector<Aabb, BoxAllocator<Aabb>> m_boxes;
-    std::vector<std::uint32_t> m_uniqueIds;
-    std::vector<Filter> m_filters;
-    std::vector<std::uint8_t> m_changes;
-    std::vector<std::uint8_t> m_queryChanges;
-    std::vector<std::atomic<std::uint8_t>> m_blocks;  // which readers have changes to see in each 128 rows
+    Array<Aabb, BoxAllocator<Aabb>> m_boxes;
+    Array<std::uint32_t> m_uniqueIds;
+    Array<Filter> m_filters;
+    Array<std::uint8_t> m_changes;
+    Array<std::uint8_t> m_queryChanges;
+    /// Which readers have changes to see in each 128 rows.
+    std::unique_ptr<std::atomic<std::uint8_t>[]> m_blocks;
+    std::uint32_t m_blockCount = 0;
     std::atomic<std::uint32_t> m_queryBlockCount{0};  // blocks listed; above kFewBlocks, there are others too
     std::array<std::atomic<std::uint32_t>, kFewBlocks> m_queryBlocks{};
-    std::vector<ProxyId, BoxAllocator<ProxyId>>
-        m_dirty;  // room for all rows, of which m_dirtyCount are in use
+    Array<ProxyId, BoxAllocator<ProxyId>> m_dirty;  // room for all rows, of which m_dirtyCount are in use
     std::uint32_t m_dirtyCount = 0;
     // Both have room for all rows, so that neither destroy() nor endUpdate() needs memory.
-    std::vector<ProxyId> m_free;
-    std::vector<ProxyId> m_quarantine;
+    Array<ProxyId> m_free;
+    Array<ProxyId> m_quarantine;
     std::uint32_t m_liveCount = 0;
 };
 }  // namespace cullet

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "broad/array.h"
 #include "broad/box_tree.h"
 #include "broad/proxy_table.h"
 
@@ -96,7 +97,7 @@ private:
     QuerySide m_sides[2];
     std::atomic<std::uint32_t> m_current{0};
     std::vector<std::uint32_t> m_places;  // by row: where it is
-    std::vector<ProxyId> m_changed;
+    Array<ProxyId> m_changed;
     std::vector<ProxyId> m_left;
     std::uint32_t m_changedCount = 0;
     bool m_isBuilt = false;

@@ -231,7 +231,7 @@ public:
     /// Forgets the stages of an update that failed.
     void dropStages() noexcept { m_stages.drop(); }
     /// The stages since the last call; waits for them.
-    void takeStages(std::vector<StageTime>& stages) { m_stages.take(stages); }
+    void takeStages(Array<StageTime>& stages) { m_stages.take(stages); }
 
     template <class Step>
     void forEach(std::uint64_t count, const Step& step)

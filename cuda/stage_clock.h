@@ -54,7 +54,7 @@ public:
     }
 
     /// The times of the stages since the last call, each up to the beginning of the next. Waits for the last one.
-    void take(std::vector<StageTime>& stages)
+    void take(Array<StageTime>& stages)
     {
         stages.clear();
         if (!m_names.empty())

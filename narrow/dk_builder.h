@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "narrow/debug_containers.h"
 #include "narrow/dk_hierarchy.h"
 #include "narrow/exact_orientation.h"
 

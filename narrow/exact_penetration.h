@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "narrow/debug_containers.h"
 #include "narrow/gauss_arcs.h"
 #include "narrow/posed_hull.h"
 #include "narrow/unit_vector.h"

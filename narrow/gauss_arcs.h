@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "narrow/debug_containers.h"
+
 #include <Eigen/Core>
 
 #include <algorithm>

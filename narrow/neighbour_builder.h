@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "narrow/debug_containers.h"
 #include "narrow/hull.h"
 #include "narrow/support.h"
 #include "narrow/surface_points.h"

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "narrow/debug_containers.h"
 #include "narrow/exact_orientation.h"
 
 #include <Eigen/Geometry>

@@ -15,6 +15,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <new>
 #include <string>
 #include <utility>
 
@@ -144,8 +145,16 @@ void Broadphase::destroyProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher
                   "destroy a proxy once, in the broad phase that made it");
     m->destroy(*own, dispatcher);
     // A world that is only asked for rays never updates.
-    if (m->store.quarantinedCount() > std::max(kSmallQuarantine, m->store.table().liveCount()))
+    if (m->store.quarantinedCount() <= std::max(kSmallQuarantine, m->store.table().liveCount()))
+        return;
+    try
+    {
         m->keeper.skipChanges();
+    }
+    catch (const std::bad_alloc&)
+    {
+        // The proxy is gone; the next one that goes tries again.
+    }
 }
 
 void Broadphase::setAabb(btBroadphaseProxy* proxy, const btVector3& aabbMin, const btVector3& aabbMax,
@@ -218,8 +227,9 @@ void Broadphase::resetPool(btDispatcher* /*dispatcher*/)
 {
     if (m->store.table().liveCount() != 0)
         return;
+    auto index = std::make_unique<QueryIndex>(m->store.table());
     m->store.reset();
-    m->index = std::make_unique<QueryIndex>(m->store.table());
+    m->index = std::move(index);
     m->keeper.skipChanges();
 }
 

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "broad/array.h"
 #include "plugin/isa_gjk.h"
 
 #include <memory>
-#include <vector>
 
 namespace cullet
 {
@@ -79,7 +79,7 @@ private:
     btNearCallback m_ownNearCallback;
     /// By place in the pair array: the algorithm if the pair is idle, else null. The pointer tells that the place still
     /// belongs to the pair, since callbacks may remove bodies during the dispatch.
-    std::vector<const btCollisionAlgorithm*> m_idle;
+    Array<const btCollisionAlgorithm*> m_idle;
     std::uint64_t m_idlePairs = 0, m_stillPairs = 0;
     bool m_isUpdateMissing = false;  ///< of some pair, with the motions of its bodies
 };

@@ -149,6 +149,7 @@ bool PairCache::hasMemory(const ProxyPair& sorted)
     }
     catch (const std::bad_alloc&)
     {
+        ++m_pairsWithoutMemory;
         return false;
     }
 }
@@ -184,6 +185,7 @@ btBroadphasePair* PairCache::append(const ProxyPair& sorted)
     }
     catch (const std::bad_alloc&)
     {
+        ++m_pairsWithoutMemory;
         return nullptr;
     }
     m_hash.insert(hashOfPair(ids), size());

@@ -160,6 +160,9 @@ public:
     /// is possible: of a pair that was there, or not there.
     std::uint64_t changesByCallers() const noexcept { return m_changesByCallers; }
 
+    /// How many pairs were not added for lack of memory, which null from addOverlappingPair() does not tell from refusals.
+    std::uint64_t pairsWithoutMemory() const noexcept { return m_pairsWithoutMemory; }
+
     /// As addOverlappingPair().
     btBroadphasePair* addPair(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1);
 
@@ -239,6 +242,7 @@ private:
     Addition* m_additions = nullptr;  ///< innermost first
     std::uint64_t m_version = 0;      ///< changes when a pair comes, goes or moves
     std::uint64_t m_changesByCallers = 0;
+    std::uint64_t m_pairsWithoutMemory = 0;
     std::uint32_t m_detachedCount = 0;  ///< entries whose ghost callback is running
     std::uint64_t m_visited = 0;
 };

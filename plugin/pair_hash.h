@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "broad/array.h"
 #include "broad/pair.h"
 #include "plugin/precision.h"
 
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 #ifdef __SSE2__
 #include <emmintrin.h>
@@ -79,7 +79,7 @@ public:
     template <class HashOf, class IsEntry>
     void grow(std::size_t count, HashOf hashOf, IsEntry isEntry)
     {
-        std::vector<Block> blocks(count / kLimitPerBlock + 1);
+        Array<Block> blocks(count / kLimitPerBlock + 1);
         m_blocks.swap(blocks);
         m_limit = m_blocks.size() * kLimitPerBlock;
         ++m_rehashes;
@@ -224,7 +224,7 @@ private:
         return locate(hash, [index](std::uint32_t other) { return other == index; });
     }
 
-    std::vector<Block> m_blocks = std::vector<Block>(1);
+    Array<Block> m_blocks = Array<Block>(1);
     std::size_t m_limit = 0;  // entries that the load allows
     std::size_t m_count = 0;
     std::uint64_t m_rehashes = 0;

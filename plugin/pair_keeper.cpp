@@ -86,13 +86,16 @@ void PairKeeper::update(float margin, btDispatcher* dispatcher)
     const ProxyView view = m_store.table().beginUpdate(margin, m_filter == nullptr);
     if (!runBackend(view))
         return;
-    // Lowered at the end, unless a callback interferes: after an exception the next update begins anew too.
+    // Lowered at the end, unless a callback interferes: after an exception the next update begins anew too, and all pairs that
+    // wait are due in it, since the changes that made some of them due are consumed.
     m_isRestartDue = true;
+    const bool areAllDue = std::exchange(m_isAllDue, true);
     m_wasInterrupted = false;
     if (m_isCacheChanged)
         holdBackTakenOut(view);
-    collectDue(view);
-    collectApart(view);
+    m_isCacheChanged = false;
+    collectDue(view, areAllDue);
+    collectApart(view, areAllDue);
     m_store.endUpdate();
     applyRemoved(margin, dispatcher);
     applyAdded(margin);
@@ -122,9 +125,10 @@ void PairKeeper::noticeForeignChanges()
     const std::uint64_t foreignChanges = m_port.foreignChanges();
     const bool isChanged = m_port.count() != m_expectedCount || foreignChanges != m_foreignChanges;
     m_foreignChanges = foreignChanges;
-    m_isCacheChanged = !m_isRestartDue && isChanged;
-    if (m_isCacheChanged)
-        m_isRestartDue = true;
+    if (m_isRestartDue || !isChanged)
+        return;
+    m_isCacheChanged = true;
+    m_isRestartDue = true;
 }
 
 bool PairKeeper::runBackend(const ProxyView& view)
@@ -134,6 +138,7 @@ bool PairKeeper::runBackend(const ProxyView& view)
     const Status status = m_backend->update(view, m_delta);
     if (status == Status::Ok)
         return true;
+    m_isRestartDue = true;
     replaceBackend(status);
     restartBackend();
     if (m_backend->update(view, m_delta) == Status::Ok)
@@ -201,11 +206,11 @@ void PairKeeper::holdBackTakenOut(const ProxyView& view)
                         m_delta.added.end());
 }
 
-void PairKeeper::collectDue(const ProxyView& view)
+void PairKeeper::collectDue(const ProxyView& view, bool areAllDue)
 {
     m_due.clear();
     m_pending.collectDue(view, m_due);
-    if (m_isAllDue)
+    if (areAllDue)
         m_due = m_pending.pairs();
     sortUnique(m_due);
     // The backend no longer holds those that have separated: they do not wait any more, and are new when they come again.
@@ -232,18 +237,20 @@ bool PairKeeper::areApart(Pair pair, float margin) const
 
 /// Far from the origin a double box may leave another one by much more than the margin before the rounded boxes do so.
 ///
-/// O(pairs) if a box has changed there, else nothing.
-void PairKeeper::collectApart(const ProxyView& view)
+/// O(pairs) if a box has changed there or may have done so in an update that an exception ended, else nothing.
+void PairKeeper::collectApart(const ProxyView& view, bool areAllDue)
 {
     m_apart.clear();
-    if (sizeof(btScalar) == sizeof(float) || !isAnyCoarse(view))
+    if (sizeof(btScalar) == sizeof(float) || !(areAllDue || isAnyCoarse(view)))
         return;
+    const auto hasCoarseBox = [&](const btBroadphaseProxy* proxy)
+    { return isCoarse(toTableBox(proxy->m_aabbMin, proxy->m_aabbMax), view.margin); };
     const btBroadphasePairArray& cached = m_port.cache()->getOverlappingPairArray();
     for (int i = 0; i < cached.size(); ++i)
     {
         const btBroadphasePair& pair = cached[i];
         if (areApartBy(*pair.m_pProxy0, *pair.m_pProxy1, view.margin) && m_store.owns(pair.m_pProxy0) &&
-            m_store.owns(pair.m_pProxy1))
+            m_store.owns(pair.m_pProxy1) && (hasCoarseBox(pair.m_pProxy0) || hasCoarseBox(pair.m_pProxy1)))
             m_apart.push_back(pairOf(pair));
     }
     sortUnique(m_apart);
@@ -344,9 +351,17 @@ void PairKeeper::tryAdd(Pair pair, float margin)
     if (first == nullptr || second == nullptr || m_provisional.erase(pair))
         return;
     const bool isExact = overlapNow(*first, *second);
+    const std::uint64_t withoutMemory = m_port.pairsWithoutMemory();
     if (isExact && m_port.add(*first, *second))
     {
         m_pending.erase(pair);
+        return;
+    }
+    if (m_port.pairsWithoutMemory() != withoutMemory)
+    {
+        // No callback has refused it: it comes in the next update, which begins anew.
+        m_pending.erase(pair);
+        m_wasInterrupted = true;
         return;
     }
     // The filter is the application's code, which may have destroyed one of the two.
@@ -399,6 +414,7 @@ void PairKeeper::skipChanges()
     m_store.table().beginUpdate(0.0f, false);
     m_store.endUpdate();
     m_isRestartDue = true;
+    m_isCacheChanged = false;
     m_isAllDue = true;
     m_wasInterrupted = true;
 }

@@ -57,8 +57,8 @@ private:
     void replaceBackend(Status status);
     void restartBackend();
     void holdBackTakenOut(const ProxyView& view);
-    void collectDue(const ProxyView& view);
-    void collectApart(const ProxyView& view);
+    void collectDue(const ProxyView& view, bool areAllDue);
+    void collectApart(const ProxyView& view, bool areAllDue);
     void holdApart(float margin);
     void applyRemoved(float margin, btDispatcher* dispatcher);
     void applyAdded(float margin);
@@ -88,7 +88,7 @@ private:
     std::uint64_t m_foreignChanges = 0;  // those that are known
     bool m_isRestartDue = false;
     bool m_isAllDue = false;
-    bool m_isCacheChanged = false;
+    bool m_isCacheChanged = false;  // nothing but that makes the restart due
     bool m_isUpdating = false;
     bool m_wasInterrupted = false;  // a callback of this update skipped changes or set another backend
     std::uint64_t m_updatesTotal = 0;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "broad/array.h"
 #include "broad/pair.h"
 #include "plugin/precision.h"
 #include "plugin/uid_directory.h"
@@ -11,7 +12,6 @@
 #include <cstdint>
 #include <memory>
 #include <utility>
-#include <vector>
 
 namespace cullet
 {
@@ -270,7 +270,7 @@ private:
     std::unique_ptr<Node[]> m_nodes;
     std::size_t m_capacity = 0;  // nodes
     std::uint32_t m_count = 0;   // nodes
-    std::vector<Node> m_anchors;
+    Array<Node> m_anchors;
     UidDirectory m_directory;           // unique id -> anchor
     std::uint32_t m_firstFree = kNone;  // the free anchors are chained by `next`
     std::uint32_t m_freeCount = 0;

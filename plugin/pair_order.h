@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "broad/array.h"
 #include "broad/pair.h"
 #include "plugin/precision.h"
 
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 namespace cullet
 {
@@ -37,7 +37,7 @@ public:
     /// @param version what isOf() will confirm; not 0
     void sort(std::uint64_t version) noexcept;
 
-    const std::vector<Entry>& entries() const noexcept { return m_entries; }
+    const Array<Entry>& entries() const noexcept { return m_entries; }
 
     std::uint64_t bytes() const noexcept
     {
@@ -47,8 +47,8 @@ public:
 private:
     void scatter(std::uint32_t Pair::*id, int shift);
 
-    std::vector<Entry> m_entries;
-    std::vector<Entry> m_scratch;
+    Array<Entry> m_entries;
+    Array<Entry> m_scratch;
     std::uint64_t m_version = 0;
 };
 }  // namespace CULLET_PRECISION

@@ -35,6 +35,8 @@ public:
     int count() const { return m_cache->getNumOverlappingPairs(); }
     /// Changes of pairs that were not made here, as far as the cache counts them: 0 for other caches than cullet's.
     std::uint64_t foreignChanges() const { return m_fast != nullptr ? m_fast->changesByCallers() : 0; }
+    /// Pairs that add() has left out for lack of memory, as far as the cache counts them.
+    std::uint64_t pairsWithoutMemory() const { return m_fast != nullptr ? m_fast->pairsWithoutMemory() : 0; }
     btOverlapFilterCallback* filterCallback() const { return m_cache->getOverlapFilterCallback(); }
 
     /// Whether a ghost pair callback is installed, unless setGhosts() has said it. Other caches than cullet's and Bullet's, and

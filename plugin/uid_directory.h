@@ -2,10 +2,11 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "broad/array.h"
+
 #include <array>
 #include <cstdint>
-#include <memory>
-#include <vector>
+#include <utility>
 
 namespace cullet
 {
@@ -17,6 +18,17 @@ class UidDirectory
 {
 public:
     static constexpr std::uint32_t kNoRow = ~std::uint32_t{0};
+
+    UidDirectory() = default;
+    ~UidDirectory() { freePages(); }
+    UidDirectory(const UidDirectory&) = delete;
+    UidDirectory& operator=(const UidDirectory&) = delete;
+    UidDirectory(UidDirectory&& other) noexcept : m_pages(std::move(other.m_pages)) {}
+    UidDirectory& operator=(UidDirectory&& other) noexcept
+    {
+        m_pages.swap(other.m_pages);
+        return *this;
+    }
 
     std::uint32_t find(std::uint32_t uniqueId) const noexcept
     {
@@ -33,7 +45,7 @@ public:
         if (page >= m_pages.size())
             m_pages.resize(page + 1);
         if (m_pages[page] == nullptr)
-            m_pages[page] = std::make_unique<Page>();
+            m_pages[page] = new Page;
         m_pages[page]->rows[uniqueId & kPageMask] = row;
         ++m_pages[page]->liveCount;
     }
@@ -41,18 +53,22 @@ public:
     /// @pre the id is in the directory
     void erase(std::uint32_t uniqueId) noexcept
     {
-        std::unique_ptr<Page>& page = m_pages[uniqueId >> kPageShift];
+        Page*& page = m_pages[uniqueId >> kPageShift];
         page->rows[uniqueId & kPageMask] = kNoRow;
         if (--page->liveCount == 0)
-            page.reset();
+            delete std::exchange(page, nullptr);
     }
 
-    void clear() { std::vector<std::unique_ptr<Page>>().swap(m_pages); }
+    void clear() noexcept
+    {
+        freePages();
+        Array<Page*>().swap(m_pages);
+    }
 
     std::uint64_t bytes() const noexcept
     {
         std::uint64_t pageCount = 0;
-        for (const std::unique_ptr<Page>& page : m_pages)
+        for (const Page* page : m_pages)
             pageCount += page != nullptr;
         return m_pages.capacity() * sizeof(m_pages[0]) + pageCount * sizeof(Page);
     }
@@ -68,6 +84,12 @@ private:
         std::array<std::uint32_t, 1u << kPageShift> rows;
     };
 
-    std::vector<std::unique_ptr<Page>> m_pages;
+    void freePages() noexcept
+    {
+        for (Page* page : m_pages)
+            delete page;
+    }
+
+    Array<Page*> m_pages;  ///< owned
 };
 }  // namespace cullet

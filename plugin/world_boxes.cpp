@@ -12,6 +12,7 @@
 #include <LinearMath/btQuickprof.h>
 
 #include <algorithm>
+#include <vector>
 
 namespace cullet
 {
@@ -46,9 +47,41 @@ constexpr double kCostOfObject = 8, kCostOfBox = 45;
 }
 }  // namespace
 
+struct WorldBoxes::Parts
+{
+    struct Box
+    {
+        btVector3 min, max;
+        int proxyId = 0;  ///< where it is left to set
+    };
+
+    /// What is left to do for an object after the parallel loop.
+    enum class Rest : std::uint8_t
+    {
+        Nothing,
+        Set,    ///< its box is computed
+        Whole,  ///< everything, on the calling thread
+        Done    ///< its box is set
+    };
+
+    bool update(btCollisionWorld& world, BoxRule rule);
+    void finish(const Job& job);
+    bool isStillOf(const btCollisionObject& object, std::size_t index) const;
+    void apply(const Job& job, btCollisionObject& object, Rest left, const Box& box);
+
+    std::unique_ptr<WorkerPool> workers = std::make_unique<WorkerPool>(0);
+    std::vector<Box> boxes;
+    std::vector<Rest> rest;
+    std::vector<btCollisionObject*> objects;  ///< of boxes and rest; maybe gone since
+    WorldBoxesStats stats;
+};
+
 /// What the world's settings are during one update.
 class WorldBoxes::Job
 {
+    using Box = Parts::Box;
+    using Rest = Parts::Rest;
+
 public:
     Job(btCollisionWorld& ofWorld, BoxRule rule)
         : world(ofWorld),
@@ -151,82 +184,92 @@ private:
     Broadphase* m_setter = nullptr;  ///< null: boxes are set by the calling thread
 };
 
-WorldBoxes::WorldBoxes() : m_workers(std::make_unique<WorkerPool>(0)) {}
+WorldBoxes::WorldBoxes() : m(std::make_unique<Parts>()) {}
 
 WorldBoxes::~WorldBoxes() = default;
 
 void WorldBoxes::setThreads(int threads)
 {
-    m_workers = std::make_unique<WorkerPool>(threads);
+    m->workers = std::make_unique<WorkerPool>(threads);
+}
+
+const WorldBoxesStats& WorldBoxes::stats() const
+{
+    return m->stats;
 }
 
 bool WorldBoxes::update(btCollisionWorld& world, BoxRule rule)
+{
+    return m->update(world, rule);
+}
+
+bool WorldBoxes::Parts::update(btCollisionWorld& world, BoxRule rule)
 {
     const auto count = static_cast<std::size_t>(world.getNumCollisionObjects());
     if (count < 2 * kGrain)
         return false;
     BT_PROFILE("updateAabbs");
     const Job job(world, rule);
-    m_rest.resize(count);
-    m_boxes.resize(count);
-    m_objects.resize(count);
+    rest.resize(count);
+    boxes.resize(count);
+    objects.resize(count);
     const auto runTask = [&](unsigned task)
     {
         const std::size_t end = std::min(count, (task + 1) * kGrain);
         for (std::size_t i = task * kGrain; i < end; ++i)
         {
             prefetchAhead(job.objects, i);
-            m_objects[i] = job.objects[static_cast<int>(i)];
-            m_rest[i] = job.run(*m_objects[i], m_boxes[i]);
+            objects[i] = job.objects[static_cast<int>(i)];
+            rest[i] = job.run(*objects[i], boxes[i]);
         }
     };
     // More tasks than threads, since shapes differ in cost.
     const auto tasks = static_cast<unsigned>((count + kGrain - 1) / kGrain);
-    const double work = kCostOfObject * double(count) + kCostOfBox * double(m_stats.parallelBoxes);
-    m_workers->together(work, [&] { m_workers->run(tasks, runTask); });
+    const double work = kCostOfObject * double(count) + kCostOfBox * double(stats.parallelBoxes);
+    workers->together(work, [&] { workers->run(tasks, runTask); });
     finish(job);
     return true;
 }
 
-void WorldBoxes::finish(const Job& job)
+void WorldBoxes::Parts::finish(const Job& job)
 {
-    m_stats = {};
-    m_stats.hasParallelSets = job.setsConcurrently();
+    stats = {};
+    stats.hasParallelSets = job.setsConcurrently();
     const auto sizeNow = [&] { return static_cast<std::size_t>(job.objects.size()); };
     std::size_t i = 0;
-    for (; i < m_objects.size() && i < sizeNow(); ++i)
+    for (; i < objects.size() && i < sizeNow(); ++i)
     {
         btCollisionObject& object = *job.objects[static_cast<int>(i)];
         if (!isStillOf(object, i))
             break;
-        apply(job, object, m_rest[i], m_boxes[i]);
+        apply(job, object, rest[i], boxes[i]);
     }
     // A callback of the broad phase has added or removed objects: what was computed may be of others than are there now.
     for (; i < sizeNow(); ++i)
     {
         btCollisionObject& object = *job.objects[static_cast<int>(i)];
         Box box;
-        const Rest rest = job.run(object, box);
-        apply(job, object, rest, box);
+        const Rest left = job.run(object, box);
+        apply(job, object, left, box);
     }
 }
 
 /// Whether an object is the one that had this index before callbacks. One that is new may have its address, but Bullet and
 /// cullet give proxies new ids.
-bool WorldBoxes::isStillOf(const btCollisionObject& object, std::size_t index) const
+bool WorldBoxes::Parts::isStillOf(const btCollisionObject& object, std::size_t index) const
 {
-    return &object == m_objects[index] &&
-           (m_rest[index] != Rest::Set || object.getBroadphaseHandle()->m_uniqueId == m_boxes[index].proxyId);
+    return &object == objects[index] &&
+           (rest[index] != Rest::Set || object.getBroadphaseHandle()->m_uniqueId == boxes[index].proxyId);
 }
 
 /// Does the rest for an object, of which nothing may be left afterwards.
-void WorldBoxes::apply(const Job& job, btCollisionObject& object, Rest rest, const Box& box)
+void WorldBoxes::Parts::apply(const Job& job, btCollisionObject& object, Rest left, const Box& box)
 {
-    m_stats.parallelBoxes += rest == Rest::Set || rest == Rest::Done;
-    m_stats.serialBoxes += rest == Rest::Whole;
-    if (rest == Rest::Set)
+    stats.parallelBoxes += left == Rest::Set || left == Rest::Done;
+    stats.serialBoxes += left == Rest::Whole;
+    if (left == Rest::Set)
         job.set(object, box);
-    else if (rest == Rest::Whole)
+    else if (left == Rest::Whole)
         job.runWhole(object);
 }
 }  // namespace CULLET_PRECISION

@@ -10,12 +10,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <vector>
 
 namespace cullet
 {
-class WorkerPool;
-
 inline namespace CULLET_PRECISION
 {
 /// Which boxes a world brings up to date, and how.
@@ -63,33 +60,13 @@ public:
     /// @return false: nothing was done, because there are too few objects for it to pay
     bool update(btCollisionWorld& world, BoxRule rule);
 
-    const WorldBoxesStats& stats() const { return m_stats; }
+    const WorldBoxesStats& stats() const;
 
 private:
-    struct Box
-    {
-        btVector3 min, max;
-        int proxyId = 0;  ///< where it is left to set
-    };
-    /// What is left to do for an object after the parallel loop.
-    enum class Rest : std::uint8_t
-    {
-        Nothing,
-        Set,    ///< its box is computed
-        Whole,  ///< everything, on the calling thread
-        Done    ///< its box is set
-    };
     class Job;
+    struct Parts;
 
-    void finish(const Job& job);
-    bool isStillOf(const btCollisionObject& object, std::size_t index) const;
-    void apply(const Job& job, btCollisionObject& object, Rest rest, const Box& box);
-
-    std::unique_ptr<WorkerPool> m_workers;
-    std::vector<Box> m_boxes;
-    std::vector<Rest> m_rest;
-    std::vector<btCollisionObject*> m_objects;  ///< of m_boxes and m_rest; maybe gone since
-    WorldBoxesStats m_stats;
+    std::unique_ptr<Parts> m;
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

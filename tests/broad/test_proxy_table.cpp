@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <map>
 #include <set>
 #include <vector>
@@ -15,7 +16,7 @@ namespace cullet::test
 {
 namespace
 {
-std::vector<ProxyId> dirtyRows(const ProxyView& view)
+Array<ProxyId> dirtyRows(const ProxyView& view)
 {
     return {view.dirty, view.dirty + view.dirtyCount};
 }
@@ -47,7 +48,7 @@ TEST(ProxyTable, StoresWhatCreateIsGiven)
     EXPECT_EQ(table.filter(row).mask, 8);
     EXPECT_EQ(table.liveCount(), 1u);
     const ProxyView view = table.beginUpdate(0, true);
-    EXPECT_EQ(dirtyRows(view), std::vector<ProxyId>{row});
+    EXPECT_EQ(dirtyRows(view), Array<ProxyId>{row});
     EXPECT_EQ(view.changes[row], kRowCreated);
     EXPECT_EQ(view.filters[row].mask, 8);
     EXPECT_EQ(view.uniqueIds[row], 77u);
@@ -78,7 +79,7 @@ TEST(ProxyTable, SetsManyBoxesAndMarksThoseThatDiffer)
 {
     ProxyTable table;
     std::vector<Aabb> boxes;
-    std::vector<ProxyId> rows;
+    Array<ProxyId> rows;
     for (std::uint32_t row = 0; row < 300; ++row)
     {
         boxes.push_back(cube(0, static_cast<float>(row)));
@@ -87,7 +88,7 @@ TEST(ProxyTable, SetsManyBoxesAndMarksThoseThatDiffer)
             rows.push_back(row);
     }
     settle(table);
-    std::vector<ProxyId> queried;
+    Array<ProxyId> queried;
     table.collectQueryChanges(queried);
     boxes[0] = cube(5, 6);  // not asked for
     boxes[1].max[2] = 7;
@@ -95,7 +96,7 @@ TEST(ProxyTable, SetsManyBoxesAndMarksThoseThatDiffer)
     boxes[202] = cube(2, 1);
     boxes[299].max[1] = kNan;
     table.setBoxes(boxes.data(), rows.data(), rows.size());
-    const std::vector<ProxyId> expected = {1, 200, 202, 299};
+    const Array<ProxyId> expected = {1, 200, 202, 299};
     EXPECT_EQ(dirtyRows(table.beginUpdate(0, true)), expected);
     table.collectQueryChanges(queried);
     EXPECT_EQ(queried, expected);
@@ -172,7 +173,7 @@ TEST(ProxyTable, DirtyRowsAreAscendingAndEachOnce)
             expected.insert(row);
         }
         const ProxyView view = table.beginUpdate(0, true);
-        EXPECT_EQ(dirtyRows(view), std::vector<ProxyId>(expected.begin(), expected.end()));
+        EXPECT_EQ(dirtyRows(view), Array<ProxyId>(expected.begin(), expected.end()));
         for (const ProxyId row : expected)
             ASSERT_EQ(view.changes[row], kRowMoved);
         table.endUpdate();
@@ -214,14 +215,14 @@ TEST(ProxyTable, QueriesFollowTheChangesOnTheirOwn)
     const ProxyId second = table.create(cube(0, 1), 2, kEverything);
     settle(table);
     EXPECT_TRUE(table.hasQueryChanges()) << "ending an update is not reading the changes";
-    std::vector<ProxyId> rows = {9, 9, 9};
+    Array<ProxyId> rows = {9, 9, 9};
     table.collectQueryChanges(rows);
-    EXPECT_EQ(rows, (std::vector<ProxyId>{first, second}));
+    EXPECT_EQ(rows, (Array<ProxyId>{first, second}));
     EXPECT_FALSE(table.hasQueryChanges());
     table.setBox(second, cube(1, 2));
     EXPECT_TRUE(table.hasQueryChanges());
     table.collectQueryChanges(rows);
-    EXPECT_EQ(rows, std::vector<ProxyId>{second});
+    EXPECT_EQ(rows, Array<ProxyId>{second});
     EXPECT_EQ(table.beginUpdate(0, true).dirtyCount, 1u)
         << "a query does not take the change from the backend";
     table.collectQueryChanges(rows);
@@ -234,12 +235,12 @@ TEST(ProxyTable, QueriesGetTheChangesInFewBlocksAndInMany)
     ProxyTable table;
     for (std::uint32_t i = 0; i < 100 * kBlock; ++i)
         table.create(cube(0, 1), i + 1, kEverything);
-    std::vector<ProxyId> rows;
+    Array<ProxyId> rows;
     table.collectQueryChanges(rows);
     EXPECT_EQ(rows.size(), table.size());
     for (const std::uint32_t blocks : {1u, 2u, 63u, 64u, 65u, 66u, 100u})
     {
-        std::vector<ProxyId> expected;
+        Array<ProxyId> expected;
         for (std::uint32_t i = 0; i < blocks; ++i)
             expected.push_back((99 - i) * kBlock + i);
         for (int again = 0; again < 3; ++again)
@@ -249,7 +250,8 @@ TEST(ProxyTable, QueriesGetTheChangesInFewBlocksAndInMany)
             settle(table);  // so that the blocks are marked anew for the update
         }
         table.collectQueryChanges(rows);
-        EXPECT_EQ(rows, std::vector<ProxyId>(expected.rbegin(), expected.rend())) << blocks << " blocks";
+        std::reverse(expected.begin(), expected.end());
+        EXPECT_EQ(rows, expected) << blocks << " blocks";
         table.collectQueryChanges(rows);
         EXPECT_TRUE(rows.empty());
     }
@@ -336,7 +338,7 @@ TEST(ProxyTable, TakesBoxesOfDifferentRowsFromSeveralThreads)
     ProxyTable table;
     for (std::uint32_t i = 0; i < kCount; ++i)
         table.create(cube(0, 1), i + 1, kEverything);
-    std::vector<ProxyId> rows;
+    Array<ProxyId> rows;
     settle(table);
     table.collectQueryChanges(rows);
     for (int round = 1; round <= 5; ++round)
@@ -345,7 +347,7 @@ TEST(ProxyTable, TakesBoxesOfDifferentRowsFromSeveralThreads)
                   [&table, round](std::uint32_t thread)
                   {
                       // Neighbouring rows belong to different threads; every third row of a thread stays.
-                      std::vector<ProxyId> own;
+                      Array<ProxyId> own;
                       std::vector<Aabb> boxes(kCount);
                       for (std::uint32_t row = thread; row < kCount; row += kThreads)
                       {
@@ -361,7 +363,7 @@ TEST(ProxyTable, TakesBoxesOfDifferentRowsFromSeveralThreads)
                   });
         EXPECT_TRUE(table.hasQueryChanges());
         const ProxyView view = table.beginUpdate(0, true);
-        std::vector<ProxyId> expected;
+        Array<ProxyId> expected;
         for (std::uint32_t row = 0; row < kCount; ++row)
         {
             if (row % 3 == 0)
