@@ -272,8 +272,12 @@ void IsaGjkAlgorithm::unwatch() noexcept
 
 void IsaGjkAlgorithm::getAllContactManifolds(btManifoldArray& manifolds)
 {
-    if (m_ownsManifold)
-        manifolds.push_back(m_manifold);
+    if (!m_ownsManifold)
+        return;
+    // Bullet's importer asks for it to put saved points in, which the next step has to refresh.
+    m_hasContacts = true;
+    m_leeway.forget();
+    manifolds.push_back(m_manifold);
 }
 
 void IsaGjkAlgorithm::processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,

@@ -111,8 +111,8 @@ private:
     DepthMemory m_depth;
     bool m_ownsManifold : 1;
     bool m_closestOnly : 1;
-    bool m_hasContacts : 1;
-    bool m_isSettled : 1;  ///< the last search ended where any would
+    bool m_hasContacts : 1;  ///< or may have: the manifold is in other hands too
+    bool m_isSettled : 1;    ///< the last search ended where any would
     IsaGjkRegistration& m_isaGjk;
     btPersistentManifold* m_manifold;
     HullUse m_hulls[2];

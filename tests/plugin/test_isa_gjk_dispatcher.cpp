@@ -318,6 +318,31 @@ TEST(IsaGjkDispatcher, APairWithABodyThatBecomesKinematicWakesItsNeighbourAsInBu
     }
 }
 
+TEST(IsaGjkDispatcher, RefreshesPointsThatOthersPutIntoTheManifoldOfAnIdlePair)
+{
+    // As Bullet's importer does, after a dispatch at the saved places.
+    const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
+    ConvexWorld world(Narrow::Dispatcher);
+    btRigidBody &a = world.add(cube.get(), 1, vec(0, 0, 0)), &b = world.add(cube.get(), 1, vec(1.09, 0, 0));
+    world.world.performDiscreteCollisionDetection();
+    ASSERT_GT(world.contactsOf(a, b), 0);
+    const btManifoldPoint saved = world.manifoldOf(a, b)->getContactPoint(0);
+    b.setWorldTransform(btTransform(btQuaternion::getIdentity(), vec(1.115, 0, 0)));
+    for (int i = 0; i < 3; ++i)
+        world.world.performDiscreteCollisionDetection();
+    ASSERT_EQ(static_cast<Dispatcher&>(world.dispatcher()).idlePairs(), 1u);
+    ASSERT_EQ(world.contactsOf(a, b), 0);
+
+    btManifoldArray manifolds;
+    world.world.getPairCache()->getOverlappingPairArray()[0].m_algorithm->getAllContactManifolds(manifolds);
+    ASSERT_EQ(manifolds.size(), 1);
+    manifolds[0]->addManifoldPoint(saved);
+    world.world.performDiscreteCollisionDetection();
+    EXPECT_EQ(world.contactsOf(a, b), 0) << "a point of a gap beyond the threshold";
+    world.world.performDiscreteCollisionDetection();
+    EXPECT_EQ(static_cast<Dispatcher&>(world.dispatcher()).idlePairs(), 1u);
+}
+
 TEST(IsaGjkDispatcher, LooksAtNoBodyOfAPairThatWasRemovedWithoutADispatcher)
 {
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
