@@ -91,9 +91,17 @@ private:
     std::unique_ptr<Parts> m;
 };
 
+/// What a reader takes at most. Packed, a block of equal events is a thousandth of itself, so that the length of a file bounds
+/// nothing.
+struct BoxStreamLimits
+{
+    std::uint32_t ids = 1u << 22;          ///< 48 bytes each
+    std::uint32_t frameEvents = 1u << 22;  ///< of nextFrame(), without the Frame; 64 bytes each
+};
+
 /// Reads a recording and trusts nothing in it: each checksum, length, count and id is checked before it is used.
 ///
-/// Memory: a block of 1 MiB and a few words per id; ids are dense, so no number in the file alone makes it large.
+/// Memory: two blocks of 1 MiB, and what is in BoxStreamLimits. What goes beyond these is an error that names the limit.
 class BoxStreamReader
 {
 public:
@@ -105,11 +113,13 @@ public:
     };
 
     /// @returns null when the file cannot be opened or its head is not one; `why` is then one line with its name
-    static std::unique_ptr<BoxStreamReader> open(const std::string& path, std::string& why);
+    static std::unique_ptr<BoxStreamReader> open(const std::string& path, std::string& why,
+                                                 const BoxStreamLimits& limits = {});
 
     /// The same from a stream, which errors call `name`.
     static std::unique_ptr<BoxStreamReader> open(std::unique_ptr<std::istream> stream,
-                                                 const std::string& name, std::string& why);
+                                                 const std::string& name, std::string& why,
+                                                 const BoxStreamLimits& limits = {});
 
     ~BoxStreamReader();
     BoxStreamReader(const BoxStreamReader&) = delete;

@@ -17,6 +17,7 @@ struct BoxStreamReader::Parts
     std::unique_ptr<std::istream> file;
     std::string error;
     BoxStreamInfo info;
+    BoxStreamLimits limits;
     Bytes block;
     Bytes events;
     std::size_t position = 0;   ///< in events
@@ -114,6 +115,8 @@ BoxStreamReader::Next BoxStreamReader::Parts::decodeId(Code code, BoxEvent& even
         if (event.id > isLive.size())
             return fail("id " + std::to_string(event.id) + " is created before " +
                         std::to_string(isLive.size()));
+        if (event.id >= limits.ids)
+            return fail("more than " + std::to_string(limits.ids) + " ids, the limit of this reader");
         if (event.id == isLive.size())
         {
             isLive.push_back(false);
@@ -185,21 +188,24 @@ BoxStreamReader::Next BoxStreamReader::Parts::decode(BoxEvent& event)
     return Next::Event;
 }
 
-std::unique_ptr<BoxStreamReader> BoxStreamReader::open(const std::string& path, std::string& why)
+std::unique_ptr<BoxStreamReader> BoxStreamReader::open(const std::string& path, std::string& why,
+                                                       const BoxStreamLimits& limits)
 {
     auto file = std::make_unique<std::ifstream>(path, std::ios::binary);
     if (*file)
-        return open(std::move(file), path, why);
+        return open(std::move(file), path, why, limits);
     why = "recording '" + path + "': " + std::strerror(errno);
     return nullptr;
 }
 
 std::unique_ptr<BoxStreamReader> BoxStreamReader::open(std::unique_ptr<std::istream> stream,
-                                                       const std::string& name, std::string& why)
+                                                       const std::string& name, std::string& why,
+                                                       const BoxStreamLimits& limits)
 {
     auto parts = std::make_unique<Parts>();
     parts->path = name;
     parts->file = std::move(stream);
+    parts->limits = limits;
     Bytes head(kHeadSize);
     why = parts->read(head.data(), head.size()) ? decodeHead(head.data(), parts->info)
                                                 : "too short for a recording";
@@ -239,6 +245,9 @@ BoxStreamReader::Next BoxStreamReader::nextFrame(std::vector<BoxEvent>& events)
         const Next result = next(event);
         if (result != Next::Event || event.kind == BoxEvent::Kind::Frame)
             return result;
+        if (events.size() == m->limits.frameEvents)
+            return m->fail("more than " + std::to_string(m->limits.frameEvents) +
+                           " events before its end, the limit of this reader");
         events.push_back(event);
     }
 }

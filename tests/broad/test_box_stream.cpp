@@ -5,10 +5,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <fstream>
 #include <iterator>
 #include <limits>
+#include <memory>
 #include <random>
 #include <sstream>
 
@@ -69,11 +71,17 @@ std::string readAll(const std::string& path, std::vector<BoxEvent>* events = nul
 }
 
 /// From memory: thousands of files would take long.
-std::string readAll(const Bytes& bytes)
+std::unique_ptr<BoxStreamReader> openMemory(const Bytes& bytes, std::string& why,
+                                            const BoxStreamLimits& limits = {})
+{
+    return BoxStreamReader::open(
+        std::make_unique<std::istringstream>(std::string(bytes.begin(), bytes.end())), "memory", why, limits);
+}
+
+std::string readAll(const Bytes& bytes, const BoxStreamLimits& limits = {})
 {
     std::string why;
-    const auto reader = BoxStreamReader::open(
-        std::make_unique<std::istringstream>(std::string(bytes.begin(), bytes.end())), "memory", why);
+    const auto reader = openMemory(bytes, why, limits);
     return reader ? readAll(reader.get()) : why;
 }
 
@@ -308,6 +316,64 @@ TEST(BoxStream, NeedsNoMemoryForWhatAFileOnlyClaims)
     const Bytes block = {'C', 'B', 'L', 'K', 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0, 0, 0, 0};
     file.insert(file.end(), block.begin(), block.end());
     EXPECT_NE(readAll(file).find("4294967295 bytes"), std::string::npos) << readAll(file);
+}
+
+/// A creation of box after box, or one and a thousand calls that change nothing; `count` events in all.
+Bytes manyEvents(std::uint32_t count, bool areCreations)
+{
+    Bytes create = {1};
+    create.resize(1 + 12 + 24);
+    const Bytes same = {4, 0xff, 0xff, 0xff, 0xff};
+    Bytes events = create;
+    for (std::uint32_t i = 1; i < count; ++i)
+    {
+        const Bytes& event = areCreations ? create : same;
+        events.insert(events.end(), event.begin(), event.end());
+    }
+    return events;
+}
+
+TEST(BoxStream, RefusesAFrameOfMoreEventsThanTheLimit)
+{
+    BoxStreamLimits limits;
+    limits.frameEvents = 5000;
+    // Blocks without the end of a frame, of which each event takes less than a tenth of a byte in the file.
+    for (const std::uint32_t count : {4999u, 5000u, 5001u, 20000u})
+    {
+        SCOPED_TRACE(count);
+        const Bytes file =
+            hostile({manyEvents(count, false), {6}}, {StreamPrecision::Float, 1, count + 1, 1});
+        EXPECT_LT(file.size(), 100u + count / 10);
+        std::string why;
+        const auto reader = openMemory(file, why, limits);
+        ASSERT_TRUE(reader) << why;
+        std::vector<BoxEvent> events;
+        const bool isTooMany = count > limits.frameEvents;
+        EXPECT_EQ(reader->nextFrame(events),
+                  isTooMany ? BoxStreamReader::Next::Error : BoxStreamReader::Next::Event);
+        EXPECT_EQ(events.size(), std::min(count, limits.frameEvents));
+        EXPECT_EQ(reader->error(),
+                  isTooMany ? "recording 'memory', frame 0: more than 5000 events before its end, the limit "
+                              "of this reader"
+                            : "");
+        // Event by event there is nothing to be kept.
+        EXPECT_EQ(readAll(file, limits), "");
+    }
+}
+
+TEST(BoxStream, RefusesMoreIdsThanTheLimit)
+{
+    BoxStreamLimits limits;
+    limits.ids = 1000;
+    for (const std::uint32_t count : {1000u, 1001u})
+    {
+        const Bytes file = hostile({manyEvents(count, true)}, {StreamPrecision::Float, 0, count, count});
+        EXPECT_LT(file.size(), 100u + count);
+        EXPECT_EQ(
+            readAll(file, limits),
+            count == 1000 ? "" : "recording 'memory', frame 0: more than 1000 ids, the limit of this reader");
+        EXPECT_EQ(readAll(file), "") << "the limit without one that is given is far larger";
+    }
 }
 
 TEST(BoxStream, SurvivesRandomEventsBehindGoodChecksums)
