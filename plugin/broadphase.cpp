@@ -111,7 +111,8 @@ Broadphase::Broadphase(const BroadphaseOptions& options) : Broadphase(nullptr, o
 
 Broadphase::Broadphase(std::unique_ptr<Backend> backend, btOverlappingPairCache* cache,
                        const BroadphaseOptions& options)
-    : m(std::make_unique<Parts>(orFallback(std::move(backend), options), cache, options))
+    : m(std::make_unique<Parts>(orFallback(std::move(backend), options), cache, options)),
+      m_paircache(m->keeper.port().cache())
 {
 }
 
