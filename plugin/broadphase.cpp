@@ -282,6 +282,8 @@ void Broadphase::setBackend(std::unique_ptr<Backend> backend)
         return;
     }
     m->keeper.setBackend(std::move(backend));
+    // The chooser knows its backend by the address, which another one may be given later.
+    m->chooser = BackendChooser();
 }
 
 void Broadphase::setGhostPairsImmediate(bool immediate)
