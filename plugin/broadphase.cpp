@@ -111,7 +111,8 @@ Broadphase::Broadphase(const BroadphaseOptions& options) : Broadphase(nullptr, o
 
 Broadphase::Broadphase(std::unique_ptr<Backend> backend, btOverlappingPairCache* cache,
                        const BroadphaseOptions& options)
-    : m(std::make_unique<Parts>(orFallback(std::move(backend), options), cache, options))
+    : m(std::make_unique<Parts>(orFallback(std::move(backend), options), cache, options)),
+      m_paircache(m->keeper.port().cache())
 {
 }
 
@@ -281,6 +282,8 @@ void Broadphase::setBackend(std::unique_ptr<Backend> backend)
         return;
     }
     m->keeper.setBackend(std::move(backend));
+    // The chooser knows its backend by the address, which another one may be given later.
+    m->chooser = BackendChooser();
 }
 
 void Broadphase::setGhostPairsImmediate(bool immediate)

@@ -4,6 +4,7 @@
 
 #include "broad/api.h"
 #include "broad/backend.h"
+#include "plugin/dbvt_tuning.h"
 #include "plugin/precision.h"
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseInterface.h>
@@ -72,6 +73,8 @@ struct BroadphaseStats
 /// Pairs of ghost objects (btGhostObject, while a ghost pair callback is installed) enter at once, in createProxy()
 /// and setAabb(). Queries see every box at once.
 ///
+/// Code that was written for btDbvtBroadphase compiles with this class (DbvtTuning).
+///
 /// Differences to btDbvtBroadphase that a caller can see: ordinary pairs do not appear before
 /// calculateOverlappingPairs(); pairs of separated boxes are gone after it; queries report exact boxes only, so fewer;
 /// a box with a NaN or min > max has no pairs and is in no query; a pair that the application took out of the cache
@@ -86,7 +89,7 @@ struct BroadphaseStats
 /// one thread at a time. Different broad phases are independent.
 ///
 /// Errors: no exception leaves a member function but std::bad_alloc and what callbacks of the application throw.
-class CULLET_API Broadphase final : public btBroadphaseInterface
+class CULLET_API Broadphase final : public btBroadphaseInterface, public DbvtTuning
 {
 public:
     /// @param cache  pair cache of the caller, which must outlive this object; null: an own PairCache
@@ -151,6 +154,15 @@ public:
 
     BroadphaseStats stats() const;
 
+    /// As calculateOverlappingPairs(), which does nothing else in btDbvtBroadphase either.
+    void collide(btDispatcher* dispatcher) { calculateOverlappingPairs(dispatcher); }
+    /// As setAabb(), which never leaves a box as it is.
+    void setAabbForceUpdate(btBroadphaseProxy* proxy, const btVector3& aabbMin, const btVector3& aabbMax,
+                            btDispatcher* dispatcher)
+    {
+        setAabb(proxy, aabbMin, aabbMax, dispatcher);
+    }
+
     /// Shows boxes, cells and pairs in the viewer of the application; see plugin/debug_draw_options.h.
     void debugDraw(btIDebugDraw& drawer) const;
     void debugDraw(btIDebugDraw& drawer, const DebugDrawOptions& options) const;
@@ -175,6 +187,10 @@ public:
 private:
     struct Parts;
     std::unique_ptr<Parts> m;
+
+public:
+    /// The pair cache, under btDbvtBroadphase's name for it.
+    btOverlappingPairCache* const m_paircache;
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

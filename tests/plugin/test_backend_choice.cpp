@@ -1,11 +1,13 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "broad/log.h"
 #include "plugin/backend_choice.h"
 #include "tests/plugin/broadphase_support.h"
 #include "tests/plugin/fake_backends.h"
 
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <memory>
 #include <vector>
 
@@ -94,6 +96,29 @@ TEST(BackendChoice, ABackendOfSomebodyElseStays)
     EXPECT_EQ(choice.updatesUntilSwitch(1, 50), 0);
     EXPECT_EQ(choice.updatesUntilSwitch(kDeviceBodies, 50), 0);
     EXPECT_EQ(choice.largeAsked, 1);
+}
+
+TEST(BackendChoice, ABackendOfTheApplicationStaysWhereTheFirstOneWasInMemory)
+{
+    static int asked = 0;
+    asked = 0;
+    setLogFunction([](LogLevel, const char* message)
+                   { asked += std::strstr(message, "no CUDA backend") != nullptr ? 1 : 0; });
+    BroadphaseOptions options;
+    options.deviceBodies = 1;
+    Broadphase broadphase(options);
+    addCube(broadphase, vec(0, 0, 0));
+    // Each is made before the one that it replaces goes, so that the second one may have the place of the first.
+    for (int i = 0; i < 4; ++i)
+    {
+        broadphase.setBackend(makeGridBackend());
+        EXPECT_EQ(broadphase.stats().restartsTotal, 0u);
+    }
+    for (int update = 0; update < 2 * kPatience; ++update)
+        broadphase.calculateOverlappingPairs(nullptr);
+    setLogFunction(nullptr);
+    EXPECT_EQ(asked, 0);
+    EXPECT_STREQ(broadphase.stats().backendName, "grid");
 }
 
 TEST(BackendChoice, PairsStayWhenTheBackendChanges)

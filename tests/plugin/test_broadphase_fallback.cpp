@@ -143,6 +143,32 @@ TEST(BroadphaseFallback, BackendCanBeReplacedAtAnyTime)
     EXPECT_EQ(scene.algorithms(), before);
 }
 
+TEST(BroadphaseFallback, BackendSetByACallbackOfAnUpdateKnowsThePairsThatAreThere)
+{
+    struct Replacing final : btOverlapFilterCallback
+    {
+        bool needBroadphaseCollision(btBroadphaseProxy*, btBroadphaseProxy*) const override
+        {
+            if (broadphase != nullptr)
+                broadphase->setBackend(makeBruteForceBackend());
+            return true;
+        }
+        Broadphase* broadphase = nullptr;
+    };
+    Replacing filter;
+    Broadphase broadphase(bruteOptions());
+    broadphase.getOverlappingPairCache()->setOverlapFilterCallback(&filter);
+    btBroadphaseProxy* first = addCube(broadphase, vec(0, 0, 0));
+    addCube(broadphase, vec(0.5, 0, 0));
+    ASSERT_EQ(updatedPairs(broadphase).size(), 1u);
+    addCube(broadphase, vec(0.7, 0, 0));
+    filter.broadphase = &broadphase;
+    EXPECT_EQ(updatedPairs(broadphase).size(), 3u);
+    filter.broadphase = nullptr;
+    moveCube(broadphase, first, vec(9, 0, 0));
+    EXPECT_EQ(updatedPairs(broadphase), (Pairs{{2, 3}})) << "pairs from before the new backend leave, too";
+}
+
 TEST(BroadphaseFallback, ABackendThatIsNullBecomesTheGrid)
 {
     const LogScope log;

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <functional>
+#include <memory>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -193,6 +194,25 @@ TEST(BroadphaseFilter, CallbackSetOnTheCacheAtAnyTimeActsInTheNextUpdate)
     broadphase.calculateOverlappingPairs(nullptr);
     moveCube(broadphase, masked, vec(0.2, 0, 0));
     EXPECT_EQ(updatedPairs(broadphase), (Pairs{{1, 2}})) << "the masks decide again";
+}
+
+TEST(BroadphaseFilter, FindsRestingPairsOfOtherMasksWhenACallbackTakesOver)
+{
+    GridOptions rows;
+    rows.flatLimit = 0;
+    std::unique_ptr<Backend> all[] = {makeBruteForceBackend(), makeGridBackend(), makeGridBackend(rows),
+                                      makeSapBackend(), makeLeGrandBackend()};
+    for (std::unique_ptr<Backend>& backend : all)
+    {
+        Broadphase broadphase(std::move(backend));
+        CountingFilter filter(kYes);
+        for (int i = 0; i < 40; ++i)
+            addCube(broadphase, vec(0.9 * i, 0, 0), 0.5, 1 + i % 2, 1 + i % 2);
+        for (int update = 0; update < 10; ++update)
+            EXPECT_EQ(updatedPairs(broadphase), Pairs{}) << "neighbours have other masks";
+        broadphase.getOverlappingPairCache()->setOverlapFilterCallback(&filter);
+        EXPECT_EQ(updatedPairs(broadphase).size(), 39u) << broadphase.stats().backendName;
+    }
 }
 
 TEST(BroadphaseFilter, DestroyedProxyIsNeverShownToTheCallback)

@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "broad/proxy_table.h"
 #include "tests/plugin/broadphase_support.h"
 #include "tests/plugin/exact_oracle.h"
 #include "tests/support/random.h"
@@ -193,6 +194,55 @@ TEST(BroadphaseGhosts, ProvisionalPairBecomesAnOrdinaryOneInTheUpdate)
     EXPECT_EQ(ghost->getNumOverlappingObjects(), 0);
     EXPECT_EQ(scene.broadphase.stats().provisionalPairs, 0u);
 }
+
+TEST(BroadphaseGhosts, ProxyThatGoesTakesItsProvisionalPairsWithIt)
+{
+    GhostWorld scene;
+    auto* body = scene.add<btCollisionObject>(vec(0, 0, 0));
+    auto* ghost = scene.add<btGhostObject>(vec(0.5, 0, 0));
+    scene.add<btCollisionObject>(vec(0.8, 0, 0));
+    EXPECT_EQ(scene.broadphase.stats().provisionalPairs, 2u);
+    scene.world.removeCollisionObject(body);
+    EXPECT_EQ(scene.broadphase.stats().provisionalPairs, 1u);
+    scene.world.removeCollisionObject(ghost);
+    EXPECT_EQ(scene.broadphase.stats().provisionalPairs, 0u);
+}
+
+TEST(BroadphaseGhosts, BodyInTheRowOfAGhostThatIsGoneIsNone)
+{
+    GhostWorld scene;
+    auto* ghost = scene.add<btGhostObject>(vec(0, 0, 0));
+    scene.add<btGhostObject>(vec(50, 0, 0));
+    const std::uint32_t rows = scene.broadphase.table().size();
+    scene.world.removeCollisionObject(ghost);
+    EXPECT_EQ(scene.broadphase.stats().ghosts, 1u);
+    scene.broadphase.calculateOverlappingPairs(&scene.dispatcher);
+    auto* body = scene.add<btCollisionObject>(vec(0, 0, 0));
+    ASSERT_EQ(scene.broadphase.table().size(), rows) << "it has the row of the ghost";
+    auto* other = scene.add<btCollisionObject>(vec(0.5, 0, 0));
+    scene.move(body, vec(0.2, 0, 0));
+    scene.move(other, vec(0.4, 0, 0));
+    EXPECT_EQ(scene.broadphase.stats().ghosts, 1u);
+    EXPECT_TRUE(pairsOf(scene.broadphase).empty()) << "pairs of bodies come in the update";
+    EXPECT_EQ(updatedPairs(scene.broadphase).size(), 1u);
+}
+
+#ifdef BT_USE_DOUBLE_PRECISION
+TEST(BroadphaseGhosts, PairThatWasNotExactComesAtOnceWhenItIs)
+{
+    GhostWorld scene;
+    // A float has a spacing of 1 m there.
+    const double far = 1e7;
+    auto* body = scene.add<btCollisionObject>(vec(far, 0, 0));
+    auto* ghost = scene.add<btGhostObject>(vec(far + 1.2, 0, 0));
+    scene.broadphase.calculateOverlappingPairs(&scene.dispatcher);
+    ASSERT_EQ(scene.broadphase.stats().pendingPairs, 1u) << "the rounded boxes overlap";
+    ASSERT_EQ(ghost->getNumOverlappingObjects(), 0);
+    scene.move(ghost, vec(far + 0.9, 0, 0));
+    EXPECT_EQ(ghost->getNumOverlappingObjects(), 1);
+    EXPECT_TRUE(hasPair(scene.broadphase, body->getBroadphaseHandle(), ghost->getBroadphaseHandle()));
+}
+#endif
 
 TEST(BroadphaseGhosts, FilterDecidesAtOnceToo)
 {

@@ -151,6 +151,36 @@ TEST(BroadphaseMemory, AGhostThatFindsNoneLeavesNeitherProxyNorPairs)
     row.expectCleanEnd();
 }
 
+TEST(BroadphaseMemory, APairOfAGhostLeavesInTheUpdateWhenNoMemoryToldThatItIsProvisional)
+{
+    btGhostPairCallback callback;
+    int failures = 0;
+    for (bool hasFailed = true; hasFailed; ++failures)
+    {
+        btGhostObject ghost;
+        btCollisionObject object;
+        Broadphase broadphase(gridOptions());
+        broadphase.getOverlappingPairCache()->setInternalGhostPairCallback(&callback);
+        btBroadphaseProxy* moving = addCube(broadphase, vec(9, 0, 0), 0.5, 1, kAllGroups, &ghost);
+        addCube(broadphase, vec(0, 0, 0), 0.5, 1, kAllGroups, &object);
+        EXPECT_TRUE(updatedPairs(broadphase).empty());
+        try
+        {
+            const OneNewFails failure(static_cast<std::uint64_t>(failures));
+            moveCube(broadphase, moving, vec(0.5, 0, 0));
+            hasFailed = failure.hasHappened();
+        }
+        catch (const std::bad_alloc&)
+        {
+        }
+        moveCube(broadphase, moving, vec(9, 0, 0));
+        EXPECT_TRUE(updatedPairs(broadphase).empty()) << "after " << failures << " good allocations";
+        EXPECT_EQ(ghost.getNumOverlappingObjects(), 0);
+        broadphase.destroyProxy(moving, nullptr);
+    }
+    EXPECT_GT(failures, 8);
+}
+
 TEST(BroadphaseMemory, AProxyWhoseGhostCallbackThrowsIsDestroyed)
 {
     btGhostObject ghost;
