@@ -140,14 +140,15 @@ void Dispatcher::makeAlgorithms(btBroadphasePair* pairs, std::size_t count)
     }
 }
 
-/// What the near callback would do for a new pair, as far as the algorithm; only for those that may be idle at once.
+/// What the near callback would do for a new pair, as far as the algorithm; only for those that may be idle at once. Some of
+/// Bullet's own algorithms make their manifolds when they are made, so that they have to wait for their turn.
 ///
 /// @return that, if it is an IsaGjkAlgorithm
 IsaGjkAlgorithm* Dispatcher::makeAlgorithm(btBroadphasePair& pair)
 {
     btCollisionObject &a = bodyOf(pair.m_pProxy0), &b = bodyOf(pair.m_pProxy1);
-    // Bullet's islands wake what shares a manifold, even an empty one, with a moving kinematic body.
-    if (a.isKinematicObject() || b.isKinematicObject() || !needsCollision(&a, &b))
+    const int typeA = a.getCollisionShape()->getShapeType(), typeB = b.getCollisionShape()->getShapeType();
+    if (m_doubleDispatchContactPoints[typeA][typeB] != m_isaGjk.contactPoints() || !needsCollision(&a, &b))
         return nullptr;
     const btCollisionObjectWrapper wrapA(nullptr, a.getCollisionShape(), &a, a.getWorldTransform(), -1, -1);
     const btCollisionObjectWrapper wrapB(nullptr, b.getCollisionShape(), &b, b.getWorldTransform(), -1, -1);

@@ -30,9 +30,11 @@ struct DispatcherOptions
 /// and write to these algorithms only, so that a Bullet library without thread support will do. Contacts, callbacks and
 /// their order are the same for any number of threads.
 ///
-/// A pair has no manifold before its shapes come close, unless a body is kinematic, or becomes so: Bullet makes one for every pair of
-/// overlapping boxes, and its islands and solver walk over all of them. A callback during the dispatch that moves a body
-/// has its effect on idle pairs in the next step.
+/// A pair of ISA-GJK has no manifold before its shapes come close, unless a body is kinematic, or becomes so: Bullet makes one for
+/// every pair of overlapping boxes, and its islands and solver walk over all of them. All other manifolds are there in the order in
+/// which btCollisionDispatcher makes them: a world of pairs that Bullet has algorithms of its own for (boxes; spheres and capsules;
+/// compounds and planes with these) has the same bits with both. A callback during the dispatch that moves a body has its effect
+/// on idle pairs in the next step.
 ///
 /// With a near callback of the application, or DISPATCH_CONTINUOUS, every pair takes Bullet's path.
 /// Shapes of its pairs must not be edited during a dispatch, nor made anew in the memory of another that was one of these.
