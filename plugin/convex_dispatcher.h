@@ -17,7 +17,8 @@ class IsaGjkAlgorithm;
 
 struct DispatcherOptions
 {
-    /// Threads of the search for idle pairs; 0: as many as the machine has. Contacts never depend on it.
+    /// Most threads of the search for idle pairs, which has as many as its work is worth; 0: as many as the machine has.
+    /// Contacts never depend on it.
     int threads = 0;
     IsaGjkOptions isaGjk;
 };
@@ -52,27 +53,30 @@ public:
     IsaGjkStats stats() const { return m_isaGjk.stats(); }
     /// Pairs that the last dispatch left out.
     std::uint64_t idlePairs() const { return m_idlePairs; }
-    /// Of these, pairs known to be apart by how little their bodies have moved, without a look at their shapes. May differ
-    /// from run to run with several threads: what a body's motion has spared is counted without locks, and bodies whose
-    /// motion spares little are left alone for a while. Neither contacts nor idlePairs() depend on it.
+    /// Of these, pairs known to be apart by how little their bodies have moved, without a look at their shapes; none in a
+    /// dispatch in which hardly a body is awake. May differ from run to run with several threads: what a body's motion has
+    /// spared is counted without locks, and bodies whose motion spares little are left alone for a while. Neither contacts nor
+    /// idlePairs() depend on it.
     std::uint64_t stillPairs() const { return m_stillPairs; }
 
 private:
     class Callback;
 
-    void makeAlgorithms(btBroadphasePair* pairs, std::size_t count);
+    bool makeAlgorithms(btBroadphasePair* pairs, std::size_t count, std::vector<std::uint32_t>& asked);
     IsaGjkAlgorithm* makeAlgorithm(btBroadphasePair& pair);
     btScalar breakingThresholdOf(const btCollisionObject& a, const btCollisionObject& b) const;
-    void makeAndWatch(btBroadphasePair* pairs, std::size_t count);
-    bool learns(btBroadphasePair& pair, std::size_t place);
+    bool makeAndWatch(btBroadphasePair* pairs, std::size_t count);
+    bool learn(btBroadphasePair* pairs, std::size_t count);
+    void learn(btBroadphasePair& pair, std::size_t place);
     void watchAnew(btBroadphasePair* pairs, std::size_t count);
     void findIdlePairs(btBroadphasePair* pairs, std::size_t count, bool isWatched);
-    void findIdle(const btBroadphasePair* pairs, std::size_t count, bool isWatched);
+    void updateMotions();
+    void findIdle(const btBroadphasePair* pairs, std::size_t count, const std::vector<std::uint32_t>& asked);
     struct Found
     {
         std::uint64_t idle = 0, still = 0;
     };
-    Found findIdle(const btBroadphasePair* pairs, std::size_t begin, std::size_t end);
+    Found findIdle(const btBroadphasePair* pairs, const std::uint32_t* asked, const std::uint32_t* end);
     template <class Body>
     void forAll(std::size_t count, const Body& body);
 
@@ -82,8 +86,9 @@ private:
     /// By place in the pair array: the algorithm if the pair is idle, else null. The pointer tells that the place still
     /// belongs to the pair, since callbacks may remove bodies during the dispatch.
     std::vector<const btCollisionAlgorithm*> m_idle;
-    std::uint64_t m_idlePairs = 0, m_stillPairs = 0;
+    std::uint64_t m_idlePairs = 0, m_stillPairs = 0, m_testedPairs = 0;
     bool m_isUpdateMissing = false;  ///< of some pair, with the motions of its bodies
+    bool m_asksInTurn = false;       ///< whether pairs are idle is found when Bullet comes to them
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet
