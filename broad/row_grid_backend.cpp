@@ -73,10 +73,9 @@ Status RowGridBackend::update(const ProxyView& proxies, PairDelta& delta)
             updateOrThrow(proxies);
             writeChanges(delta);
         };
-        if (proxies.dirtyCount == 0)
-            work();
-        else
-            m_workers.together(SettlePolicy::kCostOfSettling * proxies.size, work);
+        // At most; what it is on the path that is taken is said there.
+        const double most = proxies.dirtyCount == 0 ? 0.0 : SettlePolicy::kCostOfSettling * proxies.size;
+        m_workers.together(most, work);
         countWork();
     }
     catch (const std::bad_alloc&)

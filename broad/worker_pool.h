@@ -22,8 +22,9 @@ class WorkerPool
 {
 public:
     /// Nanoseconds of work for which one more thread is worth its call. It comes 15 to 60 microseconds after it is called, or
-    /// much later on a machine that is shared, and leaves what it wrote in the cache of another core.
-    static constexpr double kWorth = 2e5;
+    /// much later on a machine that is shared, and leaves what it wrote in the cache of another core. Tests of what threads do to
+    /// each other lower it for the whole program, before any loop: only speed depends on it.
+    static inline double worth = 2e5;
 
     /// @param threads 0: as many as the machine has
     explicit WorkerPool(int threads)
@@ -147,7 +148,7 @@ private:
 
     unsigned threadsFor(double work) const
     {
-        return static_cast<unsigned>(std::clamp(work / kWorth, 1.0, static_cast<double>(m_threads)));
+        return static_cast<unsigned>(std::clamp(work / worth, 1.0, static_cast<double>(m_threads)));
     }
 
     template <class Body>

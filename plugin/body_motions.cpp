@@ -22,6 +22,9 @@ constexpr std::size_t kAhead = 6;
 /// A body with less credit is left alone, and then has to be of use at once.
 constexpr std::int32_t kLeastCredit = -2, kMostCredit = 8;
 
+/// Bodies that are read to find out whether most are asleep.
+constexpr std::size_t kSleepSample = 64;
+
 /// Matrices are rotations enough for the bound of motionTo() up to here.
 constexpr float kMostSkew = 4e-5f;
 
@@ -161,6 +164,17 @@ void BodyMotions::abandon() noexcept
     std::fill(m_moved.begin(), m_moved.end(), Motion());
     m_places.clear();
     m_pairs.clear();
+}
+
+bool BodyMotions::areMostAsleep() const noexcept
+{
+    const std::size_t stride = m_slots.size() / kSleepSample + 1;
+    for (std::size_t i = 0; i < m_slots.size(); i += stride)
+    {
+        if (m_slots[i].body != nullptr && m_slots[i].body->isActive())
+            return false;
+    }
+    return true;
 }
 
 void BodyMotions::update(std::size_t begin, std::size_t end, std::uint64_t pass, bool isGap) noexcept

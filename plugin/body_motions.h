@@ -53,8 +53,11 @@ public:
     bool isAbandoned(std::uint32_t place) const { return m_slots[place].body == nullptr; }
 
     WatchedPairs& pairs() { return m_pairs; }
+    const WatchedPairs& pairs() const { return m_pairs; }
 
     std::size_t size() const { return m_moved.size(); }
+    /// Whether all bodies of a sample are asleep. Then hardly a pair is worth an update. @pre as of update()
+    bool areMostAsleep() const noexcept;
     /// Compares bodies with what they were in the last update; all of [0, size()), once per dispatch.
     ///
     /// @pre all bodies that are not abandoned exist

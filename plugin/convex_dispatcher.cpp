@@ -14,6 +14,7 @@
 #include <algorithm>
 #include <array>
 #include <exception>
+#include <utility>
 
 namespace cullet
 {
@@ -23,6 +24,10 @@ namespace
 {
 /// Pairs per task: some ten microseconds of work.
 constexpr std::size_t kGrain = 256;
+
+/// Nanoseconds for the motion of a body, for a pair, and more for one whose shapes are tested: about as many as in the last
+/// dispatch.
+constexpr double kCostOfBody = 30, kCostOfPair = 8, kCostOfTest = 100;
 
 /// Pairs between the first touch of a pair's memory and its use.
 constexpr std::size_t kAhead = 12;
@@ -51,6 +56,17 @@ btCollisionObject& bodyOf(const btBroadphaseProxy* proxy)
     return *static_cast<btCollisionObject*>(proxy->m_clientObject);
 }
 
+bool makeRoom(std::vector<std::uint32_t>& list, std::size_t count) noexcept
+try
+{
+    list.reserve(count);
+    return true;
+}
+catch (const std::exception&)
+{
+    return false;
+}
+
 /// Shapes do not change while it lives; what a callback throws ends it too.
 class PassScope
 {
@@ -64,13 +80,16 @@ private:
     IsaGjkRegistration& m_isaGjk;
 };
 
+/// Bullet's path knows at once that there is nothing to do for two sleepers.
+bool areAsleep(const btCollisionObject& a, const btCollisionObject& b)
+{
+    return !a.isActive() && !b.isActive();
+}
+
 bool isIdle(const btBroadphasePair& pair)
 {
     const btCollisionObject &a = bodyOf(pair.m_pProxy0), &b = bodyOf(pair.m_pProxy1);
-    // Bullet's path knows at once that there is nothing to do for two sleepers.
-    if (!a.isActive() && !b.isActive())
-        return false;
-    return static_cast<IsaGjkAlgorithm*>(pair.m_algorithm)->isIdle(a, b);
+    return !areAsleep(a, b) && static_cast<IsaGjkAlgorithm*>(pair.m_algorithm)->isIdle(a, b);
 }
 }  // namespace
 
@@ -78,26 +97,46 @@ class Dispatcher::Callback : public btOverlapCallback
 {
 public:
     Callback(Dispatcher& dispatcher, const btBroadphasePair* pairs, const btDispatcherInfo& info)
-        : m_dispatcher(dispatcher), m_pairs(pairs), m_info(info)
+        : m_dispatcher(dispatcher),
+          m_pairs(pairs),
+          m_info(info),
+          m_mayOverrule(!isExactly<Dispatcher>(dispatcher))
     {
     }
 
     bool processOverlap(btBroadphasePair& pair) override
     {
-        const std::ptrdiff_t place = &pair - m_pairs;
-        const auto& idle = m_dispatcher.m_idle;
-        const bool isKnown = static_cast<std::size_t>(place) < idle.size();
-        if (isKnown && pair.m_algorithm != nullptr &&
-            idle[static_cast<std::size_t>(place)] == pair.m_algorithm)
-            return false;
-        m_dispatcher.getNearCallback()(pair, m_dispatcher, m_info);
+        if (!isIdle(pair) && !isAsleep(pair) && !(m_dispatcher.m_asksInTurn && isIdleNow(pair)))
+            m_dispatcher.getNearCallback()(pair, m_dispatcher, m_info);
         return false;
     }
 
 private:
+    bool isIdle(const btBroadphasePair& pair) const
+    {
+        const auto place = static_cast<std::size_t>(&pair - m_pairs);
+        const auto& idle = m_dispatcher.m_idle;
+        return place < idle.size() && pair.m_algorithm != nullptr && idle[place] == pair.m_algorithm;
+    }
+    bool isForBullet() const { return m_dispatcher.getNearCallback() == m_dispatcher.m_ownNearCallback; }
+    /// What Bullet's near callback asks first, without its calls.
+    bool isAsleep(const btBroadphasePair& pair) const
+    {
+        return !m_mayOverrule && isForBullet() && areAsleep(bodyOf(pair.m_pProxy0), bodyOf(pair.m_pProxy1));
+    }
+    bool isIdleNow(const btBroadphasePair& pair)
+    {
+        if (!isForBullet() || isaGjkOf(pair, m_dispatcher) == nullptr || !cullet::isIdle(pair))
+            return false;
+        ++m_dispatcher.m_idlePairs;
+        m_dispatcher.m_isaGjk.counters().separated.add(1);
+        return true;
+    }
+
     Dispatcher& m_dispatcher;
     const btBroadphasePair* m_pairs;
     const btDispatcherInfo& m_info;
+    bool m_mayOverrule;  ///< needsCollision()
 };
 
 Dispatcher::Dispatcher(btCollisionConfiguration* configuration, const DispatcherOptions& options)
@@ -112,6 +151,7 @@ Dispatcher::Dispatcher(btCollisionConfiguration* configuration, const Dispatcher
 
 Dispatcher::~Dispatcher()
 {
+    m_isaGjk.motions().pairs().forget();
     m_isaGjk.leave();
 }
 
@@ -120,6 +160,7 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairCache, co
 {
     const PassScope pass(m_isaGjk);
     m_idlePairs = m_stillPairs = 0;
+    m_asksInTurn = false;
     btBroadphasePair* pairs = pairCache->getOverlappingPairArrayPtr();
     if (getNearCallback() == m_ownNearCallback && info.m_dispatchFunc == btDispatcherInfo::DISPATCH_DISCRETE)
         findIdlePairs(pairs, static_cast<std::size_t>(pairCache->getNumOverlappingPairs()),
@@ -131,23 +172,32 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairCache, co
 }
 
 /// For pairs that do not watch their bodies.
-void Dispatcher::makeAlgorithms(btBroadphasePair* pairs, std::size_t count)
+///
+/// @param asked [out] places of the pairs of ISA-GJK
+/// @return false without memory
+bool Dispatcher::makeAlgorithms(btBroadphasePair* pairs, std::size_t count, std::vector<std::uint32_t>& asked)
 {
+    if (!makeRoom(asked, count))
+        return false;
     for (std::size_t i = 0; i < count; ++i)
     {
-        if (pairs[i].m_algorithm == nullptr)
-            makeAlgorithm(pairs[i]);
+        if (pairs[i].m_algorithm != nullptr ? isaGjkOf(pairs[i], *this) : makeAlgorithm(pairs[i]))
+            asked.push_back(static_cast<std::uint32_t>(i));
     }
+    return true;
 }
 
-/// What the near callback would do for a new pair, as far as the algorithm; only for those that may be idle at once.
+/// What the near callback would do for a new pair, as far as the algorithm; only for those that may be idle at once. Some of
+/// Bullet's own algorithms make their manifolds when they are made, so that they have to wait for their turn.
 ///
 /// @return that, if it is an IsaGjkAlgorithm
 IsaGjkAlgorithm* Dispatcher::makeAlgorithm(btBroadphasePair& pair)
 {
     btCollisionObject &a = bodyOf(pair.m_pProxy0), &b = bodyOf(pair.m_pProxy1);
-    // Bullet's islands wake what shares a manifold, even an empty one, with a moving kinematic body.
-    if (a.isKinematicObject() || b.isKinematicObject() || !needsCollision(&a, &b))
+    if (areAsleep(a, b))
+        return nullptr;
+    const int typeA = a.getCollisionShape()->getShapeType(), typeB = b.getCollisionShape()->getShapeType();
+    if (m_doubleDispatchContactPoints[typeA][typeB] != m_isaGjk.contactPoints() || !needsCollision(&a, &b))
         return nullptr;
     const btCollisionObjectWrapper wrapA(nullptr, a.getCollisionShape(), &a, a.getWorldTransform(), -1, -1);
     const btCollisionObjectWrapper wrapB(nullptr, b.getCollisionShape(), &b, b.getWorldTransform(), -1, -1);
@@ -160,29 +210,40 @@ IsaGjkAlgorithm* Dispatcher::makeAlgorithm(btBroadphasePair& pair)
 
 /// Leaves behind that every body that is watched exists, since a pair of the array watches it.
 ///
-/// @pre room was made for the count
-void Dispatcher::makeAndWatch(btBroadphasePair* pairs, std::size_t count)
+/// @return false without memory
+bool Dispatcher::makeAndWatch(btBroadphasePair* pairs, std::size_t count)
 {
-    WatchedPairs& watched = m_isaGjk.motions().pairs();
-    std::uint64_t others = 0;
-    for (std::size_t i = 0; (i = watched.firstUnknown(pairs, i, count)) < count; ++i)
-        others += learns(pairs[i], i) ? 0 : 1;
-    watched.endCount();
-    if (count - others != watched.total())
-        watchAnew(pairs, count);
+    const WatchedPairs& watched = m_isaGjk.motions().pairs();
+    if (!learn(pairs, count))
+        return false;
+    if (watched.watching() == watched.total())
+        return true;
+    watchAnew(pairs, count);
+    return learn(pairs, count);
 }
 
-/// @return whether the pair at this place watches its bodies
-[[gnu::noinline]] bool Dispatcher::learns(btBroadphasePair& pair, std::size_t place)
+/// Makes known of each pair in the array whether it watches.
+bool Dispatcher::learn(btBroadphasePair* pairs, std::size_t count)
+{
+    WatchedPairs& watched = m_isaGjk.motions().pairs();
+    if (!watched.makeRoom(count))
+        return false;
+    for (std::size_t i = 0; (i = watched.firstUnknown(pairs, i, count)) < count; ++i)
+        learn(pairs[i], i);
+    watched.endCount();
+    return true;
+}
+
+[[gnu::noinline]] void Dispatcher::learn(btBroadphasePair& pair, std::size_t place)
 {
     IsaGjkAlgorithm* algorithm = nullptr;
     if (pair.m_algorithm != nullptr)
         algorithm = isaGjkOf(pair, *this);
     else if ((algorithm = makeAlgorithm(pair)) != nullptr)
         algorithm->watch(bodyOf(pair.m_pProxy0), bodyOf(pair.m_pProxy1));
-    const bool isWatching = algorithm != nullptr && algorithm->isWatching();
-    m_isaGjk.motions().pairs().note(place, isWatching ? algorithm : nullptr);
-    return isWatching;
+    using Kind = WatchedPairs::Kind;
+    const Kind ofIsaGjk = algorithm != nullptr && algorithm->isWatching() ? Kind::Watching : Kind::Asked;
+    m_isaGjk.motions().pairs().note(place, pair.m_algorithm, algorithm != nullptr ? ofIsaGjk : Kind::Other);
 }
 
 /// After pairs that watch have left the array with their algorithms, perhaps with bodies.
@@ -210,8 +271,7 @@ btScalar Dispatcher::breakingThresholdOf(const btCollisionObject& a, const btCol
 template <class Body>
 void Dispatcher::forAll(std::size_t count, const Body& body)
 {
-    const unsigned tasks =
-        m_workers->threads() == 1 ? 1u : static_cast<unsigned>(std::max<std::size_t>(1, count / kGrain));
+    const auto tasks = static_cast<unsigned>(std::max<std::size_t>(1, count / kGrain));
     m_workers->run(tasks,
                    [&](unsigned task)
                    {
@@ -222,15 +282,31 @@ void Dispatcher::forAll(std::size_t count, const Body& body)
 
 void Dispatcher::findIdlePairs(btBroadphasePair* pairs, std::size_t count, bool isWatched)
 {
-    if (!isWatched)
-        makeAlgorithms(pairs, count);
-    else if (m_isaGjk.motions().pairs().makeRoom(count))
-        makeAndWatch(pairs, count);
-    else
-        return m_idle.clear();
+    m_idle.clear();
+    std::vector<std::uint32_t> unwatched;
+    if (isWatched ? !makeAndWatch(pairs, count) : !makeAlgorithms(pairs, count, unwatched))
+        return;
     try
     {
-        findIdle(pairs, count, isWatched);
+        const BodyMotions& motions = m_isaGjk.motions();
+        const std::vector<std::uint32_t>& asked = isWatched ? motions.pairs().asked() : unwatched;
+        if (asked.empty())
+            return;
+        m_asksInTurn = isWatched && motions.areMostAsleep();
+        m_isUpdateMissing = m_isUpdateMissing || m_asksInTurn;
+        if (m_asksInTurn)
+            return;
+        const double tests = !isWatched || m_isUpdateMissing ? double(asked.size()) : double(m_testedPairs);
+        const double work = kCostOfTest * tests + kCostOfPair * double(asked.size()) +
+                            (isWatched ? kCostOfBody * double(motions.size()) : 0.0);
+        m_workers->together(work,
+                            [&]
+                            {
+                                if (isWatched)
+                                    updateMotions();
+                                findIdle(pairs, count, asked);
+                            });
+        m_isUpdateMissing = m_isUpdateMissing && !isWatched;
     }
     catch (const std::exception&)
     {
@@ -239,51 +315,58 @@ void Dispatcher::findIdlePairs(btBroadphasePair* pairs, std::size_t count, bool 
     }
 }
 
-void Dispatcher::findIdle(const btBroadphasePair* pairs, std::size_t count, bool isWatched)
+/// Pairs miss it until it has ended, and the search for idle pairs too.
+void Dispatcher::updateMotions()
+{
+    const bool isGap = std::exchange(m_isUpdateMissing, true);
+    BodyMotions& motions = m_isaGjk.motions();
+    forAll(motions.size(),
+           [&](std::size_t begin, std::size_t end) { motions.update(begin, end, m_isaGjk.pass(), isGap); });
+}
+
+/// @param asked places of the pairs of ISA-GJK in the array
+void Dispatcher::findIdle(const btBroadphasePair* pairs, std::size_t count,
+                          const std::vector<std::uint32_t>& asked)
 {
     m_idle.resize(count);
-    BodyMotions& motions = m_isaGjk.motions();
-    const bool isGap = m_isUpdateMissing;
-    if (isWatched)
-    {
-        m_isUpdateMissing = true;
-        forAll(motions.size(), [&](std::size_t begin, std::size_t end)
-               { motions.update(begin, end, m_isaGjk.pass(), isGap); });
-    }
     std::atomic<std::uint64_t> idle{0}, still{0};
-    forAll(count,
+    forAll(asked.size(),
            [&](std::size_t begin, std::size_t end)
            {
-               const Found found = findIdle(pairs, begin, end);
+               const Found found = findIdle(pairs, asked.data() + begin, asked.data() + end);
                idle += found.idle;
                still += found.still;
            });
     m_idlePairs = idle;
     m_stillPairs = still;
-    m_isUpdateMissing = m_isUpdateMissing && !isWatched;
+    m_testedPairs = asked.size() - still;
     m_isaGjk.counters().separated.add(m_idlePairs);
 }
 
-Dispatcher::Found Dispatcher::findIdle(const btBroadphasePair* pairs, std::size_t begin, std::size_t end)
+Dispatcher::Found Dispatcher::findIdle(const btBroadphasePair* pairs, const std::uint32_t* asked,
+                                       const std::uint32_t* end)
 {
     BodyMotions& motions = m_isaGjk.motions();
     Found found;
     std::array<std::uint32_t, kGrain> left;
-    for (std::size_t first = begin; first < end; first += kGrain)
+    while (asked < end)
     {
-        const std::size_t last = std::min(end, first + kGrain);
+        const std::uint32_t* const last = asked + std::min<std::ptrdiff_t>(kGrain, end - asked);
         std::size_t count = 0;
-        for (std::size_t i = first; i < last; ++i)
+        for (; asked < last; ++asked)
         {
-            if (i + kAhead < end)
-                prefetchBytes(pairs[i + kAhead].m_algorithm, 0, IsaGjkAlgorithm::kFirstBytes);
-            IsaGjkAlgorithm* const algorithm = isaGjkOf(pairs[i], *this);
-            const bool isStill = algorithm != nullptr && algorithm->staysIdle(motions);
-            m_idle[i] = isStill ? algorithm : nullptr;
-            if (isStill)
+            if (asked + kAhead < end)
+                prefetchBytes(pairs[asked[kAhead]].m_algorithm, 0, IsaGjkAlgorithm::kFirstBytes);
+            auto* const algorithm = static_cast<IsaGjkAlgorithm*>(pairs[*asked].m_algorithm);
+            if (algorithm->staysIdle(motions))
+            {
+                m_idle[*asked] = algorithm;
                 ++found.still;
-            else if (algorithm != nullptr)
-                left[count++] = static_cast<std::uint32_t>(i);
+            }
+            else
+            {
+                left[count++] = *asked;
+            }
         }
         for (std::size_t k = 0; k < count; ++k)
         {

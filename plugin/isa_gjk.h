@@ -86,6 +86,9 @@ public:
     };
     Counters& counters() { return m_counters; }
 
+    /// Makes the algorithms of a step's pairs; in the cells of the dispatcher's table that registerWith() has filled.
+    const btCollisionAlgorithmCreateFunc* contactPoints() const { return &m_contactPoints; }
+
     /// Of the bodies whose pairs a Dispatcher watches.
     BodyMotions& motions() { return *m_motions; }
 

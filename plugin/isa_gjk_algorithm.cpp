@@ -225,14 +225,23 @@ IsaGjkAlgorithm::IsaGjkAlgorithm(IsaGjkRegistration& isaGjk, btPersistentManifol
       m_isaGjk(isaGjk),
       m_manifold(manifold)
 {
+    touch();
 }
 
 IsaGjkAlgorithm::~IsaGjkAlgorithm()
 {
     if (m_ownsManifold)
         m_dispatcher->releaseManifold(m_manifold);
+    touch();
     unwatch();
     m_isaGjk.leave();
+}
+
+/// Queries outside of a step may come from several threads; isOf() leaves theirs out.
+void IsaGjkAlgorithm::touch() noexcept
+{
+    if (!m_closestOnly)
+        m_isaGjk.motions().pairs().touch(*this);
 }
 
 void IsaGjkAlgorithm::watch(const btCollisionObject& a, const btCollisionObject& b)
@@ -262,7 +271,7 @@ void IsaGjkAlgorithm::unwatch() noexcept
         return;
     BodyMotions& motions = m_isaGjk.motions();
     if (!motions.isAbandoned(m_places[0]))
-        motions.pairs().remove(*this);
+        motions.pairs().remove();
     for (std::uint32_t& place : m_places)
     {
         motions.release(place);

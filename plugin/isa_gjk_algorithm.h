@@ -51,8 +51,9 @@ public:
     /// For a pair in the pair cache that the registration's BodyMotions serve; again if they have abandoned its bodies.
     void watch(const btCollisionObject& a, const btCollisionObject& b);
     bool isWatching() const { return m_places[0] != BodyMotions::kNone; }
-    /// False in an array that another dispatcher fills too, whose BodyMotions know nothing of this pair.
-    bool isOf(const btDispatcher& dispatcher) const { return m_dispatcher == &dispatcher; }
+    /// False in an array that another dispatcher fills too, whose BodyMotions know nothing of this pair, and for an algorithm
+    /// of queries outside of a step.
+    bool isOf(const btDispatcher& dispatcher) const { return m_dispatcher == &dispatcher && !m_closestOnly; }
 
     /// True if the last isIdle() was true, nothing has happened to the pair since, and its bodies have not moved far enough
     /// to make it false now. To be asked after every update of the motions.
@@ -75,6 +76,7 @@ public:
     bool isIdle(const btCollisionObject& a, const btCollisionObject& b);
 
 private:
+    void touch() noexcept;
     void unwatch() noexcept;
     bool remembersRoom() const
     {

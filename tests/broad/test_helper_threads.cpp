@@ -275,7 +275,7 @@ TEST(WorkerPool, KeepsLoopsOnTheCallingThreadThatAreTooShortForAnother)
     WorkerPool workers(8);
     std::set<std::thread::id> threads;
     std::set<unsigned> numbers;
-    workers.together(1.9 * WorkerPool::kWorth,
+    workers.together(1.9 * WorkerPool::worth,
                      [&]
                      {
                          EXPECT_EQ(workers.tasksFor(1000000, 1), 1u);
@@ -295,13 +295,13 @@ TEST(WorkerPool, GivesLoopsAsManyThreadsAsTheirWorkIsWorth)
     WorkerPool workers(8);
     const auto expectTasks = [&](unsigned tasks) { EXPECT_EQ(workers.tasksFor(1000000, 1), tasks); };
     expectTasks(8);
-    workers.together(5.5 * WorkerPool::kWorth,
+    workers.together(5.5 * WorkerPool::worth,
                      [&]
                      {
                          expectTasks(5);
-                         workers.limit(2 * WorkerPool::kWorth);
+                         workers.limit(2 * WorkerPool::worth);
                          expectTasks(2);
-                         workers.limit(100 * WorkerPool::kWorth);
+                         workers.limit(100 * WorkerPool::worth);
                          expectTasks(8);
                          workers.limit(0);
                          expectTasks(1);

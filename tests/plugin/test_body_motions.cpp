@@ -329,8 +329,9 @@ TEST(BodyMotions, ThatAreAbandonedLookAtNoBodyAndFollowItAnewInAnotherPlace)
     EXPECT_EQ(motions.size(), 3u);
 }
 
-TEST(WatchedPairs, KnowAlgorithmsWhereTheyWereUnlessOneAtThatAddressHasGone)
+TEST(WatchedPairs, KnowAlgorithmsWhereTheyWereUnlessOneAtThatAddressCameOrWent)
 {
+    using Kind = WatchedPairs::Kind;
     // Of which the addresses count only.
     alignas(16) unsigned char memory[6][192];
     const auto algorithm = [&](std::size_t i) { return reinterpret_cast<btCollisionAlgorithm*>(memory[i]); };
@@ -341,26 +342,39 @@ TEST(WatchedPairs, KnowAlgorithmsWhereTheyWereUnlessOneAtThatAddressHasGone)
     const auto learn = [&]
     {
         for (std::size_t i = 0; i < pairs.size(); ++i)
-            watched.note(i, pairs[i].m_algorithm);
+            watched.note(i, pairs[i].m_algorithm, Kind(i % 3));
         watched.endCount();
     };
     for (std::size_t i = 0; i < pairs.size(); ++i)
-    {
         pairs[i].m_algorithm = algorithm(i);
-        watched.add();
-    }
+    watched.add();
+    watched.add();
     learn();
+    EXPECT_EQ(watched.watching(), 2u);
+    EXPECT_EQ(watched.total(), 2u);
+    EXPECT_EQ(watched.asked(), (std::vector<std::uint32_t>{0, 1, 3, 4}));
     EXPECT_EQ(watched.firstUnknown(pairs.data(), 0, pairs.size()), 6u);
     std::swap(pairs[2].m_algorithm, pairs[4].m_algorithm);
     EXPECT_EQ(watched.firstUnknown(pairs.data(), 0, pairs.size()), 2u);
     EXPECT_EQ(watched.firstUnknown(pairs.data(), 3, pairs.size()), 4u);
     EXPECT_EQ(watched.firstUnknown(pairs.data(), 5, pairs.size()), 6u);
     learn();
-    watched.remove(*algorithm(3));
-    EXPECT_EQ(watched.total(), 5u);
+    watched.touch(*algorithm(3));
+    watched.remove();
+    EXPECT_EQ(watched.total(), 1u);
     EXPECT_EQ(watched.firstUnknown(pairs.data(), 0, pairs.size()), 3u);
-    learn();
-    EXPECT_EQ(watched.firstUnknown(pairs.data(), 0, pairs.size()), 6u);
+    // A shorter array, whose list is a shorter one.
+    pairs.resize(4);
+    pairs[3].m_algorithm = nullptr;
+    ASSERT_TRUE(watched.makeRoom(pairs.size()));
+    watched.note(3, nullptr, Kind::Other);
+    watched.endCount();
+    EXPECT_EQ(watched.asked(), (std::vector<std::uint32_t>{0, 1}));
+    EXPECT_EQ(watched.watching(), 1u);
+    EXPECT_EQ(watched.firstUnknown(pairs.data(), 0, pairs.size()), 3u);
+    watched.forget();
+    EXPECT_EQ(watched.total(), 1u);
+    EXPECT_TRUE(watched.asked().empty());
     watched.clear();
     EXPECT_EQ(watched.total(), 0u);
     ASSERT_TRUE(watched.makeRoom(pairs.size()));

@@ -3,6 +3,7 @@
 #include "demos/scenes/hull_points.h"
 #include "tests/plugin/convex_contacts.h"
 #include "tests/plugin/faulty_cube.h"
+#include "tests/plugin/pair_bench.h"
 #include "tests/support/failing_new.h"
 
 #include <gtest/gtest.h>
@@ -124,5 +125,39 @@ TEST(IsaGjkFallback, AShapeThatThrowsIsCountedAndAnsweredByBullet)
         EXPECT_GT(probe.step()->getNumContacts(), 0);
         EXPECT_EQ(bench.registration->stats().notConvergedTotal, 1u);
     }
+}
+
+// A motion of sleepers that a dispatch without memory has seen, and their pair has not, counts when they are awake.
+TEST(DispatcherMemory, APairThatTouchesIsNotLeftOutWhateverADispatchBeforeHasMissed)
+{
+    const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
+    std::uint64_t failures = 0;
+    bool isReached = true;
+    for (std::size_t after = 0; isReached; ++after)
+    {
+        SCOPED_TRACE(after);
+        PairBench pairs;
+        pairs.addPair(*cube, 0.3);
+        pairs.addPair(*cube, 0.3);
+        pairs.dispatch(3);
+        EXPECT_EQ(pairs.dispatcher.stillPairs(), 2u);
+        // More of them than there was room for.
+        for (int i = 0; i < 100; ++i)
+            pairs.addPair(*cube, 0.3);
+        pairs.setState(0, ISLAND_SLEEPING);
+        pairs.closeGap(0, 0.15);
+        {
+            const OneNewFails failure(after);
+            pairs.dispatch();
+            isReached = failure.hasHappened();
+        }
+        failures += isReached ? 1 : 0;
+        pairs.setState(0, ACTIVE_TAG);
+        pairs.closeGap(0, 0.15);
+        pairs.dispatch();
+        EXPECT_GT(pairs.contactsOfPair(0), 0);
+        EXPECT_EQ(pairs.dispatcher.idlePairs(), 101u);
+    }
+    EXPECT_GT(failures, 3u);
 }
 }  // namespace cullet::test
