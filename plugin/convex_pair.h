@@ -126,6 +126,8 @@ struct ConvexCores
         : a(poseSide(pair.a, known[0], hulls[0], pass)),
           b(poseSide(pair.b, a && pair.isTwice() ? &a->hull() : known[1], hulls[1], pass))
     {
+        if (pair.a.kind == ConvexKind::Triangle || pair.b.kind == ConvexKind::Triangle)
+            placeFromAnchor(pair);
     }
 
     /// False if a polytope is missing.
@@ -135,8 +137,22 @@ struct ConvexCores
     }
 
     std::optional<PosedShape> a, b;
+    /// Point of the world to which both origins are relative.
+    Eigen::Vector3d anchor = Eigen::Vector3d::Zero();
 
 private:
+    /// The origin of a triangle's core is its first corner. Far from the world's origin that is rounded to more than a contact
+    /// allows, unless it is relative to the other shape.
+    void placeFromAnchor(const ConvexPair& pair)
+    {
+        const ConvexSide& other = pair.b.kind == ConvexKind::Triangle ? pair.a : pair.b;
+        anchor = toEigen(other.transform.getOrigin()).cast<double>();
+        if (a)
+            a->moveTo(wayToOrigin(anchor, pair.a.shape, pair.a.kind, pair.a.transform));
+        if (b)
+            b->moveTo(wayToOrigin(anchor, pair.b.shape, pair.b.kind, pair.b.transform));
+    }
+
     static std::optional<PosedShape> poseSide(const ConvexSide& side, const Hull<btScalar>* known,
                                               HullUse& use, std::uint64_t pass)
     {
