@@ -142,15 +142,21 @@ struct ConvexCores
 
 private:
     /// The origin of a triangle's core is its first corner. Far from the world's origin that is rounded to more than a contact
-    /// allows, unless it is relative to the other shape.
+    /// allows, unless it is relative to the other shape. What is rounded off even so is a part of the other's place.
     void placeFromAnchor(const ConvexPair& pair)
     {
-        const ConvexSide& other = pair.b.kind == ConvexKind::Triangle ? pair.a : pair.b;
+        const bool isB = pair.b.kind == ConvexKind::Triangle;
+        const ConvexSide &triangle = isB ? pair.b : pair.a, &other = isB ? pair.a : pair.b;
+        std::optional<PosedShape>&core = isB ? b : a, &otherCore = isB ? a : b;
+        if (!core)
+            return;
         anchor = toEigen(other.transform.getOrigin()).cast<double>();
-        if (a)
-            a->moveTo(wayToOrigin(anchor, pair.a.shape, pair.a.kind, pair.a.transform));
-        if (b)
-            b->moveTo(wayToOrigin(anchor, pair.b.shape, pair.b.kind, pair.b.transform));
+        const Eigen::Vector3d way = wayToOrigin(anchor, triangle.shape, triangle.kind, triangle.transform);
+        core->moveTo(way);
+        const Eigen::Vector3d rest = way - core->origin();
+        if (otherCore)
+            otherCore->moveTo(wayToOrigin(anchor, other.shape, other.kind, other.transform) - rest);
+        anchor += rest;
     }
 
     static std::optional<PosedShape> poseSide(const ConvexSide& side, const Hull<btScalar>* known,

@@ -126,6 +126,34 @@ TEST(FarTriangles, AreAsFarFromHullsAndBoxesAsNearTheOrigin)
     }
 }
 
+TEST(FarTriangles, OfAGroundOfLargeOnesAreExactToo)
+{
+    // Not turned, so that no corner is rounded.
+    ConvexBench bench;
+    auto round = makeHullShape(ballPoints(20, 0.5, 9));
+    std::mt19937 engine(12);
+    std::uniform_real_distribution<double> place(-100, 100);
+    const auto any = [&](double height)
+    { return NearPair::toSixteenths(vec(place(engine), height, place(engine))); };
+    double worst = 0.0;
+    for (int i = 0; i < 200; ++i)
+    {
+        btTriangleShape triangle(any(0.5), any(0.25), any(0.75));
+        triangle.setMargin(0);
+        const btTransform identity = btTransform::getIdentity();
+        const btTransform at(randomRotation(engine), vec(place(engine) / 50, 2, place(engine) / 50));
+        const auto found = i % 2 == 0 ? bench.closest(triangle, identity, *round, at, 200)
+                                      : bench.closest(*round, at, triangle, identity, 200);
+        ASSERT_TRUE(found.has_value());
+        const double exact = exactDistance(CoreOracle(triangle, identity), CoreOracle(*round, at));
+        // Of the distance itself one rounding is left.
+        if (exact > 0 && exact < 8)
+            worst = std::max(worst, std::abs(double(found->distance) + double(round->getMargin()) - exact));
+    }
+    EXPECT_LT(worst, sizeof(btScalar) == sizeof(float) ? 1.2e-6 : 1e-13);
+    EXPECT_GT(worst, 0.0);
+}
+
 TEST(FarTriangles, OfALargeMeshAreExactToo)
 {
     auto round = makeHullShape(ballPoints(20, 0.5, 9));
