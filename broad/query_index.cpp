@@ -21,6 +21,9 @@ constexpr Aabb kEverywhere = {{-INFINITY, -INFINITY, -INFINITY}, {INFINITY, INFI
 constexpr double kLargest = 1e30;
 constexpr double kSmallestInverse = 1e-30;
 constexpr double kLongest = 1e20;
+/// The inverse of a direction component that is next to nothing. Times the side of the box of a plane in Bullet's double build,
+/// 1e30, it is still a float, and raises no flag of an overflow.
+constexpr double kSteepest = 1e8;
 
 /// Prepares one axis of a ray; false when float slabs cannot bound it.
 ///
@@ -38,11 +41,11 @@ bool prepareAxis(const RaySegment& segment, int axis, RayQuery& ray) noexcept
     if (!(reach <= kLargest && std::abs(inverse) >= kSmallestInverse))
         return false;
     double slack = reach * (8.0 / 16777216.0) + FLT_MIN;
-    if (std::abs(inverse) > kLargest)
+    if (std::abs(inverse) > kSteepest)
     {
-        // Parallel: inside means any lambda, outside none. A distance of 1e-8 stands for both at this inverse.
-        inverse = std::copysign(kLargest, inverse);
-        slack += 1e-8;
+        // Parallel: inside means any lambda, outside none. A distance that at this inverse is beyond the ray's end stands for both.
+        inverse = std::copysign(kSteepest, inverse);
+        slack += 2.0 * std::abs(segment.lambdaMax) / kSteepest;
     }
     const float low = roundUpToFloat(origin + growMax + slack);     // subtracted from minima
     const float high = roundDownToFloat(origin + growMin - slack);  // subtracted from maxima

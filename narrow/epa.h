@@ -145,7 +145,8 @@ private:
             return false;
     }
 
-    bool expandSeed()
+    /// Out of line, so that its polytope is on the stack once.
+    [[gnu::noinline]] bool expandSeed()
     {
         Polytope polytope(size());
         wrapPoints(m_seed, 4, polytope, m_supports);

@@ -269,7 +269,7 @@ private:
     }
 
     using Row = std::array<double, kMaxFaces + 4>;
-    using Ring = std::array<double, kMaxVertices + 2>;
+    static constexpr int kRing = kMaxVertices + 2;
 
     /// The face with the smallest square, in four lanes and without a branch.
     int closest()
@@ -370,7 +370,9 @@ private:
     bool setFan(const Eigen::Vector3d& point, int vertex)
     {
         const int count = m_horizonCount;
-        Ring x, y, z;
+        double* const x = m_scratch.data();
+        double* const y = x + kRing;
+        double* const z = y + kRing;
         for (int i = 0; i < count; ++i)
         {
             const Eigen::Vector3d& v = m_vertices[m_horizon[i]];
@@ -435,7 +437,7 @@ private:
     void collectVisible(const Eigen::Vector3d& point)
     {
         const double x = point.x(), y = point.y(), z = point.z();
-        Row heights;
+        double* const heights = m_scratch.data();
         for (int i = 0; i < m_faceCount; ++i)
             heights[i] = m_x[i] * x + m_y[i] * y + m_z[i] * z - m_limits[i];
         m_visibleCount = 0;
@@ -503,6 +505,8 @@ private:
     std::array<std::int16_t, kMaxVertices> m_next;         ///< by vertex: the one after it on a walk
     /// By vertex of visible faces: a bit for every vertex that an edge of one leads to.
     std::array<std::array<std::uint64_t, kMaxVertices / 64>, kMaxVertices> m_ends;
+    /// Heights of all faces, or coordinates of a horizon, within a call: where the polytope is not on the stack, nor are these.
+    std::array<double, 3 * kRing> m_scratch;
     double m_tolerance;
     int m_vertexCount = 0;
     int m_faceCount = 0;

@@ -75,6 +75,12 @@ public:
     {
     }
 
+    /// Changes the origin().
+    void moveTo(const Eigen::Vector3d& place)
+    {
+        m_origin = Quad{static_cast<S>(place[0]), static_cast<S>(place[1]), static_cast<S>(place[2]), S(0)};
+    }
+
     /// The hull of the corners: all vertex ids here are its.
     const Hull<S>& hull() const { return *m_hull; }
     Eigen::Matrix3d basis() const

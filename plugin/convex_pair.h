@@ -126,6 +126,8 @@ struct ConvexCores
         : a(poseSide(pair.a, known[0], hulls[0], pass)),
           b(poseSide(pair.b, a && pair.isTwice() ? &a->hull() : known[1], hulls[1], pass))
     {
+        if (pair.a.kind == ConvexKind::Triangle || pair.b.kind == ConvexKind::Triangle)
+            placeFromAnchor(pair);
     }
 
     /// False if a polytope is missing.
@@ -135,8 +137,28 @@ struct ConvexCores
     }
 
     std::optional<PosedShape> a, b;
+    /// Point of the world to which both origins are relative.
+    Eigen::Vector3d anchor = Eigen::Vector3d::Zero();
 
 private:
+    /// The origin of a triangle's core is its first corner. Far from the world's origin that is rounded to more than a contact
+    /// allows, unless it is relative to the other shape. What is rounded off even so is a part of the other's place.
+    void placeFromAnchor(const ConvexPair& pair)
+    {
+        const bool isB = pair.b.kind == ConvexKind::Triangle;
+        const ConvexSide &triangle = isB ? pair.b : pair.a, &other = isB ? pair.a : pair.b;
+        std::optional<PosedShape>&core = isB ? b : a, &otherCore = isB ? a : b;
+        if (!core)
+            return;
+        anchor = toEigen(other.transform.getOrigin()).cast<double>();
+        const Eigen::Vector3d way = wayToOrigin(anchor, triangle.shape, triangle.kind, triangle.transform);
+        core->moveTo(way);
+        const Eigen::Vector3d rest = way - core->origin();
+        if (otherCore)
+            otherCore->moveTo(wayToOrigin(anchor, other.shape, other.kind, other.transform) - rest);
+        anchor += rest;
+    }
+
     static std::optional<PosedShape> poseSide(const ConvexSide& side, const Hull<btScalar>* known,
                                               HullUse& use, std::uint64_t pass)
     {

@@ -154,6 +154,16 @@ std::optional<PosedShape> poseShape(const btConvexShape& shape, ConvexKind kind,
     }
 }
 
+Eigen::Vector3d wayToOrigin(const Eigen::Vector3d& from, const btConvexShape& shape, ConvexKind kind,
+                            const btTransform& transform)
+{
+    const Eigen::Vector3d way = toEigen(transform.getOrigin()).cast<double>() - from;
+    if (kind != ConvexKind::Triangle)
+        return way;
+    const Vector corner = toEigen(static_cast<const btTriangleShape&>(shape).m_vertices1[0]);
+    return way + basisOf(transform).cast<double>() * corner.cast<double>();
+}
+
 bool stretchUnitHull(const btConvexShape& shape, const btTransform& transform, StretchedHull& stretched)
 {
     static const btVector3 kUnit(1, 1, 1);

@@ -138,6 +138,10 @@ bool canRunConcurrently(int shapeType);
 std::optional<PosedShape> poseShape(const btConvexShape& shape, ConvexKind kind, const btTransform& transform,
                                     HullUse& use, std::uint64_t pass);
 
+/// The way from a point of the world to the origin() of a core, without a rounding that is larger than those of the way.
+Eigen::Vector3d wayToOrigin(const Eigen::Vector3d& from, const btConvexShape& shape, ConvexKind kind,
+                            const btTransform& transform);
+
 /// A hull shape, scaled as it is, of which the graph is known.
 PosedShape poseHull(const Hull<btScalar>& hull, const btConvexShape& hullShape, const btTransform& transform);
 
@@ -169,8 +173,11 @@ bool stretchUnitHull(const btConvexShape& shape, const btTransform& transform, S
 class PosedSupport
 {
 public:
-    PosedSupport(const btConvexShape& shape, const btTransform& transform)
-        : m_shape(&shape), m_transform(&transform), m_origin(toEigen(transform.getOrigin()).cast<double>())
+    /// @param anchor point of the world to which the origin is relative
+    PosedSupport(const btConvexShape& shape, const btTransform& transform, const Eigen::Vector3d& anchor)
+        : m_shape(&shape),
+          m_transform(&transform),
+          m_origin(toEigen(transform.getOrigin()).cast<double>() - anchor)
     {
     }
 

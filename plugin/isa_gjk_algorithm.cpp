@@ -71,7 +71,8 @@ GjkState separation(const ConvexPair& pair, const ConvexCores& cores, btScalar l
         NoObserver observer;
         return isaGjk(*cores.a, *cores.b, far, cache, observer, {}, failed).state;
     }
-    const PosedSupport a(pair.a.shape, pair.a.transform), b(pair.b.shape, pair.b.transform);
+    const PosedSupport a(pair.a.shape, pair.a.transform, cores.anchor),
+        b(pair.b.shape, pair.b.transform, cores.anchor);
     if (cores.a)
         return isaGjk(*cores.a, b, far, cache).state;
     return cores.b ? isaGjk(a, *cores.b, far, cache).state : isaGjk(a, b, far, cache).state;
@@ -434,7 +435,7 @@ bool IsaGjkAlgorithm::findsAxis(const btCollisionObject& a, const btCollisionObj
     const double marginA = isBare && pair.a.kind != ConvexKind::Box ? 0.0 : double(pair.a.margin);
     const double marginB = isBare && pair.b.kind != ConvexKind::Box ? 0.0 : double(pair.b.margin);
     const btVector3 normal = toBullet(touch.normal);
-    const btVector3 onB = toBullet(cores.a->origin() + touch.onB + marginB * touch.normal);
+    const btVector3 onB = toBullet(cores.a->origin() + touch.onB + marginB * touch.normal + cores.anchor);
     const btScalar margins = static_cast<btScalar>(marginA + marginB);
     const double limit = marginA + marginB + double(m_breakingThreshold) + double(reach);
     if (m_closestOnly || touch.distance > limit)

@@ -7,12 +7,13 @@
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
+#include <BulletCollision/CollisionShapes/btTriangleShape.h>
 
 #include <vector>
 
 namespace cullet::test
 {
-/// The core of a hull or a box in double, from the points and the transform as Bullet rounded them.
+/// The core of a hull, a box or a triangle in double, from the points and the transform as Bullet rounded them.
 class CoreOracle
 {
 public:
@@ -44,6 +45,12 @@ private:
             for (int i = 0; i < 8; ++i)
                 points.push_back(product(half, btVector3(btScalar(i & 1 ? 1 : -1), btScalar(i & 2 ? 1 : -1),
                                                          btScalar(i & 4 ? 1 : -1))));
+            return points;
+        }
+        if (shape.getShapeType() == TRIANGLE_SHAPE_PROXYTYPE)
+        {
+            for (const btVector3& corner : static_cast<const btTriangleShape&>(shape).m_vertices1)
+                points.push_back(product(corner, btVector3(1, 1, 1)));
             return points;
         }
         const auto& hull = static_cast<const btConvexHullShape&>(shape);
