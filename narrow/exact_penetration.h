@@ -182,12 +182,15 @@ private:
 ///
 /// @param normal [out] unit outer normal of A - B in world axes at the point closest to the origin
 /// @pre the hulls overlap; the depth of separated hulls comes out negative or not, and means nothing
-/// @return false if the Minkowski difference has no face of this kind (points and parallel segments)
+/// @return false if the Minkowski difference has no face of this kind (points and parallel segments), or the faces of a hull are
+///         not known
 /// Cost: for round hulls of V vertices some V^1.5 comparisons of boxes, and as many supports as there are faces: 0.05 ms for two of
 /// 42 vertices, 7 ms of 2,562, 43 ms of 10,242 (EPYC, Zen 4); O(E^2) where all edges cross on the Gauss map. Allocates.
 template <class S>
 bool exactPenetration(const PosedHull<S>& a, const PosedHull<S>& b, Eigen::Vector3d& normal, double& depth)
 {
+    if (a.hull().kind() == HullKind::Cloud || b.hull().kind() == HullKind::Cloud)
+        return false;
     const PlacedHull placedA(a, Eigen::Vector3d::Zero(), 1.0);
     const PlacedHull placedB(b, b.origin() - a.origin(), -1.0);
     const MinkowskiDepth sum(placedA, placedB);

@@ -11,7 +11,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <numeric>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -35,8 +34,10 @@ class FaceMerger
 public:
     struct Polygon
     {
-        Eigen::Vector3d normal;             ///< unit, of the largest triangle
-        std::vector<std::int32_t> corners;  ///< counter-clockwise from outside; three or more, each once
+        Eigen::Vector3d normal;  ///< unit, of the largest triangle
+        std::int32_t
+            begin;  ///< of its corners in corners(): counter-clockwise from outside; three or more, each once
+        std::int32_t count;
     };
 
     /// Two polygons share the edge from -> to, which is counter-clockwise in `left`.
@@ -51,37 +52,33 @@ public:
         : m_points(points),
           m_triangles(triangles),
           m_tolerance(tolerance),
-          m_faceOf(triangles.size(), -1),
-          m_touchedBy(points.size(), -1),
+          m_faceOf(triangles.size(), kNone),
+          m_touchedBy(points.size(), kNone),
+          m_sideFrom(points.size()),
           m_isCorner(points.size(), 0)
     {
-        std::vector<double> area;
-        for (const Triangulation::Triangle& t : triangles)
+        m_normals.reserve(triangles.size());
+        m_members.reserve(triangles.size());
+        for (const std::int32_t seed : largestFirst())
         {
-            m_normals.push_back(scaledNormal(points, t));
-            area.push_back(m_normals.back().norm());
-        }
-        std::vector<std::int32_t> order(triangles.size());
-        std::iota(order.begin(), order.end(), 0);
-        std::stable_sort(order.begin(), order.end(),
-                         [&area](std::int32_t l, std::int32_t r) { return area[l] > area[r]; });
-        for (const std::int32_t seed : order)
-        {
-            if (m_faceOf[seed] < 0)
+            if (m_faceOf[seed] == kNone)
                 grow(seed);
         }
-        for (const std::vector<std::int32_t>& members : m_members)
-            m_outlines.push_back(outlineOf(members));
+        storeOutlines();
         markJunctions();
-        for (const Outline& outline : m_outlines)
-            markBends(outline);
+        for (std::size_t face = 0; face < m_polygons.size(); ++face)
+            markBends(face);
         storeCorners();
     }
 
     const std::vector<Polygon>& polygons() const { return m_polygons; }
+    /// Of all polygons, one after the other.
+    const std::vector<std::int32_t>& corners() const { return m_corners; }
     const std::vector<Edge>& edges() const { return m_edges; }
 
 private:
+    static constexpr std::int32_t kNone = -1;
+
     /// One side of a triangle on the outline of a polygon.
     struct Side
     {
@@ -90,30 +87,47 @@ private:
     };
     using Outline = std::vector<Side>;  ///< in the order of a walk
 
+    /// Triangles by area; of equal ones the first is first.
+    std::vector<std::int32_t> largestFirst()
+    {
+        std::vector<std::pair<double, std::int32_t>> byArea;
+        byArea.reserve(m_triangles.size());
+        for (const Triangulation::Triangle& t : m_triangles)
+        {
+            m_normals.push_back(scaledNormal(m_points, t));
+            byArea.emplace_back(-m_normals.back().norm(), static_cast<std::int32_t>(byArea.size()));
+        }
+        std::sort(byArea.begin(), byArea.end());
+        std::vector<std::int32_t> order;
+        order.reserve(byArea.size());
+        for (const auto& [area, triangle] : byArea)
+            order.push_back(triangle);
+        return order;
+    }
+
     void grow(std::int32_t seed)
     {
         const std::int32_t face = static_cast<std::int32_t>(m_polygons.size());
         const Eigen::Vector3d normal = unitOf(m_normals[seed]);
         const Eigen::Vector3d& origin = m_points[m_triangles[seed].vertex[0]];
-        std::vector<std::int32_t> members = {seed};
+        std::size_t member = m_members.size();
         join(seed, face);
-        for (std::size_t i = 0; i < members.size(); ++i)
+        for (; member < m_members.size(); ++member)
         {
-            for (const std::int32_t next : m_triangles[members[i]].neighbour)
+            for (const std::int32_t next : m_triangles[m_members[member]].neighbour)
             {
-                if (m_faceOf[next] >= 0 || m_normals[next].dot(normal) < 0.0 ||
-                    !isLevel(next, normal, origin) || !keepsDisc(next, face))
-                    continue;
-                join(next, face);
-                members.push_back(next);
+                if (m_faceOf[next] == kNone && m_normals[next].dot(normal) >= 0.0 &&
+                    isLevel(next, normal, origin) && keepsDisc(next, face))
+                    join(next, face);
             }
         }
-        m_polygons.push_back({normal, {}});
-        m_members.push_back(std::move(members));
+        m_polygons.push_back({normal, 0, 0});
+        m_memberEnd.push_back(m_members.size());
     }
 
     void join(std::int32_t triangle, std::int32_t face)
     {
+        m_members.push_back(triangle);
         m_faceOf[triangle] = face;
         for (const std::int32_t vertex : m_triangles[triangle].vertex)
             m_touchedBy[vertex] = face;
@@ -143,40 +157,72 @@ private:
         return sharedCount == 2 || (sharedCount == 1 && isApexFree);
     }
 
-    Outline outlineOf(const std::vector<std::int32_t>& members) const
+    void storeOutlines()
     {
+        m_sides.reserve(3 * m_triangles.size());
         Outline sides;
-        for (const std::int32_t triangle : members)
+        std::size_t member = 0;
+        for (const std::size_t end : m_memberEnd)
         {
-            const Triangulation::Triangle& t = m_triangles[triangle];
-            for (int k = 0; k < 3; ++k)
-            {
-                const std::int32_t across = m_faceOf[t.neighbour[k]];
-                if (across != m_faceOf[triangle])
-                    sides.push_back({t.vertex[k], t.vertex[(k + 1) % 3], across});
-            }
+            sides.clear();
+            for (; member < end; ++member)
+                addSides(m_members[member], sides);
+            storeWalk(sides);
         }
-        const auto byFrom = [](const Side& l, const Side& r) { return l.from < r.from; };
-        std::sort(sides.begin(), sides.end(), byFrom);
-        Outline walk = {sides.front()};
-        while (walk.size() < sides.size())
-            walk.push_back(*std::lower_bound(sides.begin(), sides.end(), Side{walk.back().to, 0, 0}, byFrom));
-        return walk;
     }
+
+    void addSides(std::int32_t triangle, Outline& sides) const
+    {
+        const Triangulation::Triangle& t = m_triangles[triangle];
+        for (int k = 0; k < 3; ++k)
+        {
+            const std::int32_t across = m_faceOf[t.neighbour[k]];
+            if (across != m_faceOf[triangle])
+                sides.push_back({t.vertex[k], t.vertex[(k + 1) % 3], across});
+        }
+    }
+
+    /// Appends the sides of a polygon in the order of a walk from the lowest vertex.
+    void storeWalk(const Outline& sides)
+    {
+        std::size_t next = 0;
+        for (std::size_t i = 0; i < sides.size(); ++i)
+        {
+            m_sideFrom[sides[i].from] = static_cast<std::int32_t>(i);
+            next = sides[i].from < sides[next].from ? i : next;
+        }
+        for (std::size_t i = 0; i < sides.size(); ++i)
+        {
+            m_sides.push_back(sides[next]);
+            next = static_cast<std::size_t>(m_sideFrom[sides[next].to]);
+        }
+        m_outlineEnd.push_back(m_sides.size());
+    }
+
+    std::size_t outlineBegin(std::size_t face) const { return face == 0 ? 0 : m_outlineEnd[face - 1]; }
 
     /// Polygons at a vertex = outline sides that start there.
     void markJunctions()
     {
         std::vector<std::int32_t> valence(m_points.size(), 0);
-        for (const Outline& outline : m_outlines)
-        {
-            for (const Side& side : outline)
-                m_isCorner[side.from] = ++valence[side.from] >= 3;
-        }
+        for (const Side& side : m_sides)
+            m_isCorner[side.from] = ++valence[side.from] >= 3;
     }
 
     /// Marks where an outline bends between two polygons, and three corners at least.
-    void markBends(Outline outline)
+    void markBends(std::size_t face)
+    {
+        const auto isMarked = [this](const Side& side) { return m_isCorner[side.from] != 0; };
+        const Side* const begin = &m_sides[outlineBegin(face)];
+        const Side* const end = m_sides.data() + m_outlineEnd[face];
+        // As in most faces of a round hull.
+        if (std::all_of(begin, end, isMarked))
+            return;
+        Outline outline(begin, end);
+        markBends(outline);
+    }
+
+    void markBends(Outline& outline)
     {
         const auto isMarked = [this](const Side& side) { return m_isCorner[side.from] != 0; };
         auto first = std::find_if(outline.begin(), outline.end(), isMarked);
@@ -246,22 +292,28 @@ private:
     /// One edge per run of sides between two corners: all have the same polygon on the other side.
     void storeCorners()
     {
+        m_corners.reserve(m_sides.size());
+        m_edges.reserve(m_sides.size() / 2);
+        std::vector<std::int32_t> across;
         for (std::size_t face = 0; face < m_polygons.size(); ++face)
         {
-            std::vector<std::int32_t>& corners = m_polygons[face].corners;
-            std::vector<std::int32_t> across;
-            for (const Side& side : m_outlines[face])
+            const std::size_t begin = m_corners.size();
+            across.clear();
+            for (std::size_t i = outlineBegin(face); i < m_outlineEnd[face]; ++i)
             {
-                if (m_isCorner[side.from] == 0)
+                if (m_isCorner[m_sides[i].from] == 0)
                     continue;
-                corners.push_back(side.from);
-                across.push_back(side.across);
+                m_corners.push_back(m_sides[i].from);
+                across.push_back(m_sides[i].across);
             }
-            for (std::size_t i = 0; i < corners.size(); ++i)
+            m_polygons[face].begin = static_cast<std::int32_t>(begin);
+            m_polygons[face].count = static_cast<std::int32_t>(across.size());
+            for (std::size_t i = 0; i < across.size(); ++i)
             {
-                const std::int32_t to = corners[(i + 1) % corners.size()];
-                if (corners[i] < to)
-                    m_edges.push_back({corners[i], to, static_cast<std::int32_t>(face), across[i]});
+                const std::int32_t from = m_corners[begin + i];
+                const std::int32_t to = m_corners[begin + (i + 1) % across.size()];
+                if (from < to)
+                    m_edges.push_back({from, to, static_cast<std::int32_t>(face), across[i]});
             }
         }
         std::sort(m_edges.begin(), m_edges.end(),
@@ -275,10 +327,14 @@ private:
     std::vector<Eigen::Vector3d> m_normals;  ///< by triangle, scaled
     std::vector<std::int32_t> m_faceOf;
     std::vector<std::int32_t> m_touchedBy;  ///< by point: the last polygon that a triangle there has joined
+    std::vector<std::int32_t> m_sideFrom;   ///< by point: the last side that began there
     std::vector<char> m_isCorner;           ///< by point
-    std::vector<std::vector<std::int32_t>> m_members;
-    std::vector<Outline> m_outlines;
+    std::vector<std::int32_t> m_members;    ///< triangles, by polygon
+    std::vector<std::size_t> m_memberEnd;   ///< by polygon
+    Outline m_sides;                        ///< by polygon
+    std::vector<std::size_t> m_outlineEnd;  ///< by polygon
     std::vector<Polygon> m_polygons;
+    std::vector<std::int32_t> m_corners;
     std::vector<Edge> m_edges;
 };
 }  // namespace cullet

@@ -22,7 +22,8 @@ enum class HullKind : std::uint8_t
     Point,      ///< one distinct point: one vertex
     Segment,    ///< collinear: all distinct points are vertices, no face
     Polygon,    ///< coplanar (exactly): all distinct points are vertices, two faces back to back
-    Solid       ///< spans space: faces, neighbours and start table are filled
+    Solid,      ///< spans space: faces, neighbours and start table are filled
+    Cloud       ///< not examined, see makeCloud(): all points are vertices, no face; support searches scan
 };
 
 /// What a Hull gets on top of what every hull has.
@@ -132,7 +133,8 @@ public:
     {
         return span(m_neighbours, m_neighbourBegin[v], m_neighbourBegin[v + 1]);
     }
-    /// The vertex farthest below vertex v along the mean normal at v; of a Solid.
+    /// The vertex farthest below vertex v along the mean normal at v, of a Solid; one that is merely far where v is a corner and
+    /// finding the farthest would take thousands of products.
     std::int32_t opposite(std::int32_t v) const { return m_opposite[v]; }
     /// Vertices with a block: none, or all.
     std::int32_t blockCount() const { return m_blockCount; }

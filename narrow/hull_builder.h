@@ -16,6 +16,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
 #include <limits>
 #include <memory>
 #include <numeric>
@@ -48,10 +49,39 @@ public:
         return std::move(builder.m_hull);
     }
 
+    /// The hull of the corners of that.
+    static Hull<S> buildCorners(const Vector* points, std::int32_t count)
+    {
+        HullBuilder builder;
+        builder.m_isOfCorners = true;
+        builder.run(points, count);
+        return builder.m_hull.m_corners ? *builder.m_hull.m_corners : std::move(builder.m_hull);
+    }
+
+    /// All points, unexamined.
+    static Hull<S> buildCloud(const Vector* points, std::int32_t count)
+    {
+        HullBuilder builder;
+        if (!builder.areUsable(points, count))
+            return std::move(builder.m_hull);
+        builder.m_points.reserve(static_cast<std::size_t>(count));
+        for (std::int32_t i = 0; i < count; ++i)
+        {
+            builder.m_points.push_back(usable(points[i]));
+            builder.m_radius = std::max(builder.m_radius, builder.m_points.back().norm());
+        }
+        builder.m_source.resize(static_cast<std::size_t>(count));
+        std::iota(builder.m_source.begin(), builder.m_source.end(), 0);
+        builder.m_hull.m_kind = HullKind::Cloud;
+        builder.keepAll();
+        return std::move(builder.m_hull);
+    }
+
 private:
     static constexpr double kLargest = 1e60, kSmallest = 1e-60;
 
-    void run(const Vector* points, std::int32_t count)
+    /// False if there are none, or one is not finite; then the hull is of that kind.
+    bool areUsable(const Vector* points, std::int32_t count)
     {
         for (std::int32_t i = 0; i < count; ++i)
         {
@@ -59,10 +89,21 @@ private:
             if (!(points[i].template cast<double>().array().abs() <= kLargest).all())
             {
                 m_hull.m_kind = HullKind::NotFinite;
-                return;
+                return false;
             }
         }
-        if (count <= 0)
+        return count > 0;
+    }
+
+    static Eigen::Vector3d usable(const Vector& point)
+    {
+        const Eigen::Vector3d given = point.template cast<double>();
+        return (given.array().abs() < kSmallest).select(0.0, given);
+    }
+
+    void run(const Vector* points, std::int32_t count)
+    {
+        if (!areUsable(points, count))
             return;
         removeDuplicates(points, count);
         std::array<std::int32_t, 4> seed = {};
@@ -78,30 +119,38 @@ private:
     /// Keeps the first of equal points, in the given order; 0 and -0 are equal.
     void removeDuplicates(const Vector* points, std::int32_t count)
     {
-        std::vector<Eigen::Vector3d> given;
+        std::size_t size = 16;
+        while (size < 2 * static_cast<std::size_t>(count))
+            size *= 2;
+        std::vector<std::int32_t> table(size, -1);
+        m_points.reserve(static_cast<std::size_t>(count));
+        m_source.reserve(static_cast<std::size_t>(count));
         for (std::int32_t i = 0; i < count; ++i)
         {
-            const Eigen::Vector3d point = points[i].template cast<double>();
-            given.emplace_back((point.array().abs() < kSmallest).select(0.0, point));
-        }
-        std::vector<std::int32_t> order(given.size());
-        std::iota(order.begin(), order.end(), 0);
-        const auto less = [&given](std::int32_t l, std::int32_t r)
-        {
-            return std::lexicographical_compare(given[l].data(), given[l].data() + 3, given[r].data(),
-                                                given[r].data() + 3);
-        };
-        std::stable_sort(order.begin(), order.end(), less);
-        order.erase(std::unique(order.begin(), order.end(),
-                                [&less](std::int32_t l, std::int32_t r) { return !less(l, r); }),
-                    order.end());
-        std::sort(order.begin(), order.end());
-        for (const std::int32_t i : order)
-        {
-            m_points.push_back(given[i]);
+            const Eigen::Vector3d point = usable(points[i]);
+            std::size_t place = hashOf(point) & (size - 1);
+            while (table[place] >= 0 && m_points[table[place]] != point)
+                place = (place + 1) & (size - 1);
+            if (table[place] >= 0)
+                continue;
+            table[place] = pointCount();
+            m_points.push_back(point);
             m_source.push_back(i);
-            m_radius = std::max(m_radius, m_points.back().norm());
+            m_radius = std::max(m_radius, point.norm());
         }
+    }
+
+    static std::size_t hashOf(const Eigen::Vector3d& point)
+    {
+        std::uint64_t hash = 0;
+        for (int i = 0; i < 3; ++i)
+        {
+            std::uint64_t bits;
+            std::memcpy(&bits, &point[i], sizeof(bits));
+            hash = (hash ^ bits) * 0x9e3779b97f4a7c15u;
+            hash ^= hash >> 32;
+        }
+        return static_cast<std::size_t>(hash);
     }
 
     template <class Measure>
@@ -193,10 +242,12 @@ private:
         std::vector<std::int32_t> loop;
         chain(order.begin(), order.end(), loop);
         chain(order.rbegin(), order.rend(), loop);
-        storeCorners(loop);
-        addFace(normal, loop);
+        std::vector<std::int32_t> corners = loop;
+        std::sort(corners.begin(), corners.end());
+        storeCorners(corners);
+        addFace(normal, loop.data(), static_cast<std::int32_t>(loop.size()));
         std::reverse(loop.begin(), loop.end());
-        addFace(-normal, loop);
+        addFace(-normal, loop.data(), static_cast<std::int32_t>(loop.size()));
         for (std::size_t i = 0; i < loop.size(); ++i)
             m_hull.m_edges.push_back({loop[i], loop[(i + 1) % loop.size()], 1, 0});
         indexFaces();
@@ -205,34 +256,52 @@ private:
     void buildSolid(const std::array<std::int32_t, 4>& seed)
     {
         constexpr double kEpsilon = std::numeric_limits<S>::epsilon();
+        const double depth = 16.0 * kEpsilon * m_radius;
         const Triangulation surface(m_points, seed);
-        const SurfacePoints extra(m_points, surface, 16.0 * kEpsilon * m_radius);
-        const FaceMerger merged(m_points, surface.triangles(), 16.0 * kEpsilon * m_radius);
+        const std::vector<std::int32_t> corners = surface.corners();
+        m_areAllCorners = static_cast<std::int32_t>(corners.size()) == surface.vertexCount();
+        if (m_isOfCorners && !(m_areAllCorners && !SurfacePoints::areAny(m_points, surface, depth)))
+        {
+            m_hull = hullOf(corners);
+            return;
+        }
+        storeSolid(surface, m_isOfCorners ? SurfacePoints(m_points) : SurfacePoints(m_points, surface, depth),
+                   depth);
+        storeCorners(corners);
+    }
+
+    void storeSolid(const Triangulation& surface, const SurfacePoints& extra, double depth)
+    {
+        constexpr double kEpsilon = std::numeric_limits<S>::epsilon();
+        m_areAllCorners = m_areAllCorners && extra.attached().empty();
         m_hull.m_slack = extra.slack();
         numberVertices(surface, extra);
         storeVertices();
-        storeFaces(merged);
+        storeFaces(FaceMerger(m_points, surface.triangles(), depth));
         // 4 E = 6 eps R |d|; the rest covers the rounding of the band itself.
         m_hull.m_tieBand = static_cast<S>((6.5 * kEpsilon * m_radius + extra.slack()) * 1.01);
-        NeighbourBuilder<S>(m_hull, m_points, m_vertexOf).run(surface, extra);
+        NeighbourBuilder<S>(m_hull, m_points, m_vertexOf, m_areAllCorners).run(surface, extra);
         if (m_extra == HullExtra::Hierarchy)
             storeHierarchy(surface);
-        storeCorners(surface.corners());
     }
 
-    /// @param corners points that are extreme
-    void storeCorners(std::vector<std::int32_t> corners)
+    /// @param corners points that are extreme, ascending
+    void storeCorners(const std::vector<std::int32_t>& corners)
     {
-        if (static_cast<std::int32_t>(corners.size()) == m_hull.m_vertexCount)
-            return;
-        std::sort(corners.begin(), corners.end());
+        if (static_cast<std::int32_t>(corners.size()) < m_hull.m_vertexCount)
+            m_hull.m_corners = std::make_shared<const Hull<S>>(hullOf(corners));
+    }
+
+    Hull<S> hullOf(const std::vector<std::int32_t>& corners) const
+    {
         std::vector<Vector> points;
+        points.reserve(corners.size());
         for (const std::int32_t corner : corners)
             points.push_back(m_points[corner].template cast<S>());
         Hull<S> hull = build(points.data(), static_cast<std::int32_t>(points.size()), m_extra);
         for (std::int32_t& source : hull.m_source)
             source = m_source[corners[source]];
-        m_hull.m_corners = std::make_shared<const Hull<S>>(std::move(hull));
+        return hull;
     }
 
     void numberVertices(const Triangulation& surface, const SurfacePoints& extra)
@@ -283,22 +352,25 @@ private:
         m_hull.m_z.resize(padded, m_hull.m_z[0]);
     }
 
-    void addFace(const Eigen::Vector3d& normal, const std::vector<std::int32_t>& corners)
+    void addFace(const Eigen::Vector3d& normal, const std::int32_t* corners, std::int32_t count)
     {
         double offset = -std::numeric_limits<double>::infinity();
         const std::int32_t begin = static_cast<std::int32_t>(m_hull.m_faceVertices.size());
-        for (const std::int32_t corner : corners)
+        for (std::int32_t i = 0; i < count; ++i)
         {
-            offset = std::max(offset, normal.dot(m_points[corner]));
-            m_hull.m_faceVertices.push_back(m_vertexOf[corner]);
+            offset = std::max(offset, normal.dot(m_points[corners[i]]));
+            m_hull.m_faceVertices.push_back(m_vertexOf[corners[i]]);
         }
-        m_hull.m_faces.push_back({normal, offset, begin, static_cast<std::int32_t>(corners.size())});
+        m_hull.m_faces.push_back({normal, offset, begin, count});
     }
 
     void storeFaces(const FaceMerger& merged)
     {
+        m_hull.m_faces.reserve(merged.polygons().size());
+        m_hull.m_faceVertices.reserve(merged.corners().size());
+        m_hull.m_edges.reserve(merged.edges().size());
         for (const FaceMerger::Polygon& polygon : merged.polygons())
-            addFace(polygon.normal, polygon.corners);
+            addFace(polygon.normal, &merged.corners()[polygon.begin], polygon.count);
         for (const FaceMerger::Edge& e : merged.edges())
             m_hull.m_edges.push_back({m_vertexOf[e.from], m_vertexOf[e.to], e.left, e.right});
         indexFaces();
@@ -306,17 +378,17 @@ private:
 
     void indexFaces()
     {
-        std::vector<std::vector<std::int32_t>> facesOf(m_hull.m_vertexCount);
+        std::vector<std::int32_t>& begin = m_hull.m_vertexFaceBegin;
+        begin.assign(static_cast<std::size_t>(m_hull.m_vertexCount) + 1, 0);
+        for (const std::int32_t v : m_hull.m_faceVertices)
+            ++begin[v + 1];
+        std::partial_sum(begin.begin(), begin.end(), begin.begin());
+        m_hull.m_vertexFaces.resize(m_hull.m_faceVertices.size());
+        std::vector<std::int32_t> next(begin.begin(), begin.end() - 1);
         for (std::size_t face = 0; face < m_hull.m_faces.size(); ++face)
         {
             for (const std::int32_t v : m_hull.faceVertices(static_cast<std::int32_t>(face)))
-                facesOf[v].push_back(static_cast<std::int32_t>(face));
-        }
-        m_hull.m_vertexFaceBegin.assign(1, 0);
-        for (const std::vector<std::int32_t>& list : facesOf)
-        {
-            m_hull.m_vertexFaces.insert(m_hull.m_vertexFaces.end(), list.begin(), list.end());
-            m_hull.m_vertexFaceBegin.push_back(static_cast<std::int32_t>(m_hull.m_vertexFaces.size()));
+                m_hull.m_vertexFaces[next[v]++] = static_cast<std::int32_t>(face);
         }
     }
 
@@ -335,19 +407,36 @@ private:
 
     Hull<S> m_hull;
     HullExtra m_extra = HullExtra::None;
+    bool m_isOfCorners = false;  ///< nothing but corners() is wanted
+    bool m_areAllCorners = false;
     std::vector<Eigen::Vector3d> m_points;
     std::vector<std::int32_t> m_source;
     std::vector<std::int32_t> m_vertexOf;  ///< by point; -1 where the point is no vertex
     double m_radius = 0.0;
 };
 
-/// Convex hull of points, with every degenerate input defined by HullKind. Cost: O(n log n) for points in general
-/// position, O(n) more for each artificial neighbour that lies in a face which climbs have to scan, and O(k t) for k
-/// points on the surface that are not corners of its t triangles; some milliseconds for 1,000 points.
+/// Convex hull of points, with every degenerate input defined by HullKind. Cost: O(n log n) as a rule, and O(n) more for each
+/// artificial neighbour of a hull that has more vertices than corners, where it lies in a face which climbs have to scan; 2 ms
+/// for 1,000 points on a sphere.
 template <class S>
 Hull<S> makeHull(const Eigen::Matrix<S, 3, 1>* points, std::int32_t count, HullExtra extra = HullExtra::None)
 {
     return HullBuilder<S>::build(points, count, extra);
+}
+
+/// Points as a hull that is only good for support searches, by scans: what they find is as far along a direction as what they find
+/// in makeHull(points), but for rounding. Cost: O(n), 20 ns a point.
+template <class S>
+Hull<S> makeCloud(const std::vector<Eigen::Matrix<S, 3, 1>>& points)
+{
+    return HullBuilder<S>::buildCloud(points.data(), static_cast<std::int32_t>(points.size()));
+}
+
+/// makeHull(points).corners(), at half the cost where some points are on the surface and no corners.
+template <class S>
+Hull<S> makeCornerHull(const std::vector<Eigen::Matrix<S, 3, 1>>& points)
+{
+    return HullBuilder<S>::buildCorners(points.data(), static_cast<std::int32_t>(points.size()));
 }
 
 template <class S>

@@ -11,8 +11,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
 #include <vector>
 
 namespace cullet
@@ -25,35 +27,46 @@ public:
     /// @param hull     its vertices and tie band are known
     /// @param points   given ones, without duplicates
     /// @param vertexOf by point; -1 where the point is no vertex
+    /// @param areAllCorners no vertex lies inside a face or an edge
     NeighbourBuilder(Hull<S>& hull, const std::vector<Eigen::Vector3d>& points,
-                     const std::vector<std::int32_t>& vertexOf)
-        : m_hull(hull), m_points(points), m_vertexOf(vertexOf)
+                     const std::vector<std::int32_t>& vertexOf, bool areAllCorners)
+        : m_hull(hull),
+          m_points(points),
+          m_vertexOf(vertexOf),
+          m_areAllCorners(areAllCorners),
+          m_cells(static_cast<int>(std::sqrt(hull.m_vertexCount / 24.0)) + 1),
+          m_answers(static_cast<std::size_t>(6 * m_cells * m_cells), -1),
+          m_isSeenIn(static_cast<std::size_t>(hull.m_vertexCount), 0)
     {
     }
 
     void run(const Triangulation& surface, const SurfacePoints& extra)
     {
-        storeNeighbours(surface, extra);
+        storeNatural(surface, extra);
+        addArtificial(outwardOf(surface, extra));
         storeBlocks();
-        storeStartTable();
+        if (m_hull.m_vertexCount > kMostWithoutTable)
+            storeStartTable();
     }
 
 private:
     using Vector = Eigen::Matrix<S, 3, 1>;
 
-    void storeNeighbours(const Triangulation& surface, const SurfacePoints& extra)
+    /// Up to this many vertices every processor scans rather than to use the table.
+    static constexpr std::int32_t kMostWithoutTable = leastLinearSupportMaximum<S>();
+    /// Up to this many vertices a scan is cheaper than a climb.
+    static constexpr std::int32_t kMostScanned = 256;
+    /// Of a search among corners.
+    static constexpr std::int32_t kMostProducts = 4096;
+
+    /// Calls see(vertex, neighbour) for all natural neighbours, a vertex's in the order of its list.
+    template <class See>
+    void forNatural(const Triangulation& surface, const SurfacePoints& extra, const See& see) const
     {
-        std::vector<std::vector<std::int32_t>> lists(m_hull.m_vertexCount);
-        // Weighted by area: the normal of a sliver is mostly rounding.
-        std::vector<Eigen::Vector3d> outward(m_hull.m_vertexCount, Eigen::Vector3d::Zero());
         for (const Triangulation::Triangle& t : surface.triangles())
         {
-            const Eigen::Vector3d normal = scaledNormal(m_points, t);
             for (int k = 0; k < 3; ++k)
-            {
-                lists[m_vertexOf[t.vertex[k]]].push_back(m_vertexOf[t.vertex[(k + 1) % 3]]);
-                outward[m_vertexOf[t.vertex[k]]] += normal;
-            }
+                see(m_vertexOf[t.vertex[k]], m_vertexOf[t.vertex[(k + 1) % 3]]);
         }
         for (const SurfacePoints::Attached& a : extra.attached())
         {
@@ -61,47 +74,132 @@ private:
             for (const std::int32_t point : a.corners)
             {
                 const std::int32_t corner = m_vertexOf[point];
-                lists[v].push_back(corner);
-                lists[corner].push_back(v);
+                see(v, corner);
+                see(corner, v);
             }
-            outward[v] = a.normal;
         }
-        std::vector<std::size_t> naturalCounts;
-        for (const std::vector<std::int32_t>& list : lists)
-            naturalCounts.push_back(list.size());
-        // The artificial ones are found by climbing over the natural ones.
-        storeLists(lists, naturalCounts);
-        for (std::int32_t v = 0; v < m_hull.m_vertexCount; ++v)
-            addArtificialNeighbours(v, lists[v], outward[v]);
-        storeLists(lists, naturalCounts);
     }
 
-    void storeLists(const std::vector<std::vector<std::int32_t>>& lists,
-                    const std::vector<std::size_t>& naturalCounts)
+    void storeNatural(const Triangulation& surface, const SurfacePoints& extra)
     {
-        m_hull.m_neighbours.clear();
-        m_hull.m_naturalEnd.clear();
-        m_hull.m_neighbourBegin.assign(1, 0);
-        for (std::size_t v = 0; v < lists.size(); ++v)
+        std::vector<std::int32_t>& begin = m_hull.m_neighbourBegin;
+        begin.assign(static_cast<std::size_t>(m_hull.m_vertexCount) + 1, 0);
+        forNatural(surface, extra, [&begin](std::int32_t v, std::int32_t) { ++begin[v + 1]; });
+        std::partial_sum(begin.begin(), begin.end(), begin.begin());
+        m_hull.m_neighbours.resize(static_cast<std::size_t>(begin.back()));
+        m_hull.m_naturalEnd.assign(begin.begin(), begin.end() - 1);
+        forNatural(surface, extra,
+                   [this](std::int32_t v, std::int32_t neighbour)
+                   { m_hull.m_neighbours[m_hull.m_naturalEnd[v]++] = neighbour; });
+    }
+
+    /// By vertex, normals of any length. Weighted by area: the normal of a sliver is mostly rounding.
+    std::vector<Eigen::Vector3d> outwardOf(const Triangulation& surface, const SurfacePoints& extra) const
+    {
+        std::vector<Eigen::Vector3d> outward(m_hull.m_vertexCount, Eigen::Vector3d::Zero());
+        for (const Triangulation::Triangle& t : surface.triangles())
         {
-            const std::size_t begin = m_hull.m_neighbours.size();
-            m_hull.m_neighbours.insert(m_hull.m_neighbours.end(), lists[v].begin(), lists[v].end());
-            m_hull.m_naturalEnd.push_back(static_cast<std::int32_t>(begin + naturalCounts[v]));
-            m_hull.m_neighbourBegin.push_back(static_cast<std::int32_t>(m_hull.m_neighbours.size()));
+            const Eigen::Vector3d normal = scaledNormal(m_points, t);
+            for (const std::int32_t point : t.vertex)
+                outward[m_vertexOf[point]] += normal;
         }
+        for (const SurfacePoints::Attached& a : extra.attached())
+            outward[m_vertexOf[a.point]] = a.normal;
+        return outward;
     }
 
-    /// The support vertex; a climb takes few steps where a neighbour's answer is known.
-    std::int32_t farthest(const Vector& way, std::int32_t start) const
+    /// The artificial ones are found by climbing over the natural ones.
+    void addArtificial(const std::vector<Eigen::Vector3d>& outward)
     {
-        constexpr std::int32_t kScanned = 256;
-        return m_hull.vertexCount() <= kScanned ? supportLinear(m_hull, way)
-                                                : supportClimb(m_hull, way, start).vertex;
+        constexpr std::size_t kUsual = 10;
+        std::vector<std::int32_t> all, begin, naturalEnd;
+        all.reserve(kUsual * static_cast<std::size_t>(m_hull.m_vertexCount));
+        begin.reserve(m_hull.m_neighbourBegin.size());
+        naturalEnd.reserve(m_hull.m_naturalEnd.size());
+        m_hull.m_opposite.reserve(m_hull.m_naturalEnd.size());
+        for (std::int32_t v = 0; v < m_hull.m_vertexCount; ++v)
+        {
+            const typename Hull<S>::Span natural = m_hull.naturalNeighbours(v);
+            begin.push_back(static_cast<std::int32_t>(all.size()));
+            all.insert(all.end(), natural.begin(), natural.end());
+            naturalEnd.push_back(static_cast<std::int32_t>(all.size()));
+            addArtificialNeighbours(v, outward[v], all);
+        }
+        begin.push_back(static_cast<std::int32_t>(all.size()));
+        m_hull.m_neighbours.swap(all);
+        m_hull.m_neighbourBegin.swap(begin);
+        m_hull.m_naturalEnd.swap(naturalEnd);
     }
 
-    void addArtificialNeighbours(std::int32_t v, std::vector<std::int32_t>& list,
-                                 const Eigen::Vector3d& outward)
+    /// The support vertex; a climb takes few steps where the answer for a direction nearby is known.
+    ///
+    /// @param start where none is known
+    std::int32_t farthest(const Vector& way, std::int32_t start)
     {
+        if (m_hull.vertexCount() <= kMostScanned)
+            return hitLinear(m_hull, way).vertex;
+        std::int32_t& answer = m_answers[static_cast<std::size_t>(cubeCell(way, m_cells))];
+        start = answer < 0 ? start : answer;
+        answer = m_areAllCorners ? climbCorners(way, start) : supportClimb(m_hull, way, start).vertex;
+        return answer;
+    }
+
+    /// The support vertex of a hull that has nothing but corners: there, vertices that are level with it are connected by
+    /// natural neighbours, however many they are. Around vertices of very many neighbours, as the tip of a cone, the search
+    /// ends at a vertex that is merely far: a corner needs no other.
+    std::int32_t climbCorners(const Vector& way, std::int32_t vertex)
+    {
+        S height = supportProduct(m_hull, vertex, way);
+        std::int32_t productCount = 0;
+        for (std::int32_t before = -1; before != vertex;)
+        {
+            before = vertex;
+            const typename Hull<S>::Span neighbours = m_hull.naturalNeighbours(before);
+            productCount += neighbours.size();
+            if (productCount > kMostProducts)
+                return vertex;
+            for (const std::int32_t u : neighbours)
+            {
+                const S h = supportProduct(m_hull, u, way);
+                vertex = h > height ? u : vertex;
+                height = std::max(h, height);
+            }
+        }
+        return highestOfLevel(way, {vertex, height}, productCount);
+    }
+
+    /// @param peak no neighbour is higher
+    std::int32_t highestOfLevel(const Vector& way, SupportHit<S> peak, std::int32_t productCount)
+    {
+        const S low =
+            peak.height - m_hull.tieBand() * (std::abs(way[0]) + std::abs(way[1]) + std::abs(way[2]));
+        m_level.assign(1, peak.vertex);
+        m_isSeenIn[peak.vertex] = ++m_search;
+        for (std::size_t i = 0; i < m_level.size(); ++i)
+        {
+            const typename Hull<S>::Span neighbours = m_hull.naturalNeighbours(m_level[i]);
+            productCount += neighbours.size();
+            if (productCount > kMostProducts)
+                break;
+            for (const std::int32_t u : neighbours)
+            {
+                const S h = supportProduct(m_hull, u, way);
+                if (h < low || m_isSeenIn[u] == m_search)
+                    continue;
+                m_isSeenIn[u] = m_search;
+                m_level.push_back(u);
+                if (h > peak.height || (h == peak.height && u < peak.vertex))
+                    peak = {u, h};
+            }
+        }
+        return peak.vertex;
+    }
+
+    /// @param all ends with the natural neighbours
+    void addArtificialNeighbours(std::int32_t v, const Eigen::Vector3d& outward,
+                                 std::vector<std::int32_t>& all)
+    {
+        const auto begin = static_cast<std::ptrdiff_t>(all.size()) - m_hull.naturalNeighbours(v).size();
         const Eigen::Vector3d normal = unitOf(outward);
         // Normals around a vertex of a shape without thickness may add up to nothing: then all ways lead to vertex 0.
         const Eigen::Vector3d side = normal.isZero(0.0) ? normal : Eigen::Vector3d(normal.unitOrthogonal());
@@ -109,21 +207,24 @@ private:
         // The opposite vertex first; then, to fill the last block, those that lie far to the sides.
         const std::array<Eigen::Vector3d, 8> ways = {
             -normal, side - normal, -side - normal, front - normal, -front - normal, side, -side, front};
-        const std::int32_t before = *std::min_element(list.begin(), list.end());
+        const std::int32_t before = *std::min_element(all.begin() + begin, all.end());
         std::int32_t far = before < v ? m_hull.m_opposite[before] : v;
-        for (std::size_t i = 0; i < ways.size() && (i == 0 || list.size() % 7 != 0); ++i)
+        const auto isBlockFull = [&] { return (static_cast<std::ptrdiff_t>(all.size()) - begin) % 7 == 0; };
+        for (std::size_t i = 0; i < ways.size() && (i == 0 || !isBlockFull()); ++i)
         {
             far = farthest(ways[i].template cast<S>(), far);
             if (i == 0)
                 m_hull.m_opposite.push_back(far);
-            const bool isNew = far != v && std::find(list.begin(), list.end(), far) == list.end();
+            const bool isNew = far != v && std::find(all.begin() + begin, all.end(), far) == all.end();
             if (isNew)
-                list.push_back(far);
+                all.push_back(far);
         }
     }
 
     void storeBlocks()
     {
+        // Most have one, and most of the others two.
+        m_hull.m_blocks.reserve(m_hull.m_neighbours.size() / 5);
         m_hull.m_blocks.resize(m_hull.m_vertexCount);
         m_hull.m_blockCount = m_hull.m_vertexCount;
         for (std::int32_t v = 0; v < m_hull.m_vertexCount; ++v)
@@ -179,5 +280,11 @@ private:
     Hull<S>& m_hull;
     const std::vector<Eigen::Vector3d>& m_points;
     const std::vector<std::int32_t>& m_vertexOf;
+    bool m_areAllCorners;
+    int m_cells;                          ///< see cubeCell(); four directions a vertex, a few answers a cell
+    std::vector<std::int32_t> m_answers;  ///< by cell: the last one found, or -1
+    std::vector<std::int32_t> m_level;
+    std::vector<std::int32_t> m_isSeenIn;  ///< by vertex: the last search for level vertices that met it
+    std::int32_t m_search = 0;
 };
 }  // namespace cullet

@@ -345,25 +345,34 @@ SupportHit<S> supportClimbArtificial(const Hull<S>& hull, const Eigen::Matrix<S,
     }
 }
 
-/// Start vertex for a direction from the hull's table: the cell of a cube's side that the direction hits.
+/// The cell of a cube's sides that a direction hits, row-major, sides ordered +x -x +y -y +z -z.
+///
+/// @param cells along an edge of the cube
 template <class S>
-std::int32_t cubeMapStart(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d)
+[[gnu::always_inline]] inline int cubeCell(const Eigen::Matrix<S, 3, 1>& d, int cells)
 {
-    constexpr int kCells = Hull<S>::kCubeCells;
     const S ax = std::abs(d[0]), ay = std::abs(d[1]), az = std::abs(d[2]);
     const int axis = ax >= ay ? (ax >= az ? 0 : 2) : (ay >= az ? 1 : 2);
     const S largest = std::abs(d[axis]);
     if (!(largest > S(0)))
         return 0;
-    const S scale = S(kCells / 2) / largest;
+    const S half = S(cells) / S(2);
+    const S scale = half / largest;
     const auto cell = [&](S value)
     {
         // A NaN fails the comparison and lands in the first cell.
-        const S place = value * scale + S(kCells / 2);
-        return place > S(0) ? static_cast<int>(place < S(kCells) ? place : S(kCells - 1)) : 0;
+        const S place = value * scale + half;
+        return place > S(0) ? static_cast<int>(place < S(cells) ? place : S(cells - 1)) : 0;
     };
     const int side = 2 * axis + (d[axis] < S(0) ? 1 : 0);
-    return hull.startTable()[(side * kCells + cell(d[(axis + 1) % 3])) * kCells + cell(d[(axis + 2) % 3])];
+    return (side * cells + cell(d[(axis + 1) % 3])) * cells + cell(d[(axis + 2) % 3]);
+}
+
+/// Start vertex for a direction from the hull's table.
+template <class S>
+std::int32_t cubeMapStart(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d)
+{
+    return hull.startTable()[static_cast<std::size_t>(cubeCell(d, Hull<S>::kCubeCells))];
 }
 
 template <class S>
@@ -414,11 +423,18 @@ bool isScanWide()
 #endif
 }
 
+/// The least linearSupportMaximum() of any processor.
+template <class S>
+constexpr std::int32_t leastLinearSupportMaximum()
+{
+    return std::is_same_v<S, float> ? 48 : 32;
+}
+
 /// Up to this many vertices the scan beats the table and a climb for unrelated directions, where measured.
 template <class S>
 std::int32_t linearSupportMaximum()
 {
-    return isScanWide<S>() ? 100 : std::is_same_v<S, float> ? 48 : 32;
+    return isScanWide<S>() ? 100 : leastLinearSupportMaximum<S>();
 }
 
 /// Up to this many vertices the scan beats a climb from a vertex near the answer, where measured.

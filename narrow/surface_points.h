@@ -4,13 +4,13 @@
 
 #include "narrow/debug_containers.h"
 #include "narrow/simplex.h"
+#include "narrow/triangle_tree.h"
 #include "narrow/triangulation.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <vector>
 
 namespace cullet
@@ -24,7 +24,8 @@ namespace cullet
 /// A point on an edge splits what is on both sides of it in two, not in three: pieces without area would contain whatever comes on
 /// that edge later, each of them, and their number would double with every point.
 ///
-/// Cost: O(k t) for k points and t triangles, and O(k log k) as a rule to go down.
+/// Cost: O((k + t) log(k + t)) as a rule for k points and t triangles; testCount() counts. Where all is within rounding, as in
+/// a needle, a point is compared with all pieces there.
 class SurfacePoints
 {
 public:
@@ -35,22 +36,43 @@ public:
         Eigen::Vector3d normal;             ///< outward, sum of the triangles' weighted by area
     };
 
+    /// Attaches no point.
+    explicit SurfacePoints(const std::vector<Eigen::Vector3d>& points) : m_points(points), m_depth(0.0) {}
+
     /// @param depth points farther than this from the surface are inside and dropped
     SurfacePoints(const std::vector<Eigen::Vector3d>& points, const Triangulation& triangulation,
                   double depth)
         : m_points(points), m_slackOf(points.size(), 0.0), m_depth(depth)
     {
-        for (const Triangulation::Triangle& t : triangulation.triangles())
-            m_pieces.push_back({t.vertex, scaledNormal(m_points, t)});
-        m_triangleCount = m_pieces.size();
+        if (triangulation.leftOver().empty())
+            return;
+        TriangleTree tree(points, triangulation.triangles(), depth);
+        for (std::size_t i = 0; i < tree.normals().size(); ++i)
+            m_pieces.push_back({triangulation.triangles()[i].vertex, tree.normals()[i]});
         for (const std::int32_t point : scattered(triangulation.leftOver()))
-            attach(point);
+            attach(point, tree);
+        m_testCount += tree.testCount();
+    }
+
+    /// Whether any of the points that the triangulation left over would be attached.
+    static bool areAny(const std::vector<Eigen::Vector3d>& points, const Triangulation& triangulation,
+                       double depth)
+    {
+        const std::vector<std::int32_t>& left = triangulation.leftOver();
+        if (left.empty())
+            return false;
+        TriangleTree tree(points, triangulation.triangles(), depth);
+        return std::any_of(left.begin(), left.end(),
+                           [&](std::int32_t point) { return tree.isAnyNear(points[point]); });
     }
 
     const std::vector<Attached>& attached() const { return m_attached; }
 
     /// Largest distance of an attached point from the surface that its corners span, summed along chains of pieces.
     double slack() const { return m_slack; }
+
+    /// Triangles, pieces and boxes that were compared with a point.
+    std::uint64_t testCount() const { return m_testCount; }
 
 private:
     struct Piece
@@ -86,41 +108,23 @@ private:
         return points;
     }
 
-    /// Distance between a point and the piece. Through weights of the corners, so that a sliver, whose normal is mostly
-    /// rounding, can make it too large but never too small.
-    double distance(const Piece& piece, const Eigen::Vector3d& point) const
+    Place placeOf(std::size_t piece, std::int32_t point)
     {
-        SimplexPoints corners;
-        for (int k = 0; k < 3; ++k)
-            corners[k] = m_points[piece.corners[k]] - point;
-        ClosestOnSimplex best = nothingOnSimplex(corners, 3);
-        considerSegment(corners, 0, 1, best);
-        considerSegment(corners, 1, 2, best);
-        considerSegment(corners, 2, 0, best);
-        const double edge = best.point.norm();
-        best.length2 = std::numeric_limits<double>::infinity();
-        if (!considerInside(corners, 0, 1, 2, best))
-            return edge;
-        const std::array<double, 4> w = simplexWeights(corners, best.subset);
-        return std::min(edge, (w[0] * corners[0] + w[1] * corners[1] + w[2] * corners[2]).norm());
+        ++m_testCount;
+        return {distanceToTriangle(m_points, m_pieces[piece].corners, m_points[point]), piece};
     }
 
-    Place placeOf(std::size_t piece, std::int32_t point) const
-    {
-        return {distance(m_pieces[piece], m_points[point]), piece};
-    }
-
-    void attach(std::int32_t point)
+    void attach(std::int32_t point, TriangleTree& tree)
     {
         std::vector<Place> places;
         Place nearest = {m_depth, m_pieces.size()};
-        for (std::size_t i = 0; i < m_triangleCount; ++i)
-        {
-            const Place place = placeOf(i, point);
-            if (place.distance <= m_depth)
-                findPieces(place, point, places);
-            nearest = std::min(nearest, place);
-        }
+        tree.forEachNear(m_points[point],
+                         [&](std::int32_t triangle, double distance)
+                         {
+                             const Place place = {distance, static_cast<std::size_t>(triangle)};
+                             findPieces(place, point, places);
+                             nearest = std::min(nearest, place);
+                         });
         if (nearest.piece == m_pieces.size())
             return;
         // Pieces reach as far as their triangle only up to rounding.
@@ -138,7 +142,7 @@ private:
     }
 
     /// Appends the whole pieces below a place that contain the point.
-    void findPieces(const Place& place, std::int32_t point, std::vector<Place>& places) const
+    void findPieces(const Place& place, std::int32_t point, std::vector<Place>& places)
     {
         std::vector<Place> open = {place};
         while (!open.empty())
@@ -157,7 +161,7 @@ private:
         }
     }
 
-    Place nearestPiece(Place place, std::int32_t point) const
+    Place nearestPiece(Place place, std::int32_t point)
     {
         while (m_pieces[place.piece].parts != 0)
         {
@@ -201,7 +205,7 @@ private:
     std::vector<Piece> m_pieces;
     std::vector<Attached> m_attached;
     std::vector<double> m_slackOf;
-    std::size_t m_triangleCount = 0;  ///< the first pieces
+    std::uint64_t m_testCount = 0;
     double m_depth;
     double m_slack = 0.0;
 };

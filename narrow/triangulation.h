@@ -9,6 +9,8 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -20,6 +22,8 @@ namespace cullet
 /// Barber, Dobkin and Huhdanpaa 1996, "The Quickhull Algorithm for Convex Hulls", with two differences: the sign of
 /// every orientation is exact, so no facet is ever concave; a point in the plane of a facet does not see it, so that
 /// coplanar facets come out as several triangles in one plane. Points inside or on the surface are left over.
+///
+/// Cost: O(n log n) as a rule; testCount() counts.
 class Triangulation
 {
 public:
@@ -32,13 +36,20 @@ public:
     /// @param points finite, without duplicates
     /// @param seed   indices of four points that are not coplanar
     Triangulation(const std::vector<Eigen::Vector3d>& points, std::array<std::int32_t, 4> seed)
-        : m_points(points)
+        : m_points(points), m_next(points.size(), kNone), m_edgeFrom(points.size())
     {
+        Eigen::Vector3d low = points[seed[0]], high = low;
+        for (const Eigen::Vector3d& point : points)
+        {
+            low = low.cwiseMin(point);
+            high = high.cwiseMax(point);
+        }
+        m_extent = high - low;
         start(seed);
         for (std::size_t face = 0; face < m_work.size(); ++face)
         {
             // A live face keeps its points until one of them replaces it, by faces that come later in the list.
-            if (m_work[face].isAlive && !m_work[face].outside.empty())
+            if (m_work[face].isAlive && m_work[face].first != kNone)
                 insertFarthest(static_cast<std::int32_t>(face));
         }
         compact();
@@ -49,21 +60,37 @@ public:
     /// Points that are no vertex of a triangle, inside or on the surface, ascending.
     const std::vector<std::int32_t>& leftOver() const { return m_leftOver; }
 
+    /// Points that are vertices of triangles.
+    std::int32_t vertexCount() const
+    {
+        return static_cast<std::int32_t>(m_points.size() - m_leftOver.size());
+    }
+
+    /// Points that were compared with the plane of a facet.
+    std::uint64_t testCount() const { return m_testCount; }
+
     /// Points that are extreme, ascending. A vertex inside an edge of the hull has two planes around it and edges between
     /// them on two sides only, one inside a face has none; exact.
     std::vector<std::int32_t> corners() const
     {
         std::vector<std::int32_t> bends(m_points.size(), 0);
-        for (const Triangle& t : m_triangles)
+        for (std::size_t i = 0; i < m_triangles.size(); ++i)
         {
+            const Triangle& t = m_triangles[i];
             for (int k = 0; k < 3; ++k)
             {
+                // The other triangle counts the rest of the edges.
+                if (t.neighbour[k] < static_cast<std::int32_t>(i))
+                    continue;
+                const std::int32_t from = t.vertex[k], to = t.vertex[(k + 1) % 3];
                 const std::array<std::int32_t, 3>& across = m_triangles[t.neighbour[k]].vertex;
-                const auto apex = [&](std::int32_t v)
-                { return v != t.vertex[k] && v != t.vertex[(k + 1) % 3]; };
-                const std::int32_t far = *std::find_if(across.begin(), across.end(), apex);
-                bends[t.vertex[k]] += orientation(m_points[t.vertex[0]], m_points[t.vertex[1]],
-                                                  m_points[t.vertex[2]], m_points[far]) != 0;
+                const std::int32_t far =
+                    *std::find_if(across.begin(), across.end(),
+                                  [from, to](std::int32_t v) { return v != from && v != to; });
+                const int bend = orientation(m_points[t.vertex[0]], m_points[t.vertex[1]],
+                                             m_points[t.vertex[2]], m_points[far]) != 0;
+                bends[from] += bend;
+                bends[to] += bend;
             }
         }
         std::vector<std::int32_t> corners;
@@ -76,10 +103,16 @@ public:
     }
 
 private:
+    static constexpr std::int32_t kNone = -1;
+
     struct Face
     {
         Triangle triangle;
-        std::vector<std::int32_t> outside;
+        Eigen::Vector3d normal;  ///< rounded
+        double bound;            ///< a larger rounded height of any point has the right sign
+        double farthestHeight = 0.0;
+        // Points that see it, linked by m_next.
+        std::int32_t first = kNone, last = kNone, farthest = kNone;
         bool isAlive = true;
         bool isVisible = false;
     };
@@ -89,10 +122,19 @@ private:
         std::int32_t from, to, outer;
     };
 
-    bool sees(std::int32_t point, const Triangle& t) const
+    /// Of a point over the plane, rounded, times the length of the normal.
+    double heightOver(const Face& face, std::int32_t point) const
     {
-        return orientation(m_points[t.vertex[0]], m_points[t.vertex[1]], m_points[t.vertex[2]],
-                           m_points[point]) > 0;
+        return face.normal.dot(m_points[point] - m_points[face.triangle.vertex[0]]);
+    }
+
+    bool sees(std::int32_t point, double height, const Face& face)
+    {
+        ++m_testCount;
+        if (std::abs(height) > face.bound)
+            return height > 0.0;
+        const std::array<std::int32_t, 3>& v = face.triangle.vertex;
+        return orientation(m_points[v[0]], m_points[v[1]], m_points[v[2]], m_points[point]) > 0;
     }
 
     void start(std::array<std::int32_t, 4> seed)
@@ -104,63 +146,86 @@ private:
         addFace({{b, a, d}, {0, 3, 2}});
         addFace({{c, b, d}, {0, 1, 3}});
         addFace({{a, c, d}, {0, 2, 1}});
-        std::vector<std::int32_t> rest;
         for (std::int32_t i = 0; i < static_cast<std::int32_t>(m_points.size()); ++i)
         {
             if (std::find(seed.begin(), seed.end(), i) == seed.end())
-                rest.push_back(i);
+                distribute(i, 0);
         }
-        distribute(rest, 0);
     }
 
     void addFace(const Triangle& triangle)
     {
-        m_work.emplace_back();
-        m_work.back().triangle = triangle;
+        const Eigen::Vector3d& origin = m_points[triangle.vertex[0]];
+        const Eigen::Vector3d ab = m_points[triangle.vertex[1]] - origin;
+        const Eigen::Vector3d ac = m_points[triangle.vertex[2]] - origin;
+        Face face;
+        face.triangle = triangle;
+        face.normal = ab.cross(ac);
+        double permanent = 0.0;
+        for (int i = 0; i < 3; ++i)
+        {
+            const int j = (i + 1) % 3;
+            const int k = (i + 2) % 3;
+            permanent += m_extent[i] * (std::abs(ab[j] * ac[k]) + std::abs(ab[k] * ac[j]));
+        }
+        // As in orientation(), for all points at once.
+        face.bound = 1e-15 * permanent;
+        m_work.push_back(face);
     }
 
-    /// Gives each point to one face that it sees, from `firstFace` on, if there is one.
-    void distribute(const std::vector<std::int32_t>& points, std::size_t firstFace)
+    /// Gives a point to the first face that it sees, from `firstFace` on, if there is one.
+    void distribute(std::int32_t point, std::size_t firstFace)
     {
-        for (const std::int32_t point : points)
+        for (std::size_t i = firstFace; i < m_work.size(); ++i)
         {
-            std::size_t face = firstFace;
-            while (face < m_work.size() && !sees(point, m_work[face].triangle))
-                ++face;
-            if (face < m_work.size())
-                m_work[face].outside.push_back(point);
+            Face& face = m_work[i];
+            const double height = heightOver(face, point);
+            if (!sees(point, height, face))
+                continue;
+            append(face, point, height);
+            return;
         }
     }
 
-    std::int32_t farthest(const Face& face) const
+    void append(Face& face, std::int32_t point, double height)
     {
-        const Eigen::Vector3d& origin = m_points[face.triangle.vertex[0]];
-        const Eigen::Vector3d normal =
-            (m_points[face.triangle.vertex[1]] - origin).cross(m_points[face.triangle.vertex[2]] - origin);
-        std::int32_t best = face.outside.front();
-        double bestHeight = normal.dot(m_points[best] - origin);
-        for (const std::int32_t point : face.outside)
+        m_next[point] = kNone;
+        (face.first == kNone ? face.first : m_next[face.last]) = point;
+        face.last = point;
+        if (face.farthest == kNone || height > face.farthestHeight)
         {
-            const double height = normal.dot(m_points[point] - origin);
-            if (height > bestHeight)
-            {
-                best = point;
-                bestHeight = height;
-            }
+            face.farthest = point;
+            face.farthestHeight = height;
         }
-        return best;
     }
 
     void insertFarthest(std::int32_t first)
     {
-        const std::int32_t point = farthest(m_work[first]);
-        std::vector<std::int32_t> visible = collectVisible(first, point);
-        const std::vector<HorizonEdge> horizon = collectHorizon(visible);
+        const std::int32_t point = m_work[first].farthest;
+        collectVisible(first, point);
+        collectHorizon();
         const std::int32_t firstNew = static_cast<std::int32_t>(m_work.size());
-        const std::int32_t count = static_cast<std::int32_t>(horizon.size());
+        addCone(point, firstNew);
+        for (const std::int32_t face : m_visible)
+        {
+            m_work[face].isAlive = false;
+            for (std::int32_t orphan = m_work[face].first; orphan != kNone;)
+            {
+                const std::int32_t next = m_next[orphan];
+                if (orphan != point)
+                    distribute(orphan, static_cast<std::size_t>(firstNew));
+                orphan = next;
+            }
+        }
+    }
+
+    /// Faces from a point to the horizon.
+    void addCone(std::int32_t point, std::int32_t firstNew)
+    {
+        const std::int32_t count = static_cast<std::int32_t>(m_horizon.size());
         for (std::int32_t i = 0; i < count; ++i)
         {
-            const HorizonEdge& edge = horizon[i];
+            const HorizonEdge& edge = m_horizon[i];
             const std::int32_t next = firstNew + (i + 1) % count;
             const std::int32_t previous = firstNew + (i + count - 1) % count;
             addFace({{edge.from, edge.to, point}, {edge.outer, next, previous}});
@@ -171,65 +236,52 @@ private:
                     outer.neighbour[k] = firstNew + i;
             }
         }
-        std::vector<std::int32_t> orphans;
-        for (const std::int32_t face : visible)
-        {
-            Face& dead = m_work[face];
-            dead.isAlive = false;
-            for (const std::int32_t orphan : dead.outside)
-            {
-                if (orphan != point)
-                    orphans.push_back(orphan);
-            }
-            std::vector<std::int32_t>().swap(dead.outside);
-        }
-        distribute(orphans, static_cast<std::size_t>(firstNew));
     }
 
-    std::vector<std::int32_t> collectVisible(std::int32_t first, std::int32_t point)
+    /// The faces that a point sees.
+    void collectVisible(std::int32_t first, std::int32_t point)
     {
-        std::vector<std::int32_t> visible = {first};
+        m_visible.assign(1, first);
         m_work[first].isVisible = true;
-        for (std::size_t i = 0; i < visible.size(); ++i)
+        for (std::size_t i = 0; i < m_visible.size(); ++i)
         {
-            for (const std::int32_t neighbour : m_work[visible[i]].triangle.neighbour)
+            for (const std::int32_t neighbour : m_work[m_visible[i]].triangle.neighbour)
             {
                 Face& face = m_work[neighbour];
-                if (!face.isVisible && sees(point, face.triangle))
-                {
-                    face.isVisible = true;
-                    visible.push_back(neighbour);
-                }
+                if (face.isVisible || !sees(point, heightOver(face, point), face))
+                    continue;
+                face.isVisible = true;
+                m_visible.push_back(neighbour);
             }
         }
-        return visible;
     }
 
-    /// The closed walk of edges between what the new point sees and what it does not.
-    std::vector<HorizonEdge> collectHorizon(const std::vector<std::int32_t>& visible) const
+    /// The closed walk of edges between what the new point sees and what it does not, from the lowest vertex on.
+    void collectHorizon()
     {
-        std::vector<HorizonEdge> edges;
-        for (const std::int32_t face : visible)
+        m_edges.clear();
+        std::int32_t lowest = 0;
+        for (const std::int32_t face : m_visible)
         {
             const Triangle& t = m_work[face].triangle;
             for (int k = 0; k < 3; ++k)
             {
-                if (!m_work[t.neighbour[k]].isVisible)
-                    edges.push_back({t.vertex[k], t.vertex[(k + 1) % 3], t.neighbour[k]});
+                if (m_work[t.neighbour[k]].isVisible)
+                    continue;
+                const std::int32_t edge = static_cast<std::int32_t>(m_edges.size());
+                m_edges.push_back({t.vertex[k], t.vertex[(k + 1) % 3], t.neighbour[k]});
+                m_edgeFrom[t.vertex[k]] = edge;
+                lowest = t.vertex[k] < m_edges[lowest].from ? edge : lowest;
             }
         }
-        const auto byFrom = [](const HorizonEdge& l, const HorizonEdge& r) { return l.from < r.from; };
-        std::sort(edges.begin(), edges.end(), byFrom);
-        std::vector<HorizonEdge> walk = {edges.front()};
-        while (walk.size() < edges.size())
-            walk.push_back(
-                *std::lower_bound(edges.begin(), edges.end(), HorizonEdge{walk.back().to, 0, 0}, byFrom));
-        return walk;
+        m_horizon.assign(1, m_edges[lowest]);
+        while (m_horizon.size() < m_edges.size())
+            m_horizon.push_back(m_edges[m_edgeFrom[m_horizon.back().to]]);
     }
 
     void compact()
     {
-        std::vector<std::int32_t> place(m_work.size(), -1);
+        std::vector<std::int32_t> place(m_work.size(), kNone);
         for (std::size_t i = 0; i < m_work.size(); ++i)
         {
             if (!m_work[i].isAlive)
@@ -237,16 +289,12 @@ private:
             place[i] = static_cast<std::int32_t>(m_triangles.size());
             m_triangles.push_back(m_work[i].triangle);
         }
+        // Not only points that saw no face: a vertex all of whose triangles were replaced is none any more.
+        std::vector<char> isVertex(m_points.size(), 0);
         for (Triangle& triangle : m_triangles)
         {
             for (std::int32_t& neighbour : triangle.neighbour)
                 neighbour = place[neighbour];
-        }
-        std::vector<Face>().swap(m_work);
-        // Not only points that saw no face: a vertex all of whose triangles were replaced is none any more.
-        std::vector<char> isVertex(m_points.size(), 0);
-        for (const Triangle& triangle : m_triangles)
-        {
             for (const std::int32_t vertex : triangle.vertex)
                 isVertex[vertex] = 1;
         }
@@ -255,10 +303,19 @@ private:
             if (isVertex[i] == 0)
                 m_leftOver.push_back(static_cast<std::int32_t>(i));
         }
+        std::vector<Face>().swap(m_work);
+        std::vector<std::int32_t>().swap(m_next);
+        std::vector<std::int32_t>().swap(m_edgeFrom);
     }
 
     const std::vector<Eigen::Vector3d>& m_points;
+    Eigen::Vector3d m_extent;  ///< of the box around all points
     std::vector<Face> m_work;
+    std::vector<std::int32_t> m_next;      ///< by point
+    std::vector<std::int32_t> m_edgeFrom;  ///< by point: the last edge of a horizon that began there
+    std::vector<std::int32_t> m_visible;
+    std::vector<HorizonEdge> m_edges, m_horizon;
+    std::uint64_t m_testCount = 0;
     std::vector<Triangle> m_triangles;
     std::vector<std::int32_t> m_leftOver;
 };

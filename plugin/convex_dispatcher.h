@@ -6,6 +6,7 @@
 #include "plugin/isa_gjk.h"
 
 #include <memory>
+#include <vector>
 
 namespace cullet
 {

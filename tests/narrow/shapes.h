@@ -3,10 +3,13 @@
 #pragma once
 
 #include "demos/scenes/hull_points.h"
+#include "narrow/exact_orientation.h"
 
 #include <Eigen/Core>
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <random>
 #include <string>
 #include <vector>
@@ -34,6 +37,22 @@ inline Points figure9Points()
             points.push_back(points[i]);
     }
     return points;
+}
+
+/// Four points that span space, the first of them in the order given.
+inline std::array<std::int32_t, 4> seedOf(const Points& points)
+{
+    std::array<std::int32_t, 4> seed = {0, 1, 2, 3};
+    const auto next = [&](int from, const auto& spans)
+    {
+        while (!spans(points[from]))
+            ++from;
+        return from;
+    };
+    seed[2] = next(2, [&](const Eigen::Vector3d& p) { return !isCollinear(points[0], points[1], p); });
+    seed[3] = next(seed[2] + 1, [&](const Eigen::Vector3d& p)
+                   { return orientation(points[0], points[1], points[seed[2]], p) != 0; });
+    return seed;
 }
 
 inline Points withDuplicatesAndInterior(Points points, unsigned seed)

@@ -212,22 +212,6 @@ TYPED_TEST(HullFacesOf, CloudsOnLatticesHaveSimpleOutlines)
     EXPECT_GT(solidCount, 2500);
 }
 
-/// Four points that span space, the first of them in the order given.
-std::array<std::int32_t, 4> seedOf(const Points& points)
-{
-    std::array<std::int32_t, 4> seed = {0, 1, 2, 3};
-    const auto next = [&](int from, const auto& spans)
-    {
-        while (!spans(points[from]))
-            ++from;
-        return from;
-    };
-    seed[2] = next(2, [&](const Eigen::Vector3d& p) { return !isCollinear(points[0], points[1], p); });
-    seed[3] = next(seed[2] + 1, [&](const Eigen::Vector3d& p)
-                   { return orientation(points[0], points[1], points[seed[2]], p) != 0; });
-    return seed;
-}
-
 TEST(FaceMerger, OutlinesAreSimpleForEveryTolerance)
 {
     std::mt19937 engine(64);
@@ -243,7 +227,8 @@ TEST(FaceMerger, OutlinesAreSimpleForEveryTolerance)
         ASSERT_GE(merged.polygons().size(), 2u);
         Faces faces;
         for (const FaceMerger::Polygon& polygon : merged.polygons())
-            faces.push_back(polygon.corners);
+            faces.emplace_back(&merged.corners()[polygon.begin],
+                               &merged.corners()[polygon.begin] + polygon.count);
         expectPolyhedron(faces, merged.edges());
     }
 }
