@@ -241,7 +241,8 @@ private:
             return false;
         setOver(plane, point, isOfA);
         (isOfA ? m_vertexA : m_vertexB) = corners[0];
-        return isAhead(other, vertex, -1, isOfA ? m_normal : Vector(-m_normal));
+        return looksAlong(side, plane, isOfA ? Vector(-m_normal) : m_normal) &&
+               isAhead(other, vertex, -1, isOfA ? m_normal : Vector(-m_normal));
     }
 
     /// Corners of the face that has three vertices; none if it is not known.
@@ -292,6 +293,13 @@ private:
             last = next;
         }
         return true;
+    }
+
+    /// Whether the hull of a face is behind it along a direction; no longer where it has turned over since an earlier pose.
+    bool looksAlong(const Side& side, const Plane& plane, const Vector& direction) const
+    {
+        // A flat hull looks both ways.
+        return direction.dot(plane.first - side.basis * side.hull().centre()) >= -kInside * m_size;
     }
 
     /// @param point of the other hull, relative to the origin of the face's

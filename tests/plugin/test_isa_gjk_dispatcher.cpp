@@ -272,6 +272,25 @@ TEST(IsaGjkDispatcher, APairWithABodyThatBecomesKinematicWakesItsNeighbourAsInBu
     }
 }
 
+TEST(IsaGjkDispatcher, FindsTheContactWithAPlateThatHasTurnedOver)
+{
+    // The face of the last query is on the far side then.
+    const auto plate = makeHullShape(boxPoints(2, 0.1, 2));
+    const auto top =
+        makeHullShape({vec(0, -0.5, 0), vec(0.4, 0.4, 0.4), vec(-0.4, 0.4, 0.3), vec(0, 0.4, -0.4)});
+    ConvexWorld world(Narrow::Dispatcher);
+    btRigidBody &below = world.add(plate.get(), 1, vec(0, 0, 0)),
+                &above = world.add(top.get(), 1, vec(0.3, 0.69, 0.2));
+    world.world.performDiscreteCollisionDetection();
+    ASSERT_EQ(world.contactsOf(below, above), 1);
+    below.setWorldTransform(btTransform(btQuaternion(vec(1, 0, 0), SIMD_PI), vec(0, 0, 0)));
+    world.world.performDiscreteCollisionDetection();
+    EXPECT_EQ(world.contactsOf(below, above), 1) << "turned";
+    plate->setLocalScaling(vec(1, -1, 1));
+    world.world.performDiscreteCollisionDetection();
+    EXPECT_EQ(world.contactsOf(below, above), 1) << "mirrored";
+}
+
 TEST(IsaGjkDispatcher, RefreshesPointsThatOthersPutIntoTheManifoldOfAnIdlePair)
 {
     // As Bullet's importer does, after a dispatch at the saved places.
