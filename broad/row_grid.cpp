@@ -114,6 +114,7 @@ void RowGrid::scanRows(const RowPass& pass)
 PairBuffer& RowGrid::prepareBuffer(const GridInput& input, SinkContext& context) const
 {
     PairBuffer& out = *m_scratch[context.worker].buffer;
+    out.count = 0;  // a scan that failed leaves some of its pairs behind
     out.flush = handToSink;
     out.context = &context;
     out.near = input.near;

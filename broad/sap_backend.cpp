@@ -41,6 +41,12 @@ void SapBackend::OpenIntervals::remove(std::uint32_t row, std::vector<std::uint3
     boxes.pop_back();
 }
 
+void SapBackend::OpenIntervals::clear()
+{
+    rows.clear();
+    boxes.clear();
+}
+
 void SapBackend::restart(const Pairs& known)
 {
     m_known = known;
@@ -55,7 +61,11 @@ void SapBackend::begin(const ProxyView& proxies)
     m_boxes.clear();
     m_overlapping.reset(0);
     m_held.reset(m_known.size());
+    // An update that failed leaves some of its own behind.
     m_open.clear();
+    m_touched.clear();
+    m_openNew.clear();
+    m_openOld.clear();
     for (const RowPair& pair : findRowsOf(m_known, proxies))
     {
         if (pair.firstRow == kNoRow || pair.secondRow == kNoRow)

@@ -39,6 +39,7 @@ private:
 
         void add(std::uint32_t row, const Aabb& box, std::vector<std::uint32_t>& places);
         void remove(std::uint32_t row, std::vector<std::uint32_t>& places);
+        void clear();
     };
 
     void begin(const ProxyView& proxies);

@@ -15,7 +15,7 @@ namespace cullet::test
 {
 namespace
 {
-constexpr float kMargin = 0.1f;
+constexpr float kRestingMargin = 0.1f;
 
 /// Forty boxes far from each other and from the origin, of which the first one trembles in every step.
 class BackendResting : public BackendTest
@@ -23,7 +23,7 @@ class BackendResting : public BackendTest
 protected:
     BackendResting()
     {
-        session.margin = kMargin;
+        session.margin = kRestingMargin;
         for (int i = 0; i < 40; ++i)
             session.add(boxAt(3.0f * static_cast<float>(i), 50, 0));
     }
@@ -76,10 +76,10 @@ TEST_P(BackendResting, PairsFollowAMarginThatChanges)
     ASSERT_TRUE(step());
     for (std::size_t i = 0; i < parting.size(); ++i)
         session.table.setBox(parting[i], translated(session.table.box(parting[i]), 0,
-                                                    2 * kMargin * static_cast<float>(i) / 11.5f, 0));
+                                                    2 * kRestingMargin * static_cast<float>(i) / 11.5f, 0));
     ASSERT_TRUE(rest());
     ASSERT_EQ(session.pairs().size(), 12u);
-    for (const float margin : {0.6f * kMargin, 0.3f * kMargin})
+    for (const float margin : {0.6f * kRestingMargin, 0.3f * kRestingMargin})
     {
         session.margin = margin;
         ASSERT_TRUE(step());
@@ -87,11 +87,11 @@ TEST_P(BackendResting, PairsFollowAMarginThatChanges)
         ASSERT_TRUE(rest());
     }
     // A larger one brings none back, and holds for longer what is there.
-    session.margin = 2 * kMargin;
+    session.margin = 2 * kRestingMargin;
     ASSERT_TRUE(step());
     EXPECT_TRUE(session.reported({}, {}));
     for (int update = 0; update < 10; ++update)
-        ASSERT_TRUE(move(parting[1], 1, 0.4f * kMargin));
+        ASSERT_TRUE(move(parting[1], 1, 0.4f * kRestingMargin));
     EXPECT_EQ(session.removedTotal(), 9u);
 }
 

@@ -17,7 +17,7 @@ namespace cullet::test
 {
 namespace
 {
-constexpr float kMargin = 0.04f;
+constexpr float kCloudMargin = 0.04f;
 
 std::unique_ptr<Backend> makeRowGrid()
 {
@@ -54,9 +54,9 @@ private:
 };
 
 /// @return the way that the update took, and why
-std::string update(Backend& backend, ProxyTable& table, PairDelta& delta)
+std::string wayOfUpdate(Backend& backend, ProxyTable& table, PairDelta& delta)
 {
-    EXPECT_EQ(backend.update(table.beginUpdate(kMargin, true), delta), Status::Ok);
+    EXPECT_EQ(backend.update(table.beginUpdate(kCloudMargin, true), delta), Status::Ok);
     const BackendStats stats = backend.stats();
     return std::string(stats.path) + ": " + stats.decision.reason;
 }
@@ -72,16 +72,16 @@ bool expectToGoOnAsNew(Cloud& before, Cloud& after, float way)
     PairDelta delta, expected;
     for (int step = 0; step < 4; ++step, before.move(way))
     {
-        update(*restarted, before.table, delta);
+        wayOfUpdate(*restarted, before.table, delta);
         before.table.endUpdate();
     }
     restarted->restart({});
     bool haveSettled = false;
-    for (int step = 0; step < 10; ++step, after.move(0.25f * kMargin))
+    for (int step = 0; step < 10; ++step, after.move(0.25f * kCloudMargin))
     {
         SCOPED_TRACE("step " + std::to_string(step));
-        const std::string path = update(*fresh, after.table, expected);
-        EXPECT_EQ(update(*restarted, after.table, delta), path);
+        const std::string path = wayOfUpdate(*fresh, after.table, expected);
+        EXPECT_EQ(wayOfUpdate(*restarted, after.table, delta), path);
         EXPECT_EQ(delta.added, expected.added);
         EXPECT_EQ(delta.removed, expected.removed);
         EXPECT_LE(restarted->stats().entries, 2 * fresh->stats().entries);
@@ -95,13 +95,13 @@ TEST(GridRestart, SettlesAsANewGridWhenTheNextTableIsSmaller)
 {
     Cloud before(600, 8, 0.4f);
     Cloud after(40, 4, 0.4f);
-    EXPECT_TRUE(expectToGoOnAsNew(before, after, 0.25f * kMargin));
+    EXPECT_TRUE(expectToGoOnAsNew(before, after, 0.25f * kCloudMargin));
 }
 
 TEST(GridRestart, SettlesAsANewGridWhenTheTableIsTheSame)
 {
     Cloud cloud(200, 6, 0.4f);
-    EXPECT_TRUE(expectToGoOnAsNew(cloud, cloud, 0.25f * kMargin));
+    EXPECT_TRUE(expectToGoOnAsNew(cloud, cloud, 0.25f * kCloudMargin));
 }
 
 TEST(GridRestart, ReachesAsFarAsANewGridWhenBoxesWereFastBefore)

@@ -107,6 +107,31 @@ TEST(PsapDeltas, ListsThatAreTooShortGrowAndNothingIsLost)
     }
 }
 
+TEST(PsapDeltas, TellThatPairsAreMissingWhenTheListOfNearPairsIsTooShort)
+{
+    // Steps that follow on the device read these counts before anything can be done again.
+    psap::HostExec exec{PsapOptions{}};
+    psap::DeltaSearch<psap::HostExec> search(ordered(PsapOrder::Counting, 1));
+    int begun = 0;
+    int tooShort = 0;
+    for (const std::vector<Aabb>& boxes : changingBoxes(300, 13))
+    {
+        search.prepare(exec, boxes.data(), boxes.size());
+        search.launch(exec);
+        exec.wait();
+        const DeltaCounts before = *search.countsThere();
+        const std::uint64_t room = search.addedRoom();
+        const bool isBegun = search.frame() == psap::NearFrame::Begin;
+        search.planAhead(exec);
+        const bool wasComplete = search.finish(exec);
+        begun += isBegun ? 1 : 0;
+        tooShort += isBegun && !wasComplete ? 1 : 0;
+        EXPECT_EQ(before.added > room, !wasComplete);
+    }
+    EXPECT_GT(begun, 3);
+    EXPECT_GT(tooShort, 0);
+}
+
 /// Boxes that go on with velocities of their own, and now and then one that jumps, is empty for a while, grows, is lost, or goes
 /// to infinity.
 std::vector<std::vector<Aabb>> steadyBoxes(std::uint32_t count, float fastest, std::uint32_t seed)

@@ -301,6 +301,26 @@ TEST_F(Names, ChangesOfOtherBoxesThanBeforeAreInOrder)
     }
 }
 
+TEST_F(Names, AFewSmallerIdsThanBeforeComeFirst)
+{
+    std::vector<IdPair> large, few;
+    for (const IdPair& pair : chain(9000))
+    {
+        if (lesserId(pair) > 15000)
+            large.push_back(pair);
+        else if (lesserId(pair) < 5000 && few.size() < 5)
+            few.push_back(pair);
+    }
+    ASSERT_GT(large.size(), 300u);
+    ASSERT_EQ(few.size(), 5u);
+    expectNamed(large, large);
+    // The buckets are for ids like those, and one of them takes all that are smaller.
+    few.insert(few.end(), large.begin(), large.end());
+    expectNamed(few, few);
+    EXPECT_TRUE(wentByBuckets());
+    EXPECT_EQ(askings(), 1);
+}
+
 TEST_F(Names, ListsThatComeBackAreWrittenWithoutACopy)
 {
     expectNamed(chain(9000), chain(8000, 2));

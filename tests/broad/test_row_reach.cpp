@@ -84,7 +84,8 @@ protected:
         GridOptions result;
         result.settles = false;
         result.threads = 1;
-        result.cellScale = 1;  // as narrow as such a reach allows, so that many pairs part across the edge of a cell
+        result.cellScale =
+            1;  // as narrow as such a reach allows, so that many pairs part across the edge of a cell
         return result;
     }
 
