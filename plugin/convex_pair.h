@@ -134,9 +134,30 @@ struct ConvexCores
         return (a || !isPolytope(pair.a.kind)) && (b || !isPolytope(pair.b.kind));
     }
 
+    /// Lets hulls have their faces, which contacts need; see HullCache::graphOf().
+    ///
+    /// @return false without memory
+    bool buildGraphs(const ConvexPair& pair, HullUse (&hulls)[2], std::uint64_t pass)
+    {
+        return buildGraph(pair.a, hulls[0], pass, a) &&
+               buildGraph(pair.b, hulls[pair.isTwice() ? 0 : 1], pass, b);
+    }
+
     std::optional<PosedShape> a, b;
 
 private:
+    static bool buildGraph(const ConvexSide& side, HullUse& use, std::uint64_t pass,
+                           std::optional<PosedShape>& posed)
+    {
+        if (posed->hull().kind() != HullKind::Cloud)
+            return true;
+        const Hull<btScalar>* graph = use.graphOf(static_cast<const btConvexHullShape&>(side.shape), pass);
+        if (graph == nullptr)
+            return false;
+        posed.emplace(poseHull(*graph, side.shape, side.transform));
+        return true;
+    }
+
     static std::optional<PosedShape> poseSide(const ConvexSide& side, const Hull<btScalar>* known,
                                               HullUse& use, std::uint64_t pass)
     {

@@ -385,7 +385,7 @@ bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& in
         count(counters.delegated);
         return false;
     }
-    const ConvexCores cores(pair, failed.hulls, m_hulls, passOf(isStep));
+    ConvexCores cores(pair, failed.hulls, m_hulls, passOf(isStep));
     if (!cores.arePlaced(pair))
     {
         if (!pair.a.hasPoints() || !pair.b.hasPoints())
@@ -407,6 +407,11 @@ bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& in
     Touch touch;
     if (mayTouch)
     {
+        if (!cores.buildGraphs(pair, m_hulls, passOf(isStep)))
+        {
+            count(counters.notConverged);
+            return false;
+        }
         // The algorithm of a mesh's triangle lives for one query.
         const bool isKept = pair.a.kind != ConvexKind::Triangle && pair.b.kind != ConvexKind::Triangle;
         state = measure(cores, limit, m_cache, isKept ? &m_depth : nullptr, touch, counters.exact);
