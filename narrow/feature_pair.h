@@ -61,7 +61,8 @@ public:
         const Ids ofA = distinct(pairs.a, pairs.count), ofB = distinct(pairs.b, pairs.count);
         m_isDeep = isDeep;
         m_about = about;
-        if (!isKnown(ofA, m_a.shape) || !isKnown(ofB, m_b.shape))
+        if (!isKnown(ofA, m_a.shape) || !isKnown(ofB, m_b.shape) || m_a.hull().kind() == HullKind::Cloud ||
+            m_b.hull().kind() == HullKind::Cloud)
             return false;
         m_vertexA = ofA.id[0];
         m_vertexB = ofB.id[0];

@@ -62,19 +62,19 @@ public:
     static Hull<S> buildCloud(const Vector* points, std::int32_t count)
     {
         HullBuilder builder;
+        Hull<S>& hull = builder.m_hull;
         if (!builder.areUsable(points, count))
-            return std::move(builder.m_hull);
-        builder.m_points.reserve(static_cast<std::size_t>(count));
+            return std::move(hull);
+        hull.m_kind = HullKind::Cloud;
+        builder.reserveVertices(static_cast<std::size_t>(count));
         for (std::int32_t i = 0; i < count; ++i)
         {
-            builder.m_points.push_back(usable(points[i]));
-            builder.m_radius = std::max(builder.m_radius, builder.m_points.back().norm());
+            const Eigen::Vector3d point = usable(points[i]);
+            builder.addVertex(point, i);
         }
-        builder.m_source.resize(static_cast<std::size_t>(count));
-        std::iota(builder.m_source.begin(), builder.m_source.end(), 0);
-        builder.m_hull.m_kind = HullKind::Cloud;
-        builder.keepAll();
-        return std::move(builder.m_hull);
+        builder.m_radius = hull.m_radius;
+        builder.finishVertices();
+        return std::move(hull);
     }
 
 private:
@@ -329,18 +329,36 @@ private:
 
     void storeVertices()
     {
+        reserveVertices(m_points.size());
         for (std::int32_t point = 0; point < pointCount(); ++point)
         {
-            if (m_vertexOf[point] < 0)
-                continue;
-            m_hull.m_x.push_back(static_cast<S>(m_points[point][0]));
-            m_hull.m_y.push_back(static_cast<S>(m_points[point][1]));
-            m_hull.m_z.push_back(static_cast<S>(m_points[point][2]));
-            m_hull.m_lanes.push_back(lanesOf(m_points[point]));
-            m_hull.m_source.push_back(m_source[point]);
-            m_hull.m_centre += m_points[point];
-            m_hull.m_radius = std::max(m_hull.m_radius, m_points[point].norm());
+            if (m_vertexOf[point] >= 0)
+                addVertex(m_points[point], m_source[point]);
         }
+        finishVertices();
+    }
+
+    void reserveVertices(std::size_t count)
+    {
+        for (std::vector<S>* axis : {&m_hull.m_x, &m_hull.m_y, &m_hull.m_z})
+            axis->reserve((count + 7) / 8 * 8);
+        m_hull.m_lanes.reserve(count);
+        m_hull.m_source.reserve(count);
+    }
+
+    void addVertex(const Eigen::Vector3d& point, std::int32_t source)
+    {
+        m_hull.m_x.push_back(static_cast<S>(point[0]));
+        m_hull.m_y.push_back(static_cast<S>(point[1]));
+        m_hull.m_z.push_back(static_cast<S>(point[2]));
+        m_hull.m_lanes.push_back(lanesOf(point));
+        m_hull.m_source.push_back(source);
+        m_hull.m_centre += point;
+        m_hull.m_radius = std::max(m_hull.m_radius, point.norm());
+    }
+
+    void finishVertices()
+    {
         m_hull.m_vertexCount = static_cast<std::int32_t>(m_hull.m_x.size());
         m_hull.m_centre /= m_hull.m_vertexCount;
         m_hull.m_centreLanes = lanesOf(m_hull.m_centre);

@@ -136,6 +136,18 @@ struct ConvexCores
         return (a || !isPolytope(pair.a.kind)) && (b || !isPolytope(pair.b.kind));
     }
 
+    /// Hulls of which only the points are known.
+    bool haveClouds() const { return isCloud(a) || isCloud(b); }
+
+    /// Lets hulls have their faces, which contacts need; see HullCache::graphOf().
+    ///
+    /// @return false without memory
+    bool buildGraphs(const ConvexPair& pair, HullUse (&hulls)[2], std::uint64_t pass)
+    {
+        return buildGraph(pair.a, hulls[0], pass, a) &&
+               buildGraph(pair.b, hulls[pair.isTwice() ? 0 : 1], pass, b);
+    }
+
     std::optional<PosedShape> a, b;
     /// Point of the world to which both origins are relative.
     Eigen::Vector3d anchor = Eigen::Vector3d::Zero();
@@ -157,6 +169,25 @@ private:
         if (otherCore)
             otherCore->moveTo(wayToOrigin(anchor, other.shape, other.kind, other.transform) - rest);
         anchor += rest;
+    }
+
+    static bool isCloud(const std::optional<PosedShape>& core)
+    {
+        return core && core->hull().kind() == HullKind::Cloud;
+    }
+
+    static bool buildGraph(const ConvexSide& side, HullUse& use, std::uint64_t pass,
+                           std::optional<PosedShape>& posed)
+    {
+        if (!isCloud(posed))
+            return true;
+        const Hull<btScalar>* graph = use.graphOf(static_cast<const btConvexHullShape&>(side.shape), pass);
+        if (graph == nullptr)
+            return false;
+        const Eigen::Vector3d place = posed->origin();
+        posed.emplace(poseHull(*graph, side.shape, side.transform));
+        posed->moveTo(place);
+        return true;
     }
 
     static std::optional<PosedShape> poseSide(const ConvexSide& side, const Hull<btScalar>* known,

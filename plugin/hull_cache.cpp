@@ -45,21 +45,30 @@ HullContents::HullContents(const btConvexHullShape& shape)
     const std::size_t bytes = byteCount(shape);
     if (bytes == 0)
         return;
-    m_points.resize(bytes / sizeof(btScalar));
-    std::memcpy(m_points.data(), shape.getUnscaledPoints(), bytes);
+    const btScalar* first = shape.getUnscaledPoints()->m_floats;
+    m_points.assign(first, first + bytes / sizeof(btScalar));
+    m_cloud = makeCloud(threeOfEach());
 }
 
-void HullContents::build()
+std::vector<Eigen::Matrix<btScalar, 3, 1>> HullContents::threeOfEach() const
 {
+    std::vector<Eigen::Matrix<btScalar, 3, 1>> points;
+    points.reserve(pointCount());
+    for (std::size_t i = 0; i < m_points.size(); i += kScalarsPerPoint)
+        points.emplace_back(m_points[i], m_points[i + 1], m_points[i + 2]);
+    return points;
+}
+
+const Hull<btScalar>& HullContents::graph(bool& isFirst)
+{
+    isFirst = false;
     std::call_once(m_isBuilt,
-                   [this]
+                   [this, &isFirst]
                    {
-                       std::vector<Eigen::Matrix<btScalar, 3, 1>> points;
-                       points.reserve(m_points.size() / kScalarsPerPoint);
-                       for (std::size_t i = 0; i < m_points.size(); i += kScalarsPerPoint)
-                           points.emplace_back(m_points[i], m_points[i + 1], m_points[i + 2]);
-                       m_hull = makeHull(points).corners();
+                       m_graph = makeCornerHull(threeOfEach());
+                       isFirst = true;
                    });
+    return m_graph;
 }
 
 HullCache& HullCache::instance()
@@ -107,7 +116,7 @@ void HullCache::sweep() noexcept
     std::size_t left = 0;
     for (auto it = m_records.begin(); it != m_records.end();)
     {
-        const bool isUsed = !it->second || it->second->isPinned ||
+        const bool isUsed = !it->second || it->second->isPinned || it->second->isDeforming ||
                             it->second->references.load(std::memory_order_acquire) != 0;
         left += isUsed ? kFixedWeight : 0;
         it = isUsed ? std::next(it) : m_records.erase(it);
@@ -135,7 +144,6 @@ std::shared_ptr<HullContents> HullCache::contentsOf(const btConvexHullShape& sha
     }
     auto made = std::make_shared<HullContents>(shape);
     m_contents.emplace(hash, made);
-    ++m_buildsTotal;
     add(weightOf(*made));
     return made;
 }
@@ -147,22 +155,57 @@ try
     std::shared_ptr<HullContents> found;
     {
         const std::lock_guard<std::mutex> lock(m_mutex);
-        found = record.current && record.current->equals(shape)
-                    ? std::const_pointer_cast<HullContents>(record.current)
-                    : contentsOf(shape);
+        found = record.current && record.current->equals(shape) ? record.current : contentsOf(shape);
     }
-    // Without the lock: other shapes need not wait for a large hull.
-    found->build();
     const std::lock_guard<std::mutex> lock(m_mutex);
     if (record.current != found)
     {
         record.previous = std::move(record.current);
         record.current = found;
+        record.hull.store(&found->cloud(), std::memory_order_release);
+        record.scannedTotal.store(0, std::memory_order_relaxed);
         record.contents.store(found.get(), std::memory_order_release);
         record.revision.fetch_add(1, std::memory_order_release);
     }
     record.checkedIn.store(pass, std::memory_order_release);
-    return &found->hull();
+    return record.hull.load(std::memory_order_acquire);
+}
+catch (const std::exception&)
+{
+    return nullptr;
+}
+
+/// Of a record without a graph: the points, or the graph once it pays. No answer of a support search depends on which.
+const Hull<btScalar>* HullCache::scanned(HullRecord& record, const Hull<btScalar>& cloud) noexcept
+{
+    if (cloud.vertexCount() <= kMostScanned || !mayBuild(record, cloud))
+        return &cloud;
+    const std::uint32_t before = record.scannedTotal.fetch_add(1, std::memory_order_relaxed);
+    const auto spread =
+        static_cast<std::uint32_t>(hashOf(cloud.lanes(0), sizeof(btScalar) * 4)) % kScanSpread;
+    if (before != kLeastScans + spread)
+        return &cloud;
+    const Hull<btScalar>* graph = build(record);
+    return graph == nullptr ? &cloud : graph;
+}
+
+/// The graph of a record's contents.
+const Hull<btScalar>* HullCache::build(HullRecord& record) noexcept
+try
+{
+    std::shared_ptr<HullContents> contents;
+    {
+        const std::lock_guard<std::mutex> lock(m_mutex);
+        contents = record.current;
+    }
+    // Without the lock: other shapes need not wait for a large hull.
+    bool isFirst;
+    const Hull<btScalar>& graph = contents->graph(isFirst);
+    const std::lock_guard<std::mutex> lock(m_mutex);
+    m_buildsTotal += isFirst ? 1 : 0;
+    if (record.current == contents)
+        record.hull.store(&graph, std::memory_order_release);
+    return &graph;
 }
 catch (const std::exception&)
 {
@@ -174,10 +217,27 @@ void HullCache::prepare(const btConvexHullShape& shape) noexcept
     HullRecord* const record = acquire(shape);
     if (record == nullptr)
         return;
-    hullOf(*record, shape, 0);
-    const std::lock_guard<std::mutex> lock(m_mutex);
-    record->isPinned = true;
+    record->isPinned.store(true, std::memory_order_release);
+    graphOf(*record, shape, 0);
     release(*record);
+}
+
+void HullCache::setDeforming(const btConvexHullShape& shape, bool isDeforming) noexcept
+{
+    HullRecord* const record = acquire(shape);
+    if (record == nullptr)
+        return;
+    const std::lock_guard<std::mutex> lock(m_mutex);
+    record->isDeforming.store(isDeforming, std::memory_order_release);
+    forgetGraph(*record);
+    release(*record);
+}
+
+/// Of a record that may have none now.
+void HullCache::forgetGraph(HullRecord& record) noexcept
+{
+    if (record.current && !mayBuild(record, record.current->cloud()))
+        record.hull.store(&record.current->cloud(), std::memory_order_release);
 }
 
 void HullCache::invalidate(const btConvexHullShape& shape) noexcept
@@ -187,9 +247,12 @@ void HullCache::invalidate(const btConvexHullShape& shape) noexcept
     // Without memory a record may have stayed empty.
     if (it == m_records.end() || !it->second)
         return;
-    it->second->isPinned = false;
-    it->second->checkedIn.store(0, std::memory_order_release);
-    if (it->second->references.load(std::memory_order_acquire) == 0)
+    HullRecord& record = *it->second;
+    record.isPinned.store(false, std::memory_order_release);
+    record.isDeforming.store(false, std::memory_order_release);
+    record.checkedIn.store(0, std::memory_order_release);
+    forgetGraph(record);
+    if (record.references.load(std::memory_order_acquire) == 0)
         m_records.erase(it);
 }
 
@@ -214,6 +277,11 @@ HullCacheStats HullCache::stats() const
 void prepare(const btConvexHullShape& shape)
 {
     HullCache::instance().prepare(shape);
+}
+
+void setDeforming(const btConvexHullShape& shape, bool isDeforming)
+{
+    HullCache::instance().setDeforming(shape, isDeforming);
 }
 
 void invalidate(const btConvexHullShape& shape)

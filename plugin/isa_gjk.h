@@ -138,18 +138,24 @@ CULLET_API IsaGjkRegistration& registerIsaGjk(btCollisionDispatcher& dispatcher,
 
 struct HullCacheStats
 {
-    std::uint64_t shapes = 0;       ///< addresses known
-    std::uint64_t graphs = 0;       ///< different point sets among them
+    std::uint64_t shapes = 0;  ///< addresses known
+    std::uint64_t graphs = 0;  ///< different point sets among them, each with its graph once that is wanted
     std::uint64_t buildsTotal = 0;  ///< graphs built
-    std::uint64_t pointSets = 0;    ///< graphs, and point sets of graphs that are gone and not yet forgotten
+    std::uint64_t pointSets = 0;    ///< these, and point sets that are gone and not yet forgotten
 };
 
-/// Builds the graph of a shape now instead of in the first query (some milliseconds for 1,000 points), and keeps it until
-/// invalidate(). Call when a level is loaded.
+/// Builds the graph of a shape now instead of when it first touches something (2 ms for 1,000 points), and keeps it until
+/// invalidate(). Call when a level is loaded. A shape of more than 4,096 points has no graph without: each query then scans its
+/// points, and makes one contact point as Bullet does, not a patch.
 CULLET_API void prepare(const btConvexHullShape& shape);
 
-/// Takes back prepare(), lets the next query look at the points again, and lets go of the graph if no pair uses it. Needed for
-/// nothing else: edited, deleted and reallocated shapes are recognised by their points; with cullet::Dispatcher those of its
+/// For a shape whose points are rewritten in most steps: no graph is built for it, whatever it touches. Each query scans its
+/// points, and makes one contact point as Bullet does, not a patch. Without, each change costs a graph when the shape touches
+/// something, 3 microseconds a point. Take it back with false, or with invalidate() before the shape is deleted.
+CULLET_API void setDeforming(const btConvexHullShape& shape, bool isDeforming = true);
+
+/// Takes back prepare() and setDeforming(), lets the next query compare the points again, and lets go of the graph if no pair
+/// uses it. Needed for nothing else: edited, deleted and reallocated shapes are recognised by their points; with cullet::Dispatcher those of its
 /// pairs from one dispatch to the next.
 CULLET_API void invalidate(const btConvexHullShape& shape);
 

@@ -13,6 +13,7 @@
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 
 #include <exception>
+#include <utility>
 
 namespace cullet
 {
@@ -484,7 +485,7 @@ bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& in
         count(counters.delegated);
         return false;
     }
-    const ConvexCores cores(pair, failed.hulls, m_hulls, passOf(isStep));
+    ConvexCores cores(pair, failed.hulls, m_hulls, passOf(isStep));
     if (!cores.arePlaced(pair))
     {
         if (!pair.a.hasPoints() || !pair.b.hasPoints())
@@ -495,7 +496,7 @@ bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& in
     Touch touch;
     GjkState state;
     if (cores.a && cores.b && !usesSeparatingAxisTest(pair, info))
-        state = search(pair, cores, limit, failed.axis, touch);
+        state = search(pair, cores, limit, failed.axis, passOf(isStep), touch);
     else
     {
         state = separation(pair, cores, limit, failed.axis, m_cache);
@@ -523,22 +524,18 @@ bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& in
 ///
 /// @param failed see isaGjk()
 /// @param touch  [out] valid for Near and Overlapping
-GjkState IsaGjkAlgorithm::search(const ConvexPair& pair, const ConvexCores& cores, btScalar limit,
-                                 const AxisTest<btScalar>& failed, Touch& touch)
+GjkState IsaGjkAlgorithm::search(const ConvexPair& pair, ConvexCores& cores, btScalar limit,
+                                 const AxisTest<btScalar>& failed, std::uint64_t pass, Touch& touch)
 {
     // The algorithm of a mesh's triangle lives for one query.
     const bool isKept = pair.a.kind != ConvexKind::Triangle && pair.b.kind != ConvexKind::Triangle;
     const bool wasNear = m_cache.state == GjkState::Near || m_cache.state == GjkState::Overlapping;
-    const auto forget = [this]
-    {
-        m_cache = GjkCache<btScalar>();
-        m_depth.vertexCount = 0;
-    };
-    // What was not settled in the last query is hardly so in this one.
-    if (wasNear && !m_isSettled)
+    // What was not settled in the last query is hardly so in this one; nor does a cloud tell of a graph's vertices.
+    if (wasNear && (!m_isSettled || cores.haveClouds()))
         forget();
     bool isFresh =
         m_cache.state == GjkState::NotConverged && !remembersAxis(m_cache) && m_depth.vertexCount == 0;
+    bool mayBuild = cores.haveClouds();
     AxisTest<btScalar> test = failed;
     for (;;)
     {
@@ -546,16 +543,26 @@ GjkState IsaGjkAlgorithm::search(const ConvexPair& pair, const ConvexCores& core
         if (isFresh || !wasNear)
             found.state = separation(pair, cores, limit, test, m_cache);
         found.isSettled = found.state == GjkState::Separated;
-        if (found.state == GjkState::Near || found.state == GjkState::Overlapping)
+        const bool isNear = found.state == GjkState::Near || found.state == GjkState::Overlapping;
+        if (isNear && !mayBuild)
             found = measure(cores, limit, beyond(pair, cores, limit), m_cache, isKept ? &m_depth : nullptr,
                             touch, m_isaGjk.counters().exact);
         m_isSettled = found.isSettled;
-        if (m_isSettled || isFresh)
+        if (m_isSettled || (isFresh && !mayBuild))
             return found.state;
+        // Contacts are found with graphs from the beginning, whether these were there before or not.
+        if (std::exchange(mayBuild, false) && !cores.buildGraphs(pair, m_hulls, pass))
+            return GjkState::NotConverged;
         forget();
         test = AxisTest<btScalar>();
         isFresh = true;
     }
+}
+
+void IsaGjkAlgorithm::forget()
+{
+    m_cache = GjkCache<btScalar>();
+    m_depth.vertexCount = 0;
 }
 
 void IsaGjkAlgorithm::runStock(const ConvexPair& pair, const btDispatcherInfo& info, btManifoldResult& result)

@@ -99,8 +99,9 @@ private:
                  btManifoldResult& result);
     bool collideOrThrow(const ConvexPair& pair, const btDispatcherInfo& info, ApartTest& failed,
                         btManifoldResult& result, bool& isReporting);
-    GjkState search(const ConvexPair& pair, const ConvexCores& cores, btScalar limit,
-                    const AxisTest<btScalar>& failed, Touch& touch);
+    GjkState search(const ConvexPair& pair, ConvexCores& cores, btScalar limit,
+                    const AxisTest<btScalar>& failed, std::uint64_t pass, Touch& touch);
+    void forget();
     void refresh(btManifoldResult& result);
     void report(const ConvexPair& pair, const ConvexCores& cores, const Touch& touch, btScalar reach,
                 btManifoldResult& result);

@@ -97,7 +97,7 @@ TEST(IsaGjkThreads, GraphsAreBuiltOnceWhoeverAsks)
                       for (const auto& shape : shapes)
                       {
                           HullUse use;
-                          const Hull<btScalar>* hull = use.hullOf(*shape, std::uint64_t(round % 3));
+                          const Hull<btScalar>* hull = use.graphOf(*shape, std::uint64_t(round % 3));
                           EXPECT_EQ(hull->vertexCount(), shape->getNumPoints());
                       }
                   }
@@ -118,7 +118,7 @@ TEST(IsaGjkThreads, GraphsMayBeForgottenWhileOthersAsk)
                   {
                       const btConvexHullShape& shape = *shapes[(7 * round + thread) % shapes.size()];
                       HullUse use;
-                      const Hull<btScalar>* hull = use.hullOf(shape, 0);
+                      const Hull<btScalar>* hull = use.graphOf(shape, 0);
                       if (thread == 0)
                           trimHullCache();
                       else if (thread == 1)
