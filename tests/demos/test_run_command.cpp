@@ -147,7 +147,8 @@ TEST(RunCommand, RepeatsBitForBitWithAnyNumberOfThreadsAndOtherwiseWithAnotherSe
 {
     const auto hashOf = [](const std::string& extra)
     {
-        const json document = runForJson("run --bodies 100 --steps 40 --check 0 --backend grid " + extra);
+        const json document =
+            runForJson("run --bodies 100 --steps 40 --check 0 --backend grid --parts world " + extra);
         return rowsByName(document)["world run.step"]["hash"].get<std::string>();
     };
     const std::string first = hashOf("--threads 1");
@@ -290,7 +291,8 @@ TEST(RunCommand, RefusesAResultFileThatCannotBeWrittenBeforeItSteps)
 TEST(RunCommand, ShowsItsProgressOnATerminalOnly)
 {
     EXPECT_EQ(runProgram("run --bodies 60 --steps 60").errors, "");
-    const std::string arguments = std::string(CULLET_PROGRAM) + " run --bodies 300 --steps 100";
+    const std::string arguments =
+        std::string(CULLET_PROGRAM) + " run --bodies 300 --steps 100 --parts stock,world";
     if (std::system("command -v script >/dev/null") != 0)
         GTEST_SKIP() << "no program 'script' to make a terminal";
     EXPECT_TRUE(contains(runShell("script -qec '" + arguments + "' /dev/null").output, " left"));
@@ -300,7 +302,7 @@ TEST(RunCommand, ShowsItsProgressOnATerminalOnly)
 TEST(RunCommand, PrintsWhatItHasWhenInterrupted)
 {
     const Outcome outcome = runShell("timeout --preserve-status -s INT 5 " + std::string(CULLET_PROGRAM) +
-                                     " run --bodies 50 --steps 100000000");
+                                     " run --scene boxes --bodies 50 --steps 100000000");
     EXPECT_EQ(outcome.code, 130);
     EXPECT_TRUE(contains(outcome.output, "(interrupted)")) << outcome.output;
     EXPECT_TRUE(contains(outcome.output, "dispatch")) << outcome.output;
