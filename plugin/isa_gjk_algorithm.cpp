@@ -409,8 +409,10 @@ bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& in
     }
     const bool arePolytopes = cores.a && cores.b;
     const bool wasNear = m_cache.state == GjkState::Near || m_cache.state == GjkState::Overlapping;
+    // Other shapes that touch are Bullet's in any case, and it sees as well when they part.
+    const bool isBullets = !arePolytopes && m_ownsManifold && m_manifold->getNumContacts() > 0;
     GjkState state = GjkState::Near;
-    if (!arePolytopes || !wasNear)
+    if (!isBullets && (!arePolytopes || !wasNear))
         state = separation(pair, cores, limit, failed.axis, m_cache);
     const bool mayTouch = state == GjkState::Near || state == GjkState::Overlapping;
     if (mayTouch && (!arePolytopes || usesSeparatingAxisTest(pair, info)))
