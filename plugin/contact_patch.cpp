@@ -102,13 +102,19 @@ private:
 /// Times the distance of points that are one.
 constexpr btScalar kSlack = btScalar(0.05);
 
-/// Candidate points in the frame of the contact, reduced to four at the end.
+/// A point carries up to this rise over the touch, times the distance of points that are one, or times its distance from
+/// the touch. In a step, gravity closes a sixth of the distance of points that are one, of a body of a metre.
+constexpr btScalar kRise = btScalar(0.1);
+constexpr btScalar kSlope = btScalar(0.02);
+
+/// Candidate points in the frame of the contact, reduced to a few at the end.
 class PatchBuilder
 {
 public:
     PatchBuilder(const Touch& touch, const ContactFrame& frame, const PatchLimits& limits)
         : m_frame(frame),
           m_same(limits.same),
+          m_most(limits.most),
           m_distance(static_cast<btScalar>(touch.distance)),
           m_range(static_cast<btScalar>(limits.distance - touch.distance))
     {
@@ -131,7 +137,7 @@ public:
         return farthest2 <= m_same * m_same;
     }
 
-    /// Of points that are within the limit, or where a face was cut there.
+    /// Of points that carry, within the limit; not where a face was cut there.
     ///
     /// @param noise of distances
     void add(const ContactPolygon& polygon, btScalar noise)
@@ -140,7 +146,7 @@ public:
         for (std::size_t i = 0; i < static_cast<std::size_t>(polygon.count); ++i)
         {
             const Components& corner = polygon.corners[i];
-            if (!(corner[3] < limit))
+            if (!(corner[3] < limit) || !carries(corner, noise))
                 continue;
             m_points[static_cast<std::size_t>(m_count++)] = corner;
             m_deepest = std::min(m_deepest, corner[3]);
@@ -159,8 +165,8 @@ public:
     ContactPatch reduce() const
     {
         ContactPatch patch;
-        if (m_count > 4)
-            takeFour(patch);
+        if (m_count > m_most)
+            takeFew(patch);
         else
         {
             const int first = deepest(0);
@@ -171,6 +177,13 @@ public:
     }
 
 private:
+    bool carries(const Components& corner, btScalar noise) const
+    {
+        const btScalar rise = corner[3] - m_distance - noise;
+        const Components squares = corner * corner;
+        return rise <= kRise * m_same || rise * rise <= kSlope * kSlope * (squares[0] + squares[1]);
+    }
+
     /// @param margin by so much another has to be better than one before it
     int deepest(btScalar margin) const
     {
@@ -180,28 +193,39 @@ private:
     /// The deepest, the farthest from it, and the farthest on either side of the line through both; of candidates that
     /// are all on one side, the farthest from the triangle. A candidate has to be better by a margin, so that noise does
     /// not choose other points in every frame.
-    void takeFour(ContactPatch& patch) const
+    void takeFew(ContactPatch& patch) const
     {
         const int first = deepest(btScalar(1e-3) * m_range);
+        take(first, patch);
         const Components& p = at(first);
         const auto farness2 = [&](const Components& c)
         { return (c[0] - p[0]) * (c[0] - p[0]) + (c[1] - p[1]) * (c[1] - p[1]); };
         const btScalar size2 = farness2(at(best(farness2, 0)));
         const int second = best(farness2, btScalar(2e-3) * size2);
+        takeAnother(second, first, patch);
+        if (m_most > 2)
+            takeBeside(first, second, size2, patch);
+    }
+
+    /// The farthest on either side of the line through two points.
+    ///
+    /// @param size2 square of their distance, up to the margin
+    void takeBeside(int first, int second, btScalar size2, ContactPatch& patch) const
+    {
+        const Components& p = at(first);
         const btScalar dx = at(second)[0] - p[0], dy = at(second)[1] - p[1];
         const auto left = [&](const Components& c) { return dx * (c[1] - p[1]) - dy * (c[0] - p[0]); };
         const auto right = [&](const Components& c) { return -left(c); };
         const btScalar smallest = btScalar(1e-3) * size2;
-        const int third = best(left, smallest);
-        const int fourth = best(right, smallest);
-        const bool hasThird = left(at(third)) > smallest, hasFourth = right(at(fourth)) > smallest;
-        take(first, patch);
-        takeAnother(second, first, patch);
-        if (hasThird)
+        const int third = best(left, smallest), fourth = best(right, smallest);
+        const btScalar leftmost = left(at(third)), rightmost = right(at(fourth));
+        const bool hasThird = leftmost > smallest, hasFourth = rightmost > smallest;
+        const bool hasRoom = m_most == 4;
+        if (hasThird && (hasRoom || leftmost >= rightmost))
             takeAnother(third, first, patch);
-        if (hasFourth)
+        if (hasFourth && (hasRoom || rightmost > leftmost))
             takeAnother(fourth, first, patch);
-        if (hasThird != hasFourth)
+        if (hasThird != hasFourth && hasRoom)
             takeBeyond(hasThird ? std::array<int, 3>{first, second, third}
                                 : std::array<int, 3>{second, first, fourth},
                        smallest, first, patch);
@@ -259,6 +283,7 @@ private:
 
     const ContactFrame& m_frame;
     btScalar m_same;      ///< distance of points that are one
+    int m_most;           ///< points of the patch
     btScalar m_distance;  ///< of the touch
     btScalar m_range;     ///< from there to the limit
     btScalar m_deepest = BT_LARGE_FLOAT;
@@ -349,7 +374,7 @@ bool isOnlyTouch(const PosedShape& a, const PosedShape& b, const Touch& touch, d
 ContactPatch makeContactPatch(const PosedShape& a, const PosedShape& b, const Touch& touch,
                               const PatchLimits& limits)
 {
-    if (isOnlyTouch(a, b, touch, limits.distance))
+    if (limits.most == 1 || isOnlyTouch(a, b, touch, limits.distance))
         return {{{{btVector3(0, 0, 0), static_cast<btScalar>(touch.distance)}}}, 1};
     ContactFrame frame(touch.normal);
     PatchBuilder builder(touch, frame, limits);

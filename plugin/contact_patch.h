@@ -39,10 +39,16 @@ struct PatchLimits
 {
     double distance;  ///< points farther apart are left out; at least that of the touch
     btScalar same;    ///< no point but the deepest is nearer to that: a manifold would take the two for one
+    int most = 4;     ///< points: 1 to 4
 };
 
-/// At most four points at which the cores are within a limit of each other along the normal, the deepest among them, or one
-/// that is deep up to a thousandth of what is left to the limit.
+/// Of the points at which the cores are within a limit of each other along the normal, those that carry, at most so many as
+/// the limits say: the deepest, or one that is deep up to a thousandth of what is left to the limit, and around it.
+///
+/// A point carries if it is hardly farther apart than the touch: by a tenth of PatchLimits::same, or by a fiftieth of its
+/// distance from the touch, so that a box that lands a degree from flat lands on four points at once. Where bodies meet at
+/// more of a slope, the others would be rows of the solver without an impulse: a wheel of many sides has the two ends of an
+/// edge.
 ///
 /// Of either core the face at its support vertex that is aligned best with the normal is taken. What is within the limit
 /// of the one face is clipped to the prism over the other along the normal (Sutherland and Hodgman 1974, "Reentrant

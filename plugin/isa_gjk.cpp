@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "plugin/isa_gjk.h"
 
+#include "broad/log.h"
 #include "plugin/body_motions.h"
 #include "plugin/convex_shape.h"
 #include "plugin/dynamic_type.h"
@@ -9,6 +10,8 @@
 
 #include <BulletCollision/CollisionDispatch/btCollisionConfiguration.h>
 
+#include <algorithm>
+#include <cstdio>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -40,6 +43,21 @@ bool isCovered(int typeA, int typeB, const IsaGjkOptions& options)
     return !isSphereTriangle && (!isBoxBox || options.boxBox);
 }
 
+/// Options that are in their ranges.
+IsaGjkOptions checkedOptions(const IsaGjkOptions& options)
+{
+    IsaGjkOptions checked = options;
+    checked.patchPoints = std::clamp(options.patchPoints, 1, 4);
+    if (checked.patchPoints != options.patchPoints)
+    {
+        char text[96];
+        std::snprintf(text, sizeof(text), "%d points per patch: 1 to 4 are possible; %d is used",
+                      options.patchPoints, checked.patchPoints);
+        log(LogLevel::Warning, text);
+    }
+    return checked;
+}
+
 /// Lets a pair of types have the algorithms of the configuration again.
 void giveBack(int typeA, int typeB, btCollisionDispatcher& dispatcher,
               btCollisionConfiguration& configuration)
@@ -65,7 +83,7 @@ void IsaGjkRegistration::reset(btCollisionDispatcher& dispatcher, const IsaGjkOp
     btCollisionConfiguration& configuration = *dispatcher.getCollisionConfiguration();
     if (m_options.boxBox && !options.boxBox)
         giveBack(BOX_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE, dispatcher, configuration);
-    m_options = options;
+    m_options = checkedOptions(options);
     endPass();
     for (ThreadCounter* counter : {&m_counters.separated, &m_counters.touching, &m_counters.depths,
                                    &m_counters.notConverged, &m_counters.delegated, &m_counters.exact})

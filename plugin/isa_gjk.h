@@ -30,6 +30,10 @@ struct IsaGjkOptions
     /// cullet::Dispatcher once per dispatch, and in every query that a callback makes meanwhile. If false, call
     /// invalidate(shape) after every edit and before a shape is deleted.
     bool checkPoints = true;
+    /// Contact points of a pair and step at most, 1 to 4. There are as many as carry the contact: four of a box on its face,
+    /// two of an edge, one of a corner. The deepest always is; with 1 or 2 bodies do not rest on their faces. Other numbers
+    /// are taken for the nearest of these, with a warning.
+    int patchPoints = 4;
 };
 
 /// Counters since the registration, summed over all pairs.
@@ -40,7 +44,8 @@ struct IsaGjkStats
     std::uint64_t depthsTotal = 0;     ///< of these, with overlapping cores
     /// Queries without an answer, or without memory for one, which Bullet's own detector got.
     std::uint64_t notConvergedTotal = 0;
-    /// Queries that Bullet's own algorithm gets as planned: round shapes that are close, enableSatConvex, perturbation.
+    /// Queries that Bullet's own algorithm gets as planned: cylinders, cones and other round shapes that are close,
+    /// enableSatConvex, perturbation.
     std::uint64_t delegatedTotal = 0;
     /// Of depthsTotal, those that took an examination of all faces and pairs of edges, as no polytope proved them: nearly
     /// coincident round hulls of thousands of points, for which it takes tens of milliseconds, and thin ones.
@@ -127,8 +132,8 @@ private:
 /// the two-dimensional types. Children of compounds and triangles of meshes are pairs like any other.
 ///
 /// Pairs of polytopes (hull, box, triangle, capsule, sphere) get their contacts here, a patch of up to four points per
-/// query. Where another shape is involved, ISA-GJK only decides that a pair is too far apart for contacts, and Bullet's
-/// own algorithm makes them.
+/// query, as many as carry. Where another shape is involved, ISA-GJK only decides that a pair is too far apart for
+/// contacts, and Bullet's own algorithm makes them.
 ///
 /// @return counters and options; lives as long as the process. Registering again for a dispatcher at the same address
 ///         gives the same object, with counters at zero; what the options give up goes back to Bullet.

@@ -9,6 +9,7 @@
 #include "plugin/contact_patch.h"
 #include "plugin/convex_pair.h"
 #include "plugin/dynamic_type.h"
+#include "plugin/manifold_renewal.h"
 
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 
@@ -441,11 +442,24 @@ bool IsaGjkAlgorithm::findsAxis(const btCollisionObject& a, const btCollisionObj
     const double limit = marginA + marginB + double(m_breakingThreshold) + double(reach);
     if (m_closestOnly || touch.distance > limit)
         return result.addContactPoint(normal, onB, static_cast<btScalar>(touch.distance - marginA - marginB));
-    const ContactPatch patch = makeContactPatch(*cores.a, *cores.b, touch, {limit, m_breakingThreshold});
+    const ContactPatch patch = makeContactPatch(*cores.a, *cores.b, touch,
+                                                {limit, m_breakingThreshold, m_isaGjk.options().patchPoints});
+    ManifoldRenewal renewal(*m_manifold);
+    // The manifold of a parent has points of other pairs; the result of a query has none here.
+    if (m_ownsManifold && m_manifold->getNumContacts() > 0 && isOfStep(result))
+    {
+        for (int i = 0; i < patch.count; ++i)
+        {
+            const ContactPoint& point = patch.points[static_cast<std::size_t>(i)];
+            renewal.renew(onB + point.fromTouch + normal * (point.distance - margins));
+        }
+        renewal.removeOthers();
+    }
     for (int i = 0; i < patch.count; ++i)
     {
         const ContactPoint& point = patch.points[static_cast<std::size_t>(i)];
         result.addContactPoint(normal, onB + point.fromTouch, point.distance - margins);
+        renewal.removeFirst();
     }
 }
 
@@ -493,13 +507,16 @@ bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& in
         count(counters.notConverged);
         return false;
     }
+    const bool arePolytopes = cores.a && cores.b;
     Touch touch;
     GjkState state;
-    if (cores.a && cores.b && !usesSeparatingAxisTest(pair, info))
+    if (arePolytopes && !usesSeparatingAxisTest(pair, info))
         state = search(pair, cores, limit, failed.axis, passOf(isStep), touch);
     else
     {
-        state = separation(pair, cores, limit, failed.axis, m_cache);
+        // Other shapes that touch are Bullet's in any case, and it sees as well when they part.
+        const bool isBullets = !arePolytopes && m_ownsManifold && m_manifold->getNumContacts() > 0;
+        state = isBullets ? GjkState::Near : separation(pair, cores, limit, failed.axis, m_cache);
         if (state == GjkState::Near || state == GjkState::Overlapping)
         {
             count(counters.delegated);

@@ -65,7 +65,7 @@ void adopt(void* memory)
             return;
         }
         beforeRegistration(dispatcher);
-        afterRegistration(dispatcher, registerIsaGjk(dispatcher));
+        afterRegistration(dispatcher, registerIsaGjk(dispatcher, settings().narrowPhase));
     }
     catch (const std::exception& problem)
     {

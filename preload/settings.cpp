@@ -23,6 +23,17 @@ std::optional<bool> readFlag(const char* name)
     return std::nullopt;
 }
 
+void readPatchPoints(int& points)
+{
+    const char* value = std::getenv("CULLET_PATCH_POINTS");
+    if (value == nullptr || value[0] == '\0')
+        return;
+    if (value[0] >= '1' && value[0] <= '4' && value[1] == '\0')
+        points = value[0] - '0';
+    else
+        say("CULLET_PATCH_POINTS=%s: 1 to 4 expected; it is ignored", value);
+}
+
 void readBackend(Settings& result)
 {
     static constexpr struct
@@ -56,6 +67,7 @@ Settings read()
     result.replacesNarrowPhase = readFlag("CULLET_NARROW").value_or(true);
     result.fillsTrees = readFlag("CULLET_TREES");
     result.hasSummary = readFlag("CULLET_STATS").value_or(false);
+    readPatchPoints(result.narrowPhase.patchPoints);
     readBackend(result);
     return result;
 }

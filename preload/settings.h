@@ -3,6 +3,7 @@
 #pragma once
 
 #include "plugin/broadphase.h"
+#include "plugin/isa_gjk.h"
 
 #include <optional>
 
@@ -16,6 +17,7 @@ struct Settings
     std::optional<bool> fillsTrees;   ///< CULLET_TREES; else as the program seems to need them
     bool hasSummary = false;          ///< CULLET_STATS
     BroadphaseOptions broadphase;
+    IsaGjkOptions narrowPhase;  ///< CULLET_PATCH_POINTS
 };
 
 /// Read from the environment in the first call, which says on stderr what it does not understand.

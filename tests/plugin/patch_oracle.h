@@ -162,11 +162,13 @@ inline double lengthOf(const Corners& points, const Eigen::Vector3d& normal)
 }
 
 /// The corners of what a face of one core has in common with one of the other, or with a segment, seen along the normal; of
-/// those the ones that are nearer to each other than the limit.
+/// those the ones that count.
 ///
-/// @param other corners of a face, or the ends of a segment
-inline Corners exactPatch(const CoreSurface::Side& face, const Corners& other, const Eigen::Vector3d& normal,
-                          double limit)
+/// @param other  corners of a face, or the ends of a segment
+/// @param counts of a corner and the distance of the cores there
+template <class Counts>
+Corners exactPatch(const CoreSurface::Side& face, const Corners& other, const Eigen::Vector3d& normal,
+                   const Counts& counts)
 {
     Corners patch = other;
     // Counter-clockwise seen against the face's normal: the inside is on the left of every side.
@@ -180,9 +182,9 @@ inline Corners exactPatch(const CoreSurface::Side& face, const Corners& other, c
     }
     const double slope = 1.0 / face.normal.dot(normal);
     const double sign = slope < 0.0 ? 1.0 : -1.0;
-    const auto isFar = [&](const Eigen::Vector3d& p)
-    { return sign * slope * (face.offset - face.normal.dot(p)) >= limit; };
-    patch.erase(std::remove_if(patch.begin(), patch.end(), isFar), patch.end());
+    const auto isOut = [&](const Eigen::Vector3d& p)
+    { return !counts(p, sign * slope * (face.offset - face.normal.dot(p))); };
+    patch.erase(std::remove_if(patch.begin(), patch.end(), isOut), patch.end());
     return patch;
 }
 }  // namespace cullet::test

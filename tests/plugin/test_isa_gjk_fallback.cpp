@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <limits>
+#include <random>
 #include <vector>
 
 namespace cullet::test
@@ -39,6 +40,43 @@ TEST(IsaGjkFallback, AQueryThatMeetsANanIsCountedAndAnsweredByBullet)
     }
     EXPECT_GE(failed, 5);
     EXPECT_GE(delegated, 5);
+}
+
+TEST(IsaGjkFallback, CountsRoundShapesThatTouchAsLeftToBulletAndNotAsWithoutAnAnswer)
+{
+    constexpr unsigned kSeed = 18;
+    SCOPED_TRACE(kSeed);
+    std::mt19937 engine(kSeed);
+    std::uniform_real_distribution<double> place(-0.4, 0.4), gap(-0.05, 0.02);
+    btCylinderShapeZ cylinder(vec(0.25, 0.25, 0.25));
+    btConeShapeZ cone(btScalar(0.25), btScalar(0.5));
+    btBoxShape box(vec(0.25, 0.25, 0.25)), floor(vec(25, 25, 0.5));
+    btSphereShape ball(btScalar(0.25));
+    btConvexShape* const shapes[] = {&cylinder, &cone, &box, &ball};
+    for (btConvexShape* lower : {static_cast<btConvexShape*>(&floor), shapes[0], shapes[1]})
+    {
+        for (btConvexShape* upper : shapes)
+        {
+            ConvexBench bench;
+            ConvexPairProbe probe(bench.dispatcher, *upper, *lower);
+            const bool isFloor = lower == &floor;
+            if (isFloor && upper != shapes[0] && upper != shapes[1])
+                continue;
+            for (int i = 0; i < 200; ++i)
+            {
+                const double height = (isFloor ? 0.75 : 0.5) + gap(engine);
+                const double aside = isFloor ? 1.0 : 0.3;
+                probe.place(vec(aside * place(engine), aside * place(engine), i % 7 < 2 ? 3 : height),
+                            vec(0, 0, 0));
+                probe.step();
+            }
+            const IsaGjkStats stats = bench.registration->stats();
+            EXPECT_EQ(stats.notConvergedTotal, 0u) << upper->getName() << " on " << lower->getName();
+            EXPECT_EQ(stats.touchingTotal, 0u) << upper->getName() << " on " << lower->getName();
+            EXPECT_GT(stats.separatedTotal, 20u) << upper->getName() << " on " << lower->getName();
+            EXPECT_GT(stats.delegatedTotal, 100u) << upper->getName() << " on " << lower->getName();
+        }
+    }
 }
 
 namespace

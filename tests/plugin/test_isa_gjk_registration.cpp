@@ -1,11 +1,14 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 #include "tests/plugin/convex_contacts.h"
+#include "tests/plugin/log_scope.h"
 
 #include <gtest/gtest.h>
 
 #include <memory>
 #include <optional>
+#include <string>
+#include <utility>
 
 namespace cullet::test
 {
@@ -94,5 +97,40 @@ TEST(IsaGjkRegistration, GivesBoxesBackWhenItIsRegisteredAgainWithoutThem)
     EXPECT_EQ(hasBoxBox(dispatcher, registerIsaGjk(dispatcher)), none);
     EXPECT_EQ(hasBoxBox(dispatcher, registerIsaGjk(dispatcher, boxes)), both);
     EXPECT_EQ(hasBoxBox(dispatcher, registerIsaGjk(dispatcher)), none);
+}
+
+TEST(IsaGjkRegistration, PatchPointsLimitTheContactsOfAPair)
+{
+    const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
+    for (int most = 1; most <= 4; ++most)
+    {
+        IsaGjkOptions options;
+        options.patchPoints = most;
+        ConvexBench bench(false, options);
+        ConvexPairProbe probe(bench.dispatcher, *cube, *cube);
+        probe.place(vec(0, 1.08, 0.1), vec(0, 0, 0));
+        EXPECT_EQ(probe.step()->getNumContacts(), most);
+        EXPECT_EQ(probe.query().size(), static_cast<std::size_t>(most));
+    }
+}
+
+TEST(IsaGjkRegistration, WarnsOfPatchPointsOutOfRangeAndTakesTheNearest)
+{
+    btDefaultCollisionConfiguration configuration;
+    btCollisionDispatcher dispatcher(&configuration);
+    const LogScope scope;
+    IsaGjkOptions options;
+    for (const auto& [given, used] : {std::pair(0, 1), std::pair(-7, 1), std::pair(5, 4)})
+    {
+        options.patchPoints = given;
+        loggedLines().clear();
+        EXPECT_EQ(registerIsaGjk(dispatcher, options).options().patchPoints, used);
+        ASSERT_EQ(loggedLines().size(), 1u);
+        EXPECT_NE(loggedLines()[0].find(std::to_string(given) + " points"), std::string::npos);
+    }
+    loggedLines().clear();
+    options.patchPoints = 2;
+    EXPECT_EQ(registerIsaGjk(dispatcher, options).options().patchPoints, 2);
+    EXPECT_TRUE(loggedLines().empty());
 }
 }  // namespace cullet::test

@@ -14,8 +14,11 @@ int main(int, char** arguments)
     btDefaultCollisionConfiguration configuration;
     btCollisionDispatcher dispatcher(&configuration);
     cullet::Broadphase broadphase;
-    if (arguments[1] == std::string("narrow"))
-        cullet::registerIsaGjk(dispatcher);
+    cullet::IsaGjkOptions options;
+    if (arguments[1] == std::string("one-point"))
+        options.patchPoints = 1;
+    if (arguments[1] != std::string("broad"))
+        cullet::registerIsaGjk(dispatcher, options);
     cullet::test::BoxTowers towers(dispatcher, broadphase, configuration);
     towers.step(240);
     towers.print();

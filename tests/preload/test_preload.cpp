@@ -177,6 +177,21 @@ TEST_P(PreloadedLibrary, SaysWhatItDoesNotUnderstand)
     EXPECT_EQ(output.line("hash"), hash(linked("narrow")));
 }
 
+TEST_P(PreloadedLibrary, LimitsThePointsOfAPatchWhenAskedTo)
+{
+    const std::string four = hash(linked("narrow"));
+    const std::string one = hash(linked("one-point"));
+    EXPECT_NE(one, four) << "the hash cannot tell the option";
+    EXPECT_EQ(hash(kPreloaded + "CULLET_PATCH_POINTS=1 " + plain("stack")), one);
+    EXPECT_EQ(hash(kPreloaded + "CULLET_PATCH_POINTS=4 " + plain("stack")), four);
+    for (const std::string value : {"0", "5", "12", "-1", "two"})
+    {
+        const Output output = run(kPreloaded + "CULLET_PATCH_POINTS=" + value + " " + plain("stack"));
+        EXPECT_TRUE(output.has("CULLET_PATCH_POINTS=" + value + ": 1 to 4 expected")) << output.text;
+        EXPECT_EQ(output.line("hash"), four) << value;
+    }
+}
+
 TEST_P(PreloadedLibrary, SumsUpAtTheEndWhenAskedTo)
 {
     const Output output = run(kPreloaded + "CULLET_STATS=1 CULLET_BACKEND=brute " + plain("stack"));
