@@ -232,9 +232,14 @@ private:
         const bool isOfA = ofA.count == 3;
         const Side &side = isOfA ? m_a : m_b, &other = isOfA ? m_b : m_a;
         const std::int32_t vertex = isOfA ? ofB.id[0] : ofA.id[0];
-        const Corners corners = faceOf(side.hull(), isOfA ? ofA : ofB);
+        const std::array<std::int32_t, 3>& three = isOfA ? ofA.id : ofB.id;
+        Corners corners = faceOf(side.hull(), isOfA ? ofA : ofB);
         Plane plane;
-        if (corners.size() < 3 || !findPlane(side, corners, plane))
+        // Of a face whose corners are rounded, the triangle alone.
+        const bool isFlat = corners.size() >= 3 && findPlane(side, corners, plane);
+        if (!isFlat)
+            corners = {three.data(), three.data() + 3};
+        if (!isFlat && !findPlane(side, corners, plane))
             return false;
         const Vector point = other.point(vertex) + (isOfA ? m_offset : Vector(-m_offset));
         // The foot of the least depth is in the face in any case.
@@ -242,8 +247,10 @@ private:
             return false;
         setOver(plane, point, isOfA);
         (isOfA ? m_vertexA : m_vertexB) = corners[0];
-        return looksAlong(side, plane, isOfA ? Vector(-m_normal) : m_normal) &&
-               isAhead(other, vertex, -1, isOfA ? m_normal : Vector(-m_normal));
+        const Vector outward = isOfA ? Vector(-m_normal) : m_normal;
+        const bool isFace =
+            isFlat ? looksAlong(side, plane, outward) : isAhead(side, three[0], three[1], outward, three[2]);
+        return isFace && isAhead(other, vertex, -1, -outward);
     }
 
     /// Corners of the face that has three vertices; none if it is not known.
@@ -432,8 +439,9 @@ private:
         return true;
     }
 
-    /// Whether all neighbours of a vertex but one are strictly behind it along a direction.
-    static bool isAhead(const Side& side, std::int32_t vertex, std::int32_t but, const Vector& direction)
+    /// Whether all neighbours of a vertex but one or two are strictly behind it along a direction.
+    static bool isAhead(const Side& side, std::int32_t vertex, std::int32_t but, const Vector& direction,
+                        std::int32_t norThis = -1)
     {
         // By more than a rounded direction and product can tell, as most often.
         const S clear = side.shape.tieBand() + S(8) * std::numeric_limits<S>::epsilon() * side.shape.size();
@@ -446,7 +454,7 @@ private:
                              {
                                  const Vector way = localPoint(side, other) - from;
                                  const double rise = local.dot(way);
-                                 return other == vertex || other == but ||
+                                 return other == vertex || other == but || other == norThis ||
                                         (rise < 0.0 && rise * rise > slope2 * way.squaredNorm());
                              });
     }

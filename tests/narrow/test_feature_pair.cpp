@@ -192,6 +192,32 @@ TYPED_TEST(FeaturePairTest, RefusesFeaturesThatAreNotTheClosest)
     EXPECT_GT(taken, 500);
 }
 
+/// Corners of a turned box are rounded, so that hardly four are in one plane.
+TYPED_TEST(FeaturePairTest, SettlesFacesWhoseCornersAreRounded)
+{
+    using S = TypeParam;
+    std::mt19937 engine(15);
+    int settled = 0, asked = 0;
+    for (int i = 0; i < 300; ++i)
+    {
+        const Hull<S> box =
+            hullOf<S>(moved(boxPoints(0.7, 0.5, 0.6), randomRotation(engine), {0.0, 0.0, 0.0}));
+        const Hull<S> other = hullOf<S>(icoPoints(1));
+        const PairScene<S> scene = randomPair(box, other, 0.1, 2.0, engine);
+        const PosedHull<S> a = scene.posedA(), b = scene.posedB();
+        GjkCache<S> cache;
+        const GjkResult<S> near = gjkDistance(a, b, std::numeric_limits<S>::infinity(), cache);
+        ASSERT_EQ(near.state, GjkState::Near);
+        if (cache.count != 3)
+            continue;
+        ++asked;
+        FeaturePair<S> pair(a, b);
+        settled += pair.solve(pairsOf(cache), near.axis.template cast<double>(), false) ? 1 : 0;
+    }
+    EXPECT_GT(asked, 50);
+    EXPECT_GT(settled, asked * 9 / 10);
+}
+
 TYPED_TEST(FeaturePairTest, SettlesDepthsThatAreExact)
 {
     using S = TypeParam;
