@@ -13,7 +13,7 @@ namespace cullet::test
 {
 namespace
 {
-constexpr int kLarge = 1000;
+constexpr int kBodiesBefore = 1000;
 constexpr int kSmall = 500;
 
 /// Cubes in a line, each of which overlaps the next.
@@ -73,11 +73,11 @@ TEST(BroadphaseReset, FindsAllPairsWhenASmallerLevelRestsAndGrows)
 {
     Broadphase broadphase;
     Line line(broadphase);
-    line.addUpTo(kLarge);
+    line.addUpTo(kBodiesBefore);
     line.rest(40);
     for (int update = 0; update < 3; ++update)
     {
-        for (int i = kLarge - 2; i < kLarge; ++i)
+        for (int i = kBodiesBefore - 2; i < kBodiesBefore; ++i)
             line.shift(static_cast<std::size_t>(i), 0.5 + 0.3 * update);
         broadphase.calculateOverlappingPairs(nullptr);
     }
@@ -86,7 +86,7 @@ TEST(BroadphaseReset, FindsAllPairsWhenASmallerLevelRestsAndGrows)
 
     line.addUpTo(kSmall);
     line.rest(40);
-    while (line.size() < kLarge)
+    while (line.size() < kBodiesBefore)
     {
         line.add();
         broadphase.calculateOverlappingPairs(nullptr);
@@ -100,7 +100,7 @@ TEST(BroadphaseReset, UsesFlatArraysAgainWhenTheNextLevelIsSmall)
 {
     Broadphase broadphase;
     Line line(broadphase);
-    line.addUpTo(kLarge);
+    line.addUpTo(kBodiesBefore);
     broadphase.calculateOverlappingPairs(nullptr);
     const std::uint64_t rebuilds = broadphase.stats().backend.rebuildsTotal;
     ASSERT_GT(rebuilds, 0u);

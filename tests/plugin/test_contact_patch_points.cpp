@@ -16,7 +16,7 @@ namespace
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kLimit = 0.03;
+constexpr double kWithin = 0.03;
 constexpr double kSame = 0.02;
 constexpr double kGap = 0.001;
 constexpr double kDegree = 3.14159265358979323846 / 180.0;
@@ -37,11 +37,11 @@ public:
         m_a.emplace(m_body, turn.cast<btScalar>(), origin.cast<btScalar>());
         m_b.emplace(m_floor, Matrix3d::Identity().cast<btScalar>(), PosedShape::Vector(0, -1, 0));
         GjkCache<btScalar> cache;
-        const GjkResult<btScalar> near = gjkDistance(*m_a, *m_b, btScalar(kLimit), cache);
+        const GjkResult<btScalar> near = gjkDistance(*m_a, *m_b, btScalar(kWithin), cache);
         EXPECT_EQ(near.state, GjkState::Near);
         m_touch = {near.axis.cast<double>().normalized(), double(near.distance), near.pointB.cast<double>(),
                    cache.startA, cache.startB};
-        return makeContactPatch(*m_a, *m_b, m_touch, {kLimit, btScalar(kSame), most});
+        return makeContactPatch(*m_a, *m_b, m_touch, {kWithin, btScalar(kSame), most});
     }
 
     /// Of a patch, on the floor.
@@ -101,7 +101,7 @@ TEST(ContactPatchPoints, LegHasOnePointWhenItLeansThoughItsFootIsWithinTheLimit)
     EXPECT_EQ(leg.patch(about(Vector3d(1, 0, 0.7), 0.5 * kDegree)).count, 4);
     for (const double degrees : {4.0, 8.0})
     {
-        EXPECT_LT(0.2 * std::sin(degrees * kDegree), kLimit);
+        EXPECT_LT(0.2 * std::sin(degrees * kDegree), kWithin);
         EXPECT_EQ(leg.patch(about(Vector3d(1, 0, 0.7), degrees * kDegree)).count, 1) << degrees;
         EXPECT_EQ(leg.patch(about(Vector3d::UnitX(), degrees * kDegree)).count, 2) << degrees;
     }
@@ -151,7 +151,7 @@ TEST(ContactPatchPoints, MostOfThemIsALimitAndTheDeepestIsAmongThem)
         {
             const ContactPatch patch = prism.patch(turn, most);
             EXPECT_EQ(patch.count, most) << sides;
-            double deepest = kLimit;
+            double deepest = kWithin;
             for (std::size_t i = 0; i < static_cast<std::size_t>(patch.count); ++i)
                 deepest = std::min(deepest, double(patch.points[i].distance));
             EXPECT_NEAR(deepest, kGap, 4e-5) << sides;
@@ -200,7 +200,7 @@ TEST(ContactPatchPoints, OfCongruentFacesAreTheirCornersThoughTheyAreTurnedABit)
         const Matrix3d turned = about(Vector3d::UnitY(), turn) * level;
         const PosedShape b(hull, turned.cast<btScalar>(), PosedShape::Vector::Zero());
         const Touch touch = {Vector3d::UnitY(), kGap, Vector3d(0, 0.5, 0) - a.origin(), -1, -1};
-        const ContactPatch patch = makeContactPatch(a, b, touch, {kLimit, btScalar(kSame)});
+        const ContactPatch patch = makeContactPatch(a, b, touch, {kWithin, btScalar(kSame)});
         ASSERT_EQ(patch.count, 4) << turn;
         for (const ContactPoint& point : patch.points)
         {

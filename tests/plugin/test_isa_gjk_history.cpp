@@ -158,7 +158,7 @@ TEST_P(IsaGjkHistory, GivesTheSameBitsWhateverWasAskedBefore)
     {
         for (const NamedShape& b : shapes)
         {
-            for (int i = 0; i < 30; ++i)
+            for (int i = 0; i < 60; ++i)
             {
                 const double height =
                     (a.name == "floor" || b.name == "floor" ? 1.0 : 0.9) + 0.15 * uniform(random);
