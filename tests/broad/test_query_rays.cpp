@@ -111,6 +111,17 @@ protected:
         return ray;
     }
 
+    /// A ray from the origin, in units of any length, that ends behind the face of a box by the last bit of a double.
+    RaySegment rayThatJustReaches(const Aabb& box)
+    {
+        RaySegment ray = rayFromTheOrigin(box);
+        const double unit = random.between(1, 2);
+        for (double& inverse : ray.inverseDirection)
+            inverse *= unit;
+        ray.lambdaMax = std::nextafter(Slabs<double>(ray, box).enter, INFINITY);
+        return ray;
+    }
+
     /// Puts the origin next to where a parallel ray would touch the lower or upper face.
     void graze(RaySegment& ray, const Aabb& box)
     {
@@ -187,6 +198,29 @@ TEST_P(QueryRays, VisitBoxesAtWhichARayEnds)
     }
     EXPECT_GT(reached, 500u);
     EXPECT_GT(doubtful, 20u) << "no ray ended so near to a face that rounding decides";
+}
+
+// For a ray from the origin the index moves no plane apart. Its inverse direction and the product with it, rounded to float, may
+// put a face behind the end; only the slack of the length covers that.
+TEST_P(QueryRays, VisitBoxesThatARayReachesByLessThanAFloatCanTell)
+{
+    SCOPED_TRACE("seed " + std::to_string(kSeed));
+    for (const QueryMode mode : kModes)
+    {
+        std::uint32_t reached = 0;
+        const QueryIndex index(table, {mode, false});
+        for (int i = 0; i < 20000 && !HasFailure(); ++i)
+        {
+            const Aabb& box = anyBox();
+            const RaySegment ray = rayThatJustReaches(box);
+            const bool isReached = Slabs<double>(ray, box).areHit(ray);
+            if (!isReached || Slabs<float>(ray, box).enter <= roundUpToFloat(ray.lambdaMax))
+                continue;
+            ++reached;
+            expectAllHits(index, ray);
+        }
+        EXPECT_GT(reached, 10u) << "no float is behind the end of a ray that reaches a box";
+    }
 }
 
 INSTANTIATE_TEST_SUITE_P(Scales, QueryRays,

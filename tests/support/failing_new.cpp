@@ -12,11 +12,17 @@ namespace
 constexpr std::uint64_t kNever = std::numeric_limits<std::uint64_t>::max();
 thread_local std::uint64_t count = 0;
 thread_local std::uint64_t leftBeforeFailure = kNever;
+thread_local const std::function<void()>* functionToCall = nullptr;
 
 bool isNextToFail() noexcept
 {
     ++count;
-    return leftBeforeFailure-- == 0;
+    if (leftBeforeFailure-- != 0)
+        return false;
+    if (functionToCall == nullptr)
+        return true;
+    (*functionToCall)();
+    return false;
 }
 
 void* take(std::size_t size) noexcept
@@ -92,5 +98,15 @@ OneNewFails::~OneNewFails()
 bool OneNewFails::hasHappened() const noexcept
 {
     return leftBeforeFailure > kNever / 2;  // it counts on below 0
+}
+
+OneNewCalls::OneNewCalls(std::uint64_t after, const std::function<void()>& function) noexcept : m_turn(after)
+{
+    functionToCall = &function;
+}
+
+OneNewCalls::~OneNewCalls()
+{
+    functionToCall = nullptr;
 }
 }  // namespace cullet::test
