@@ -48,7 +48,7 @@ public:
         : m_a{a, a.basis()},
           m_b{b, b.basis()},
           m_offset(b.origin() - a.origin()),
-          m_size(double(a.size()) + double(b.size()))
+          m_size(m_a.reach() + m_b.reach())
     {
     }
 
@@ -112,6 +112,13 @@ private:
         Eigen::Matrix3d basis;
 
         const Hull<S>& hull() const { return shape.hull(); }
+        /// No point is farther from the origin. Of a triangle exactly: the third axis of its basis tells nothing of it.
+        double reach() const
+        {
+            if (hull().kind() != HullKind::Polygon || hull().vertexCount() > 3)
+                return double(shape.size());
+            return std::sqrt(std::max(point(1).squaredNorm(), point(2).squaredNorm()));
+        }
         Vector point(std::int32_t vertex) const
         {
             const S* const v = hull().lanes(vertex);

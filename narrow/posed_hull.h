@@ -79,6 +79,8 @@ public:
     void moveTo(const Eigen::Vector3d& place)
     {
         m_origin = Quad{static_cast<S>(place[0]), static_cast<S>(place[1]), static_cast<S>(place[2]), S(0)};
+        // GCC 12 drops the rounding of two lanes where it follows the place to origin().
+        asm("" : "+m"(m_origin));
     }
 
     /// The hull of the corners: all vertex ids here are its.

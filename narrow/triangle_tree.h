@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "narrow/debug_containers.h"
 #include "narrow/simplex.h"
 #include "narrow/triangulation.h"
 

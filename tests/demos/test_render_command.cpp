@@ -168,7 +168,7 @@ TEST(RenderCommand, ExportNeedsNoRendererAndShowsTheWorldThatRunSteps)
     EXPECT_EQ(row["frames"], 6);
     EXPECT_EQ(row["bodies"], 25) << "with the floor and four walls";
     const nlohmann::json run =
-        runForJson("run --check 0 --scene boxes --bodies 20 --steps 10 --backend grid");
+        runForJson("run --check 0 --parts broadphase --scene boxes --bodies 20 --steps 10 --backend grid");
     EXPECT_EQ(row["hash"], run["rows"].at(0)["hash"]);
     EXPECT_EQ(row["pairs"], run["rows"].at(0)["pairs"]);
     const auto gltf = nlohmann::json::parse(readText(folder.file("a.gltf")));
