@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 
@@ -25,6 +26,20 @@ struct VertexPairs
     std::array<std::int32_t, 3> a, b;
     int count = 0;  ///< 0: not known
 };
+
+/// The simplex of the last search.
+template <class S>
+VertexPairs pairsOf(const GjkCache<S>& cache)
+{
+    VertexPairs pairs;
+    pairs.count = std::min<int>(cache.count, 3);
+    for (std::size_t i = 0; i < 3; ++i)
+    {
+        pairs.a[i] = cache.verticesA[i];
+        pairs.b[i] = cache.verticesB[i];
+    }
+    return pairs;
+}
 
 /// The closest or deepest points of two hulls, from the features that have them: vertex, edge or face of either.
 ///

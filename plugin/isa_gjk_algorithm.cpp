@@ -142,19 +142,6 @@ bool settle(const ConvexCores& cores, const VertexPairs& pairs, const Eigen::Vec
     return true;
 }
 
-/// The simplex of the last search.
-VertexPairs pairsOf(const GjkCache<btScalar>& cache)
-{
-    VertexPairs pairs;
-    pairs.count = std::min<int>(cache.count, 3);
-    for (std::size_t i = 0; i < 3; ++i)
-    {
-        pairs.a[i] = cache.verticesA[i];
-        pairs.b[i] = cache.verticesB[i];
-    }
-    return pairs;
-}
-
 GjkState stateOf(const Touch& touch, btScalar limit)
 {
     return touch.distance <= double(limit) ? GjkState::Near : GjkState::Separated;

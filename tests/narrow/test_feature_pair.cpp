@@ -20,19 +20,6 @@ namespace cullet::test
 {
 namespace
 {
-template <class S>
-VertexPairs pairsOf(const GjkCache<S>& cache)
-{
-    VertexPairs pairs;
-    pairs.count = std::min<int>(cache.count, 3);
-    for (std::size_t i = 0; i < 3; ++i)
-    {
-        pairs.a[i] = cache.verticesA[i];
-        pairs.b[i] = cache.verticesB[i];
-    }
-    return pairs;
-}
-
 VertexPairs rotated(const VertexPairs& pairs)
 {
     VertexPairs other = pairs;
