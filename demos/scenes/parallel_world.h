@@ -4,6 +4,8 @@
 
 #include "plugin/world.h"
 
+#include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
+
 #include <memory>
 
 namespace cullet
