@@ -95,13 +95,20 @@ void sendVertices(int file, const aiScene& scene)
     }
 }
 
-/// Bytes of address space that this process has.
-std::uint64_t ownAddressSpace()
+// Sanitizers reserve terabytes of addresses.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+void limitAddressSpace(std::uint64_t) {}
+#else
+/// Lets this process take so many bytes of address space more than it has.
+void limitAddressSpace(std::uint64_t bytes)
 {
     std::uint64_t pages = 0;
     std::ifstream("/proc/self/statm") >> pages;
-    return pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+    const rlim_t space = pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)) + bytes;
+    const rlimit memory = {space, space};
+    setrlimit(RLIMIT_AS, &memory);
 }
+#endif
 
 /// In the reading process, before anything else.
 void limitSelf(const MeshLimits& limits)
@@ -112,14 +119,7 @@ void limitSelf(const MeshLimits& limits)
     prctl(PR_SET_PDEATHSIG, SIGKILL);
     const rlimit noCore = {0, 0};
     setrlimit(RLIMIT_CORE, &noCore);
-// Sanitizers reserve terabytes of addresses.
-#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
-    const rlim_t space = ownAddressSpace() + limits.bytes;
-    const rlimit memory = {space, space};
-    setrlimit(RLIMIT_AS, &memory);
-#else
-    (void)limits;
-#endif
+    limitAddressSpace(limits.bytes);
 }
 
 /// What the reading process does; never returns, so that nothing of its parent's is flushed or destroyed twice.
