@@ -35,8 +35,7 @@ public:
           m_vertexOf(vertexOf),
           m_areAllCorners(areAllCorners),
           m_cells(static_cast<int>(std::sqrt(hull.m_vertexCount / 24.0)) + 1),
-          m_answers(static_cast<std::size_t>(6 * m_cells * m_cells), -1),
-          m_isSeenIn(static_cast<std::size_t>(hull.m_vertexCount), 0)
+          m_answers(static_cast<std::size_t>(6 * m_cells * m_cells), 0)
     {
     }
 
@@ -117,6 +116,8 @@ private:
         begin.reserve(m_hull.m_neighbourBegin.size());
         naturalEnd.reserve(m_hull.m_naturalEnd.size());
         m_hull.m_opposite.reserve(m_hull.m_naturalEnd.size());
+        if (m_hull.vertexCount() > kMostScanned)
+            findAnswers();
         for (std::int32_t v = 0; v < m_hull.m_vertexCount; ++v)
         {
             const typename Hull<S>::Span natural = m_hull.naturalNeighbours(v);
@@ -131,68 +132,62 @@ private:
         m_hull.m_naturalEnd.swap(naturalEnd);
     }
 
-    /// The support vertex; a climb takes few steps where the answer for a direction nearby is known.
-    ///
-    /// @param start where none is known
-    std::int32_t farthest(const Vector& way, std::int32_t start)
+    /// The support vertex; a climb takes few steps, since the answer for a direction nearby is known.
+    std::int32_t farthest(const Vector& way)
     {
         if (m_hull.vertexCount() <= kMostScanned)
             return hitLinear(m_hull, way).vertex;
         std::int32_t& answer = m_answers[static_cast<std::size_t>(cubeCell(way, m_cells))];
-        start = answer < 0 ? start : answer;
-        answer = m_areAllCorners ? climbCorners(way, start) : supportClimb(m_hull, way, start).vertex;
+        answer = climb(way, answer);
         return answer;
     }
 
-    /// The support vertex of a hull that has nothing but corners: there, vertices that are level with it are connected by
-    /// natural neighbours, however many they are. Around vertices of very many neighbours, as the tip of a cone, the search
-    /// ends at a vertex that is merely far: a corner needs no other.
-    std::int32_t climbCorners(const Vector& way, std::int32_t vertex)
+    std::int32_t climb(const Vector& way, std::int32_t start) const
     {
-        S height = supportProduct(m_hull, vertex, way);
+        return m_areAllCorners ? climbCorners(way, start) : supportClimb(m_hull, way, start).vertex;
+    }
+
+    /// The answers for the centres of all cells, each from that of the cell beside: row by row, to and fro.
+    void findAnswers()
+    {
+        std::int32_t last = 0;
+        for (int row = 0; row < 6 * m_cells; ++row)
+        {
+            for (int i = 0; i < m_cells; ++i)
+            {
+                const int cell = row * m_cells + (row % 2 == 0 ? i : m_cells - 1 - i);
+                last = climb(cellCentre<S>(cell, m_cells), last);
+                m_answers[static_cast<std::size_t>(cell)] = last;
+            }
+        }
+    }
+
+    /// A vertex that no neighbour is higher than: the support vertex, or one that is level with it up to rounding. A corner needs no
+    /// other. Around vertices of very many neighbours, as the tip of a cone, the climb ends before.
+    std::int32_t climbCorners(const Vector& way, std::int32_t vertex) const
+    {
+        S height = productOf(vertex, way);
         std::int32_t productCount = 0;
-        for (std::int32_t before = -1; before != vertex;)
+        for (std::int32_t before = -1; before != vertex && productCount <= kMostProducts;)
         {
             before = vertex;
             const typename Hull<S>::Span neighbours = m_hull.naturalNeighbours(before);
             productCount += neighbours.size();
-            if (productCount > kMostProducts)
-                return vertex;
             for (const std::int32_t u : neighbours)
             {
-                const S h = supportProduct(m_hull, u, way);
+                const S h = productOf(u, way);
                 vertex = h > height ? u : vertex;
                 height = std::max(h, height);
             }
         }
-        return highestOfLevel(way, {vertex, height}, productCount);
+        return vertex;
     }
 
-    /// @param peak no neighbour is higher
-    std::int32_t highestOfLevel(const Vector& way, SupportHit<S> peak, std::int32_t productCount)
+    /// As supportProduct(), from one line of the cache.
+    S productOf(std::int32_t vertex, const Vector& way) const
     {
-        const S low =
-            peak.height - m_hull.tieBand() * (std::abs(way[0]) + std::abs(way[1]) + std::abs(way[2]));
-        m_level.assign(1, peak.vertex);
-        m_isSeenIn[peak.vertex] = ++m_search;
-        for (std::size_t i = 0; i < m_level.size(); ++i)
-        {
-            const typename Hull<S>::Span neighbours = m_hull.naturalNeighbours(m_level[i]);
-            productCount += neighbours.size();
-            if (productCount > kMostProducts)
-                break;
-            for (const std::int32_t u : neighbours)
-            {
-                const S h = supportProduct(m_hull, u, way);
-                if (h < low || m_isSeenIn[u] == m_search)
-                    continue;
-                m_isSeenIn[u] = m_search;
-                m_level.push_back(u);
-                if (h > peak.height || (h == peak.height && u < peak.vertex))
-                    peak = {u, h};
-            }
-        }
-        return peak.vertex;
+        const S* const p = m_hull.lanes(vertex);
+        return p[0] * way[0] + p[1] * way[1] + p[2] * way[2];
     }
 
     /// @param all ends with the natural neighbours
@@ -207,12 +202,10 @@ private:
         // The opposite vertex first; then, to fill the last block, those that lie far to the sides.
         const std::array<Eigen::Vector3d, 8> ways = {
             -normal, side - normal, -side - normal, front - normal, -front - normal, side, -side, front};
-        const std::int32_t before = *std::min_element(all.begin() + begin, all.end());
-        std::int32_t far = before < v ? m_hull.m_opposite[before] : v;
         const auto isBlockFull = [&] { return (static_cast<std::ptrdiff_t>(all.size()) - begin) % 7 == 0; };
         for (std::size_t i = 0; i < ways.size() && (i == 0 || !isBlockFull()); ++i)
         {
-            far = farthest(ways[i].template cast<S>(), far);
+            const std::int32_t far = farthest(ways[i].template cast<S>());
             if (i == 0)
                 m_hull.m_opposite.push_back(far);
             const bool isNew = far != v && std::find(all.begin() + begin, all.end(), far) == all.end();
@@ -263,17 +256,11 @@ private:
     void storeStartTable()
     {
         constexpr int kCells = Hull<S>::kCubeCells;
-        const auto centre = [](int cell) { return (S(2) * S(cell) + S(1)) / S(kCells) - S(1); };
         std::int32_t last = 0;
-        for (int entry = 0; entry < 6 * kCells * kCells; ++entry)
+        for (int cell = 0; cell < 6 * kCells * kCells; ++cell)
         {
-            const int side = entry / (kCells * kCells);
-            Vector d;
-            d[side / 2] = side % 2 == 0 ? S(1) : S(-1);
-            d[(side / 2 + 1) % 3] = centre(entry / kCells % kCells);
-            d[(side / 2 + 2) % 3] = centre(entry % kCells);
-            last = supportClimbArtificial(m_hull, d, last).vertex;
-            m_hull.m_startTable[entry] = static_cast<std::uint16_t>(last <= 0xffff ? last : 0);
+            last = supportClimbArtificial(m_hull, cellCentre<S>(cell, kCells), last).vertex;
+            m_hull.m_startTable[cell] = static_cast<std::uint16_t>(last <= 0xffff ? last : 0);
         }
     }
 
@@ -282,9 +269,6 @@ private:
     const std::vector<std::int32_t>& m_vertexOf;
     bool m_areAllCorners;
     int m_cells;                          ///< see cubeCell(); four directions a vertex, a few answers a cell
-    std::vector<std::int32_t> m_answers;  ///< by cell: the last one found, or -1
-    std::vector<std::int32_t> m_level;
-    std::vector<std::int32_t> m_isSeenIn;  ///< by vertex: the last search for level vertices that met it
-    std::int32_t m_search = 0;
+    std::vector<std::int32_t> m_answers;  ///< by cell: the last one found
 };
 }  // namespace cullet

@@ -368,6 +368,19 @@ template <class S>
     return (side * cells + cell(d[(axis + 1) % 3])) * cells + cell(d[(axis + 2) % 3]);
 }
 
+/// The direction in the middle of a cell of cubeCell().
+template <class S>
+Eigen::Matrix<S, 3, 1> cellCentre(int cell, int cells)
+{
+    const auto middle = [cells](int place) { return (S(2) * S(place) + S(1)) / S(cells) - S(1); };
+    const int side = cell / (cells * cells), axis = side / 2;
+    Eigen::Matrix<S, 3, 1> d;
+    d[axis] = side % 2 == 0 ? S(1) : S(-1);
+    d[(axis + 1) % 3] = middle(cell / cells % cells);
+    d[(axis + 2) % 3] = middle(cell % cells);
+    return d;
+}
+
 /// Start vertex for a direction from the hull's table.
 template <class S>
 std::int32_t cubeMapStart(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d)
