@@ -4,6 +4,7 @@
 
 #include "narrow/gjk_types.h"
 #include "narrow/posed_hull.h"
+#include "narrow/vertex_fan.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -52,7 +53,7 @@ VertexPairs pairsOf(const GjkCache<S>& cache)
 /// By convexity, what holds for the neighbours of a feature holds for its hull: features of an earlier pose that pass are
 /// the closest ones, and no search is needed. Of a depth, that is so for one of its local minima only.
 ///
-/// Cost: the neighbours of one or two vertices, and the corners of a face.
+/// Cost: the neighbours of one or two vertices, and the corners of a face; without a graph, all points up to three times.
 template <class S>
 class FeaturePair
 {
@@ -76,8 +77,7 @@ public:
         const Ids ofA = distinct(pairs.a, pairs.count), ofB = distinct(pairs.b, pairs.count);
         m_isDeep = isDeep;
         m_about = about;
-        if (!isKnown(ofA, m_a.shape) || !isKnown(ofB, m_b.shape) || m_a.hull().kind() == HullKind::Cloud ||
-            m_b.hull().kind() == HullKind::Cloud)
+        if (!isKnown(ofA, m_a.shape) || !isKnown(ofB, m_b.shape))
             return false;
         m_vertexA = ofA.id[0];
         m_vertexB = ofB.id[0];
@@ -255,7 +255,14 @@ private:
         const Side &side = isOfA ? m_a : m_b, &other = isOfA ? m_b : m_a;
         const std::int32_t vertex = isOfA ? ofB.id[0] : ofA.id[0];
         const std::array<std::int32_t, 3>& three = isOfA ? ofA.id : ofB.id;
-        Corners corners = faceOf(side.hull(), isOfA ? ofA : ofB);
+        ClearFace clear;
+        Corners corners = {nullptr, nullptr};
+        if (!isCloud(side))
+            corners = faceOf(side, isOfA ? ofA : ofB, isOfA ? Vector(-m_about) : m_about);
+        else if (findClearFace(side.hull(), three, clear))
+            corners = {clear.corners.data(), clear.corners.data() + 3};
+        else
+            return false;
         Plane plane;
         // Of a face whose corners are rounded, the triangle alone.
         const bool isFlat = corners.size() >= 3 && findPlane(side, corners, plane);
@@ -263,28 +270,44 @@ private:
             corners = {three.data(), three.data() + 3};
         if (!isFlat && !findPlane(side, corners, plane))
             return false;
+        if (!setVertexOver(side, corners, plane, other, vertex, isOfA))
+            return false;
+        const Vector outward = isOfA ? Vector(-m_normal) : m_normal;
+        return isFlat ? looksAlong(side, plane, outward)
+                      : isAhead(side, three[0], three[1], outward, three[2]);
+    }
+
+    /// A vertex strictly over a face, and strictly ahead of all others of its hull.
+    bool setVertexOver(const Side& side, const Corners& corners, const Plane& plane, const Side& other,
+                       std::int32_t vertex, bool isOfA)
+    {
         const Vector point = other.point(vertex) + (isOfA ? m_offset : Vector(-m_offset));
         // The foot of the least depth is in the face in any case.
         if (!m_isDeep && !isInside(side, corners, plane, point))
             return false;
         setOver(plane, point, isOfA);
         (isOfA ? m_vertexA : m_vertexB) = corners[0];
-        const Vector outward = isOfA ? Vector(-m_normal) : m_normal;
-        const bool isFace =
-            isFlat ? looksAlong(side, plane, outward) : isAhead(side, three[0], three[1], outward, three[2]);
-        return isFace && isAhead(other, vertex, -1, -outward);
+        (isOfA ? m_vertexB : m_vertexA) = vertex;
+        m_areCorners = false;
+        return isAhead(other, vertex, -1, isOfA ? m_normal : Vector(-m_normal));
     }
 
-    /// Corners of the face that has three vertices; none if it is not known.
-    static Corners faceOf(const Hull<S>& hull, const Ids& ids)
+    static bool isCloud(const Side& side) { return side.hull().kind() == HullKind::Cloud; }
+
+    /// Corners of the face that has three vertices, and of a flat hull looks along a direction; none if it is not known.
+    static Corners faceOf(const Side& side, const Ids& ids, const Vector& direction)
     {
+        const Hull<S>& hull = side.hull();
+        const bool isFlat = hull.kind() == HullKind::Polygon;
+        const Vector local = side.basis.transpose() * direction;
         for (const std::int32_t face : hull.facesOf(ids.id[0]))
         {
             const Corners corners = hull.faceVertices(face);
             int found = 0;
             for (const std::int32_t corner : corners)
                 found += corner == ids.id[1] || corner == ids.id[2] ? 1 : 0;
-            if (found == 2)
+            if (found == 2 &&
+                (!isFlat || local.dot(hull.faces()[static_cast<std::size_t>(face)].normal) >= 0.0))
                 return corners;
         }
         return {nullptr, nullptr};
@@ -341,7 +364,7 @@ private:
         m_onB = isOfA ? point : Vector(point + m_offset - m_distance * m_normal);
     }
 
-    // Two faces, or a face and an edge, that are level
+    // Two faces, or a face and an edge, that are level; or a vertex over a diagonal of a face
 
     bool solveLevel(std::int32_t vertexA, std::int32_t vertexB)
     {
@@ -360,8 +383,11 @@ private:
         if (above.size() >= 3 && areLevel(other, above, plane.ring))
             return setLevel(side, corners, plane, other, above, offset, isOfA);
         std::array<std::int32_t, 2> edge;
-        return levelEdge(other, otherVertex, plane.ring, isOfA, edge) &&
-               setLevel(side, corners, plane, other, {edge.data(), edge.data() + 2}, offset, isOfA);
+        if (levelEdge(other, otherVertex, plane.ring, isOfA, edge))
+            return setLevel(side, corners, plane, other, {edge.data(), edge.data() + 2}, offset, isOfA);
+        // The foot is on a line between two corners of the face, which is none of its edges.
+        return !m_isDeep && setVertexOver(side, corners, plane, other, otherVertex, isOfA) &&
+               looksAlong(side, plane, isOfA ? Vector(-m_normal) : m_normal);
     }
 
     /// The face at a vertex that looks along a direction; none if none does.
@@ -371,6 +397,8 @@ private:
         const Vector local = side.basis.transpose() * direction;
         double best = 0.999 * std::sqrt(local.squaredNorm());
         std::int32_t found = -1;
+        if (isCloud(side))
+            return {nullptr, nullptr};
         for (const std::int32_t face : side.hull().facesOf(vertex))
         {
             const double along = local.dot(side.hull().faces()[static_cast<std::size_t>(face)].normal);

@@ -68,11 +68,7 @@ public:
         hull.m_kind = HullKind::Cloud;
         builder.reserveVertices(static_cast<std::size_t>(count));
         for (std::int32_t i = 0; i < count; ++i)
-        {
-            const Eigen::Vector3d point = usable(points[i]);
-            builder.addVertex(point, i);
-        }
-        builder.m_radius = hull.m_radius;
+            builder.addVertex(usable(points[i]), i);
         builder.finishVertices();
         return std::move(hull);
     }
@@ -354,7 +350,7 @@ private:
         m_hull.m_lanes.push_back(lanesOf(point));
         m_hull.m_source.push_back(source);
         m_hull.m_centre += point;
-        m_hull.m_radius = std::max(m_hull.m_radius, point.norm());
+        m_radius2 = std::max(m_radius2, point.squaredNorm());
     }
 
     void finishVertices()
@@ -362,7 +358,8 @@ private:
         m_hull.m_vertexCount = static_cast<std::int32_t>(m_hull.m_x.size());
         m_hull.m_centre /= m_hull.m_vertexCount;
         m_hull.m_centreLanes = lanesOf(m_hull.m_centre);
-        m_hull.m_isCentred = m_hull.m_centre.norm() <= 0.1 * m_radius;
+        m_hull.m_radius = std::sqrt(m_radius2);
+        m_hull.m_isCentred = m_hull.m_centre.norm() <= 0.1 * m_hull.m_radius;
         m_hull.m_reach = static_cast<S>(m_hull.m_radius * (1.0 + 2.0 * std::numeric_limits<S>::epsilon()));
         const std::size_t padded = (m_hull.m_x.size() + 7) / 8 * 8;
         m_hull.m_x.resize(padded, m_hull.m_x[0]);
@@ -430,7 +427,8 @@ private:
     std::vector<Eigen::Vector3d> m_points;
     std::vector<std::int32_t> m_source;
     std::vector<std::int32_t> m_vertexOf;  ///< by point; -1 where the point is no vertex
-    double m_radius = 0.0;
+    double m_radius = 0.0;   ///< of the points
+    double m_radius2 = 0.0;  ///< of the vertices, squared
 };
 
 /// Convex hull of points, with every degenerate input defined by HullKind. Cost: O(n log n) as a rule, and O(n) more for each

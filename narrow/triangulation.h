@@ -320,21 +320,26 @@ private:
     std::vector<std::int32_t> m_leftOver;
 };
 
-/// Outward normal of a triangle, twice its area long; right within 64 eps however thin the triangle is.
+/// Normal of a triangle to the side from which its corners are counter-clockwise, twice its area long; right within 64 eps however
+/// thin the triangle is.
 ///
 /// Taken at the corner opposite to the longest edge: there the product is least often so small that it has to be exact.
+inline Eigen::Vector3d scaledNormal(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
+                                    const Eigen::Vector3d& c)
+{
+    const double acrossA = (b - c).squaredNorm(), acrossB = (c - a).squaredNorm(),
+                 acrossC = (a - b).squaredNorm();
+    if (acrossA >= acrossB && acrossA >= acrossC)
+        return accurateCross(a, b, c);
+    return acrossB >= acrossC ? accurateCross(b, c, a) : accurateCross(c, a, b);
+}
+
+/// The same, outward; a function of the corners alone, whichever of them the triangle begins with.
 inline Eigen::Vector3d scaledNormal(const std::vector<Eigen::Vector3d>& points,
                                     const Triangulation::Triangle& t)
 {
-    int apex = 0;
-    double longest = -1.0;
-    for (int k = 0; k < 3; ++k)
-    {
-        const double length = (points[t.vertex[(k + 1) % 3]] - points[t.vertex[(k + 2) % 3]]).squaredNorm();
-        apex = length > longest ? k : apex;
-        longest = std::max(longest, length);
-    }
-    return accurateCross(points[t.vertex[apex]], points[t.vertex[(apex + 1) % 3]],
-                         points[t.vertex[(apex + 2) % 3]]);
+    std::array<std::int32_t, 3> v = t.vertex;
+    std::rotate(v.begin(), std::min_element(v.begin(), v.end()), v.end());
+    return scaledNormal(points[v[0]], points[v[1]], points[v[2]]);
 }
 }  // namespace cullet

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "narrow/vertex_fan.h"
 #include "plugin/convex_shape.h"
 
 #include <algorithm>
@@ -23,11 +24,13 @@ class ContactFace
 public:
     /// @param direction unit, in the world
     /// @param vertex    support vertex along the direction, or -1
-    ContactFace(const PosedShape& shape, const Eigen::Vector3d& direction, std::int32_t vertex)
-        : m_shape(shape), m_isTurnedOnly(isTurnedOnly())
+    /// @param fan       around the vertex, of a hull without a graph; or null
+    ContactFace(const PosedShape& shape, const Eigen::Vector3d& direction, std::int32_t vertex,
+                const VertexFan<btScalar>* fan = nullptr)
+        : m_shape(shape), m_fan(fan), m_isTurnedOnly(isTurnedOnly())
     {
         const HullKind kind = shape.hull().kind();
-        if (kind != HullKind::Polygon && kind != HullKind::Solid)
+        if (kind != HullKind::Polygon && kind != HullKind::Solid && fan == nullptr)
             return;
         if (m_isTurnedOnly)
             turnBack(direction);
@@ -36,7 +39,10 @@ public:
             makeNormalMap();
             m_local = m_normalMap.transpose() * direction;
         }
-        findFace(vertex >= 0 ? vertex : shape.support(direction, -1).vertex);
+        if (fan != nullptr)
+            findFace(*fan);
+        else
+            findFace(vertex >= 0 ? vertex : shape.support(direction, -1).vertex);
     }
 
     /// Of the face's normal with the direction; 0 without a face.
@@ -46,6 +52,11 @@ public:
     Hull<btScalar>::Span corners() const
     {
         static constexpr std::int32_t kEnds[] = {0, 1};
+        if (m_fan != nullptr && m_face >= 0)
+        {
+            const std::array<std::int32_t, 3>& corners = m_fan->begin()[m_face].corners;
+            return {corners.data(), corners.data() + 3};
+        }
         const Hull<btScalar>& hull = m_shape.hull();
         if (m_face >= 0)
             return hull.faceVertices(m_face);
@@ -85,6 +96,8 @@ public:
 private:
     const Eigen::Vector3d& faceNormal(std::int32_t face) const
     {
+        if (m_fan != nullptr)
+            return m_fan->begin()[face].normal;
         return m_shape.hull().faces()[static_cast<std::size_t>(face)].normal;
     }
 
@@ -151,6 +164,15 @@ private:
         m_alignment = best.cosine;
     }
 
+    void findFace(const VertexFan<btScalar>& fan)
+    {
+        Best best;
+        for (std::int32_t face = 0; face < fan.end() - fan.begin(); ++face)
+            consider(face, m_isTurnedOnly ? m_local.dot(faceNormal(face)) : stretchedCosine(face), best);
+        m_face = best.face;
+        m_alignment = best.cosine;
+    }
+
     double stretchedCosine(std::int32_t face) const
     {
         const Eigen::Vector3d& n = faceNormal(face);
@@ -165,6 +187,7 @@ private:
     }
 
     const PosedShape& m_shape;
+    const VertexFan<btScalar>* m_fan;
     Eigen::Vector3d m_local;      ///< times a normal of the hull: cosine, or as long as the turned normal
     double m_scale = 1.0;         ///< of a basis that only turns
     Eigen::Matrix3d m_normalMap;  ///< of another

@@ -372,14 +372,14 @@ bool isOnlyTouch(const PosedShape& a, const PosedShape& b, const Touch& touch, d
 }  // namespace
 
 ContactPatch makeContactPatch(const PosedShape& a, const PosedShape& b, const Touch& touch,
-                              const PatchLimits& limits)
+                              const PatchLimits& limits, const PatchFans& fans)
 {
     if (limits.most == 1 || isOnlyTouch(a, b, touch, limits.distance))
         return {{{{btVector3(0, 0, 0), static_cast<btScalar>(touch.distance)}}}, 1};
     ContactFrame frame(touch.normal);
     PatchBuilder builder(touch, frame, limits);
-    const PatchSide sideA = {a, ContactFace(a, -touch.normal, touch.vertexA), -touch.onB};
-    const PatchSide sideB = {b, ContactFace(b, touch.normal, touch.vertexB),
+    const PatchSide sideA = {a, ContactFace(a, -touch.normal, touch.vertexA, fans.a), -touch.onB};
+    const PatchSide sideB = {b, ContactFace(b, touch.normal, touch.vertexB, fans.b),
                              b.origin() - a.origin() - touch.onB};
     const bool isAReference = sideA.face.alignment() + kAligned >= sideB.face.alignment();
     const PatchSide& reference = isAReference ? sideA : sideB;

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "narrow/vertex_fan.h"
 #include "plugin/convex_shape.h"
 
 #include <array>
@@ -42,6 +43,13 @@ struct PatchLimits
     int most = 4;     ///< points: 1 to 4
 };
 
+/// Faces of hulls of which only the points are known; null: as the hull has them.
+struct PatchFans
+{
+    const VertexFan<btScalar>* a = nullptr;
+    const VertexFan<btScalar>* b = nullptr;
+};
+
 /// Of the points at which the cores are within a limit of each other along the normal, those that carry, at most so many as
 /// the limits say: the deepest, or one that is deep up to a thousandth of what is left to the limit, and around it.
 ///
@@ -62,7 +70,9 @@ struct PatchLimits
 /// In the precision of the shapes: points are off by some roundings of the distance between the touch and the centres.
 ///
 /// Cost: O(p q) for faces of p and q corners, and two supports where the touch does not name the vertices; no allocation.
+///
+/// @param fans of hulls without a graph, around the touch's vertices
 ContactPatch makeContactPatch(const PosedShape& a, const PosedShape& b, const Touch& touch,
-                              const PatchLimits& limits);
+                              const PatchLimits& limits, const PatchFans& fans = {});
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "narrow/lanes.h"
+#include "narrow/vertex_fan.h"
 #include "plugin/axis_test.h"
 #include "plugin/convex_shape.h"
 #include "plugin/hull_cache.h"
@@ -144,11 +145,23 @@ struct ConvexCores
     /// @return false without memory
     bool buildGraphs(const ConvexPair& pair, HullUse (&hulls)[2], std::uint64_t pass)
     {
+        fanA.reset();
+        fanB.reset();
         return buildGraph(pair.a, hulls[0], pass, a) &&
                buildGraph(pair.b, hulls[pair.isTwice() ? 0 : 1], pass, b);
     }
 
+    /// The faces at the support vertices of hulls without a graph.
+    ///
+    /// @param normal from B to A
+    /// @return false if a graph has to tell
+    bool findFans(const Eigen::Vector3d& normal, std::int32_t vertexA, std::int32_t vertexB)
+    {
+        return findFan(*a, -normal, vertexA, fanA) && findFan(*b, normal, vertexB, fanB);
+    }
+
     std::optional<PosedShape> a, b;
+    std::optional<VertexFan<btScalar>> fanA, fanB;
     /// Point of the world to which both origins are relative.
     Eigen::Vector3d anchor = Eigen::Vector3d::Zero();
 
@@ -174,6 +187,15 @@ private:
     static bool isCloud(const std::optional<PosedShape>& core)
     {
         return core && core->hull().kind() == HullKind::Cloud;
+    }
+
+    static bool findFan(const PosedShape& posed, const Eigen::Vector3d& outward, std::int32_t vertex,
+                        std::optional<VertexFan<btScalar>>& fan)
+    {
+        if (posed.hull().kind() != HullKind::Cloud)
+            return true;
+        fan.emplace(posed.hull(), vertex, posed.basis().transpose() * outward);
+        return fan->isKnown();
     }
 
     static bool buildGraph(const ConvexSide& side, HullUse& use, std::uint64_t pass,

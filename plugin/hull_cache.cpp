@@ -175,18 +175,33 @@ catch (const std::exception&)
     return nullptr;
 }
 
-/// Of a record without a graph: the points, or the graph once it pays. No answer of a support search depends on which.
+/// Of a record without a graph: the points, or the graph once it pays. No answer depends on which.
 const Hull<btScalar>* HullCache::scanned(HullRecord& record, const Hull<btScalar>& cloud) noexcept
 {
-    if (cloud.vertexCount() <= kMostScanned || !mayBuild(record, cloud))
-        return &cloud;
-    const std::uint32_t before = record.scannedTotal.fetch_add(1, std::memory_order_relaxed);
-    const auto spread =
-        static_cast<std::uint32_t>(hashOf(cloud.lanes(0), sizeof(btScalar) * 4)) % kScanSpread;
-    if (before != kLeastScans + spread)
-        return &cloud;
-    const Hull<btScalar>* graph = build(record);
-    return graph == nullptr ? &cloud : graph;
+    if (cloud.vertexCount() > kMostScanned && pays(record, cloud, 1))
+    {
+        if (const Hull<btScalar>* const graph = build(record))
+            return graph;
+    }
+    return &cloud;
+}
+
+void HullCache::countContact(HullRecord& record) noexcept
+{
+    const Hull<btScalar>* const hull = record.hull.load(std::memory_order_acquire);
+    if (hull != nullptr && hull->kind() == HullKind::Cloud && pays(record, *hull, kScansOfContact))
+        build(record);
+}
+
+/// True for the one that makes the scans as dear as the graph.
+bool HullCache::pays(HullRecord& record, const Hull<btScalar>& cloud, std::uint32_t scans) noexcept
+{
+    if (!mayBuild(record, cloud))
+        return false;
+    const std::uint32_t before = record.scannedTotal.fetch_add(scans, std::memory_order_relaxed);
+    const std::uint32_t enough =
+        kLeastScans + static_cast<std::uint32_t>(hashOf(cloud.lanes(0), sizeof(btScalar) * 4)) % kScanSpread;
+    return before <= enough && before + scans > enough;
 }
 
 /// The graph of a record's contents.

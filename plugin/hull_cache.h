@@ -80,12 +80,13 @@ struct HullRecord
 /// kLeastAdded. So no more is kept than some 100 MB, or twice of what was in use at one time. Bullet's user pointers and indices
 /// are left alone.
 ///
-/// Most pairs stay apart, which support searches over the points alone prove. So a graph is built when a pair comes so close that
-/// contacts are wanted, or when scans have cost as much as it does; and a hull that touches nothing costs O(n), however often its
-/// points change. A hull of more than
-/// kMostBuilt points gets a graph by prepare() only, since that takes longer than a step may: without, its contacts are single
-/// points, as Bullet's. So are those of a shape with setDeforming(). What a contact is computed from depends on the points and on
-/// these two calls alone, neither on other queries nor on time.
+/// Most pairs stay apart, which support searches over the points alone prove, and most contacts can be found from the points
+/// alone. So a graph is built when scans and contacts have cost as much as it does, or when a contact needs it: where the faces
+/// around it are level up to rounding, or no feature is the only one. A hull whose points change often costs O(n) each time. No
+/// answer depends on whether the graph is there.
+///
+/// A hull of more than kMostBuilt points gets a graph by prepare() only, since that takes longer than a step may: without, its
+/// contacts are single points, as Bullet's. So are those of a shape with setDeforming() whose faces are level.
 ///
 /// Threads: every member may run concurrently with every other. Editing a shape while a thread uses it is a data race in
 /// Bullet itself and here.
@@ -101,6 +102,8 @@ public:
     /// Scans that cost as much as the graph; steps, where every shape is compared once a step. Two numbers, so that shapes that came
     /// together do not get their graphs together.
     static constexpr std::uint32_t kLeastScans = 1000, kScanSpread = 256;
+    /// What the contact of a hull without a graph costs.
+    static constexpr std::uint32_t kScansOfContact = 64;
 
     /// Never destroyed: algorithms of worlds with static storage may outlive any other static object.
     static HullCache& instance();
@@ -139,6 +142,9 @@ public:
                    : hull;
     }
 
+    /// Of a record that may have no graph yet, which it gets when contacts have cost as much.
+    void countContact(HullRecord& record) noexcept;
+
     void prepare(const btConvexHullShape& shape) noexcept;
     void setDeforming(const btConvexHullShape& shape, bool isDeforming) noexcept;
     void invalidate(const btConvexHullShape& shape) noexcept;
@@ -161,6 +167,7 @@ private:
     }
     static void forgetGraph(HullRecord& record) noexcept;
     const Hull<btScalar>* build(HullRecord& record) noexcept;
+    static bool pays(HullRecord& record, const Hull<btScalar>& cloud, std::uint32_t scans) noexcept;
     const Hull<btScalar>* scanned(HullRecord& record, const Hull<btScalar>& cloud) noexcept;
     const Hull<btScalar>* replace(HullRecord& record, const btConvexHullShape& shape,
                                   std::uint64_t pass) noexcept;
@@ -197,6 +204,13 @@ public:
     const Hull<btScalar>* graphOf(const btConvexHullShape& shape, std::uint64_t pass) noexcept
     {
         return uses(shape) ? HullCache::graphOf(*m_record, shape, pass) : nullptr;
+    }
+
+    /// Of the shape of the last call; see HullCache::countContact().
+    void countContact() noexcept
+    {
+        if (m_record != nullptr)
+            HullCache::instance().countContact(*m_record);
     }
 
     /// Two hulls that hullOf() gave for one shape are the same if this is: addresses are used again.

@@ -149,14 +149,15 @@ struct HullCacheStats
     std::uint64_t pointSets = 0;    ///< these, and point sets that are gone and not yet forgotten
 };
 
-/// Builds the graph of a shape now instead of when it first touches something (2 ms for 1,000 points), and keeps it until
+/// Builds the graph of a shape now instead of when contacts need it (2 ms for 1,000 points), and keeps it until
 /// invalidate(). Call when a level is loaded. A shape of more than 4,096 points has no graph without: each query then scans its
 /// points, and makes one contact point as Bullet does, not a patch.
 CULLET_API void prepare(const btConvexHullShape& shape);
 
-/// For a shape whose points are rewritten in most steps: no graph is built for it, whatever it touches. Each query scans its
-/// points, and makes one contact point as Bullet does, not a patch. Without, each change costs a graph when the shape touches
-/// something, 3 microseconds a point. Take it back with false, or with invalidate() before the shape is deleted.
+/// For a shape with level faces, such as a box, whose points are rewritten in most steps: no graph is built for it, whatever it
+/// touches. Where its faces are level, a query makes one contact point as Bullet does, not a patch. Without, each change costs a
+/// graph when the shape touches something, 3 microseconds a point. Other shapes need none. Take it back with false, or with
+/// invalidate() before the shape is deleted.
 CULLET_API void setDeforming(const btConvexHullShape& shape, bool isDeforming = true);
 
 /// Takes back prepare() and setDeforming(), lets the next query compare the points again, and lets go of the graph if no pair

@@ -2,11 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #include "plugin/isa_gjk_algorithm.h"
 
-#include "narrow/epa.h"
-#include "narrow/feature_pair.h"
-#include "narrow/gjk.h"
 #include "narrow/isa_gjk.h"
 #include "plugin/contact_patch.h"
+#include "plugin/contact_search.h"
 #include "plugin/convex_pair.h"
 #include "plugin/dynamic_type.h"
 #include "plugin/manifold_renewal.h"
@@ -41,45 +39,6 @@ btScalar limitOf(const ConvexPair& pair, btScalar breakingThreshold, const btMan
            (isStep ? btScalar(0) : pair.margins() + result.m_closestPointDistanceThreshold);
 }
 
-/// No point of a core is farther from its origin.
-double reachOf(const ConvexSide& side, const std::optional<PosedShape>& core)
-{
-    if (core)
-        return double(core->size());
-    btVector3 centre;
-    btScalar radius;
-    side.shape.getBoundingSphere(centre, radius);
-    return double(centre.length()) + double(radius);
-}
-
-/// A little more than a limit: cores that a search finds farther apart are so on any way to the answer.
-btScalar beyond(const ConvexPair& pair, const ConvexCores& cores, btScalar limit)
-{
-    const btVector3 between = pair.a.transform.getOrigin() - pair.b.transform.getOrigin();
-    const double size =
-        reachOf(pair.a, cores.a) + reachOf(pair.b, cores.b) + double(between.length()) + double(limit);
-    return limit + static_cast<btScalar>(8 * double(std::numeric_limits<btScalar>::epsilon()) * size);
-}
-
-/// Is the distance of the cores larger than `limit`?
-///
-/// @param failed see isaGjk()
-GjkState separation(const ConvexPair& pair, const ConvexCores& cores, btScalar limit,
-                    const AxisTest<btScalar>& failed, GjkCache<btScalar>& cache)
-{
-    const btScalar far = beyond(pair, cores, limit);
-    if (cores.a && cores.b)
-    {
-        NoObserver observer;
-        return isaGjk(*cores.a, *cores.b, far, cache, observer, {}, failed).state;
-    }
-    const PosedSupport a(pair.a.shape, pair.a.transform, cores.anchor),
-        b(pair.b.shape, pair.b.transform, cores.anchor);
-    if (cores.a)
-        return isaGjk(*cores.a, b, far, cache).state;
-    return cores.b ? isaGjk(a, *cores.b, far, cache).state : isaGjk(a, b, far, cache).state;
-}
-
 /// True where Bullet would use its separating axis test instead of GJK.
 bool usesSeparatingAxisTest(const ConvexPair& pair, const btDispatcherInfo& info)
 {
@@ -87,120 +46,6 @@ bool usesSeparatingAxisTest(const ConvexPair& pair, const btDispatcherInfo& info
            (pair.b.features() != nullptr || pair.b.kind == ConvexKind::Triangle);
 }
 
-Touch touchAt(const ConvexCores& cores, const PenetrationResult<btScalar>& deep)
-{
-    Touch touch = {deep.axis.cast<double>().normalized(), -double(deep.depth), deep.pointB.cast<double>(),
-                   deep.vertexA, deep.vertexB};
-    const Eigen::Vector3d apart =
-        cores.a->centre() - cores.b->centre() + cores.a->origin() - cores.b->origin();
-    // Without volume both normals are right; Bullet's is the one that keeps the centres apart.
-    if (deep.method == PenetrationMethod::Flat && touch.normal.dot(apart) < 0.0)
-    {
-        touch.normal = -touch.normal;
-        touch.vertexA = touch.vertexB = -1;
-    }
-    return touch;
-}
-
-/// The same direction with length 1, from one that has that up to the rounding of its precision: a step of Newton's, which is
-/// off by the square of that, instead of a root and divisions.
-Eigen::Vector3d lengthened(const Eigen::Matrix<btScalar, 3, 1>& axis)
-{
-    const Eigen::Vector3d v = axis.cast<double>();
-    return v * (1.5 - 0.5 * v.squaredNorm());
-}
-
-Touch touchAt(const GjkResult<btScalar>& near, const GjkCache<btScalar>& cache)
-{
-    const auto vertexOf = [](std::uint16_t id)
-    { return id == GjkCache<btScalar>::kUnknown ? -1 : std::int32_t(id); };
-    Touch touch = {lengthened(near.axis), double(near.distance), near.pointB.cast<double>(),
-                   vertexOf(cache.startA), vertexOf(cache.startB)};
-    touch.areCorners =
-        cache.count == 1 && cache.verticesA[0] == cache.startA && cache.verticesB[0] == cache.startB;
-    return touch;
-}
-
-/// What two polytopes' distance or depth is.
-struct Found
-{
-    GjkState state;
-    /// It depends on shapes and poses alone, whatever the search began with.
-    bool isSettled;
-};
-
-/// The features that a search has found, or that were found in an earlier pose.
-///
-/// @param about see FeaturePair
-bool settle(const ConvexCores& cores, const VertexPairs& pairs, const Eigen::Vector3d& about, Touch& touch)
-{
-    FeaturePair<btScalar> features(*cores.a, *cores.b);
-    if (!features.solve(pairs, about, false))
-        return false;
-    touch = {features.normal(),  features.distance(), features.pointOfB(),
-             features.vertexA(), features.vertexB(),  features.areCorners()};
-    return true;
-}
-
-GjkState stateOf(const Touch& touch, btScalar limit)
-{
-    return touch.distance <= double(limit) ? GjkState::Near : GjkState::Separated;
-}
-
-/// Where the closest features are those of the last query, nothing has to be searched.
-bool settleAgain(const ConvexCores& cores, btScalar limit, GjkCache<btScalar>& cache, Touch& touch)
-{
-    if (!settle(cores, pairsOf(cache), {cache.axis[0], cache.axis[1], cache.axis[2]}, touch))
-        return false;
-    GjkSearch<PosedShape, PosedShape>::rememberAxis(touch.normal, touch.vertexA, touch.vertexB, cache);
-    cache.state = stateOf(touch, limit);
-    return true;
-}
-
-Found settleNear(const ConvexCores& cores, btScalar limit, const GjkResult<btScalar>& near,
-                 GjkCache<btScalar>& cache, Touch& touch)
-{
-    const bool isSettled = settle(cores, pairsOf(cache), near.axis.cast<double>(), touch);
-    if (!isSettled)
-        touch = touchAt(near, cache);
-    cache.state = stateOf(touch, limit);
-    return {cache.state, isSettled};
-}
-
-/// Distance or depth of two polytopes.
-///
-/// @param memory null: the pair will not be asked again
-/// @param far    see beyond()
-/// @param touch  [out] valid for Near and Overlapping
-/// @param exactTotal counts depths that only the exact search has found
-Found measure(const ConvexCores& cores, btScalar limit, btScalar far, GjkCache<btScalar>& cache,
-              DepthMemory* memory, Touch& touch, ThreadCounter& exactTotal)
-{
-    if (memory != nullptr && memory->vertexCount > 0)
-    {
-        const PenetrationResult<btScalar> deep = rememberedPenetration(*cores.a, *cores.b, cache, *memory);
-        if (deep.state == GjkState::Overlapping)
-        {
-            touch = touchAt(cores, deep);
-            return {deep.state, deep.isSettled};
-        }
-    }
-    if (cache.state == GjkState::Near && settleAgain(cores, limit, cache, touch))
-        return {cache.state, true};
-    const GjkResult<btScalar> near = gjkDistance(*cores.a, *cores.b, far, cache);
-    if (near.state == GjkState::Near)
-        return settleNear(cores, limit, near, cache, touch);
-    if (near.state != GjkState::Overlapping)
-        return {near.state, near.state == GjkState::Separated};
-    const PenetrationResult<btScalar> deep = penetration(*cores.a, *cores.b, cache, memory);
-    // The two queries may disagree about shapes that only touch.
-    if (deep.state != GjkState::Overlapping)
-        return {GjkState::NotConverged, false};
-    if (deep.method == PenetrationMethod::Exact)
-        count(exactTotal);
-    touch = touchAt(cores, deep);
-    return {GjkState::Overlapping, deep.isSettled};
-}
 }  // namespace
 
 IsaGjkAlgorithm::IsaGjkAlgorithm(IsaGjkRegistration& isaGjk, btPersistentManifold* manifold,
@@ -405,7 +250,8 @@ bool IsaGjkAlgorithm::findsAxis(const btCollisionObject& a, const btCollisionObj
         !canRunConcurrently(pair.b.shape.getShapeType()))
         return false;
     const ConvexCores cores(pair, failed.hulls, m_hulls, m_isaGjk.pass());
-    if (!cores.arePlaced(pair) || separation(pair, cores, limit, failed.axis, m_cache) != GjkState::Separated)
+    if (!cores.arePlaced(pair) ||
+        separation(pair, cores, beyond(pair, cores, limit), failed.axis, m_cache) != GjkState::Separated)
         return false;
     AxisRoom room;
     ApartTest unused;
@@ -429,8 +275,9 @@ bool IsaGjkAlgorithm::findsAxis(const btCollisionObject& a, const btCollisionObj
     const double limit = marginA + marginB + double(m_breakingThreshold) + double(reach);
     if (m_closestOnly || touch.distance > limit)
         return result.addContactPoint(normal, onB, static_cast<btScalar>(touch.distance - marginA - marginB));
-    const ContactPatch patch = makeContactPatch(*cores.a, *cores.b, touch,
-                                                {limit, m_breakingThreshold, m_isaGjk.options().patchPoints});
+    const ContactPatch patch = makeContactPatch(
+        *cores.a, *cores.b, touch, {limit, m_breakingThreshold, m_isaGjk.options().patchPoints},
+        {cores.fanA ? &*cores.fanA : nullptr, cores.fanB ? &*cores.fanB : nullptr});
     ManifoldRenewal renewal(*m_manifold);
     // The manifold of a parent has points of other pairs; the result of a query has none here.
     if (m_ownsManifold && m_manifold->getNumContacts() > 0 && isOfStep(result))
@@ -503,7 +350,8 @@ bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& in
     {
         // Other shapes that touch are Bullet's in any case, and it sees as well when they part.
         const bool isBullets = !arePolytopes && m_ownsManifold && m_manifold->getNumContacts() > 0;
-        state = isBullets ? GjkState::Near : separation(pair, cores, limit, failed.axis, m_cache);
+        state = isBullets ? GjkState::Near
+                          : separation(pair, cores, beyond(pair, cores, limit), failed.axis, m_cache);
         if (state == GjkState::Near || state == GjkState::Overlapping)
         {
             count(counters.delegated);
@@ -524,7 +372,7 @@ bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& in
 }
 
 /// Distance or depth of two polytopes, from shapes and poses alone: what is remembered says where the search begins, and
-/// counts only where any search ends alike. Else a search without memory answers.
+/// counts only where any search ends alike. Else a search without memory answers; the same with hulls that have no graphs yet.
 ///
 /// @param failed see isaGjk()
 /// @param touch  [out] valid for Near and Overlapping
@@ -534,8 +382,8 @@ GjkState IsaGjkAlgorithm::search(const ConvexPair& pair, ConvexCores& cores, btS
     // The algorithm of a mesh's triangle lives for one query.
     const bool isKept = pair.a.kind != ConvexKind::Triangle && pair.b.kind != ConvexKind::Triangle;
     const bool wasNear = m_cache.state == GjkState::Near || m_cache.state == GjkState::Overlapping;
-    // What was not settled in the last query is hardly so in this one; nor does a cloud tell of a graph's vertices.
-    if (wasNear && (!m_isSettled || cores.haveClouds()))
+    // What was not settled in the last query is hardly so in this one.
+    if (wasNear && !m_isSettled)
         forget();
     bool isFresh =
         m_cache.state == GjkState::NotConverged && !remembersAxis(m_cache) && m_depth.vertexCount == 0;
@@ -543,24 +391,40 @@ GjkState IsaGjkAlgorithm::search(const ConvexPair& pair, ConvexCores& cores, btS
     AxisTest<btScalar> test = failed;
     for (;;)
     {
+        const btScalar far = beyond(pair, cores, limit);
         Found found = {GjkState::Near, false};
         if (isFresh || !wasNear)
-            found.state = separation(pair, cores, limit, test, m_cache);
+            found.state = separation(pair, cores, far, test, m_cache);
         found.isSettled = found.state == GjkState::Separated;
-        const bool isNear = found.state == GjkState::Near || found.state == GjkState::Overlapping;
-        if (isNear && !mayBuild)
-            found = measure(cores, limit, beyond(pair, cores, limit), m_cache, isKept ? &m_depth : nullptr,
-                            touch, m_isaGjk.counters().exact);
+        if (found.state == GjkState::Near || found.state == GjkState::Overlapping)
+            found = measure(cores, limit, far, m_cache, isKept ? &m_depth : nullptr, touch,
+                            m_isaGjk.counters().exact);
         m_isSettled = found.isSettled;
-        if (m_isSettled || (isFresh && !mayBuild))
+        const bool isDone =
+            m_isSettled && (!mayBuild || found.state == GjkState::Separated || findsFaces(cores, touch));
+        if (isDone && mayBuild && found.state != GjkState::Separated)
+            countContact();
+        if (isDone || (isFresh && !mayBuild))
             return found.state;
-        // Contacts are found with graphs from the beginning, whether these were there before or not.
         if (std::exchange(mayBuild, false) && !cores.buildGraphs(pair, m_hulls, pass))
             return GjkState::NotConverged;
         forget();
         test = AxisTest<btScalar>();
         isFresh = true;
     }
+}
+
+/// Whether a patch can be made with the faces that hulls without graphs have around their vertices.
+bool IsaGjkAlgorithm::findsFaces(ConvexCores& cores, const Touch& touch) const
+{
+    return m_closestOnly || m_isaGjk.options().patchPoints == 1 ||
+           cores.findFans(touch.normal, touch.vertexA, touch.vertexB);
+}
+
+void IsaGjkAlgorithm::countContact() noexcept
+{
+    for (HullUse& use : m_hulls)
+        use.countContact();
 }
 
 void IsaGjkAlgorithm::forget()

@@ -101,6 +101,8 @@ private:
                         btManifoldResult& result, bool& isReporting);
     GjkState search(const ConvexPair& pair, ConvexCores& cores, btScalar limit,
                     const AxisTest<btScalar>& failed, std::uint64_t pass, Touch& touch);
+    bool findsFaces(ConvexCores& cores, const Touch& touch) const;
+    void countContact() noexcept;
     void forget();
     void refresh(btManifoldResult& result);
     void report(const ConvexPair& pair, const ConvexCores& cores, const Touch& touch, btScalar reach,

@@ -205,6 +205,40 @@ TYPED_TEST(FeaturePairTest, SettlesFacesWhoseCornersAreRounded)
     EXPECT_GT(settled, asked * 9 / 10);
 }
 
+/// Whichever two or three corners of the face a search has ended with.
+TYPED_TEST(FeaturePairTest, GivesTheSameBitsForAVertexOverADiagonal)
+{
+    using S = TypeParam;
+    using Matrix = Eigen::Matrix<S, 3, 3>;
+    const Hull<S> box = hullOf<S>(boxPoints(1.0, 1.0, 1.0));
+    const Hull<S> tip = hullOf<S>({{0, -1, 0}, {1, 1, 0}, {-1, 1, 1}, {-1, 1, -1}});
+    const PosedHull<S> a(tip, Matrix::Identity(), {0, S(2.1), 0}), b(box, Matrix::Identity(), {0, 0, 0});
+    std::vector<std::int32_t> top;
+    for (std::int32_t v = 0; v < box.vertexCount(); ++v)
+    {
+        if (box.vertex(v)[1] > 0)
+            top.push_back(v);
+    }
+    ASSERT_EQ(top.size(), 4u);
+    const std::int32_t lowest = a.support({0, -1, 0}, -1).vertex;
+    const std::int32_t across =
+        box.vertex(top[0])[0] * box.vertex(top[1])[0] < 0 && box.vertex(top[0])[2] * box.vertex(top[1])[2] < 0
+            ? top[1]
+        : box.vertex(top[0])[0] * box.vertex(top[2])[0] < 0 &&
+                box.vertex(top[0])[2] * box.vertex(top[2])[2] < 0
+            ? top[2]
+            : top[3];
+    VertexPairs diagonal;
+    diagonal.count = 2;
+    diagonal.a = {lowest, lowest, lowest};
+    diagonal.b = {across, top[0], -1};
+    FeaturePair<S> pair(a, b);
+    ASSERT_TRUE(pair.solve(diagonal, {0.0, 0.3, 0.0}, false));
+    EXPECT_NEAR(pair.distance(), 0.1, 1e-6);
+    EXPECT_EQ(pair.normal(), Eigen::Vector3d(0, 1, 0));
+    EXPECT_EQ(pair.vertexA(), lowest);
+}
+
 TYPED_TEST(FeaturePairTest, SettlesDepthsThatAreExact)
 {
     using S = TypeParam;

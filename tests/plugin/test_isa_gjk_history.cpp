@@ -225,5 +225,113 @@ TEST(IsaGjkThreshold, FindsTheSameContactsAtTheThreshold)
     }
     EXPECT_GT(touching, 100);
 }
+
+/// Points whose hull has faces that stand clear, that are level up to rounding, and that are none.
+std::vector<btVector3> anyPoints(Random& random, int kind)
+{
+    const int counts[] = {4, 6, 8, 12, 24, 60, 150};
+    const int count = counts[static_cast<std::size_t>(kind) % 7];
+    std::vector<btVector3> points = ballPoints(count, 0.5, random());
+    for (btVector3& p : points)
+    {
+        switch (kind / 7)
+        {
+            case 0:
+                break;
+            case 1:
+                p *= btScalar(1 - 0.1 * std::abs(uniform(random)));
+                break;
+            case 2:
+                p = vec(p.x(), 0.02 * p.y(), 0.4 * p.z());
+                break;
+            case 3:
+                p = vec(std::round(6 * p.x()), std::round(6 * p.y()), std::round(6 * p.z())) * btScalar(0.1);
+                break;
+            // Both sides of the height up to which triangles are one face.
+            default:
+                p.setY(btScalar(std::copysign(0.4, p.y()) + 3e-6 * uniform(random)));
+        }
+    }
+    return points;
+}
+
+/// How a hull's contacts are found: without its graph where that is not there yet, or with it.
+class ContactsOfNewHulls
+{
+public:
+    explicit ContactsOfNewHulls(const std::vector<btVector3>& hull)
+        : m_points(hull), m_unknown(makeHullShape(hull))
+    {
+    }
+
+    /// @return true if the same bits came of both
+    void compare(btCollisionShape& other, const btTransform& at, const std::string& name)
+    {
+        const std::uint64_t before = hullCacheStats().buildsTotal;
+        const Answer expected = answer(*m_unknown, other, at);
+        builds += static_cast<int>(hullCacheStats().buildsTotal - before);
+        const auto known = makeHullShape(m_points);
+        prepare(*known);
+        const Answer found = answer(*known, other, at);
+        ASSERT_EQ(found.queried, expected.queried) << name;
+        ASSERT_EQ(found.stepped, expected.stepped) << name;
+        points = static_cast<int>(expected.stepped.size() / 10);
+    }
+
+    int builds = 0;
+    int points = 0;  ///< of the last contact
+
+private:
+    struct Answer
+    {
+        std::vector<double> queried, stepped;
+    };
+
+    Answer answer(btCollisionShape& shape, btCollisionShape& other, const btTransform& at)
+    {
+        ConvexPairProbe probe(m_bench.dispatcher, other, shape);
+        return {queryAt(probe, at, 0), stepAt(probe, at)};
+    }
+
+    std::vector<btVector3> m_points;
+    std::unique_ptr<btConvexHullShape> m_unknown;
+    ConvexBench m_bench;
+};
+
+TEST(IsaGjkGraphs, AreNoPartOfTheAnswer)
+{
+    constexpr unsigned kSeed = 7;
+    SCOPED_TRACE(kSeed);
+    Random random(kSeed);
+    btBoxShape floor(vec(20, 0.5, 20));
+    btTriangleShape triangle(vec(-1, 0, -1), vec(1, 0, -1), vec(0, 0, 1));
+    int withoutGraph = 0, withGraph = 0, several = 0;
+    for (int i = 0; i < 35 * 150; ++i)
+    {
+        const std::vector<btVector3> points = anyPoints(random, i % 35);
+        const auto partner = makeHullShape(ballPoints(24, 0.5, random()));
+        partner->setLocalScaling(vec(1.5, 1, 0.7));
+        btCollisionShape* const others[] = {&floor, partner.get(), &triangle};
+        btCollisionShape& other = *others[i / 35 % 3];
+        btScalar radius;
+        btVector3 centre;
+        btTransform at(i % 2 == 0 ? turn(random, 3) : turn(random, 0.01), btVector3(0, 0, 0));
+        btVector3 low, high;
+        makeHullShape(points)->getAabb(at, low, high);
+        partner->getBoundingSphere(centre, radius);
+        const double top = &other == &floor ? 0.5 : &other == &triangle ? 0.0 : double(radius) * 0.7;
+        at.setOrigin(vec(0.1 * uniform(random), top - double(low.y()) + 0.05 * uniform(random),
+                         0.1 * uniform(random)));
+        ContactsOfNewHulls contacts(points);
+        contacts.compare(other, at, std::to_string(i));
+        ASSERT_FALSE(HasFatalFailure());
+        withoutGraph += contacts.points > 0 && contacts.builds == 0 ? 1 : 0;
+        withGraph += contacts.points > 0 && contacts.builds > 0 ? 1 : 0;
+        several += contacts.points > 1 && contacts.builds == 0 ? 1 : 0;
+    }
+    EXPECT_GT(withoutGraph, 500);
+    EXPECT_GT(withGraph, 80);
+    EXPECT_GT(several, 100);
+}
 }  // namespace
 }  // namespace cullet::test
