@@ -427,8 +427,8 @@ private:
     std::vector<Eigen::Vector3d> m_points;
     std::vector<std::int32_t> m_source;
     std::vector<std::int32_t> m_vertexOf;  ///< by point; -1 where the point is no vertex
-    double m_radius = 0.0;   ///< of the points
-    double m_radius2 = 0.0;  ///< of the vertices, squared
+    double m_radius = 0.0;                 ///< of the points
+    double m_radius2 = 0.0;                ///< of the vertices, squared
 };
 
 /// Convex hull of points, with every degenerate input defined by HullKind. Cost: O(n log n) as a rule, and O(n) more for each
