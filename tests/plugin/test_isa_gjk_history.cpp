@@ -273,6 +273,7 @@ public:
         const auto known = makeHullShape(m_points);
         prepare(*known);
         const Answer found = answer(*known, other, at);
+        invalidate(*known);
         ASSERT_EQ(found.queried, expected.queried) << name;
         ASSERT_EQ(found.stepped, expected.stepped) << name;
         points = static_cast<int>(expected.stepped.size() / 10);
