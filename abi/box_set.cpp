@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "abi/box_set.h"
+#include "cullet/abi/box_set.h"
 
-#include "broad/log.h"
+#include "cullet/abi/status.h"
+#include "cullet/broad/log.h"
 
-#include "abi/status.h"
 #include <algorithm>
 #include <cstring>
 #include <iterator>

@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/backend.h"
-#include "broad/proxy_table.h"
-#include "plugin/uid_directory.h"
+#include "cullet/abi/cullet.h"
+#include "cullet/broad/backend.h"
+#include "cullet/broad/proxy_table.h"
+#include "cullet/plugin/uid_directory.h"
 
-#include "abi/cullet.h"
 #include <cstddef>
 #include <cstdint>
 #include <memory>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 
 // Functions of the interface that find pairs of boxes in the memory of the CPU.
-#include "abi/box_set.h"
-#include "abi/status.h"
+#include "cullet/abi/box_set.h"
+#include "cullet/abi/status.h"
 
 using namespace cullet;
 using namespace cullet::abi;

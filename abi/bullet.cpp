@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 
 // Functions of the interface that take part in a Bullet world.
-#include "plugin/broadphase.h"
-#include "plugin/isa_gjk.h"
+#include "cullet/abi/status.h"
+#include "cullet/plugin/broadphase.h"
+#include "cullet/plugin/isa_gjk.h"
 
-#include "abi/status.h"
 #include <algorithm>
 #include <memory>
 

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 
 // Functions of the interface that find pairs of boxes in the memory of a GPU.
-#include "cuda/device_pairs.h"
+#include "cullet/abi/status.h"
+#include "cullet/cuda/device_pairs.h"
 
-#include "abi/status.h"
 #include <memory>
 #include <string>
 

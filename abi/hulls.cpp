@@ -2,14 +2,14 @@
 // SPDX-License-Identifier: Zlib
 
 // Functions of the interface that query convex hulls; all in double.
-#include "narrow/epa.h"
-#include "narrow/gjk.h"
-#include "narrow/hull_builder.h"
-#include "narrow/isa_gjk.h"
+#include "cullet/abi/status.h"
+#include "cullet/narrow/epa.h"
+#include "cullet/narrow/gjk.h"
+#include "cullet/narrow/hull_builder.h"
+#include "cullet/narrow/isa_gjk.h"
 
 #include <Eigen/LU>
 
-#include "abi/status.h"
 #include <algorithm>
 #include <cmath>
 #include <memory>

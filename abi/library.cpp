@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/log.h"
+#include "cullet/abi/status.h"
+#include "cullet/broad/log.h"
 
 #include <LinearMath/btScalar.h>
 
-#include "abi/status.h"
 #include <atomic>
 #include <cstdio>
 

@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "abi/cullet.h"
+#include "cullet/abi/cullet.h"
+
 #include <cstddef>
 #include <cstdint>
 #include <cstring>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/host_device.h"
+#include "cullet/broad/host_device.h"
 
 #include <cmath>
 #include <cstdint>

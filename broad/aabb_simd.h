@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/aabb.h"
-#include "broad/prefetch_box.h"
+#include "cullet/broad/aabb.h"
+#include "cullet/broad/prefetch_box.h"
 
 #include <cstdint>
 #include <cstring>

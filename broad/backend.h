@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/aabb.h"
-#include "broad/api.h"
-#include "broad/array.h"
-#include "broad/pair.h"
+#include "cullet/broad/aabb.h"
+#include "cullet/broad/api.h"
+#include "cullet/broad/array.h"
+#include "cullet/broad/pair.h"
 
 #include <cstddef>
 #include <cstdint>

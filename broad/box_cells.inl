@@ -5,8 +5,8 @@
 // all tell the same.
 #pragma once
 
-#include "broad/cell_rule.h"
-#include "broad/row_soa.h"
+#include "cullet/broad/cell_rule.h"
+#include "cullet/broad/row_soa.h"
 
 #include <cstring>
 

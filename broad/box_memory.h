@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/api.h"
-#include "broad/huge_vector.h"
+#include "cullet/broad/api.h"
+#include "cullet/broad/huge_vector.h"
 
 #include <atomic>
 #include <cstddef>

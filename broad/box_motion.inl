@@ -3,9 +3,9 @@
 //
 // How boxes moved since the last scan, and whether they stayed in their cells; compiled for each instruction set. Every width
 // takes the same steps, each rounded once, so that all tell the same.
-#include "broad/box_cells.inl"
-#include "broad/cell_rule.h"
-#include "broad/row_soa.h"
+#include "cullet/broad/box_cells.inl"
+#include "cullet/broad/cell_rule.h"
+#include "cullet/broad/row_soa.h"
 
 #include <algorithm>
 #include <cstring>

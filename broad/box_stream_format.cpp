@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/box_stream_format.h"
+#include "cullet/broad/box_stream_format.h"
 
 #include <cstring>
 #include <zlib.h>

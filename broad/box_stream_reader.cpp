@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/box_stream.h"
-#include "broad/box_stream_format.h"
+#include "cullet/broad/box_stream.h"
+#include "cullet/broad/box_stream_format.h"
 
 #include <cerrno>
 #include <cstring>

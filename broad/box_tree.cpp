@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/box_tree.h"
+#include "cullet/broad/box_tree.h"
 
 #include <algorithm>
 #include <cmath>

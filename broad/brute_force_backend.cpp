@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/brute_force_backend.h"
+#include "cullet/broad/brute_force_backend.h"
 
-#include "broad/pair_diff.h"
+#include "cullet/broad/pair_diff.h"
 
 #include <algorithm>
 #include <limits>

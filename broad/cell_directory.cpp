@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/cell_directory.h"
+#include "cullet/broad/cell_directory.h"
 
 namespace cullet
 {

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/aabb.h"
-#include "broad/cell_source.h"
-#include "broad/uniform_grid.h"
+#include "cullet/broad/aabb.h"
+#include "cullet/broad/cell_source.h"
+#include "cullet/broad/uniform_grid.h"
 
 #include <cstdint>
 #include <memory>

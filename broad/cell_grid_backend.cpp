@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/cell_grid_backend.h"
+#include "cullet/broad/cell_grid_backend.h"
 
 #include <algorithm>
 #include <new>

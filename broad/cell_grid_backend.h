@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/backend.h"
-#include "broad/cell_grid.h"
-#include "broad/held_pairs.h"
+#include "cullet/broad/backend.h"
+#include "cullet/broad/cell_grid.h"
+#include "cullet/broad/held_pairs.h"
 
 #include <cstdint>
 #include <memory>

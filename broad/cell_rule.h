@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/aabb_simd.h"
-#include "broad/row_soa.h"
+#include "cullet/broad/aabb_simd.h"
+#include "cullet/broad/row_soa.h"
 
 namespace cullet
 {

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/flat_backend.h"
+#include "cullet/broad/flat_backend.h"
 
-#include "broad/aabb_simd.h"
-#include "broad/known_rows.h"
+#include "cullet/broad/aabb_simd.h"
+#include "cullet/broad/known_rows.h"
 
 #include <algorithm>
 #include <limits>

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/backend.h"
-#include "broad/flat_kernels.h"
-#include "broad/flat_shells.h"
-#include "broad/key_sort.h"
+#include "cullet/broad/backend.h"
+#include "cullet/broad/flat_kernels.h"
+#include "cullet/broad/flat_shells.h"
+#include "cullet/broad/key_sort.h"
 
 #include <cstdint>
 #include <vector>

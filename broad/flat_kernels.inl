@@ -3,7 +3,7 @@
 //
 // Body of the flat kernels; each including source is compiled for another instruction set. Each value is rounded once,
 // so every width finds the same pairs.
-#include "broad/flat_kernels.h"
+#include "cullet/broad/flat_kernels.h"
 
 #if defined(__SSE2__)
 #include <immintrin.h>
@@ -11,7 +11,7 @@
 
 namespace cullet
 {
-#include "broad/float_lanes.inl"
+#include "cullet/broad/float_lanes.inl"
 
 namespace
 {

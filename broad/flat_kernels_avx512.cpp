@@ -3,7 +3,7 @@
 //
 // Compiled with -mavx512f; entered only where the processor has it.
 #if defined(__x86_64__)
-#include "broad/flat_kernels.inl"
+#include "cullet/broad/flat_kernels.inl"
 
 namespace cullet
 {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/flat_kernels.inl"
+#include "cullet/broad/flat_kernels.inl"
 
 namespace cullet
 {

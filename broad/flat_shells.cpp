@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/flat_shells.h"
+#include "cullet/broad/flat_shells.h"
 
 #include <algorithm>
 

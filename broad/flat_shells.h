@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/aabb_simd.h"
-#include "broad/backend.h"
-#include "broad/row_soa.h"
+#include "cullet/broad/aabb_simd.h"
+#include "cullet/broad/backend.h"
+#include "cullet/broad/row_soa.h"
 
 #include <cstdint>
 #include <vector>

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/backend.h"
-#include "broad/cell_grid_backend.h"
-#include "broad/flat_backend.h"
-#include "broad/row_grid_backend.h"
+#include "cullet/broad/backend.h"
+#include "cullet/broad/cell_grid_backend.h"
+#include "cullet/broad/flat_backend.h"
+#include "cullet/broad/row_grid_backend.h"
 
 #include <limits>
 #include <new>

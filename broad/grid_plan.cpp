@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/grid_plan.h"
+#include "cullet/broad/grid_plan.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/held_pairs.h"
+#include "cullet/broad/held_pairs.h"
 
-#include "broad/known_rows.h"
+#include "cullet/broad/known_rows.h"
 
 #include <algorithm>
 

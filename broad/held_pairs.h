@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/backend.h"
-#include "broad/pair_diff.h"
+#include "cullet/broad/backend.h"
+#include "cullet/broad/pair_diff.h"
 
 #include <cstdint>
 #include <vector>

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/helper_threads.h"
+#include "cullet/broad/helper_threads.h"
 
-#include "broad/task_crew.h"
+#include "cullet/broad/task_crew.h"
 
 #include <algorithm>
 #include <exception>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/wake_word.h"
+#include "cullet/broad/wake_word.h"
 
 #include <array>
 #include <atomic>

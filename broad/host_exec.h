@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/backend.h"
-#include "broad/host_emitters.h"
-#include "broad/psap_buffer.h"
-#include "broad/psap_pairs.h"
-#include "broad/worker_pool.h"
+#include "cullet/broad/backend.h"
+#include "cullet/broad/host_emitters.h"
+#include "cullet/broad/psap_buffer.h"
+#include "cullet/broad/psap_pairs.h"
+#include "cullet/broad/worker_pool.h"
 
 #include <algorithm>
 #include <atomic>

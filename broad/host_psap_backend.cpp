@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/host_exec.h"
-#include "broad/psap_backend.h"
+#include "cullet/broad/host_exec.h"
+#include "cullet/broad/psap_backend.h"
 
 namespace cullet
 {

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/key_sort.h"
+#include "cullet/broad/key_sort.h"
 
-#include "broad/running_sums.h"
-#include "broad/vector_room.h"
+#include "cullet/broad/running_sums.h"
+#include "cullet/broad/vector_room.h"
 
 #include <array>
 

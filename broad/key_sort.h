@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/pair.h"
-#include "broad/worker_pool.h"
+#include "cullet/broad/pair.h"
+#include "cullet/broad/worker_pool.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 //
 // Sorted keys as pairs, without those that are there twice.
-#include "broad/key_sort.h"
-#include "broad/vector_room.h"
+#include "cullet/broad/key_sort.h"
+#include "cullet/broad/vector_room.h"
 
 namespace cullet
 {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/known_rows.h"
+#include "cullet/broad/known_rows.h"
 
 #include <algorithm>
 #include <unordered_map>

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/backend.h"
-#include "broad/pair_diff.h"
-#include "broad/row_soa.h"
+#include "cullet/broad/backend.h"
+#include "cullet/broad/pair_diff.h"
+#include "cullet/broad/row_soa.h"
 
 #include <cstdint>
 #include <limits>

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/le_grand_backend.h"
+#include "cullet/broad/le_grand_backend.h"
 
-#include "broad/cell_grid.h"
+#include "cullet/broad/cell_grid.h"
 
 #include <algorithm>
 #include <new>

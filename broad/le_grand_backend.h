@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/backend.h"
-#include "broad/held_pairs.h"
+#include "cullet/broad/backend.h"
+#include "cullet/broad/held_pairs.h"
 
 #include <cstdint>
 #include <vector>

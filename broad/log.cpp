@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/log.h"
+#include "cullet/broad/log.h"
 
 #include <atomic>
 #include <cstdio>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/api.h"
+#include "cullet/broad/api.h"
 
 namespace cullet
 {

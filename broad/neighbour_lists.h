@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/aabb.h"
-#include "broad/id_pair.h"
-#include "broad/settled_pairs.h"
-#include "broad/sorted_pairs.h"
+#include "cullet/broad/aabb.h"
+#include "cullet/broad/id_pair.h"
+#include "cullet/broad/settled_pairs.h"
+#include "cullet/broad/sorted_pairs.h"
 
 #include <cstdint>
 #include <vector>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/array.h"
-#include "broad/box_memory.h"
+#include "cullet/broad/array.h"
+#include "cullet/broad/box_memory.h"
 
 #include <cstdint>
 

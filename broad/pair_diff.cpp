@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/pair_diff.h"
+#include "cullet/broad/pair_diff.h"
 
 #include <algorithm>
 #include <iterator>

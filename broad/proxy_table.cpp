@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/proxy_table.h"
+#include "cullet/broad/proxy_table.h"
 
-#include "broad/aabb_simd.h"
-#include "broad/vector_room.h"
+#include "cullet/broad/aabb_simd.h"
+#include "cullet/broad/vector_room.h"
 
 #include <algorithm>
 #include <array>

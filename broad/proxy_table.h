@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/aabb.h"
-#include "broad/api.h"
-#include "broad/array.h"
-#include "broad/backend.h"
-#include "broad/box_memory.h"
+#include "cullet/broad/aabb.h"
+#include "cullet/broad/api.h"
+#include "cullet/broad/array.h"
+#include "cullet/broad/backend.h"
+#include "cullet/broad/box_memory.h"
 
 #include <array>
 #include <atomic>

@@ -2,15 +2,15 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/backend.h"
-#include "broad/known_rows.h"
-#include "broad/log.h"
-#include "broad/psap_failure.h"
-#include "broad/psap_held_near.h"
-#include "broad/psap_names.h"
-#include "broad/psap_pipeline.h"
-#include "broad/psap_row_memory.h"
-#include "broad/psap_update_memory.h"
+#include "cullet/broad/backend.h"
+#include "cullet/broad/known_rows.h"
+#include "cullet/broad/log.h"
+#include "cullet/broad/psap_failure.h"
+#include "cullet/broad/psap_held_near.h"
+#include "cullet/broad/psap_names.h"
+#include "cullet/broad/psap_pipeline.h"
+#include "cullet/broad/psap_row_memory.h"
+#include "cullet/broad/psap_update_memory.h"
 
 #include <algorithm>
 #include <cstdint>

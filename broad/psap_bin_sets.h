@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/psap_row_bins.h"
+#include "cullet/broad/psap_row_bins.h"
 
 #include <cstdint>
 

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/aabb.h"
-#include "broad/host_device.h"
-#include "broad/id_pair.h"
+#include "cullet/broad/aabb.h"
+#include "cullet/broad/host_device.h"
+#include "cullet/broad/id_pair.h"
 
 #include <cmath>
 #include <cstdint>

@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/psap_kernels.h"
-#include "broad/psap_principal.h"
-#include "broad/psap_search_input.h"
-#include "broad/psap_second_level.h"
-#include "broad/psap_shifted.h"
+#include "cullet/broad/psap_kernels.h"
+#include "cullet/broad/psap_principal.h"
+#include "cullet/broad/psap_search_input.h"
+#include "cullet/broad/psap_second_level.h"
+#include "cullet/broad/psap_shifted.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/host_device.h"
-#include "broad/id_pair.h"
-#include "broad/pair.h"
-#include "broad/psap_pairs.h"
+#include "cullet/broad/host_device.h"
+#include "cullet/broad/id_pair.h"
+#include "cullet/broad/pair.h"
+#include "cullet/broad/psap_pairs.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/delta_counts.h"
-#include "broad/psap_near_pairs.h"
-#include "broad/psap_pipeline.h"
+#include "cullet/broad/delta_counts.h"
+#include "cullet/broad/psap_near_pairs.h"
+#include "cullet/broad/psap_pipeline.h"
 
 #include <algorithm>
 #include <cstdint>

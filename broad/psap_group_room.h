@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/psap_rows.h"
-#include "broad/psap_shared_memory.h"
+#include "cullet/broad/psap_rows.h"
+#include "cullet/broad/psap_shared_memory.h"
 
 #include <cstdint>
 

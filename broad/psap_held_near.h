@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/psap_held_steps.h"
-#include "broad/psap_near_pairs.h"
-#include "broad/psap_row_steps.h"
+#include "cullet/broad/psap_held_steps.h"
+#include "cullet/broad/psap_near_pairs.h"
+#include "cullet/broad/psap_row_steps.h"
 
 #include <cstdint>
 #include <utility>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/backend.h"
-#include "broad/psap_change_steps.h"
+#include "cullet/broad/backend.h"
+#include "cullet/broad/psap_change_steps.h"
 
 #include <algorithm>
 #include <cstdint>

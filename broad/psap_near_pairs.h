@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/psap_failure.h"
-#include "broad/psap_near_policy.h"
-#include "broad/psap_near_steps.h"
-#include "broad/psap_row_bins.h"
+#include "cullet/broad/psap_failure.h"
+#include "cullet/broad/psap_near_policy.h"
+#include "cullet/broad/psap_near_steps.h"
+#include "cullet/broad/psap_row_bins.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/psap_near_policy.h"
+#include "cullet/broad/psap_near_policy.h"
 
 #include <algorithm>
 #include <cstddef>

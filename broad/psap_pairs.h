@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/aabb.h"
-#include "broad/backend.h"
-#include "broad/host_device.h"
-#include "broad/psap_boxes.h"
-#include "broad/row_soa.h"
+#include "cullet/broad/aabb.h"
+#include "cullet/broad/backend.h"
+#include "cullet/broad/host_device.h"
+#include "cullet/broad/psap_boxes.h"
+#include "cullet/broad/row_soa.h"
 
 #include <cstdint>
 

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/psap_bin_search.h"
-#include "broad/psap_cell_search.h"
-#include "broad/psap_row_search.h"
-#include "broad/psap_tile_search.h"
+#include "cullet/broad/psap_bin_search.h"
+#include "cullet/broad/psap_cell_search.h"
+#include "cullet/broad/psap_row_search.h"
+#include "cullet/broad/psap_tile_search.h"
 
 #include <cstdint>
 

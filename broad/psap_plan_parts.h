@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/psap_search_input.h"
+#include "cullet/broad/psap_search_input.h"
 
 #include <algorithm>
 #include <cstdint>

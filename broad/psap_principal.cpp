@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/psap_principal.h"
+#include "cullet/broad/psap_principal.h"
 
 #include <Eigen/Eigenvalues>
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/psap_rows.h"
+#include "cullet/broad/psap_rows.h"
 
 #include <cstdint>
 #include <type_traits>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/psap_group_room.h"
-#include "broad/psap_rows.h"
+#include "cullet/broad/psap_group_room.h"
+#include "cullet/broad/psap_rows.h"
 
 #include <cstdint>
 #include <type_traits>

@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/backend.h"
-#include "broad/part_order.h"
-#include "broad/psap_row_staging.h"
-#include "broad/psap_row_steps.h"
-#include "broad/worker_pool.h"
+#include "cullet/broad/backend.h"
+#include "cullet/broad/part_order.h"
+#include "cullet/broad/psap_row_staging.h"
+#include "cullet/broad/psap_row_steps.h"
+#include "cullet/broad/worker_pool.h"
 
 #include <algorithm>
 #include <cstdint>

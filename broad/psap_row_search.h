@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/psap_row_groups.h"
-#include "broad/psap_row_planner.h"
-#include "broad/psap_rows.h"
+#include "cullet/broad/psap_row_groups.h"
+#include "cullet/broad/psap_row_planner.h"
+#include "cullet/broad/psap_rows.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/psap_pairs.h"
-#include "broad/psap_row_plan.h"
+#include "cullet/broad/psap_pairs.h"
+#include "cullet/broad/psap_row_plan.h"
 
 #include <cstdint>
 

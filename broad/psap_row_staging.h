@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/backend.h"
-#include "broad/prefetch_box.h"
+#include "cullet/broad/backend.h"
+#include "cullet/broad/prefetch_box.h"
 
 #include <algorithm>
 #include <cstdint>

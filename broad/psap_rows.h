@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/psap_row_sort.h"
+#include "cullet/broad/psap_row_sort.h"
 
 #include <cstdint>
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/psap_kernels.h"
+#include "cullet/broad/psap_kernels.h"
 
 #include <cstdint>
 

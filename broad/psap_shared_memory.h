@@ -4,7 +4,7 @@
 
 #ifdef __CUDACC__
 
-#include "broad/id_pair.h"
+#include "cullet/broad/id_pair.h"
 
 #include <cstdint>
 

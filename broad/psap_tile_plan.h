@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/psap_statistics.h"
-#include "broad/psap_tiles.h"
+#include "cullet/broad/psap_statistics.h"
+#include "cullet/broad/psap_tiles.h"
 
 #include <cmath>
 #include <cstdint>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/psap_plan_parts.h"
-#include "broad/psap_tile_plan.h"
+#include "cullet/broad/psap_plan_parts.h"
+#include "cullet/broad/psap_tile_plan.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/psap_bin_sets.h"
-#include "broad/psap_tile_planner.h"
+#include "cullet/broad/psap_bin_sets.h"
+#include "cullet/broad/psap_tile_planner.h"
 
 #include <algorithm>
 #include <cstdint>

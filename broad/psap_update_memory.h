@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/psap_pairs.h"
+#include "cullet/broad/psap_pairs.h"
 
 #include <algorithm>
 #include <cstdint>

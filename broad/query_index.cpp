@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/query_index.h"
+#include "cullet/broad/query_index.h"
 
-#include "broad/query_trees.h"
+#include "cullet/broad/query_trees.h"
 
 #include <algorithm>
 #include <atomic>

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/aabb.h"
-#include "broad/proxy_table.h"
-#include "broad/query_kernels.h"
+#include "cullet/broad/aabb.h"
+#include "cullet/broad/proxy_table.h"
+#include "cullet/broad/query_kernels.h"
 
 #include <cstdint>
 #include <memory>

@@ -4,8 +4,8 @@
 // The body of the query kernels, included once per instruction set by a translation unit that is compiled for it and
 // names its table in CULLET_QUERY_KERNELS. Everything here has internal linkage and calls no inline function of
 // another header: the linker could otherwise keep a copy with instructions that the machine lacks.
-#include "broad/float8.inl"
-#include "broad/query_kernels.h"
+#include "cullet/broad/float8.inl"
+#include "cullet/broad/query_kernels.h"
 
 #include <cstdint>
 

@@ -3,4 +3,4 @@
 
 // Compiled with -mavx2 where the compiler knows it.
 #define CULLET_QUERY_KERNELS kQueryKernelsAvx2
-#include "broad/query_kernels.inl"
+#include "cullet/broad/query_kernels.inl"

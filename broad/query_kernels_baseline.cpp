@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 #define CULLET_QUERY_KERNELS kQueryKernelsBaseline
-#include "broad/query_kernels.inl"
+#include "cullet/broad/query_kernels.inl"
 
 namespace cullet
 {

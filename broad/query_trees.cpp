@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/query_trees.h"
+#include "cullet/broad/query_trees.h"
 
 #include <algorithm>
 

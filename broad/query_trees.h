@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/array.h"
-#include "broad/box_tree.h"
-#include "broad/proxy_table.h"
+#include "cullet/broad/array.h"
+#include "cullet/broad/box_tree.h"
+#include "cullet/broad/proxy_table.h"
 
 #include <atomic>
 #include <cstdint>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/row_builder.h"
+#include "cullet/broad/row_builder.h"
 
 #include <algorithm>
 #include <cmath>

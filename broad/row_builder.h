@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/aabb.h"
-#include "broad/row_soa.h"
+#include "cullet/broad/aabb.h"
+#include "cullet/broad/row_soa.h"
 
 #include <cstdint>
 #include <vector>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/row_directory.h"
+#include "cullet/broad/row_directory.h"
 
 namespace cullet
 {

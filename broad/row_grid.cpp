@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/row_grid.h"
+#include "cullet/broad/row_grid.h"
 
-#include "broad/aabb_simd.h"
+#include "cullet/broad/aabb_simd.h"
 
 #include <algorithm>
 #include <utility>

@@ -2,16 +2,16 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/aabb.h"
-#include "broad/aabb_simd.h"
-#include "broad/backend.h"
-#include "broad/cell_rule.h"
-#include "broad/cell_source.h"
-#include "broad/grid_plan.h"
-#include "broad/row_builder.h"
-#include "broad/row_directory.h"
-#include "broad/row_soa.h"
-#include "broad/worker_pool.h"
+#include "cullet/broad/aabb.h"
+#include "cullet/broad/aabb_simd.h"
+#include "cullet/broad/backend.h"
+#include "cullet/broad/cell_rule.h"
+#include "cullet/broad/cell_source.h"
+#include "cullet/broad/grid_plan.h"
+#include "cullet/broad/row_builder.h"
+#include "cullet/broad/row_directory.h"
+#include "cullet/broad/row_soa.h"
+#include "cullet/broad/worker_pool.h"
 
 #include <array>
 #include <cstdint>

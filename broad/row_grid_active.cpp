@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 //
 // Settled mode: boxes that left their shells, among themselves and with those that are in no row.
-#include "broad/row_grid_backend.h"
-#include "broad/row_grid_sinks.h"
+#include "cullet/broad/row_grid_backend.h"
+#include "cullet/broad/row_grid_sinks.h"
 
 #include <algorithm>
 

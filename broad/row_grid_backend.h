@@ -2,17 +2,17 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/aabb_simd.h"
-#include "broad/backend.h"
-#include "broad/huge_vector.h"
-#include "broad/key_sort.h"
-#include "broad/neighbour_lists.h"
-#include "broad/pair_set.h"
-#include "broad/row_grid.h"
-#include "broad/settle_policy.h"
-#include "broad/settled_pairs.h"
-#include "broad/sorted_pairs.h"
-#include "broad/worker_pool.h"
+#include "cullet/broad/aabb_simd.h"
+#include "cullet/broad/backend.h"
+#include "cullet/broad/huge_vector.h"
+#include "cullet/broad/key_sort.h"
+#include "cullet/broad/neighbour_lists.h"
+#include "cullet/broad/pair_set.h"
+#include "cullet/broad/row_grid.h"
+#include "cullet/broad/settle_policy.h"
+#include "cullet/broad/settled_pairs.h"
+#include "cullet/broad/sorted_pairs.h"
+#include "cullet/broad/worker_pool.h"
 
 #include <cmath>
 #include <cstdint>

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 //
 // Boxes come into the cells of the row grid: each is located, inserted into the list of a task and counted.
-#include "broad/aabb_simd.h"
-#include "broad/cell_rule.h"
-#include "broad/row_grid.h"
+#include "cullet/broad/aabb_simd.h"
+#include "cullet/broad/cell_rule.h"
+#include "cullet/broad/row_grid.h"
 
 #include <algorithm>
 #include <cstring>

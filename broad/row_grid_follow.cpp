@@ -4,8 +4,8 @@
 // Rows that are kept from update to update. Most boxes stay in their cells and nearly in their order, so that neither
 // the directory nor a sort is needed: rows are read in the order of the last update, boxes that left a cell are dropped
 // on the way, and only the few that came into another one are inserted by hash.
-#include "broad/cell_rule.h"
-#include "broad/row_grid.h"
+#include "cullet/broad/cell_rule.h"
+#include "cullet/broad/row_grid.h"
 
 #include <algorithm>
 #include <cstring>

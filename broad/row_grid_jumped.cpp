@@ -3,7 +3,7 @@
 //
 // Updates of the moving mode in which most boxes jumped. Hardly a pair outlives them, so that comparing two sorted lists
 // of pairs costs less than looking each of them up in the boxes of before and of now.
-#include "broad/row_grid_backend.h"
+#include "cullet/broad/row_grid_backend.h"
 
 #include <algorithm>
 #include <utility>

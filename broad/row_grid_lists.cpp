@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 //
 // Settled mode: the neighbours of boxes that left their shells, among those that rest.
-#include "broad/prefetch_box.h"
-#include "broad/row_grid_backend.h"
+#include "cullet/broad/prefetch_box.h"
+#include "cullet/broad/row_grid_backend.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 //
 // Moving mode: what each thread finds out about pairs, and how it is brought together.
-#include "broad/row_grid_backend.h"
-#include "broad/vector_room.h"
+#include "cullet/broad/row_grid_backend.h"
+#include "cullet/broad/vector_room.h"
 
 namespace cullet
 {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 //
 // When the plan of a row grid is made, and made anew.
-#include "broad/row_grid.h"
+#include "cullet/broad/row_grid.h"
 
 #include <algorithm>
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 //
 // The rows of the last scan, asked about single boxes.
-#include "broad/row_grid.h"
+#include "cullet/broad/row_grid.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 //
 // How far the boxes of the moving mode reach into the cells of the grid, and what is known of single motions.
-#include "broad/motion_octaves.h"
-#include "broad/row_grid_backend.h"
+#include "cullet/broad/motion_octaves.h"
+#include "cullet/broad/row_grid_backend.h"
 
 #include <algorithm>
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/known_rows.h"
-#include "broad/row_grid_backend.h"
-#include "broad/row_grid_sinks.h"
+#include "cullet/broad/known_rows.h"
+#include "cullet/broad/row_grid_backend.h"
+#include "cullet/broad/row_grid_sinks.h"
 
 #include <algorithm>
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 //
 // The ids that the tasks of a filling pass put into rows are brought together by row.
-#include "broad/row_grid.h"
+#include "cullet/broad/row_grid.h"
 
 #include <algorithm>
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 //
 // Settled mode: boxes in their shells, and the pairs of them that may change.
-#include "broad/row_grid_backend.h"
+#include "cullet/broad/row_grid_backend.h"
 
 #include <algorithm>
 #include <array>

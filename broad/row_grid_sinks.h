@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/row_grid.h"
+#include "cullet/broad/row_grid.h"
 
 #include <vector>
 

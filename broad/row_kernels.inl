@@ -3,9 +3,9 @@
 //
 // Body of the row kernels; each including source is compiled for another instruction set. Comparisons and single
 // subtractions are all that is computed, so every width finds the same pairs.
-#include "broad/cell_rule.h"
-#include "broad/row_soa.h"
-#include "broad/running_sums.h"
+#include "cullet/broad/cell_rule.h"
+#include "cullet/broad/row_soa.h"
+#include "cullet/broad/running_sums.h"
 
 #include <algorithm>
 #include <cstring>
@@ -17,7 +17,7 @@
 
 namespace cullet
 {
-#include "broad/float_lanes.inl"
+#include "cullet/broad/float_lanes.inl"
 
 namespace
 {

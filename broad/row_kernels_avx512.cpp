@@ -3,9 +3,9 @@
 //
 // Compiled with -mavx512f; entered only where the processor has it.
 #if defined(__x86_64__)
-#include "broad/box_motion.inl"
-#include "broad/row_kernels.inl"
-#include "broad/shell_kernels.inl"
+#include "cullet/broad/box_motion.inl"
+#include "cullet/broad/row_kernels.inl"
+#include "cullet/broad/shell_kernels.inl"
 
 namespace cullet
 {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/box_motion.inl"
-#include "broad/row_kernels.inl"
-#include "broad/shell_kernels.inl"
+#include "cullet/broad/box_motion.inl"
+#include "cullet/broad/row_kernels.inl"
+#include "cullet/broad/shell_kernels.inl"
 
 namespace cullet
 {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/sap_backend.h"
+#include "cullet/broad/sap_backend.h"
 
-#include "broad/known_rows.h"
+#include "cullet/broad/known_rows.h"
 
 #include <algorithm>
 #include <new>

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/backend.h"
-#include "broad/pair_set.h"
-#include "broad/sap_limits.h"
+#include "cullet/broad/backend.h"
+#include "cullet/broad/pair_set.h"
+#include "cullet/broad/sap_limits.h"
 
 #include <array>
 #include <cstdint>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/sap_limits.h"
+#include "cullet/broad/sap_limits.h"
 
 #include <algorithm>
 

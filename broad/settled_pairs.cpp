@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/settled_pairs.h"
+#include "cullet/broad/settled_pairs.h"
 
 #include <algorithm>
 #include <limits>

@@ -3,8 +3,8 @@
 //
 // Boxes that rest, and pairs of them that may change; compiled for each instruction set, after row_kernels.inl. Whoever seems
 // to have changed is looked at again, so that every width tells the same.
-#include "broad/aabb_simd.h"
-#include "broad/row_soa.h"
+#include "cullet/broad/aabb_simd.h"
+#include "cullet/broad/row_soa.h"
 
 namespace cullet
 {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/task_crew.h"
+#include "cullet/broad/task_crew.h"
 
 #include <thread>
 #include <utility>

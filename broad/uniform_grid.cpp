@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/uniform_grid.h"
+#include "cullet/broad/uniform_grid.h"
 
 #include <cmath>
 

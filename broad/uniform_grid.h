@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/aabb.h"
-#include "broad/cell_directory.h"
-#include "broad/pair_counts.h"
+#include "cullet/broad/aabb.h"
+#include "cullet/broad/cell_directory.h"
+#include "cullet/broad/pair_counts.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/helper_threads.h"
-#include "broad/task_crew.h"
+#include "cullet/broad/helper_threads.h"
+#include "cullet/broad/task_crew.h"
 
 #include <algorithm>
 #include <cstddef>

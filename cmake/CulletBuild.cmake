@@ -63,10 +63,7 @@ if(CULLET_WERROR)
         "$<$<COMPILE_LANGUAGE:CUDA>:-Werror=all-warnings;-Xcompiler=-Werror>")
 endif()
 
-# <cullet/plugin/broadphase.h>, the spelling after install, works in the build tree too: a link named cullet stands for
-# the source folder.
-file(MAKE_DIRECTORY "${PROJECT_BINARY_DIR}/include")
-file(CREATE_LINK "${PROJECT_SOURCE_DIR}" "${PROJECT_BINARY_DIR}/include/cullet" SYMBOLIC)
+include(CulletIncludes)
 
 # cullet_library_defaults(<target> [PUBLIC|INTERFACE])
 function(cullet_library_defaults target)
@@ -79,10 +76,8 @@ function(cullet_library_defaults target)
     endif()
     target_compile_features(${target} ${scope} cxx_std_17)
     target_include_directories(${target} ${scope}
-        "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}>"
-        "$<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/include>"
-        "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>"
-        "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/cullet>")
+        "$<BUILD_INTERFACE:${CULLET_INCLUDE_DIR}>"
+        "$<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>")
 endfunction()
 
 # cullet_public_headers(<header>...): what users may include, of the current folder. Listed without those of the folder that

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/psap_failure.h"
-#include "cuda/cuda_error.h"
-#include "cuda/device_buffer.h"
+#include "cullet/broad/psap_failure.h"
+#include "cullet/cuda/cuda_error.h"
+#include "cullet/cuda/device_buffer.h"
 
 #include <cub/version.cuh>
 

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-#include "cuda/cuda_device.h"
-#include "cuda/cuda_error.h"
-#include "cuda/device_words.h"
+#include "cullet/cuda/cuda_device.h"
+#include "cullet/cuda/cuda_error.h"
+#include "cullet/cuda/device_words.h"
 
 #include <cuda_runtime_api.h>
 

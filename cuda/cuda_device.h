@@ -3,7 +3,7 @@
 
 #pragma once
 
-#include "broad/psap_failure.h"
+#include "cullet/broad/psap_failure.h"
 
 #include <new>
 #include <string>

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/psap_failure.h"
-#include "cuda/cuda_error.h"
-#include "cuda/cuda_fault.h"
+#include "cullet/broad/psap_failure.h"
+#include "cullet/cuda/cuda_error.h"
+#include "cullet/cuda/cuda_fault.h"
 
 #include <atomic>
 

@@ -2,20 +2,20 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/psap_pairs.h"
-#include "cuda/cub_scratch.cuh"
-#include "cuda/cuda_error.h"
-#include "cuda/device_buffer.h"
-#include "cuda/event_mark.h"
-#include "cuda/launch.cuh"
-#include "cuda/page_locks.h"
-#include "cuda/part_stream.h"
-#include "cuda/scan_kernel.cuh"
-#include "cuda/sent_kernels.cuh"
-#include "cuda/side_stream.h"
-#include "cuda/stage_clock.h"
-#include "cuda/step_kernels.cuh"
-#include "cuda/tile_kernels.cuh"
+#include "cullet/broad/psap_pairs.h"
+#include "cullet/cuda/cub_scratch.cuh"
+#include "cullet/cuda/cuda_error.h"
+#include "cullet/cuda/device_buffer.h"
+#include "cullet/cuda/event_mark.h"
+#include "cullet/cuda/launch.cuh"
+#include "cullet/cuda/page_locks.h"
+#include "cullet/cuda/part_stream.h"
+#include "cullet/cuda/scan_kernel.cuh"
+#include "cullet/cuda/sent_kernels.cuh"
+#include "cullet/cuda/side_stream.h"
+#include "cullet/cuda/stage_clock.h"
+#include "cullet/cuda/step_kernels.cuh"
+#include "cullet/cuda/tile_kernels.cuh"
 
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/psap_buffer.h"
-#include "cuda/cuda_error.h"
+#include "cullet/broad/psap_buffer.h"
+#include "cullet/cuda/cuda_error.h"
 
 #include <cuda_runtime_api.h>
 

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/psap_delta_search.h"
-#include "broad/psap_pipeline.h"
-#include "cuda/cuda_device.h"
-#include "cuda/cuda_exec.cuh"
-#include "cuda/device_pairs.h"
-#include "cuda/recorded_launches.cuh"
+#include "cullet/broad/psap_delta_search.h"
+#include "cullet/broad/psap_pipeline.h"
+#include "cullet/cuda/cuda_device.h"
+#include "cullet/cuda/cuda_exec.cuh"
+#include "cullet/cuda/device_pairs.h"
+#include "cullet/cuda/recorded_launches.cuh"
 
 #include <new>
 #include <utility>

@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/aabb.h"
-#include "broad/api.h"
-#include "broad/backend.h"
-#include "broad/delta_counts.h"
-#include "broad/id_pair.h"
+#include "cullet/broad/aabb.h"
+#include "cullet/broad/api.h"
+#include "cullet/broad/backend.h"
+#include "cullet/broad/delta_counts.h"
+#include "cullet/broad/id_pair.h"
 
 #include <cstdint>
 #include <memory>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cuda/device_words.h"
+#include "cullet/cuda/device_words.h"
 
 namespace cullet
 {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/box_memory.h"
-#include "cuda/cuda_error.h"
-#include "cuda/page_locks.h"
+#include "cullet/broad/box_memory.h"
+#include "cullet/cuda/cuda_error.h"
+#include "cullet/cuda/page_locks.h"
 
 #include <cuda_runtime_api.h>
 

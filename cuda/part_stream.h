@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cuda/cuda_error.h"
+#include "cullet/cuda/cuda_error.h"
 
 #include <cuda_runtime_api.h>
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/psap_backend.h"
-#include "cuda/cuda_device.h"
-#include "cuda/cuda_exec.cuh"
+#include "cullet/broad/psap_backend.h"
+#include "cullet/cuda/cuda_device.h"
+#include "cullet/cuda/cuda_exec.cuh"
 
 #include <memory>
 #include <string>

@@ -3,8 +3,8 @@
 
 // Takes the place of the CUDA sources in a build without CUDA.
 
-#include "broad/backend.h"
-#include "cuda/device_pairs.h"
+#include "cullet/broad/backend.h"
+#include "cullet/cuda/device_pairs.h"
 
 #include <cstddef>
 #include <memory>

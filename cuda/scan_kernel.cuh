@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cuda/warp_scan.cuh"
+#include "cullet/cuda/warp_scan.cuh"
 
 #include <cstdint>
 

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/psap_pairs.h"
-#include "cuda/together_emitter.cuh"
+#include "cullet/broad/psap_pairs.h"
+#include "cullet/cuda/together_emitter.cuh"
 
 #include <cstdint>
 

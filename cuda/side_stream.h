@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cuda/cuda_error.h"
-#include "cuda/event_mark.h"
+#include "cullet/cuda/cuda_error.h"
+#include "cullet/cuda/event_mark.h"
 
 #include <cuda_runtime_api.h>
 

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/psap_pairs.h"
-#include "cuda/launch.cuh"
-#include "cuda/together_emitter.cuh"
+#include "cullet/broad/psap_pairs.h"
+#include "cullet/cuda/launch.cuh"
+#include "cullet/cuda/together_emitter.cuh"
 
 #include <cstdint>
 #include <type_traits>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/psap_tile_search.h"
-#include "cuda/together_emitter.cuh"
+#include "cullet/broad/psap_tile_search.h"
+#include "cullet/cuda/together_emitter.cuh"
 
 #include <cub/block/block_scan.cuh>
 

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/psap_pairs.h"
-#include "broad/psap_shared_memory.h"
-#include "cuda/warp_scan.cuh"
+#include "cullet/broad/psap_pairs.h"
+#include "cullet/broad/psap_shared_memory.h"
+#include "cullet/cuda/warp_scan.cuh"
 
 #include <cstdint>
 #include <type_traits>

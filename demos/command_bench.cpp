@@ -1,18 +1,18 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/command_bench.h"
+#include "cullet/demos/command_bench.h"
 
-#include "demos/bench/event_scenes.h"
-#include "demos/bench/frames_bench.h"
-#include "demos/bench/named_backends.h"
-#include "demos/bench/world_bench.h"
-#include "demos/program/exit_code.h"
-#include "demos/program/interrupt.h"
-#include "demos/program/machine.h"
-#include "demos/program/precision.h"
-#include "demos/rivals/rival.h"
-#include "demos/scene_arguments.h"
-#include "demos/scenes/box_scene.h"
+#include "cullet/demos/bench/event_scenes.h"
+#include "cullet/demos/bench/frames_bench.h"
+#include "cullet/demos/bench/named_backends.h"
+#include "cullet/demos/bench/world_bench.h"
+#include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/program/interrupt.h"
+#include "cullet/demos/program/machine.h"
+#include "cullet/demos/program/precision.h"
+#include "cullet/demos/rivals/rival.h"
+#include "cullet/demos/scene_arguments.h"
+#include "cullet/demos/scenes/box_scene.h"
 
 #include <algorithm>
 #include <cstdio>

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/argument_checks.h"
-#include "demos/commands.h"
-#include "demos/program/precision.h"
+#include "cullet/demos/argument_checks.h"
+#include "cullet/demos/commands.h"
+#include "cullet/demos/program/precision.h"
 
 #include <string>
 

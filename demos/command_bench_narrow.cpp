@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/narrow_bench.h"
-#include "demos/command_bench.h"
-#include "demos/program/exit_code.h"
-#include "demos/program/interrupt.h"
+#include "cullet/demos/bench/narrow_bench.h"
+#include "cullet/demos/command_bench.h"
+#include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/program/interrupt.h"
 
 #include <algorithm>
 #include <cstdio>

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/command_bench.h"
-#include "demos/figures/figure.h"
-#include "demos/figures/plots.h"
-#include "demos/program/exit_code.h"
-#include "demos/program/interrupt.h"
+#include "cullet/demos/command_bench.h"
+#include "cullet/demos/figures/figure.h"
+#include "cullet/demos/figures/plots.h"
+#include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/program/interrupt.h"
 
 #include <cstdio>
 #include <filesystem>

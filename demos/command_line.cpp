@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/commands.h"
-#include "demos/program/exit_code.h"
-#include "demos/program/interrupt.h"
-#include "demos/program/precision.h"
+#include "cullet/demos/commands.h"
+#include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/program/interrupt.h"
+#include "cullet/demos/program/precision.h"
 
 #include <CLI/CLI.hpp>
 #include <cstdio>

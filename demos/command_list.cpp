@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/event_scenes.h"
-#include "demos/bench/subject.h"
-#include "demos/commands.h"
-#include "demos/program/exit_code.h"
-#include "demos/program/result_file.h"
-#include "demos/scenes/box_scene.h"
-#include "demos/scenes/world_scene.h"
+#include "cullet/demos/bench/event_scenes.h"
+#include "cullet/demos/bench/subject.h"
+#include "cullet/demos/commands.h"
+#include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/program/result_file.h"
+#include "cullet/demos/scenes/box_scene.h"
+#include "cullet/demos/scenes/world_scene.h"
 
 #include <CLI/CLI.hpp>
 #include <cstdio>

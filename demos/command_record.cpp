@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/command_bench.h"
-#include "demos/commands.h"
-#include "demos/program/exit_code.h"
-#include "demos/program/interrupt.h"
-#include "demos/program/progress.h"
-#include "demos/program/result_file.h"
-#include "demos/scene_arguments.h"
-#include "plugin/recording_broadphase.h"
+#include "cullet/demos/command_bench.h"
+#include "cullet/demos/commands.h"
+#include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/program/interrupt.h"
+#include "cullet/demos/program/progress.h"
+#include "cullet/demos/program/result_file.h"
+#include "cullet/demos/scene_arguments.h"
+#include "cullet/plugin/recording_broadphase.h"
 
 #include <cstdio>
 #include <filesystem>

@@ -1,17 +1,17 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/argument_checks.h"
-#include "demos/command_bench.h"
-#include "demos/commands.h"
-#include "demos/program/exit_code.h"
-#include "demos/program/interrupt.h"
-#include "demos/program/progress.h"
-#include "demos/program/result_file.h"
-#include "demos/render/animation.h"
-#include "demos/render/gltf.h"
-#include "demos/render/painter.h"
-#include "demos/render/recording_film.h"
-#include "demos/scene_arguments.h"
+#include "cullet/demos/argument_checks.h"
+#include "cullet/demos/command_bench.h"
+#include "cullet/demos/commands.h"
+#include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/program/interrupt.h"
+#include "cullet/demos/program/progress.h"
+#include "cullet/demos/program/result_file.h"
+#include "cullet/demos/render/animation.h"
+#include "cullet/demos/render/gltf.h"
+#include "cullet/demos/render/painter.h"
+#include "cullet/demos/render/recording_film.h"
+#include "cullet/demos/scene_arguments.h"
 
 #include <cstdio>
 #include <cstdlib>

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/command_bench.h"
-#include "demos/commands.h"
-#include "demos/program/exit_code.h"
-#include "demos/program/interrupt.h"
-#include "demos/program/machine.h"
-#include "demos/recording/replay.h"
-#include "demos/replay_arguments.h"
+#include "cullet/demos/command_bench.h"
+#include "cullet/demos/commands.h"
+#include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/program/interrupt.h"
+#include "cullet/demos/program/machine.h"
+#include "cullet/demos/recording/replay.h"
+#include "cullet/demos/replay_arguments.h"
 
 #include <cstdio>
 #include <memory>

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/argument_checks.h"
-#include "demos/commands.h"
-#include "demos/drop/drop_report.h"
-#include "demos/program/exit_code.h"
-#include "demos/program/machine.h"
-#include "demos/scene_arguments.h"
+#include "cullet/demos/argument_checks.h"
+#include "cullet/demos/commands.h"
+#include "cullet/demos/drop/drop_report.h"
+#include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/program/machine.h"
+#include "cullet/demos/scene_arguments.h"
 
 #include <algorithm>
 #include <cstdio>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/aabb.h"
-#include "demos/bench/cuda_timing.h"
+#include "cullet/broad/aabb.h"
+#include "cullet/demos/bench/cuda_timing.h"
 
 #include <cuda_runtime.h>
 

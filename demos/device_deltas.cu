@@ -8,8 +8,8 @@
 // fetched and nobody waits, but every tenth frame to print something; then all neighbours are counted anew as well, to
 // see that nothing was lost.
 
-#include "cuda/device_pairs.h"
-#include "demos/device_balls.cuh"
+#include "cullet/cuda/device_pairs.h"
+#include "cullet/demos/device_balls.cuh"
 
 #include <cmath>
 #include <cstdio>

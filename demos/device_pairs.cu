@@ -7,8 +7,8 @@
 // finds the overlapping pairs, and another kernel counts the neighbours of each ball from them. All of it is put on one
 // stream; nothing but the number of pairs ever comes to the CPU. cullet_device_deltas does without that too.
 
-#include "cuda/device_pairs.h"
-#include "demos/device_balls.cuh"
+#include "cullet/cuda/device_pairs.h"
+#include "cullet/demos/device_balls.cuh"
 
 #include <cmath>
 #include <cstdio>

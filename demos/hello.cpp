@@ -3,7 +3,7 @@
 
 // A Bullet program with cullet: a pile of boxes falls on a plane. Against stock Bullet two lines differ, marked with (*).
 
-#include "plugin/broadphase.h"  // (*) <cullet/plugin/broadphase.h> outside of this source tree
+#include "cullet/plugin/broadphase.h"  // (*) <cullet/plugin/broadphase.h> outside of this source tree
 
 #include <btBulletDynamicsCommon.h>
 

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/argument_checks.h"
-#include "demos/commands.h"
-#include "demos/program/precision.h"
-#include "demos/recording/replay.h"
+#include "cullet/demos/argument_checks.h"
+#include "cullet/demos/commands.h"
+#include "cullet/demos/program/precision.h"
+#include "cullet/demos/recording/replay.h"
 
 // The options that replay and verify share.
 namespace cullet

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scene_arguments.h"
+#include "cullet/demos/scene_arguments.h"
 
-#include "demos/argument_checks.h"
-#include "demos/commands.h"
-#include "demos/program/exit_code.h"
+#include "cullet/demos/argument_checks.h"
+#include "cullet/demos/commands.h"
+#include "cullet/demos/program/exit_code.h"
 
 #include <cstdio>
 #include <filesystem>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/program/precision.h"
-#include "demos/scenes/world_scene.h"
+#include "cullet/demos/program/precision.h"
+#include "cullet/demos/scenes/world_scene.h"
 
 #include <CLI/CLI.hpp>
 #include <string>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/lanes.h"
+#include "cullet/narrow/lanes.h"
 
 #include <Eigen/Core>
 

@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/cone_edges.h"
-#include "narrow/gjk_types.h"
-#include "narrow/lanes.h"
-#include "narrow/placement.h"
-#include "narrow/posed_hull.h"
-#include "narrow/support.h"
+#include "cullet/narrow/cone_edges.h"
+#include "cullet/narrow/gjk_types.h"
+#include "cullet/narrow/lanes.h"
+#include "cullet/narrow/placement.h"
+#include "cullet/narrow/posed_hull.h"
+#include "cullet/narrow/support.h"
 
 #include <Eigen/Core>
 

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/hull_pair.h"
-#include "narrow/lanes.h"
+#include "cullet/narrow/hull_pair.h"
+#include "cullet/narrow/lanes.h"
 
 #include <algorithm>
 #include <array>

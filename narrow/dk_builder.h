@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/debug_containers.h"
-#include "narrow/dk_hierarchy.h"
-#include "narrow/exact_orientation.h"
+#include "cullet/narrow/debug_containers.h"
+#include "cullet/narrow/dk_hierarchy.h"
+#include "cullet/narrow/exact_orientation.h"
 
 #include <Eigen/Geometry>
 

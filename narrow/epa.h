@@ -2,18 +2,18 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/depth_memory.h"
-#include "narrow/exact_penetration.h"
-#include "narrow/feature_pair.h"
-#include "narrow/gjk.h"
-#include "narrow/gjk_search.h"
-#include "narrow/gjk_types.h"
-#include "narrow/level_corner.h"
-#include "narrow/moved_shape.h"
-#include "narrow/penetration_result.h"
-#include "narrow/polytope.h"
-#include "narrow/remembered_surface.h"
-#include "narrow/unit_vector.h"
+#include "cullet/narrow/depth_memory.h"
+#include "cullet/narrow/exact_penetration.h"
+#include "cullet/narrow/feature_pair.h"
+#include "cullet/narrow/gjk.h"
+#include "cullet/narrow/gjk_search.h"
+#include "cullet/narrow/gjk_types.h"
+#include "cullet/narrow/level_corner.h"
+#include "cullet/narrow/moved_shape.h"
+#include "cullet/narrow/penetration_result.h"
+#include "cullet/narrow/polytope.h"
+#include "cullet/narrow/remembered_surface.h"
+#include "cullet/narrow/unit_vector.h"
 
 #include <algorithm>
 #include <array>

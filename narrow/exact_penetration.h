@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/debug_containers.h"
-#include "narrow/gauss_arcs.h"
-#include "narrow/posed_hull.h"
-#include "narrow/unit_vector.h"
+#include "cullet/narrow/debug_containers.h"
+#include "cullet/narrow/gauss_arcs.h"
+#include "cullet/narrow/posed_hull.h"
+#include "cullet/narrow/unit_vector.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/gjk_types.h"
-#include "narrow/posed_hull.h"
-#include "narrow/vertex_fan.h"
+#include "cullet/narrow/gjk_types.h"
+#include "cullet/narrow/posed_hull.h"
+#include "cullet/narrow/vertex_fan.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/debug_containers.h"
+#include "cullet/narrow/debug_containers.h"
 
 #include <Eigen/Core>
 

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/corner_cone.h"
-#include "narrow/gjk_search.h"
-#include "narrow/gjk_types.h"
-#include "narrow/isa_gjk.h"
+#include "cullet/narrow/corner_cone.h"
+#include "cullet/narrow/gjk_search.h"
+#include "cullet/narrow/gjk_types.h"
+#include "cullet/narrow/isa_gjk.h"
 
 #include <array>
 #include <cmath>

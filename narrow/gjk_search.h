@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/gjk_types.h"
-#include "narrow/lanes.h"
-#include "narrow/placement.h"
-#include "narrow/simplex.h"
+#include "cullet/narrow/gjk_types.h"
+#include "cullet/narrow/lanes.h"
+#include "cullet/narrow/placement.h"
+#include "cullet/narrow/simplex.h"
 
 #include <algorithm>
 #include <array>

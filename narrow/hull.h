@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/debug_containers.h"
-#include "narrow/dk_hierarchy.h"
+#include "cullet/narrow/debug_containers.h"
+#include "cullet/narrow/dk_hierarchy.h"
 
 #include <Eigen/Core>
 

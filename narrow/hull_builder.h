@@ -2,15 +2,15 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/debug_containers.h"
-#include "narrow/dk_builder.h"
-#include "narrow/exact_orientation.h"
-#include "narrow/face_merger.h"
-#include "narrow/hull.h"
-#include "narrow/neighbour_builder.h"
-#include "narrow/surface_points.h"
-#include "narrow/triangulation.h"
-#include "narrow/unit_vector.h"
+#include "cullet/narrow/debug_containers.h"
+#include "cullet/narrow/dk_builder.h"
+#include "cullet/narrow/exact_orientation.h"
+#include "cullet/narrow/face_merger.h"
+#include "cullet/narrow/hull.h"
+#include "cullet/narrow/neighbour_builder.h"
+#include "cullet/narrow/surface_points.h"
+#include "cullet/narrow/triangulation.h"
+#include "cullet/narrow/unit_vector.h"
 
 #include <algorithm>
 #include <array>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/lanes.h"
-#include "narrow/posed_hull.h"
+#include "cullet/narrow/lanes.h"
+#include "cullet/narrow/posed_hull.h"
 
 #include <algorithm>
 #include <cmath>

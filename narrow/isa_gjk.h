@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/corner_fan.h"
-#include "narrow/gjk_types.h"
-#include "narrow/hull_pair.h"
-#include "narrow/isa_gjk_search.h"
-#include "narrow/simplex_steps.h"
-#include "narrow/tetrahedron_walk.h"
+#include "cullet/narrow/corner_fan.h"
+#include "cullet/narrow/gjk_types.h"
+#include "cullet/narrow/hull_pair.h"
+#include "cullet/narrow/isa_gjk_search.h"
+#include "cullet/narrow/simplex_steps.h"
+#include "cullet/narrow/tetrahedron_walk.h"
 
 #include <algorithm>
 #include <array>

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/gjk_search.h"
-#include "narrow/gjk_types.h"
-#include "narrow/hull_pair.h"
+#include "cullet/narrow/gjk_search.h"
+#include "cullet/narrow/gjk_types.h"
+#include "cullet/narrow/hull_pair.h"
 
 #include <cstdint>
 

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/hull.h"
-#include "narrow/lanes.h"
+#include "cullet/narrow/hull.h"
+#include "cullet/narrow/lanes.h"
 
 #include <Eigen/Core>
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/posed_hull.h"
+#include "cullet/narrow/posed_hull.h"
 
 namespace cullet
 {

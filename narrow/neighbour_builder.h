@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/debug_containers.h"
-#include "narrow/hull.h"
-#include "narrow/support.h"
-#include "narrow/surface_points.h"
-#include "narrow/triangulation.h"
-#include "narrow/unit_vector.h"
+#include "cullet/narrow/debug_containers.h"
+#include "cullet/narrow/hull.h"
+#include "cullet/narrow/support.h"
+#include "cullet/narrow/surface_points.h"
+#include "cullet/narrow/triangulation.h"
+#include "cullet/narrow/unit_vector.h"
 
 #include <algorithm>
 #include <array>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/support.h"
+#include "cullet/narrow/support.h"
 
 #include <cstdint>
 

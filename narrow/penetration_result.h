@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/gjk_types.h"
+#include "cullet/narrow/gjk_types.h"
 
 #include <Eigen/Core>
 

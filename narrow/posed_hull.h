@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/hull.h"
-#include "narrow/paired_climb.h"
-#include "narrow/support.h"
+#include "cullet/narrow/hull.h"
+#include "cullet/narrow/paired_climb.h"
+#include "cullet/narrow/support.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

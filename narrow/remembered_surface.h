@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/depth_memory.h"
-#include "narrow/gjk_types.h"
-#include "narrow/polytope.h"
+#include "cullet/narrow/depth_memory.h"
+#include "cullet/narrow/gjk_types.h"
+#include "cullet/narrow/polytope.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

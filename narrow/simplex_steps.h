@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/gjk_types.h"
-#include "narrow/hull_pair.h"
-#include "narrow/simplex.h"
+#include "cullet/narrow/gjk_types.h"
+#include "cullet/narrow/hull_pair.h"
+#include "cullet/narrow/simplex.h"
 
 #include <array>
 #include <cstdint>

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/hull.h"
-#include "narrow/lanes.h"
-#include "narrow/linear_avx2.h"
-#include "narrow/linear_scan.h"
+#include "cullet/narrow/hull.h"
+#include "cullet/narrow/lanes.h"
+#include "cullet/narrow/linear_avx2.h"
+#include "cullet/narrow/linear_scan.h"
 
 #include <algorithm>
 #include <array>

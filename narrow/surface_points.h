@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/debug_containers.h"
-#include "narrow/simplex.h"
-#include "narrow/triangle_tree.h"
-#include "narrow/triangulation.h"
+#include "cullet/narrow/debug_containers.h"
+#include "cullet/narrow/simplex.h"
+#include "cullet/narrow/triangle_tree.h"
+#include "cullet/narrow/triangulation.h"
 
 #include <algorithm>
 #include <array>

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/debug_containers.h"
-#include "narrow/simplex.h"
-#include "narrow/triangulation.h"
+#include "cullet/narrow/debug_containers.h"
+#include "cullet/narrow/simplex.h"
+#include "cullet/narrow/triangulation.h"
 
 #include <Eigen/Geometry>
 

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/debug_containers.h"
-#include "narrow/exact_orientation.h"
+#include "cullet/narrow/debug_containers.h"
+#include "cullet/narrow/exact_orientation.h"
 
 #include <Eigen/Geometry>
 

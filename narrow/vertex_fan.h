@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/debug_containers.h"
-#include "narrow/hull.h"
-#include "narrow/support.h"
-#include "narrow/triangulation.h"
-#include "narrow/unit_vector.h"
+#include "cullet/narrow/debug_containers.h"
+#include "cullet/narrow/hull.h"
+#include "cullet/narrow/support.h"
+#include "cullet/narrow/triangulation.h"
+#include "cullet/narrow/unit_vector.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/backend_choice.h"
+#include "cullet/plugin/backend_choice.h"
 
-#include "broad/log.h"
+#include "cullet/broad/log.h"
 
 #include <string>
 #include <utility>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "plugin/broadphase.h"
+#include "cullet/plugin/broadphase.h"
 
 #include <cstdint>
 #include <functional>

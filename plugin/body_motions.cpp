@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/body_motions.h"
+#include "cullet/plugin/body_motions.h"
 
-#include "plugin/convex_pair.h"
-#include "plugin/prefetch.h"
+#include "cullet/plugin/convex_pair.h"
+#include "cullet/plugin/prefetch.h"
 
 #include <algorithm>
 #include <array>

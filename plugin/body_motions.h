@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "plugin/axis_test.h"
-#include "plugin/hull_cache.h"
-#include "plugin/precision.h"
-#include "plugin/watched_pairs.h"
+#include "cullet/plugin/axis_test.h"
+#include "cullet/plugin/hull_cache.h"
+#include "cullet/plugin/precision.h"
+#include "cullet/plugin/watched_pairs.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 

@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/broadphase.h"
+#include "cullet/plugin/broadphase.h"
 
-#include "broad/log.h"
-#include "broad/query_index.h"
-#include "plugin/backend_choice.h"
-#include "plugin/debug_draw.h"
-#include "plugin/ghost_watch.h"
-#include "plugin/pair_keeper.h"
-#include "plugin/proxy_store.h"
-#include "plugin/queries.h"
+#include "cullet/broad/log.h"
+#include "cullet/broad/query_index.h"
+#include "cullet/plugin/backend_choice.h"
+#include "cullet/plugin/debug_draw.h"
+#include "cullet/plugin/ghost_watch.h"
+#include "cullet/plugin/pair_keeper.h"
+#include "cullet/plugin/proxy_store.h"
+#include "cullet/plugin/queries.h"
 
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/api.h"
-#include "broad/backend.h"
-#include "plugin/dbvt_tuning.h"
-#include "plugin/precision.h"
+#include "cullet/broad/api.h"
+#include "cullet/broad/backend.h"
+#include "cullet/plugin/dbvt_tuning.h"
+#include "cullet/plugin/precision.h"
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseInterface.h>
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>

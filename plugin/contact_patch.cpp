@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/contact_patch.h"
+#include "cullet/plugin/contact_patch.h"
 
-#include "plugin/contact_polygon.h"
+#include "cullet/plugin/contact_polygon.h"
 
 #include <algorithm>
 #include <array>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/vertex_fan.h"
-#include "plugin/convex_shape.h"
+#include "cullet/narrow/vertex_fan.h"
+#include "cullet/plugin/convex_shape.h"
 
 #include <array>
 #include <cstdint>

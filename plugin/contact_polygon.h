@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "plugin/contact_feature.h"
+#include "cullet/plugin/contact_feature.h"
 
 #include <algorithm>
 #include <array>

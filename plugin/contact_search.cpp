@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/contact_search.h"
+#include "cullet/plugin/contact_search.h"
 
-#include "narrow/epa.h"
-#include "narrow/feature_pair.h"
-#include "narrow/gjk.h"
-#include "narrow/isa_gjk.h"
+#include "cullet/narrow/epa.h"
+#include "cullet/narrow/feature_pair.h"
+#include "cullet/narrow/gjk.h"
+#include "cullet/narrow/isa_gjk.h"
 
 #include <limits>
 #include <optional>

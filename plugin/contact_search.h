@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/depth_memory.h"
-#include "narrow/gjk_types.h"
-#include "plugin/axis_test.h"
-#include "plugin/contact_patch.h"
-#include "plugin/convex_pair.h"
-#include "plugin/thread_counter.h"
+#include "cullet/narrow/depth_memory.h"
+#include "cullet/narrow/gjk_types.h"
+#include "cullet/plugin/axis_test.h"
+#include "cullet/plugin/contact_patch.h"
+#include "cullet/plugin/convex_pair.h"
+#include "cullet/plugin/thread_counter.h"
 
 namespace cullet
 {

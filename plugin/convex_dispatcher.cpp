@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/convex_dispatcher.h"
+#include "cullet/plugin/convex_dispatcher.h"
 
-#include "broad/worker_pool.h"
-#include "plugin/body_motions.h"
-#include "plugin/dynamic_type.h"
-#include "plugin/isa_gjk_algorithm.h"
-#include "plugin/prefetch.h"
+#include "cullet/broad/worker_pool.h"
+#include "cullet/plugin/body_motions.h"
+#include "cullet/plugin/dynamic_type.h"
+#include "cullet/plugin/isa_gjk_algorithm.h"
+#include "cullet/plugin/prefetch.h"
 
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>

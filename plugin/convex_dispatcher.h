@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/array.h"
-#include "plugin/isa_gjk.h"
+#include "cullet/broad/array.h"
+#include "cullet/plugin/isa_gjk.h"
 
 #include <memory>
 #include <vector>

@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/lanes.h"
-#include "narrow/vertex_fan.h"
-#include "plugin/axis_test.h"
-#include "plugin/convex_shape.h"
-#include "plugin/hull_cache.h"
+#include "cullet/narrow/lanes.h"
+#include "cullet/narrow/vertex_fan.h"
+#include "cullet/plugin/axis_test.h"
+#include "cullet/plugin/convex_shape.h"
+#include "cullet/plugin/hull_cache.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>

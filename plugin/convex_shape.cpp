@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/convex_shape.h"
+#include "cullet/plugin/convex_shape.h"
 
-#include "narrow/hull_builder.h"
+#include "cullet/narrow/hull_builder.h"
 
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/lanes.h"
-#include "narrow/posed_hull.h"
-#include "plugin/axis_test.h"
-#include "plugin/hull_cache.h"
+#include "cullet/narrow/lanes.h"
+#include "cullet/narrow/posed_hull.h"
+#include "cullet/plugin/axis_test.h"
+#include "cullet/plugin/hull_cache.h"
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btConvexShape.h>

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/debug_draw.h"
+#include "cullet/plugin/debug_draw.h"
 
-#include "broad/cell_source.h"
-#include "plugin/box_convert.h"
-#include "plugin/dynamic_type.h"
+#include "cullet/broad/cell_source.h"
+#include "cullet/plugin/box_convert.h"
+#include "cullet/plugin/dynamic_type.h"
 
 #include <vector>
 

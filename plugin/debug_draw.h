@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/backend.h"
-#include "plugin/debug_draw_options.h"
-#include "plugin/proxy_store.h"
+#include "cullet/broad/backend.h"
+#include "cullet/plugin/debug_draw_options.h"
+#include "cullet/plugin/proxy_store.h"
 
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
 #include <LinearMath/btIDebugDraw.h>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "plugin/precision.h"
+#include "cullet/plugin/precision.h"
 
 #include <LinearMath/btVector3.h>
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/ghost_shelf.h"
+#include "cullet/plugin/ghost_shelf.h"
 
 #include <algorithm>
 

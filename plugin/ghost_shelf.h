@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/aabb.h"
+#include "cullet/broad/aabb.h"
 
 #include <cstdint>
 #include <vector>

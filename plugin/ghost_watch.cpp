@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/ghost_watch.h"
+#include "cullet/plugin/ghost_watch.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 

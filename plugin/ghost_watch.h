@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/query_index.h"
-#include "plugin/ghost_shelf.h"
-#include "plugin/pair_keeper.h"
-#include "plugin/proxy_store.h"
+#include "cullet/broad/query_index.h"
+#include "cullet/plugin/ghost_shelf.h"
+#include "cullet/plugin/pair_keeper.h"
+#include "cullet/plugin/proxy_store.h"
 
 #include <atomic>
 #include <cstdint>

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/hull_cache.h"
+#include "cullet/plugin/hull_cache.h"
 
-#include "narrow/hull_builder.h"
+#include "cullet/narrow/hull_builder.h"
 
 #include <algorithm>
 #include <cstring>

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/hull.h"
-#include "plugin/equal_bytes.h"
-#include "plugin/isa_gjk.h"
+#include "cullet/narrow/hull.h"
+#include "cullet/plugin/equal_bytes.h"
+#include "cullet/plugin/isa_gjk.h"
 
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
 

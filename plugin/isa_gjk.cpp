@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/isa_gjk.h"
+#include "cullet/plugin/isa_gjk.h"
 
-#include "broad/log.h"
-#include "plugin/body_motions.h"
-#include "plugin/convex_shape.h"
-#include "plugin/dynamic_type.h"
-#include "plugin/isa_gjk_algorithm.h"
+#include "cullet/broad/log.h"
+#include "cullet/plugin/body_motions.h"
+#include "cullet/plugin/convex_shape.h"
+#include "cullet/plugin/dynamic_type.h"
+#include "cullet/plugin/isa_gjk_algorithm.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionConfiguration.h>
 

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/api.h"
-#include "plugin/precision.h"
-#include "plugin/thread_counter.h"
+#include "cullet/broad/api.h"
+#include "cullet/plugin/precision.h"
+#include "cullet/plugin/thread_counter.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionCreateFunc.h>
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>

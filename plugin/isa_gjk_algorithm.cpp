@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/isa_gjk_algorithm.h"
+#include "cullet/plugin/isa_gjk_algorithm.h"
 
-#include "narrow/isa_gjk.h"
-#include "plugin/contact_patch.h"
-#include "plugin/contact_search.h"
-#include "plugin/convex_pair.h"
-#include "plugin/dynamic_type.h"
-#include "plugin/manifold_renewal.h"
+#include "cullet/narrow/isa_gjk.h"
+#include "cullet/plugin/contact_patch.h"
+#include "cullet/plugin/contact_search.h"
+#include "cullet/plugin/convex_pair.h"
+#include "cullet/plugin/dynamic_type.h"
+#include "cullet/plugin/manifold_renewal.h"
 
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 

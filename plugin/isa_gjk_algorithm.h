@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/depth_memory.h"
-#include "narrow/gjk_types.h"
-#include "plugin/body_motions.h"
-#include "plugin/convex_pair.h"
-#include "plugin/hull_cache.h"
-#include "plugin/isa_gjk.h"
+#include "cullet/narrow/depth_memory.h"
+#include "cullet/narrow/gjk_types.h"
+#include "cullet/plugin/body_motions.h"
+#include "cullet/plugin/convex_pair.h"
+#include "cullet/plugin/hull_cache.h"
+#include "cullet/plugin/isa_gjk.h"
 
 #include <BulletCollision/CollisionDispatch/btActivatingCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btManifoldResult.h>

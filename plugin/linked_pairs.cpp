@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/linked_pairs.h"
+#include "cullet/plugin/linked_pairs.h"
 
-#include "broad/vector_room.h"
+#include "cullet/broad/vector_room.h"
 
 namespace cullet
 {

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/pair.h"
-#include "plugin/pair_hash.h"
-#include "plugin/pair_links.h"
+#include "cullet/broad/pair.h"
+#include "cullet/plugin/pair_hash.h"
+#include "cullet/plugin/pair_links.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/pair_cache.h"
+#include "cullet/plugin/pair_cache.h"
 
-#include "plugin/pair_cache_parts.h"
+#include "cullet/plugin/pair_cache_parts.h"
 
 #include <algorithm>
 #include <new>

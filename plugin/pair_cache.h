@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/api.h"
-#include "broad/pair.h"
-#include "plugin/pair_hash.h"
-#include "plugin/pair_links.h"
-#include "plugin/pair_order.h"
-#include "plugin/precision.h"
+#include "cullet/broad/api.h"
+#include "cullet/broad/pair.h"
+#include "cullet/plugin/pair_hash.h"
+#include "cullet/plugin/pair_links.h"
+#include "cullet/plugin/pair_order.h"
+#include "cullet/plugin/precision.h"
 
 #include <BulletCollision/BroadphaseCollision/btDispatcher.h>
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>

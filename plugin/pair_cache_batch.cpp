@@ -3,7 +3,7 @@
 //
 // Changes of the pair cache in batches. What the next pairs of a batch will touch is asked from memory while the pair at
 // hand is worked on: in a large cache nearly all the time goes into waiting for random cache lines.
-#include "plugin/pair_cache_parts.h"
+#include "cullet/plugin/pair_cache_parts.h"
 
 namespace cullet
 {

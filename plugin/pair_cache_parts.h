@@ -4,8 +4,8 @@
 
 // What the files of PairCache share: ids, the search, and the cursor that follows a pair. For those files only.
 
-#include "plugin/pair_cache.h"
-#include "plugin/proxy_ids.h"
+#include "cullet/plugin/pair_cache.h"
+#include "cullet/plugin/proxy_ids.h"
 
 namespace cullet
 {

@@ -3,7 +3,7 @@
 
 // Passes over all pairs, in the order of the array or of their ids.
 
-#include "plugin/pair_cache_parts.h"
+#include "cullet/plugin/pair_cache_parts.h"
 
 #include <new>
 #include <utility>

@@ -3,7 +3,7 @@
 
 // Pairs that leave the cache, and their algorithms.
 
-#include "plugin/pair_cache_parts.h"
+#include "cullet/plugin/pair_cache_parts.h"
 
 #include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
 

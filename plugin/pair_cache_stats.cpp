@@ -3,7 +3,7 @@
 
 // What the cache tells about itself.
 
-#include "plugin/pair_cache_parts.h"
+#include "cullet/plugin/pair_cache_parts.h"
 
 #include <algorithm>
 

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/array.h"
-#include "broad/pair.h"
-#include "plugin/precision.h"
+#include "cullet/broad/array.h"
+#include "cullet/broad/pair.h"
+#include "cullet/plugin/precision.h"
 
 #include <algorithm>
 #include <cstddef>

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/pair_keeper.h"
+#include "cullet/plugin/pair_keeper.h"
 
-#include "broad/aabb_simd.h"
-#include "broad/log.h"
-#include "broad/vector_room.h"
-#include "plugin/backend_choice.h"
-#include "plugin/proxy_ids.h"
+#include "cullet/broad/aabb_simd.h"
+#include "cullet/broad/log.h"
+#include "cullet/broad/vector_room.h"
+#include "cullet/plugin/backend_choice.h"
+#include "cullet/plugin/proxy_ids.h"
 
 #include <algorithm>
 #include <string>

@@ -2,12 +2,12 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/backend.h"
-#include "plugin/broadphase.h"
-#include "plugin/linked_pairs.h"
-#include "plugin/pair_port.h"
-#include "plugin/pending_pairs.h"
-#include "plugin/proxy_store.h"
+#include "cullet/broad/backend.h"
+#include "cullet/plugin/broadphase.h"
+#include "cullet/plugin/linked_pairs.h"
+#include "cullet/plugin/pair_port.h"
+#include "cullet/plugin/pending_pairs.h"
+#include "cullet/plugin/proxy_store.h"
 
 #include <cstdint>
 #include <memory>

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/array.h"
-#include "broad/pair.h"
-#include "plugin/precision.h"
-#include "plugin/uid_directory.h"
+#include "cullet/broad/array.h"
+#include "cullet/broad/pair.h"
+#include "cullet/plugin/precision.h"
+#include "cullet/plugin/uid_directory.h"
 
 #include <algorithm>
 #include <cstddef>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/pair_order.h"
+#include "cullet/plugin/pair_order.h"
 
 #include <array>
 

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/pair_port.h"
+#include "cullet/plugin/pair_port.h"
 
-#include "plugin/dynamic_type.h"
-#include "plugin/proxy_ids.h"
+#include "cullet/plugin/dynamic_type.h"
+#include "cullet/plugin/proxy_ids.h"
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseProxy.h>
 

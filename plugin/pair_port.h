@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/pair.h"
-#include "plugin/pair_cache.h"
-#include "plugin/proxy_store.h"
+#include "cullet/broad/pair.h"
+#include "cullet/plugin/pair_cache.h"
+#include "cullet/plugin/proxy_store.h"
 
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
 

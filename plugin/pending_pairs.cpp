@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/pending_pairs.h"
+#include "cullet/plugin/pending_pairs.h"
 
 namespace cullet
 {

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/backend.h"
-#include "broad/pair.h"
-#include "plugin/linked_pairs.h"
+#include "cullet/broad/backend.h"
+#include "cullet/broad/pair.h"
+#include "cullet/plugin/linked_pairs.h"
 
 #include <cstdint>
 #include <vector>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/pair.h"
-#include "plugin/precision.h"
+#include "cullet/broad/pair.h"
+#include "cullet/plugin/precision.h"
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseProxy.h>
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/proxy_pool.h"
+#include "cullet/plugin/proxy_pool.h"
 
 namespace cullet
 {

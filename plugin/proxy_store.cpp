@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/proxy_store.h"
+#include "cullet/plugin/proxy_store.h"
 
 #include <algorithm>
 

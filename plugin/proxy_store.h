@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/proxy_table.h"
-#include "plugin/box_convert.h"
-#include "plugin/proxy_ids.h"
-#include "plugin/proxy_pool.h"
-#include "plugin/uid_directory.h"
+#include "cullet/broad/proxy_table.h"
+#include "cullet/plugin/box_convert.h"
+#include "cullet/plugin/proxy_ids.h"
+#include "cullet/plugin/proxy_pool.h"
+#include "cullet/plugin/uid_directory.h"
 
 #include <atomic>
 #include <cstdint>

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/pure_aabb.h"
+#include "cullet/plugin/pure_aabb.h"
 
-#include "plugin/dynamic_type.h"
+#include "cullet/plugin/dynamic_type.h"
 
 #include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>

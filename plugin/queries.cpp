@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/queries.h"
+#include "cullet/plugin/queries.h"
 
 #include <LinearMath/btAabbUtil2.h>
 

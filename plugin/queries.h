@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/query_index.h"
-#include "plugin/proxy_store.h"
+#include "cullet/broad/query_index.h"
+#include "cullet/plugin/proxy_store.h"
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseInterface.h>
 

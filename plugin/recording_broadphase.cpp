@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/recording_broadphase.h"
+#include "cullet/plugin/recording_broadphase.h"
 
-#include "broad/box_stream.h"
+#include "cullet/broad/box_stream.h"
 
 #include <functional>
 #include <queue>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/array.h"
+#include "cullet/broad/array.h"
 
 #include <array>
 #include <cstdint>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "plugin/world_boxes.h"
+#include "cullet/plugin/world_boxes.h"
 
 #include <BulletDynamics/Dynamics/btSimpleDynamicsWorld.h>
 

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/world_boxes.h"
+#include "cullet/plugin/world_boxes.h"
 
-#include "broad/worker_pool.h"
-#include "plugin/broadphase.h"
-#include "plugin/dynamic_type.h"
-#include "plugin/pure_aabb.h"
+#include "cullet/broad/worker_pool.h"
+#include "cullet/plugin/broadphase.h"
+#include "cullet/plugin/dynamic_type.h"
+#include "cullet/plugin/pure_aabb.h"
 
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/api.h"
-#include "plugin/precision.h"
+#include "cullet/broad/api.h"
+#include "cullet/plugin/precision.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
 

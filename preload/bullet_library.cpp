@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "preload/bullet_library.h"
+#include "cullet/preload/bullet_library.h"
 
-#include "preload/message.h"
+#include "cullet/preload/message.h"
+
 #include <atomic>
 #include <cstdlib>
 #include <cstring>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "preload/bullet_functions.h"
-#include "preload/implementation.h"
+#include "cullet/preload/bullet_functions.h"
+#include "cullet/preload/implementation.h"
 
 namespace cullet::preload
 {

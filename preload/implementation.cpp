@@ -1,16 +1,16 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "preload/implementation.h"
+#include "cullet/preload/implementation.h"
 
-#include "plugin/dynamic_type.h"
-#include "plugin/isa_gjk.h"
+#include "cullet/plugin/dynamic_type.h"
+#include "cullet/plugin/isa_gjk.h"
+#include "cullet/preload/message.h"
+#include "cullet/preload/settings.h"
+#include "cullet/preload/stand_in.h"
+#include "cullet/preload/summary.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionConfiguration.h>
 
-#include "preload/message.h"
-#include "preload/settings.h"
-#include "preload/stand_in.h"
-#include "preload/summary.h"
 #include <atomic>
 #include <exception>
 #include <memory>

@@ -7,9 +7,10 @@
 //
 // Objects cross as addresses only, so that the code is the same for both precisions; Bullet's headers give the names.
 
-#include "preload/bullet_library.h"
-#include "preload/message.h"
-#include "preload/tree_users.h"
+#include "cullet/preload/bullet_library.h"
+#include "cullet/preload/message.h"
+#include "cullet/preload/tree_users.h"
+
 #include <atomic>
 
 // Also where everything else is hidden.

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "preload/public_trees.h"
+#include "cullet/preload/public_trees.h"
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseProxy.h>
 

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "preload/settings.h"
+#include "cullet/preload/settings.h"
 
-#include "preload/message.h"
+#include "cullet/preload/message.h"
+
 #include <cstdlib>
 #include <cstring>
 

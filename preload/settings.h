@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "plugin/broadphase.h"
-#include "plugin/isa_gjk.h"
+#include "cullet/plugin/broadphase.h"
+#include "cullet/plugin/isa_gjk.h"
 
 #include <optional>
 

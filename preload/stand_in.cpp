@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "preload/stand_in.h"
+#include "cullet/preload/stand_in.h"
 
-#include "preload/message.h"
+#include "cullet/preload/message.h"
+
 #include <algorithm>
 #include <chrono>
 #include <cstdint>

@@ -2,13 +2,13 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "plugin/broadphase.h"
+#include "cullet/plugin/broadphase.h"
+#include "cullet/preload/public_trees.h"
+#include "cullet/preload/settings.h"
+#include "cullet/preload/summary.h"
 
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 
-#include "preload/public_trees.h"
-#include "preload/settings.h"
-#include "preload/summary.h"
 #include <memory>
 
 namespace cullet::preload

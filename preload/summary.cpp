@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "preload/summary.h"
+#include "cullet/preload/summary.h"
 
-#include "preload/message.h"
+#include "cullet/preload/message.h"
+
 #include <algorithm>
 #include <cinttypes>
 #include <map>

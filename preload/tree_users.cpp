@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "preload/tree_users.h"
+#include "cullet/preload/tree_users.h"
 
 #include <cstddef>
 #include <cstring>

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/backend.h"
-#include "broad/proxy_table.h"
-#include "broad/worker_pool.h"
-#include "demos/bench/named_backends.h"
-#include "demos/bench/subject.h"
+#include "cullet/broad/backend.h"
+#include "cullet/broad/proxy_table.h"
+#include "cullet/broad/worker_pool.h"
+#include "cullet/demos/bench/named_backends.h"
+#include "cullet/demos/bench/subject.h"
 
 #include <algorithm>
 #include <stdexcept>

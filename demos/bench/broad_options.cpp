@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/broad_options.h"
+#include "cullet/demos/bench/broad_options.h"
 
-#include "demos/program/precision.h"
-#include "demos/program/statistics.h"
+#include "cullet/demos/program/precision.h"
+#include "cullet/demos/program/statistics.h"
 
 #include <algorithm>
 #include <cstdio>

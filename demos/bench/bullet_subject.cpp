@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/bullet_subject.h"
+#include "cullet/demos/bench/bullet_subject.h"
 
-#include "plugin/broadphase.h"
+#include "cullet/plugin/broadphase.h"
 
 namespace cullet
 {

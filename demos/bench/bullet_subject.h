@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/bench/subject.h"
-#include "demos/scenes/broadphase_factory.h"
+#include "cullet/demos/bench/subject.h"
+#include "cullet/demos/scenes/broadphase_factory.h"
 
 #include <vector>
 

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/cuda_ablation.h"
+#include "cullet/demos/bench/cuda_ablation.h"
 
-#include "broad/backend.h"
-#include "demos/bench/cuda_pairs.h"
-#include "demos/program/interrupt.h"
+#include "cullet/broad/backend.h"
+#include "cullet/demos/bench/cuda_pairs.h"
+#include "cullet/demos/program/interrupt.h"
 
 #include <algorithm>
 #include <cstdint>

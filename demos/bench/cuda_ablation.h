@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/bench/cuda_sets.h"
-#include "demos/bench/cuda_table.h"
+#include "cullet/demos/bench/cuda_sets.h"
+#include "cullet/demos/bench/cuda_table.h"
 
 namespace cullet
 {

@@ -1,23 +1,23 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-#include "demos/bench/cuda_bench.h"
+#include "cullet/demos/bench/cuda_bench.h"
 
-#include "broad/backend.h"
-#include "cuda/device_pairs.h"
-#include "demos/bench/cuda_ablation.h"
-#include "demos/bench/cuda_deltas.h"
-#include "demos/bench/cuda_drift.h"
-#include "demos/bench/cuda_extremes.h"
-#include "demos/bench/cuda_orders.h"
-#include "demos/bench/cuda_pairs.h"
-#include "demos/bench/cuda_sets.h"
-#include "demos/bench/cuda_table.h"
-#include "demos/bench/cuda_timing.h"
-#include "demos/bench/cuda_updates.h"
-#include "demos/program/exit_code.h"
-#include "demos/program/interrupt.h"
-#include "demos/scenes/fresh_boxes.h"
+#include "cullet/broad/backend.h"
+#include "cullet/cuda/device_pairs.h"
+#include "cullet/demos/bench/cuda_ablation.h"
+#include "cullet/demos/bench/cuda_deltas.h"
+#include "cullet/demos/bench/cuda_drift.h"
+#include "cullet/demos/bench/cuda_extremes.h"
+#include "cullet/demos/bench/cuda_orders.h"
+#include "cullet/demos/bench/cuda_pairs.h"
+#include "cullet/demos/bench/cuda_sets.h"
+#include "cullet/demos/bench/cuda_table.h"
+#include "cullet/demos/bench/cuda_timing.h"
+#include "cullet/demos/bench/cuda_updates.h"
+#include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/program/interrupt.h"
+#include "cullet/demos/scenes/fresh_boxes.h"
 
 #include <cstdint>
 #include <stdexcept>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/program/result_file.h"
+#include "cullet/demos/program/result_file.h"
 
 #include <cstdint>
 #include <string>

@@ -3,8 +3,8 @@
 
 // Takes the place of cuda_bench.cpp in a build without CUDA.
 
-#include "demos/bench/cuda_bench.h"
-#include "demos/program/exit_code.h"
+#include "cullet/demos/bench/cuda_bench.h"
+#include "cullet/demos/program/exit_code.h"
 
 namespace cullet
 {

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/cuda_deltas.h"
+#include "cullet/demos/bench/cuda_deltas.h"
 
-#include "cuda/device_pairs.h"
-#include "demos/bench/cuda_drift.h"
-#include "demos/bench/cuda_frame_clock.h"
-#include "demos/bench/cuda_timing.h"
-#include "demos/program/exit_code.h"
+#include "cullet/cuda/device_pairs.h"
+#include "cullet/demos/bench/cuda_drift.h"
+#include "cullet/demos/bench/cuda_frame_clock.h"
+#include "cullet/demos/bench/cuda_timing.h"
+#include "cullet/demos/program/exit_code.h"
 
 #include <cstddef>
 #include <cstdint>

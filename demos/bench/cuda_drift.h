@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/aabb.h"
-#include "demos/scenes/splitmix64.h"
+#include "cullet/broad/aabb.h"
+#include "cullet/demos/scenes/splitmix64.h"
 
 #include <cstddef>
 #include <vector>

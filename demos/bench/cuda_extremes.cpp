@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/cuda_extremes.h"
+#include "cullet/demos/bench/cuda_extremes.h"
 
-#include "demos/bench/cuda_pairs.h"
-#include "demos/bench/cuda_sets.h"
-#include "demos/bench/cuda_updates.h"
-#include "demos/program/interrupt.h"
+#include "cullet/demos/bench/cuda_pairs.h"
+#include "cullet/demos/bench/cuda_sets.h"
+#include "cullet/demos/bench/cuda_updates.h"
+#include "cullet/demos/program/interrupt.h"
 
 #include <cstdint>
 #include <string>

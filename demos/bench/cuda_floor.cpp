@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/cuda_floor.h"
+#include "cullet/demos/bench/cuda_floor.h"
 
-#include "broad/aabb.h"
-#include "broad/id_pair.h"
-#include "broad/pair.h"
+#include "cullet/broad/aabb.h"
+#include "cullet/broad/id_pair.h"
+#include "cullet/broad/pair.h"
 
 namespace cullet
 {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/bench/cuda_timing.h"
+#include "cullet/demos/bench/cuda_timing.h"
 
 #include <cstdint>
 

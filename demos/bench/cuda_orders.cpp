@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/cuda_orders.h"
+#include "cullet/demos/bench/cuda_orders.h"
 
-#include "demos/bench/cuda_pairs.h"
-#include "demos/bench/cuda_sets.h"
-#include "demos/program/interrupt.h"
+#include "cullet/demos/bench/cuda_pairs.h"
+#include "cullet/demos/bench/cuda_sets.h"
+#include "cullet/demos/program/interrupt.h"
 
 #include <algorithm>
 #include <cstdint>

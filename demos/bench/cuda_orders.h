@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/bench/cuda_bench.h"
-#include "demos/bench/cuda_table.h"
+#include "cullet/demos/bench/cuda_bench.h"
+#include "cullet/demos/bench/cuda_table.h"
 
 namespace cullet
 {

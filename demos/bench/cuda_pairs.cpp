@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/cuda_pairs.h"
+#include "cullet/demos/bench/cuda_pairs.h"
 
-#include "cuda/device_pairs.h"
-#include "demos/bench/cuda_frame_clock.h"
-#include "demos/bench/cuda_timing.h"
+#include "cullet/cuda/device_pairs.h"
+#include "cullet/demos/bench/cuda_frame_clock.h"
+#include "cullet/demos/bench/cuda_timing.h"
 
 #include <cstdint>
 #include <stdexcept>

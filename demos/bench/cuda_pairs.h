@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/backend.h"
-#include "demos/bench/cuda_sets.h"
-#include "demos/bench/cuda_table.h"
+#include "cullet/broad/backend.h"
+#include "cullet/demos/bench/cuda_sets.h"
+#include "cullet/demos/bench/cuda_table.h"
 
 #include <string>
 

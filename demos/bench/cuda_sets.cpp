@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/cuda_sets.h"
+#include "cullet/demos/bench/cuda_sets.h"
 
 #include <cstdint>
 #include <future>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/bench/cuda_timing.h"
-#include "demos/scenes/fresh_boxes.h"
+#include "cullet/demos/bench/cuda_timing.h"
+#include "cullet/demos/scenes/fresh_boxes.h"
 
 #include <memory>
 #include <vector>

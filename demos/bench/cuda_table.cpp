@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/cuda_table.h"
+#include "cullet/demos/bench/cuda_table.h"
 
-#include "demos/bench/cuda_timing.h"
-#include "demos/program/statistics.h"
+#include "cullet/demos/bench/cuda_timing.h"
+#include "cullet/demos/program/statistics.h"
 
 #include <algorithm>
 #include <cinttypes>

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/bench/cuda_floor.h"
-#include "demos/program/hash_check.h"
-#include "demos/program/result_file.h"
-#include "demos/scenes/fresh_boxes.h"
+#include "cullet/demos/bench/cuda_floor.h"
+#include "cullet/demos/program/hash_check.h"
+#include "cullet/demos/program/result_file.h"
+#include "cullet/demos/scenes/fresh_boxes.h"
 
 #include <cstdint>
 #include <map>

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/aabb.h"
-#include "broad/backend.h"
-#include "broad/id_pair.h"
-#include "demos/scenes/splitmix64.h"
+#include "cullet/broad/aabb.h"
+#include "cullet/broad/backend.h"
+#include "cullet/broad/id_pair.h"
+#include "cullet/demos/scenes/splitmix64.h"
 
 #include <cuda_runtime_api.h>
 

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/cuda_updates.h"
+#include "cullet/demos/bench/cuda_updates.h"
 
-#include "broad/box_memory.h"
-#include "demos/bench/cuda_drift.h"
-#include "demos/bench/cuda_timing.h"
+#include "cullet/broad/box_memory.h"
+#include "cullet/demos/bench/cuda_drift.h"
+#include "cullet/demos/bench/cuda_timing.h"
 
 #include <algorithm>
 #include <chrono>

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/event_scenes.h"
-#include "demos/bench/event_trials.h"
-#include "demos/program/interrupt.h"
-#include "demos/program/stopwatch.h"
-#include "demos/scenes/box_scene.h"
+#include "cullet/demos/bench/event_scenes.h"
+#include "cullet/demos/bench/event_trials.h"
+#include "cullet/demos/program/interrupt.h"
+#include "cullet/demos/program/stopwatch.h"
+#include "cullet/demos/scenes/box_scene.h"
 
 #include <algorithm>
 #include <numeric>

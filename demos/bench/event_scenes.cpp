@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/event_scenes.h"
+#include "cullet/demos/bench/event_scenes.h"
 
 namespace cullet
 {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/bench/broad_options.h"
+#include "cullet/demos/bench/broad_options.h"
 
 namespace cullet
 {

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/event_trials.h"
+#include "cullet/demos/bench/event_trials.h"
 
-#include "demos/program/exit_code.h"
-#include "demos/program/interrupt.h"
-#include "demos/program/progress.h"
+#include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/program/interrupt.h"
+#include "cullet/demos/program/progress.h"
 
 #include <cstdio>
 #include <optional>

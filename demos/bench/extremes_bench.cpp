@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/event_scenes.h"
-#include "demos/bench/frames_bench.h"
-#include "demos/program/interrupt.h"
-#include "demos/scenes/extreme_scenes.h"
+#include "cullet/demos/bench/event_scenes.h"
+#include "cullet/demos/bench/frames_bench.h"
+#include "cullet/demos/program/interrupt.h"
+#include "cullet/demos/scenes/extreme_scenes.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/frames_bench.h"
+#include "cullet/demos/bench/frames_bench.h"
 
-#include "demos/program/exit_code.h"
-#include "demos/program/heap_usage.h"
-#include "demos/program/interrupt.h"
-#include "demos/program/progress.h"
-#include "demos/program/statistics.h"
-#include "demos/program/stopwatch.h"
-#include "demos/scenes/box_scene.h"
+#include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/program/heap_usage.h"
+#include "cullet/demos/program/interrupt.h"
+#include "cullet/demos/program/progress.h"
+#include "cullet/demos/program/statistics.h"
+#include "cullet/demos/program/stopwatch.h"
+#include "cullet/demos/scenes/box_scene.h"
 
 #include <algorithm>
 #include <memory>

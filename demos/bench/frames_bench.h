@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/bench/broad_options.h"
-#include "demos/scenes/box_scene.h"
+#include "cullet/demos/bench/broad_options.h"
+#include "cullet/demos/scenes/box_scene.h"
 
 #include <memory>
 #include <vector>

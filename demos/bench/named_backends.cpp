@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/named_backends.h"
+#include "cullet/demos/bench/named_backends.h"
 
 #include <algorithm>
 #include <cstdlib>

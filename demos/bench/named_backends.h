@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/backend.h"
+#include "cullet/broad/backend.h"
 
 #include <functional>
 #include <memory>

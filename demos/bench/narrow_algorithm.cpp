@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/narrow_shape.h"
-#include "demos/bench/narrow_subject.h"
-#include "plugin/isa_gjk.h"
+#include "cullet/demos/bench/narrow_shape.h"
+#include "cullet/demos/bench/narrow_subject.h"
+#include "cullet/plugin/isa_gjk.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/narrow_bench.h"
+#include "cullet/demos/bench/narrow_bench.h"
 
-#include "demos/bench/narrow_check.h"
-#include "demos/program/interrupt.h"
-#include "demos/program/precision.h"
-#include "demos/program/progress.h"
-#include "demos/program/statistics.h"
-#include "demos/program/stopwatch.h"
+#include "cullet/demos/bench/narrow_check.h"
+#include "cullet/demos/program/interrupt.h"
+#include "cullet/demos/program/precision.h"
+#include "cullet/demos/program/progress.h"
+#include "cullet/demos/program/statistics.h"
+#include "cullet/demos/program/stopwatch.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/bench/narrow_subject.h"
-#include "demos/program/result_file.h"
+#include "cullet/demos/bench/narrow_subject.h"
+#include "cullet/demos/program/result_file.h"
 
 #include <string>
 #include <vector>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/narrow_shape.h"
-#include "demos/bench/narrow_subject.h"
+#include "cullet/demos/bench/narrow_shape.h"
+#include "cullet/demos/bench/narrow_subject.h"
 
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpaPenetrationDepthSolver.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkPairDetector.h>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/bench/narrow_subject.h"
+#include "cullet/demos/bench/narrow_subject.h"
 
 #include <cstdint>
 #include <map>

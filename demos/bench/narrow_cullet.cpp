@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/narrow_subject.h"
-#include "narrow/epa.h"
-#include "narrow/gjk.h"
-#include "narrow/isa_gjk.h"
+#include "cullet/demos/bench/narrow_subject.h"
+#include "cullet/narrow/epa.h"
+#include "cullet/narrow/gjk.h"
+#include "cullet/narrow/isa_gjk.h"
 
 namespace cullet
 {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/narrow_shape.h"
-#include "demos/bench/narrow_subject.h"
-#include "plugin/convex_dispatcher.h"
+#include "cullet/demos/bench/narrow_shape.h"
+#include "cullet/demos/bench/narrow_subject.h"
+#include "cullet/plugin/convex_dispatcher.h"
 
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>

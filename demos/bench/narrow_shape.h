@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/scenes/hull_pairs.h"
+#include "cullet/demos/scenes/hull_pairs.h"
 
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
 

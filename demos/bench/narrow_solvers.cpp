@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/narrow_subject.h"
-#include "demos/bench/simplex_johnson.h"
-#include "demos/bench/simplex_signed_volumes.h"
-#include "narrow/gjk_search.h"
-#include "narrow/simplex.h"
+#include "cullet/demos/bench/narrow_subject.h"
+#include "cullet/demos/bench/simplex_johnson.h"
+#include "cullet/demos/bench/simplex_signed_volumes.h"
+#include "cullet/narrow/gjk_search.h"
+#include "cullet/narrow/simplex.h"
 
 #include <algorithm>
 #include <cmath>

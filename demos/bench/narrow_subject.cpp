@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/narrow_subject.h"
+#include "cullet/demos/bench/narrow_subject.h"
 
 namespace cullet
 {

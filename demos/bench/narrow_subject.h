@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/bench/narrow_trajectories.h"
-#include "narrow/support.h"
+#include "cullet/demos/bench/narrow_trajectories.h"
+#include "cullet/narrow/support.h"
 
 #include <limits>
 #include <memory>

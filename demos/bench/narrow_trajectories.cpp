@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/narrow_trajectories.h"
+#include "cullet/demos/bench/narrow_trajectories.h"
 
-#include "narrow/exact_penetration.h"
+#include "cullet/narrow/exact_penetration.h"
 
 #include <cmath>
 

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/scenes/distance_oracle.h"
-#include "demos/scenes/hull_pairs.h"
+#include "cullet/demos/scenes/distance_oracle.h"
+#include "cullet/demos/scenes/hull_pairs.h"
 
 #include <LinearMath/btScalar.h>
 

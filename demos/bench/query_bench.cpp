@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/bullet_subject.h"
-#include "demos/bench/event_scenes.h"
-#include "demos/program/exit_code.h"
-#include "demos/program/interrupt.h"
-#include "demos/program/progress.h"
-#include "demos/program/statistics.h"
-#include "demos/program/stopwatch.h"
-#include "demos/scenes/box_scene.h"
+#include "cullet/demos/bench/bullet_subject.h"
+#include "cullet/demos/bench/event_scenes.h"
+#include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/program/interrupt.h"
+#include "cullet/demos/program/progress.h"
+#include "cullet/demos/program/statistics.h"
+#include "cullet/demos/program/stopwatch.h"
+#include "cullet/demos/scenes/box_scene.h"
 
 #include <LinearMath/btAabbUtil2.h>
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/subject.h"
-#include "demos/rivals/rival.h"
+#include "cullet/demos/bench/subject.h"
+#include "cullet/demos/rivals/rival.h"
 
 #include <thread>
 

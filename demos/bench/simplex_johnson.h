@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/simplex.h"
+#include "cullet/narrow/simplex.h"
 
 #include <array>
 #include <limits>

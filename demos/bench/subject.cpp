@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/subject.h"
+#include "cullet/demos/bench/subject.h"
 
-#include "demos/bench/named_backends.h"
-#include "demos/rivals/rival.h"
+#include "cullet/demos/bench/named_backends.h"
+#include "cullet/demos/rivals/rival.h"
 
 #include <stdexcept>
 

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/aabb.h"
-#include "broad/backend.h"
-#include "demos/scenes/exact_pairs.h"
+#include "cullet/broad/aabb.h"
+#include "cullet/broad/backend.h"
+#include "cullet/demos/scenes/exact_pairs.h"
 
 #include <cstdint>
 #include <memory>

@@ -5,9 +5,9 @@
 // profiled is the function measuredUpdate(); it uses only what every version of the broad phase has, so that this file
 // compiles with old ones too (demos/results/profiles).
 
-#include "broad/backend.h"
-#include "broad/proxy_table.h"
-#include "demos/scenes/box_scene.h"
+#include "cullet/broad/backend.h"
+#include "cullet/broad/proxy_table.h"
+#include "cullet/demos/scenes/box_scene.h"
 
 #include <cstdio>
 #include <cstdlib>

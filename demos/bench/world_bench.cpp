@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/world_bench.h"
+#include "cullet/demos/bench/world_bench.h"
 
-#include "demos/program/interrupt.h"
-#include "demos/program/precision.h"
-#include "demos/program/progress.h"
-#include "demos/program/statistics.h"
+#include "cullet/demos/program/interrupt.h"
+#include "cullet/demos/program/precision.h"
+#include "cullet/demos/program/progress.h"
+#include "cullet/demos/program/statistics.h"
 
 #include <algorithm>
 #include <cstdio>

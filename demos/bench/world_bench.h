@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/program/result_file.h"
-#include "demos/program/trace_file.h"
-#include "demos/scenes/world_scene.h"
+#include "cullet/demos/program/result_file.h"
+#include "cullet/demos/program/trace_file.h"
+#include "cullet/demos/scenes/world_scene.h"
 
 #include <cstdint>
 #include <string>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/drop/drop_run.h"
-#include "demos/drop/pair_audit.h"
+#include "cullet/demos/drop/drop_run.h"
+#include "cullet/demos/drop/pair_audit.h"
 
 #include <optional>
 #include <vector>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/drop/drop_parts.h"
+#include "cullet/demos/drop/drop_parts.h"
 
 #include <algorithm>
 

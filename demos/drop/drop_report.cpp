@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/drop/drop_report.h"
+#include "cullet/demos/drop/drop_report.h"
 
-#include "demos/program/precision.h"
-#include "demos/program/speed_sentence.h"
-#include "demos/program/statistics.h"
+#include "cullet/demos/program/precision.h"
+#include "cullet/demos/program/speed_sentence.h"
+#include "cullet/demos/program/statistics.h"
 
 #include <algorithm>
 #include <cstdio>

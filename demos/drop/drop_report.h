@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/drop/drop_run.h"
+#include "cullet/demos/drop/drop_run.h"
 
 namespace cullet
 {

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/drop/drop_run.h"
+#include "cullet/demos/drop/drop_run.h"
 
-#include "demos/drop/drop_audit.h"
-#include "demos/program/interrupt.h"
-#include "demos/program/progress.h"
-#include "plugin/broadphase.h"
+#include "cullet/demos/drop/drop_audit.h"
+#include "cullet/demos/program/interrupt.h"
+#include "cullet/demos/program/progress.h"
+#include "cullet/plugin/broadphase.h"
 
 #include <algorithm>
 

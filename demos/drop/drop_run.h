@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/drop/drop_parts.h"
-#include "demos/program/result_file.h"
+#include "cullet/demos/drop/drop_parts.h"
+#include "cullet/demos/program/result_file.h"
 
 #include <cstdint>
 #include <string>

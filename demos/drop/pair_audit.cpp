@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/drop/pair_audit.h"
+#include "cullet/demos/drop/pair_audit.h"
 
-#include "demos/program/heap_usage.h"
+#include "cullet/demos/program/heap_usage.h"
 
 #include <algorithm>
 

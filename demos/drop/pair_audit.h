@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/scenes/broadphase_factory.h"
-#include "demos/scenes/exact_pairs.h"
+#include "cullet/demos/scenes/broadphase_factory.h"
+#include "cullet/demos/scenes/exact_pairs.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
 

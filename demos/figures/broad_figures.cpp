@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/broad_options.h"
-#include "demos/bench/frames_bench.h"
-#include "demos/figures/figure.h"
-#include "demos/program/interrupt.h"
-#include "demos/scenes/box_scene.h"
+#include "cullet/demos/bench/broad_options.h"
+#include "cullet/demos/bench/frames_bench.h"
+#include "cullet/demos/figures/figure.h"
+#include "cullet/demos/program/interrupt.h"
+#include "cullet/demos/scenes/box_scene.h"
 
 #include <algorithm>
 #include <cmath>

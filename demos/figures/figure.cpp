@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/figures/figure.h"
+#include "cullet/demos/figures/figure.h"
 
-#include "broad/backend.h"
-#include "demos/program/interrupt.h"
+#include "cullet/broad/backend.h"
+#include "cullet/demos/program/interrupt.h"
 
 #include <algorithm>
 #include <cstdio>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/program/result_file.h"
-#include "demos/program/trace_file.h"
+#include "cullet/demos/program/result_file.h"
+#include "cullet/demos/program/trace_file.h"
 
 #include <chrono>
 #include <cstdint>

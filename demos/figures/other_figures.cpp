@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/narrow_bench.h"
-#include "demos/bench/world_bench.h"
-#include "demos/figures/figure.h"
+#include "cullet/demos/bench/narrow_bench.h"
+#include "cullet/demos/bench/world_bench.h"
+#include "cullet/demos/figures/figure.h"
 
 // The figures that are made of `bench narrow` and `bench world`.
 namespace cullet

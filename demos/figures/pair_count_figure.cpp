@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/broad_options.h"
-#include "demos/figures/figure.h"
-#include "demos/program/precision.h"
-#include "demos/program/progress.h"
-#include "demos/program/stopwatch.h"
-#include "demos/scenes/box_scene.h"
-#include "demos/scenes/splitmix64.h"
+#include "cullet/demos/bench/broad_options.h"
+#include "cullet/demos/figures/figure.h"
+#include "cullet/demos/program/precision.h"
+#include "cullet/demos/program/progress.h"
+#include "cullet/demos/program/stopwatch.h"
+#include "cullet/demos/scenes/box_scene.h"
+#include "cullet/demos/scenes/splitmix64.h"
 
 #include <cmath>
 #include <cstdio>

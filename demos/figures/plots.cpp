@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/figures/plots.h"
+#include "cullet/demos/figures/plots.h"
 
 #include <cstdio>
 #include <spawn.h>

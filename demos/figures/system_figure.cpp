@@ -1,18 +1,18 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/proxy_table.h"
-#include "demos/bench/named_backends.h"
-#include "demos/figures/figure.h"
-#include "demos/program/exit_code.h"
-#include "demos/program/interrupt.h"
-#include "demos/program/precision.h"
-#include "demos/program/progress.h"
-#include "demos/program/statistics.h"
-#include "demos/program/stopwatch.h"
-#include "demos/scenes/box_scene.h"
-#include "demos/scenes/exact_pairs.h"
-#include "demos/scenes/hull_points.h"
-#include "narrow/isa_gjk.h"
+#include "cullet/broad/proxy_table.h"
+#include "cullet/demos/bench/named_backends.h"
+#include "cullet/demos/figures/figure.h"
+#include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/program/interrupt.h"
+#include "cullet/demos/program/precision.h"
+#include "cullet/demos/program/progress.h"
+#include "cullet/demos/program/statistics.h"
+#include "cullet/demos/program/stopwatch.h"
+#include "cullet/demos/scenes/box_scene.h"
+#include "cullet/demos/scenes/exact_pairs.h"
+#include "cullet/demos/scenes/hull_points.h"
+#include "cullet/narrow/isa_gjk.h"
 
 #include <algorithm>
 #include <cstdio>

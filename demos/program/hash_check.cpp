@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/program/hash_check.h"
+#include "cullet/demos/program/hash_check.h"
 
-#include "demos/program/exit_code.h"
-#include "demos/program/result_file.h"
+#include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/program/result_file.h"
 
 namespace cullet
 {

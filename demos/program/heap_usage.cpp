@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/program/heap_usage.h"
+#include "cullet/demos/program/heap_usage.h"
 
 #include <malloc.h>
 

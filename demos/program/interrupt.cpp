@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/program/interrupt.h"
+#include "cullet/demos/program/interrupt.h"
 
 #include <csignal>
 #include <cstdint>

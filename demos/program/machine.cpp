@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/program/machine.h"
+#include "cullet/demos/program/machine.h"
 
-#include "demos/commit.h"
+#include "cullet/generated/commit.h"
 
 #include <cstdio>
 #include <filesystem>

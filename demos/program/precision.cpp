@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/program/precision.h"
+#include "cullet/demos/program/precision.h"
 
-#include "demos/program/exit_code.h"
+#include "cullet/demos/program/exit_code.h"
 
 #include <cerrno>
 #include <cstring>

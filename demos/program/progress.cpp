@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/program/progress.h"
+#include "cullet/demos/program/progress.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/program/result_file.h"
+#include "cullet/demos/program/result_file.h"
 
-#include "demos/program/exit_code.h"
-#include "demos/program/machine.h"
+#include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/program/machine.h"
 
 #include <algorithm>
 #include <cstdio>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/program/speed_sentence.h"
+#include "cullet/demos/program/speed_sentence.h"
 
 #include <algorithm>
 #include <cmath>

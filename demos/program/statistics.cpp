@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/program/statistics.h"
+#include "cullet/demos/program/statistics.h"
 
 #include <algorithm>
 #include <numeric>

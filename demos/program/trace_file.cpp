@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/program/trace_file.h"
+#include "cullet/demos/program/trace_file.h"
 
-#include "demos/program/exit_code.h"
+#include "cullet/demos/program/exit_code.h"
 
 #include <cstdio>
 #include <nlohmann/json.hpp>

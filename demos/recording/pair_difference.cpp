@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/recording/pair_difference.h"
+#include "cullet/demos/recording/pair_difference.h"
 
 #include <algorithm>
 #include <cstdio>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/recording/replay.h"
+#include "cullet/demos/recording/replay.h"
 
 #include <string>
 #include <vector>

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/recording/player.h"
+#include "cullet/demos/recording/player.h"
 
-#include "demos/program/exit_code.h"
+#include "cullet/demos/program/exit_code.h"
 
 #include <algorithm>
 

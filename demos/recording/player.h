@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/recording/recording_file.h"
-#include "demos/scenes/broadphase_factory.h"
+#include "cullet/demos/recording/recording_file.h"
+#include "cullet/demos/scenes/broadphase_factory.h"
 
 #include <memory>
 #include <string>

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/recording/recording_file.h"
+#include "cullet/demos/recording/recording_file.h"
 
-#include "broad/aabb.h"
-#include "demos/program/exit_code.h"
+#include "cullet/broad/aabb.h"
+#include "cullet/demos/program/exit_code.h"
 
 #include <LinearMath/btScalar.h>
 

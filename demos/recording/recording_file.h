@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/box_stream.h"
-#include "demos/scenes/exact_pairs.h"
+#include "cullet/broad/box_stream.h"
+#include "cullet/demos/scenes/exact_pairs.h"
 
 #include <cstdint>
 #include <string>

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/recording/replay.h"
+#include "cullet/demos/recording/replay.h"
 
-#include "demos/program/interrupt.h"
-#include "demos/program/precision.h"
-#include "demos/program/progress.h"
-#include "demos/program/statistics.h"
-#include "demos/program/trace_file.h"
-#include "demos/recording/pair_difference.h"
+#include "cullet/demos/program/interrupt.h"
+#include "cullet/demos/program/precision.h"
+#include "cullet/demos/program/progress.h"
+#include "cullet/demos/program/statistics.h"
+#include "cullet/demos/program/trace_file.h"
+#include "cullet/demos/recording/pair_difference.h"
 
 #include <algorithm>
 #include <chrono>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/render/animation.h"
+#include "cullet/demos/render/animation.h"
 
 #include <cstdio>
 #include <cstdlib>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/render/camera.h"
+#include "cullet/demos/render/camera.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/render/draw_mesh.h"
+#include "cullet/demos/render/draw_mesh.h"
 
 #include <Eigen/Geometry>
 

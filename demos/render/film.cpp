@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/render/film.h"
+#include "cullet/demos/render/film.h"
 
 #include <cstdio>
 

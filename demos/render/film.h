@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/render/draw_mesh.h"
+#include "cullet/demos/render/draw_mesh.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

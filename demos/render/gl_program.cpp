@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/render/gl_program.h"
+#include "cullet/demos/render/gl_program.h"
 
 #include <stdexcept>
 

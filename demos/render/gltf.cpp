@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/render/gltf.h"
+#include "cullet/demos/render/gltf.h"
 
-#include "demos/program/exit_code.h"
+#include "cullet/demos/program/exit_code.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/render/film.h"
+#include "cullet/demos/render/film.h"
 
 #include <string>
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/render/image.h"
+#include "cullet/demos/render/image.h"
 
 #include <algorithm>
 #include <cstdlib>

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/render/painter.h"
+#include "cullet/demos/render/painter.h"
 
-#include "demos/render/gl_program.h"
-#include "demos/render/shaders.h"
-#include "demos/render/view_math.h"
+#include "cullet/demos/render/gl_program.h"
+#include "cullet/demos/render/shaders.h"
+#include "cullet/demos/render/view_math.h"
 
 #include <Eigen/Geometry>
 

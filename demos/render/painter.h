@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/render/camera.h"
-#include "demos/render/film.h"
-#include "demos/render/image.h"
+#include "cullet/demos/render/camera.h"
+#include "cullet/demos/render/film.h"
+#include "cullet/demos/render/image.h"
 
 #include <memory>
 

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 
 // What there is where OSMesa was not found when this was built.
-#include "demos/program/exit_code.h"
-#include "demos/render/painter.h"
+#include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/render/painter.h"
 
 namespace cullet
 {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/program/exit_code.h"
-#include "demos/render/image.h"
+#include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/render/image.h"
 
 #include <png.h>
 

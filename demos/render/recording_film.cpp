@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/render/recording_film.h"
+#include "cullet/demos/render/recording_film.h"
 
-#include "demos/recording/recording_file.h"
-#include "demos/render/world_filmer.h"
+#include "cullet/demos/recording/recording_file.h"
+#include "cullet/demos/render/world_filmer.h"
 
 #include <algorithm>
 #include <cmath>

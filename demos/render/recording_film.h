@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/render/scene_film.h"
+#include "cullet/demos/render/scene_film.h"
 
 #include <functional>
 #include <string>

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/render/scene_film.h"
+#include "cullet/demos/render/scene_film.h"
 
-#include "demos/render/world_filmer.h"
+#include "cullet/demos/render/world_filmer.h"
 
 namespace cullet
 {

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/render/film.h"
-#include "demos/scenes/world_scene.h"
-#include "plugin/debug_draw_options.h"
+#include "cullet/demos/render/film.h"
+#include "cullet/demos/scenes/world_scene.h"
+#include "cullet/plugin/debug_draw_options.h"
 
 #include <functional>
 #include <string>

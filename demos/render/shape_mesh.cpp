@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/render/shape_mesh.h"
+#include "cullet/demos/render/shape_mesh.h"
 
 #include <LinearMath/btConvexHullComputer.h>
 #include <btBulletCollisionCommon.h>

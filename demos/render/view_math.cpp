@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/render/view_math.h"
+#include "cullet/demos/render/view_math.h"
 
 #include <Eigen/Geometry>
 

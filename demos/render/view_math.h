@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/render/camera.h"
+#include "cullet/demos/render/camera.h"
 
 #include <Eigen/Core>
 

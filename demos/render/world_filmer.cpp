@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/render/world_filmer.h"
+#include "cullet/demos/render/world_filmer.h"
 
 #include <BulletDynamics/Vehicle/btRaycastVehicle.h>
 #include <BulletSoftBody/btSoftBody.h>

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/render/film.h"
-#include "demos/render/shape_mesh.h"
-#include "plugin/broadphase.h"
-#include "plugin/debug_draw_options.h"
+#include "cullet/demos/render/film.h"
+#include "cullet/demos/render/shape_mesh.h"
+#include "cullet/plugin/broadphase.h"
+#include "cullet/plugin/debug_draw_options.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
 #include <BulletCollision/CollisionShapes/btCylinderShape.h>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/rivals/manager_rival.h"
+#include "cullet/demos/rivals/manager_rival.h"
 
 #include <coal/broadphase/broadphase_callbacks.h>
 #include <coal/broadphase/broadphase_dynamic_AABB_tree.h>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/rivals/rival.h"
+#include "cullet/demos/rivals/rival.h"
 
 #include <deque>
 #include <memory>

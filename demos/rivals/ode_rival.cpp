@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/rivals/rival.h"
+#include "cullet/demos/rivals/rival.h"
 
 #include <ode/ode.h>
 

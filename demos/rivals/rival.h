@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/aabb.h"
-#include "broad/pair.h"
+#include "cullet/broad/aabb.h"
+#include "cullet/broad/pair.h"
 
 #include <cstdint>
 #include <memory>

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/actor_worlds.h"
+#include "cullet/demos/scenes/actor_worlds.h"
 
-#include "demos/scenes/splitmix64.h"
+#include "cullet/demos/scenes/splitmix64.h"
 
 #include <BulletCollision/CollisionDispatch/btGhostObject.h>
 #include <BulletDynamics/Character/btKinematicCharacterController.h>

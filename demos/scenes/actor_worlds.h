@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/scenes/world_scene.h"
+#include "cullet/demos/scenes/world_scene.h"
 
 #include <memory>
 #include <string>

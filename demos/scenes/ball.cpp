@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/ball.h"
+#include "cullet/demos/scenes/ball.h"
 
 #include <algorithm>
 #include <cmath>

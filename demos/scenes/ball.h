@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/aabb.h"
-#include "demos/scenes/box_scene.h"
-#include "demos/scenes/splitmix64.h"
+#include "cullet/broad/aabb.h"
+#include "cullet/demos/scenes/box_scene.h"
+#include "cullet/demos/scenes/splitmix64.h"
 
 #include <cstdint>
 #include <vector>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/scenes/mesh_hull.h"
-#include "demos/scenes/splitmix64.h"
+#include "cullet/demos/scenes/mesh_hull.h"
+#include "cullet/demos/scenes/splitmix64.h"
 
 #include <BulletCollision/CollisionShapes/btCollisionShape.h>
 #include <LinearMath/btQuaternion.h>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/scenes/body_shapes.h"
-#include "demos/scenes/world_scene.h"
+#include "cullet/demos/scenes/body_shapes.h"
+#include "cullet/demos/scenes/world_scene.h"
 
 #include <memory>
 #include <string>

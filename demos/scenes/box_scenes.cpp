@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/box_scene.h"
-#include "demos/scenes/extreme_scenes.h"
-#include "demos/scenes/heap_scenes.h"
-#include "demos/scenes/uniform_scenes.h"
+#include "cullet/demos/scenes/box_scene.h"
+#include "cullet/demos/scenes/extreme_scenes.h"
+#include "cullet/demos/scenes/heap_scenes.h"
+#include "cullet/demos/scenes/uniform_scenes.h"
 
 namespace cullet
 {

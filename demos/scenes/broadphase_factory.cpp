@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/broadphase_factory.h"
+#include "cullet/demos/scenes/broadphase_factory.h"
 
-#include "demos/bench/named_backends.h"
-#include "plugin/broadphase.h"
+#include "cullet/demos/bench/named_backends.h"
+#include "cullet/plugin/broadphase.h"
 
 #include <BulletCollision/BroadphaseCollision/btAxisSweep3.h>
 

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/hull.h"
-#include "narrow/posed_hull.h"
+#include "cullet/narrow/hull.h"
+#include "cullet/narrow/posed_hull.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

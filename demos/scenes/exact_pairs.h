@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/aabb.h"
-#include "broad/pair.h"
-#include "demos/scenes/splitmix64.h"
+#include "cullet/broad/aabb.h"
+#include "cullet/broad/pair.h"
+#include "cullet/demos/scenes/splitmix64.h"
 
 #include <cstdint>
 #include <vector>

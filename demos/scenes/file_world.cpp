@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/file_world.h"
+#include "cullet/demos/scenes/file_world.h"
 
-#include "demos/program/exit_code.h"
+#include "cullet/demos/program/exit_code.h"
 
 #ifdef CULLET_HAS_IMPORTER
 #include <BulletWorldImporter/btBulletWorldImporter.h>

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/flying_world.h"
+#include "cullet/demos/scenes/flying_world.h"
 
-#include "demos/scenes/body_shapes.h"
+#include "cullet/demos/scenes/body_shapes.h"
 
 namespace cullet
 {

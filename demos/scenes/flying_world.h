@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/scenes/box_scene.h"
-#include "demos/scenes/world_scene.h"
+#include "cullet/demos/scenes/box_scene.h"
+#include "cullet/demos/scenes/world_scene.h"
 
 #include <memory>
 #include <string>

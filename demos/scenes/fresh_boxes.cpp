@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/fresh_boxes.h"
+#include "cullet/demos/scenes/fresh_boxes.h"
 
-#include "demos/scenes/splitmix64.h"
+#include "cullet/demos/scenes/splitmix64.h"
 
 #include <algorithm>
 #include <cmath>

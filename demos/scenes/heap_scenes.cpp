@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/heap_scenes.h"
+#include "cullet/demos/scenes/heap_scenes.h"
 
-#include "demos/scenes/ball.h"
+#include "cullet/demos/scenes/ball.h"
 
 #include <cmath>
 #include <numeric>

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/heap_worlds.h"
+#include "cullet/demos/scenes/heap_worlds.h"
 
-#include "demos/scenes/body_shapes.h"
+#include "cullet/demos/scenes/body_shapes.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/scenes/hull_points.h"
-#include "narrow/gjk.h"
-#include "narrow/posed_hull.h"
+#include "cullet/demos/scenes/hull_points.h"
+#include "cullet/narrow/gjk.h"
+#include "cullet/narrow/posed_hull.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

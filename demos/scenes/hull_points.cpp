@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/hull_points.h"
+#include "cullet/demos/scenes/hull_points.h"
 
 namespace cullet
 {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/hull_builder.h"
+#include "cullet/narrow/hull_builder.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/mesh_file.h"
+#include "cullet/demos/scenes/mesh_file.h"
 
 #include <algorithm>
 #include <array>

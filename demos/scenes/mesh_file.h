@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/scenes/mesh_hull.h"
+#include "cullet/demos/scenes/mesh_hull.h"
 
 #include <cstdint>
 #include <string>

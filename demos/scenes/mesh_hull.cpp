@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/mesh_hull.h"
+#include "cullet/demos/scenes/mesh_hull.h"
 
-#include "demos/scenes/mesh_file.h"
+#include "cullet/demos/scenes/mesh_file.h"
 
 #include <algorithm>
 #include <cmath>

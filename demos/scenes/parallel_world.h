@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "plugin/world.h"
+#include "cullet/plugin/world.h"
 
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
 

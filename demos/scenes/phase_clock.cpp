@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/phase_clock.h"
+#include "cullet/demos/scenes/phase_clock.h"
 
 #include <algorithm>
 #include <cstring>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/program/trace_file.h"
+#include "cullet/demos/program/trace_file.h"
 
 #include <LinearMath/btQuickprof.h>
 

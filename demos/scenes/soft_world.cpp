@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/soft_world.h"
+#include "cullet/demos/scenes/soft_world.h"
 
-#include "demos/scenes/parallel_world.h"
+#include "cullet/demos/scenes/parallel_world.h"
 
 #include <BulletSoftBody/btSoftBodyHelpers.h>
 #include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>

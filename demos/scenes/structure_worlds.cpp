@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/structure_worlds.h"
+#include "cullet/demos/scenes/structure_worlds.h"
 
 #include <algorithm>
 #include <cmath>

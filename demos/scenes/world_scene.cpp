@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/world_scene.h"
+#include "cullet/demos/scenes/world_scene.h"
 
-#include "demos/program/exit_code.h"
-#include "demos/scenes/parallel_world.h"
-#include "plugin/convex_dispatcher.h"
+#include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/scenes/parallel_world.h"
+#include "cullet/plugin/convex_dispatcher.h"
 
 #include <BulletCollision/CollisionDispatch/btGhostObject.h>
 

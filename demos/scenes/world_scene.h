@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/scenes/broadphase_factory.h"
-#include "demos/scenes/mesh_hull.h"
-#include "demos/scenes/phase_clock.h"
+#include "cullet/demos/scenes/broadphase_factory.h"
+#include "cullet/demos/scenes/mesh_hull.h"
+#include "cullet/demos/scenes/phase_clock.h"
 
 #include <btBulletDynamicsCommon.h>
 

@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/actor_worlds.h"
-#include "demos/scenes/body_world.h"
-#include "demos/scenes/file_world.h"
-#include "demos/scenes/flying_world.h"
-#include "demos/scenes/heap_worlds.h"
-#include "demos/scenes/hull_worlds.h"
-#include "demos/scenes/soft_world.h"
-#include "demos/scenes/space_worlds.h"
-#include "demos/scenes/structure_worlds.h"
-#include "demos/scenes/world_scene.h"
+#include "cullet/demos/scenes/actor_worlds.h"
+#include "cullet/demos/scenes/body_world.h"
+#include "cullet/demos/scenes/file_world.h"
+#include "cullet/demos/scenes/flying_world.h"
+#include "cullet/demos/scenes/heap_worlds.h"
+#include "cullet/demos/scenes/hull_worlds.h"
+#include "cullet/demos/scenes/soft_world.h"
+#include "cullet/demos/scenes/space_worlds.h"
+#include "cullet/demos/scenes/structure_worlds.h"
+#include "cullet/demos/scenes/world_scene.h"
 
 #include <stdexcept>
 

@@ -73,7 +73,7 @@ class CulletConan(ConanFile):
         # cullet's own CMake package has the targets; it lies where find_package() looks.
         self.cpp_info.set_property("cmake_find_mode", "none")
         self.cpp_info.builddirs = [os.path.join("lib", "cmake", "cullet")]
-        self.cpp_info.includedirs = ["include", os.path.join("include", "cullet")]
+        self.cpp_info.includedirs = ["include"]
         self.cpp_info.libs = ["cullet-float64" if self.options.double_precision else "cullet"]
 
     def _scalar(self):

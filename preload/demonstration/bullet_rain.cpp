@@ -6,7 +6,7 @@
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 #include <btBulletDynamicsCommon.h>
 
-#include "preload/demonstration/falling_things.h"
+#include "falling_things.h"
 #include <algorithm>
 #include <chrono>
 #include <cmath>

@@ -3,7 +3,7 @@
 
 // Boxes, balls and cylinders that fall onto a floor in a world of DART with its Bullet collision detector.
 
-#include "preload/demonstration/falling_things.h"
+#include "falling_things.h"
 #include <dart/collision/bullet/bullet.hpp>
 #include <dart/dart.hpp>
 #include <memory>

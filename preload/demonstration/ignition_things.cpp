@@ -3,7 +3,7 @@
 
 // Boxes, balls and cylinders that fall onto a floor in a world of Gazebo's physics library with its Bullet plug-in.
 
-#include "preload/demonstration/falling_things.h"
+#include "falling_things.h"
 #include <chrono>
 #include <ignition/physics/ForwardStep.hh>
 #include <ignition/physics/FrameSemantics.hh>

@@ -3,12 +3,12 @@
 
 // A Bullet program opens the library of the C interface, as one would that was compiled long before; a second world uses
 // cullet as a C++ library, and both must agree bit by bit.
-#include "plugin/isa_gjk.h"
-#include "tests/plugin/falling_heap.h"
+#include "cullet/abi/cullet.h"
+#include "cullet/plugin/isa_gjk.h"
+#include "cullet/tests/plugin/falling_heap.h"
 
 #include <gtest/gtest.h>
 
-#include "abi/cullet.h"
 #include <dlfcn.h>
 #include <limits>
 

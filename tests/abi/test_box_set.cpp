@@ -2,15 +2,15 @@
 // SPDX-License-Identifier: Zlib
 
 // What a C program cannot bring about: a backend that fails, and memory that runs out.
-#include "broad/log.h"
-#include "tests/plugin/fake_backends.h"
-#include "tests/plugin/log_scope.h"
-#include "tests/support/failing_new.h"
+#include "cullet/abi/box_set.h"
+#include "cullet/abi/status.h"
+#include "cullet/broad/log.h"
+#include "cullet/tests/plugin/fake_backends.h"
+#include "cullet/tests/plugin/log_scope.h"
+#include "cullet/tests/support/failing_new.h"
 
 #include <gtest/gtest.h>
 
-#include "abi/box_set.h"
-#include "abi/status.h"
 #include <new>
 #include <numeric>
 

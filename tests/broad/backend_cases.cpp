@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "tests/broad/backend_cases.h"
+#include "cullet/tests/broad/backend_cases.h"
 
 namespace cullet::test
 {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "tests/broad/backend_cases.h"
+#include "cullet/tests/broad/backend_cases.h"
 
 #include <cstdint>
 #include <functional>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/row_soa.h"
+#include "cullet/broad/row_soa.h"
 
 #include <vector>
 

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/aabb.h"
-#include "broad/aabb_simd.h"
-#include "tests/support/boxes.h"
-#include "tests/support/random.h"
+#include "cullet/broad/aabb.h"
+#include "cullet/broad/aabb_simd.h"
+#include "cullet/tests/support/boxes.h"
+#include "cullet/tests/support/random.h"
 
 #include <gtest/gtest.h>
 

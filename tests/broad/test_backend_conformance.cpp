@@ -3,9 +3,9 @@
 
 // What every backend owes its callers, on scenes small enough to know the answer by hand.
 
-#include "tests/broad/backend_cases.h"
-#include "tests/support/backend_session.h"
-#include "tests/support/boxes.h"
+#include "cullet/tests/broad/backend_cases.h"
+#include "cullet/tests/support/backend_session.h"
+#include "cullet/tests/support/boxes.h"
 
 #include <gtest/gtest.h>
 

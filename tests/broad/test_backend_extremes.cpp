@@ -3,10 +3,10 @@
 
 // Boxes that grids, sorted axes and hashes dislike.
 
-#include "tests/broad/backend_cases.h"
-#include "tests/support/backend_session.h"
-#include "tests/support/boxes.h"
-#include "tests/support/random.h"
+#include "cullet/tests/broad/backend_cases.h"
+#include "cullet/tests/support/backend_session.h"
+#include "cullet/tests/support/boxes.h"
+#include "cullet/tests/support/random.h"
 
 #include <gtest/gtest.h>
 

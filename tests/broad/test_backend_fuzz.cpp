@@ -3,9 +3,9 @@
 
 // Random worlds, each update checked against the oracle.
 
-#include "tests/broad/backend_cases.h"
-#include "tests/support/backend_session.h"
-#include "tests/support/random_world.h"
+#include "cullet/tests/broad/backend_cases.h"
+#include "cullet/tests/support/backend_session.h"
+#include "cullet/tests/support/random_world.h"
 
 #include <gtest/gtest.h>
 

@@ -8,11 +8,11 @@
 // purpose, put the new values in, and say in the commit why each changed. In all other cases a simulation that ran the
 // same way for months now runs differently: find the cause instead.
 
-#include "broad/proxy_table.h"
-#include "tests/broad/backend_cases.h"
-#include "tests/support/box_scenes.h"
-#include "tests/support/boxes.h"
-#include "tests/support/pair_hash.h"
+#include "cullet/broad/proxy_table.h"
+#include "cullet/tests/broad/backend_cases.h"
+#include "cullet/tests/support/box_scenes.h"
+#include "cullet/tests/support/boxes.h"
+#include "cullet/tests/support/pair_hash.h"
 
 #include <gtest/gtest.h>
 

@@ -3,11 +3,11 @@
 
 // An update for which there is no memory leaves nothing behind that a restart does not clear away.
 
-#include "tests/broad/backend_cases.h"
-#include "tests/support/backend_session.h"
-#include "tests/support/boxes.h"
-#include "tests/support/failing_new.h"
-#include "tests/support/random.h"
+#include "cullet/tests/broad/backend_cases.h"
+#include "cullet/tests/support/backend_session.h"
+#include "cullet/tests/support/boxes.h"
+#include "cullet/tests/support/failing_new.h"
+#include "cullet/tests/support/random.h"
 
 #include <gtest/gtest.h>
 

@@ -4,10 +4,10 @@
 // Changes of the scene that must not change the pairs. Cell size, number of buckets, threads, layout and instruction set
 // differ between the cases of the suite; scale, place, axes and the order of the rows are varied here.
 
-#include "broad/proxy_table.h"
-#include "tests/broad/backend_cases.h"
-#include "tests/support/box_scenes.h"
-#include "tests/support/boxes.h"
+#include "cullet/broad/proxy_table.h"
+#include "cullet/tests/broad/backend_cases.h"
+#include "cullet/tests/support/box_scenes.h"
+#include "cullet/tests/support/boxes.h"
 
 #include <gtest/gtest.h>
 

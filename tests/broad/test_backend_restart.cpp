@@ -3,10 +3,10 @@
 
 // Backend::restart(): a backend takes over from another one without losing a pair.
 
-#include "tests/broad/backend_cases.h"
-#include "tests/support/backend_session.h"
-#include "tests/support/boxes.h"
-#include "tests/support/random_world.h"
+#include "cullet/tests/broad/backend_cases.h"
+#include "cullet/tests/support/backend_session.h"
+#include "cullet/tests/support/boxes.h"
+#include "cullet/tests/support/random_world.h"
 
 #include <gtest/gtest.h>
 

@@ -3,9 +3,9 @@
 
 // What every backend owes while most boxes rest, where some backends keep lists of the pairs that can change at all.
 
-#include "tests/broad/backend_cases.h"
-#include "tests/support/backend_session.h"
-#include "tests/support/boxes.h"
+#include "cullet/tests/broad/backend_cases.h"
+#include "cullet/tests/support/backend_session.h"
+#include "cullet/tests/support/boxes.h"
 
 #include <gtest/gtest.h>
 

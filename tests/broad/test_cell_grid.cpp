@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/cell_grid.h"
-#include "tests/support/boxes.h"
-#include "tests/support/random.h"
+#include "cullet/broad/cell_grid.h"
+#include "cullet/tests/support/boxes.h"
+#include "cullet/tests/support/random.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/flat_backend.h"
-#include "tests/support/backend_session.h"
-#include "tests/support/boxes.h"
-#include "tests/support/random.h"
+#include "cullet/broad/flat_backend.h"
+#include "cullet/tests/support/backend_session.h"
+#include "cullet/tests/support/boxes.h"
+#include "cullet/tests/support/random.h"
 
 #include <gtest/gtest.h>
 

@@ -4,12 +4,12 @@
 // The variants of the lecture's cells that are there to be compared: what they store, touch and look at. Their pairs are
 // held by the conformance suite.
 
-#include "broad/cell_directory.h"
-#include "broad/cell_grid.h"
-#include "broad/pair_counts.h"
-#include "tests/support/backend_session.h"
-#include "tests/support/boxes.h"
-#include "tests/support/random.h"
+#include "cullet/broad/cell_directory.h"
+#include "cullet/broad/cell_grid.h"
+#include "cullet/broad/pair_counts.h"
+#include "cullet/tests/support/backend_session.h"
+#include "cullet/tests/support/boxes.h"
+#include "cullet/tests/support/random.h"
 
 #include <gtest/gtest.h>
 

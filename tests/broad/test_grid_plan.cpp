@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/grid_plan.h"
-#include "broad/proxy_table.h"
-#include "tests/support/boxes.h"
-#include "tests/support/random.h"
+#include "cullet/broad/grid_plan.h"
+#include "cullet/broad/proxy_table.h"
+#include "cullet/tests/support/boxes.h"
+#include "cullet/tests/support/random.h"
 
 #include <gtest/gtest.h>
 

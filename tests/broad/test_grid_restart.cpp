@@ -3,10 +3,10 @@
 
 // What the row grid has learned of a table is void in the next one: not for its pairs alone, for its choices too.
 
-#include "broad/backend.h"
-#include "broad/proxy_table.h"
-#include "tests/support/boxes.h"
-#include "tests/support/random.h"
+#include "cullet/broad/backend.h"
+#include "cullet/broad/proxy_table.h"
+#include "cullet/tests/support/boxes.h"
+#include "cullet/tests/support/random.h"
 
 #include <gtest/gtest.h>
 

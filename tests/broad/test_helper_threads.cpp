@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/helper_threads.h"
-#include "broad/worker_pool.h"
+#include "cullet/broad/helper_threads.h"
+#include "cullet/broad/worker_pool.h"
 
 #include <gtest/gtest.h>
 

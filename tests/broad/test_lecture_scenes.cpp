@@ -4,11 +4,11 @@
 // The worked scenes of Lecture 4, Broad Phase, with coordinates that give the slides' cells and orders. The slides are
 // flat; here every box is one unit deep.
 
-#include "broad/cell_grid.h"
-#include "broad/uniform_grid.h"
-#include "tests/broad/backend_cases.h"
-#include "tests/support/backend_session.h"
-#include "tests/support/boxes.h"
+#include "cullet/broad/cell_grid.h"
+#include "cullet/broad/uniform_grid.h"
+#include "cullet/tests/broad/backend_cases.h"
+#include "cullet/tests/support/backend_session.h"
+#include "cullet/tests/support/boxes.h"
 
 #include <gtest/gtest.h>
 

@@ -3,9 +3,9 @@
 
 // Boxes that wander among others at rest, with lists of their neighbours, against the oracle.
 
-#include "broad/row_grid_backend.h"
-#include "tests/support/backend_session.h"
-#include "tests/support/random.h"
+#include "cullet/broad/row_grid_backend.h"
+#include "cullet/tests/support/backend_session.h"
+#include "cullet/tests/support/random.h"
 
 #include <gtest/gtest.h>
 

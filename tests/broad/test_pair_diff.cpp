@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/pair_diff.h"
-#include "tests/support/pair_hash.h"
-#include "tests/support/random.h"
+#include "cullet/broad/pair_diff.h"
+#include "cullet/tests/support/pair_hash.h"
+#include "cullet/tests/support/random.h"
 
 #include <gtest/gtest.h>
 

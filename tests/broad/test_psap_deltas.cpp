@@ -3,9 +3,9 @@
 
 // What changes between sets of boxes in an executor's memory, against every pair.
 
-#include "broad/host_exec.h"
-#include "broad/psap_delta_search.h"
-#include "tests/support/delta_oracle.h"
+#include "cullet/broad/host_exec.h"
+#include "cullet/broad/psap_delta_search.h"
+#include "cullet/tests/support/delta_oracle.h"
 
 #include <gtest/gtest.h>
 

@@ -3,8 +3,8 @@
 
 // Records that search together, as the lanes of a warp do on a GPU: the pairs are those that there are, whatever the scene.
 
-#include "tests/broad/warp_exec.h"
-#include "tests/broad/watched_search.h"
+#include "cullet/tests/broad/warp_exec.h"
+#include "cullet/tests/broad/watched_search.h"
 
 #include <gtest/gtest.h>
 

@@ -3,8 +3,8 @@
 
 // The changes of an update named by unique ids: in order whichever way they are sorted.
 
-#include "broad/host_exec.h"
-#include "broad/psap_names.h"
+#include "cullet/broad/host_exec.h"
+#include "cullet/broad/psap_names.h"
 
 #include <gtest/gtest.h>
 

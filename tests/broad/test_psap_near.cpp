@@ -3,10 +3,10 @@
 
 // Near pairs: what a skin holds, what closeness tells, and when a list is kept.
 
-#include "broad/psap_near_policy.h"
-#include "broad/psap_near_steps.h"
-#include "tests/support/boxes.h"
-#include "tests/support/random.h"
+#include "cullet/broad/psap_near_policy.h"
+#include "cullet/broad/psap_near_steps.h"
+#include "cullet/tests/support/boxes.h"
+#include "cullet/tests/support/random.h"
 
 #include <gtest/gtest.h>
 

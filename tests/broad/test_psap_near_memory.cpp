@@ -3,12 +3,12 @@
 
 // Where there is no memory for near pairs, updates are searched as without them, and nothing fails.
 
-#include "broad/host_exec.h"
-#include "broad/psap_backend.h"
-#include "broad/psap_delta_search.h"
-#include "tests/support/backend_session.h"
-#include "tests/support/box_scenes.h"
-#include "tests/support/delta_oracle.h"
+#include "cullet/broad/host_exec.h"
+#include "cullet/broad/psap_backend.h"
+#include "cullet/broad/psap_delta_search.h"
+#include "cullet/tests/support/backend_session.h"
+#include "cullet/tests/support/box_scenes.h"
+#include "cullet/tests/support/delta_oracle.h"
 
 #include <gtest/gtest.h>
 

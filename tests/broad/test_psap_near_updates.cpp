@@ -3,9 +3,9 @@
 
 // Updates that follow near pairs, with margins, filter words and proxies that come and go, against the oracle.
 
-#include "tests/broad/backend_cases.h"
-#include "tests/support/backend_session.h"
-#include "tests/support/random.h"
+#include "cullet/tests/broad/backend_cases.h"
+#include "cullet/tests/support/backend_session.h"
+#include "cullet/tests/support/random.h"
 
 #include <gtest/gtest.h>
 

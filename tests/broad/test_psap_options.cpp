@@ -3,12 +3,12 @@
 
 // What the options of the sweep-and-prune backends change: not the pairs, which the conformance suite holds, but the work.
 
-#include "broad/host_exec.h"
-#include "broad/psap_pipeline.h"
-#include "tests/support/backend_session.h"
-#include "tests/support/boxes.h"
-#include "tests/support/pair_lists.h"
-#include "tests/support/random.h"
+#include "cullet/broad/host_exec.h"
+#include "cullet/broad/psap_pipeline.h"
+#include "cullet/tests/support/backend_session.h"
+#include "cullet/tests/support/boxes.h"
+#include "cullet/tests/support/pair_lists.h"
+#include "cullet/tests/support/random.h"
 
 #include <gtest/gtest.h>
 

@@ -3,7 +3,7 @@
 
 // The first plan of a search is made at once, later ones beside updates that go on with the one before.
 
-#include "tests/broad/watched_search.h"
+#include "cullet/tests/broad/watched_search.h"
 
 namespace cullet::test
 {

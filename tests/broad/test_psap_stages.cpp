@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/backend.h"
-#include "broad/proxy_table.h"
-#include "tests/support/boxes.h"
+#include "cullet/broad/backend.h"
+#include "cullet/broad/proxy_table.h"
+#include "cullet/tests/support/boxes.h"
 
 #include <gtest/gtest.h>
 

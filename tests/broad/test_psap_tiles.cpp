@@ -3,7 +3,7 @@
 
 // Tiles: when they are used, and what happens where one is full.
 
-#include "tests/broad/watched_search.h"
+#include "cullet/tests/broad/watched_search.h"
 
 namespace cullet::test
 {

@@ -3,10 +3,10 @@
 
 // How often an update waits for its executor: a GPU stands idle then. And how many bytes go between both.
 
-#include "broad/host_exec.h"
-#include "broad/proxy_table.h"
-#include "broad/psap_backend.h"
-#include "tests/support/boxes.h"
+#include "cullet/broad/host_exec.h"
+#include "cullet/broad/proxy_table.h"
+#include "cullet/broad/psap_backend.h"
+#include "cullet/tests/support/boxes.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/proxy_table.h"
-#include "broad/query_index.h"
+#include "cullet/broad/proxy_table.h"
+#include "cullet/broad/query_index.h"
 
 #include <gtest/gtest.h>
 

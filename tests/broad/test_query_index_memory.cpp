@@ -3,12 +3,12 @@
 
 // Queries while the trees take changes in, and after there was no memory for that: they find what a look at every box finds.
 
-#include "broad/proxy_table.h"
-#include "broad/query_index.h"
-#include "tests/support/boxes.h"
-#include "tests/support/failing_new.h"
-#include "tests/support/random.h"
-#include "tests/support/threads.h"
+#include "cullet/broad/proxy_table.h"
+#include "cullet/broad/query_index.h"
+#include "cullet/tests/support/boxes.h"
+#include "cullet/tests/support/failing_new.h"
+#include "cullet/tests/support/random.h"
+#include "cullet/tests/support/threads.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/proxy_table.h"
-#include "broad/query_index.h"
-#include "tests/support/threads.h"
+#include "cullet/broad/proxy_table.h"
+#include "cullet/broad/query_index.h"
+#include "cullet/tests/support/threads.h"
 
 #include <gtest/gtest.h>
 

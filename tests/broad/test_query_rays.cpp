@@ -4,10 +4,10 @@
 // Rays that graze a face, or end at one, within the rounding of Bullet's own test: a query visits every box that either
 // precision of that test reports.
 
-#include "broad/proxy_table.h"
-#include "broad/query_index.h"
-#include "tests/support/boxes.h"
-#include "tests/support/random.h"
+#include "cullet/broad/proxy_table.h"
+#include "cullet/broad/query_index.h"
+#include "cullet/tests/support/boxes.h"
+#include "cullet/tests/support/random.h"
 
 #include <gtest/gtest.h>
 

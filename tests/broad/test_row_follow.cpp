@@ -3,11 +3,11 @@
 
 // The moving mode of the row grid where it keeps its rows from update to update, and what only it uses.
 
-#include "broad/key_sort.h"
-#include "broad/row_grid_backend.h"
-#include "broad/settle_policy.h"
-#include "tests/support/backend_session.h"
-#include "tests/support/random_world.h"
+#include "cullet/broad/key_sort.h"
+#include "cullet/broad/row_grid_backend.h"
+#include "cullet/broad/settle_policy.h"
+#include "cullet/tests/support/backend_session.h"
+#include "cullet/tests/support/random_world.h"
 
 #include <gtest/gtest.h>
 

@@ -3,12 +3,12 @@
 
 // Rows themselves: the kernels of every instruction set on the same rows, and which rows an update looks into.
 
-#include "broad/row_builder.h"
-#include "broad/row_grid_backend.h"
-#include "broad/row_soa.h"
-#include "tests/broad/row_kernels_here.h"
-#include "tests/support/boxes.h"
-#include "tests/support/random_world.h"
+#include "cullet/broad/row_builder.h"
+#include "cullet/broad/row_grid_backend.h"
+#include "cullet/broad/row_soa.h"
+#include "cullet/tests/broad/row_kernels_here.h"
+#include "cullet/tests/support/boxes.h"
+#include "cullet/tests/support/random_world.h"
 
 #include <gtest/gtest.h>
 

@@ -3,9 +3,9 @@
 
 // The moving mode of the row grid finds a pair that parts in a cell that both boxes reach: at any place, by any motion.
 
-#include "broad/row_grid_backend.h"
-#include "tests/support/backend_session.h"
-#include "tests/support/random.h"
+#include "cullet/broad/row_grid_backend.h"
+#include "cullet/tests/support/backend_session.h"
+#include "cullet/tests/support/random.h"
 
 #include <gtest/gtest.h>
 

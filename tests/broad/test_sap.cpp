@@ -3,11 +3,11 @@
 
 // Incremental sweep and prune: the swap cases and sweeps of Lecture 4, and what its counters tell.
 
-#include "broad/sap_backend.h"
-#include "broad/sap_limits.h"
-#include "tests/support/backend_session.h"
-#include "tests/support/boxes.h"
-#include "tests/support/random.h"
+#include "cullet/broad/sap_backend.h"
+#include "cullet/broad/sap_limits.h"
+#include "cullet/tests/support/backend_session.h"
+#include "cullet/tests/support/boxes.h"
+#include "cullet/tests/support/random.h"
 
 #include <gtest/gtest.h>
 

@@ -3,8 +3,8 @@
 
 // Rows packed by threads while an executor picks others from the table.
 
-#include "broad/part_order.h"
-#include "tests/support/scattered_rows.h"
+#include "cullet/broad/part_order.h"
+#include "cullet/tests/support/scattered_rows.h"
 
 #include <gtest/gtest.h>
 

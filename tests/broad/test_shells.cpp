@@ -3,12 +3,12 @@
 
 // Boxes that rest in their shells: kernels of every instruction set against the definition, and updates in which nearly all rest.
 
-#include "broad/proxy_table.h"
-#include "broad/row_grid_backend.h"
-#include "broad/settled_pairs.h"
-#include "tests/broad/row_kernels_here.h"
-#include "tests/support/boxes.h"
-#include "tests/support/random.h"
+#include "cullet/broad/proxy_table.h"
+#include "cullet/broad/row_grid_backend.h"
+#include "cullet/broad/settled_pairs.h"
+#include "cullet/tests/broad/row_kernels_here.h"
+#include "cullet/tests/support/boxes.h"
+#include "cullet/tests/support/random.h"
 
 #include <gtest/gtest.h>
 

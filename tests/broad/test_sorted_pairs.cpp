@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/pair_set.h"
-#include "broad/sorted_pairs.h"
-#include "tests/support/random.h"
+#include "cullet/broad/pair_set.h"
+#include "cullet/broad/sorted_pairs.h"
+#include "cullet/tests/support/random.h"
 
 #include <gtest/gtest.h>
 

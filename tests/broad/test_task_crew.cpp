@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/task_crew.h"
-#include "broad/worker_pool.h"
+#include "cullet/broad/task_crew.h"
+#include "cullet/broad/worker_pool.h"
 
 #include <gtest/gtest.h>
 

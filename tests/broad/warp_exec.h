@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/host_exec.h"
-#include "broad/psap_pairs.h"
+#include "cullet/broad/host_exec.h"
+#include "cullet/broad/psap_pairs.h"
 
 #include <algorithm>
 #include <condition_variable>

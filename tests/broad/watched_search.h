@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/host_exec.h"
-#include "broad/psap_pipeline.h"
-#include "tests/support/boxes.h"
-#include "tests/support/pair_lists.h"
-#include "tests/support/random.h"
+#include "cullet/broad/host_exec.h"
+#include "cullet/broad/psap_pipeline.h"
+#include "cullet/tests/support/boxes.h"
+#include "cullet/tests/support/pair_lists.h"
+#include "cullet/tests/support/random.h"
 
 #include <gtest/gtest.h>
 

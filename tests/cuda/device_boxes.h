@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cuda/device_buffer.h"
-#include "cuda/device_pairs.h"
+#include "cullet/cuda/device_buffer.h"
+#include "cullet/cuda/device_pairs.h"
 
 #include <cuda_runtime_api.h>
 #include <gtest/gtest.h>

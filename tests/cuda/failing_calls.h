@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/backend.h"
-#include "cuda/cuda_fault.h"
+#include "cullet/broad/backend.h"
+#include "cullet/cuda/cuda_fault.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cuda/cuda_exec.cuh"
-#include "tests/cuda/long_lists.h"
+#include "cullet/cuda/cuda_exec.cuh"
+#include "cullet/tests/cuda/long_lists.h"
 
 namespace cullet::test
 {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "tests/cuda/pair_sums.h"
+#include "cullet/tests/cuda/pair_sums.h"
 
 #include <cuda_runtime_api.h>
 

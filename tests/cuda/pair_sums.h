@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/aabb.h"
-#include "broad/host_device.h"
-#include "broad/pair.h"
-#include "cuda/device_pairs.h"
+#include "cullet/broad/aabb.h"
+#include "cullet/broad/host_device.h"
+#include "cullet/broad/pair.h"
+#include "cullet/cuda/device_pairs.h"
 
 #include <cstdint>
 #include <ostream>

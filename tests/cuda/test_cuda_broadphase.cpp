@@ -4,11 +4,11 @@
 // The broad phase for Bullet on a real device, beside one that tests every box against every other: when the device
 // fails, when the world moves there and back, and with filters.
 
-#include "cuda/cuda_fault.h"
-#include "tests/plugin/broadphase_support.h"
-#include "tests/plugin/exact_oracle.h"
-#include "tests/plugin/log_scope.h"
-#include "tests/support/random.h"
+#include "cullet/cuda/cuda_fault.h"
+#include "cullet/tests/plugin/broadphase_support.h"
+#include "cullet/tests/plugin/exact_oracle.h"
+#include "cullet/tests/plugin/log_scope.h"
+#include "cullet/tests/support/random.h"
 
 #include <gtest/gtest.h>
 

@@ -3,13 +3,13 @@
 
 // Up to a million boxes: every way to search finds the pairs of brute force, which runs on the device too.
 
-#include "broad/proxy_table.h"
-#include "demos/scenes/fresh_boxes.h"
-#include "tests/cuda/device_boxes.h"
-#include "tests/cuda/named_options.h"
-#include "tests/cuda/pair_sums.h"
-#include "tests/support/boxes.h"
-#include "tests/support/pair_lists.h"
+#include "cullet/broad/proxy_table.h"
+#include "cullet/demos/scenes/fresh_boxes.h"
+#include "cullet/tests/cuda/device_boxes.h"
+#include "cullet/tests/cuda/named_options.h"
+#include "cullet/tests/cuda/pair_sums.h"
+#include "cullet/tests/support/boxes.h"
+#include "cullet/tests/support/pair_lists.h"
 
 #include <gtest/gtest.h>
 

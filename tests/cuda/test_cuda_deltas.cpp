@@ -3,10 +3,10 @@
 
 // What changes between sets of boxes on the device, told there, against every pair.
 
-#include "cuda/device_buffer.h"
-#include "cuda/device_pairs.h"
-#include "tests/cuda/failing_calls.h"
-#include "tests/support/delta_oracle.h"
+#include "cullet/cuda/device_buffer.h"
+#include "cullet/cuda/device_pairs.h"
+#include "cullet/tests/cuda/failing_calls.h"
+#include "cullet/tests/support/delta_oracle.h"
 
 #include <cuda_runtime_api.h>
 #include <gtest/gtest.h>

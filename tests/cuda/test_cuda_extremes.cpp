@@ -3,10 +3,10 @@
 
 // Many boxes where there is nothing to divide, or that no plan foresees: the pairs of the grid, in bounded memory.
 
-#include "demos/scenes/extreme_scenes.h"
-#include "demos/scenes/fresh_boxes.h"
-#include "tests/cuda/box_frames.h"
-#include "tests/cuda/named_options.h"
+#include "cullet/demos/scenes/extreme_scenes.h"
+#include "cullet/demos/scenes/fresh_boxes.h"
+#include "cullet/tests/cuda/box_frames.h"
+#include "cullet/tests/cuda/named_options.h"
 
 #include <gtest/gtest.h>
 

@@ -4,11 +4,11 @@
 // A GPU that fails loses nothing: whichever CUDA call fails, and however, the update says so, the object can be
 // destroyed or started again, and another backend goes on with the known pairs.
 
-#include "broad/proxy_table.h"
-#include "tests/cuda/failing_calls.h"
-#include "tests/cuda/named_options.h"
-#include "tests/support/box_scenes.h"
-#include "tests/support/boxes.h"
+#include "cullet/broad/proxy_table.h"
+#include "cullet/tests/cuda/failing_calls.h"
+#include "cullet/tests/cuda/named_options.h"
+#include "cullet/tests/support/box_scenes.h"
+#include "cullet/tests/support/boxes.h"
 
 #include <gtest/gtest.h>
 

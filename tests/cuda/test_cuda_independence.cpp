@@ -4,11 +4,11 @@
 // The pairs do not depend on how boxes are ordered and searched, along which axis, in cells and blocks of which size, and they
 // are the same in every run.
 
-#include "demos/scenes/fresh_boxes.h"
-#include "tests/cuda/box_frames.h"
-#include "tests/cuda/device_boxes.h"
-#include "tests/cuda/named_options.h"
-#include "tests/cuda/pair_sums.h"
+#include "cullet/demos/scenes/fresh_boxes.h"
+#include "cullet/tests/cuda/box_frames.h"
+#include "cullet/tests/cuda/device_boxes.h"
+#include "cullet/tests/cuda/named_options.h"
+#include "cullet/tests/cuda/pair_sums.h"
 
 #include <gtest/gtest.h>
 

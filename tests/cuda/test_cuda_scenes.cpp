@@ -3,13 +3,13 @@
 
 // Scenes too large for the oracle: the device against the CPU grid, against the literal variant, and against itself.
 
-#include "tests/cuda/box_frames.h"
-#include "tests/cuda/device_boxes.h"
-#include "tests/cuda/named_options.h"
-#include "tests/support/boxes.h"
-#include "tests/support/pair_lists.h"
-#include "tests/support/random.h"
-#include "tests/support/scattered_rows.h"
+#include "cullet/tests/cuda/box_frames.h"
+#include "cullet/tests/cuda/device_boxes.h"
+#include "cullet/tests/cuda/named_options.h"
+#include "cullet/tests/support/boxes.h"
+#include "cullet/tests/support/pair_lists.h"
+#include "cullet/tests/support/random.h"
+#include "cullet/tests/support/scattered_rows.h"
 
 #include <cuda_runtime_api.h>
 #include <gtest/gtest.h>

@@ -4,9 +4,9 @@
 // Whatever fails while a backend or a finder is made: there is none, the reason is told in words, and the next attempt
 // succeeds.
 
-#include "cuda/device_pairs.h"
-#include "tests/cuda/failing_calls.h"
-#include "tests/support/failing_new.h"
+#include "cullet/cuda/device_pairs.h"
+#include "cullet/tests/cuda/failing_calls.h"
+#include "cullet/tests/support/failing_new.h"
 
 #include <gtest/gtest.h>
 

@@ -3,8 +3,8 @@
 
 // The reasons for which there is no CUDA backend, as people read them. Needs no device.
 
-#include "cuda/cuda_device.h"
-#include "cuda/device_words.h"
+#include "cullet/cuda/cuda_device.h"
+#include "cullet/cuda/device_words.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "tests/demos/program.h"
+#include "cullet/tests/demos/program.h"
 
 #include <map>
 #include <set>

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/drop/pair_audit.h"
-#include "demos/program/heap_usage.h"
-#include "demos/program/stopwatch.h"
-#include "demos/scenes/body_world.h"
+#include "cullet/demos/drop/pair_audit.h"
+#include "cullet/demos/program/heap_usage.h"
+#include "cullet/demos/program/stopwatch.h"
+#include "cullet/demos/scenes/body_world.h"
 
 #include <gtest/gtest.h>
 

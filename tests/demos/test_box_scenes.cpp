@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/box_scene.h"
-#include "demos/scenes/exact_pairs.h"
-#include "demos/scenes/extreme_scenes.h"
+#include "cullet/demos/scenes/box_scene.h"
+#include "cullet/demos/scenes/exact_pairs.h"
+#include "cullet/demos/scenes/extreme_scenes.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/exact_pairs.h"
+#include "cullet/demos/scenes/exact_pairs.h"
 
 #include <gtest/gtest.h>
 

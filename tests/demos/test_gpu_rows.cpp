@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/cuda_floor.h"
-#include "demos/scenes/fresh_boxes.h"
+#include "cullet/demos/bench/cuda_floor.h"
+#include "cullet/demos/scenes/fresh_boxes.h"
 
 #include <gtest/gtest.h>
 

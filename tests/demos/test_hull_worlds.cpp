@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/world_scene.h"
-#include "tests/support/world_outcome.h"
+#include "cullet/demos/scenes/world_scene.h"
+#include "cullet/tests/support/world_outcome.h"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/program/exit_code.h"
-#include "demos/program/hash_check.h"
-#include "demos/program/progress.h"
-#include "demos/program/result_file.h"
-#include "demos/program/speed_sentence.h"
-#include "demos/program/statistics.h"
+#include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/program/hash_check.h"
+#include "cullet/demos/program/progress.h"
+#include "cullet/demos/program/result_file.h"
+#include "cullet/demos/program/speed_sentence.h"
+#include "cullet/demos/program/statistics.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/program/exit_code.h"
-#include "demos/recording/replay.h"
-#include "demos/scenes/world_scene.h"
-#include "plugin/recording_broadphase.h"
+#include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/recording/replay.h"
+#include "cullet/demos/scenes/world_scene.h"
+#include "cullet/plugin/recording_broadphase.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/box_stream.h"
-#include "tests/demos/program.h"
+#include "cullet/broad/box_stream.h"
+#include "cullet/tests/demos/program.h"
 
 #include <set>
 

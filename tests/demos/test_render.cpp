@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/program/exit_code.h"
-#include "demos/render/camera.h"
-#include "demos/render/film.h"
-#include "demos/render/gltf.h"
-#include "demos/render/scene_film.h"
-#include "demos/render/shape_mesh.h"
-#include "demos/render/world_filmer.h"
+#include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/render/camera.h"
+#include "cullet/demos/render/film.h"
+#include "cullet/demos/render/gltf.h"
+#include "cullet/demos/render/scene_film.h"
+#include "cullet/demos/render/shape_mesh.h"
+#include "cullet/demos/render/world_filmer.h"
 
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 #include <btBulletDynamicsCommon.h>

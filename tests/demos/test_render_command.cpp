@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/program/exit_code.h"
-#include "demos/render/animation.h"
-#include "demos/render/painter.h"
-#include "tests/demos/program.h"
+#include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/render/animation.h"
+#include "cullet/demos/render/painter.h"
+#include "cullet/tests/demos/program.h"
 
 #include <filesystem>
 

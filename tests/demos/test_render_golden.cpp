@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/program/exit_code.h"
-#include "demos/render/painter.h"
-#include "demos/render/scene_film.h"
+#include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/render/painter.h"
+#include "cullet/demos/render/scene_film.h"
 
 #include <LinearMath/btSerializer.h>
 #include <gtest/gtest.h>

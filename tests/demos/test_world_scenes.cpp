@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/drop/pair_audit.h"
-#include "demos/program/exit_code.h"
-#include "demos/scenes/box_scene.h"
-#include "demos/scenes/world_scene.h"
+#include "cullet/demos/drop/pair_audit.h"
+#include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/scenes/box_scene.h"
+#include "cullet/demos/scenes/world_scene.h"
 
 #include <BulletCollision/CollisionDispatch/btGhostObject.h>
 #include <gtest/gtest.h>

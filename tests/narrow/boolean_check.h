@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "demos/scenes/distance_oracle.h"
-#include "demos/scenes/hull_pairs.h"
-#include "narrow/exact_penetration.h"
-#include "narrow/isa_gjk.h"
-#include "tests/narrow/shapes.h"
+#include "cullet/demos/scenes/distance_oracle.h"
+#include "cullet/demos/scenes/hull_pairs.h"
+#include "cullet/narrow/exact_penetration.h"
+#include "cullet/narrow/isa_gjk.h"
+#include "cullet/tests/narrow/shapes.h"
 
 #include <gtest/gtest.h>
 

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/paired_climb.h"
-#include "narrow/support.h"
-#include "tests/narrow/shapes.h"
+#include "cullet/narrow/paired_climb.h"
+#include "cullet/narrow/support.h"
+#include "cullet/tests/narrow/shapes.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/hull_pairs.h"
-#include "narrow/exact_penetration.h"
+#include "cullet/demos/scenes/hull_pairs.h"
+#include "cullet/narrow/exact_penetration.h"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/hull_pairs.h"
-#include "narrow/epa.h"
-#include "narrow/exact_penetration.h"
-#include "narrow/feature_pair.h"
-#include "narrow/gjk.h"
-#include "tests/narrow/shapes.h"
+#include "cullet/demos/scenes/hull_pairs.h"
+#include "cullet/narrow/epa.h"
+#include "cullet/narrow/exact_penetration.h"
+#include "cullet/narrow/feature_pair.h"
+#include "cullet/narrow/gjk.h"
+#include "cullet/tests/narrow/shapes.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/hull_pairs.h"
-#include "narrow/gjk.h"
-#include "narrow/isa_gjk.h"
-#include "tests/narrow/shapes.h"
+#include "cullet/demos/scenes/hull_pairs.h"
+#include "cullet/narrow/gjk.h"
+#include "cullet/narrow/isa_gjk.h"
+#include "cullet/tests/narrow/shapes.h"
 
 #include <gtest/gtest.h>
 

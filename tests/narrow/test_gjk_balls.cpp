@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "narrow/gjk.h"
-#include "narrow/isa_gjk.h"
-#include "tests/narrow/shapes.h"
+#include "cullet/narrow/gjk.h"
+#include "cullet/narrow/isa_gjk.h"
+#include "cullet/tests/narrow/shapes.h"
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>

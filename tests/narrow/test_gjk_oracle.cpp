@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/distance_oracle.h"
-#include "demos/scenes/hull_pairs.h"
-#include "narrow/gjk.h"
-#include "tests/narrow/boolean_check.h"
-#include "tests/narrow/shapes.h"
+#include "cullet/demos/scenes/distance_oracle.h"
+#include "cullet/demos/scenes/hull_pairs.h"
+#include "cullet/narrow/gjk.h"
+#include "cullet/tests/narrow/boolean_check.h"
+#include "cullet/tests/narrow/shapes.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "narrow/hull_builder.h"
-#include "tests/narrow/shapes.h"
+#include "cullet/narrow/hull_builder.h"
+#include "cullet/tests/narrow/shapes.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/hull_pairs.h"
-#include "narrow/epa.h"
-#include "narrow/gjk.h"
-#include "narrow/level_corner.h"
-#include "narrow/polytope.h"
-#include "tests/narrow/depth_check.h"
-#include "tests/narrow/shapes.h"
+#include "cullet/demos/scenes/hull_pairs.h"
+#include "cullet/narrow/epa.h"
+#include "cullet/narrow/gjk.h"
+#include "cullet/narrow/level_corner.h"
+#include "cullet/narrow/polytope.h"
+#include "cullet/tests/narrow/depth_check.h"
+#include "cullet/tests/narrow/shapes.h"
 
 #include <gtest/gtest.h>
 

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/hull_pairs.h"
-#include "narrow/epa.h"
-#include "narrow/exact_penetration.h"
-#include "narrow/isa_gjk.h"
-#include "tests/narrow/shapes.h"
-#include "tests/support/floating_point_flags.h"
+#include "cullet/demos/scenes/hull_pairs.h"
+#include "cullet/narrow/epa.h"
+#include "cullet/narrow/exact_penetration.h"
+#include "cullet/narrow/isa_gjk.h"
+#include "cullet/tests/narrow/shapes.h"
+#include "cullet/tests/support/floating_point_flags.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/bench/simplex_johnson.h"
-#include "demos/bench/simplex_signed_volumes.h"
-#include "narrow/simplex.h"
-#include "tests/narrow/shapes.h"
+#include "cullet/demos/bench/simplex_johnson.h"
+#include "cullet/demos/bench/simplex_signed_volumes.h"
+#include "cullet/narrow/simplex.h"
+#include "cullet/tests/narrow/shapes.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "tests/narrow/support_check.h"
+#include "cullet/tests/narrow/support_check.h"
 
 #include <gtest/gtest.h>
 

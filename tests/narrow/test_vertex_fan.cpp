@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "narrow/hull_builder.h"
-#include "narrow/vertex_fan.h"
-#include "tests/narrow/shapes.h"
+#include "cullet/narrow/hull_builder.h"
+#include "cullet/narrow/vertex_fan.h"
+#include "cullet/tests/narrow/shapes.h"
 
 #include <gtest/gtest.h>
 

@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "plugin/convex_dispatcher.h"
-#include "plugin/hull_cache.h"
-#include "plugin/isa_gjk.h"
-#include "tests/plugin/body_hash.h"
-#include "tests/plugin/broadphase_support.h"
+#include "cullet/plugin/convex_dispatcher.h"
+#include "cullet/plugin/hull_cache.h"
+#include "cullet/plugin/isa_gjk.h"
+#include "cullet/tests/plugin/body_hash.h"
+#include "cullet/tests/plugin/broadphase_support.h"
 
 #include <btBulletDynamicsCommon.h>
 

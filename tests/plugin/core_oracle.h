@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "narrow/hull_builder.h"
-#include "narrow/posed_hull.h"
+#include "cullet/narrow/hull_builder.h"
+#include "cullet/narrow/posed_hull.h"
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/pair.h"
-#include "tests/plugin/broadphase_support.h"
+#include "cullet/broad/pair.h"
+#include "cullet/tests/plugin/broadphase_support.h"
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseProxy.h>
 

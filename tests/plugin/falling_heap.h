@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "tests/plugin/body_hash.h"
-#include "tests/plugin/broadphase_support.h"
+#include "cullet/tests/plugin/body_hash.h"
+#include "cullet/tests/plugin/broadphase_support.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcherMt.h>
 #include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolverMt.h>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "tests/plugin/convex_contacts.h"
+#include "cullet/tests/plugin/convex_contacts.h"
 
 namespace cullet::test
 {

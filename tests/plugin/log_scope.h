@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/log.h"
+#include "cullet/broad/log.h"
 
 #include <string>
 #include <vector>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "tests/plugin/doomed_body.h"
+#include "cullet/tests/plugin/doomed_body.h"
 
 #include <cstddef>
 #include <deque>

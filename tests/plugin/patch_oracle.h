@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "plugin/contact_patch.h"
+#include "cullet/plugin/contact_patch.h"
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/axis_test.h"
-#include "plugin/convex_shape.h"
-#include "tests/plugin/random_motion.h"
+#include "cullet/plugin/axis_test.h"
+#include "cullet/plugin/convex_shape.h"
+#include "cullet/tests/plugin/random_motion.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/log.h"
-#include "plugin/backend_choice.h"
-#include "tests/plugin/broadphase_support.h"
-#include "tests/plugin/fake_backends.h"
+#include "cullet/broad/log.h"
+#include "cullet/plugin/backend_choice.h"
+#include "cullet/tests/plugin/broadphase_support.h"
+#include "cullet/tests/plugin/fake_backends.h"
 
 #include <gtest/gtest.h>
 

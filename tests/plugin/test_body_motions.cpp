@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/body_motions.h"
-#include "tests/plugin/random_motion.h"
+#include "cullet/plugin/body_motions.h"
+#include "cullet/tests/plugin/random_motion.h"
 
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <gtest/gtest.h>

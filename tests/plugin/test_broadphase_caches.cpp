@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/pair_cache.h"
-#include "tests/plugin/broadphase_support.h"
+#include "cullet/plugin/pair_cache.h"
+#include "cullet/tests/plugin/broadphase_support.h"
 
 #include <btBulletCollisionCommon.h>
 #include <gtest/gtest.h>

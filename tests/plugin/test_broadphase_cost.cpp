@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 
 // What must cost nothing or little, in counts, which are the same on every machine.
-#include "broad/proxy_table.h"
-#include "plugin/pair_cache.h"
-#include "tests/plugin/broadphase_support.h"
-#include "tests/plugin/fake_backends.h"
+#include "cullet/broad/proxy_table.h"
+#include "cullet/plugin/pair_cache.h"
+#include "cullet/tests/plugin/broadphase_support.h"
+#include "cullet/tests/plugin/fake_backends.h"
 
 #include <gtest/gtest.h>
 

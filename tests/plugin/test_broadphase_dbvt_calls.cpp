@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 
 // What applications call and assign that were written for btDbvtBroadphase.
-#include "tests/plugin/broadphase_support.h"
+#include "cullet/tests/plugin/broadphase_support.h"
 
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <gtest/gtest.h>

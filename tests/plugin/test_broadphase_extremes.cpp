@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "tests/plugin/broadphase_support.h"
-#include "tests/plugin/exact_oracle.h"
-#include "tests/support/random.h"
+#include "cullet/tests/plugin/broadphase_support.h"
+#include "cullet/tests/plugin/exact_oracle.h"
+#include "cullet/tests/support/random.h"
 
 #include <BulletCollision/CollisionDispatch/btGhostObject.h>
 #include <gtest/gtest.h>

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 
 // The pairs after an allocation has failed, any of those that a small scene takes.
-#include "broad/log.h"
-#include "tests/plugin/broadphase_support.h"
-#include "tests/plugin/pair_cache_support.h"
-#include "tests/support/failing_new.h"
+#include "cullet/broad/log.h"
+#include "cullet/tests/plugin/broadphase_support.h"
+#include "cullet/tests/plugin/pair_cache_support.h"
+#include "cullet/tests/support/failing_new.h"
 
 #include <BulletCollision/CollisionDispatch/btGhostObject.h>
 #include <gtest/gtest.h>

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "tests/plugin/broadphase_support.h"
-#include "tests/plugin/exact_oracle.h"
-#include "tests/plugin/fake_backends.h"
-#include "tests/plugin/log_scope.h"
+#include "cullet/tests/plugin/broadphase_support.h"
+#include "cullet/tests/plugin/exact_oracle.h"
+#include "cullet/tests/plugin/fake_backends.h"
+#include "cullet/tests/plugin/log_scope.h"
 
 #include <btBulletDynamicsCommon.h>
 #include <gtest/gtest.h>

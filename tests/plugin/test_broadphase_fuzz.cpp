@@ -3,9 +3,9 @@
 
 // One random sequence of operations on several broad phases at once: cullet's with different backends, which must agree
 // in everything, and Bullet's DBVT, which must agree in the pairs whose boxes overlap now.
-#include "tests/plugin/broadphase_support.h"
-#include "tests/plugin/exact_oracle.h"
-#include "tests/support/random.h"
+#include "cullet/tests/plugin/broadphase_support.h"
+#include "cullet/tests/plugin/exact_oracle.h"
+#include "cullet/tests/support/random.h"
 
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <BulletCollision/CollisionDispatch/btGhostObject.h>

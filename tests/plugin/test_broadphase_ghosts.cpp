@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/proxy_table.h"
-#include "tests/plugin/broadphase_support.h"
-#include "tests/plugin/exact_oracle.h"
-#include "tests/support/random.h"
+#include "cullet/broad/proxy_table.h"
+#include "cullet/tests/plugin/broadphase_support.h"
+#include "cullet/tests/plugin/exact_oracle.h"
+#include "cullet/tests/support/random.h"
 
 #include <BulletCollision/CollisionDispatch/btGhostObject.h>
 #include <btBulletCollisionCommon.h>

@@ -4,7 +4,7 @@
 // Saving a world with its contacts and restoring it with Bullet's importer, which finds the pairs of the saved manifolds
 // by the unique ids of their proxies.
 
-#include "tests/plugin/broadphase_support.h"
+#include "cullet/tests/plugin/broadphase_support.h"
 
 #include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 
 // One broad phase that serves world after world: what an earlier one has left behind must not show.
-#include "tests/plugin/broadphase_support.h"
-#include "tests/plugin/exact_oracle.h"
-#include "tests/support/random.h"
+#include "cullet/tests/plugin/broadphase_support.h"
+#include "cullet/tests/plugin/exact_oracle.h"
+#include "cullet/tests/support/random.h"
 
 #include <BulletCollision/CollisionDispatch/btGhostObject.h>
 #include <gtest/gtest.h>

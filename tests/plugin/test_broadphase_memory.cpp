@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 
 // Broad phase and pair cache where an allocation fails.
-#include "broad/proxy_table.h"
-#include "tests/plugin/broadphase_support.h"
-#include "tests/plugin/pair_cache_support.h"
-#include "tests/support/failing_new.h"
+#include "cullet/broad/proxy_table.h"
+#include "cullet/tests/plugin/broadphase_support.h"
+#include "cullet/tests/plugin/pair_cache_support.h"
+#include "cullet/tests/support/failing_new.h"
 
 #include <BulletCollision/CollisionDispatch/btGhostObject.h>
 #include <gtest/gtest.h>

@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "broad/log.h"
-#include "broad/proxy_table.h"
-#include "plugin/pair_keeper.h"
-#include "plugin/proxy_store.h"
-#include "tests/plugin/broadphase_support.h"
-#include "tests/support/random.h"
+#include "cullet/broad/log.h"
+#include "cullet/broad/proxy_table.h"
+#include "cullet/plugin/pair_keeper.h"
+#include "cullet/plugin/proxy_store.h"
+#include "cullet/tests/plugin/broadphase_support.h"
+#include "cullet/tests/support/random.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "tests/plugin/broadphase_support.h"
-#include "tests/support/random.h"
+#include "cullet/tests/plugin/broadphase_support.h"
+#include "cullet/tests/support/random.h"
 
 #include <btBulletCollisionCommon.h>
 #include <gtest/gtest.h>

@@ -3,7 +3,7 @@
 
 // resetPool(): a level is unloaded, and the next one begins with fewer bodies.
 
-#include "tests/plugin/broadphase_support.h"
+#include "cullet/tests/plugin/broadphase_support.h"
 
 #include <gtest/gtest.h>
 

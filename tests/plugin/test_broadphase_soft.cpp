@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 
 // Worlds with soft bodies set boxes before updateAabbs() does, with a dispatcher that may be null, and override rayTest.
-#include "tests/plugin/broadphase_support.h"
+#include "cullet/tests/plugin/broadphase_support.h"
 
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <BulletSoftBody/btDeformableBodySolver.h>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "tests/plugin/broadphase_support.h"
-#include "tests/plugin/falling_heap.h"
+#include "cullet/tests/plugin/broadphase_support.h"
+#include "cullet/tests/plugin/falling_heap.h"
 
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>

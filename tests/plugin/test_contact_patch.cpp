@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "narrow/gjk.h"
-#include "plugin/contact_patch.h"
-#include "tests/narrow/shapes.h"
+#include "cullet/narrow/gjk.h"
+#include "cullet/plugin/contact_patch.h"
+#include "cullet/tests/narrow/shapes.h"
 
 #include <gtest/gtest.h>
 

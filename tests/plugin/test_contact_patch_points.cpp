@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/hull_points.h"
-#include "narrow/gjk.h"
-#include "tests/plugin/patch_oracle.h"
+#include "cullet/demos/scenes/hull_points.h"
+#include "cullet/narrow/gjk.h"
+#include "cullet/tests/plugin/patch_oracle.h"
 
 #include <gtest/gtest.h>
 

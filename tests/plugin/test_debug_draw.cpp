@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/debug_draw.h"
-#include "tests/plugin/broadphase_support.h"
+#include "cullet/plugin/debug_draw.h"
+#include "cullet/tests/plugin/broadphase_support.h"
 
 #include <array>
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "tests/plugin/contact_log.h"
-#include "tests/plugin/convex_world.h"
+#include "cullet/tests/plugin/contact_log.h"
+#include "cullet/tests/plugin/convex_world.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "tests/plugin/pair_bench.h"
+#include "cullet/tests/plugin/pair_bench.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "narrow/epa.h"
-#include "narrow/gjk.h"
-#include "tests/plugin/convex_contacts.h"
-#include "tests/plugin/core_oracle.h"
+#include "cullet/narrow/epa.h"
+#include "cullet/narrow/gjk.h"
+#include "cullet/tests/plugin/convex_contacts.h"
+#include "cullet/tests/plugin/core_oracle.h"
 
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>
 #include <gtest/gtest.h>

@@ -3,12 +3,12 @@
 
 // Worlds in which a division by zero or an invalid operation ends the application: cullet raises none of Bullet's flags.
 
-#include "tests/plugin/convex_world.h"
-#include "tests/plugin/world_crowd.h"
-#include "tests/support/floating_point_flags.h"
+#include "cullet/tests/plugin/convex_world.h"
+#include "cullet/tests/plugin/world_crowd.h"
+#include "cullet/tests/support/floating_point_flags.h"
 
 // Its Point must come after the kind of a hull.
-#include "demos/scenes/world_scene.h"
+#include "cullet/demos/scenes/world_scene.h"
 
 #include <gtest/gtest.h>
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/convex_shape.h"
-#include "tests/plugin/convex_contacts.h"
+#include "cullet/plugin/convex_shape.h"
+#include "cullet/tests/plugin/convex_contacts.h"
 
 #include <gtest/gtest.h>
 

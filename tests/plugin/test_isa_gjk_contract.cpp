@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/isa_gjk_algorithm.h"
-#include "tests/plugin/convex_contacts.h"
+#include "cullet/plugin/isa_gjk_algorithm.h"
+#include "cullet/tests/plugin/convex_contacts.h"
 
 #include <BulletCollision/CollisionShapes/btBox2dShape.h>
 #include <BulletCollision/CollisionShapes/btConvexPointCloudShape.h>

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/distance_oracle.h"
-#include "tests/plugin/core_oracle.h"
-#include "tests/plugin/doomed_body.h"
-#include "tests/plugin/random_motion.h"
+#include "cullet/demos/scenes/distance_oracle.h"
+#include "cullet/tests/plugin/core_oracle.h"
+#include "cullet/tests/plugin/doomed_body.h"
+#include "cullet/tests/plugin/random_motion.h"
 
 #include <gtest/gtest.h>
 

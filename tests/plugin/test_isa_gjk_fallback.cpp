@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "tests/plugin/convex_contacts.h"
-#include "tests/plugin/faulty_cube.h"
+#include "cullet/tests/plugin/convex_contacts.h"
+#include "cullet/tests/plugin/faulty_cube.h"
 
 #include <gtest/gtest.h>
 

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/hull_points.h"
-#include "tests/plugin/convex_contacts.h"
-#include "tests/plugin/faulty_cube.h"
-#include "tests/plugin/pair_bench.h"
-#include "tests/support/failing_new.h"
+#include "cullet/demos/scenes/hull_points.h"
+#include "cullet/tests/plugin/convex_contacts.h"
+#include "cullet/tests/plugin/faulty_cube.h"
+#include "cullet/tests/plugin/pair_bench.h"
+#include "cullet/tests/support/failing_new.h"
 
 #include <gtest/gtest.h>
 

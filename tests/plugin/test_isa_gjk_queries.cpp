@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "demos/scenes/distance_oracle.h"
-#include "narrow/epa.h"
-#include "narrow/gjk.h"
-#include "tests/plugin/convex_contacts.h"
-#include "tests/plugin/core_oracle.h"
+#include "cullet/demos/scenes/distance_oracle.h"
+#include "cullet/narrow/epa.h"
+#include "cullet/narrow/gjk.h"
+#include "cullet/tests/plugin/convex_contacts.h"
+#include "cullet/tests/plugin/core_oracle.h"
 
 #include <gtest/gtest.h>
 

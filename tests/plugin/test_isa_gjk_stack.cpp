@@ -3,9 +3,9 @@
 
 // How much of a thread's stack the narrow phase takes: threads and fibres of applications have 64 kB.
 
-#include "narrow/exact_penetration.h"
-#include "narrow/hull_builder.h"
-#include "tests/plugin/convex_world.h"
+#include "cullet/narrow/exact_penetration.h"
+#include "cullet/narrow/hull_builder.h"
+#include "cullet/tests/plugin/convex_world.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "tests/plugin/contact_log.h"
-#include "tests/plugin/convex_contacts.h"
-#include "tests/support/threads.h"
+#include "cullet/tests/plugin/contact_log.h"
+#include "cullet/tests/plugin/convex_contacts.h"
+#include "cullet/tests/support/threads.h"
 
 #include <gtest/gtest.h>
 

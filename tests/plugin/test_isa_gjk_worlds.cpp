@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "tests/plugin/convex_world.h"
-#include "tests/support/world_outcome.h"
+#include "cullet/tests/plugin/convex_world.h"
+#include "cullet/tests/support/world_outcome.h"
 
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>
 #include <gtest/gtest.h>

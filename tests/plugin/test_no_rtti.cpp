@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 
 // An application compiled with -fno-rtti: its classes have no type_info where cullet looks for one.
-#include "plugin/convex_dispatcher.h"
-#include "plugin/world.h"
-#include "tests/plugin/broadphase_support.h"
-#include "tests/plugin/convex_contacts.h"
+#include "cullet/plugin/convex_dispatcher.h"
+#include "cullet/plugin/world.h"
+#include "cullet/tests/plugin/broadphase_support.h"
+#include "cullet/tests/plugin/convex_contacts.h"
 
 #include <BulletCollision/CollisionDispatch/btGhostObject.h>
 #include <btBulletCollisionCommon.h>

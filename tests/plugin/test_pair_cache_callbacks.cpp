@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 
 // Calls of the pair cache from inside its own callbacks.
-#include "plugin/pair_cache.h"
-#include "tests/plugin/pair_cache_support.h"
+#include "cullet/plugin/pair_cache.h"
+#include "cullet/tests/plugin/pair_cache_support.h"
 
 #include <gtest/gtest.h>
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/pair_cache.h"
-#include "tests/plugin/pair_cache_support.h"
-#include "tests/support/random.h"
+#include "cullet/plugin/pair_cache.h"
+#include "cullet/tests/plugin/pair_cache_support.h"
+#include "cullet/tests/support/random.h"
 
 #include <gtest/gtest.h>
 

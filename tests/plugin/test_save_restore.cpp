@@ -4,7 +4,7 @@
 // A world that is put back to an earlier moment goes on as it did then, bit by bit, as it does with Bullet's narrow phase:
 // what rollback networking and replay rely on.
 
-#include "tests/plugin/saved_world.h"
+#include "cullet/tests/plugin/saved_world.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 // A world that Bullet's serialiser has saved and Bullet's importer puts back, as saveState and restoreState of Bullet's
 // Python binding do, goes on as it did then, bit by bit, as it does with Bullet's narrow phase.
 
-#include "tests/plugin/saved_world.h"
+#include "cullet/tests/plugin/saved_world.h"
 
 #include <BulletWorldImporter/btMultiBodyWorldImporter.h>
 #include <gtest/gtest.h>

@@ -3,7 +3,7 @@
 
 // Boxes and cylinders that are thinner than their margin after setMargin() or setLocalScaling(), and what else is scaled
 // inside out.
-#include "tests/plugin/convex_contacts.h"
+#include "cullet/tests/plugin/convex_contacts.h"
 
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>
 #include <btBulletCollisionCommon.h>

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "plugin/broadphase.h"
-#include "plugin/convex_dispatcher.h"
-#include "plugin/world.h"
-#include "tests/plugin/convex_world.h"
+#include "cullet/plugin/broadphase.h"
+#include "cullet/plugin/convex_dispatcher.h"
+#include "cullet/plugin/world.h"
+#include "cullet/tests/plugin/convex_world.h"
 
 #include <gtest/gtest.h>
 

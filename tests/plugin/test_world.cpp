@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 
 // World<Base> does what Base does, bit for bit: each test steps both and compares fingerprints of every step.
-#include "plugin/pure_aabb.h"
-#include "plugin/world.h"
-#include "tests/plugin/world_crowd.h"
+#include "cullet/plugin/pure_aabb.h"
+#include "cullet/plugin/world.h"
+#include "cullet/tests/plugin/world_crowd.h"
 
 #include <BulletCollision/BroadphaseCollision/btAxisSweep3.h>
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>

@@ -4,7 +4,7 @@
 // Things that act on a world by themselves: vehicles, characters, fast bodies, zones, and applications that change bodies
 // while the world runs. One moving body each, so that no order of pairs matters and numbers can be compared.
 
-#include "tests/plugin/small_world.h"
+#include "cullet/tests/plugin/small_world.h"
 
 #include <BulletCollision/CollisionDispatch/btGhostObject.h>
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 
 // A world that is saved with one broad phase and loaded by Bullet's importer into an empty one with another.
-#include "tests/plugin/small_world.h"
+#include "cullet/tests/plugin/small_world.h"
 
 #include <BulletWorldImporter/btBulletWorldImporter.h>
 #include <gtest/gtest.h>

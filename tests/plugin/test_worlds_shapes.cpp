@@ -4,7 +4,7 @@
 // Shapes that are more than one convex body, as ground and as falling things, in worlds and in a collision world without
 // dynamics; and multibodies with joints.
 
-#include "tests/plugin/small_world.h"
+#include "cullet/tests/plugin/small_world.h"
 
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 #include <BulletCollision/Gimpact/btGImpactCollisionAlgorithm.h>

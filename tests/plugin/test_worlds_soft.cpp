@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 
 // Soft bodies with each other and with rigid ones. Their boxes are set in the middle of a step, before updateAabbs().
-#include "tests/plugin/broadphase_support.h"
+#include "cullet/tests/plugin/broadphase_support.h"
 
 #include <BulletSoftBody/btSoftBodyHelpers.h>
 #include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>

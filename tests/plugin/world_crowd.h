@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "tests/plugin/broadphase_support.h"
-#include "tests/support/random.h"
+#include "cullet/tests/plugin/broadphase_support.h"
+#include "cullet/tests/support/random.h"
 
 #include <BulletCollision/CollisionShapes/btConvex2dShape.h>
 #include <BulletCollision/CollisionShapes/btMinkowskiSumShape.h>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "tests/plugin/body_hash.h"
+#include "cullet/tests/plugin/body_hash.h"
 
 #include <btBulletDynamicsCommon.h>
 

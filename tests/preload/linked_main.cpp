@@ -3,9 +3,9 @@
 
 // The program of plain_towers.cpp after its author has switched to cullet: what the preloaded library has to equal.
 
-#include "plugin/broadphase.h"
-#include "plugin/isa_gjk.h"
-#include "tests/preload/box_towers.h"
+#include "cullet/plugin/broadphase.h"
+#include "cullet/plugin/isa_gjk.h"
+#include "cullet/tests/preload/box_towers.h"
 
 #include <string>
 

@@ -4,7 +4,7 @@
 // What a program that knows nothing of cullet does: linked with Bullet only. The argument says how it comes by its broad
 // phase.
 
-#include "tests/preload/box_towers.h"
+#include "cullet/tests/preload/box_towers.h"
 
 #include <cstdlib>
 #include <cstring>

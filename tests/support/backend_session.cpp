@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "tests/support/backend_session.h"
+#include "cullet/tests/support/backend_session.h"
 
 #include <algorithm>
 #include <iterator>

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/backend.h"
-#include "broad/proxy_table.h"
-#include "tests/support/boxes.h"
-#include "tests/support/pair_oracle.h"
+#include "cullet/broad/backend.h"
+#include "cullet/broad/proxy_table.h"
+#include "cullet/tests/support/boxes.h"
+#include "cullet/tests/support/pair_oracle.h"
 
 #include <gtest/gtest.h>
 

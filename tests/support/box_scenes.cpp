@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "tests/support/box_scenes.h"
+#include "cullet/tests/support/box_scenes.h"
 
-#include "tests/support/boxes.h"
+#include "cullet/tests/support/boxes.h"
 
 #include <cmath>
 

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/proxy_table.h"
-#include "tests/support/random.h"
+#include "cullet/broad/proxy_table.h"
+#include "cullet/tests/support/random.h"
 
 #include <cstdint>
 #include <vector>

@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/aabb.h"
-#include "tests/support/box_scenes.h"
-#include "tests/support/boxes.h"
-#include "tests/support/pair_lists.h"
-#include "tests/support/random.h"
+#include "cullet/broad/aabb.h"
+#include "cullet/tests/support/box_scenes.h"
+#include "cullet/tests/support/boxes.h"
+#include "cullet/tests/support/pair_lists.h"
+#include "cullet/tests/support/random.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "tests/support/failing_new.h"
+#include "cullet/tests/support/failing_new.h"
 
 #include <algorithm>
 #include <cstdlib>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/pair.h"
+#include "cullet/broad/pair.h"
 
 #include <cstdint>
 #include <vector>

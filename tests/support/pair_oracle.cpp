@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "tests/support/pair_oracle.h"
+#include "cullet/tests/support/pair_oracle.h"
 
 #include <cmath>
 

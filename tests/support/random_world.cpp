@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "tests/support/random_world.h"
+#include "cullet/tests/support/random_world.h"
 
-#include "tests/support/boxes.h"
+#include "cullet/tests/support/boxes.h"
 
 #include <cmath>
 

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "broad/proxy_table.h"
-#include "tests/support/box_scenes.h"
-#include "tests/support/boxes.h"
-#include "tests/support/pair_hash.h"
+#include "cullet/broad/proxy_table.h"
+#include "cullet/tests/support/box_scenes.h"
+#include "cullet/tests/support/boxes.h"
+#include "cullet/tests/support/pair_hash.h"
 
 #include <gtest/gtest.h>
 

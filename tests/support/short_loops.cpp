@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 //
 // In a program that is linked with this, loops run on several threads however short they are.
-#include "broad/worker_pool.h"
+#include "cullet/broad/worker_pool.h"
 
 namespace
 {
