@@ -5,7 +5,7 @@
 #include "cullet/abi/cullet.h"
 #include "cullet/broad/backend.h"
 #include "cullet/broad/proxy_table.h"
-#include "cullet/plugin/uid_directory.h"
+#include "cullet/plugin/core/unique_id_map.h"
 
 #include <cstddef>
 #include <cstdint>

@@ -3,10 +3,10 @@
 
 // Functions of the interface that query convex hulls; all in double.
 #include "cullet/abi/status.h"
-#include "cullet/narrow/epa.h"
-#include "cullet/narrow/gjk.h"
-#include "cullet/narrow/hull_builder.h"
-#include "cullet/narrow/isa_gjk.h"
+#include "cullet/narrow/build/hull_builder.h"
+#include "cullet/narrow/epa/epa.h"
+#include "cullet/narrow/gjk/gjk.h"
+#include "cullet/narrow/gjk/isa_gjk.h"
 
 #include <Eigen/LU>
 

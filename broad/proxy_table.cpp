@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/broad/proxy_table.h"
 
-#include "cullet/broad/aabb_simd.h"
-#include "cullet/broad/vector_room.h"
+#include "cullet/base/trim_capacity.h"
+#include "cullet/broad/boxes/aabb_simd.h"
 
 #include <algorithm>
 #include <array>

@@ -156,7 +156,7 @@ function(cullet_add_per_precision kind name)
         if(count GREATER 1 AND (suffix OR CULLET_SANITIZE))
             cullet_unity(${target})
         endif()
-        # Users' files get the same from plugin/precision.h, by what Bullet is compiled with.
+        # Users' files get the same from plugin/core/precision.h, by what Bullet is compiled with.
         target_compile_definitions(${target} PRIVATE CULLET_PRECISION=${precision})
         target_link_libraries(${target} ${scope} ${bullet} ${arg_LINK})
         foreach(paired IN LISTS arg_LINK_PAIRED)

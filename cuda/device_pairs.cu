@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/broad/psap_delta_search.h"
-#include "cullet/broad/psap_pipeline.h"
-#include "cullet/cuda/cuda_device.h"
-#include "cullet/cuda/cuda_exec.cuh"
+#include "cullet/broad/psap/delta_search.h"
+#include "cullet/broad/psap/search.h"
 #include "cullet/cuda/device_pairs.h"
-#include "cullet/cuda/recorded_launches.cuh"
+#include "cullet/cuda/kernels/cuda_exec.cuh"
+#include "cullet/cuda/runtime/cuda_device.h"
+#include "cullet/cuda/runtime/graph_launches.cuh"
 
 #include <new>
 #include <utility>

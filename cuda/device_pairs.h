@@ -6,7 +6,7 @@
 #include "cullet/broad/api.h"
 #include "cullet/broad/backend.h"
 #include "cullet/broad/delta_counts.h"
-#include "cullet/broad/id_pair.h"
+#include "cullet/broad/row_pair.h"
 
 #include <cstdint>
 #include <memory>

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/broad/psap_backend.h"
-#include "cullet/cuda/cuda_device.h"
-#include "cullet/cuda/cuda_exec.cuh"
+#include "cullet/broad/psap/psap_backend.h"
+#include "cullet/cuda/kernels/cuda_exec.cuh"
+#include "cullet/cuda/runtime/cuda_device.h"
 
 #include <memory>
 #include <string>

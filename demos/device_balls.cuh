@@ -3,7 +3,7 @@
 #pragma once
 
 #include "cullet/broad/aabb.h"
-#include "cullet/demos/bench/cuda_timing.h"
+#include "cullet/demos/bench/cuda/support/cuda_timing.h"
 
 #include <cuda_runtime.h>
 

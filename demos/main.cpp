@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/demos/commands.h"
+#include "cullet/demos/commands/commands.h"
 
 int main(int argc, char** argv)
 {

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/demos/commands.h"
+#include "cullet/demos/commands/commands.h"
 
 // `cullet-run`: the program `cullet` with the subcommand `run` alone, which takes a fraction of the time to build.
 int main(int argc, char** argv)

@@ -3,13 +3,13 @@
 #include "cullet/plugin/broadphase.h"
 
 #include "cullet/broad/log.h"
-#include "cullet/broad/query_index.h"
-#include "cullet/plugin/backend_choice.h"
-#include "cullet/plugin/debug_draw.h"
-#include "cullet/plugin/ghost_watch.h"
-#include "cullet/plugin/pair_keeper.h"
-#include "cullet/plugin/proxy_store.h"
-#include "cullet/plugin/queries.h"
+#include "cullet/broad/queries/query_index.h"
+#include "cullet/plugin/pair_sync/backend_choice.h"
+#include "cullet/plugin/pair_sync/ghost_pairs.h"
+#include "cullet/plugin/pair_sync/pair_sync.h"
+#include "cullet/plugin/proxies/debug_draw.h"
+#include "cullet/plugin/proxies/proxy_store.h"
+#include "cullet/plugin/proxies/queries.h"
 
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 

@@ -4,8 +4,8 @@
 
 #include "cullet/broad/api.h"
 #include "cullet/broad/backend.h"
+#include "cullet/plugin/core/precision.h"
 #include "cullet/plugin/dbvt_tuning.h"
-#include "cullet/plugin/precision.h"
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseInterface.h>
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
@@ -163,7 +163,7 @@ public:
         setAabb(proxy, aabbMin, aabbMax, dispatcher);
     }
 
-    /// Shows boxes, cells and pairs in the viewer of the application; see plugin/debug_draw_options.h.
+    /// Shows boxes, cells and pairs in the viewer of the application; see plugin/core/debug_draw_options.h.
     void debugDraw(btIDebugDraw& drawer) const;
     void debugDraw(btIDebugDraw& drawer, const DebugDrawOptions& options) const;
 

@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/convex_dispatcher.h"
 
-#include "cullet/broad/worker_pool.h"
-#include "cullet/plugin/body_motions.h"
-#include "cullet/plugin/dynamic_type.h"
-#include "cullet/plugin/isa_gjk_algorithm.h"
-#include "cullet/plugin/prefetch.h"
+#include "cullet/base/threads/parallel_loops.h"
+#include "cullet/plugin/convex/body_motions.h"
+#include "cullet/plugin/convex/isa_gjk_algorithm.h"
+#include "cullet/plugin/core/dynamic_type.h"
+#include "cullet/plugin/core/prefetch.h"
 
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "cullet/broad/api.h"
-#include "cullet/plugin/precision.h"
-#include "cullet/plugin/thread_counter.h"
+#include "cullet/plugin/core/precision.h"
+#include "cullet/plugin/core/thread_counter.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionCreateFunc.h>
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>

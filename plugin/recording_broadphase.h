@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/plugin/precision.h"
+#include "cullet/plugin/core/precision.h"
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseInterface.h>
 

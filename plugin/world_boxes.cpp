@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/world_boxes.h"
 
-#include "cullet/broad/worker_pool.h"
+#include "cullet/base/threads/parallel_loops.h"
 #include "cullet/plugin/broadphase.h"
-#include "cullet/plugin/dynamic_type.h"
-#include "cullet/plugin/pure_aabb.h"
+#include "cullet/plugin/core/dynamic_type.h"
+#include "cullet/plugin/shapes/thread_safe_aabb.h"
 
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>

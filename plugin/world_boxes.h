@@ -3,7 +3,7 @@
 #pragma once
 
 #include "cullet/broad/api.h"
-#include "cullet/plugin/precision.h"
+#include "cullet/plugin/core/precision.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionWorld.h>
 

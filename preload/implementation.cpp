@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/preload/implementation.h"
 
-#include "cullet/plugin/dynamic_type.h"
+#include "cullet/plugin/core/dynamic_type.h"
 #include "cullet/plugin/isa_gjk.h"
 #include "cullet/preload/message.h"
 #include "cullet/preload/settings.h"

@@ -5,7 +5,7 @@
 #
 # Debug containers (_GLIBCXX_DEBUG) change the layout of standard containers, so that a program with them and the library without
 # them would read each other's members at wrong places. No public header holds one by value but those of narrow/, which are
-# templates without a library of their own and include narrow/debug_containers.h. Parameters by reference are allowed: the
+# templates without a library of their own and include narrow/math/debug_containers.h. Parameters by reference are allowed: the
 # linker knows a container by its name.
 
 cmake_minimum_required(VERSION 3.22)
@@ -18,7 +18,7 @@ endif()
 set(wrong "")
 foreach(header IN LISTS headers)
     file(STRINGS "${ROOT}/${header}" lines)
-    string(FIND "${lines}" "#include \"narrow/debug_containers.h\"" guard)
+    string(FIND "${lines}" "#include \"cullet/narrow/math/debug_containers.h\"" guard)
     if(header MATCHES "^narrow/" AND NOT guard EQUAL -1)
         continue()
     endif()

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "cullet/base/threads/parallel_loops.h"
 #include "cullet/broad/backend.h"
 #include "cullet/broad/proxy_table.h"
-#include "cullet/broad/worker_pool.h"
 #include "cullet/demos/bench/named_backends.h"
 #include "cullet/demos/bench/subject.h"
 

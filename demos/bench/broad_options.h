@@ -3,8 +3,8 @@
 #pragma once
 
 #include "cullet/demos/bench/subject.h"
-#include "cullet/demos/program/result_file.h"
-#include "cullet/demos/program/trace_file.h"
+#include "cullet/demos/program/files/result_file.h"
+#include "cullet/demos/program/files/trace_file.h"
 
 #include <cstdint>
 #include <string>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "cullet/demos/bench/subject.h"
-#include "cullet/demos/scenes/broadphase_factory.h"
+#include "cullet/demos/scenes/bodies/broadphase_factory.h"
 
 #include <vector>
 

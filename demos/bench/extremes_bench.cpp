@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/demos/bench/event_scenes.h"
+#include "cullet/demos/bench/events/event_scenes.h"
 #include "cullet/demos/bench/frames_bench.h"
 #include "cullet/demos/program/interrupt.h"
 #include "cullet/demos/scenes/extreme_scenes.h"

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 #include "cullet/demos/bench/bullet_subject.h"
-#include "cullet/demos/bench/event_scenes.h"
+#include "cullet/demos/bench/events/event_scenes.h"
 #include "cullet/demos/program/exit_code.h"
 #include "cullet/demos/program/interrupt.h"
 #include "cullet/demos/program/progress.h"

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/demos/program/result_file.h"
-#include "cullet/demos/program/trace_file.h"
-#include "cullet/demos/scenes/world_scene.h"
+#include "cullet/demos/program/files/result_file.h"
+#include "cullet/demos/program/files/trace_file.h"
+#include "cullet/demos/scenes/bodies/world_scene.h"
 
 #include <cstdint>
 #include <string>

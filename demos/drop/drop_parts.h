@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/demos/scenes/world_scene.h"
+#include "cullet/demos/scenes/bodies/world_scene.h"
 
 #include <string>
 #include <vector>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "cullet/demos/drop/drop_parts.h"
-#include "cullet/demos/program/result_file.h"
+#include "cullet/demos/program/files/result_file.h"
 
 #include <cstdint>
 #include <string>

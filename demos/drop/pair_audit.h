@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/demos/scenes/broadphase_factory.h"
+#include "cullet/demos/scenes/bodies/broadphase_factory.h"
 #include "cullet/demos/scenes/exact_pairs.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionWorld.h>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/demos/program/result_file.h"
-#include "cullet/demos/program/trace_file.h"
+#include "cullet/demos/program/files/result_file.h"
+#include "cullet/demos/program/files/trace_file.h"
 
 #include <chrono>
 #include <cstdint>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/demos/bench/narrow_bench.h"
+#include "cullet/demos/bench/narrow/narrow_bench.h"
 #include "cullet/demos/bench/world_bench.h"
 #include "cullet/demos/figures/figure.h"
 

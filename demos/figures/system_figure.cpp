@@ -11,8 +11,8 @@
 #include "cullet/demos/program/stopwatch.h"
 #include "cullet/demos/scenes/box_scene.h"
 #include "cullet/demos/scenes/exact_pairs.h"
-#include "cullet/demos/scenes/hull_points.h"
-#include "cullet/narrow/isa_gjk.h"
+#include "cullet/demos/scenes/hulls/hull_points.h"
+#include "cullet/narrow/gjk/isa_gjk.h"
 
 #include <algorithm>
 #include <cstdio>

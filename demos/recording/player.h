@@ -3,7 +3,7 @@
 #pragma once
 
 #include "cullet/demos/recording/recording_file.h"
-#include "cullet/demos/scenes/broadphase_factory.h"
+#include "cullet/demos/scenes/bodies/broadphase_factory.h"
 
 #include <memory>
 #include <string>

@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/demos/recording/replay.h"
 
+#include "cullet/demos/program/files/trace_file.h"
 #include "cullet/demos/program/interrupt.h"
 #include "cullet/demos/program/precision.h"
 #include "cullet/demos/program/progress.h"
 #include "cullet/demos/program/statistics.h"
-#include "cullet/demos/program/trace_file.h"
 #include "cullet/demos/recording/pair_difference.h"
 
 #include <algorithm>

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
+#include "cullet/demos/program/files/trace_file.h"
 #include "cullet/demos/program/interrupt.h"
 #include "cullet/demos/program/precision.h"
 #include "cullet/demos/program/progress.h"
-#include "cullet/demos/program/trace_file.h"
 #include "cullet/demos/recording/pair_difference.h"
 #include "cullet/demos/recording/replay.h"
 

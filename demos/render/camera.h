@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/demos/render/film.h"
+#include "cullet/demos/render/film/film.h"
 
 #include <Eigen/Core>
 

@@ -3,8 +3,8 @@
 #pragma once
 
 #include "cullet/demos/render/camera.h"
-#include "cullet/demos/render/film.h"
-#include "cullet/demos/render/image.h"
+#include "cullet/demos/render/film/film.h"
+#include "cullet/demos/render/image/image.h"
 
 #include <memory>
 

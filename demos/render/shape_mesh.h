@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/demos/render/film.h"
-#include "cullet/plugin/precision.h"
+#include "cullet/demos/render/film/film.h"
+#include "cullet/plugin/core/precision.h"
 
 #include <BulletCollision/CollisionShapes/btCollisionShape.h>
 #include <LinearMath/btVector3.h>

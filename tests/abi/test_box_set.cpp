@@ -5,9 +5,9 @@
 #include "cullet/abi/box_set.h"
 #include "cullet/abi/status.h"
 #include "cullet/broad/log.h"
-#include "cullet/tests/plugin/fake_backends.h"
 #include "cullet/tests/plugin/log_scope.h"
-#include "cullet/tests/support/failing_new.h"
+#include "cullet/tests/plugin/pair_sync/fake_backends.h"
+#include "cullet/tests/support/process/failing_new.h"
 
 #include <gtest/gtest.h>
 

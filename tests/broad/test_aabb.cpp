@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 #include "cullet/broad/aabb.h"
-#include "cullet/broad/aabb_simd.h"
+#include "cullet/broad/boxes/aabb_simd.h"
 #include "cullet/tests/support/boxes.h"
 #include "cullet/tests/support/random.h"
 

@@ -9,7 +9,7 @@
 // same way for months now runs differently: find the cause instead.
 
 #include "cullet/broad/proxy_table.h"
-#include "cullet/tests/broad/backend_cases.h"
+#include "cullet/tests/broad/conformance/backend_cases.h"
 #include "cullet/tests/support/box_scenes.h"
 #include "cullet/tests/support/boxes.h"
 #include "cullet/tests/support/pair_hash.h"

@@ -7,7 +7,7 @@
 #include <cullet/broad/backend.h>
 #include <cullet/broad/proxy_table.h>
 #include <cullet/cuda/device_pairs.h>
-#include <cullet/narrow/hull_builder.h>
+#include <cullet/narrow/build/hull_builder.h>
 #include <memory>
 #include <string>
 

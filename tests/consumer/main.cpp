@@ -11,7 +11,7 @@
 #include <cullet/broad/backend.h>
 #include <cullet/plugin/broadphase.h>
 #include <cullet/plugin/convex_dispatcher.h>
-#include <cullet/plugin/pair_cache.h>
+#include <cullet/plugin/pair_cache/pair_cache.h>
 #include <cullet/plugin/world.h>
 #include <memory>
 #include <string>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/tests/broad/psap_cases.h"
+#include "cullet/tests/broad/conformance/psap_cases.h"
 
 namespace cullet::test
 {

@@ -4,7 +4,7 @@
 // Skips every test where no CUDA device answers, or, with CULLET_REQUIRE_GPU=1 in the environment, fails instead: a
 // machine that promises a GPU must not be green because nothing ran.
 
-#include "cullet/cuda/cuda_device.h"
+#include "cullet/cuda/runtime/cuda_device.h"
 
 #include <gtest/gtest.h>
 

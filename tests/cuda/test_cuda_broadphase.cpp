@@ -4,9 +4,9 @@
 // The broad phase for Bullet on a real device, beside one that tests every box against every other: when the device
 // fails, when the world moves there and back, and with filters.
 
-#include "cullet/cuda/cuda_fault.h"
-#include "cullet/tests/plugin/broadphase_support.h"
-#include "cullet/tests/plugin/exact_oracle.h"
+#include "cullet/cuda/runtime/fault_injection.h"
+#include "cullet/tests/plugin/broadphase/broadphase_support.h"
+#include "cullet/tests/plugin/broadphase/exact_oracle.h"
 #include "cullet/tests/plugin/log_scope.h"
 #include "cullet/tests/support/random.h"
 

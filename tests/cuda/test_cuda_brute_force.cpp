@@ -5,9 +5,9 @@
 
 #include "cullet/broad/proxy_table.h"
 #include "cullet/demos/scenes/fresh_boxes.h"
-#include "cullet/tests/cuda/device_boxes.h"
-#include "cullet/tests/cuda/named_options.h"
-#include "cullet/tests/cuda/pair_sums.h"
+#include "cullet/tests/cuda/support/device_boxes.h"
+#include "cullet/tests/cuda/support/named_options.h"
+#include "cullet/tests/cuda/support/pair_sums.h"
 #include "cullet/tests/support/boxes.h"
 #include "cullet/tests/support/pair_lists.h"
 

@@ -3,9 +3,9 @@
 
 // What changes between sets of boxes on the device, told there, against every pair.
 
-#include "cullet/cuda/device_buffer.h"
 #include "cullet/cuda/device_pairs.h"
-#include "cullet/tests/cuda/failing_calls.h"
+#include "cullet/cuda/runtime/device_buffer.h"
+#include "cullet/tests/cuda/support/failing_calls.h"
 #include "cullet/tests/support/delta_oracle.h"
 
 #include <cuda_runtime_api.h>

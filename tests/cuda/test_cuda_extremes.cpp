@@ -5,8 +5,8 @@
 
 #include "cullet/demos/scenes/extreme_scenes.h"
 #include "cullet/demos/scenes/fresh_boxes.h"
-#include "cullet/tests/cuda/box_frames.h"
-#include "cullet/tests/cuda/named_options.h"
+#include "cullet/tests/cuda/support/box_frames.h"
+#include "cullet/tests/cuda/support/named_options.h"
 
 #include <gtest/gtest.h>
 

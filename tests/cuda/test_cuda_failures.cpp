@@ -5,8 +5,8 @@
 // destroyed or started again, and another backend goes on with the known pairs.
 
 #include "cullet/broad/proxy_table.h"
-#include "cullet/tests/cuda/failing_calls.h"
-#include "cullet/tests/cuda/named_options.h"
+#include "cullet/tests/cuda/support/failing_calls.h"
+#include "cullet/tests/cuda/support/named_options.h"
 #include "cullet/tests/support/box_scenes.h"
 #include "cullet/tests/support/boxes.h"
 

@@ -5,10 +5,10 @@
 // are the same in every run.
 
 #include "cullet/demos/scenes/fresh_boxes.h"
-#include "cullet/tests/cuda/box_frames.h"
-#include "cullet/tests/cuda/device_boxes.h"
-#include "cullet/tests/cuda/named_options.h"
-#include "cullet/tests/cuda/pair_sums.h"
+#include "cullet/tests/cuda/support/box_frames.h"
+#include "cullet/tests/cuda/support/device_boxes.h"
+#include "cullet/tests/cuda/support/named_options.h"
+#include "cullet/tests/cuda/support/pair_sums.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 // What a profiler that asks for NVTX ranges gets to see of an update. This program is the profiler itself.
 
 #if __has_include(<nvtx3/nvToolsExt.h>)
-#include "cullet/tests/cuda/box_frames.h"
+#include "cullet/tests/cuda/support/box_frames.h"
 
 #include <gtest/gtest.h>
 

@@ -3,9 +3,9 @@
 
 // Scenes too large for the oracle: the device against the CPU grid, against the literal variant, and against itself.
 
-#include "cullet/tests/cuda/box_frames.h"
-#include "cullet/tests/cuda/device_boxes.h"
-#include "cullet/tests/cuda/named_options.h"
+#include "cullet/tests/cuda/support/box_frames.h"
+#include "cullet/tests/cuda/support/device_boxes.h"
+#include "cullet/tests/cuda/support/named_options.h"
 #include "cullet/tests/support/boxes.h"
 #include "cullet/tests/support/pair_lists.h"
 #include "cullet/tests/support/random.h"

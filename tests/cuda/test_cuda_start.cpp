@@ -5,8 +5,8 @@
 // succeeds.
 
 #include "cullet/cuda/device_pairs.h"
-#include "cullet/tests/cuda/failing_calls.h"
-#include "cullet/tests/support/failing_new.h"
+#include "cullet/tests/cuda/support/failing_calls.h"
+#include "cullet/tests/support/process/failing_new.h"
 
 #include <gtest/gtest.h>
 

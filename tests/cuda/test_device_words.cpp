@@ -3,8 +3,8 @@
 
 // The reasons for which there is no CUDA backend, as people read them. Needs no device.
 
-#include "cullet/cuda/cuda_device.h"
-#include "cullet/cuda/device_words.h"
+#include "cullet/cuda/runtime/cuda_device.h"
+#include "cullet/cuda/runtime/device_status.h"
 
 #include <gtest/gtest.h>
 

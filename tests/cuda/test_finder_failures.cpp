@@ -4,9 +4,9 @@
 // Whichever CUDA call of a finder fails, and however, enqueue() or collect() says so, and the finder goes on: the next
 // frame has the pairs of brute force.
 
-#include "cullet/tests/cuda/device_boxes.h"
-#include "cullet/tests/cuda/failing_calls.h"
-#include "cullet/tests/cuda/named_options.h"
+#include "cullet/tests/cuda/support/device_boxes.h"
+#include "cullet/tests/cuda/support/failing_calls.h"
+#include "cullet/tests/cuda/support/named_options.h"
 #include "cullet/tests/support/box_scenes.h"
 #include "cullet/tests/support/pair_lists.h"
 

@@ -3,7 +3,7 @@
 
 // Lists longer than an int can tell.
 
-#include "cullet/tests/cuda/long_lists.h"
+#include "cullet/tests/cuda/support/long_lists.h"
 
 #include <cuda_runtime_api.h>
 #include <gtest/gtest.h>

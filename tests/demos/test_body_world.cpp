@@ -3,7 +3,7 @@
 #include "cullet/demos/drop/pair_audit.h"
 #include "cullet/demos/program/heap_usage.h"
 #include "cullet/demos/program/stopwatch.h"
-#include "cullet/demos/scenes/body_world.h"
+#include "cullet/demos/scenes/bodies/body_world.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/demos/bench/cuda_floor.h"
+#include "cullet/demos/bench/cuda/cuda_floor.h"
 #include "cullet/demos/scenes/fresh_boxes.h"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/demos/scenes/world_scene.h"
+#include "cullet/demos/scenes/bodies/world_scene.h"
 #include "cullet/tests/support/world_outcome.h"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
-#include "cullet/demos/scenes/mesh_file.h"
-#include "cullet/demos/scenes/mesh_hull.h"
+#include "cullet/demos/scenes/hulls/mesh_file.h"
+#include "cullet/demos/scenes/hulls/mesh_hull.h"
 
 #include <gtest/gtest.h>
 

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 #include "cullet/demos/program/exit_code.h"
-#include "cullet/demos/program/hash_check.h"
+#include "cullet/demos/program/files/hash_check.h"
+#include "cullet/demos/program/files/result_file.h"
 #include "cullet/demos/program/progress.h"
-#include "cullet/demos/program/result_file.h"
 #include "cullet/demos/program/speed_sentence.h"
 #include "cullet/demos/program/statistics.h"
 

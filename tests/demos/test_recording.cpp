@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/demos/program/exit_code.h"
 #include "cullet/demos/recording/replay.h"
-#include "cullet/demos/scenes/world_scene.h"
+#include "cullet/demos/scenes/bodies/world_scene.h"
 #include "cullet/plugin/recording_broadphase.h"
 
 #include <gtest/gtest.h>

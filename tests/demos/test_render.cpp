@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/demos/program/exit_code.h"
 #include "cullet/demos/render/camera.h"
-#include "cullet/demos/render/film.h"
-#include "cullet/demos/render/gltf.h"
-#include "cullet/demos/render/scene_film.h"
+#include "cullet/demos/render/film/film.h"
+#include "cullet/demos/render/film/scene_film.h"
+#include "cullet/demos/render/film/world_filmer.h"
+#include "cullet/demos/render/image/gltf.h"
 #include "cullet/demos/render/shape_mesh.h"
-#include "cullet/demos/render/world_filmer.h"
 
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 #include <btBulletDynamicsCommon.h>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 #include "cullet/demos/program/exit_code.h"
-#include "cullet/demos/render/animation.h"
+#include "cullet/demos/render/film/animation.h"
 #include "cullet/demos/render/painter.h"
 #include "cullet/tests/demos/program.h"
 

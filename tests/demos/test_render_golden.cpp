@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 #include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/render/film/scene_film.h"
 #include "cullet/demos/render/painter.h"
-#include "cullet/demos/render/scene_film.h"
 
 #include <LinearMath/btSerializer.h>
 #include <gtest/gtest.h>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/demos/drop/pair_audit.h"
 #include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/scenes/bodies/world_scene.h"
 #include "cullet/demos/scenes/box_scene.h"
-#include "cullet/demos/scenes/world_scene.h"
 
 #include <BulletCollision/CollisionDispatch/btGhostObject.h>
 #include <gtest/gtest.h>

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/demos/scenes/hull_points.h"
-#include "cullet/narrow/exact_orientation.h"
+#include "cullet/demos/scenes/hulls/hull_points.h"
+#include "cullet/narrow/math/exact_orientation.h"
 
 #include <Eigen/Core>
 

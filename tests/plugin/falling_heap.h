@@ -3,7 +3,7 @@
 #pragma once
 
 #include "cullet/tests/plugin/body_hash.h"
-#include "cullet/tests/plugin/broadphase_support.h"
+#include "cullet/tests/plugin/broadphase/broadphase_support.h"
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcherMt.h>
 #include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolverMt.h>

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/tests/plugin/convex_world.h"
+#include "cullet/tests/plugin/convex/convex_world.h"
 
 #include <random>
 

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/tests/plugin/broadphase_support.h"
+#include "cullet/tests/plugin/broadphase/broadphase_support.h"
 
 #include <btBulletDynamicsCommon.h>
 

@@ -4,8 +4,8 @@
 
 #include "cullet/broad/aabb.h"
 #include "cullet/broad/backend.h"
-#include "cullet/broad/id_pair.h"
 #include "cullet/broad/pair.h"
+#include "cullet/broad/row_pair.h"
 
 #include <algorithm>
 #include <cstdint>

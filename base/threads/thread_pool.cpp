@@ -1,0 +1,172 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/base/threads/thread_pool.h"
+
+#include "cullet/base/threads/fork_join.h"
+
+#include <algorithm>
+#include <exception>
+
+#if defined(__unix__)
+#include <unistd.h>
+#endif
+
+namespace cullet
+{
+namespace
+{
+long thisProcess()
+{
+#if defined(__unix__)
+    return getpid();
+#else
+    return 0;
+#endif
+}
+}  // namespace
+
+std::shared_ptr<HelperThreads> HelperThreads::shared()
+{
+    struct Shared
+    {
+        std::mutex mutex;
+        std::weak_ptr<HelperThreads> threads;
+    };
+    // Never destroyed: a static object may have a world.
+    static Shared& all = *new Shared;
+    const std::lock_guard<std::mutex> lock(all.mutex);
+    std::shared_ptr<HelperThreads> threads = all.threads.lock();
+    if (!threads)
+    {
+        threads = std::make_shared<HelperThreads>();
+        all.threads = threads;
+    }
+    return threads;
+}
+
+HelperThreads::HelperThreads() : m_process(thisProcess()) {}
+
+HelperThreads::~HelperThreads()
+{
+    m_isOver.store(true, std::memory_order_relaxed);
+    m_calls.wake(kMostThreads);
+    for (std::thread& thread : m_threads)
+        m_process == thisProcess() ? thread.join() : thread.detach();
+}
+
+/// More threads, if there are fewer; as many as the system has.
+void HelperThreads::grow(unsigned count)
+{
+    if (m_count.load(std::memory_order_relaxed) >= count || m_process != thisProcess())
+        return;
+    const std::lock_guard<std::mutex> lock(m_growing);
+    try
+    {
+        while (m_threads.size() < count)
+            m_threads.emplace_back([this] { work(); });
+    }
+    catch (const std::exception&)  // no thread, or no memory for one
+    {
+    }
+    // Not tried again and again where there are no more.
+    m_count.store(std::max(m_count.load(std::memory_order_relaxed), count), std::memory_order_relaxed);
+}
+
+void HelperThreads::work()
+{
+    for (;;)
+    {
+        const std::uint32_t seen = m_calls.value();
+        if (m_isOver.load(std::memory_order_relaxed))
+            return;
+        if (joinSome())
+            continue;
+        // Where one update's loops are over those of the next may be near.
+        unsigned look = 0;
+        while (look < TaskCrew::kPatience && m_calls.value() == seen)
+            TaskCrew::rest(look++);
+        if (look == TaskCrew::kPatience)
+            m_calls.sleep(seen);
+    }
+}
+
+/// Joins a crew that calls, and returns when that needs it no more; false where none does.
+bool HelperThreads::joinSome()
+{
+    const std::size_t used = m_usedSlots.load(std::memory_order_acquire);
+    for (std::size_t i = 0; i < used; ++i)
+    {
+        Slot& slot = m_slots[i];
+        std::uint32_t state = slot.state.load(std::memory_order_acquire);
+        while (state >= kCalled)
+        {
+            if (!slot.state.compare_exchange_weak(state, state - kCalled + 1, std::memory_order_acq_rel,
+                                                  std::memory_order_acquire))
+                continue;
+            slot.crew->help();
+            slot.state.fetch_sub(1, std::memory_order_release);
+            return true;
+        }
+    }
+    return false;
+}
+
+HelperThreads::Slot* HelperThreads::takeSlot()
+{
+    for (std::size_t i = 0; i < m_slots.size(); ++i)
+    {
+        Slot& slot = m_slots[i];
+        if (slot.isTaken.load(std::memory_order_relaxed) ||
+            slot.isTaken.exchange(true, std::memory_order_acquire))
+            continue;
+        std::size_t used = m_usedSlots.load(std::memory_order_relaxed);
+        while (used <= i && !m_usedSlots.compare_exchange_weak(used, i + 1, std::memory_order_release,
+                                                               std::memory_order_relaxed))
+        {
+        }
+        return &slot;
+    }
+    return nullptr;
+}
+
+HelperThreads::Call::Call(HelperThreads& threads, TaskCrew& crew)
+    : m_threads(threads), m_slot(threads.takeSlot())
+{
+    if (m_slot != nullptr)
+        m_slot->crew = &crew;
+}
+
+HelperThreads::Call::~Call()
+{
+    if (m_slot == nullptr)
+        return;
+    end();
+    // Those of the process that this one was forked from never leave.
+    const bool hasThreads = m_threads.m_process == thisProcess();
+    for (unsigned look = 0; hasThreads && m_slot->state.load(std::memory_order_acquire) != 0; ++look)
+        TaskCrew::rest(look);
+    m_slot->state.store(0, std::memory_order_relaxed);
+    m_slot->isTaken.store(false, std::memory_order_release);
+}
+
+void HelperThreads::Call::end()
+{
+    if (m_slot != nullptr)
+        m_slot->state.fetch_and(kCalled - 1, std::memory_order_relaxed);
+}
+
+void HelperThreads::Call::ask(unsigned helpers)
+{
+    if (m_slot == nullptr)
+        return;
+    helpers = std::min(helpers, kMostThreads);
+    // Whoever is called is there or comes: only this thread calls.
+    const std::uint32_t state = m_slot->state.load(std::memory_order_relaxed);
+    const unsigned known = state / kCalled + state % kCalled;
+    if (known >= helpers)
+        return;
+    m_threads.grow(helpers);
+    m_slot->state.fetch_add((helpers - known) * kCalled, std::memory_order_release);
+    m_threads.m_calls.wake(helpers - known);
+}
+}  // namespace cullet

@@ -1,0 +1,156 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/broad/comparison/le_grand_backend.h"
+
+#include "cullet/broad/comparison/cell_grid.h"
+
+#include <algorithm>
+#include <new>
+
+namespace cullet
+{
+namespace
+{
+constexpr std::size_t kMostCells = 8;
+constexpr std::uint64_t kUnused = ~0ull;  // cell id 0xFFFFFFFF
+constexpr std::uint32_t kAllBits = 7;
+
+/// Cell id: ten bits of the number on each axis. Cells a thousand apart share it, which costs tests only.
+std::uint64_t idOf(const CellNumber& cell)
+{
+    constexpr std::uint32_t kMask = 1023;
+    return (static_cast<std::uint32_t>(cell[0]) & kMask) |
+           (static_cast<std::uint32_t>(cell[1]) & kMask) << 10 |
+           (static_cast<std::uint32_t>(cell[2]) & kMask) << 20;
+}
+}  // namespace
+
+/// The level whose cells are no smaller than any bounded box; sorts out the others.
+int LeGrandBackend::chooseLevel(const ProxyView& proxies)
+{
+    m_rows.clear();
+    m_side.clear();
+    int coarsest = CellGrid::kFinestLevel;
+    for (std::uint32_t row = 0; row < proxies.size; ++row)
+    {
+        if (!isValid(proxies.boxes[row]))
+            continue;
+        const int level = levelOfBox(proxies.boxes[row], 1.0);
+        (level == CellGrid::kUnbounded ? m_side : m_rows).push_back(row);
+        coarsest = std::max(coarsest, level == CellGrid::kUnbounded ? coarsest : level);
+    }
+    return coarsest;
+}
+
+void LeGrandBackend::fillCells(const ProxyView& proxies, int level)
+{
+    m_cells.assign(kMostCells * m_rows.size(), kUnused);
+    m_stats.entries = 0;
+    for (std::size_t index = 0; index < m_rows.size(); ++index)
+    {
+        const CellRange cells = cellsOf(proxies.boxes[m_rows[index]], level);
+        std::size_t slot = kMostCells * index;
+        cells.forEach(
+            [&](const CellNumber& cell)
+            {
+                std::uint64_t bits = 0;
+                for (int axis = 0; axis < 3; ++axis)
+                    bits |= cell[axis] == cells.low[axis] ? 1u << axis : 0u;
+                m_cells[slot++] = idOf(cell) << 32 | index << 3 | bits;
+            });
+        m_stats.entries += slot - kMostCells * index;
+    }
+    std::sort(m_cells.begin(), m_cells.end());
+}
+
+void LeGrandBackend::testCells(const ProxyView& proxies)
+{
+    m_stats.mostTests = 0;
+    std::size_t begin = 0;
+    while (begin < m_cells.size() && m_cells[begin] != kUnused)
+    {
+        std::size_t end = begin + 1;
+        while (end < m_cells.size() && m_cells[end] >> 32 == m_cells[begin] >> 32)
+            ++end;
+        const std::uint64_t before = m_pairs.testCount();
+        testCell(proxies, begin, end);
+        m_stats.mostTests = std::max(m_stats.mostTests, m_pairs.testCount() - before);
+        begin = end;
+    }
+}
+
+void LeGrandBackend::testCell(const ProxyView& proxies, std::size_t begin, std::size_t end)
+{
+    for (std::size_t i = begin; i < end; ++i)
+    {
+        const std::uint32_t first = static_cast<std::uint32_t>(m_cells[i]);
+        for (std::size_t j = i + 1; j < end; ++j)
+        {
+            const std::uint32_t second = static_cast<std::uint32_t>(m_cells[j]);
+            if (((first | second) & kAllBits) == kAllBits)
+                m_pairs.test(proxies, m_rows[first >> 3], m_rows[second >> 3]);
+        }
+    }
+}
+
+void LeGrandBackend::testSideList(const ProxyView& proxies)
+{
+    for (std::size_t i = 0; i < m_side.size(); ++i)
+    {
+        for (const std::uint32_t row : m_rows)
+            m_pairs.test(proxies, m_side[i], row);
+        for (std::size_t j = i + 1; j < m_side.size(); ++j)
+            m_pairs.test(proxies, m_side[i], m_side[j]);
+    }
+}
+
+void LeGrandBackend::restart(const Pairs& known)
+{
+    m_pairs.restart(known);
+    m_isFresh = true;
+}
+
+Status LeGrandBackend::update(const ProxyView& proxies, PairDelta& delta)
+try
+{
+    delta.added.clear();
+    delta.removed.clear();
+    m_pairs.begin(proxies);
+    m_stats.path = "idle";
+    if (!m_isFresh && proxies.dirtyCount == 0 && proxies.margin == m_margin)
+        return Status::Ok;
+    m_stats.path = "rebuild";
+    ++m_stats.rebuildsTotal;
+    m_isFresh = false;
+    m_margin = proxies.margin;
+    fillCells(proxies, chooseLevel(proxies));
+    testCells(proxies);
+    testSideList(proxies);
+    m_pairs.finish(proxies, delta);
+    return Status::Ok;
+}
+catch (const std::bad_alloc&)
+{
+    restart({});
+    delta.added.clear();
+    delta.removed.clear();
+    return Status::OutOfMemory;
+}
+
+BackendStats LeGrandBackend::stats() const
+{
+    BackendStats stats = m_stats;
+    stats.pairs = m_pairs.size();
+    stats.candidates = m_pairs.testCount();
+    stats.levels = 1;
+    stats.unbounded = m_side.size();
+    stats.bytes = m_pairs.bytes() + m_cells.capacity() * sizeof(std::uint64_t) +
+                  (m_rows.capacity() + m_side.capacity()) * sizeof(std::uint32_t);
+    return stats;
+}
+
+std::unique_ptr<Backend> makeLeGrandBackend()
+{
+    return std::make_unique<LeGrandBackend>();
+}
+}  // namespace cullet

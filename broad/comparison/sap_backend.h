@@ -1,0 +1,77 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/backend.h"
+#include "cullet/broad/comparison/sap_endpoints.h"
+#include "cullet/broad/pairs/pair_set.h"
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+namespace cullet
+{
+/// Incremental sweep and prune, as in Lecture 4, "Sweep & Prune": limits sorted on three axes, changed by insertion sort.
+///
+/// A box that still overlaps its old place is moved limit by limit; where an overlap begins on one axis, the two boxes
+/// are compared on all three. Boxes that appear, or jump out of their old place, come in one batch: their limits are
+/// merged, and one sweep over the axis with the fewest tests pairs them, keeping the set of open intervals. Infinite
+/// boxes are ordinary ones, empty boxes have no limits. One thread.
+///
+/// Cost: O(limits passed) for coherent motion. That grows with the number of boxes at the same height, so that a pile
+/// that settles along an axis is the bad case (BackendStats::swaps shows it); O(boxes + new boxes * open intervals) for
+/// a batch.
+class SapBackend final : public Backend
+{
+public:
+    Status update(const ProxyView& proxies, PairDelta& delta) override;
+    void restart(const Pairs& known) override;
+    const char* name() const noexcept override { return "sap"; }
+    BackendStats stats() const override;
+
+private:
+    /// Boxes whose interval contains the place that a sweep has reached, with copies of the boxes side by side.
+    struct OpenIntervals
+    {
+        std::vector<std::uint32_t> rows;
+        std::vector<Aabb> boxes;
+
+        void add(std::uint32_t row, const Aabb& box, std::vector<std::uint32_t>& places);
+        void remove(std::uint32_t row, std::vector<std::uint32_t>& places);
+        void clear();
+    };
+
+    void begin(const ProxyView& proxies);
+    void sortOutRow(const ProxyView& proxies, std::uint32_t row);
+    void applyChanges(const ProxyView& proxies);
+    void removeLeaving();
+    void moveBox(std::uint32_t row, const Aabb& box);
+    void insertComing(const ProxyView& proxies);
+    std::uint64_t countTestsAlong(const LimitList& axis) const;
+    void sweep(const LimitList& axis);
+    void testOpen(std::uint32_t row, const OpenIntervals& open);
+    void addOverlap(std::uint64_t key);
+    void settlePairs(const ProxyView& proxies, PairDelta& delta);
+
+    std::array<LimitList, 3> m_axes = {LimitList(0), LimitList(1), LimitList(2)};
+    std::vector<Aabb> m_boxes;  ///< by row, as in the lists; empty when not there
+    PairSet m_overlapping;      ///< pairs of rows that overlap now
+    PairSet m_held;             ///< pairs of rows that have been reported
+    /// Pairs in just one of the two sets: held by the margin alone, or kept out by the filter.
+    std::vector<std::uint64_t> m_open;
+    std::vector<std::uint64_t> m_touched;  ///< pairs that came into or left m_overlapping in this update
+
+    // Rows by what happens to them in this update.
+    std::vector<std::uint32_t> m_moving, m_leaving, m_coming;
+    std::vector<std::uint8_t> m_isLeaving, m_isComing;  ///< by row
+    OpenIntervals m_openNew, m_openOld;
+    std::vector<std::uint32_t> m_openPlaces;  ///< by row
+
+    bool m_isFresh = true;
+    float m_margin = 0.0f;  ///< of the last update
+    Pairs m_known;          ///< of restart(), until the next update
+    Pairs m_vanished;
+    BackendStats m_stats;
+};
+}  // namespace cullet

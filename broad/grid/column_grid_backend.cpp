@@ -1,0 +1,296 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/broad/grid/column_grid_backend.h"
+
+#include <algorithm>
+#include <cmath>
+#include <new>
+
+namespace cullet
+{
+namespace
+{
+// Updates that a settled grid has to last to be worth its refill.
+constexpr std::uint32_t kQuietUpdates = 4;
+constexpr std::uint32_t kAnchorSample = 256;
+// Share of boxes, one in so many, that may begin to move in an update: more of them fill the settled mode with active boxes
+// before it has paid for its refill.
+constexpr std::uint32_t kFreshShare = 64;
+constexpr std::size_t kFewChanges = 65536;  // new and parted pairs
+constexpr std::size_t kHardlyAny = 1024;
+
+/// What happened to any row.
+std::uint8_t changesOf(const ProxyView& view)
+{
+    std::uint8_t changes = 0;
+    // Rows that did not change have no bits, and reading all in order is faster than picking many.
+    if (view.dirtyCount > view.size / 8)
+    {
+        for (std::uint32_t row = 0; row < view.size; ++row)
+            changes = static_cast<std::uint8_t>(changes | view.changes[row]);
+        return changes;
+    }
+    for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
+        changes = static_cast<std::uint8_t>(changes | view.changes[view.dirty[i]]);
+    return changes;
+}
+}  // namespace
+
+RowGridBackend::RowGridBackend(const GridOptions& options)
+    : m_options(options),
+      m_kernels(chooseRowKernels(options.baselineSimd)),
+      m_workers(options.threads),
+      m_alone(1),
+      m_grid(options, m_workers),
+      m_activeGrid(options, m_workers),
+      m_found(m_workers.threads()),
+      m_news(m_workers.threads()),
+      m_added(m_workers.threads()),
+      m_removed(m_workers.threads())
+{
+}
+
+RowGridBackend::~RowGridBackend() = default;
+
+void RowGridBackend::restart(const Pairs& known)
+{
+    m_known = known;
+    m_restarted = true;
+}
+
+Status RowGridBackend::update(const ProxyView& proxies, PairDelta& delta)
+{
+    for (unsigned worker = 0; worker < m_workers.threads(); ++worker)
+    {
+        m_added[worker].clear();
+        m_removed[worker].clear();
+    }
+    m_stats.candidates = 0;
+    try
+    {
+        const auto work = [&]
+        {
+            updateOrThrow(proxies);
+            writeChanges(delta);
+        };
+        // At most; what it is on the path that is taken is said there.
+        const double most = proxies.dirtyCount == 0 ? 0.0 : SettlePolicy::kCostOfSettling * proxies.size;
+        m_workers.together(most, work);
+        countWork();
+    }
+    catch (const std::bad_alloc&)
+    {
+        delta.added.clear();
+        delta.removed.clear();
+        m_restarted = true;
+        return Status::OutOfMemory;
+    }
+    m_stats.pairs += delta.added.size();
+    m_stats.pairs -= delta.removed.size();
+    return Status::Ok;
+}
+
+void RowGridBackend::countWork()
+{
+    const RowGrid::Work all = m_grid.takeWork();
+    const RowGrid::Work active = m_activeGrid.takeWork();
+    m_stats.candidates += all.tests + active.tests;
+    m_stats.cellsVisited = all.visits;
+}
+
+/// Where there are few changes or threads, one thread takes the new pairs and another one those that parted.
+void RowGridBackend::writeChanges(PairDelta& delta)
+{
+    std::size_t count = 0;
+    for (unsigned worker = 0; worker < m_workers.threads(); ++worker)
+        count += m_added[worker].size() + m_removed[worker].size();
+    const bool isShared = m_workers.threads() > 2 && count > kFewChanges;
+    WorkerPool& pool = isShared ? m_workers : m_alone;
+    const unsigned tasks = isShared || m_workers.threads() == 1 || count < kHardlyAny ? 1u : 2u;
+    m_workers.run(tasks,
+                  [&](unsigned task)
+                  {
+                      if (task == 0)
+                          m_sorts[0].write(pool, m_added, delta.added);
+                      if (task == tasks - 1)
+                          m_sorts[1].write(pool, m_removed, delta.removed);
+                  });
+    for (unsigned worker = 0; worker < m_workers.threads(); ++worker)
+    {
+        m_added[worker].trim();
+        m_removed[worker].trim();
+    }
+}
+
+void RowGridBackend::updateOrThrow(const ProxyView& view)
+{
+    const bool filterChanged = m_hadFilter != (view.filters != nullptr);
+    m_hadFilter = view.filters != nullptr;
+    const bool isNewToWords = filterChanged || m_restarted;
+    const std::uint8_t changes = changesOf(view);
+    if (m_restarted)
+        forgetRows();
+    prepareRows(view, (changes & kRowCreated) != 0);
+    const bool hasRefiltered = filterChanged || (changes & kRowRefiltered) != 0;
+
+    if (m_restarted || hasRefiltered)
+    {
+        decide(m_restarted ? "restarted" : "filter words changed", 0, SettlePolicy::kCostOfRefill * view.size,
+               0);
+        rebuild(view, m_mode == Mode::Settled && !m_restarted);
+    }
+    else if (m_mode == Mode::Settled)
+    {
+        if (updateSettled(view) == SettledOutcome::Refill)
+        {
+            m_policy.end();
+            rebuild(view, m_policy.mayBegin() || m_options.rebuildFraction >= 1.0f);
+        }
+    }
+    else if (view.dirtyCount != 0 && shouldSettle(view))
+    {
+        decide("most boxes rest", 0, SettlePolicy::kCostOfSettling * view.size,
+               SettlePolicy::kCostOfMoving * view.size);
+        rebuild(view, true);
+    }
+    else
+    {
+        updateMoving(view);
+    }
+    rememberWords(view, isNewToWords || m_words.size() < view.size);
+}
+
+/// Pairs are held by the words that the last update saw.
+void RowGridBackend::rememberWords(const ProxyView& view, bool all)
+{
+    if (view.filters == nullptr)
+    {
+        m_words.clear();
+        return;
+    }
+    if (all)
+    {
+        m_words.assign(view.filters, view.filters + view.size);
+        return;
+    }
+    for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
+    {
+        const std::uint32_t row = view.dirty[i];
+        if ((view.changes[row] & (kRowCreated | kRowRefiltered)) != 0)
+            m_words[row] = view.filters[row];
+    }
+}
+
+/// After restart() rows are those of any table, also of a smaller one that grows later. What rebuild() makes anew is not here.
+void RowGridBackend::forgetRows()
+{
+    m_reference.clear();
+    m_states.clear();
+    m_words.clear();
+    m_moverStamps.clear();
+    m_anchors.clear();
+    m_anchorAge = 0;
+    m_areMotionsUneven = false;
+    m_reachOctave = kLeastReach;
+    m_calmUpdates = 0;
+}
+
+void RowGridBackend::prepareRows(const ProxyView& view, bool hasCreated)
+{
+    if (m_reference.size() < view.size)
+    {
+        m_reference.resize(view.size, remembered(kEmptyAabb));
+        m_states.resize(view.size, RowState::Absent);
+    }
+    for (std::uint32_t i = 0; i < view.dirtyCount && hasCreated; ++i)
+    {
+        const std::uint32_t row = view.dirty[i];
+        if ((view.changes[row] & kRowCreated) != 0)
+            m_reference[row] = remembered(kEmptyAabb);
+    }
+}
+
+/// Whether refilling with shells around the boxes will pay: few boxes left a shell around where they were some
+/// updates ago. Told by a sample; speed alone would not do, since a resting pile jitters fast without going anywhere.
+bool RowGridBackend::shouldSettle(const ProxyView& view)
+{
+    if (!m_options.settles || m_options.rebuildFraction == 0.0f)
+        return false;
+    if (m_options.rebuildFraction >= 1.0f)
+        return true;
+    m_policy.countMoving();
+    if (!m_policy.mayBegin())
+        return false;
+    if (view.dirtyCount < view.size / 8)
+        return countFreshMovers(view) <= view.size / kFreshShare;
+    const float slack = 0.5f * view.margin;
+    std::uint32_t away = 0;
+    for (std::size_t i = 0; i < m_anchors.size(); ++i)
+    {
+        const std::uint32_t row = static_cast<std::uint32_t>(i) * m_anchorStride;
+        away += isInsideShell(view.boxes[row], m_anchors[i], slack) ? 0u : 1u;
+    }
+    ++m_anchorAge;
+    const bool isQuiet = !m_anchors.empty() && away * 10 <= m_anchors.size();
+    if (isQuiet)
+        return m_anchorAge >= kQuietUpdates;
+    m_anchorAge = 0;
+    m_anchorStride = view.size / kAnchorSample + 1;
+    m_anchors.clear();
+    for (std::uint32_t row = 0; row < view.size; row += m_anchorStride)
+        m_anchors.push_back(view.boxes[row]);
+    return false;
+}
+
+/// Rows that changed, and had not changed when they were last counted.
+std::uint32_t RowGridBackend::countFreshMovers(const ProxyView& view)
+{
+    m_moverStamps.resize(std::max<std::size_t>(m_moverStamps.size(), view.size), 0);
+    const std::uint32_t before = m_moverStamp++;
+    std::uint32_t fresh = 0;
+    for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
+    {
+        std::uint32_t& stamp = m_moverStamps[view.dirty[i]];
+        fresh += stamp != before ? 1u : 0u;
+        stamp = m_moverStamp;
+    }
+    return fresh;
+}
+
+void RowGridBackend::forEachCell(const CellVisitor& visit) const
+{
+    m_grid.forEachCell(visit);
+    if (m_mode == Mode::Settled && !m_active.empty())
+        m_activeGrid.forEachCell(visit);
+}
+
+BackendStats RowGridBackend::stats() const
+{
+    BackendStats stats = m_stats;
+    stats.entries = m_grid.entryCount();
+    const GridPlan& plan = m_grid.plan();
+    stats.levels = plan.levelCount;
+    stats.decision.cellWidth = plan.width[0];
+    stats.decision.planCost = plan.cost;
+    stats.decision.oneLevelCost = plan.oneLevelCost;
+    stats.decision.allLevelsCost = plan.allLevelsCost;
+    stats.unbounded = m_grid.unbounded().size();
+    stats.bytes = m_grid.bytes() + m_activeGrid.bytes() + m_settled.bytes() + m_sorts[0].bytes() +
+                  m_sorts[1].bytes() + m_reference.capacity() * sizeof(Aabb) + m_states.capacity() +
+                  m_words.capacity() * sizeof(Filter) + m_motions.capacity() * sizeof(float) +
+                  m_moverStamps.capacity() * sizeof(std::uint32_t) + m_despite.bytes() + m_oldPairs.bytes() +
+                  m_oldKeys.capacity() * sizeof(std::uint64_t) +
+                  (m_apart.capacity() + m_overlapping.capacity() + m_sorted.capacity()) * sizeof(IdPair) +
+                  m_between.bytes() + m_betweenBoxes.capacity() * sizeof(Aabb) +
+                  m_lists.capacity() * sizeof(NeighbourList) +
+                  (m_active.capacity() + m_quiet.capacity() + m_escaped.capacity()) * sizeof(std::uint32_t);
+    for (const NeighbourPart& part : m_parts)
+        stats.bytes += part.bytes();
+    for (unsigned worker = 0; worker < m_workers.threads(); ++worker)
+    {
+        stats.bytes += m_added[worker].bytes() + m_removed[worker].bytes() + m_found[worker].bytes() +
+                       m_news[worker].held.bytes() + m_news[worker].apart.capacity() * sizeof(IdPair);
+    }
+    return stats;
+}
+}  // namespace cullet

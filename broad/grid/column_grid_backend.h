@@ -1,0 +1,295 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/base/threads/parallel_loops.h"
+#include "cullet/broad/backend.h"
+#include "cullet/broad/boxes/aabb_simd.h"
+#include "cullet/broad/grid/columns/column_grid.h"
+#include "cullet/broad/grid/resting/mode_policy.h"
+#include "cullet/broad/grid/resting/neighbour_lists.h"
+#include "cullet/broad/grid/resting/verlet_pairs.h"
+#include "cullet/broad/huge_vector.h"
+#include "cullet/broad/pairs/pair_set.h"
+#include "cullet/broad/pairs/pair_sort.h"
+#include "cullet/broad/pairs/sorted_pairs.h"
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <vector>
+
+namespace cullet
+{
+class CollectingSink;
+
+/// The production CPU backend: the row grid plus what makes unmoved and slowly moving boxes nearly free.
+///
+/// It is in one of two modes.
+///
+/// *Moving*: every update goes over all rows of the grid; it is cleared and refilled ("clear and rehash when many move",
+/// thesis 5.1.1) only when too many boxes came into other cells. Changes are told geometrically: the grid reports the
+/// pairs that are so near to touching that the motion since the last update can have changed them, and the boxes of then
+/// tell which did. No list and no hash of all pairs; only while some boxes jump, the pairs of the last update are listed.
+///
+/// *Settled*: the grid of the last refill stays. Each box has a shell of thickness `m_slack` around its reference
+/// position; while it stays inside, only its watched pairs (SettledPairs) can change. Boxes that leave their shell
+/// become *active*: they are paired among themselves by a small grid that is refilled each time, and with the settled
+/// ones by lists of neighbours (NeighbourList), which queries make anew when a box has left its list's reach. When too many are active, the whole is refilled.
+///
+/// Both are exact: the pair set is that of Backend's definition, bit for bit.
+class RowGridBackend final : public Backend, public CellSource
+{
+public:
+    explicit RowGridBackend(const GridOptions& options);
+    ~RowGridBackend() override;
+
+    Status update(const ProxyView& proxies, PairDelta& delta) override;
+    void restart(const Pairs& known) override;
+    const char* name() const noexcept override { return "grid"; }
+    BackendStats stats() const override;
+    void forEachCell(const CellVisitor& visit) const override;
+
+    /// The pairs given to restart(), until the next update.
+    const Pairs& known() const noexcept { return m_known; }
+
+private:
+    enum class Mode : std::uint8_t
+    {
+        Moving,
+        Settled
+    };
+
+    enum class RowState : std::uint8_t
+    {
+        Absent,   ///< no box, or none that the settled grid knows
+        Settled,  ///< inside its shell
+        Active    ///< left its shell, or new
+    };
+
+    enum class SettledOutcome : std::uint8_t
+    {
+        Done,
+        Refill  ///< nothing was reported; refill everything
+    };
+
+    class MovingSink;
+    class JumpedSink;
+    class NeighbourSink;
+
+    /// What one thread finds out about pairs in the moving mode, besides m_added and m_removed.
+    struct alignas(64) PairNews
+    {
+        std::vector<IdPair> apart;           ///< held, overlap with the margin only
+        KeyList held;                        ///< overlap and are held; when they are listed
+        std::vector<std::uint64_t> despite;  ///< ... although the filter words reject them
+        std::vector<std::uint64_t> lifted;   ///< were such, and part
+        std::vector<std::uint64_t> kept;     ///< when most boxes jumped: overlap as before
+    };
+
+    /// Octave of the smallest reach: 2^-63, so that its multiples are no denormals, which are slow.
+    static constexpr std::uint32_t kLeastReach = 64;
+
+    /// A little more than the slack covers the rounding of sums and differences.
+    static constexpr float kGrowFactor = 1.0001f;
+
+    /// A box as it is remembered: an empty one as one that no comparison holds for, not even with an infinite box.
+    static Aabb remembered(const Aabb& box)
+    {
+        constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+        return isValidBranchless(box) ? box : Aabb{{kNan, kNan, kNan}, {kNan, kNan, kNan}};
+    }
+
+    // column_grid_backend.cpp: what every update does, and which way it goes
+    void updateOrThrow(const ProxyView& view);
+    void writeChanges(PairDelta& delta);
+    void countWork();
+    void forgetRows();
+    void prepareRows(const ProxyView& view, bool hasCreated);
+    void rememberWords(const ProxyView& view, bool all);
+    bool shouldSettle(const ProxyView& view);
+    std::uint32_t countFreshMovers(const ProxyView& view);
+    void decide(const char* reason, std::size_t strays, double cost, double otherCost)
+    {
+        m_stats.decision.reason = reason;
+        m_stats.decision.strays = static_cast<std::uint32_t>(strays);
+        m_stats.decision.cost = cost;
+        m_stats.decision.otherCost = otherCost;
+    }
+    static bool mayEnter(const ProxyView& view, IdPair pair)
+    {
+        return view.filters == nullptr || passesFilter(view.filters[pair.a], view.filters[pair.b]);
+    }
+    static IdPair rowsOf(std::uint64_t key)
+    {
+        return {static_cast<std::uint32_t>(key >> 32), static_cast<std::uint32_t>(key)};
+    }
+    static std::uint64_t idsOf(const ProxyView& view, IdPair pair)
+    {
+        return pairKey(makePair(view.uniqueIds[pair.a], view.uniqueIds[pair.b]));
+    }
+    void reportAdded(const ProxyView& view, IdPair pair) { m_added[0].push(idsOf(view, pair)); }
+    void reportRemoved(const ProxyView& view, IdPair pair) { m_removed[0].push(idsOf(view, pair)); }
+
+    // moving_update.cpp
+    void updateMoving(const ProxyView& view);
+    void compareBoxes(const ProxyView& view);
+    static bool isOverlapping(const ProxyView& view, IdPair pair)
+    {
+        const Aabb& a = view.boxes[pair.a];
+        const Aabb& b = view.boxes[pair.b];
+        return overlapsBranchless(a, b) && isValidBranchless(a) && isValidBranchless(b);
+    }
+    /// overlapsWithMargin() without branches.
+    static bool isNear(const ProxyView& view, IdPair pair)
+    {
+        const Aabb& a = view.boxes[pair.a];
+        const Aabb& b = view.boxes[pair.b];
+        return overlapsWithMarginBranchless(a, b, view.margin) && isValidBranchless(a) &&
+               isValidBranchless(b);
+    }
+    bool areStillJumping(const ProxyView& view);
+    void listOverlapping(std::vector<std::uint64_t>& held);
+    bool scanMoving(const ProxyView& view, bool isListing, bool mayFollow, PairSink& sink);
+    bool follow(const ProxyView& view, const GridInput& input);
+    void examineApart(const ProxyView& view);
+    void examineOverlapping(const ProxyView& view);
+    void rememberBoxes(const ProxyView& view);
+    void rememberSample(const ProxyView& view);
+
+    // thread_deltas.cpp
+    void clearNews();
+    void part(const ProxyView& view, IdPair pair, bool isNear, unsigned worker);
+    void takeNews();
+    void takeHeld(bool isListing);
+
+    // motion_bound.cpp
+    void chooseReach(const GridMotion& motion, std::uint32_t rows);
+    std::uint32_t octaveWorthReaching(const GridMotion& motion, std::uint32_t rows) const;
+    bool isReachable(std::uint32_t octave) const;
+    float* prepareMotions(const ProxyView& view);
+
+    // teleport_update.cpp: the same when most boxes jumped
+    void updateJumped(const ProxyView& view, bool isSure);
+    void sortOverlapping();
+    std::uint32_t firstRowOf(const ProxyView& view, unsigned task, unsigned tasks) const;
+    void compareLists(const ProxyView& view, std::uint32_t begin, std::uint32_t end, unsigned worker);
+    void partDeparted(const ProxyView& view, const std::uint64_t* old, const std::uint64_t* end,
+                      unsigned worker);
+    void takeOld(const ProxyView& view, std::uint64_t key, bool isNear, PairNews& news);
+
+    // column_grid_rebuild.cpp: from any state, by a list of what was held
+    void rebuild(const ProxyView& view, bool settle);
+    void sortOldPairs(const std::vector<IdPair>& pairs);
+    void collectHeld(std::vector<IdPair>& held);
+    void collectKnown(const ProxyView& view, std::vector<IdPair>& held);
+    void rebuildMoving(const ProxyView& view, const std::vector<IdPair>& held);
+    void rebuildSettled(const ProxyView& view, const std::vector<IdPair>& held);
+    void watch(const ProxyView& view, const CollectingSink& candidates, const std::vector<IdPair>& held,
+               SettledPairs& pairs);
+
+    // resting_update.cpp
+    SettledOutcome updateSettled(const ProxyView& view);
+    void findEscaped(const ProxyView& view);
+    std::uint32_t findEscapedOfFew(const ProxyView& view);
+    std::uint32_t findEscapedOfAll(const ProxyView& view);
+    void activate(std::uint32_t row);
+    void updateWatched(const ProxyView& view);
+    void updateAllWatched(const ProxyView& view, SettledPairs& pairs, unsigned worker);
+    bool isSure(const SettledPairs& pairs, const Aabb& a, const Aabb& b) const;
+    void changeWatchedPair(const ProxyView& view, SettledPairs& pairs, std::size_t index, unsigned worker);
+
+    // awake_boxes.cpp
+    void updateActive(const ProxyView& view);
+    bool isBetweenValid() const;
+    void scanBetween(const ProxyView& view, CollectingSink& sink);
+    void findPairsWithUnbounded(const ProxyView& view, CollectingSink& sink) const;
+    void chooseBetweenReach();
+    void rebuildBetween(const ProxyView& view, const CollectingSink& sink);
+
+    // neighbour_list_update.cpp
+    TaskRange rangeOf(unsigned part) const;
+    void beginList(std::uint32_t row);
+    void orderActive(const ProxyView& view, unsigned parts);
+    void updateLists(const ProxyView& view, unsigned part, unsigned worker);
+    void dropEscaped(NeighbourPart& to) const;
+    void askForList(const ProxyView& view, std::uint32_t index, NeighbourPart& to);
+    void makeLists(const ProxyView& view, unsigned part, unsigned worker);
+    void compactLists(unsigned part);
+    static void moveList(const SettledPairs& from, NeighbourList& list, SettledPairs& to);
+
+    GridOptions m_options;
+    const RowKernels& m_kernels;
+    WorkerPool m_workers;
+    WorkerPool m_alone;    ///< of a single thread
+    RowGrid m_grid;        ///< everything (moving), or the settled boxes (settled)
+    RowGrid m_activeGrid;  ///< active boxes among themselves
+    Mode m_mode = Mode::Moving;
+    bool m_restarted = true;
+    bool m_hadFilter = false;
+    Pairs m_known;  ///< pairs handed over by restart()
+    HugeVector<Aabb>
+        m_reference;  ///< [rows] boxes of the last update (moving), or centre of the shell (settled)
+    std::vector<RowState> m_states;  ///< [rows] meaningful when settled
+
+    std::vector<Filter> m_words;  ///< [rows] filter words as of the last update; empty without filter
+
+    // Moving. Held are the pairs that overlap and pass the filter, and these:
+    PairSet m_despite;                         ///< overlap, held although the words reject them by now
+    std::vector<IdPair> m_apart;               ///< overlap with the margin only
+    std::vector<std::uint64_t> m_overlapping;  ///< held pairs that overlap, while m_hasOverlapping
+    bool m_hasOverlapping = false;
+    bool m_isOverlappingSorted = false;  ///< by row, the lower one first
+    bool m_isReferenceOld = false;       ///< m_reference is not of the last update, but for a sample
+    bool m_hasJumped = false;            ///< most boxes did in the last update, so that the grid was refilled
+    std::vector<KeyList> m_found;  ///< [threads] when most boxes jumped: pairs that overlap and are held
+    std::vector<std::uint64_t> m_sorted;  ///< the same, what m_overlapping is to be
+    std::vector<PairNews> m_news;         ///< [threads]
+    GridMotion m_motion;
+    std::vector<float>
+        m_motions;  ///< [rows] while motions differ much: how far each box moved in this update
+    bool m_areMotionsUneven = false;               ///< in the last update; see prepareMotions()
+    std::uint32_t m_reachOctave = kLeastReach;     ///< see chooseReach()
+    std::uint32_t m_comparedOctave = kLeastReach;  ///< that m_motion was measured with
+    std::uint32_t m_calmUpdates = 0;
+    std::uint32_t m_scannedRows = 0;  ///< rows of the table in the last scan
+
+    float m_slack = 0;  ///< shell thickness
+    float m_settledMargin = 0;
+    float m_sureGap = 0;  ///< held pairs whose reference boxes are this near stay held inside their shells
+    SettledPairs m_settled;
+    std::vector<std::uint32_t> m_active;
+    std::size_t m_orderedCount = 0;      ///< active boxes when they were ordered along the rows
+    std::uint32_t m_orderedAge = 0;      ///< updates since
+    std::vector<NeighbourList> m_lists;  ///< [active]
+    std::vector<NeighbourPart> m_parts;  ///< of the lists
+    SettledPairs m_between;              ///< pairs of active boxes among themselves, and with unbounded ones
+    std::vector<Aabb> m_betweenBoxes;    ///< [active] when these pairs were looked for
+    std::uint32_t m_betweenAge = 0;      ///< updates since
+    std::uint32_t m_betweenWait = 0;     ///< ... until a list that lasts is tried again
+    float m_betweenReach = 0;            ///< how far each box may move from there
+    // Of refills and of m_between:
+    SortedPairs m_oldPairs;
+    std::vector<std::uint64_t> m_oldKeys;  // memory for those that come next
+    bool m_haveFewChanged = true;
+    std::vector<std::uint32_t> m_quiet;    ///< rows that moved inside their shell, while few changed
+    std::size_t m_quietCount = 0;          ///< ... in any case
+    std::vector<std::uint32_t> m_escaped;  ///< rows that left it
+    double m_wasted = 0;                   ///< work spent on active boxes that do not move any more
+    SettlePolicy m_policy;
+
+    std::vector<Aabb> m_anchors;  ///< moving: a sample of the boxes some updates ago
+    std::uint32_t m_anchorStride = 1;
+    std::uint32_t m_anchorAge = 0;
+    std::vector<std::uint32_t>
+        m_moverStamps;               ///< [rows] of the last count in which each had changed; while few do
+    std::uint32_t m_moverStamp = 1;  ///< ... of the last count
+
+    // Keys by id, [threads]. A pair that comes back, kept by the margin, is among the added ones twice, which cancels.
+    std::vector<KeyList> m_added;
+    std::vector<KeyList> m_removed;
+    KeySort m_sorts[2];
+    BackendStats m_stats;
+};
+}  // namespace cullet

@@ -1,0 +1,189 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/broad/grid/column_grid_backend.h"
+#include "cullet/broad/grid/columns/pair_sinks.h"
+#include "cullet/broad/pairs/restart_rows.h"
+
+#include <algorithm>
+
+namespace cullet
+{
+void RowGridBackend::collectHeld(std::vector<IdPair>& held)
+{
+    if (m_mode == Mode::Moving)
+    {
+        if (!m_hasOverlapping)
+            listOverlapping(m_overlapping);
+        held = m_apart;
+        for (const std::uint64_t key : m_overlapping)
+            held.push_back(rowsOf(key));
+        return;
+    }
+    m_settled.forEachHeld([&](IdPair pair) { held.push_back(pair); });
+    m_between.forEachHeld([&](IdPair pair) { held.push_back(pair); });
+    for (const NeighbourPart& part : m_parts)
+        part.pairs.forEachHeld([&](IdPair pair) { held.push_back(pair); });
+}
+
+/// Turns the pairs given to restart() into rows; those whose proxies are gone leave at once.
+void RowGridBackend::collectKnown(const ProxyView& view, std::vector<IdPair>& held)
+{
+    std::vector<std::uint64_t> gone;
+    splitKnown(m_known, view, held, gone);
+    for (const std::uint64_t key : gone)
+        m_removed[0].push(key);
+    m_stats.pairs = m_known.size();
+    m_known.clear();
+    m_known.shrink_to_fit();
+}
+
+void RowGridBackend::sortOldPairs(const std::vector<IdPair>& pairs)
+{
+    for (KeyList& list : m_found)
+        list.clear();
+    m_found[0].makeRoom(pairs.size());
+    for (const IdPair pair : pairs)
+        m_found[0].pushIf(PairSet::keyOf(pair.a, pair.b), true);
+    m_sorts[0].sort(m_workers, m_found, m_oldKeys);
+    m_found[0].clear();
+    m_found[0].trim();
+    m_oldPairs.take(m_oldKeys);
+}
+
+void RowGridBackend::rebuild(const ProxyView& view, bool settle)
+{
+    m_workers.limit((settle ? SettlePolicy::kCostOfSettling : SettlePolicy::kCostOfRefill) * view.size);
+    std::vector<IdPair> held;
+    if (m_restarted)
+        collectKnown(view, held);
+    else
+        collectHeld(held);
+    m_restarted = false;
+    m_overlapping.clear();
+    m_hasOverlapping = false;
+    m_isOverlappingSorted = false;
+    m_hasJumped = false;
+    m_isReferenceOld = false;
+    m_despite.reset(0);
+    m_apart.clear();
+    m_between.clear();
+    m_betweenBoxes.clear();
+    m_active.clear();
+    m_lists.clear();
+    m_parts.resize(1);
+    m_parts[0].clear();
+    m_orderedCount = 0;
+    m_betweenReach = 0;
+    m_settled.clear();
+    std::transform(view.boxes, view.boxes + view.size, m_reference.begin(), remembered);
+    if (settle)
+        rebuildSettled(view, held);
+    else
+        rebuildMoving(view, held);
+    ++m_stats.rebuildsTotal;
+}
+
+void RowGridBackend::rebuildMoving(const ProxyView& view, const std::vector<IdPair>& held)
+{
+    m_mode = Mode::Moving;
+    m_stats.path = "rebuild";
+    sortOldPairs(held);
+
+    CollectingSink sink(m_workers.threads());
+    GridInput input;
+    input.boxes = view.boxes;
+    input.count = view.size;
+    m_grid.scan(input, sink, RowUse::Follow);
+    m_scannedRows = view.size;
+    sink.forEach(
+        [&](IdPair pair)
+        {
+            const std::uint64_t key = PairSet::keyOf(pair.a, pair.b);
+            const bool passes = mayEnter(view, pair);
+            const bool wasHeld = m_oldPairs.contains(key);
+            if (wasHeld && !passes)
+                m_despite.insert(key);
+            if (!wasHeld && passes)
+                reportAdded(view, pair);
+        });
+    for (const IdPair pair : held)
+    {
+        const Aabb& a = view.boxes[pair.a];
+        const Aabb& b = view.boxes[pair.b];
+        const bool valid = isValid(a) && isValid(b);
+        if (valid && overlaps(a, b))
+            continue;
+        if (!valid || !overlapsWithMargin(a, b, view.margin))
+        {
+            reportRemoved(view, pair);
+            continue;
+        }
+        m_apart.push_back(pair);
+    }
+}
+
+void RowGridBackend::rebuildSettled(const ProxyView& view, const std::vector<IdPair>& held)
+{
+    m_mode = Mode::Settled;
+    m_stats.path = "settle";
+    m_slack = 0.5f * view.margin;
+    m_settledMargin = view.margin;
+    m_sureGap = sureGapOf(view.margin, m_slack);
+    m_policy.begin(view.size);
+    m_wasted = 0;
+    for (std::uint32_t row = 0; row < view.size; ++row)
+        m_states[row] = isValid(view.boxes[row]) ? RowState::Settled : RowState::Absent;
+    CollectingSink sink(m_workers.threads());
+    GridInput input;
+    input.boxes = view.boxes;
+    input.count = view.size;
+    input.grow = kGrowFactor * m_slack;
+    m_grid.scan(input, sink, RowUse::Query);
+    watch(view, sink, held, m_settled);
+    m_settled.finish(view.size);
+}
+
+/// Sorts pairs by what they are now.
+///
+/// @param candidates all pairs that may come to overlap
+/// @param held       those of before; which are no candidates were held by the margin alone, farther apart than shells reach
+/// @param pairs      [out] all that may change, and those that are held; sure ones only of settled boxes
+void RowGridBackend::watch(const ProxyView& view, const CollectingSink& candidates,
+                           const std::vector<IdPair>& held, SettledPairs& pairs)
+{
+    sortOldPairs(held);
+    std::vector<std::pair<IdPair, SettledPairs::State>> watched;
+    candidates.forEach(
+        [&](IdPair pair)
+        {
+            const std::uint64_t key = PairSet::keyOf(pair.a, pair.b);
+            const bool wasHeld = m_oldPairs.erase(key);
+            const bool passes = mayEnter(view, pair);
+            if (!passes && !wasHeld)
+                return;
+            const Aabb& a = view.boxes[pair.a];
+            const Aabb& b = view.boxes[pair.b];
+            const bool isHeld = overlaps(a, b) || (wasHeld && overlapsWithMargin(a, b, view.margin));
+            if (isHeld && isSure(pairs, a, b))
+                pairs.add(pair, SettledPairs::State::Sure);
+            else
+                watched.push_back({pair, isHeld ? SettledPairs::State::Held : SettledPairs::State::Open});
+            if (isHeld && !wasHeld)
+                reportAdded(view, pair);
+            if (!isHeld && wasHeld)
+                reportRemoved(view, pair);
+        });
+    m_oldPairs.forEach(
+        [&](std::uint64_t key)
+        {
+            const IdPair pair = rowsOf(key);
+            const bool valid = isValid(view.boxes[pair.a]) && isValid(view.boxes[pair.b]);
+            if (valid && overlapsWithMargin(view.boxes[pair.a], view.boxes[pair.b], view.margin))
+                watched.push_back({pair, SettledPairs::State::Held});
+            else
+                reportRemoved(view, pair);
+        });
+    for (const auto& [pair, state] : watched)
+        pairs.add(pair, state);
+}
+}  // namespace cullet

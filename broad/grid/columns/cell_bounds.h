@@ -1,0 +1,84 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/boxes/aabb_simd.h"
+#include "cullet/broad/grid/columns/column_soa.h"
+
+namespace cullet
+{
+/// How boxes fall into cells: tiled faces are moved outward by `grow` and by a few units in their last place, multiplied
+/// and rounded down.
+struct CellRule
+{
+    float grow;
+    float inverseWidth;
+};
+
+// Everything here is in an anonymous namespace, so that each instruction set has its own copy.
+namespace
+{
+// Cell coordinates saturate here: far away, cells become one, which costs time but loses nothing.
+constexpr float kFarthestCell = 268435456.0f;
+
+/// What a rule makes of faces {min, max, min, max}: those above and below zero times a factor, plus an offset.
+struct CellFactors
+{
+    Float4 above, below, offset;
+
+    explicit CellFactors(const CellRule& rule)
+    {
+        constexpr float kUlps = 0x1p-22f;
+        const Float4 outward = {-1.0f, 1.0f, -1.0f, 1.0f};
+        above = (1.0f + outward * kUlps) * rule.inverseWidth;
+        below = (1.0f - outward * kUlps) * rule.inverseWidth;
+        offset = outward * (rule.grow * rule.inverseWidth);
+    }
+};
+
+/// Cells of two intervals {min, max, min, max}, moved outward by the rule.
+///
+/// Boxes whose gap is not above twice `grow` share a cell even where `grow` is lost in the rounding of large
+/// coordinates: that is what the units in the last place are for. Every step is monotone in the face, so that a cell is
+/// an interval of floats: see CellEdges.
+inline Int4 cellsOfFaces(Float4 faces, const CellRule& rule) noexcept
+{
+    const CellFactors factors(rule);
+    Float4 cell = faces * (faces < 0.0f ? factors.below : factors.above) + factors.offset;
+    cell = cell < -kFarthestCell ? Float4{} - kFarthestCell : cell;
+    cell = cell > kFarthestCell ? Float4{} + kFarthestCell : cell;
+    // Conversion cuts towards zero; a comparison yields -1 where that was upwards. std::floor would be a library call.
+    const Int4 truncated = __builtin_convertvector(cell, Int4);
+    return truncated + (__builtin_convertvector(truncated, Float4) > cell);
+}
+
+/// Tiled faces {min, max, min, max} and the two of the sweep axis, of a box held in two overlapping registers.
+template <int kSweepAxis>
+struct BoxFaces
+{
+    Float4 tile;
+    Float4 sweep;  ///< lanes 0 and 1
+
+    explicit BoxFaces(const Aabb& box)
+    {
+        const Float4 low = loadFloat4(box.min);       // x y z X
+        const Float4 high = loadFloat4(box.min + 2);  // z X Y Z
+        if (kSweepAxis == 0)
+        {
+            tile = __builtin_shuffle(low, high, Int4{1, 6, 2, 7});
+            sweep = __builtin_shuffle(low, high, Int4{0, 3, 0, 3});
+        }
+        else if (kSweepAxis == 1)
+        {
+            tile = __builtin_shuffle(low, high, Int4{2, 7, 0, 3});
+            sweep = __builtin_shuffle(low, high, Int4{1, 6, 1, 6});
+        }
+        else
+        {
+            tile = __builtin_shuffle(low, high, Int4{0, 3, 1, 6});
+            sweep = __builtin_shuffle(low, high, Int4{2, 7, 2, 7});
+        }
+    }
+};
+}  // namespace
+}  // namespace cullet

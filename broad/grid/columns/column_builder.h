@@ -1,0 +1,56 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/aabb.h"
+#include "cullet/broad/grid/columns/column_soa.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace cullet
+{
+/// Memory for the boxes of rows as structure of arrays; grows, never shrinks.
+class RowPool
+{
+public:
+    /// Room for `entries` in all, sentinels included. Contents are lost.
+    void resize(std::size_t entries);
+
+    /// The arrays from `offset` on, with ids elsewhere.
+    ///
+    /// @param isBounded whether there is to be an array of bounds
+    RowSoa row(std::size_t offset, FlaggedId* ids, std::uint32_t count, bool isBounded = false);
+
+    std::uint64_t bytes() const { return m_floats.capacity() * sizeof(float); }
+
+private:
+    std::size_t m_stride = 0;
+    std::vector<float> m_floats;
+};
+
+/// Brings the boxes of a row into the order of their lower bounds on the sweep axis and lays them out.
+///
+/// The order is exact, because the kernels end a scan at the first x0 beyond an interval: a truncated key would lose
+/// pairs.
+class RowBuilder
+{
+public:
+    /// Lays out the boxes of the ids, and writes the ids back in order.
+    ///
+    /// @param row [in, out] room for count + 5 boxes and for a multiple of four ids; on return those inside the cell
+    void build(const RowKernels& kernels, const RowSource& source, RowSoa& row);
+
+    std::uint64_t bytes() const
+    {
+        return m_records.capacity() * sizeof(RowRecord) + m_keys.capacity() * sizeof(RowKey);
+    }
+
+private:
+    std::vector<RowRecord> m_records;
+    std::vector<RowKey> m_keys;
+};
+
+/// Longest extent along the sweep axis, rounded up.
+float longestOf(const RowSoa& row);
+}  // namespace cullet

@@ -1,0 +1,322 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/base/threads/parallel_loops.h"
+#include "cullet/broad/aabb.h"
+#include "cullet/broad/backend.h"
+#include "cullet/broad/boxes/aabb_simd.h"
+#include "cullet/broad/cell_visitor.h"
+#include "cullet/broad/grid/columns/cell_bounds.h"
+#include "cullet/broad/grid/columns/column_builder.h"
+#include "cullet/broad/grid/columns/column_hash.h"
+#include "cullet/broad/grid/columns/column_soa.h"
+#include "cullet/broad/grid/columns/grid_plan.h"
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+namespace cullet
+{
+/// Receives overlapping pairs from the grid, in batches, from several threads at once.
+class PairSink
+{
+public:
+    virtual ~PairSink() = default;
+
+    /// @param worker below WorkerPool::threads(); calls with the same worker never run at the same time
+    virtual void take(unsigned worker, const PairBuffer& found) = 0;
+};
+
+/// The boxes to be put into the grid.
+struct GridInput
+{
+    const Aabb* boxes = nullptr;         ///< row of the proxy table -> box
+    const std::uint32_t* ids = nullptr;  ///< [count] rows to take, or null for 0 .. count - 1
+    std::uint32_t count = 0;
+    float grow = 0;   ///< every box is grown by this on every side first
+    float reach = 0;  ///< ... and reaches into the cells this much farther
+    float near = 0;   ///< pairs with a gap (negative: overlap) above this are left out; at most 2 * reach
+    float deep = kReportAll;  ///< pairs with a gap not above this are left out
+    /// [rows] or null: a box's motion times motionFactor is its bound, at most near / 2. Pairs are left out whose gap is,
+    /// on either side of zero, above the sum of both bounds.
+    const float* motions = nullptr;
+    float motionFactor = 0;
+};
+
+/// What the rows are for, beyond finding pairs once.
+enum class RowUse : std::uint8_t
+{
+    Once,
+    Query,  ///< query()
+    Follow  ///< compare() and follow()
+};
+
+/// How the changed boxes moved since the last scan.
+struct alignas(64) GridMotion
+{
+    /// Boxes by the exponent of how far any of their faces moved; boxes that came, went or have infinite faces last.
+    std::array<std::uint32_t, 256> octaves{};
+    float largest = 0;                  ///< of those that moved no farther than the limit
+    std::vector<std::uint32_t> strays;  ///< ascending: touch other cells than before, or moved farther
+};
+
+/// The lecture's hierarchical grid with spatial hashing, laid out as rows.
+///
+/// Lecture 4, Broad Phase: every object has a resolution Res(A) by its size; it is stored "bold" in the cells it
+/// touches at its own level and "regular" in those of all coarser levels; a pair is reported at the level min(Res) as
+/// bold x bold or bold x regular, and cells live in a hash of buckets, so that the world is unbounded. What differs:
+/// a cell is cut along two axes only and keeps its boxes sorted along the third (a *row*), where an 8-wide forward
+/// sweep replaces the test of all ids in a cell; octaves of sizes share a level when the cost model says so; and
+/// regular ids go only into rows that hold a bold one, since no other row can report a pair of theirs. Each pair is
+/// reported once, by the row that holds the corner (max of minima) of the two boxes.
+///
+/// Boxes that reach more than 2^50, or would touch too many cells, are tested against everything instead.
+class RowGrid
+{
+public:
+    /// Boxes that are worth a task of their own where the grid is filled.
+    static constexpr std::size_t kTaskGrain = 4096;
+
+    RowGrid(const GridOptions& options, WorkerPool& workers);
+
+    /// Clears the grid, fills it and hands every overlapping pair of the input to the sink, each exactly once.
+    ///
+    /// Cost: O(n + pairs) for sizes within a constant ratio; about 80 ns a box on one core
+    void scan(const GridInput& input, PairSink& sink, RowUse use);
+
+    /// Whether scan() of so many boxes stays in the calling thread.
+    bool isForOneThread(std::uint32_t count) const;
+
+    /// Whether the rows of the last scan can be brought up to date instead of being refilled: follow().
+    bool canFollow(float reach) const { return m_isFollowable && m_reach == reach; }
+
+    /// Looks at all boxes that changed since the last scan.
+    ///
+    /// @param before    boxes as of that scan
+    /// @param limit     see GridMotion
+    /// @param motions   [out] row -> how far any of its faces moved, of changed boxes; or null
+    void compare(const Aabb* boxes, const Aabb* before, const std::uint32_t* dirty, std::uint32_t dirtyCount,
+                 float limit, GridMotion& motion, float* motions = nullptr);
+
+    /// Puts strays into the cells that are new to them, so that scanFollowed() may come; false: scan() must.
+    bool follow(const GridInput& input, const Aabb* before, const std::vector<std::uint32_t>& strays);
+
+    /// As scan(), from the rows as they are; boxes that left a cell are dropped from it.
+    void scanFollowed(const GridInput& input, PairSink& sink);
+
+    /// Hands all overlapping pairs as of the last scan to the sink. The rows stay.
+    ///
+    /// @param input the boxes of that scan
+    void scanAgain(const GridInput& input, PairSink& sink);
+
+    /// Width of the finest cells.
+    float finestWidth() const { return m_plan.width[0]; }
+
+    /// Hands every kept box that overlaps one of the boxes to the sink as {index, kept}, each once, one box after another;
+    /// scan(Query) came before.
+    ///
+    /// Fast where the boxes are ordered as by orderAlongRows(). Safe from several threads with different workers.
+    ///
+    /// @param boxes [count] empty ones are passed over
+    void query(const Aabb* boxes, std::uint32_t count, unsigned worker, PairSink& sink) const;
+
+    /// Tells in which order ids lie by the rows that their boxes begin in, and along these.
+    ///
+    /// @param boxes row of the proxy table -> box
+    /// @return indices into `ids`
+    std::vector<std::uint32_t> orderAlongRows(const Aabb* boxes, const std::vector<std::uint32_t>& ids) const;
+
+    /// The box with all faces this much farther out.
+    static Aabb grown(const Aabb& box, float grow);
+
+    /// The rows as boxes that are infinite along the sweep axis; see CellSource.
+    void forEachCell(const CellVisitor& visit) const;
+
+    /// What was done.
+    struct Work
+    {
+        std::uint64_t tests = 0;   ///< of boxes, by the last scan and all queries
+        std::uint64_t visits = 0;  ///< rows that queries looked into, again for each box
+    };
+
+    /// ... since the last call.
+    Work takeWork();
+
+    /// Boxes times cells of the last scan.
+    std::uint64_t entryCount() const { return m_entryCount; }
+    const GridPlan& plan() const { return m_plan; }
+    const std::vector<std::uint32_t>& unbounded() const { return m_unbounded; }
+    std::uint64_t bytes() const;
+
+private:
+    // A box that would touch more cells than this under a plan that did not expect it joins the unbounded ones.
+    static constexpr std::int64_t kMostCells = 64;
+    static constexpr std::int32_t kSquareSide = 8;  // a square of so many cells is not more
+
+    struct Entry
+    {
+        std::uint32_t row;
+        FlaggedId id;
+    };
+
+    /// A vector whose room is made once per box instead of being checked per entry.
+    class EntryList
+    {
+    public:
+        void clear() { m_count = 0; }
+        void makeRoom(std::size_t entries)
+        {
+            if (m_count + entries >= m_entries.size())
+                m_entries.resize(2 * m_entries.size() + entries + 1024);
+        }
+        void push(Entry entry) { m_entries[m_count++] = entry; }
+        std::size_t size() const { return m_count; }
+        const Entry* begin() const { return m_entries.data(); }
+        const Entry* end() const { return m_entries.data() + m_count; }
+        Entry* end() { return m_entries.data() + m_count; }
+        /// Of entries that were written behind the end.
+        void setEnd(const Entry* end) { m_count = static_cast<std::size_t>(end - m_entries.data()); }
+        std::uint64_t bytes() const { return m_entries.capacity() * sizeof(Entry); }
+
+    private:
+        std::vector<Entry> m_entries;
+        std::size_t m_count = 0;
+    };
+
+    /// What one task of the filling pass writes; merged afterwards.
+    struct alignas(64) Task
+    {
+        EntryList bold;
+        EntryList regular;
+        std::vector<std::uint32_t> boldCount;
+        std::vector<std::uint32_t> regularCount;
+        std::vector<std::uint32_t> unbounded;
+        SizeHistogram sizes;
+        bool isFull = false;
+    };
+
+    /// Scratch of one worker of the scanning pass.
+    struct alignas(64) Worker
+    {
+        RowBuilder builder;
+        RowPool bold;
+        RowPool regular;
+        std::unique_ptr<PairBuffer> buffer = std::make_unique<PairBuffer>();
+    };
+
+    /// Where the ids of a row are; multiples of four, so that they can be written as vectors.
+    struct RowList
+    {
+        std::uint32_t begin;
+        std::uint32_t count;
+        std::uint32_t room;
+        std::uint32_t sortedCount;  ///< by the last scan; others were added since
+    };
+
+    /// One pass over the rows.
+    struct RowPass
+    {
+        const GridInput& input;
+        PairSink& sink;
+        RowUse use;
+        bool isFollowed;  ///< cells of boxes have changed
+    };
+
+    /// Where pairs of a scan or query go.
+    struct SinkContext
+    {
+        PairSink* sink;
+        unsigned worker;
+    };
+
+    std::uint32_t locate(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task,
+                         Located* block) const;
+    bool locateOne(const GridInput& input, std::uint32_t index, Task& task, Located& to) const;
+    void sampleSizes(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task) const;
+    static std::int64_t cellCountOf(const TileRange& cells);
+    static bool isManyCells(const TileRange& cells)
+    {
+        const std::int32_t spans = (cells.j1 - cells.j0) | (cells.k1 - cells.k0);
+        return spans >= kSquareSide && cellCountOf(cells) > kMostCells;
+    }
+    CellRule ruleOf(float grow, std::uint32_t level) const { return {grow, m_plan.inverseWidth[level]}; }
+    Float4 tileOf(const Aabb& box) const;
+    TileRange cellsOf(const Aabb& box, const CellRule& rule) const;
+    static std::size_t octaveIndex(Float4 tile);
+    void recordSize(const Aabb& grown, Task& task) const;
+    void sampleInput(const GridInput& input);
+    CellWindow chooseWindow(std::vector<std::int32_t>& js, std::vector<std::int32_t>& ks,
+                            std::uint32_t boxes) const;
+    bool insertByHash(const Located& box, Task& task);
+    bool insertBold(const Located* block, std::uint32_t count, Task& task);
+    enum class BoxKind
+    {
+        Empty,
+        Bounded,
+        Unbounded  ///< some extent beyond the highest octave
+    };
+    static BoxKind kindOf(const Aabb& box, float grow);
+
+    void preparePlan(const GridInput& input);
+    void makePlan(const GridInput& input, const SizeHistogram& sizes);
+    bool isPlanStale(const SizeHistogram& sizes) const;
+    void learnDensity();
+    void fill(const GridInput& input);
+    bool tryFill(const GridInput& input);
+    void fillBold(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task);
+    void fillRegular(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task);
+    void mergeTasks(RowUse use);
+    std::uint32_t scatterKind(EntryList Task::*entries, std::vector<std::uint32_t> Task::*counts,
+                              std::vector<RowList>& lists, std::vector<FlaggedId>& ids, RowUse use);
+    void scanRows(const RowPass& pass);
+    void scanRow(const RowPass& pass, std::uint32_t row, unsigned worker, PairBuffer& out);
+    RowSoa buildRow(const RowPass& pass, std::uint32_t row, RowList& list, std::vector<FlaggedId>& ids,
+                    RowPool& pool, std::size_t offset, RowBuilder& builder);
+    void compareRange(const MotionSource& source, const std::uint32_t* rows, std::size_t count,
+                      GridMotion& motion) const;
+    bool followStray(const GridInput& input, const Aabb& before, std::uint32_t id);
+    bool addToRow(std::uint64_t cell, std::uint32_t id);
+    const CellEdges& edgesOf(std::uint32_t row);
+    static void handToSink(void* context, const PairBuffer& found);
+    PairBuffer& prepareBuffer(const GridInput& input, SinkContext& context) const;
+    void scanUnbounded(const GridInput& input, PairSink& sink);
+    void queryBox(const Aabb& box, FlaggedId id, PairBuffer& out) const;
+    void queryLevel(const RowSoa& query, const Aabb& box, std::uint32_t level, PairBuffer& out) const;
+    void queryRow(const RowSoa& query, std::uint32_t row, PairBuffer& out) const;
+
+    GridOptions m_options;
+    WorkerPool& m_workers;
+    const RowKernels& m_kernels;
+    GridPlan m_plan;
+    SizeHistogram m_planned;  // sizes that the plan was made for
+    double m_density = 1;
+    bool m_hasPlan = false;
+    CellWindow m_window;
+    float m_sweepLow = 0;  // most boxes begin between the two
+    float m_sweepHigh = 0;
+    RowDirectory m_rows;
+    std::uint32_t m_rowRoom = 256;
+    unsigned m_taskCount = 1;
+    std::vector<Task> m_tasks;
+    std::vector<Worker> m_scratch;
+    std::vector<RowList> m_bold;     // [rows] into m_boldIds
+    std::vector<RowList> m_regular;  // [rows] into m_regularIds; empty with one level
+    mutable std::vector<FlaggedId> m_boldIds;
+    std::vector<FlaggedId> m_regularIds;
+    std::vector<std::uint32_t> m_unbounded;  // ascending
+    mutable RowPool m_kept;                  // bold rows, each where its ids are in m_boldIds
+    std::vector<float> m_longest;            // [rows] longest sweep extent in a kept row
+    std::vector<CellEdges> m_edges;          // [rows] while rows are followed
+    std::vector<std::uint8_t> m_hasEdges;    // [rows]
+    std::vector<GridMotion> m_motions;       // [tasks]
+    std::uint32_t m_idsUsed = 0;             // of m_boldIds
+    float m_reach = 0;                       // of the last scan
+    bool m_isFollowable = false;
+    std::uint32_t m_followedScans = 0;  // since the last fill
+    std::uint64_t m_entryCount = 0;
+    std::uint64_t m_testCount = 0;
+};
+}  // namespace cullet

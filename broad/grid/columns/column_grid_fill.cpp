@@ -1,0 +1,350 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+//
+// Boxes come into the cells of the row grid: each is located, inserted into the list of a task and counted.
+#include "cullet/broad/boxes/aabb_simd.h"
+#include "cullet/broad/grid/columns/cell_bounds.h"
+#include "cullet/broad/grid/columns/column_grid.h"
+
+#include <algorithm>
+#include <cstring>
+#include <numeric>
+#include <tuple>
+#include <utility>
+
+namespace cullet
+{
+namespace
+{
+// Sizes are recorded of every so-manieth box only, and of all that do not fit the plan.
+constexpr std::uint32_t kSizeSampling = 8;
+constexpr std::uint32_t kLocateBlock = 128;
+constexpr std::uint32_t kSample = 512;
+constexpr float kLargestExtent = static_cast<float>(std::uint64_t{1} << kHighestOctave);
+
+/// Where most numbers are; reorders them.
+template <class T>
+std::pair<T, T> usualRange(std::vector<T>& numbers)
+{
+    const auto few = static_cast<std::ptrdiff_t>(numbers.size() / 64);
+    const auto high = numbers.end() - 1 - few;
+    std::nth_element(numbers.begin(), numbers.begin() + few, numbers.end());
+    const T low = numbers[static_cast<std::size_t>(few)];
+    std::nth_element(numbers.begin(), high, numbers.end());
+    return {low, *high};
+}
+
+/// Where most cells are, with some room on both sides, but not more than all need.
+std::pair<std::int64_t, std::int64_t> windowOf(std::vector<std::int32_t>& cells)
+{
+    const auto [lowest, highest] = std::minmax_element(cells.begin(), cells.end());
+    const std::int64_t first = std::int64_t{*lowest} - 1;
+    const std::int64_t last = std::int64_t{*highest} + 2;
+    const auto [low, high] = usualRange(cells);
+    const std::int64_t room = (std::int64_t{high} - low) / 8 + 2;
+    return {std::max(first, low - room), std::min(last, high + room)};
+}
+}  // namespace
+
+std::int64_t RowGrid::cellCountOf(const TileRange& cells)
+{
+    return (static_cast<std::int64_t>(cells.j1) - cells.j0 + 1) *
+           (static_cast<std::int64_t>(cells.k1) - cells.k0 + 1);
+}
+
+RowGrid::BoxKind RowGrid::kindOf(const Aabb& box, float grow)
+{
+    const Float4 extent = extentsOf(box);
+    // NaN, the extent of a box with a NaN and of one that lies at infinity, fails both comparisons.
+    if (isTrueInAll((extent >= 0.0f) & (extent <= kLargestExtent - 4.0f * grow)))
+        return BoxKind::Bounded;
+    return isValid(box) ? BoxKind::Unbounded : BoxKind::Empty;
+}
+
+std::size_t RowGrid::octaveIndex(Float4 tile)
+{
+    const float larger = std::max(tile[1] - tile[0], tile[3] - tile[2]);
+    const std::int32_t octave = std::min(std::max(octaveOf(larger), kLowestOctave), kHighestOctave);
+    return static_cast<std::size_t>(octave - kLowestOctave);
+}
+
+void RowGrid::recordSize(const Aabb& grown, Task& task) const
+{
+    const Float4 tile = tileOf(grown);
+    SizeHistogram::Bin& bin = task.sizes.bins[octaveIndex(tile)];
+    task.sizes.weight = kSizeSampling;
+    bin.count += kSizeSampling;
+    bin.tileSum += 0.5f * kSizeSampling * ((tile[1] - tile[0]) + (tile[3] - tile[2]));
+    bin.sweepSum += kSizeSampling * (grown.max[m_plan.sweepAxis] - grown.min[m_plan.sweepAxis]);
+}
+
+Float4 RowGrid::tileOf(const Aabb& box) const
+{
+    return Float4{box.min[m_plan.tileAxisY], box.max[m_plan.tileAxisY], box.min[m_plan.tileAxisZ],
+                  box.max[m_plan.tileAxisZ]};
+}
+
+TileRange RowGrid::cellsOf(const Aabb& box, const CellRule& rule) const
+{
+    const Int4 cells = cellsOfFaces(tileOf(box), rule);
+    return {cells[0], cells[1], cells[2], cells[3]};
+}
+
+/// Cells of a box at its level; false for one that is empty or goes to the side list.
+bool RowGrid::locateOne(const GridInput& input, std::uint32_t index, Task& task, Located& to) const
+{
+    const std::uint32_t id = input.ids != nullptr ? input.ids[index] : index;
+    const BoxKind kind = kindOf(input.boxes[id], input.grow);
+    if (kind == BoxKind::Unbounded)
+        task.unbounded.push_back(id);
+    if (kind != BoxKind::Bounded)
+        return false;
+    const Aabb box = grown(input.boxes[id], input.grow);
+    const std::uint32_t level = m_plan.levelCount == 1 ? 0u : m_plan.levelOfOctave[octaveIndex(tileOf(box))];
+    to = {cellsOf(box, ruleOf(input.reach, level)), id, static_cast<std::int32_t>(level)};
+    if (!isManyCells(to.cells))
+        return true;
+    task.unbounded.push_back(id);
+    if (index % kSizeSampling != 0)
+        recordSize(box, task);
+    return false;
+}
+
+void RowGrid::sampleSizes(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task) const
+{
+    for (std::uint32_t i = (begin + kSizeSampling - 1) / kSizeSampling * kSizeSampling; i < end;
+         i += kSizeSampling)
+    {
+        const Aabb& box = input.boxes[input.ids != nullptr ? input.ids[i] : i];
+        if (kindOf(box, input.grow) == BoxKind::Bounded)
+            recordSize(grown(box, input.grow), task);
+    }
+}
+
+/// Cells of the boxes from `begin` on, at most a block of them, into `block`; the others on the side list.
+///
+/// Apart from the insertion, whose branches are hard to predict, this runs at full speed.
+std::uint32_t RowGrid::locate(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task,
+                              Located* block) const
+{
+    sampleSizes(input, begin, end, task);
+    std::uint32_t odd[kLocateBlock];
+    LocatedCounts counts = {0, 0};
+    if (m_plan.levelCount == 1)
+    {
+        const CellRule rule = ruleOf(input.reach, 0);
+        counts = m_kernels.locateBoxes({input.boxes, input.ids, m_plan.sweepAxis, input.grow, rule.grow,
+                                        rule.inverseWidth, kLargestExtent - 4.0f * input.grow, kSquareSide},
+                                       begin, end, block, odd);
+    }
+    else
+    {
+        counts.odd = end - begin;
+        std::iota(odd, odd + counts.odd, begin);
+    }
+    for (std::uint32_t i = 0; i < counts.odd; ++i)
+        counts.plain += locateOne(input, odd[i], task, block[counts.plain]) ? 1u : 0u;
+    return counts.plain;
+}
+
+bool RowGrid::insertByHash(const Located& box, Task& task)
+{
+    const TileRange& cells = box.cells;
+    for (std::int32_t j = cells.j0; j <= cells.j1; ++j)
+    {
+        for (std::int32_t k = cells.k0; k <= cells.k1; ++k)
+        {
+            const std::uint32_t row = m_rows.findOrInsert(packCell(box.level, j, k));
+            if (row == RowDirectory::kNone)
+                return false;
+            task.bold.push({row, flagged(box.id, j == cells.j0, k == cells.k0)});
+        }
+    }
+    return true;
+}
+
+/// Inserts boxes into the cells of their level, and counts the entries of each; false when the directory is full.
+bool RowGrid::insertBold(const Located* block, std::uint32_t count, Task& task)
+{
+    // Copies, and an end of its own: what is written could be members otherwise, to be read again for each box.
+    const CellWindow window = m_rows.window();
+    task.bold.makeRoom(static_cast<std::size_t>(count) * kMostCells);
+    const std::size_t before = task.bold.size();
+    Entry* to = task.bold.end();
+    for (std::uint32_t i = 0; i < count; ++i)
+    {
+        const TileRange cells = block[i].cells;
+        const std::int32_t spans = (cells.j1 - cells.j0) | (cells.k1 - cells.k0);
+        if (spans > 1 || !window.containsSquare(cells.j0, cells.k0))
+        {
+            task.bold.setEnd(to);
+            if (!insertByHash(block[i], task))
+                return false;
+            to = task.bold.end();
+            continue;
+        }
+        // Without a branch: whether a box crosses into the next cell is hard to predict.
+        const std::uint32_t crossesY = cells.j1 != cells.j0 ? 1 : 0;
+        const std::uint32_t crossesZ = cells.k1 != cells.k0 ? 1 : 0;
+        const std::uint32_t row = window.row(cells.j0, cells.k0);
+        const std::uint32_t id = block[i].id;
+        *to++ = {row, flagged(id, true, true)};
+        *to = {row + 1, flagged(id, true, false)};
+        to += crossesZ;
+        *to = {row + window.countK, flagged(id, false, true)};
+        to += crossesY;
+        *to = {row + window.countK + 1, id};
+        to += crossesY & crossesZ;
+    }
+    task.bold.setEnd(to);
+    std::uint32_t* const counts = task.boldCount.data();
+    for (const Entry* entry = task.bold.begin() + before; entry != to; ++entry)
+        ++counts[entry->row];
+    return true;
+}
+
+void RowGrid::fillBold(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task)
+{
+    Located block[kLocateBlock];
+    for (std::uint32_t i = begin; i < end && !task.isFull; i += kLocateBlock)
+    {
+        const std::uint32_t last = std::min(end, i + kLocateBlock);
+        const std::uint32_t count = locate(input, i, last, task, block);
+        task.isFull = !insertBold(block, count, task);
+    }
+}
+
+void RowGrid::fillRegular(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task)
+{
+    for (std::uint32_t i = begin; i < end; ++i)
+    {
+        const std::uint32_t id = input.ids != nullptr ? input.ids[i] : i;
+        if (kindOf(input.boxes[id], input.grow) != BoxKind::Bounded)
+            continue;
+        const Aabb box = grown(input.boxes[id], input.grow);
+        const std::uint32_t own = m_plan.levelOfOctave[octaveIndex(tileOf(box))];
+        if (isManyCells(cellsOf(box, ruleOf(input.reach, own))))
+            continue;
+        for (std::uint32_t level = own + 1; level < m_plan.levelCount; ++level)
+        {
+            const TileRange cells = cellsOf(box, ruleOf(input.reach, level));
+            task.regular.makeRoom(static_cast<std::size_t>(cellCountOf(cells)));
+            for (std::int32_t j = cells.j0; j <= cells.j1; ++j)
+            {
+                for (std::int32_t k = cells.k0; k <= cells.k1; ++k)
+                {
+                    const std::uint32_t row = m_rows.find(packCell(static_cast<std::int32_t>(level), j, k));
+                    if (row == RowDirectory::kNone)
+                        continue;
+                    ++task.regularCount[row];
+                    task.regular.push({row, flagged(id, j == cells.j0, k == cells.k0)});
+                }
+            }
+        }
+    }
+}
+
+bool RowGrid::tryFill(const GridInput& input)
+{
+    m_rows.reset(m_rowRoom, m_options.bucketCount, m_window);
+    const std::uint32_t rows = m_rows.capacity();
+    for (unsigned t = 0; t < m_taskCount; ++t)
+    {
+        Task& task = m_tasks[t];
+        task.bold.clear();
+        task.regular.clear();
+        task.unbounded.clear();
+        task.boldCount.assign(rows, 0);
+        task.regularCount.assign(m_plan.levelCount > 1 ? rows : 0, 0);
+        task.sizes = SizeHistogram();
+        task.isFull = false;
+    }
+    m_workers.run(m_taskCount,
+                  [&](unsigned t)
+                  {
+                      const TaskRange range(input.count, t, m_taskCount);
+                      fillBold(input, range.begin, range.end, m_tasks[t]);
+                  });
+    for (unsigned t = 0; t < m_taskCount; ++t)
+    {
+        if (m_tasks[t].isFull)
+            return false;
+    }
+    if (m_plan.levelCount > 1)
+    {
+        m_workers.run(m_taskCount,
+                      [&](unsigned t)
+                      {
+                          const TaskRange range(input.count, t, m_taskCount);
+                          fillRegular(input, range.begin, range.end, m_tasks[t]);
+                      });
+    }
+    return true;
+}
+
+/// Cells that most boxes are in; none where a table of them would be large.
+CellWindow RowGrid::chooseWindow(std::vector<std::int32_t>& js, std::vector<std::int32_t>& ks,
+                                 std::uint32_t boxes) const
+{
+    if (m_plan.levelCount != 1 || m_options.bucketCount != 0 || js.empty())
+        return {};
+    const auto [firstJ, lastJ] = windowOf(js);
+    const auto [firstK, lastK] = windowOf(ks);
+    const std::int64_t countJ = lastJ - firstJ + 1;
+    const std::int64_t countK = lastK - firstK + 1;
+    if (countJ * countK > boxes / 4 + 64)
+        return {};
+    return {static_cast<std::int32_t>(firstJ), static_cast<std::int32_t>(firstK),
+            static_cast<std::uint32_t>(countJ), static_cast<std::uint32_t>(countK)};
+}
+
+/// Learns from some of the boxes where the others are.
+void RowGrid::sampleInput(const GridInput& input)
+{
+    std::vector<std::int32_t> js;
+    std::vector<std::int32_t> ks;
+    std::vector<float> starts;
+    const std::uint32_t stride = std::max(1u, input.count / kSample) | 1u;
+    for (std::uint32_t i = 0; i < input.count; i += stride)
+    {
+        const Aabb& box = input.boxes[input.ids != nullptr ? input.ids[i] : i];
+        if (kindOf(box, input.grow) != BoxKind::Bounded)
+            continue;
+        const TileRange cells = cellsOf(box, ruleOf(input.reach, 0));
+        js.push_back(cells.j0);
+        ks.push_back(cells.k0);
+        starts.push_back(box.min[m_plan.sweepAxis]);
+    }
+    m_window = chooseWindow(js, ks, input.count);
+    std::tie(m_sweepLow, m_sweepHigh) = starts.empty() ? std::pair(0.0f, 0.0f) : usualRange(starts);
+}
+
+bool RowGrid::isForOneThread(std::uint32_t count) const
+{
+    return m_workers.tasksFor(count, kTaskGrain) == 1;
+}
+
+void RowGrid::fill(const GridInput& input)
+{
+    m_taskCount = m_workers.tasksFor(input.count, kTaskGrain);
+    if (m_tasks.size() < m_taskCount)
+        m_tasks.resize(m_taskCount);
+    preparePlan(input);
+    for (int attempt = 0;; ++attempt)
+    {
+        sampleInput(input);
+        while (!tryFill(input))
+            m_rowRoom *= 2;
+        SizeHistogram sizes;
+        for (unsigned t = 0; t < m_taskCount; ++t)
+            sizes.add(m_tasks[t].sizes);
+        if (attempt > 0 || !isPlanStale(sizes))
+            break;
+        makePlan(input, sizes);
+    }
+    // Room for twice the rows in use, so that the next frames need no second attempt.
+    const std::uint32_t used = m_rows.count() - m_rows.window().count();
+    if (m_rowRoom > 8 * used + 1024)
+        m_rowRoom /= 2;
+}
+}  // namespace cullet

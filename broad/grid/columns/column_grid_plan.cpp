@@ -1,0 +1,80 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+//
+// When the plan of a row grid is made, and made anew.
+#include "cullet/broad/grid/columns/column_grid.h"
+
+#include <algorithm>
+
+namespace cullet
+{
+namespace
+{
+constexpr std::uint32_t kShortestFollow = 8;
+}
+
+void RowGrid::preparePlan(const GridInput& input)
+{
+    if (m_hasPlan)
+        return;
+    SizeHistogram sizes;
+    const std::uint32_t stride = std::max(1u, input.count / 1024);
+    sizes.weight = stride;
+    for (std::uint32_t i = 0; i < input.count; i += stride)
+    {
+        const Aabb& box = input.boxes[input.ids != nullptr ? input.ids[i] : i];
+        if (kindOf(box, input.grow) != BoxKind::Bounded)
+            continue;
+        const float y = box.max[1] - box.min[1];
+        const float z = box.max[2] - box.min[2];
+        const std::int32_t octave = std::max(octaveOf(std::max(y, z)), kLowestOctave) - kLowestOctave;
+        SizeHistogram::Bin& bin = sizes.bins[static_cast<std::size_t>(octave)];
+        bin.count += stride;
+        bin.tileSum += 0.5 * stride * (static_cast<double>(y) + z);
+        bin.sweepSum += static_cast<double>(stride) * (box.max[0] - box.min[0]);
+    }
+    makePlan(input, sizes);
+}
+
+void RowGrid::makePlan(const GridInput& input, const SizeHistogram& sizes)
+{
+    float span[3];
+    measureSpans(input.boxes, input.ids, input.count, span);
+    const int axis = chooseSweepAxis(span, m_hasPlan ? m_plan.sweepAxis : 0);
+    m_plan = makeGridPlan(sizes, span, axis, m_density, {m_options.cellScale, m_options.levels});
+    m_planned = sizes;
+    m_hasPlan = true;
+}
+
+bool RowGrid::isPlanStale(const SizeHistogram& sizes) const
+{
+    const std::uint32_t total = sizes.count();
+    std::uint32_t moved = 0;
+    for (std::size_t o = 0; o < sizes.bins.size(); ++o)
+    {
+        const std::uint32_t now = sizes.bins[o].count;
+        const std::uint32_t then = m_planned.bins[o].count;
+        moved += now > then ? now - then : then - now;
+        // A size that the plan has not seen at all may be far larger than its rows.
+        if (now != 0 && then == 0 && static_cast<std::int32_t>(o) > 0 && now > total / 64)
+            return true;
+    }
+    return moved > total / 4 + 8;
+}
+
+void RowGrid::learnDensity()
+{
+    const double entries = static_cast<double>(m_entryCount);
+    const double lanes = static_cast<double>(m_testCount) - 6 * entries;
+    const double measured = std::max(lanes, entries);
+    const double predicted = std::max(m_plan.predictedCandidates, entries);
+    const double ratio = measured / predicted;
+    if (ratio > 0.4 && ratio < 2.5)
+        return;
+    m_density = std::min(std::max(m_density * ratio, 1e-3), 1e6);
+    m_planned = SizeHistogram();
+    // Not in every update, should the prediction stay wrong.
+    if (m_followedScans >= kShortestFollow)
+        m_isFollowable = false;
+}
+}  // namespace cullet

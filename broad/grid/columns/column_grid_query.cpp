@@ -1,0 +1,151 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+//
+// The rows of the last scan, asked about single boxes.
+#include "cullet/broad/grid/columns/column_grid.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <tuple>
+#include <utility>
+
+namespace cullet
+{
+namespace
+{
+/// Where the first of some ascending values is that is not below `from`; without branches, which nobody could predict.
+std::uint32_t lowerBound(const float* values, std::uint32_t count, float from)
+{
+    std::uint32_t begin = 0;
+    while (count > 1)
+    {
+        const std::uint32_t half = count / 2;
+        begin += values[begin + half - 1] < from ? half : 0u;
+        count -= half;
+    }
+    return begin + (count != 0 && values[begin] < from ? 1u : 0u);
+}
+}  // namespace
+
+void RowGrid::queryRow(const RowSoa& query, std::uint32_t row, PairBuffer& out) const
+{
+    const std::uint32_t count = m_bold[row].count;
+    const std::uint32_t offset = m_bold[row].begin;
+    const RowSoa kept = m_kept.row(offset, m_boldIds.data() + offset, count);
+    // No kept interval is longer than m_longest, so none that begins before `from` reaches the query; rounded down.
+    float from = query.x0[0] - m_longest[row];
+    from -= std::abs(from) * 1e-6f;
+    const std::uint32_t begin = lowerBound(kept.x0, count, from);
+    ++out.visits;
+    if (count != 0)
+        m_kernels.scanOne(query, 0, kept, begin, out);
+}
+
+void RowGrid::queryLevel(const RowSoa& query, const Aabb& box, std::uint32_t level, PairBuffer& out) const
+{
+    const TileRange cells = cellsOf(box, ruleOf(0.0f, level));
+    const std::uint32_t id = query.id[0] & kIdMask;
+    const auto visit = [&](std::uint32_t row, std::int32_t j, std::int32_t k)
+    {
+        query.id[0] = flagged(id, j == cells.j0, k == cells.k0);
+        queryRow(query, row, out);
+    };
+    if (cellCountOf(cells) > m_rows.count())
+    {
+        for (std::uint32_t row = 0; row < m_rows.capacity(); ++row)
+        {
+            const std::uint64_t cell = m_rows.cell(row);
+            const std::int32_t j = cellCoordinateJ(cell);
+            const std::int32_t k = cellCoordinateK(cell);
+            if (levelOfCell(cell) == static_cast<std::int32_t>(level) && cells.contains(j, k))
+                visit(row, j, k);
+        }
+        return;
+    }
+    for (std::int32_t j = cells.j0; j <= cells.j1; ++j)
+    {
+        for (std::int32_t k = cells.k0; k <= cells.k1; ++k)
+        {
+            const std::uint32_t row = m_rows.find(packCell(static_cast<std::int32_t>(level), j, k));
+            if (row != RowDirectory::kNone)
+                visit(row, j, k);
+        }
+    }
+}
+
+void RowGrid::queryBox(const Aabb& box, FlaggedId id, PairBuffer& out) const
+{
+    // Finite, or the sentinel at the end of a row would count as inside.
+    float x0 = box.min[m_plan.sweepAxis];
+    float x1 = std::min(box.max[m_plan.sweepAxis], std::numeric_limits<float>::max());
+    float y0 = box.min[m_plan.tileAxisY], y1 = box.max[m_plan.tileAxisY];
+    float z0 = box.min[m_plan.tileAxisZ], z1 = box.max[m_plan.tileAxisZ];
+    const RowSoa soa = {&x0, &x1, &y0, &y1, &z0, &z1, &id, 1};
+    for (std::uint32_t level = 0; level < m_plan.levelCount; ++level)
+        queryLevel(soa, box, level, out);
+}
+
+RowGrid::Work RowGrid::takeWork()
+{
+    Work work;
+    work.tests = std::exchange(m_testCount, 0);
+    for (const Worker& worker : m_scratch)
+    {
+        work.tests += std::exchange(worker.buffer->tests, 0);
+        work.visits += std::exchange(worker.buffer->visits, 0);
+    }
+    return work;
+}
+
+void RowGrid::query(const Aabb* boxes, std::uint32_t count, unsigned worker, PairSink& sink) const
+{
+    SinkContext context = {&sink, worker};
+    PairBuffer& out = prepareBuffer(GridInput{}, context);
+    for (std::uint32_t i = 0; i < count; ++i)
+    {
+        if (isValid(boxes[i]))
+            queryBox(boxes[i], i, out);
+    }
+    out.handOn();
+}
+
+std::vector<std::uint32_t> RowGrid::orderAlongRows(const Aabb* boxes,
+                                                   const std::vector<std::uint32_t>& ids) const
+{
+    std::vector<std::tuple<std::uint64_t, float, std::uint32_t>> places;
+    places.reserve(ids.size());
+    for (std::uint32_t i = 0; i < ids.size(); ++i)
+    {
+        const Aabb& box = boxes[ids[i]];
+        const bool isBounded = kindOf(box, 0) == BoxKind::Bounded;
+        const TileRange cells = isBounded ? cellsOf(box, ruleOf(0.0f, 0)) : TileRange{};
+        places.emplace_back(packCell(0, cells.j0, cells.k0), isBounded ? box.min[m_plan.sweepAxis] : 0.0f, i);
+    }
+    std::sort(places.begin(), places.end());
+    std::vector<std::uint32_t> order(places.size());
+    std::transform(places.begin(), places.end(), order.begin(),
+                   [](const auto& place) { return std::get<2>(place); });
+    return order;
+}
+
+void RowGrid::forEachCell(const CellVisitor& visit) const
+{
+    constexpr float kInfinity = std::numeric_limits<float>::infinity();
+    for (std::uint32_t row = 0; row < m_rows.capacity(); ++row)
+    {
+        const std::uint64_t cell = m_rows.cell(row);
+        if (cell == 0 || m_bold[row].count == 0)
+            continue;
+        const std::int32_t level = levelOfCell(cell);
+        const float j = static_cast<float>(cellCoordinateJ(cell)),
+                    k = static_cast<float>(cellCoordinateK(cell));
+        Aabb box{{-kInfinity, -kInfinity, -kInfinity}, {kInfinity, kInfinity, kInfinity}};
+        box.min[m_plan.tileAxisY] = j * m_plan.width[level];
+        box.max[m_plan.tileAxisY] = (j + 1) * m_plan.width[level];
+        box.min[m_plan.tileAxisZ] = k * m_plan.width[level];
+        box.max[m_plan.tileAxisZ] = (k + 1) * m_plan.width[level];
+        visit(box, static_cast<std::uint32_t>(level));
+    }
+}
+}  // namespace cullet

@@ -1,0 +1,61 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/grid/columns/column_grid.h"
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+
+// Questions to the histogram of motions that RowGrid::compare() makes.
+namespace cullet
+{
+// Share of boxes that may move farther than the reach of the grid; their pairs are told from a list.
+inline constexpr std::uint32_t kJumperShare = 64;
+
+/// Largest float below 2^(octave - 127): all motions of lower octaves are within it.
+inline float reachOf(std::uint32_t octave)
+{
+    const std::uint32_t bits = (octave << 23) - 1;
+    float reach;
+    std::memcpy(&reach, &bits, sizeof reach);
+    return reach;
+}
+
+/// Boxes of an octave or a higher one.
+inline std::uint32_t countFrom(const GridMotion& motion, std::uint32_t octave)
+{
+    std::uint32_t count = 0;
+    for (; octave < motion.octaves.size(); ++octave)
+        count += motion.octaves[octave];
+    return count;
+}
+
+/// Mean motion of all rows as a share of the largest, by octaves; nobody jumps.
+inline double evenness(const GridMotion& motion, std::uint32_t rows)
+{
+    double sum = 0;
+    double largest = 0;
+    for (std::size_t octave = 1; octave < motion.octaves.size() - 1; ++octave)
+    {
+        const double size = std::ldexp(1.0, static_cast<int>(octave) - 126);
+        sum += size * motion.octaves[octave];
+        largest = motion.octaves[octave] != 0 ? size : largest;
+    }
+    return largest == 0 ? 1.0 : sum / (largest * rows);
+}
+
+/// Lowest octave that at most `few` boxes reach.
+inline std::uint32_t octaveAbove(const GridMotion& motion, std::uint32_t few)
+{
+    auto octave = static_cast<std::uint32_t>(motion.octaves.size());
+    for (std::uint32_t count = 0; octave > 1; --octave)
+    {
+        count += motion.octaves[octave - 1];
+        if (count > few)
+            break;
+    }
+    return octave;
+}
+}  // namespace cullet

@@ -1,0 +1,98 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/broad/backend.h"
+#include "cullet/broad/comparison/cell_grid_backend.h"
+#include "cullet/broad/grid/column_grid_backend.h"
+#include "cullet/broad/small/small_world_backend.h"
+
+#include <limits>
+#include <new>
+
+namespace cullet
+{
+namespace
+{
+/// The default grid: flat arrays while there are a few hundred rows, the row grid from then on, until a restart finds few rows.
+class SizedGridBackend final : public Backend, public CellSource
+{
+public:
+    explicit SizedGridBackend(const GridOptions& options)
+        : m_options(options),
+          m_flat(std::make_unique<FlatBackend>(options.baselineSimd)),
+          m_flatLimit(options.flatLimit == GridOptions::kMeasured ? m_flat->worthwhileRows()
+                                                                  : options.flatLimit)
+    {
+    }
+
+    Status update(const ProxyView& proxies, PairDelta& delta) override
+    try
+    {
+        if (m_flat != nullptr && proxies.size > m_flatLimit)
+        {
+            auto grid = std::make_unique<RowGridBackend>(m_options);
+            grid->restart(m_flat->heldPairs());
+            m_grid = std::move(grid);
+            m_flat.reset();
+        }
+        // Rows are never given back, so that only a restart can find fewer of them.
+        else if (m_isRestarted && m_flat == nullptr && proxies.size <= m_flatLimit)
+        {
+            auto flat = std::make_unique<FlatBackend>(m_options.baselineSimd);
+            flat->restart(m_grid->known());
+            m_rebuildsBefore += m_grid->stats().rebuildsTotal;
+            m_flat = std::move(flat);
+            m_grid.reset();
+        }
+        m_isRestarted = false;
+        return current().update(proxies, delta);
+    }
+    catch (const std::bad_alloc&)
+    {
+        delta.added.clear();
+        delta.removed.clear();
+        return Status::OutOfMemory;
+    }
+
+    void restart(const Pairs& known) override
+    {
+        current().restart(known);
+        m_isRestarted = true;
+    }
+
+    const char* name() const noexcept override { return "grid"; }
+    BackendStats stats() const override
+    {
+        BackendStats stats = current().stats();
+        stats.rebuildsTotal += m_rebuildsBefore;
+        return stats;
+    }
+    void forEachCell(const CellVisitor& visit) const override
+    {
+        if (m_grid != nullptr)
+            m_grid->forEachCell(visit);
+    }
+
+private:
+    Backend& current() const
+    {
+        return m_flat != nullptr ? static_cast<Backend&>(*m_flat) : static_cast<Backend&>(*m_grid);
+    }
+
+    GridOptions m_options;
+    std::unique_ptr<FlatBackend> m_flat;     ///< null while the grid is in use
+    std::unique_ptr<RowGridBackend> m_grid;  ///< null while the flat arrays are
+    std::uint32_t m_flatLimit;
+    bool m_isRestarted = false;
+    std::uint64_t m_rebuildsBefore = 0;  ///< of grids that flat arrays took over from
+};
+}  // namespace
+
+std::unique_ptr<Backend> makeGridBackend(const GridOptions& options)
+{
+    if (options.layout == GridLayout::Cells)
+        return makeCellGridBackend(options);
+    if (options.flatLimit == 0)
+        return std::make_unique<RowGridBackend>(options);
+    return std::make_unique<SizedGridBackend>(options);
+}
+}  // namespace cullet

@@ -1,0 +1,447 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+//
+// Body of the row kernels; each including source is compiled for another instruction set. Comparisons and single
+// subtractions are all that is computed, so every width finds the same pairs.
+#include "cullet/base/exclusive_sum.h"
+#include "cullet/broad/grid/columns/cell_bounds.h"
+#include "cullet/broad/grid/columns/column_soa.h"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
+namespace cullet
+{
+#include "cullet/base/simd_lanes.inl"
+
+namespace
+{
+/// Writes the hits that own their pair, with its gap, to the end of the buffer, which has room.
+#if defined(__AVX512F__)
+/// Without a branch: whether a vector has hits is hard to predict. Ids are read of hits only, since behind the end of the row
+/// another thread may write its own.
+inline void append(std::uint32_t hits, Lanes::Value gap, FlaggedId id, const FlaggedId* ids, PairBuffer& out)
+{
+    const __m512i first = _mm512_set1_epi32(static_cast<int>(id));
+    const auto found = static_cast<Lanes::Mask>(hits);
+    const __m512i second = _mm512_maskz_loadu_epi32(found, ids);
+    const Lanes::Mask owned = _mm512_mask_cmpge_epu32_mask(found, _mm512_or_si512(first, second),
+                                                           _mm512_set1_epi32(static_cast<int>(kOwnsPair)));
+    _mm512_storeu_si512(out.first + out.count, first);
+    _mm512_storeu_si512(out.second + out.count, _mm512_maskz_compress_epi32(owned, second));
+    _mm512_storeu_ps(out.gap + out.count, _mm512_maskz_compress_ps(owned, gap));
+    out.count += static_cast<std::uint32_t>(__builtin_popcount(owned));
+}
+#else
+inline void append(std::uint32_t hits, Lanes::Value gap, FlaggedId id, const FlaggedId* ids, PairBuffer& out)
+{
+    if (hits == 0)
+        return;
+    float gaps[Lanes::kWidth];
+    Lanes::store(gaps, gap);
+    do
+    {
+        const auto lane = static_cast<std::uint32_t>(__builtin_ctz(hits));
+        hits &= hits - 1;
+        out.first[out.count] = id;
+        out.second[out.count] = ids[lane];
+        out.gap[out.count] = gaps[lane];
+        // Unconditional store, conditional advance: duplicates over cells are about a quarter of all hits, which a
+        // branch would mispredict.
+        out.count += (id | ids[lane]) >= kOwnsPair ? 1u : 0u;
+    } while (hits != 0);
+}
+#endif
+
+/// Box of one entry, spread over all lanes.
+struct Query
+{
+    Lanes::Value x0, x1, y0, y1, z0, z1;
+    float bound;
+};
+
+inline Query makeQuery(const RowSoa& row, std::uint32_t i)
+{
+    return {Lanes::broadcast(row.x0[i]),
+            Lanes::broadcast(row.x1[i]),
+            Lanes::broadcast(row.y0[i]),
+            Lanes::broadcast(row.y1[i]),
+            Lanes::broadcast(row.z0[i]),
+            Lanes::broadcast(row.z1[i]),
+            row.bounds != nullptr ? row.bounds[i] : 0.0f};
+}
+
+/// Lanes whose gap is to be reported.
+template <bool kBounded>
+inline std::uint32_t hitsOf(Lanes::Value gap, const Query& query, const float* bounds, const PairBuffer& out)
+{
+    if (kBounded)
+    {
+        const Lanes::Value size = Lanes::larger(gap, Lanes::subtract(Lanes::broadcast(0.0f), gap));
+        const Lanes::Value own = Lanes::broadcast(-query.bound);
+        return Lanes::bits(Lanes::le(size, Lanes::subtract(Lanes::load(bounds), own)));
+    }
+    return Lanes::bits(Lanes::le(gap, Lanes::broadcast(out.near))) &
+           ~Lanes::bits(Lanes::le(gap, Lanes::broadcast(out.deep)));
+}
+
+/// Tests the entries of `row` from `begin` on, up to the first that begins farther beyond the query's end than any pair
+/// that is sought.
+template <bool kBounded>
+inline void sweep(const Query& query, FlaggedId id, const RowSoa& row, std::uint32_t begin, PairBuffer& out)
+{
+    const Lanes::Value near = Lanes::broadcast(kBounded ? query.bound + 0.5f * out.near : out.near);
+    for (std::uint32_t j = begin;; j += Lanes::kWidth)
+    {
+        const Lanes::Value ahead = Lanes::subtract(Lanes::load(row.x0 + j), query.x1);
+        Lanes::Value gap = Lanes::larger(ahead, Lanes::subtract(query.x0, Lanes::load(row.x1 + j)));
+        gap = Lanes::larger(gap, Lanes::larger(Lanes::subtract(Lanes::load(row.y0 + j), query.y1),
+                                               Lanes::subtract(query.y0, Lanes::load(row.y1 + j))));
+        gap = Lanes::larger(gap, Lanes::larger(Lanes::subtract(Lanes::load(row.z0 + j), query.z1),
+                                               Lanes::subtract(query.z0, Lanes::load(row.z1 + j))));
+        const std::uint32_t inside = Lanes::bits(Lanes::le(ahead, near));
+        // Only the lanes before the first one outside count: behind the sentinel another row may follow.
+        const std::uint32_t before = (~inside & (inside + 1)) - 1;
+        const std::uint32_t hits =
+            hitsOf<kBounded>(gap, query, kBounded ? row.bounds + j : nullptr, out) & before;
+        out.ensureRoom();
+        append(hits, gap, id, row.id + j, out);
+        if (inside != Lanes::kFull)
+        {
+            out.tests += j + Lanes::kWidth - begin;
+            return;
+        }
+    }
+}
+
+template <bool kBounded>
+void scanSelfBy(const RowSoa& row, PairBuffer& out)
+{
+    for (std::uint32_t i = 0; i + 1 < row.count; ++i)
+        sweep<kBounded>(makeQuery(row, i), row.id[i], row, i + 1, out);
+}
+
+template <bool kBounded>
+void scanCrossBy(const RowSoa& a, const RowSoa& b, PairBuffer& out)
+{
+    std::uint32_t i = 0;
+    std::uint32_t j = 0;
+    // Merge by x0: whichever begins first sweeps over the other row's entries that begin inside it.
+    while (i < a.count && j < b.count)
+    {
+        if (a.x0[i] <= b.x0[j])
+        {
+            sweep<kBounded>(makeQuery(a, i), a.id[i], b, j, out);
+            ++i;
+        }
+        else
+        {
+            sweep<kBounded>(makeQuery(b, j), b.id[j], a, i, out);
+            ++j;
+        }
+    }
+}
+
+void scanSelf(const RowSoa& row, PairBuffer& out)
+{
+    if (row.bounds != nullptr)
+        scanSelfBy<true>(row, out);
+    else
+        scanSelfBy<false>(row, out);
+}
+
+void scanCross(const RowSoa& a, const RowSoa& b, PairBuffer& out)
+{
+    if (a.bounds != nullptr)
+        scanCrossBy<true>(a, b, out);
+    else
+        scanCrossBy<false>(a, b, out);
+}
+
+void scanOne(const RowSoa& query, std::uint32_t index, const RowSoa& row, std::uint32_t begin,
+             PairBuffer& out)
+{
+    sweep<false>(makeQuery(query, index), query.id[index], row, begin, out);
+}
+
+/// A type of this file, so that the sort is not merged with that of another instruction set.
+struct BeginsBefore
+{
+    template <class T>
+    bool operator()(const T& a, const T& b) const
+    {
+        return a.x0 < b.x0;
+    }
+};
+
+constexpr std::uint32_t kFewRecords = 32;  // sorted by insertion
+constexpr std::uint32_t kMostPlaces = 4096;
+constexpr int kDeepestSort = 4;
+
+inline void sortByInsertion(RowKey* keys, std::uint32_t count)
+{
+    for (std::uint32_t i = 1; i < count; ++i)
+    {
+        const RowKey key = keys[i];
+        std::uint32_t j = i;
+        for (; j > 0 && keys[j - 1].x0 > key.x0; --j)
+            keys[j] = keys[j - 1];
+        keys[j] = key;
+    }
+}
+
+/// Places evenly spaced between two x0; the outer ones hold what is beyond. Rounding is monotone at every step, so places
+/// never contradict the floats; they only tell fewer apart.
+struct Places
+{
+    float lowest;
+    float scale;
+    std::uint32_t count = 2 * kFewRecords;
+
+    Places(float low, float high, std::uint32_t size) : lowest(low)
+    {
+        while (count < size && count < kMostPlaces)
+            count *= 2;
+        scale = static_cast<float>(count) / (high - low);
+    }
+
+    /// False where all are at one spot, or too near to each other or too far apart for floats.
+    bool areUseful() const { return scale > 0 && scale < std::numeric_limits<float>::infinity(); }
+
+    std::uint32_t of(float x0) const
+    {
+        const float place = (x0 - lowest) * scale;
+        // NaN, where the scale is of no use, becomes 0.
+        const float notBelow = place > 0.0f ? place : 0.0f;
+        const float last = static_cast<float>(count - 1);
+        return static_cast<std::uint32_t>(static_cast<std::int32_t>(notBelow < last ? notBelow : last));
+    }
+};
+
+/// Places between the lowest and the highest key.
+inline Places placesOf(const RowKey* keys, std::uint32_t count)
+{
+    float lowest = std::numeric_limits<float>::infinity();
+    float highest = -lowest;
+    for (std::uint32_t i = 0; i < count; ++i)
+    {
+        lowest = keys[i].x0 < lowest ? keys[i].x0 : lowest;
+        highest = keys[i].x0 > highest ? keys[i].x0 : highest;
+    }
+    return {lowest, highest, count};
+}
+
+/// Sorts `from` into `to` by x0, and uses `from` as scratch: by places, those that hold many in the same way again, and
+/// in the end by insertion.
+void sortByPlace(RowKey* from, RowKey* to, std::uint32_t count, int depth)
+{
+    const Places places = placesOf(from, count);
+    if (depth == 0 || !places.areUseful())
+    {
+        std::memcpy(to, from, count * sizeof *to);
+        std::sort(to, to + count, BeginsBefore());
+        return;
+    }
+    std::uint32_t offsets[kMostPlaces];
+    std::memset(offsets, 0, places.count * sizeof *offsets);
+    for (std::uint32_t i = 0; i < count; ++i)
+        ++offsets[places.of(from[i].x0)];
+    const std::uint32_t most = sumUp(offsets, places.count);
+    for (std::uint32_t i = 0; i < count; ++i)
+        to[offsets[places.of(from[i].x0)]++] = from[i];
+    // Offsets are ends by now.
+    for (std::uint32_t place = 0, begin = 0; place < places.count && most > kFewRecords;
+         begin = offsets[place++])
+    {
+        const std::uint32_t size = offsets[place] - begin;
+        if (size <= kFewRecords)
+            continue;
+        std::memcpy(from + begin, to + begin, size * sizeof *to);
+        sortByPlace(from + begin, to + begin, size, depth - 1);
+    }
+    sortByInsertion(to, count);
+}
+
+/// Flags of a box in a cell; false when it does not touch the cell.
+inline bool findFlags(Float4 tile, Float4 low, Float4 high, FlaggedId& flags)
+{
+    // Lanes 0 and 2 hold minima, 1 and 3 maxima.
+    const Int4 isNotBelow = tile >= low;
+    const Int4 isInside = ((tile < high) & Int4{-1, 0, -1, 0}) | (isNotBelow & Int4{0, -1, 0, -1});
+    const Int4 begins = isNotBelow & Int4{static_cast<std::int32_t>(kStartsHereY), 0,
+                                          static_cast<std::int32_t>(kStartsHereZ), 0};
+    flags = static_cast<FlaggedId>(begins[0] | begins[2]);
+    return isTrueInAll(isInside);
+}
+
+// Boxes that are on their way from memory.
+constexpr std::uint32_t kPrefetch = 64;
+
+/// Appends the boxes of the ids [begin, end) to `to`; the end. Without places in order of x0, unless too many are out of it;
+/// with places unsorted, the places in the records and counted.
+template <int kSweepAxis, bool kEdges, bool kPlaces>
+RowRecord* gatherRange(const RowSource& source, std::uint32_t begin, std::uint32_t end, RowRecord* to,
+                       const Places& places, std::uint32_t* counts)
+{
+    const Float4 outward = Float4{-1.0f, 1.0f, -1.0f, 1.0f} * source.grow;
+    const Float4 low = kEdges ? loadFloat4(source.edges->low) : Float4{};
+    const Float4 high = kEdges ? loadFloat4(source.edges->high) : Float4{};
+    RowRecord* const first = to;
+    std::uint32_t movesLeft = 8 * (end - begin);
+    for (std::uint32_t i = begin; i < end; ++i)
+    {
+        const FlaggedId ahead = source.ids[std::min(i + kPrefetch, source.count - 1)];
+        prefetchBox(source.boxes + (ahead & kIdMask));
+        FlaggedId id = source.ids[i];
+        const BoxFaces<kSweepAxis> faces(source.boxes[id & kIdMask]);
+        if (kEdges)
+        {
+            FlaggedId flags;
+            if (!findFlags(faces.tile, low, high, flags))
+                continue;
+            id = (id & kIdMask) | flags;
+        }
+        const Float4 tile = faces.tile + outward;
+        const Float4 sweepFaces = faces.sweep + outward;
+        const float x0 = sweepFaces[0];
+        RowRecord* place = to++;
+        for (; !kPlaces && place != first && place[-1].x0 > x0 && movesLeft != 0; --place, --movesLeft)
+            place[0] = place[-1];
+        std::memcpy(place->tile, &tile, sizeof tile);
+        place->x0 = x0;
+        place->x1 = sweepFaces[1];
+        place->id = id;
+        if (kPlaces)
+            ++counts[place->place = places.of(x0)];
+    }
+    if (!kPlaces && movesLeft == 0)
+        std::sort(first, to, BeginsBefore());
+    return to;
+}
+
+/// Merges the sorted [middle, end) into the sorted [first, middle); there is room for the former behind the end.
+inline void mergeFew(RowRecord* first, RowRecord* middle, RowRecord* end)
+{
+    RowRecord* few = std::copy(middle, end, end);
+    for (RowRecord* to = end; few != end;)
+        *--to = middle != first && middle[-1].x0 > few[-1].x0 ? *--middle : *--few;
+}
+
+inline void store(float* to, Float4 value)
+{
+    std::memcpy(to, &value, sizeof value);
+}
+
+/// The four columns of four half records.
+struct Columns
+{
+    Float4 c0, c1, c2, c3;
+
+    Columns(const float* first, const float* second, const float* third, const float* fourth)
+    {
+        const Float4 a = loadFloat4(first);
+        const Float4 b = loadFloat4(second);
+        const Float4 c = loadFloat4(third);
+        const Float4 d = loadFloat4(fourth);
+        const Float4 lowAb = __builtin_shuffle(a, b, Int4{0, 4, 1, 5});
+        const Float4 lowCd = __builtin_shuffle(c, d, Int4{0, 4, 1, 5});
+        const Float4 highAb = __builtin_shuffle(a, b, Int4{2, 6, 3, 7});
+        const Float4 highCd = __builtin_shuffle(c, d, Int4{2, 6, 3, 7});
+        c0 = __builtin_shuffle(lowAb, lowCd, Int4{0, 1, 4, 5});
+        c1 = __builtin_shuffle(lowAb, lowCd, Int4{2, 3, 6, 7});
+        c2 = __builtin_shuffle(highAb, highCd, Int4{0, 1, 4, 5});
+        c3 = __builtin_shuffle(highAb, highCd, Int4{2, 3, 6, 7});
+    }
+};
+
+/// Lays records out for the scans. Writes whole vectors: up to three entries more than count + 1.
+///
+/// @param recordAt place in the row -> record, also of up to three behind the last one
+template <class RecordAt>
+void layOut(RowSoa& row, std::uint32_t count, const RecordAt& recordAt)
+{
+    for (std::uint32_t i = 0; i < count; i += 4)
+    {
+        const RowRecord& a = recordAt(i);
+        const RowRecord& b = recordAt(i + 1);
+        const RowRecord& c = recordAt(i + 2);
+        const RowRecord& d = recordAt(i + 3);
+        const Columns tile(a.tile, b.tile, c.tile, d.tile);
+        const Columns sweepColumns(&a.x0, &b.x0, &c.x0, &d.x0);
+        store(row.y0 + i, tile.c0);
+        store(row.y1 + i, tile.c1);
+        store(row.z0 + i, tile.c2);
+        store(row.z1 + i, tile.c3);
+        store(row.x0 + i, sweepColumns.c0);
+        store(row.x1 + i, sweepColumns.c1);
+        std::memcpy(row.id + i, &sweepColumns.c2, sizeof sweepColumns.c2);
+    }
+    row.x0[count] = std::numeric_limits<float>::infinity();
+    row.count = count;
+}
+
+/// Boxes in any order, by places evenly spaced over the usual range of all rows; rows that are crowded there, by their own.
+/// Keys are sorted, records stay where they are.
+template <int kSweepAxis, bool kEdges>
+void buildUnsorted(const RowSource& source, const RowScratch& scratch, RowSoa& row)
+{
+    const Places places(source.sweepLow, source.sweepHigh, source.count);
+    std::uint32_t offsets[kMostPlaces];
+    std::memset(offsets, 0, places.count * sizeof *offsets);
+    RowRecord* const records = scratch.records;
+    RowKey* const keys = scratch.keys;
+    const RowRecord* const end =
+        gatherRange<kSweepAxis, kEdges, true>(source, 0, source.count, records, places, offsets);
+    const auto count = static_cast<std::uint32_t>(end - records);
+    if (sumUp(offsets, places.count) > kFewRecords)
+    {
+        for (std::uint32_t i = 0; i < count; ++i)
+            keys[count + i] = {records[i].x0, i};
+        sortByPlace(keys + count, keys, count, kDeepestSort);
+    }
+    else
+    {
+        for (std::uint32_t i = 0; i < count; ++i)
+            keys[offsets[records[i].place]++] = {records[i].x0, i};
+        sortByInsertion(keys, count);
+    }
+    // Whole vectors are read behind the last one.
+    for (std::uint32_t i = count; i < count + 3; ++i)
+        keys[i].index = 0;
+    layOut(row, count, [&](std::uint32_t i) -> const RowRecord& { return records[keys[i].index]; });
+}
+
+template <int kSweepAxis, bool kEdges>
+void buildAlong(const RowSource& source, const RowScratch& scratch, RowSoa& row)
+{
+    if (source.sortedCount == 0 && source.count > kFewRecords)
+    {
+        buildUnsorted<kSweepAxis, kEdges>(source, scratch, row);
+        return;
+    }
+    const Places none(0, 0, 0);
+    RowRecord* const records = scratch.records;
+    RowRecord* const middle =
+        gatherRange<kSweepAxis, kEdges, false>(source, 0, source.sortedCount, records, none, nullptr);
+    RowRecord* const end = gatherRange<kSweepAxis, kEdges, false>(source, source.sortedCount, source.count,
+                                                                  middle, none, nullptr);
+    mergeFew(records, middle, end);
+    layOut(row, static_cast<std::uint32_t>(end - records),
+           [&](std::uint32_t i) -> const RowRecord& { return records[i]; });
+}
+
+void buildRow(const RowSource& source, const RowScratch& scratch, RowSoa& row)
+{
+    using Build = void (*)(const RowSource&, const RowScratch&, RowSoa&);
+    static constexpr Build kBuild[3][2] = {{buildAlong<0, false>, buildAlong<0, true>},
+                                           {buildAlong<1, false>, buildAlong<1, true>},
+                                           {buildAlong<2, false>, buildAlong<2, true>}};
+    kBuild[source.sweepAxis][source.edges != nullptr](source, scratch, row);
+}
+}  // namespace
+}  // namespace cullet

@@ -1,0 +1,79 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+//
+// Boxes that rest, and pairs of them that may change; compiled for each instruction set, after column_kernels.inl. Whoever seems
+// to have changed is looked at again, so that every width tells the same.
+#include "cullet/broad/boxes/aabb_simd.h"
+#include "cullet/broad/grid/columns/column_soa.h"
+
+namespace cullet
+{
+namespace
+{
+// As few boxes as fill whole vectors.
+constexpr std::uint32_t kShellBlock = (Lanes::kWidth + 1) / 2;
+constexpr std::uint32_t kShellVectors = 6 * kShellBlock / Lanes::kWidth;
+
+// Pairs whose boxes are on their way from memory.
+constexpr std::uint32_t kPairsAhead = 32;
+
+/// Whether no face of a block of boxes moved farther than the slack; false for infinite faces.
+inline bool isBlockInside(const float* now, const float* then, Lanes::Value slack)
+{
+    const auto isNear = [&](std::uint32_t vector)
+    {
+        const Lanes::Value motion = Lanes::subtract(Lanes::load(now + vector * Lanes::kWidth),
+                                                    Lanes::load(then + vector * Lanes::kWidth));
+        return Lanes::le(Lanes::larger(motion, Lanes::subtract(Lanes::broadcast(0.0f), motion)), slack);
+    };
+    Lanes::Mask inside = isNear(0);
+    for (std::uint32_t vector = 1; vector < kShellVectors; ++vector)
+        inside = Lanes::both(inside, isNear(vector));
+    return Lanes::bits(inside) == Lanes::kFull;
+}
+
+std::uint32_t findOutside(const ShellSource& source, std::uint32_t begin, std::uint32_t end,
+                          std::uint32_t* outside)
+{
+    const Lanes::Value slack = Lanes::broadcast(source.slack);
+    std::uint32_t count = 0;
+    for (std::uint32_t row = begin; row < end;)
+    {
+        const bool isBlock = end - row >= kShellBlock;
+        const std::uint32_t next = isBlock ? row + kShellBlock : row + 1;
+        if (isBlock && isBlockInside(source.boxes[row].min, source.reference[row].min, slack))
+        {
+            row = next;
+            continue;
+        }
+        for (; row < next; ++row)
+        {
+            outside[count] = row;
+            count += isInsideShell(source.boxes[row], source.reference[row], source.slack) ? 0u : 1u;
+        }
+    }
+    return count;
+}
+
+std::uint32_t findStirred(const WatchSource& source, std::uint32_t begin, std::uint32_t end,
+                          std::uint32_t* stirred)
+{
+    std::uint32_t count = 0;
+    for (std::uint32_t i = begin; i < end; ++i)
+    {
+        const IdPair ahead = source.pairs[std::min(i + kPairsAhead, source.count - 1)];
+        prefetchBox(source.boxes + ahead.a);
+        prefetchBox(source.boxes + ahead.b);
+        const IdPair pair = source.pairs[i];
+        const std::uint8_t state = source.states[i];
+        const Aabb& a = source.boxes[pair.a];
+        const Aabb& b = source.boxes[pair.b];
+        const float limit = source.limits[state];
+        const bool isApart = isTrueInAny((gapsBehind(a, b) > limit) | (gapsBehind(b, a) > limit));
+        stirred[count] = i;
+        count += isApart != (state == source.open) ? 1u : 0u;
+    }
+    return count;
+}
+}  // namespace
+}  // namespace cullet

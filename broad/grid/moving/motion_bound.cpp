@@ -1,0 +1,63 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+//
+// How far the boxes of the moving mode reach into the cells of the grid, and what is known of single motions.
+#include "cullet/broad/grid/column_grid_backend.h"
+#include "cullet/broad/grid/columns/motion_histogram.h"
+
+#include <algorithm>
+
+namespace cullet
+{
+namespace
+{
+// Nanoseconds of a 2023 server core, of which only the ratio matters.
+constexpr double kCostOfListed = 16;  // a pair that is listed and looked up
+constexpr double kCostOfEntry = 45;   // an entry of the grid
+// Updates with little motion until the reach shrinks.
+constexpr std::uint32_t kPatience = 32;
+}  // namespace
+
+/// How far boxes reach into the cells, so that no pair that parts is missed: a power of two that nearly all motions
+/// are below. Boxes that move farther are told apart by a list of pairs.
+void RowGridBackend::chooseReach(const GridMotion& motion, std::uint32_t rows)
+{
+    const std::uint32_t octave = std::max(kLeastReach, octaveWorthReaching(motion, rows));
+    const bool isEnough = octave <= m_reachOctave;
+    m_calmUpdates = isEnough && octave + 2 < m_reachOctave ? m_calmUpdates + 1 : 0;
+    if (isEnough && m_calmUpdates < kPatience)
+        return;
+    if (isReachable(octave))
+        m_reachOctave = octave;
+    m_calmUpdates = 0;
+}
+
+/// The lowest that few boxes reach, or the lowest that none does, where more entries cost less than a list of all pairs.
+std::uint32_t RowGridBackend::octaveWorthReaching(const GridMotion& motion, std::uint32_t rows) const
+{
+    const std::uint32_t few = octaveAbove(motion, rows / kJumperShare);
+    const std::uint32_t all = octaveAbove(motion, 0);
+    if (all == few || !isReachable(all))
+        return few;
+    const double more = (reachOf(all) - reachOf(std::max(few, kLeastReach))) / m_grid.finestWidth();
+    const double listing = kCostOfListed * static_cast<double>(m_stats.pairs);
+    return 4.0 * more * kCostOfEntry * static_cast<double>(m_grid.entryCount()) < listing ? all : few;
+}
+
+/// Room for the motions of all boxes; null where one bound for all tells pairs as well, as far as the last update told.
+float* RowGridBackend::prepareMotions(const ProxyView& view)
+{
+    if (!m_areMotionsUneven)
+        return nullptr;
+    m_motions.resize(view.size);
+    if (view.dirtyCount != view.size)
+        std::fill(m_motions.begin(), m_motions.end(), 0.0f);
+    return m_motions.data();
+}
+
+/// Whether cells are wide enough for such a reach.
+bool RowGridBackend::isReachable(std::uint32_t octave) const
+{
+    return reachOf(octave) < 0.125f * m_grid.finestWidth();
+}
+}  // namespace cullet

@@ -1,0 +1,307 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/broad/grid/column_grid_backend.h"
+#include "cullet/broad/grid/columns/motion_histogram.h"
+#include "cullet/broad/grid/columns/pair_sinks.h"
+
+#include <algorithm>
+
+namespace cullet
+{
+namespace
+{
+// Gaps and motions are rounded differences; the factors cover the roundings many times over. A pair that overlapped
+// before its boxes moved by d each has a gap of at most 2 d, and shares a cell when the cells are reached by d more.
+constexpr float kGapFactor = 2.0625f;
+constexpr float kReachFactor = 1.0625f;
+// Mean motion as a share of the largest below which pairs are told by the motions of their own boxes.
+constexpr double kUneven = 0.375;
+// Share of such boxes from which all pairs are found anew.
+constexpr std::uint32_t kJumpedShare = 2;
+constexpr std::uint32_t kJumpSample = 256;
+constexpr std::size_t kCopyGrain = 16384;
+// Pairs whose boxes are on their way from memory.
+constexpr std::uint32_t kPrefetch = 32;
+constexpr std::size_t kPairGrain = 2048;
+
+std::uint32_t sampleStride(std::uint32_t rows)
+{
+    return rows / kJumpSample + 1;
+}
+
+void prefetch(const Aabb* boxes, IdPair pair)
+{
+    prefetchBox(boxes + pair.a);
+    prefetchBox(boxes + pair.b);
+}
+}  // namespace
+
+/// Tells from what the grid finds which pairs are new and which part, in the threads of the grid.
+///
+/// Before and after are compared box by box: no list of all pairs is kept, unless some boxes jump.
+class RowGridBackend::MovingSink final : public PairSink
+{
+public:
+    MovingSink(RowGridBackend& backend, const ProxyView& view, bool isListing)
+        : m_backend(backend), m_view(view), m_isListing(isListing)
+    {
+    }
+
+    void take(unsigned worker, const PairBuffer& found) override
+    {
+        const Aabb* const before = m_backend.m_reference.data();
+        if (m_isListing)
+            m_backend.m_news[worker].held.makeRoom(found.count);
+        for (std::uint32_t i = 0; i < found.count; ++i)
+        {
+            prefetch(before, found.pair(std::min(i + kPrefetch, found.count - 1)));
+            const IdPair pair = found.pair(i);
+            const bool overlapped = overlapsBranchless(before[pair.a], before[pair.b]);
+            const bool overlaps = found.gap[i] <= 0.0f;
+            if (m_isListing)
+                list(m_backend.m_news[worker].held, pair);
+            if (overlapped != overlaps)
+                examine(worker, pair, found.gap[i]);
+        }
+    }
+
+private:
+    // Pairs that come back have been looked at by examineApart().
+    bool isHeld(IdPair pair) const
+    {
+        return mayEnter(m_view, pair) || m_backend.m_despite.contains(PairSet::keyOf(pair.a, pair.b));
+    }
+
+    void list(KeyList& held, IdPair pair) const { held.pushIf(PairSet::keyOf(pair.a, pair.b), isHeld(pair)); }
+
+    void examine(unsigned worker, IdPair pair, float gap)
+    {
+        if (gap > 0.0f)
+        {
+            if (isHeld(pair))
+                m_backend.part(m_view, pair, gap <= 2.0f * m_view.margin, worker);
+        }
+        else if (mayEnter(m_view, pair))
+        {
+            m_backend.m_added[worker].push(idsOf(m_view, pair));
+        }
+    }
+
+    RowGridBackend& m_backend;
+    const ProxyView& m_view;
+    const bool m_isListing;
+};
+
+/// Pairs that overlapped in the last update and were held, by the boxes and filter words of then.
+void RowGridBackend::listOverlapping(std::vector<std::uint64_t>& held)
+{
+    held.clear();
+    CollectingSink sink(m_workers.threads());
+    GridInput input;
+    input.boxes = m_reference.data();
+    input.count = m_scannedRows;
+    m_grid.scanAgain(input, sink);
+    sink.forEach(
+        [&](IdPair pair)
+        {
+            const std::uint64_t key = PairSet::keyOf(pair.a, pair.b);
+            if (m_words.empty() || passesFilter(m_words[pair.a], m_words[pair.b]) || m_despite.contains(key))
+                held.push_back(key);
+        });
+}
+
+/// @param mayFollow whether it is known which boxes came into other cells
+/// @return whether the grid was refilled
+bool RowGridBackend::scanMoving(const ProxyView& view, bool isListing, bool mayFollow, PairSink& sink)
+{
+    GridInput input;
+    input.boxes = view.boxes;
+    input.count = view.size;
+    input.reach = kReachFactor * reachOf(m_reachOctave);
+    if (!isListing)
+    {
+        // What the grid was compared with may have been a shorter reach than the one chosen now.
+        const bool isSame = m_comparedOctave == m_reachOctave;
+        input.near = kGapFactor * (isSame ? m_motion.largest : reachOf(m_reachOctave));
+        input.deep = -input.near;
+        input.motions = m_areMotionsUneven ? m_motions.data() : nullptr;
+        input.motionFactor = 0.5f * kGapFactor;
+    }
+    m_scannedRows = view.size;
+    if (mayFollow && follow(view, input))
+    {
+        m_stats.path = "follow";
+        m_grid.scanFollowed(input, sink);
+        return false;
+    }
+    m_stats.path = "rebuild";
+    ++m_stats.rebuildsTotal;
+    m_grid.scan(input, sink, RowUse::Follow);
+    return true;
+}
+
+/// Brings the rows up to date if that is possible and expected to cost less than to refill them.
+bool RowGridBackend::follow(const ProxyView& view, const GridInput& input)
+{
+    const std::size_t strays = m_motion.strays.size();
+    const double following = SettlePolicy::kCostOfMoving * view.size + SettlePolicy::kCostOfStray * strays;
+    const double refilling = SettlePolicy::kCostOfRefill * view.size;
+    if (following > refilling || m_options.rebuildFraction == 0.0f)
+    {
+        decide("many boxes came into other cells", strays, refilling, following);
+        return false;
+    }
+    if (!m_grid.follow(input, m_reference.data(), m_motion.strays))
+    {
+        decide("the rows could not be kept", strays, refilling, following);
+        return false;
+    }
+    decide("few boxes came into other cells", strays, following, refilling);
+    return true;
+}
+
+/// How far the changed boxes moved, and how far they are to reach into the cells hence.
+void RowGridBackend::compareBoxes(const ProxyView& view)
+{
+    m_comparedOctave = m_reachOctave;
+    m_grid.compare(view.boxes, m_reference.data(), view.dirty, view.dirtyCount, reachOf(m_reachOctave),
+                   m_motion, prepareMotions(view));
+    chooseReach(m_motion, view.size);
+}
+
+void RowGridBackend::updateMoving(const ProxyView& view)
+{
+    // The margin alone may have changed, so that held pairs that do not overlap are looked at even when nothing moved.
+    if (view.dirtyCount == 0 && m_apart.empty())
+    {
+        m_stats.path = "idle";
+        decide("nothing changed", 0, 0, 0);
+        return;
+    }
+    const double costOfBox =
+        m_hasJumped ? SettlePolicy::kCostOfRefill + SettlePolicy::kCostOfStray : SettlePolicy::kCostOfMoving;
+    m_workers.limit(costOfBox * view.size);
+    // The first loop comes after some work for one thread then.
+    if (m_hasJumped)
+        m_workers.expect(m_workers.tasksFor(view.dirtyCount, RowGrid::kTaskGrain));
+    const bool areJumping = areStillJumping(view);
+    const bool isSure = areJumping || m_isReferenceOld;
+    if (!isSure)
+        compareBoxes(view);
+    const std::uint32_t jumpers = countFrom(m_motion, m_reachOctave);
+    const bool isListing = jumpers != 0;
+    if (isListing && !m_hasOverlapping)
+        listOverlapping(m_overlapping);
+    clearNews();
+    examineApart(view);
+    m_hasJumped = false;
+    if (isSure || jumpers > view.size / kJumpedShare)
+    {
+        updateJumped(view, isSure);
+    }
+    else
+    {
+        if (isListing)
+            examineOverlapping(view);
+        MovingSink sink(*this, view, isListing);
+        scanMoving(view, isListing, true, sink);
+        takeNews();
+        takeHeld(isListing);
+    }
+    m_areMotionsUneven = !isListing && evenness(m_motion, view.size) < kUneven;
+    if (areJumping)
+        rememberSample(view);
+    else
+        rememberBoxes(view);
+}
+
+/// Whether most boxes jump as in the last update, as far as a sample tells: then they need not be compared one by one.
+bool RowGridBackend::areStillJumping(const ProxyView& view)
+{
+    if (!m_hasJumped || view.dirtyCount <= view.size / kJumpedShare)
+        return false;
+    std::vector<std::uint32_t> sample;
+    for (std::uint32_t row = 0; row < view.size; row += sampleStride(view.size))
+    {
+        if (view.changes[row] != kRowUnchanged)
+            sample.push_back(row);
+    }
+    const auto count = static_cast<std::uint32_t>(sample.size());
+    m_grid.compare(view.boxes, m_reference.data(), sample.data(), count, reachOf(m_reachOctave), m_motion);
+    // Boxes that move as far as cells can reach are worth another look.
+    if (isReachable(octaveAbove(m_motion, count / kJumperShare)))
+        return false;
+    return countFrom(m_motion, m_reachOctave) > view.size / sampleStride(view.size) / kJumpedShare;
+}
+
+/// While most boxes jump, nothing but the next look at the sample asks for the boxes of before.
+void RowGridBackend::rememberSample(const ProxyView& view)
+{
+    for (std::uint32_t row = 0; row < view.size; row += sampleStride(view.size))
+        m_reference[row] = remembered(view.boxes[row]);
+    m_isReferenceOld = true;
+}
+
+void RowGridBackend::rememberBoxes(const ProxyView& view)
+{
+    const bool areAll = m_isReferenceOld;
+    const std::uint32_t count = areAll ? view.size : view.dirtyCount;
+    const unsigned tasks = m_workers.tasksFor(count, kCopyGrain);
+    m_workers.run(tasks,
+                  [&](unsigned task)
+                  {
+                      const TaskRange range(count, task, tasks);
+                      for (std::uint32_t i = range.begin; i < range.end; ++i)
+                      {
+                          const std::uint32_t row = areAll ? i : view.dirty[i];
+                          m_reference[row] = remembered(view.boxes[row]);
+                      }
+                  });
+    m_isReferenceOld = false;
+}
+
+/// What became of the pairs that the margin alone held. Those that overlap again will be found by the scan as new.
+void RowGridBackend::examineApart(const ProxyView& view)
+{
+    const unsigned tasks = m_workers.tasksFor(m_apart.size(), kPairGrain);
+    m_workers.run(tasks,
+                  [&](unsigned task)
+                  {
+                      const TaskRange range(m_apart.size(), task, tasks);
+                      for (std::uint32_t i = range.begin; i < range.end; ++i)
+                      {
+                          prefetch(view.boxes, m_apart[std::min(i + kPrefetch, range.end - 1)]);
+                          const IdPair pair = m_apart[i];
+                          if (!isOverlapping(view, pair))
+                              part(view, pair, isNear(view, pair), task);
+                          else if (mayEnter(view, pair))
+                              m_added[task].push(idsOf(view, pair));
+                          else
+                              m_news[task].despite.push_back(PairSet::keyOf(pair.a, pair.b));
+                      }
+                  });
+    for (const PairNews& news : m_news)
+    {
+        for (const std::uint64_t key : news.despite)
+            m_despite.insert(key);
+    }
+}
+
+/// Pairs that overlapped and part, where boxes jumped and so the scan alone would miss them.
+void RowGridBackend::examineOverlapping(const ProxyView& view)
+{
+    const unsigned tasks = m_workers.tasksFor(m_overlapping.size(), kPairGrain);
+    m_workers.run(tasks,
+                  [&](unsigned task)
+                  {
+                      const TaskRange range(m_overlapping.size(), task, tasks);
+                      for (std::uint32_t i = range.begin; i < range.end; ++i)
+                      {
+                          prefetch(view.boxes, rowsOf(m_overlapping[std::min(i + kPrefetch, range.end - 1)]));
+                          const IdPair pair = rowsOf(m_overlapping[i]);
+                          if (!isOverlapping(view, pair))
+                              part(view, pair, isNear(view, pair), task);
+                      }
+                  });
+}
+}  // namespace cullet

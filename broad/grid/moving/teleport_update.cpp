@@ -1,0 +1,159 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+//
+// Updates of the moving mode in which most boxes jumped. Hardly a pair outlives them, so that comparing two sorted lists
+// of pairs costs less than looking each of them up in the boxes of before and of now.
+#include "cullet/broad/grid/column_grid_backend.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace cullet
+{
+namespace
+{
+// Pairs whose boxes are on their way from memory.
+constexpr std::ptrdiff_t kPrefetch = 64;
+constexpr std::size_t kCompareGrain = 4096;
+
+/// The sorted keys whose lower row is in [firstRow, lastRow).
+std::pair<const std::uint64_t*, const std::uint64_t*> keysOfRows(const std::vector<std::uint64_t>& keys,
+                                                                 std::uint32_t firstRow,
+                                                                 std::uint32_t lastRow)
+{
+    const std::uint64_t* const end = keys.data() + keys.size();
+    const std::uint64_t* const from = std::lower_bound(keys.data(), end, std::uint64_t{firstRow} << 32);
+    return {from, std::lower_bound(from, end, std::uint64_t{lastRow} << 32)};
+}
+}  // namespace
+
+/// Lists the pairs that overlap and are held from now on, in the threads of the grid.
+class RowGridBackend::JumpedSink final : public PairSink
+{
+public:
+    JumpedSink(RowGridBackend& backend, const ProxyView& view) : m_backend(backend), m_view(view) {}
+
+    void take(unsigned worker, const PairBuffer& found) override
+    {
+        KeyList& list = m_backend.m_found[worker];
+        KeyList::Writer writer(list, found.count);
+        for (std::uint32_t i = 0; i < found.count; ++i)
+        {
+            const IdPair pair = found.pair(i);
+            const std::uint64_t key = PairSet::keyOf(pair.a, pair.b);
+            // Pairs that come back have been looked at by examineApart().
+            writer.pushIf(key, mayEnter(m_view, pair) || m_backend.m_despite.contains(key));
+        }
+    }
+
+private:
+    RowGridBackend& m_backend;
+    const ProxyView& m_view;
+};
+
+void RowGridBackend::sortOverlapping()
+{
+    if (m_isOverlappingSorted)
+        return;
+    for (const std::uint64_t key : m_overlapping)
+        m_found[0].push(key);
+    m_sorts[0].sort(m_workers, m_found, m_overlapping);
+    m_found[0].clear();
+}
+
+/// Rows are shared out by their found pairs: three of four have their lower row in the first half.
+std::uint32_t RowGridBackend::firstRowOf(const ProxyView& view, unsigned task, unsigned tasks) const
+{
+    if (task == 0 || task == tasks)
+        return task == 0 ? 0 : view.size;
+    return rowsOf(m_sorted[m_sorted.size() * task / tasks]).a;
+}
+
+/// Tells what became of the pairs whose lower row is in [begin, end), from what was found and what overlapped before, both
+/// sorted.
+void RowGridBackend::compareLists(const ProxyView& view, std::uint32_t begin, std::uint32_t end,
+                                  unsigned worker)
+{
+    const auto [old, oldEnd] = keysOfRows(m_overlapping, begin, end);
+    partDeparted(view, old, oldEnd, worker);
+    const auto [found, foundEnd] = keysOfRows(m_sorted, begin, end);
+    const std::vector<std::uint64_t>& kept = m_news[worker].kept;
+    auto nextKept = kept.begin();
+    {
+        KeyList::Writer added(m_added[worker], static_cast<std::size_t>(foundEnd - found));
+        for (const std::uint64_t* key = found; key != foundEnd; ++key)
+        {
+            const bool isKept = nextKept != kept.end() && *nextKept == *key;
+            nextKept += isKept ? 1 : 0;
+            added.pushIf(idsOf(view, rowsOf(*key)), !isKept && mayEnter(view, rowsOf(*key)));
+        }
+    }
+    m_added[worker].measure();
+}
+
+/// Lets the sorted pairs part that do not overlap any more, and keeps the few that do.
+void RowGridBackend::partDeparted(const ProxyView& view, const std::uint64_t* old, const std::uint64_t* end,
+                                  unsigned worker)
+{
+    const bool mayLift = !m_despite.isEmpty();
+    {
+        KeyList::Writer removed(m_removed[worker], static_cast<std::size_t>(end - old));
+        for (const std::uint64_t* key = old; key != end; ++key)
+        {
+            const IdPair pair = rowsOf(*key);
+            const std::uint32_t ahead = rowsOf(key[std::min(kPrefetch, end - key - 1)]).b;
+            prefetchBox(view.boxes + ahead);
+            __builtin_prefetch(view.uniqueIds + ahead);
+            // The first tells of nearly all, and costs half of the second.
+            const bool stays =
+                !areFarApart(view.boxes[pair.a], view.boxes[pair.b], view.margin) && isNear(view, pair);
+            removed.pushIf(idsOf(view, pair), !stays);
+            if (stays || mayLift)
+                takeOld(view, *key, stays, m_news[worker]);
+        }
+    }
+    m_removed[worker].measure();
+}
+
+/// A pair that overlapped: the few that still do are kept, others stay for the margin or leave.
+void RowGridBackend::takeOld(const ProxyView& view, std::uint64_t key, bool isNear, PairNews& news)
+{
+    if (isNear && isOverlapping(view, rowsOf(key)))
+    {
+        news.kept.push_back(key);
+        return;
+    }
+    if (m_despite.contains(key))
+        news.lifted.push_back(key);
+    if (isNear)
+        news.apart.push_back(rowsOf(key));
+}
+
+/// @param isSure whether that was told by a sample, so that strays are not known
+void RowGridBackend::updateJumped(const ProxyView& view, bool isSure)
+{
+    for (KeyList& list : m_found)
+        list.clear();
+    sortOverlapping();
+    JumpedSink sink(*this, view);
+    if (isSure)
+    {
+        const double refilling = SettlePolicy::kCostOfRefill * view.size;
+        decide("", view.dirtyCount, refilling, refilling + SettlePolicy::kCostOfStray * view.dirtyCount);
+    }
+    m_hasJumped = scanMoving(view, true, !isSure, sink);
+    m_stats.decision.reason = "most boxes jumped";
+    m_sorts[0].sortRows(m_workers, m_found, view.size, m_sorted);
+    const unsigned tasks = m_workers.tasksFor(m_sorted.size(), kCompareGrain);
+    m_workers.run(
+        tasks, [&](unsigned task)
+        { compareLists(view, firstRowOf(view, task, tasks), firstRowOf(view, task + 1, tasks), task); });
+    takeNews();
+    // The old list keeps its length for the next one of about as many.
+    m_overlapping.swap(m_sorted);
+    m_hasOverlapping = true;
+    m_isOverlappingSorted = true;
+    for (KeyList& list : m_found)
+        list.trim();
+}
+}  // namespace cullet

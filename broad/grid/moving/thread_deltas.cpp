@@ -1,0 +1,58 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+//
+// Moving mode: what each thread finds out about pairs, and how it is brought together.
+#include "cullet/base/trim_capacity.h"
+#include "cullet/broad/grid/column_grid_backend.h"
+
+namespace cullet
+{
+void RowGridBackend::clearNews()
+{
+    for (PairNews& news : m_news)
+    {
+        news.apart.clear();
+        news.held.clear();
+        news.despite.clear();
+        news.lifted.clear();
+        news.kept.clear();
+    }
+}
+
+/// A held pair that does not overlap any more: stays while the margin allows it.
+void RowGridBackend::part(const ProxyView& view, IdPair pair, bool isNear, unsigned worker)
+{
+    if (!m_despite.isEmpty() && m_despite.contains(PairSet::keyOf(pair.a, pair.b)))
+        m_news[worker].lifted.push_back(PairSet::keyOf(pair.a, pair.b));
+    if (isNear)
+        m_news[worker].apart.push_back(pair);
+    else
+        m_removed[worker].push(idsOf(view, pair));
+}
+
+/// Brings together what the threads found out.
+void RowGridBackend::takeNews()
+{
+    m_apart.clear();
+    for (PairNews& news : m_news)
+    {
+        m_apart.insert(m_apart.end(), news.apart.begin(), news.apart.end());
+        for (const std::uint64_t key : news.lifted)
+            m_despite.erase(key);
+        trimRoom(news.apart);
+        news.held.trim();
+    }
+    trimRoom(m_apart);
+}
+
+/// ... of the pairs that overlap and are held, if they were listed.
+void RowGridBackend::takeHeld(bool isListing)
+{
+    m_overlapping.clear();
+    m_hasOverlapping = isListing;
+    m_isOverlappingSorted = false;
+    for (const PairNews& news : m_news)
+        m_overlapping.insert(m_overlapping.end(), news.held.begin(), news.held.end());
+    trimRoom(m_overlapping);
+}
+}  // namespace cullet

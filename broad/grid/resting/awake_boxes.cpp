@@ -1,0 +1,126 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+//
+// Settled mode: boxes that left their shells, among themselves and with those that are in no row.
+#include "cullet/broad/grid/column_grid_backend.h"
+#include "cullet/broad/grid/columns/pair_sinks.h"
+
+#include <algorithm>
+
+namespace cullet
+{
+namespace
+{
+constexpr std::size_t kQueryGrain = 1024;
+constexpr unsigned kPartsPerThread = 4;
+// Updates until active boxes are ordered anew.
+constexpr std::uint32_t kOrderedUpdates = 64;
+// Updates that a list of active pairs has to last to be worth its size, and those until it is tried again if it did not.
+constexpr std::uint32_t kWorthUpdates = 3;
+constexpr std::uint32_t kWait = 16;
+}  // namespace
+
+/// Whether m_between holds all pairs that may change.
+bool RowGridBackend::isBetweenValid() const
+{
+    return std::none_of(m_parts.begin(), m_parts.end(),
+                        [](const NeighbourPart& part) { return part.hasStray || !part.strangers.empty(); });
+}
+
+void RowGridBackend::updateActive(const ProxyView& view)
+{
+    const auto count = static_cast<std::uint32_t>(m_active.size());
+    const bool isShared = m_workers.tasksFor(count, kQueryGrain) > 1;
+    // Other boxes than before, or boxes that came far since.
+    const bool isReordered = count > m_orderedCount + m_orderedCount / 8 || ++m_orderedAge > kOrderedUpdates;
+    if (isReordered)
+        orderActive(view, isShared ? kPartsPerThread * m_workers.threads() : 1);
+    const bool isNew = isReordered || !m_escaped.empty();
+    if (isNew)
+        chooseBetweenReach();
+    CollectingSink sink(m_workers.threads());
+    // Few boxes among themselves are work for one thread, beside the lists; many for all threads.
+    const unsigned scans = isNew && isShared && m_activeGrid.isForOneThread(count) ? 1 : 0;
+    m_workers.run(scans + static_cast<unsigned>(m_parts.size()),
+                  [&](unsigned task, unsigned worker)
+                  {
+                      if (task < scans)
+                          scanBetween(view, sink);
+                      else
+                          updateLists(view, task - scans, worker);
+                  });
+    for (const NeighbourPart& part : m_parts)
+        m_stats.candidates += part.pairs.size() - part.goneCount;
+    if (!isNew && isBetweenValid())
+    {
+        ++m_betweenAge;
+        m_stats.candidates += m_between.size();
+        updateAllWatched(view, m_between, 0);
+        return;
+    }
+    if (!isNew)
+        chooseBetweenReach();
+    if (scans == 0)
+        scanBetween(view, sink);
+    rebuildBetween(view, sink);
+}
+
+/// As far as the lists of neighbours mostly do. A list does not last where boxes become active in nearly every update, or are fast.
+void RowGridBackend::chooseBetweenReach()
+{
+    if (m_betweenReach > 0.0f)
+        m_betweenWait = m_betweenAge < kWorthUpdates ? kWait : 0;
+    else if (m_betweenWait != 0)
+        --m_betweenWait;
+    m_betweenReach = 0;
+    if (m_betweenWait == 0)
+    {
+        double sum = 0;
+        for (const NeighbourList& list : m_lists)
+            sum += std::max(list.reach, 0.0f);
+        m_betweenReach = static_cast<float>(sum / static_cast<double>(m_lists.size()));
+    }
+    m_betweenAge = 0;
+}
+
+/// Looks for all pairs of active boxes that can come as long as none of them moves farther than the reach, and for those with
+/// boxes in no row.
+void RowGridBackend::scanBetween(const ProxyView& view, CollectingSink& sink)
+{
+    GridInput input;
+    input.boxes = view.boxes;
+    input.ids = m_active.data();
+    input.count = static_cast<std::uint32_t>(m_active.size());
+    input.grow = kGrowFactor * m_betweenReach;
+    m_activeGrid.scan(input, sink, RowUse::Once);
+    findPairsWithUnbounded(view, sink);
+}
+
+void RowGridBackend::findPairsWithUnbounded(const ProxyView& view, CollectingSink& sink) const
+{
+    const float reach = kGrowFactor * std::max(m_betweenReach, m_slack);
+    for (const std::uint32_t large : m_grid.unbounded())
+    {
+        if (m_states[large] != RowState::Settled)
+            continue;
+        for (const std::uint32_t row : m_active)
+        {
+            if (isValid(view.boxes[row]) && !areFarApart(view.boxes[row], view.boxes[large], reach))
+                sink.add({row, large});
+        }
+    }
+}
+
+void RowGridBackend::rebuildBetween(const ProxyView& view, const CollectingSink& sink)
+{
+    m_betweenBoxes.resize(m_active.size());
+    std::transform(m_active.begin(), m_active.end(), m_betweenBoxes.begin(),
+                   [&](std::uint32_t row) { return view.boxes[row]; });
+    std::vector<IdPair> held;
+    m_between.forEachHeld([&](IdPair pair) { held.push_back(pair); });
+    for (const NeighbourPart& part : m_parts)
+        held.insert(held.end(), part.strangers.begin(), part.strangers.end());
+    m_between.clear();
+    watch(view, sink, held, m_between);
+}
+}  // namespace cullet

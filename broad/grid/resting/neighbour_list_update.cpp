@@ -1,0 +1,241 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+//
+// Settled mode: the neighbours of boxes that left their shells, among those that rest.
+#include "cullet/broad/boxes/prefetch_box.h"
+#include "cullet/broad/grid/column_grid_backend.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace cullet
+{
+namespace
+{
+// Boxes that are on their way from memory.
+constexpr std::uint32_t kPrefetch = 32;
+// A list lasts while its box moves by this share of its shortest edge: some eleven updates in W3, with two and a half times as
+// many neighbours as boxes that overlap.
+constexpr float kReachShare = 0.35f;
+// A box that comes out of its list's reach by more than as much again is too fast for lists.
+constexpr float kSlowShare = 2.0f;
+// Pairs of lists that were made anew are left behind up to as many as there are others, and so many more.
+constexpr std::size_t kMostGone = 256;
+
+/// How far a list of the box should reach.
+float reachOf(const Aabb& box)
+{
+    float edge = std::numeric_limits<float>::infinity();
+    for (int axis = 0; axis < 3; ++axis)
+        edge = std::min(edge, box.max[axis] - box.min[axis]);
+    return std::isfinite(edge) ? kReachShare * edge : 0.0f;
+}
+}  // namespace
+
+/// Puts what a query finds into the lists of the boxes that were asked for.
+class RowGridBackend::NeighbourSink final : public PairSink
+{
+public:
+    NeighbourSink(RowGridBackend& backend, const ProxyView& view, NeighbourPart& part)
+        : m_backend(backend), m_view(view), m_part(part)
+    {
+    }
+
+    void take(unsigned /*worker*/, const PairBuffer& found) override
+    {
+        for (std::uint32_t i = 0; i < found.count; ++i)
+        {
+            const IdPair pair = found.pair(i);
+            if (m_backend.m_states[pair.b] == RowState::Settled)
+                add(pair.a, pair.b);
+        }
+    }
+
+private:
+    void add(std::uint32_t query, std::uint32_t row)
+    {
+        const std::uint32_t index = m_part.stale[query];
+        const IdPair pair = {m_backend.m_active[index], row};
+        const bool wasHeld = m_part.held.erase(std::uint64_t{query} << 32 | row);
+        if (!wasHeld && !mayEnter(m_view, pair))
+            return;
+        NeighbourList& list = m_backend.m_lists[index];
+        if (list.count == 0)
+            list.begin = static_cast<std::uint32_t>(m_part.pairs.size());
+        ++list.count;
+        m_part.pairs.add(pair, wasHeld ? SettledPairs::State::Held : SettledPairs::State::Open);
+    }
+
+    RowGridBackend& m_backend;
+    const ProxyView& m_view;
+    NeighbourPart& m_part;
+};
+
+/// The active boxes of a part. Those that came last are in the last one.
+TaskRange RowGridBackend::rangeOf(unsigned part) const
+{
+    const auto parts = static_cast<unsigned>(m_parts.size());
+    TaskRange range(m_orderedCount, part, parts);
+    if (part + 1 == parts)
+        range.end = static_cast<std::uint32_t>(m_active.size());
+    return range;
+}
+
+/// Brings the lists of a part up to date, and tells what changed.
+void RowGridBackend::updateLists(const ProxyView& view, unsigned part, unsigned worker)
+{
+    NeighbourPart& to = m_parts[part];
+    to.beginUpdate();
+    const TaskRange range = rangeOf(part);
+    for (std::uint32_t i = range.begin; i < range.end; ++i)
+    {
+        prefetchBox(view.boxes + m_active[std::min(i + kPrefetch, range.end - 1)]);
+        const Aabb& box = view.boxes[m_active[i]];
+        const NeighbourList& list = m_lists[i];
+        if (list.reach < 0.0f || !isInsideShell(box, list.box, list.reach))
+            to.stale.push_back(i);
+        to.hasStray |= i >= m_betweenBoxes.size() || !isInsideShell(box, m_betweenBoxes[i], m_betweenReach);
+    }
+    if (!m_escaped.empty())
+        dropEscaped(to);
+    makeLists(view, part, worker);
+    updateAllWatched(view, to.pairs, worker);
+    if (2 * to.goneCount > to.pairs.size() + kMostGone)
+        compactLists(part);
+}
+
+/// Pairs with boxes that became active are no longer a matter of lists.
+void RowGridBackend::dropEscaped(NeighbourPart& to) const
+{
+    for (std::size_t i = 0; i < to.pairs.size(); ++i)
+    {
+        const IdPair pair = to.pairs.pair(i);
+        if (m_states[pair.b] == RowState::Settled || to.pairs.state(i) == SettledPairs::State::Gone)
+            continue;
+        if (to.pairs.state(i) == SettledPairs::State::Held)
+            to.strangers.push_back(pair);
+        to.pairs.setState(i, SettledPairs::State::Gone);
+        ++to.goneCount;
+    }
+}
+
+/// Prepares to ask for the neighbours of a box, with the pairs that it is held in.
+void RowGridBackend::askForList(const ProxyView& view, std::uint32_t index, NeighbourPart& to)
+{
+    const Aabb& box = view.boxes[m_active[index]];
+    const std::uint64_t query = to.queries.size();
+    NeighbourList& list = m_lists[index];
+    const auto first = static_cast<std::ptrdiff_t>(to.keys.size());
+    for (std::uint32_t i = list.begin; i < list.begin + list.count; ++i)
+    {
+        if (to.pairs.state(i) == SettledPairs::State::Held)
+            to.keys.push_back(query << 32 | to.pairs.pair(i).b);
+        to.goneCount += to.pairs.state(i) == SettledPairs::State::Gone ? 0u : 1u;
+        to.pairs.setState(i, SettledPairs::State::Gone);
+    }
+    std::sort(to.keys.begin() + first, to.keys.end());
+
+    list.count = 0;
+    list.reach = NeighbourList::kUnmade;
+    if (!isValid(box))
+    {
+        to.queries.push_back(kEmptyAabb);
+        return;
+    }
+    const float reach = reachOf(box);
+    list.reach = isInsideShell(box, list.box, kSlowShare * reach) ? reach : 0.0f;
+    list.box = box;
+    to.queries.push_back(RowGrid::grown(box, kGrowFactor * (list.reach + 2.0f * view.margin)));
+}
+
+void RowGridBackend::makeLists(const ProxyView& view, unsigned part, unsigned worker)
+{
+    NeighbourPart& to = m_parts[part];
+    if (to.stale.empty())
+        return;
+    for (const std::uint32_t index : to.stale)
+        askForList(view, index, to);
+    to.held.take(to.keys);
+    NeighbourSink sink(*this, view, to);
+    m_grid.query(to.queries.data(), static_cast<std::uint32_t>(to.queries.size()), worker, sink);
+    to.held.forEach(
+        [&](std::uint64_t key)
+        {
+            const IdPair pair = {m_active[to.stale[key >> 32]], static_cast<std::uint32_t>(key)};
+            const Aabb& box = view.boxes[pair.a];
+            if (isValid(box) && overlapsWithMargin(box, view.boxes[pair.b], view.margin))
+                to.strangers.push_back(pair);
+            else
+                m_removed[worker].push(idsOf(view, pair));
+        });
+}
+
+/// A list of a box that just became active: the settled pairs that it is held in.
+void RowGridBackend::beginList(std::uint32_t row)
+{
+    NeighbourPart& part = m_parts.back();
+    const std::size_t begin = part.pairs.size();
+    m_settled.forEachOf(
+        row,
+        [&](std::size_t index)
+        {
+            const IdPair pair = m_settled.pair(index);
+            if (m_settled.state(index) != SettledPairs::State::Open)
+                part.pairs.add({row, pair.a == row ? pair.b : pair.a}, SettledPairs::State::Held);
+            m_settled.setState(index, SettledPairs::State::Gone);
+        });
+    m_lists.push_back({m_reference[row], NeighbourList::kUnmade, static_cast<std::uint32_t>(begin),
+                       static_cast<std::uint32_t>(part.pairs.size() - begin)});
+}
+
+/// Appends what is left of a list.
+void RowGridBackend::moveList(const SettledPairs& from, NeighbourList& list, SettledPairs& to)
+{
+    const std::size_t begin = to.size();
+    for (std::uint32_t i = list.begin; i < list.begin + list.count; ++i)
+    {
+        if (from.state(i) != SettledPairs::State::Gone)
+            to.add(from.pair(i), from.state(i));
+    }
+    list.begin = static_cast<std::uint32_t>(begin);
+    list.count = static_cast<std::uint32_t>(to.size() - begin);
+}
+
+void RowGridBackend::compactLists(unsigned part)
+{
+    SettledPairs pairs;
+    const TaskRange range = rangeOf(part);
+    for (std::uint32_t i = range.begin; i < range.end; ++i)
+        moveList(m_parts[part].pairs, m_lists[i], pairs);
+    m_parts[part].pairs = std::move(pairs);
+    m_parts[part].goneCount = 0;
+}
+
+/// Orders active boxes along the rows, and deals them out anew.
+void RowGridBackend::orderActive(const ProxyView& view, unsigned parts)
+{
+    std::vector<std::uint32_t> partOf(m_active.size());
+    for (unsigned part = 0; part < m_parts.size(); ++part)
+    {
+        const TaskRange range = rangeOf(part);
+        std::fill(partOf.begin() + range.begin, partOf.begin() + range.end, part);
+    }
+    const std::vector<std::uint32_t> order = m_grid.orderAlongRows(view.boxes, m_active);
+    const std::vector<NeighbourPart> from = std::exchange(m_parts, std::vector<NeighbourPart>(parts));
+    const std::vector<std::uint32_t> active = m_active;
+    const std::vector<NeighbourList> lists = m_lists;
+    m_orderedCount = m_active.size();
+    m_orderedAge = 0;
+    for (unsigned part = 0; part < parts; ++part)
+    {
+        const TaskRange range = rangeOf(part);
+        for (std::uint32_t i = range.begin; i < range.end; ++i)
+        {
+            m_active[i] = active[order[i]];
+            m_lists[i] = lists[order[i]];
+            moveList(from[partOf[order[i]]].pairs, m_lists[i], m_parts[part].pairs);
+        }
+    }
+}
+}  // namespace cullet

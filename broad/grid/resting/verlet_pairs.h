@@ -1,0 +1,85 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/grid/columns/column_soa.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace cullet
+{
+/// The pairs among boxes that stay near a reference position, with the few of them that need watching.
+///
+/// A *sure* pair is held (in the pair set) and stays so wherever its two boxes are within their shells around the
+/// reference boxes. A *watched* pair may change; it is held or open. Pairs that are not held and can not overlap within
+/// the shells are not listed.
+/// That is a Verlet list with a slack, as in molecular dynamics, made exact.
+class SettledPairs
+{
+public:
+    enum class State : std::uint8_t
+    {
+        Sure,
+        Held,
+        Open,
+        Gone  ///< one of the boxes left its shell; the pair is no longer ours
+    };
+
+    void clear();
+
+    /// Adds pairs; all sure ones first. finish() comes after the last.
+    void add(IdPair pair, State state);
+
+    /// Builds the index from rows to their pairs. O(rows + pairs).
+    void finish(std::uint32_t rowCount);
+
+    std::size_t size() const { return m_pairs.size(); }
+    std::size_t firstWatched() const { return m_firstWatched; }
+    IdPair pair(std::size_t index) const { return m_pairs[index]; }
+    State state(std::size_t index) const { return m_states[index]; }
+    void setState(std::size_t index, State state) { m_states[index] = state; }
+
+    /// Whether a pair may enter or leave the pair set while its boxes are within their shells.
+    bool isChangeable(std::size_t index) const { return isChangeable(m_states[index]); }
+    std::size_t changeableCount() const;
+
+    /// What a kernel needs to find the pairs that do so.
+    WatchSource watchSource(const Aabb* boxes, float margin) const;
+
+    /// Calls visit(index) for every pair of a row that is not gone.
+    template <class Visit>
+    void forEachOf(std::uint32_t row, Visit visit) const
+    {
+        if (row + 1 >= m_offsets.size())
+            return;
+        for (std::uint32_t i = m_offsets[row]; i < m_offsets[row + 1]; ++i)
+        {
+            if (m_states[m_items[i]] != State::Gone)
+                visit(m_items[i]);
+        }
+    }
+
+    /// Calls visit(pair) for every pair that is in the pair set.
+    template <class Visit>
+    void forEachHeld(Visit visit) const
+    {
+        for (std::size_t i = 0; i < m_pairs.size(); ++i)
+        {
+            if (m_states[i] == State::Sure || m_states[i] == State::Held)
+                visit(m_pairs[i]);
+        }
+    }
+
+    std::uint64_t bytes() const;
+
+private:
+    static bool isChangeable(State state) { return state == State::Open || state == State::Held; }
+
+    std::vector<IdPair> m_pairs;
+    std::vector<State> m_states;
+    std::size_t m_firstWatched = 0;
+    std::vector<std::uint32_t> m_offsets;  // [rows + 1] into m_items
+    std::vector<std::uint32_t> m_items;    // pair indices, each twice
+};
+}  // namespace cullet

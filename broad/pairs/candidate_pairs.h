@@ -1,0 +1,47 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/backend.h"
+#include "cullet/broad/pairs/pair_diff.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace cullet
+{
+/// The pairs of a backend that names candidates in each update; does what is the same for all of those.
+///
+/// In each update: begin(), test() for every candidate, finish(). A pair may be named several times.
+class HeldPairs
+{
+public:
+    /// As Backend::restart().
+    void restart(const Pairs& known);
+
+    void begin(const ProxyView& proxies);
+
+    /// Tests the boxes of two rows. Pairs of rows neither of which changed may be left out.
+    void test(const ProxyView& proxies, std::uint32_t a, std::uint32_t b)
+    {
+        ++m_testCount;
+        if (overlaps(proxies.boxes[a], proxies.boxes[b]))
+            addOverlap(proxies, a, b);
+    }
+
+    /// Applies the rules of Backend. O(held + overlapping log overlapping).
+    void finish(const ProxyView& proxies, PairDelta& delta);
+
+    std::uint64_t size() const { return m_held.size(); }
+    std::uint64_t testCount() const { return m_testCount; }  ///< since begin()
+    std::uint64_t bytes() const { return (m_held.capacity() + m_overlapping.capacity()) * sizeof(RowPair); }
+
+private:
+    void addOverlap(const ProxyView& proxies, std::uint32_t a, std::uint32_t b);
+
+    Pairs m_known;                       ///< of restart(), until the next update
+    std::vector<RowPair> m_held;         ///< sorted
+    std::vector<RowPair> m_overlapping;  ///< of this update
+    std::uint64_t m_testCount = 0;
+};
+}  // namespace cullet

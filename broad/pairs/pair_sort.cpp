@@ -1,0 +1,305 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/broad/pairs/pair_sort.h"
+
+#include "cullet/base/exclusive_sum.h"
+#include "cullet/base/trim_capacity.h"
+
+#include <array>
+
+namespace cullet
+{
+namespace
+{
+constexpr std::size_t kFewKeys = 24;      // sorted by insertion
+constexpr std::size_t kOneBucket = 1024;  // keys that are not distributed among threads
+constexpr std::size_t kKeysPerBucket = 128;
+constexpr std::size_t kWordsPerKey = 4;     // up to so many upper words are counted one by one
+constexpr std::uint32_t kMostWords = 2048;  // of a bucket
+constexpr std::uint32_t kMostBuckets = 2048;
+constexpr std::uint32_t kMostDigits = 2048;
+
+std::uint32_t powerOfTwoFrom(std::size_t value, std::uint32_t most)
+{
+    std::uint32_t power = 1;
+    while (power < value && power < most)
+        power *= 2;
+    return power;
+}
+
+/// By how much values below or equal `range` are shifted to come below `count`, a power of two above 1.
+std::uint32_t shiftFor(std::uint64_t range, std::uint32_t count)
+{
+    std::uint32_t shift = 0;
+    while (range >> shift >= count)
+        ++shift;
+    return shift;
+}
+
+void sortByInsertion(std::uint64_t* keys, std::size_t count)
+{
+    for (std::size_t i = 1; i < count; ++i)
+    {
+        const std::uint64_t key = keys[i];
+        std::size_t j = i;
+        for (; j > 0 && keys[j - 1] > key; --j)
+            keys[j] = keys[j - 1];
+        keys[j] = key;
+    }
+}
+
+void sortKeys(std::uint64_t* from, std::uint64_t* to, std::size_t count);
+
+/// Sorts the digits that got more keys than an insertion sort is for.
+void sortFullDigits(std::uint64_t* from, std::uint64_t* to, const std::uint32_t* ends, std::uint32_t digits)
+{
+    std::uint32_t begin = 0;
+    for (std::uint32_t digit = 0; digit < digits; ++digit)
+    {
+        const std::uint32_t size = ends[digit] - begin;
+        if (size > kFewKeys)
+        {
+            std::copy_n(to + begin, size, from + begin);
+            sortKeys(from + begin, to + begin, size);
+        }
+        begin = ends[digit];
+    }
+}
+
+/// Sorts `from` into `to`; `from` is overwritten.
+void sortKeys(std::uint64_t* from, std::uint64_t* to, std::size_t count)
+{
+    std::uint64_t lowest = ~std::uint64_t{0};
+    std::uint64_t highest = 0;
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        lowest = std::min(lowest, from[i]);
+        highest = std::max(highest, from[i]);
+    }
+    if (count <= kFewKeys || lowest == highest)
+    {
+        std::copy_n(from, count, to);
+        sortByInsertion(to, count);
+        return;
+    }
+    const std::uint32_t digits = powerOfTwoFrom(count, kMostDigits);
+    const std::uint32_t shift = shiftFor(highest - lowest, digits);
+    std::array<std::uint32_t, kMostDigits> offsets;
+    std::fill_n(offsets.begin(), digits, 0);
+    for (std::size_t i = 0; i < count; ++i)
+        ++offsets[(from[i] - lowest) >> shift];
+    const std::uint32_t most = sumUp(offsets.data(), digits);
+    for (std::size_t i = 0; i < count; ++i)
+        to[offsets[(from[i] - lowest) >> shift]++] = from[i];
+    if (most > kFewKeys)
+        sortFullDigits(from, to, offsets.data(), digits);
+    sortByInsertion(to, count);
+}
+
+/// Sorts keys in their place whose upper words are among `words` from that of `lowest` on, about as many as keys: each word
+/// is a digit.
+void sortByWord(std::uint64_t* keys, std::size_t count, std::uint64_t lowest, std::uint32_t words)
+{
+    std::uint64_t copy[kMostWords];
+    std::uint32_t offsets[kMostWords];
+    std::fill_n(offsets, words, 0);
+    std::copy_n(keys, count, copy);
+    for (std::size_t i = 0; i < count; ++i)
+        ++offsets[(copy[i] - lowest) >> 32];
+    const std::uint32_t most = sumUp(offsets, words);
+    for (std::size_t i = 0; i < count; ++i)
+        keys[offsets[(copy[i] - lowest) >> 32]++] = copy[i];
+    if (most > kFewKeys)
+        sortFullDigits(copy, keys, offsets, words);
+    sortByInsertion(keys, count);
+}
+}  // namespace
+
+std::size_t KeySort::countOf(const std::vector<KeyList>& lists)
+{
+    std::size_t count = 0;
+    for (const KeyList& list : lists)
+        count += list.size();
+    return count;
+}
+
+void KeyList::trim()
+{
+    constexpr std::size_t kSmall = 4096;
+    if (m_keys.size() > kSmall && m_keys.size() / 8 > m_count)
+        std::vector<std::uint64_t>(m_keys.begin(), m_keys.begin() + static_cast<std::ptrdiff_t>(m_count))
+            .swap(m_keys);
+}
+
+bool KeySort::areInOrder(std::vector<KeyList>& lists)
+{
+    std::uint64_t highest = 0;
+    for (KeyList& list : lists)
+    {
+        list.measure();
+        if (!list.isSorted() || (list.size() != 0 && list.lowest() <= highest))
+            return false;
+        highest = std::max(highest, list.highest());
+    }
+    return true;
+}
+
+KeySort::Cut KeySort::cutOf(std::vector<KeyList>& lists, std::size_t count)
+{
+    std::uint64_t lowest = ~std::uint64_t{0};
+    std::uint64_t highest = 0;
+    for (KeyList& list : lists)
+    {
+        list.measure();
+        lowest = std::min(lowest, list.lowest());
+        highest = std::max(highest, list.highest());
+    }
+    return cutOf(lowest, highest, count);
+}
+
+KeySort::Cut KeySort::cutOf(std::uint64_t lowest, std::uint64_t highest, std::size_t count)
+{
+    const std::uint64_t words = (highest >> 32) - (lowest >> 32) + 1;
+    if (words < kWordsPerKey * count && words / kMostBuckets < kMostWords / 2)
+    {
+        const std::uint64_t most = std::min<std::size_t>(count / kKeysPerBucket, kMostBuckets);
+        std::uint32_t shift = 32;
+        while (words >> (shift - 32) > most)
+            ++shift;
+        const std::uint64_t first = lowest >> shift << shift;
+        return {first, shift, static_cast<std::uint32_t>((highest - first) >> shift) + 1, true};
+    }
+    const std::uint32_t buckets = powerOfTwoFrom(count / kKeysPerBucket, kMostBuckets);
+    return {lowest, shiftFor(highest - lowest, buckets), buckets, false};
+}
+
+/// Brings the keys of all lists together by bucket; the last list's offsets are the ends of the buckets then.
+void KeySort::part(WorkerPool& workers, const std::vector<KeyList>& lists, const Cut& cut)
+{
+    const auto tasks = static_cast<unsigned>(lists.size());
+    const auto forEachList = [&](auto visit)
+    {
+        workers.run(tasks, [&](unsigned task)
+                    { visit(lists[task], m_offsets.data() + std::size_t{task} * cut.buckets); });
+    };
+    m_offsets.assign(lists.size() * cut.buckets, 0);
+    forEachList(
+        [cut](const KeyList& keys, std::uint32_t* counts)
+        {
+            for (const std::uint64_t key : keys)
+                ++counts[cut.bucketOf(key)];
+        });
+    std::uint32_t sum = 0;
+    for (std::size_t bucket = 0; bucket < cut.buckets; ++bucket)
+    {
+        for (std::size_t list = 0; list < lists.size(); ++list)
+        {
+            std::uint32_t& slot = m_offsets[list * cut.buckets + bucket];
+            const std::uint32_t size = slot;
+            slot = sum;
+            sum += size;
+        }
+    }
+    forEachList(
+        [cut, parted = m_parted.data()](const KeyList& keys, std::uint32_t* next)
+        {
+            for (const std::uint64_t key : keys)
+            {
+                std::uint64_t* const to = parted + next[cut.bucketOf(key)]++;
+                __builtin_prefetch(to + 8, 1);
+                *to = key;
+            }
+        });
+}
+
+/// Buckets are shared out by their keys: upper words are the lower of two ids, so that most have a low one.
+std::uint32_t KeySort::firstBucketOf(const Cut& cut, const std::uint32_t* ends, unsigned task, unsigned tasks)
+{
+    if (task == tasks)
+        return cut.buckets;
+    const std::size_t keysBefore = std::size_t{ends[cut.buckets - 1]} * task / tasks;
+    return static_cast<std::uint32_t>(std::lower_bound(ends, ends + cut.buckets, keysBefore) - ends);
+}
+
+/// Sorts inside the buckets.
+void KeySort::sortBuckets(WorkerPool& workers, const Cut& cut, const std::uint32_t* ends,
+                          std::vector<std::uint64_t>& sorted)
+{
+    const unsigned tasks = workers.tasksFor(sorted.size(), kWriteGrain);
+    workers.run(tasks,
+                [&](unsigned task)
+                {
+                    const std::uint32_t endBucket = firstBucketOf(cut, ends, task + 1, tasks);
+                    std::uint32_t bucket = firstBucketOf(cut, ends, task, tasks);
+                    std::uint32_t begin = bucket == 0 ? 0 : ends[bucket - 1];
+                    for (; bucket < endBucket; ++bucket)
+                    {
+                        std::uint64_t* const from = m_parted.data() + begin;
+                        std::uint64_t* const to = sorted.data() + begin;
+                        const std::uint32_t size = ends[bucket] - begin;
+                        if (cut.isOfWords && size <= kMostWords)
+                            sortByWord(to, size, cut.lowest + (std::uint64_t{bucket} << cut.shift),
+                                       1u << (cut.shift - 32));
+                        else
+                        {
+                            if (cut.isOfWords)
+                                std::copy_n(to, size, from);
+                            sortKeys(from, to, size);
+                        }
+                        begin = ends[bucket];
+                    }
+                });
+}
+
+void KeySort::sort(WorkerPool& workers, std::vector<KeyList>& lists, std::vector<std::uint64_t>& sorted)
+{
+    const std::size_t count = countOf(lists);
+    if (count < kOneBucket)
+        sortFew(lists, count, sorted);
+    else
+        sortMany(workers, lists, cutOf(lists, count), sorted);
+}
+
+void KeySort::sortRows(WorkerPool& workers, const std::vector<KeyList>& lists, std::uint32_t rows,
+                       std::vector<std::uint64_t>& sorted)
+{
+    const std::size_t count = countOf(lists);
+    if (count < kOneBucket)
+        sortFew(lists, count, sorted);
+    else
+        sortMany(workers, lists, cutOf(0, (std::uint64_t{rows} << 32) - 1, count), sorted);
+}
+
+void KeySort::sortFew(const std::vector<KeyList>& lists, std::size_t count,
+                      std::vector<std::uint64_t>& sorted)
+{
+    sorted.resize(count);
+    m_parted.resize(count);
+    auto to = m_parted.begin();
+    for (const KeyList& list : lists)
+        to = std::copy(list.begin(), list.end(), to);
+    sortKeys(m_parted.data(), sorted.data(), count);
+}
+
+void KeySort::sortMany(WorkerPool& workers, const std::vector<KeyList>& lists, const Cut& cut,
+                       std::vector<std::uint64_t>& sorted)
+{
+    const std::size_t count = countOf(lists);
+    sorted.resize(count);
+    m_parted.resize(count);
+    part(workers, lists, cut);
+    if (cut.isOfWords)
+        sorted.swap(m_parted);
+    sortBuckets(workers, cut, m_offsets.data() + (lists.size() - 1) * cut.buckets, sorted);
+    trimRoom(m_parted);
+}
+
+void KeySort::write(std::vector<std::uint64_t>& keys, Pairs& pairs)
+{
+    m_sorted.resize(keys.size());
+    sortKeys(keys.data(), m_sorted.data(), keys.size());
+    pairs.resize(keys.size());
+    std::transform(m_sorted.begin(), m_sorted.end(), pairs.begin(), pairOfKey);
+    trimRoom(m_sorted);
+}
+}  // namespace cullet

@@ -1,0 +1,184 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/base/threads/parallel_loops.h"
+#include "cullet/broad/pair.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <vector>
+
+namespace cullet
+{
+/// Keys of pairs (pairKey(), PairSet::keyOf()) from one thread, in any order.
+class alignas(64) KeyList
+{
+public:
+    void clear()
+    {
+        m_count = 0;
+        m_measured = 0;
+        m_lowest = ~std::uint64_t{0};
+        m_highest = 0;
+        m_isSorted = true;
+    }
+
+    /// Before as many calls of pushIf().
+    void makeRoom(std::size_t count)
+    {
+        if (m_count + count >= m_keys.size())
+            m_keys.resize(2 * m_keys.size() + count + 64);
+    }
+
+    /// Writes in any case, without a branch; the key counts if `isWanted`.
+    void pushIf(std::uint64_t key, bool isWanted)
+    {
+        m_keys[m_count] = key;
+        m_count += isWanted ? 1u : 0u;
+    }
+
+    /// Takes notice of the keys that came since the last call. KeySort sees to it; a thread that has just written some
+    /// still has them at hand.
+    void measure()
+    {
+        std::uint64_t lowest = m_lowest;
+        std::uint64_t highest = m_highest;
+        bool isSorted = m_isSorted;
+        for (std::size_t i = m_measured; i < m_count; ++i)
+        {
+            const std::uint64_t key = m_keys[i];
+            isSorted &= key > highest;
+            lowest = std::min(lowest, key);
+            highest = std::max(highest, key);
+        }
+        m_measured = m_count;
+        m_lowest = lowest;
+        m_highest = highest;
+        m_isSorted = isSorted;
+    }
+
+    void push(std::uint64_t key)
+    {
+        makeRoom(1);
+        pushIf(key, true);
+    }
+
+    /// Writes keys behind the others, and keeps the end to itself meanwhile: a count in memory would be read again after each.
+    class Writer
+    {
+    public:
+        /// @param most keys to be written; the list is to be left alone until the writer is gone
+        Writer(KeyList& list, std::size_t most) : m_list(list)
+        {
+            list.makeRoom(most);
+            m_to = list.m_keys.data() + list.m_count;
+        }
+        ~Writer() { m_list.m_count = static_cast<std::size_t>(m_to - m_list.m_keys.data()); }
+        Writer(const Writer&) = delete;
+        Writer& operator=(const Writer&) = delete;
+
+        void pushIf(std::uint64_t key, bool isWanted)
+        {
+            *m_to = key;
+            m_to += isWanted ? 1 : 0;
+        }
+
+    private:
+        KeyList& m_list;
+        std::uint64_t* m_to;
+    };
+
+    const std::uint64_t* begin() const { return m_keys.data(); }
+    const std::uint64_t* end() const { return m_keys.data() + m_count; }
+    std::size_t size() const { return m_count; }
+    // Of the keys up to the last call of measure():
+    std::uint64_t lowest() const { return m_lowest; }    ///< of no keys: the largest number
+    std::uint64_t highest() const { return m_highest; }  ///< of no keys: 0
+    bool isSorted() const { return m_isSorted; }         ///< ascending, none twice
+
+    /// Gives back room that is hardly used.
+    void trim();
+    std::uint64_t bytes() const { return m_keys.capacity() * sizeof(std::uint64_t); }
+
+private:
+    std::vector<std::uint64_t> m_keys;
+    std::size_t m_count = 0;
+    std::size_t m_measured = 0;
+    std::uint64_t m_lowest = ~std::uint64_t{0};
+    std::uint64_t m_highest = 0;
+    bool m_isSorted = true;
+};
+
+/// Sorts keys of pairs: distributes them evenly by value, over buckets in parallel and then inside each bucket, until an
+/// insertion sort is left. Where about as many rows as keys occur, each or few rows are a bucket. The result does not depend on
+/// the number of threads or lists.
+///
+/// Cost: O(keys), also for crowded values. Lists that are sorted, and one behind the other, are only copied. Memory is kept
+/// between calls.
+class KeySort
+{
+public:
+    /// @param sorted [out] overwritten with all keys of the lists
+    void sort(WorkerPool& workers, std::vector<KeyList>& lists, std::vector<std::uint64_t>& sorted);
+
+    /// The same for keys whose words are below `rows`, which need not be looked at for that.
+    void sortRows(WorkerPool& workers, const std::vector<KeyList>& lists, std::uint32_t rows,
+                  std::vector<std::uint64_t>& sorted);
+
+    /// The same as pairs; a key that the lists hold twice is left out altogether.
+    ///
+    /// @param pairs [out] overwritten
+    void write(WorkerPool& workers, std::vector<KeyList>& lists, Pairs& pairs);
+
+    /// In the calling thread; doubles stay.
+    ///
+    /// @param keys  [in, out] contents are lost
+    /// @param pairs [out] overwritten
+    void write(std::vector<std::uint64_t>& keys, Pairs& pairs);
+
+    std::uint64_t bytes() const
+    {
+        return (m_parted.capacity() + m_sorted.capacity()) * sizeof(std::uint64_t);
+    }
+
+private:
+    /// How values are cut into buckets.
+    struct Cut
+    {
+        std::uint64_t lowest;
+        std::uint32_t shift;
+        std::uint32_t buckets;
+        bool isOfWords;  ///< a bucket has whole upper words, up to kMostWords
+
+        std::size_t bucketOf(std::uint64_t key) const
+        {
+            return static_cast<std::size_t>((key - lowest) >> shift);
+        }
+    };
+
+    struct Piece;  ///< of keys in order
+
+    static constexpr std::size_t kWriteGrain = 8192;  ///< keys for a thread
+
+    std::vector<Piece> sortedPieces(WorkerPool& workers, std::vector<KeyList>& lists);
+    static void writeParallel(WorkerPool& workers, const std::vector<Piece>& pieces, Pairs& pairs);
+    static Cut cutOf(std::vector<KeyList>& lists, std::size_t count);
+    static Cut cutOf(std::uint64_t lowest, std::uint64_t highest, std::size_t count);
+    void sortFew(const std::vector<KeyList>& lists, std::size_t count, std::vector<std::uint64_t>& sorted);
+    void sortMany(WorkerPool& workers, const std::vector<KeyList>& lists, const Cut& cut,
+                  std::vector<std::uint64_t>& sorted);
+    static std::size_t countOf(const std::vector<KeyList>& lists);
+    static bool areInOrder(std::vector<KeyList>& lists);
+    void part(WorkerPool& workers, const std::vector<KeyList>& lists, const Cut& cut);
+    static std::uint32_t firstBucketOf(const Cut& cut, const std::uint32_t* ends, unsigned task,
+                                       unsigned tasks);
+    void sortBuckets(WorkerPool& workers, const Cut& cut, const std::uint32_t* ends,
+                     std::vector<std::uint64_t>& sorted);
+
+    std::vector<std::uint64_t> m_parted;  // by bucket
+    std::vector<std::uint64_t> m_sorted;
+    std::vector<std::uint32_t>
+        m_offsets;  // [lists][buckets] where the next key of a list goes; in the end, ends
+};
+}  // namespace cullet

@@ -1,0 +1,99 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+//
+// Sorted keys as pairs, without those that are there twice.
+#include "cullet/base/trim_capacity.h"
+#include "cullet/broad/pairs/pair_sort.h"
+
+namespace cullet
+{
+struct KeySort::Piece
+{
+    const std::uint64_t* begin;
+    const std::uint64_t* end;
+    const std::uint64_t* first;  ///< of all that are in order
+    const std::uint64_t* last;
+    bool areSingle;  ///< known before
+
+    bool isSingle(const std::uint64_t* key) const
+    {
+        return (key == first || key[-1] != *key) && (key + 1 == last || key[1] != *key);
+    }
+
+    /// Keys that differ from both neighbours.
+    std::size_t countSingle() const
+    {
+        if (areSingle)
+            return static_cast<std::size_t>(end - begin);
+        std::size_t count = 0;
+        for (const std::uint64_t* key = begin; key != end; ++key)
+            count += isSingle(key) ? 1u : 0u;
+        return count;
+    }
+
+    /// Writes those; the end of what was written.
+    Pair* writeSingle(Pair* to) const
+    {
+        if (areSingle)
+            return std::transform(begin, end, to, pairOfKey);
+        for (const std::uint64_t* key = begin; key != end; ++key)
+        {
+            if (isSingle(key))
+                *to++ = pairOfKey(*key);
+        }
+        return to;
+    }
+};
+
+/// All keys in order: those of the lists themselves, or sorted ones.
+std::vector<KeySort::Piece> KeySort::sortedPieces(WorkerPool& workers, std::vector<KeyList>& lists)
+{
+    std::vector<Piece> pieces;
+    if (areInOrder(lists))
+    {
+        for (const KeyList& list : lists)
+            pieces.push_back({list.begin(), list.end(), list.begin(), list.end(), true});
+        return pieces;
+    }
+    sort(workers, lists, m_sorted);
+    const std::uint64_t* const first = m_sorted.data();
+    const unsigned tasks = workers.tasksFor(m_sorted.size(), kWriteGrain);
+    for (unsigned task = 0; task < tasks; ++task)
+    {
+        const TaskRange range(m_sorted.size(), task, tasks);
+        pieces.push_back({first + range.begin, first + range.end, first, first + m_sorted.size(), false});
+    }
+    return pieces;
+}
+
+void KeySort::write(WorkerPool& workers, std::vector<KeyList>& lists, Pairs& pairs)
+{
+    const std::vector<Piece> pieces = sortedPieces(workers, lists);
+    const std::size_t count = countOf(lists);
+    if (workers.tasksFor(count, kWriteGrain) == 1)
+    {
+        pairs.resize(count);
+        Pair* to = pairs.data();
+        for (const Piece& piece : pieces)
+            to = piece.writeSingle(to);
+        pairs.resize(static_cast<std::size_t>(to - pairs.data()));
+    }
+    else
+    {
+        writeParallel(workers, pieces, pairs);
+    }
+    trimRoom(m_sorted);
+}
+
+void KeySort::writeParallel(WorkerPool& workers, const std::vector<Piece>& pieces, Pairs& pairs)
+{
+    const auto tasks = static_cast<unsigned>(pieces.size());
+    std::vector<std::size_t> ends(pieces.size());
+    workers.run(tasks, [&](unsigned task) { ends[task] = pieces[task].countSingle(); });
+    for (unsigned task = 1; task < tasks; ++task)
+        ends[task] += ends[task - 1];
+    pairs.resize(ends.back());
+    workers.run(tasks, [&](unsigned task)
+                { pieces[task].writeSingle(pairs.data() + (task == 0 ? 0 : ends[task - 1])); });
+}
+}  // namespace cullet

@@ -1,0 +1,49 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/broad/pairs/restart_rows.h"
+
+#include <algorithm>
+#include <unordered_map>
+
+namespace cullet
+{
+std::vector<RowPair> findRowsOf(const Pairs& known, const ProxyView& proxies)
+{
+    std::vector<RowPair> pairs;
+    std::unordered_map<std::uint32_t, std::uint32_t> rowOf;
+    for (std::uint32_t row = 0; row < proxies.size && !known.empty(); ++row)
+    {
+        if (isValid(proxies.boxes[row]))
+            rowOf[proxies.uniqueIds[row]] = row;
+    }
+    const auto find = [&](std::uint32_t id)
+    {
+        const auto found = rowOf.find(id);
+        return found != rowOf.end() ? found->second : kNoRow;
+    };
+    for (const Pair pair : known)
+        pairs.push_back({pair, find(pair.first), find(pair.second)});
+    return pairs;
+}
+
+void splitKnown(const Pairs& known, const ProxyView& proxies, std::vector<IdPair>& held,
+                std::vector<std::uint64_t>& gone)
+{
+    for (const RowPair& pair : findRowsOf(known, proxies))
+    {
+        if (pair.firstRow == kNoRow || pair.secondRow == kNoRow)
+            gone.push_back(pairKey(pair.ids));
+        else
+            held.push_back({pair.firstRow, pair.secondRow});
+    }
+}
+
+void addGone(const std::vector<std::uint64_t>& gone, Pairs& removed)
+{
+    if (gone.empty())
+        return;
+    for (const std::uint64_t key : gone)
+        removed.push_back(pairOfKey(key));
+    std::sort(removed.begin(), removed.end());
+}
+}  // namespace cullet

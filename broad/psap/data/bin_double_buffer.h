@@ -1,0 +1,71 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/psap/data/bins.h"
+
+#include <cstdint>
+
+namespace cullet::psap
+{
+/// Two sets of bins or tiles: one is filled and searched, and the search leaves the other one clear for the next update.
+template <class Exec>
+class RowBinSets
+{
+public:
+    /// @param count bins, no fewer than before unless forget() follows
+    void reserve(Exec& exec, std::uint64_t count)
+    {
+        m_count = count;
+        for (int which = 0; which < 2; ++which)
+        {
+            exec.reserve(m_counts[which], count);
+            exec.reserve(m_totals[which], 1);
+        }
+    }
+
+    /// Neither is clear.
+    void forget() { m_isClear = false; }
+
+    /// Makes the clear one the current one.
+    void begin(Exec& exec)
+    {
+        swap();
+        if (!m_isClear)
+            clear(exec);
+        m_isClear = false;
+    }
+
+    /// The other one is clear.
+    void noteSearched() { m_isClear = true; }
+    /// For an update that happened without begin().
+    void swap() { m_current = 1 - m_current; }
+
+    RowBinSet current() const { return set(m_current); }
+    RowBinSet other() const { return set(1 - m_current); }
+    const std::uint32_t* sideCount() const { return &m_totals[m_current].data()->sides; }
+    /// Which of two sets of launches the next update is.
+    unsigned nextPhase() const { return 1 - m_current; }
+
+private:
+    template <class T>
+    using Buffer = typename Exec::template Buffer<T>;
+
+    RowBinSet set(unsigned which) const { return {m_counts[which].data(), m_totals[which].data()}; }
+
+    void clear(Exec& exec)
+    {
+        for (int which = 0; which < 2; ++which)
+        {
+            exec.clear(m_counts[which].data(), m_count);
+            exec.clear(m_totals[which].data(), 1);
+        }
+    }
+
+    std::uint64_t m_count = 0;
+    unsigned m_current = 0;
+    bool m_isClear = false;  ///< the set that comes next
+    Buffer<std::uint32_t> m_counts[2];
+    Buffer<BinTotals> m_totals[2];
+};
+}  // namespace cullet::psap

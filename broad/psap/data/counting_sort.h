@@ -1,0 +1,348 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/psap/data/level_plan.h"
+#include "cullet/broad/psap/data/pair_lists.h"
+
+#include <cstdint>
+
+/// The steps before the search with rows (records.h): each box becomes a record in the bin of its minimum corner.
+namespace cullet::psap
+{
+inline constexpr std::uint32_t kNoBin = 0xffffffffu;
+
+/// Cell coordinate wrapped into [0, count).
+CULLET_HOST_DEVICE inline std::uint32_t wrapped(std::int32_t cell, std::uint32_t count)
+{
+    // Most cells are where the plan expects them.
+    if (static_cast<std::uint32_t>(cell) < count)
+        return static_cast<std::uint32_t>(cell);
+    const std::int32_t rest = cell % static_cast<std::int32_t>(count);
+    return static_cast<std::uint32_t>(rest < 0 ? rest + static_cast<std::int32_t>(count) : rest);
+}
+
+CULLET_HOST_DEVICE inline std::uint32_t binAlong(const RowPlanHead& plan, const RowLevel& level, float s)
+{
+    return clampedCell(s, plan.originS, level.inverseBin, level.binCount);
+}
+
+/// The cells of a level to and fro, and the bins of each cell likewise: bins one behind the other lie side by side.
+CULLET_HOST_DEVICE inline std::uint32_t serpentineCell(const RowLevel& level, std::uint32_t u,
+                                                       std::uint32_t v)
+{
+    return v * level.countU + (v % 2 == 0 ? u : level.countU - 1 - u);
+}
+
+CULLET_HOST_DEVICE inline std::uint32_t serpentineBin(const RowLevel& level, std::uint32_t cell,
+                                                      std::uint32_t bin)
+{
+    return cell % 2 == 0 ? bin : level.binCount - 1 - bin;
+}
+
+/// Where box i goes.
+struct alignas(8) RowPlace
+{
+    std::uint32_t bin;   ///< kNoBin: nowhere
+    std::uint32_t rank;  ///< in the bin, in the order of arrival
+};
+
+/// What the search needs to know of all records. Aligned, so that a GPU reads it at once.
+struct alignas(16) RowTotals
+{
+    std::uint32_t sidesFound;  ///< boxes on the side list so far; 0 when an update begins
+    std::uint32_t sides;       ///< boxes on the side list
+    std::uint32_t records;
+    std::uint32_t levels;  ///< the coarser ones are empty
+};
+
+/// What is made ready on the way, since a launch of its own would take longer. One index does it, between the steps that
+/// find the bins and the search.
+struct RowTidying
+{
+    RowTotals* totals;
+    std::uint64_t* pairCount;  ///< set to 0; may be null
+
+    CULLET_HOST_DEVICE void operator()() const
+    {
+        totals->sides = totals->sidesFound;
+        totals->sidesFound = 0;
+        if (pairCount != nullptr)
+            *pairCount = 0;
+    }
+
+    /// One index, which need not be the same, tells what there is.
+    CULLET_HOST_DEVICE void setRecords(std::uint32_t count, std::uint32_t levels) const
+    {
+        totals->records = count;
+        totals->levels = levels;
+    }
+};
+
+/// Finds the bin of a box.
+struct RowBins
+{
+    const Aabb* boxes;
+    const RowPlan* plan;
+    std::uint32_t* side;  ///< [boxes, out]
+    std::uint32_t* sideCount;
+
+    /// What most boxes need of the plan. To be read before the box, so that a GPU does not wait for one after the other.
+    struct Known
+    {
+        RowPlanHead plan;
+        RowLevel finest;
+    };
+    CULLET_HOST_DEVICE Known known() const { return {*plan, plan->levels[0]}; }
+
+    /// @return kNoBin for boxes without a level, which go to the side list, and for invalid ones
+    CULLET_HOST_DEVICE std::uint32_t take(std::uint64_t i) const
+    {
+        const Known ahead = known();
+        return take(ahead, i, loadBox(boxes, i));
+    }
+    /// @param box the same
+    CULLET_HOST_DEVICE std::uint32_t take(const Known& ahead, std::uint64_t i, const Aabb& box) const
+    {
+        const std::uint32_t bin = isValid(box) ? binOf(ahead, box) : kNoBin;
+        if (bin != kNoLevel)
+            return bin;
+        side[fetchAdd(sideCount, 1u)] = static_cast<std::uint32_t>(i);
+        return kNoBin;
+    }
+
+private:
+    static constexpr std::uint32_t kNoLevel = kNoBin - 1;
+
+    CULLET_HOST_DEVICE std::uint32_t binOf(const Known& ahead, const Aabb& box) const
+    {
+        const float extent = boundedExtent(box);
+        RowLevel level = ahead.finest;
+        for (std::uint32_t k = 0; k < ahead.plan.levelCount;)
+        {
+            if (extent <= level.limit)
+                return binOn(ahead.plan, level, box);
+            if (++k < ahead.plan.levelCount)
+                level = plan->levels[k];
+        }
+        return kNoLevel;
+    }
+
+    CULLET_HOST_DEVICE static std::uint32_t binOn(const RowPlanHead& plan, const RowLevel& level,
+                                                  const Aabb& box)
+    {
+        const float u = along(box.min, plan.axes.u);
+        const float v = along(box.min, plan.axes.v);
+        const std::uint32_t bin = binAlong(plan, level, along(box.min, plan.axes.s));
+        if (level.isSerpentine != 0)
+        {
+            const std::uint32_t cell =
+                serpentineCell(level, clampedCell(u, plan.originU, level.inverseU, level.countU),
+                               clampedCell(v, plan.originV, level.inverseV, level.countV));
+            return level.firstBin + cell * level.binCount + serpentineBin(level, cell, bin);
+        }
+        const std::uint32_t cell =
+            wrapped(cellOf(v, plan.originV, level.inverseU), level.countV) * level.countU +
+            wrapped(cellOf(u, plan.originU, level.inverseU), level.countU);
+        return level.firstBin + cell * level.binCount + bin;
+    }
+};
+
+/// Step 1: finds the bin of box i and its rank there.
+struct CountRows
+{
+    RowBins bins;
+    RowPlace* places;          ///< [boxes, out]
+    std::uint32_t* binCounts;  ///< [bins] 0 before
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    {
+        const std::uint32_t bin = bins.take(i);
+        places[i] = {bin, bin == kNoBin ? 0 : fetchAdd(&binCounts[bin], 1u)};
+    }
+};
+
+/// A box as the search reads it: 16 bytes that decide most tests, and 16 more.
+struct alignas(16) RowRecord
+{
+    struct alignas(16) Front
+    {
+        float s0, s1, u0, u1;
+    };
+    struct alignas(16) Back
+    {
+        float v0, v1;
+        std::uint32_t row;
+        std::uint32_t bin;
+    };
+    Front front;
+    Back back;
+};
+
+CULLET_HOST_DEVICE inline RowRecord recordOf(const Aabb& box, const Axes& axes, std::uint32_t row,
+                                             std::uint32_t bin)
+{
+    return {{along(box.min, axes.s), along(box.max, axes.s), along(box.min, axes.u), along(box.max, axes.u)},
+            {along(box.min, axes.v), along(box.max, axes.v), row, bin}};
+}
+
+#ifdef __CUDA_ARCH__
+/// isFirst ? a : b, which the compiler cannot make two stores of, one for each kind of lanes.
+__device__ inline float4 either(bool isFirst, const float4& a, const float4& b)
+{
+    const auto pick = [isFirst](float x, float y)
+    {
+        float picked = 0;
+        asm("{ .reg .pred p; setp.ne.u32 p, %3, 0; selp.f32 %0, %1, %2, p; }"
+            : "=f"(picked)
+            : "f"(x), "f"(y), "r"(static_cast<std::uint32_t>(isFirst)));
+        return picked;
+    };
+    return {pick(a.x, b.x), pick(a.y, b.y), pick(a.z, b.z), pick(a.w, b.w)};
+}
+#endif
+
+/// records[place] = record, or nothing for kNoPlace. On a GPU two lanes write their two records together, each half of
+/// either: whole sectors of 32 bytes, where half of one would cost as much.
+inline constexpr std::uint32_t kNoPlace = 0xffffffffu;
+CULLET_HOST_DEVICE inline void storeRecord(RowRecord* records, std::uint32_t place, const RowRecord& record)
+{
+#ifdef __CUDA_ARCH__
+    constexpr unsigned kAll = 0xffffffffu;
+    if (__activemask() == kAll)
+    {
+        const bool isSecond = threadIdx.x % 2 != 0;
+        const auto front = reinterpret_cast<const float4&>(record.front);
+        const auto back = reinterpret_cast<const float4&>(record.back);
+        const float4 mine = either(isSecond, back, front);
+        const float4 given = either(isSecond, front, back);
+        const float4 taken = {__shfl_xor_sync(kAll, given.x, 1), __shfl_xor_sync(kAll, given.y, 1),
+                              __shfl_xor_sync(kAll, given.z, 1), __shfl_xor_sync(kAll, given.w, 1)};
+        const std::uint32_t other = __shfl_xor_sync(kAll, place, 1);
+        const std::uint32_t first = isSecond ? other : place;
+        const std::uint32_t second = isSecond ? place : other;
+        float4* halves = reinterpret_cast<float4*>(records) + (isSecond ? 1 : 0);
+        if (first != kNoPlace)
+            halves[2 * std::uint64_t{first}] = either(isSecond, taken, mine);
+        if (second != kNoPlace)
+            halves[2 * std::uint64_t{second}] = either(isSecond, mine, taken);
+        return;
+    }
+#endif
+    if (place != kNoPlace)
+        records[place] = record;
+}
+
+/// A record, of which both halves are asked for before either is needed: as a GPU's compiler would not have it.
+CULLET_HOST_DEVICE inline RowRecord loadRecord(const RowRecord* records, std::uint32_t place)
+{
+#ifdef __CUDA_ARCH__
+    const auto load = [](const void* half)
+    {
+        float4 numbers = {};
+        asm volatile("ld.global.v4.f32 {%0, %1, %2, %3}, [%4];"
+                     : "=f"(numbers.x), "=f"(numbers.y), "=f"(numbers.z), "=f"(numbers.w)
+                     : "l"(half));
+        return numbers;
+    };
+    const float4 front = load(&records[place].front);
+    const float4 back = load(&records[place].back);
+    return {{front.x, front.y, front.z, front.w},
+            {back.x, back.y, __float_as_uint(back.z), __float_as_uint(back.w)}};
+#else
+    return records[place];
+#endif
+}
+
+/// Step 3: writes the record of box i to its place.
+struct ScatterRows
+{
+    const Aabb* boxes;
+    const RowPlan* plan;
+    const RowPlace* places;
+    const std::uint32_t* binStarts;  ///< [binCapacity + 1] exclusive scan of the counts
+    std::uint64_t binCapacity;
+    RowRecord* records;  ///< [boxes, out]
+    RowTidying tidy;
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    {
+        if (i == 0)
+            total();
+        const RowPlace place = places[i];
+        storeRecord(records, place.bin == kNoBin ? kNoPlace : binStarts[place.bin] + place.rank,
+                    recordOf(loadBox(boxes, i), plan->axes, static_cast<std::uint32_t>(i), place.bin));
+    }
+
+private:
+    CULLET_HOST_DEVICE void total() const
+    {
+        tidy();
+        const std::uint32_t count = binStarts[binCapacity];
+        std::uint32_t levels = 0;
+        while (levels < plan->levelCount && binStarts[plan->levels[levels].firstBin] < count)
+            ++levels;
+        tidy.setRecords(count, levels);
+    }
+};
+
+/// Step 1 with a radix sort: writes the bin of box i as its key.
+struct FillRowKeys
+{
+    RowBins bins;
+    std::uint32_t none;   ///< larger than any bin
+    std::uint32_t* keys;  ///< [boxes, out]
+    std::uint32_t* rows;  ///< [boxes, out]
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    {
+        const std::uint32_t bin = bins.take(i);
+        keys[i] = bin == kNoBin ? none : bin;
+        rows[i] = static_cast<std::uint32_t>(i);
+    }
+};
+
+/// Step 3 with a radix sort: writes record i, and where its bin ends if it is the last one there.
+struct GatherRows
+{
+    const Aabb* boxes;
+    const RowPlan* plan;
+    const std::uint32_t* keys;  ///< [count] sorted
+    const std::uint32_t* rows;
+    std::uint64_t count;
+    std::uint32_t none;
+    RowRecord* records;   ///< [count, out]
+    std::uint32_t* ends;  ///< [bins + 1] 0 before; that of a bin lies one behind it
+    RowTidying tidy;
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    {
+        const std::uint32_t bin = keys[i];
+        storeRecord(records, bin == none ? kNoPlace : static_cast<std::uint32_t>(i),
+                    recordOf(loadBox(boxes, rows[i]), plan->axes, rows[i], bin));
+        if (i == 0)
+        {
+            tidy();
+            if (bin == none)
+                tidy.setRecords(0, 0);
+        }
+        if (bin == none)
+            return;
+        const std::uint32_t next = i + 1 == count ? none : keys[i + 1];
+        if (next == bin)
+            return;
+        ends[bin + 1] = static_cast<std::uint32_t>(i) + 1;
+        if (next == none)
+            tidy.setRecords(static_cast<std::uint32_t>(i) + 1, levelsUpTo(bin));
+    }
+
+private:
+    CULLET_HOST_DEVICE std::uint32_t levelsUpTo(std::uint32_t bin) const
+    {
+        std::uint32_t levels = 0;
+        while (levels < plan->levelCount && plan->levels[levels].firstBin <= bin)
+            ++levels;
+        return levels;
+    }
+};
+}  // namespace cullet::psap

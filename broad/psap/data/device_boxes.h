@@ -1,0 +1,285 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/aabb.h"
+#include "cullet/broad/host_device.h"
+#include "cullet/broad/row_pair.h"
+
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+
+/// Boxes in an executor's memory: how they are read and written there, and how far they have gone.
+namespace cullet::psap
+{
+inline constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+/// The box that passes no comparison: stands for empty boxes on the device, where isValid() is then never asked.
+CULLET_HOST_DEVICE inline Aabb nowhere()
+{
+    return {{kNan, kNan, kNan}, {kNan, kNan, kNan}};
+}
+
+/// Raises a non-negative float to at least `value`; the bits of such floats are ordered as they are.
+CULLET_HOST_DEVICE inline void raise(std::uint32_t* bits, float value)
+{
+#ifdef __CUDA_ARCH__
+    // Most values raise nothing; looking first spares the queue at one address.
+    if (*static_cast<volatile std::uint32_t*>(bits) < bitsOf(value))
+        atomicMax(bits, bitsOf(value));
+#else
+    std::uint32_t seen = __atomic_load_n(bits, __ATOMIC_RELAXED);
+    while (seen < bitsOf(value) && !__atomic_compare_exchange_n(bits, &seen, bitsOf(value), false,
+                                                                __ATOMIC_RELAXED, __ATOMIC_RELAXED))
+    {
+    }
+#endif
+}
+
+/// Sets a number to what others may set it to at the same time.
+template <class T>
+CULLET_HOST_DEVICE inline void setAlike(T* number, T value)
+{
+#ifdef __CUDA_ARCH__
+    *number = value;
+#else
+    __atomic_store_n(number, value, __ATOMIC_RELAXED);
+#endif
+}
+
+CULLET_HOST_DEVICE inline float floatOf(std::uint32_t bits)
+{
+    float value = 0;
+    memcpy(&value, &bits, sizeof(value));
+    return value;
+}
+
+/// boxes[row], on the GPU in three loads instead of six: the search is bound by their number.
+///
+/// @pre `boxes` is aligned to 8 bytes there, as what cudaMalloc gives is
+CULLET_HOST_DEVICE inline Aabb loadBox(const Aabb* boxes, std::uint64_t row)
+{
+#ifdef __CUDA_ARCH__
+    const float2* words = reinterpret_cast<const float2*>(boxes) + 3 * row;
+    const float2 a = words[0];
+    const float2 b = words[1];
+    const float2 c = words[2];
+    return {{a.x, a.y, b.x}, {b.y, c.x, c.y}};
+#else
+    return boxes[row];
+#endif
+}
+
+/// boxes[row] = box, likewise.
+CULLET_HOST_DEVICE inline void storeBox(Aabb* boxes, std::uint64_t row, const Aabb& box)
+{
+#ifdef __CUDA_ARCH__
+    float2* words = reinterpret_cast<float2*>(boxes) + 3 * row;
+    words[0] = {box.min[0], box.min[1]};
+    words[1] = {box.min[2], box.max[0]};
+    words[2] = {box.max[1], box.max[2]};
+#else
+    boxes[row] = box;
+#endif
+}
+
+/// A box where reading it takes one sector of a GPU's memory, wherever it is. Either half can be tested against that of
+/// another box in the same way.
+struct alignas(16) BoxHalf
+{
+    float low0, high0, low1, high1;  ///< along two axes; of the second half one is the same for all boxes
+};
+struct alignas(32) AlignedBox
+{
+    BoxHalf xy, z;
+};
+
+CULLET_HOST_DEVICE inline bool meets(const BoxHalf& a, const BoxHalf& b)
+{
+    return (a.low0 <= b.high0) & (b.low0 <= a.high0) & (a.low1 <= b.high1) & (b.low1 <= a.high1);
+}
+
+/// Half k of boxes, in one load on a GPU.
+CULLET_HOST_DEVICE inline BoxHalf loadHalf(const AlignedBox* boxes, std::uint64_t k)
+{
+#ifdef __CUDA_ARCH__
+    const float4 half = reinterpret_cast<const float4*>(boxes)[k];
+    return {half.x, half.y, half.z, half.w};
+#else
+    return k % 2 == 0 ? boxes[k / 2].xy : boxes[k / 2].z;
+#endif
+}
+
+/// boxes[row]. On a GPU in three loads: those of four numbers need registers side by side, which searches are short of.
+CULLET_HOST_DEVICE inline Aabb loadBox(const AlignedBox* boxes, std::uint64_t row)
+{
+#ifdef __CUDA_ARCH__
+    const float2* axes = reinterpret_cast<const float2*>(boxes) + 4 * row;
+    const float2 x = axes[0];
+    const float2 y = axes[1];
+    const float2 z = axes[2];
+    return {{x.x, y.x, z.x}, {x.y, y.y, z.y}};
+#else
+    const AlignedBox& box = boxes[row];
+    return {{box.xy.low0, box.xy.low1, box.z.low0}, {box.xy.high0, box.xy.high1, box.z.high0}};
+#endif
+}
+/// boxes[row] = box.
+///
+/// @param more kept beside it, not negative
+CULLET_HOST_DEVICE inline void storeAligned(AlignedBox* boxes, std::uint64_t row, const Aabb& box, float more)
+{
+#ifdef __CUDA_ARCH__
+    float4* halves = reinterpret_cast<float4*>(boxes) + 2 * row;
+    halves[0] = {box.min[0], box.max[0], box.min[1], box.max[1]};
+    halves[1] = {box.min[2], box.max[2], 0, more};  // whole sectors
+#else
+    boxes[row] = {{box.min[0], box.max[0], box.min[1], box.max[1]}, {box.min[2], box.max[2], 0, more}};
+#endif
+}
+/// copies[row] = box, nowhere() where that is invalid.
+CULLET_HOST_DEVICE inline void storeCopy(AlignedBox* copies, std::uint64_t row, const Aabb& box)
+{
+    storeAligned(copies, row, isValid(box) ? box : nowhere(), 0);
+}
+
+/// What two intervals share; negative when they are apart.
+CULLET_HOST_DEVICE inline float sharedLength(float a0, float a1, float b0, float b1)
+{
+    return (a1 < b1 ? a1 : b1) - (a0 > b0 ? a0 : b0);
+}
+
+/// The length that two boxes share on the axis where that is shortest; negative when they are apart.
+CULLET_HOST_DEVICE inline float overlapOf(const Aabb& a, const Aabb& b)
+{
+    float shortest = kInfinity;
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        const float shared = sharedLength(a.min[axis], a.max[axis], b.min[axis], b.max[axis]);
+        shortest = shared < shortest ? shared : shortest;
+    }
+    return shortest;
+}
+
+/// overlapOf() for one half of two boxes; any negative number where they are apart or nowhere().
+///
+/// @param isSecond there is but one axis in it
+CULLET_HOST_DEVICE inline float overlapOf(const BoxHalf& a, const BoxHalf& b, bool isSecond)
+{
+    if (!meets(a, b))
+        return -1;
+    const float first = sharedLength(a.low0, a.high0, b.low0, b.high0);
+    const float second = sharedLength(a.low1, a.high1, b.low1, b.high1);
+    return isSecond || first < second ? first : second;
+}
+
+/// By how much the boxes of a pair overlap; negative where they do not, or it is not asked for. On a GPU all lanes of a warp
+/// call together: two lanes read the boxes of both their pairs, half each, so that a sector is asked for once.
+CULLET_HOST_DEVICE inline float overlapTogether(const AlignedBox* boxes, IdPair pair, bool isAsked)
+{
+#ifdef __CUDA_ARCH__
+    constexpr unsigned kAll = 0xffffffffu;
+    const bool isSecond = threadIdx.x % 2 != 0;
+    const IdPair other = {__shfl_xor_sync(kAll, pair.a, 1), __shfl_xor_sync(kAll, pair.b, 1)};
+    const bool isOtherAsked = __shfl_xor_sync(kAll, isAsked ? 1 : 0, 1) != 0;
+    const auto overlapOfHalves = [&](IdPair asked, bool isWanted)
+    {
+        const std::uint64_t half = isSecond ? 1 : 0;
+        return isWanted ? overlapOf(loadHalf(boxes, 2 * std::uint64_t{asked.a} + half),
+                                    loadHalf(boxes, 2 * std::uint64_t{asked.b} + half), isSecond)
+                        : -1.0f;
+    };
+    const float first = overlapOfHalves(isSecond ? other : pair, isSecond ? isOtherAsked : isAsked);
+    const float second = overlapOfHalves(isSecond ? pair : other, isSecond ? isAsked : isOtherAsked);
+    const float mine = isSecond ? second : first;
+    const float others = __shfl_xor_sync(kAll, isSecond ? first : second, 1);
+    return mine < others ? mine : others;
+#else
+    const auto half = [&](std::uint64_t k)
+    {
+        return overlapOf(loadHalf(boxes, 2 * std::uint64_t{pair.a} + k),
+                         loadHalf(boxes, 2 * std::uint64_t{pair.b} + k), k == 1);
+    };
+    if (!isAsked)
+        return -1;
+    const float first = half(0);
+    const float second = half(1);
+    return first < second ? first : second;
+#endif
+}
+
+/// How far a number has gone. One without bounds that stays has not gone anywhere.
+CULLET_HOST_DEVICE inline float wayOf(float x, float before)
+{
+    return x == before ? 0.0f : fabsf(x - before);
+}
+
+/// The longest way that a side of a box has gone; infinite where either was empty and the other not.
+CULLET_HOST_DEVICE inline float wayOf(const Aabb& box, const Aabb& before)
+{
+    float longest = 0;
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        const float low = wayOf(box.min[axis], before.min[axis]);
+        const float high = wayOf(box.max[axis], before.max[axis]);
+        const float way = low > high ? low : high;
+        if (!(way <= kInfinity))  // NaN
+            return kInfinity;
+        longest = way > longest ? way : longest;
+    }
+    return longest;
+}
+
+/// How far a box has gone that was stored as nowhere() where it was invalid.
+CULLET_HOST_DEVICE inline float wayFromStored(const Aabb& before, const Aabb& box)
+{
+    const bool wasNowhere = before.min[0] != before.min[0];
+    return wasNowhere && !isValid(box) ? 0.0f : wayOf(box, before);
+}
+
+/// Copies of the boxes of an update and of the one before.
+struct BoxCopies
+{
+    AlignedBox* now;        ///< [boxes, out] nowhere() for invalid ones; null: none are wanted
+    const AlignedBox* old;  ///< [oldCount]
+    std::uint64_t oldCount;
+    std::uint32_t* motion;  ///< as BoxHistory has it; 0 before
+
+    /// @return how far the box has gone
+    CULLET_HOST_DEVICE float keep(std::uint64_t i, const Aabb& box) const
+    {
+        storeCopy(now, i, box);
+        const float way = wayFromOld(i, box);
+        raise(motion, way);
+        return way;
+    }
+    CULLET_HOST_DEVICE float wayFromOld(std::uint64_t i, const Aabb& box) const
+    {
+        return i < oldCount ? wayFromStored(loadBox(old, i), box) : kInfinity;
+    }
+};
+
+/// The boxes of this update and of the last one, by row.
+struct RowBoxes
+{
+    const Aabb* now;
+    const Aabb* old;
+
+    CULLET_HOST_DEVICE float wayFromOld(std::uint64_t i, const Aabb& box) const
+    {
+        return wayFromStored(loadBox(old, i), box);
+    }
+};
+
+/// Puts an aligned box to others that are not.
+struct UnalignBox
+{
+    const AlignedBox* from;
+    Aabb* to;
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const { storeBox(to, i, loadBox(from, i)); }
+};
+}  // namespace cullet::psap

@@ -1,0 +1,393 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/psap/data/scene_statistics.h"
+
+#include <cmath>
+#include <cstdint>
+
+namespace cullet::psap
+{
+inline constexpr std::uint32_t kMostLevels = 12;
+inline constexpr std::uint32_t kBinsPerLevel = 64;  ///< at least
+inline constexpr std::uint32_t kBinsKeptFree = kBinsPerLevel * kMostLevels;
+
+/// The cells of boxes of similar size. Aligned, so that a GPU reads it in three loads.
+struct alignas(16) RowLevel
+{
+    float limit;                   ///< longest side of a box on this level
+    float reach;                   ///< a little more: how far before a box its partners' minima may lie
+    float inverseU;                ///< 1 / width of a cell
+    float inverseBin;              ///< 1 / length of a bin
+    std::uint32_t firstBin;        ///< bins of all finer levels
+    std::uint32_t endBin;          ///< and those of this one
+    std::uint32_t countU, countV;  ///< cells, before they repeat
+    std::uint32_t binCount;        ///< bins per cell
+    std::uint32_t isRoomy;         ///< 1: no two cells around a box are the same one, wrapped
+    // For groups: the other width, which is the same elsewhere, and 1 where cells end with the plan's and lie in a serpentine.
+    float inverseV;
+    std::uint32_t isSerpentine;
+};
+
+/// What every box needs of a plan. Aligned, so that a GPU reads it at once.
+struct alignas(16) RowPlanHead
+{
+    float originS, originU, originV;
+    std::uint32_t levelCount;
+    Axes axes;
+    std::uint32_t binCount;  ///< of all levels
+    /// First bin of the last level, which has boxes only where a sample missed some.
+    std::uint32_t spareBin;
+    /// In one word, so that the CPU sees all of it or nothing: the number of the plan, and below that a ToldPlan.
+    std::uint64_t told;
+};
+
+/// What the CPU has to know of a plan.
+struct ToldPlan
+{
+    std::uint32_t levels;  ///< as many as the sizes ask for; a plan for groups of boxes has fewer
+    bool isCrowded;        ///< boxes of one size, on average no farther apart than three longest sides
+
+    CULLET_HOST_DEVICE std::uint32_t word() const { return levels | (isCrowded ? kCrowded : 0); }
+    static ToldPlan of(std::uint64_t word)
+    {
+        return {static_cast<std::uint32_t>(word) & ~kCrowded, (word & kCrowded) != 0};
+    }
+
+private:
+    static constexpr std::uint32_t kCrowded = 1u << 31;
+};
+
+struct RowPlan : RowPlanHead
+{
+    RowLevel levels[kMostLevels];
+};
+
+/// How many bins a search over so many boxes has room for, whatever the plan.
+inline std::uint64_t binCapacityFor(std::uint64_t boxes, float binsPerBox)
+{
+    return static_cast<std::uint64_t>(static_cast<double>(binsPerBox) * static_cast<double>(boxes)) +
+           2 * kBinsKeptFree;
+}
+
+/// Chooses axis, levels, cells and bins from the statistics. One index.
+///
+/// Levels, finest first: a level takes doublings of size as long as its cells stay nearly empty, since a level more
+/// costs every finer box a search. Cells and bins: the cheapest of some sizes by a count of cells visited, boxes tested
+/// and bins summed up, the most that a box of the level may need: the lanes of a warp wait for the one with most. Scenes
+/// are thought to be uniform boxes of the same spread; others are as exact, only slower.
+struct PlanRows
+{
+    static constexpr double kCostOfCell = 4;  // in tests of one box
+    static constexpr double kCostOfBin = 4;
+    // Boxes per cell from which on a doubling of size gets its own level.
+    static constexpr double kFullCell = 2.5;
+    // The same for groups of boxes, and the sizes of their cells and bins in mean distances of boxes: a group is about as
+    // wide as a cell, in which it lies one behind the other.
+    static constexpr double kFullCellOfGroup = 10;
+    static constexpr double kWidthForGroup = 2.5;
+    static constexpr double kLengthForGroup = 0.5;
+    static constexpr double kNarrowestForGroup = 0.5;  // in longest sides
+    // Where boxes lie in heaps with so much between them that this is the mean distance of all, cells of groups are larger
+    // than what a group is about.
+    static constexpr double kSidesOfCrowd = 3;
+    // The window of a box is two longest sides and a little: it touches two bins of that length.
+    static constexpr double kTwoSides = 2.02;
+    static constexpr double kNarrowest = 0.25;
+
+    const Moments* moments;
+    const SizeClasses* sizes;
+    double stride;  ///< boxes in the scene for each one in the statistics
+    PsapAxis axis;
+    float cellScale;  ///< width of a cell in longest sides of its level; 0: chosen
+    float binScale;   ///< length of a bin, likewise
+    double perBin;    ///< 0, or how many boxes a bin is to have on average
+    bool isForGroups;
+    std::uint64_t binCapacity;
+    std::uint32_t number;  ///< of the plan
+    RowPlan* plan;
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t) const
+    {
+        const Moments& sums = *moments;
+        plan->axes = chooseAxes(sums, axis);
+        // Short rows of cells: what lies around a group is read again by one of the next row, while it is in the cache.
+        if (isForGroups && spreadAlong(plan->axes.u) > spreadAlong(plan->axes.v))
+            plan->axes = {plan->axes.s, plan->axes.v, plan->axes.u};
+        const bool isEmpty = sums.count == 0;
+        const double all = stride * static_cast<double>(sums.count + sums.others);
+        plan->originS = isEmpty ? 0.0f : sums.low[plan->axes.s];
+        plan->originU = isEmpty ? 0.0f : static_cast<float>(begin(plan->axes.u));
+        plan->originV = isEmpty ? 0.0f : static_cast<float>(begin(plan->axes.v));
+        const Spread spread = {spreadAlong(plan->axes.s), spreadAlong(plan->axes.u),
+                               spreadAlong(plan->axes.v)};
+        double counts[kMostLevels];
+        chooseLevels(spread, kFullCell, counts);
+        plan->told =
+            std::uint64_t{number} << 32 | ToldPlan{plan->levelCount, isCrowded(spread, counts[0])}.word();
+        if (isForGroups)
+            chooseLevels(spread, kFullCellOfGroup, counts);
+        std::uint32_t firstBin = 0;
+        double finer = 0;
+        for (std::uint32_t k = 0; k < plan->levelCount; ++k)
+        {
+            RowLevel& level = plan->levels[k];
+            level.firstBin = firstBin;
+            const double share = isEmpty ? 0.0 : counts[k] / all;
+            const double room = static_cast<double>(binCapacity - kBinsKeptFree);
+            chooseCells(level, spread, counts[k], finer, k == 0 ? 0.0f : plan->levels[k - 1].limit,
+                        kBinsPerLevel + room * share);
+            firstBin += level.countU * level.countV * level.binCount;
+            level.endBin = firstBin;
+            finer += counts[k];
+        }
+        plan->spareBin = plan->levels[plan->levelCount - 1].firstBin;
+        plan->binCount = firstBin;
+    }
+
+private:
+    /// Sides of the uniform block of boxes with the same variance, or of the scene where that is smaller.
+    struct Spread
+    {
+        double s, u, v;
+
+        CULLET_HOST_DEVICE double volume(double limit) const
+        {
+            return (s + limit) * (u + limit) * (v + limit);
+        }
+    };
+
+    /// Sizes in cells and bins.
+    struct Cells
+    {
+        double u, v, s;
+
+        CULLET_HOST_DEVICE double count() const { return u * v * s; }
+    };
+
+    CULLET_HOST_DEVICE double side(std::uint32_t along) const
+    {
+        return moments->count == 0 ? 0.0 : static_cast<double>(moments->high[along]) - moments->low[along];
+    }
+
+    /// Where cells begin along an axis, and where those end that do not repeat. Few boxes lie beyond.
+    CULLET_HOST_DEVICE double begin(std::uint32_t along) const
+    {
+        const double low = moments->low[along];
+        const double first = mean(along) - spreadAlong(along);
+        return isForGroups && first > low ? first : low;
+    }
+    CULLET_HOST_DEVICE double end(std::uint32_t along) const
+    {
+        const double high = moments->high[along];
+        const double last = mean(along) + spreadAlong(along);
+        return last < high ? last : high;
+    }
+    CULLET_HOST_DEVICE double mean(std::uint32_t along) const
+    {
+        return moments->sum[along] / static_cast<double>(moments->count);
+    }
+
+    CULLET_HOST_DEVICE double spreadAlong(std::uint32_t along) const
+    {
+        const double variance = moments->variance(along);
+        const double uniform = variance > 0 ? sqrt(12 * variance) : 0.0;
+        return uniform < side(along) ? uniform : side(along);
+    }
+
+    /// @param fullCell boxes per cell from which on a doubling of size gets its own level
+    /// @param counts   [out] boxes per level
+    CULLET_HOST_DEVICE void chooseLevels(const Spread& spread, double fullCell, double* counts) const
+    {
+        std::uint32_t levels = 0;
+        double taken = 0;
+        float limit = 0;
+        for (std::uint32_t octave = 0; octave < kOctaves; ++octave)
+        {
+            if (sizes->count[octave] == 0)
+                continue;
+            const double count = stride * sizes->count[octave];
+            const double next = floatOf(sizes->largestBits[octave]);
+            const double perCell = (taken + count) * next * next * next / spread.volume(next);
+            if (taken > 0 && perCell > fullCell && levels + 2 < kMostLevels)
+            {
+                closeLevel(levels, limit, taken, counts);
+                taken = 0;
+            }
+            taken += count;
+            limit = static_cast<float>(next);
+        }
+        closeLevel(levels, limit, taken, counts);
+        // One more takes boxes that a sample missed.
+        closeLevel(levels, 4 * limit, 0, counts);
+        plan->levelCount = levels;
+    }
+
+    /// @param count boxes on the finest level
+    CULLET_HOST_DEVICE bool isCrowded(const Spread& spread, double count) const
+    {
+        const double limit = plan->levels[0].limit;
+        const double near = kSidesOfCrowd * limit;
+        return plan->levelCount == 2 && near * near * near * count >= spread.volume(limit);
+    }
+
+    CULLET_HOST_DEVICE void closeLevel(std::uint32_t& levels, float limit, double count, double* counts) const
+    {
+        // Sides of equal boxes differ by rounding; a little room keeps them on one level.
+        plan->levels[levels].limit = 1.001f * limit > 1e-20f ? 1.001f * limit : 1e-20f;
+        counts[levels] = count;
+        ++levels;
+    }
+
+    /// @param count  boxes on the level
+    /// @param finer  boxes on all finer ones, at most `finerLimit` long
+    CULLET_HOST_DEVICE void chooseCells(RowLevel& level, const Spread& spread, double count, double finer,
+                                        double finerLimit, double room) const
+    {
+        const double limit = level.limit;
+        const double density = count / spread.volume(limit);
+        level.reach = level.limit * 1.001f;
+        level.isSerpentine = isForGroups ? 1 : 0;
+        if (isForGroups)
+            return chooseCellsForGroups(level, density, room);
+        if (perBin > 0)
+            return chooseFilledCells(level, spread, density, room);
+        double best = -1;
+        double width = 2 * limit;
+        double length = 4 * limit;
+        for (double cell = 2; cell > 0.2; cell *= 0.5 * sqrt(2.0))
+        {
+            for (double bin = 8; bin > 0.1; bin *= 0.5)
+            {
+                const double w = limit * (cellScale > 0 ? static_cast<double>(cellScale) : cell);
+                const double l = limit * (binScale > 0 ? static_cast<double>(binScale) : bin);
+                const double bins = cellsFor(spread, w, l).count();
+                const double cost = count * ownCells(limit, w) * cellCost(2 * limit + l, w, density) +
+                                    finer * coarserCells(limit + finerLimit, w) *
+                                        cellCost(limit + finerLimit + l, w, density) +
+                                    kCostOfBin * bins;
+                if (bins > room || (best >= 0 && cost >= best))
+                    continue;
+                best = cost;
+                width = w;
+                length = l;
+            }
+        }
+        setCells(level, limited(cellsFor(spread, width, length), room), width, length);
+    }
+
+    /// Bins with as many boxes as they are to have.
+    CULLET_HOST_DEVICE void chooseFilledCells(RowLevel& level, const Spread& spread, double density,
+                                              double room) const
+    {
+        const double limit = level.limit;
+        const double volume = perBin / (density > 1e-30 ? density : 1e-30);
+        const double edge = cbrt(volume);
+        double length = edge > kTwoSides * limit ? edge : kTwoSides * limit;
+        double width = sqrt(volume / length);
+        width = width > kNarrowest * limit ? width : kNarrowest * limit;
+        width = cellScale > 0 ? static_cast<double>(cellScale) * limit : width;
+        length = binScale > 0 ? static_cast<double>(binScale) * limit : length;
+        setCells(level, limited(cellsFor(spread, width, length), room), width, length);
+    }
+
+    /// Cells that a search looks at on its own level, where only those ahead count.
+    CULLET_HOST_DEVICE static double ownCells(double limit, double width)
+    {
+        const double ahead = cellsAcross(limit, width);
+        return ahead + (ahead - 1) * cellsAcross(2 * limit, width);
+    }
+
+    CULLET_HOST_DEVICE static double coarserCells(double window, double width)
+    {
+        return cellsAcross(window, width) * cellsAcross(window, width);
+    }
+
+    /// Cells that a window of that length touches, unless it lies badly.
+    CULLET_HOST_DEVICE static double cellsAcross(double window, double width)
+    {
+        return ceil(window / width - 0.05) + 1;
+    }
+
+    /// Of looking at a cell and testing what is in a window of that length there.
+    CULLET_HOST_DEVICE static double cellCost(double window, double width, double density)
+    {
+        return kCostOfCell + width * width * window * density;
+    }
+
+    CULLET_HOST_DEVICE Cells cellsFor(const Spread& spread, double width, double length) const
+    {
+        // Twice the spread: what lies farther out shares cells with what lies inside.
+        const double u = 2 * spread.u < side(plan->axes.u) ? 2 * spread.u : side(plan->axes.u);
+        const double v = 2 * spread.v < side(plan->axes.v) ? 2 * spread.v : side(plan->axes.v);
+        return {cells(u, width), cells(v, width), cells(side(plan->axes.s), length)};
+    }
+
+    CULLET_HOST_DEVICE static double cells(double side, double width)
+    {
+        const double count = floor(side / width) + 1;
+        return count >= 1 ? (count < 1048576.0 ? count : 1048576.0) : 1.0;
+    }
+
+    /// Fewer cells, which then repeat, and longer bins, until there is room.
+    CULLET_HOST_DEVICE static Cells limited(Cells cells, double room)
+    {
+        while (cells.count() > room && cells.count() > 1)
+        {
+            double* most = cells.u > cells.v ? &cells.u : &cells.v;
+            most = cells.s > *most ? &cells.s : most;
+            *most = floor((*most + 1) / 2);
+        }
+        return cells;
+    }
+
+    CULLET_HOST_DEVICE void setCells(RowLevel& level, const Cells& cells, double width, double length) const
+    {
+        level.inverseU = level.inverseV = static_cast<float>(1.0 / width);
+        level.countU = static_cast<std::uint32_t>(cells.u);
+        level.countV = static_cast<std::uint32_t>(cells.v);
+        // Cells ahead of a box and cells behind it, and three on either side for rounding and where it lies.
+        const double around = floor(2 * 1.001 * level.limit / width) + 8;
+        level.isRoomy = cells.u >= around && cells.v >= around ? 1 : 0;
+        setBins(level, cells.s, length);
+    }
+
+    CULLET_HOST_DEVICE void setBins(RowLevel& level, double count, double length) const
+    {
+        level.binCount = static_cast<std::uint32_t>(count);
+        const double fitting = count / side(plan->axes.s);
+        level.inverseBin = static_cast<float>(fitting < 1.0 / length ? fitting : 1.0 / length);
+    }
+
+    /// Cells of the same width all of them, since a group in a narrow last one would be a long one.
+    CULLET_HOST_DEVICE void chooseCellsForGroups(RowLevel& level, double density, double room) const
+    {
+        const double distance = cbrt(1 / (density > 1e-30 ? density : 1e-30));
+        const double least = kNarrowestForGroup * level.limit;
+        double width = kWidthForGroup * distance > least ? kWidthForGroup * distance : least;
+        double length = kLengthForGroup * distance;
+        width = cellScale > 0 ? static_cast<double>(cellScale) * level.limit : width;
+        length = binScale > 0 ? static_cast<double>(binScale) * level.limit : length;
+        const double sideU = sideOfCells(plan->axes.u);
+        const double sideV = sideOfCells(plan->axes.v);
+        const Cells cells =
+            limited({PlanRows::cells(sideU - 0.5 * width, width), PlanRows::cells(sideV - 0.5 * width, width),
+                     PlanRows::cells(side(plan->axes.s), length)},
+                    room);
+        level.countU = static_cast<std::uint32_t>(cells.u);
+        level.countV = static_cast<std::uint32_t>(cells.v);
+        level.inverseU = static_cast<float>(cells.u / sideU);
+        level.inverseV = static_cast<float>(cells.v / sideV);
+        level.isRoomy = 0;
+        setBins(level, cells.s, length);
+    }
+
+    /// From where the cells begin to where they end, and a little: rounding makes no cell more.
+    CULLET_HOST_DEVICE double sideOfCells(std::uint32_t along) const
+    {
+        const double side = moments->count == 0 ? 0.0 : end(along) - begin(along);
+        return side > 1e-30 ? 1.00001 * side : 1e-30;
+    }
+};
+}  // namespace cullet::psap

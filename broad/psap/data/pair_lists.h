@@ -1,0 +1,383 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/aabb.h"
+#include "cullet/broad/backend.h"
+#include "cullet/broad/grid/columns/column_soa.h"
+#include "cullet/broad/host_device.h"
+#include "cullet/broad/psap/data/device_boxes.h"
+
+#include <cstdint>
+
+/// What changes in the pair set from one update to the next, told by geometry: a pair that overlaps now is new when its
+/// boxes did not overlap in the last update, a held pair leaves when its boxes separate. Only the pairs for which the old
+/// boxes do not decide (held by the margin alone, or filter words changed) are looked up, in a table of just those.
+namespace cullet::psap
+{
+/// How long the lists of one update are.
+struct ListCounts
+{
+    std::uint64_t added;    ///< pairs that enter; may be more than were written
+    std::uint64_t removed;  ///< pairs that leave
+    std::uint64_t kept;     ///< pairs that stay
+    std::uint64_t lookups;  ///< pairs in the look-up table; may be more than were written
+};
+
+/// Counts of one update, in one place so that one copy brings them to the CPU.
+struct Counters
+{
+    ListCounts lists;
+    std::uint64_t side;  ///< boxes without cells, tested against all others
+};
+
+/// What the indices of an update keep together.
+struct Tally
+{
+    Counters counters;
+    /// As BoxHistory::motion. All indices read it, which took long where others counted in the same cache line.
+    alignas(128) std::uint32_t motion;
+};
+
+/// A list that many indices append to. The counter runs past the capacity, so that it tells how much room was missing.
+struct PairList
+{
+    IdPair* pairs;
+    std::uint64_t capacity;
+    std::uint64_t* count;
+
+    CULLET_HOST_DEVICE void push(IdPair pair) const
+    {
+        const std::uint64_t slot = claimSlot();
+        if (slot < capacity)
+            pairs[slot] = pair;
+    }
+
+    /// @return where a pair may be put, if there is room
+    CULLET_HOST_DEVICE std::uint64_t claimSlot() const
+    {
+#ifdef __CUDA_ARCH__
+        // The lanes that are here together take one atomic together.
+        const unsigned lanes = __activemask();
+        const unsigned lane = threadIdx.x & 31u;
+        const int leader = __ffs(static_cast<int>(lanes)) - 1;
+        unsigned long long base = 0;
+        if (static_cast<int>(lane) == leader)
+            base = fetchAdd(count, static_cast<std::uint64_t>(__popc(lanes)));
+        base = __shfl_sync(lanes, base, leader);
+        return base + static_cast<unsigned>(__popc(lanes & ((1u << lane) - 1u)));
+#else
+        return fetchAdd(count, std::uint64_t{1});
+#endif
+    }
+};
+
+/// A pair with a depth, or nothing.
+struct DepthPair
+{
+    IdPair pair;
+    float depth;
+    bool isPair;
+};
+
+/// Pairs, and by how much the boxes of each overlap at the least.
+struct DepthList
+{
+    PairList pairs;
+    float* depths;  ///< [pairs.capacity]
+
+    CULLET_HOST_DEVICE void push(IdPair pair, float depth) const
+    {
+        const std::uint64_t slot = pairs.claimSlot();
+        if (slot >= pairs.capacity)
+            return;
+        pairs.pairs[slot] = pair;
+        depths[slot] = depth;
+    }
+};
+
+/// A pair on its way to some lists.
+struct SentPair
+{
+    IdPair pair = {};
+    std::uint32_t to = 0;  ///< a bit for each list, list 0 the lowest
+
+    CULLET_HOST_DEVICE bool isFor(std::uint32_t list) const { return (to >> list & 1u) != 0; }
+};
+
+/// Lists that a step appends to.
+template <std::uint32_t kLists>
+struct PairLists
+{
+    static constexpr std::uint32_t kCount = kLists;
+
+    PairList lists[kCount];
+
+    CULLET_HOST_DEVICE const PairList& at(std::uint32_t k) const { return lists[k]; }
+
+    CULLET_HOST_DEVICE void push(const SentPair& sent) const
+    {
+        for (std::uint32_t list = 0; list < kCount; ++list)
+        {
+            if (sent.isFor(list))
+                lists[list].push(sent.pair);
+        }
+    }
+};
+
+/// Pairs of rows as a set: open addressing, filled in one step and read in later ones.
+struct LookupTable
+{
+    static constexpr std::uint64_t kFree = ~0ull;  // no pair of rows has this key
+
+    std::uint64_t* slots;  ///< [mask + 1] kFree or a key
+    std::uint64_t mask;    ///< power of two minus one
+    std::uint64_t* count;  ///< runs past limit() when the table is too small; what it answers is then void
+
+    CULLET_HOST_DEVICE std::uint64_t limit() const { return (mask + 1) / 2; }
+
+    CULLET_HOST_DEVICE static std::uint64_t keyOf(IdPair pair)
+    {
+        return pair.a < pair.b ? static_cast<std::uint64_t>(pair.a) << 32 | pair.b
+                               : static_cast<std::uint64_t>(pair.b) << 32 | pair.a;
+    }
+
+    CULLET_HOST_DEVICE std::uint64_t home(std::uint64_t key) const
+    {
+        const std::uint64_t hash = key * 0x9E3779B97F4A7C15ull;
+        return (hash ^ hash >> 32) & mask;
+    }
+
+    /// @pre the pair is not in the table
+    CULLET_HOST_DEVICE void insert(IdPair pair) const
+    {
+        if (fetchAdd(count, std::uint64_t{1}) >= limit())
+            return;
+        const std::uint64_t key = keyOf(pair);
+        std::uint64_t slot = home(key);
+        while (compareExchange(&slots[slot], kFree, key) != kFree)
+            slot = (slot + 1) & mask;
+    }
+
+    CULLET_HOST_DEVICE bool contains(IdPair pair) const
+    {
+        if (*count == 0)
+            return false;
+        const std::uint64_t key = keyOf(pair);
+        for (std::uint64_t slot = home(key); slots[slot] != kFree; slot = (slot + 1) & mask)
+        {
+            if (slots[slot] == key)
+                return true;
+        }
+        return false;
+    }
+};
+
+/// Two boxes that overlap by more have not come together by going so far, both together; a little more for rounding.
+CULLET_HOST_DEVICE inline float deeperThan(float ways)
+{
+    return 1.0001f * ways;
+}
+
+/// A depth is no more than this after it was computed and rounded.
+CULLET_HOST_DEVICE inline float depthOf(float overlap)
+{
+    return overlap * (1 - 0x1p-22f);
+}
+
+/// What is left at least of the depth of two boxes; positive: they still overlap.
+///
+/// @param gone as deeperThan() has it
+CULLET_HOST_DEVICE inline float depthLeft(float depth, float gone)
+{
+    return depthOf(depth - gone);
+}
+
+/// @param filters by row; null: every overlapping pair counts
+CULLET_HOST_DEVICE inline bool passesFilters(const Filter* filters, IdPair pair)
+{
+    return filters == nullptr || passesFilter(filters[pair.a], filters[pair.b]);
+}
+
+/// The boxes of this update and of the last one, by row; empty ones are nowhere().
+struct BoxHistory
+{
+    const Aabb* now;
+    const Aabb* old;              ///< nowhere() for rows that hold another proxy since
+    const Filter* filters;        ///< null: every overlapping pair counts
+    const std::uint8_t* changes;  ///< RowChange bits of this update
+    bool retestAll;               ///< filter words no longer count, so old boxes decide nothing
+    /// The longest way that a side of a box has gone since the last update, as bits of a float, infinite where a box
+    /// is new or its filter words are; null: unknown.
+    const std::uint32_t* motion;
+
+    /// Whether boxes that now overlap by `depth` on every axis cannot have been apart in the last update.
+    ///
+    CULLET_HOST_DEVICE bool wereOverlapping(float depth) const { return depth > deepEnough(); }
+    CULLET_HOST_DEVICE float deepEnough() const
+    {
+        return motion != nullptr ? deeperThan(2 * floatOf(*motion)) : kInfinity;
+    }
+
+    CULLET_HOST_DEVICE bool passesFilters(IdPair pair) const { return psap::passesFilters(filters, pair); }
+
+    CULLET_HOST_DEVICE unsigned changesOf(IdPair pair) const
+    {
+        return static_cast<unsigned>(changes[pair.a]) | changes[pair.b];
+    }
+
+    /// Whether the old boxes do not tell if an overlapping pair is held.
+    CULLET_HOST_DEVICE bool isOpen(IdPair pair) const
+    {
+        if (retestAll)
+            return true;
+        // Two boxes that stayed where they are overlapped there before.
+        const unsigned bits = changesOf(pair);
+        return bits != 0 &&
+               ((bits & kRowRefiltered) != 0 || !overlaps(loadBox(old, pair.a), loadBox(old, pair.b)));
+    }
+};
+
+/// A test that boxes which overlap by much do not need; with what has to be read only once.
+template <class Test>
+struct DepthTest
+{
+    const Test& test;
+    float deepEnough;  ///< boxes that overlap by more did so before
+
+    /// @param depth called: by how much the boxes overlap on every axis, at most
+    template <class Depth>
+    CULLET_HOST_DEVICE bool operator()(IdPair pair, const Depth& depth) const
+    {
+        return !(depth() > deepEnough) && test(pair);
+    }
+    /// @param ways how far the two boxes have gone, in all
+    template <class Depth>
+    CULLET_HOST_DEVICE bool operator()(IdPair pair, float ways, const Depth& depth) const
+    {
+        const float own = deeperThan(ways);
+        return !(depth() > (own < deepEnough ? own : deepEnough)) && test(pair);
+    }
+};
+
+/// Tells of an overlapping pair whether it enters in this update.
+struct EntryTest
+{
+    BoxHistory boxes;
+    LookupTable held;  ///< the held pairs that are open
+
+    CULLET_HOST_DEVICE bool operator()(IdPair pair) const
+    {
+        return boxes.isOpen(pair) && boxes.passesFilters(pair) && !held.contains(pair);
+    }
+
+    CULLET_HOST_DEVICE DepthTest<EntryTest> ready() const { return {*this, boxes.deepEnough()}; }
+};
+
+/// Tells of an overlapping pair whether its boxes were apart in the last update.
+struct WasApart
+{
+    const AlignedBox* old;
+    const std::uint32_t* motion;  ///< as BoxHistory has it
+
+    CULLET_HOST_DEVICE bool operator()(IdPair pair) const
+    {
+        return !overlaps(loadBox(old, pair.a), loadBox(old, pair.b));
+    }
+    CULLET_HOST_DEVICE DepthTest<WasApart> ready() const { return {*this, deeperThan(2 * floatOf(*motion))}; }
+};
+
+/// Takes every overlapping pair, for people who want the set itself.
+struct EveryPair
+{
+    CULLET_HOST_DEVICE EveryPair ready() const { return *this; }
+    CULLET_HOST_DEVICE bool operator()(IdPair) const { return true; }
+    template <class Depth>
+    CULLET_HOST_DEVICE bool operator()(IdPair, const Depth&) const
+    {
+        return true;
+    }
+    template <class Depth>
+    CULLET_HOST_DEVICE bool operator()(IdPair, float, const Depth&) const
+    {
+        return true;
+    }
+};
+
+/// Frees a slot of the look-up table.
+struct FreeSlot
+{
+    std::uint64_t* slots;
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const { slots[i] = LookupTable::kFree; }
+};
+
+/// Rows `first` to `last`.
+struct RowSpan
+{
+    std::uint32_t first, last;
+
+    CULLET_HOST_DEVICE bool contains(std::uint32_t row) const { return row >= first && row <= last; }
+};
+inline constexpr RowSpan kAllRows = {0, 0xffffffffu};
+
+/// Decides about held pair i: it stays, and is open or not, or it leaves. Boxes that overlapped by more than any has gone since
+/// are not looked at; they overlapped in the last update too, and so are not open.
+///
+/// Several steps may share the pairs, each deciding about those whose later row lies in its span, as soon as the rows up to
+/// there have come. BoxHistory::motion may still lack later rows: it is enough that it covers both rows of a pair.
+struct SettleHeld
+{
+    const IdPair* held;
+    const float* depths;  ///< as DepthList has it; null: not known
+    BoxHistory boxes;
+    float margin;
+    bool isLoose;  ///< the margin is no smaller than in the last update
+    RowSpan span;
+    LookupTable open;
+
+    CULLET_HOST_DEVICE DepthPair read(std::uint64_t i) const
+    {
+        return {held[i], depths != nullptr ? depths[i] : 0.0f, true};
+    }
+
+    /// @param kept    receives the pair when it stays
+    /// @param removed receives it when it leaves
+    template <class Kept, class Removed>
+    CULLET_HOST_DEVICE void operator()(const DepthPair& item, Kept& kept, Removed& removed) const
+    {
+        const IdPair pair = item.pair;
+        const bool isMine = item.isPair && span.contains(pair.a > pair.b ? pair.a : pair.b);
+        float depth = depthLeft(item.depth, boxes.deepEnough());
+        const bool isStaying = isMine && (depth > 0 || stays(item, depth));
+        kept.append(isStaying, pair, depth);
+        removed.append(isMine && !isStaying, pair);
+    }
+
+private:
+    /// @param depth [out]
+    CULLET_HOST_DEVICE bool stays(const DepthPair& item, float& depth) const
+    {
+        const IdPair pair = item.pair;
+        depth = item.depth;
+        if (isLoose && !boxes.retestAll && boxes.changesOf(pair) == 0)
+            return true;
+        const Aabb a = loadBox(boxes.now, pair.a);
+        const Aabb b = loadBox(boxes.now, pair.b);
+        // Empty boxes first: overlapsWithMargin() counts NaN as near.
+        if (!isValid(a) || !isValid(b) || !overlapsWithMargin(a, b, margin))
+            return false;
+        const float overlap = overlapOf(a, b);
+        if (isLookedUp(pair, overlap))
+            open.insert(pair);
+        depth = depthOf(overlap);
+        return true;
+    }
+
+    CULLET_HOST_DEVICE bool isLookedUp(IdPair pair, float overlap) const
+    {
+        // What the search does not find, or finds without asking, it does not look up.
+        return overlap >= 0 && !boxes.wereOverlapping(overlap) && boxes.isOpen(pair);
+    }
+};
+}  // namespace cullet::psap

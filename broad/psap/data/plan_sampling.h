@@ -1,0 +1,68 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/psap/data/search_input.h"
+
+#include <algorithm>
+#include <cstdint>
+
+/// What every planner that works ahead has.
+namespace cullet::psap
+{
+/// A sample of boxes that may change as soon as the update has ended.
+template <class Exec>
+class BoxSample
+{
+public:
+    /// @param most boxes, about
+    void keep(Exec& exec, const SearchInput& input, std::uint64_t most)
+    {
+        m_stride = strideFor(input, most);
+        m_count = samplesOf(input, m_stride);
+        exec.reserve(m_boxes, m_count);
+        exec.forEach(m_count, KeepSample{input.boxes, m_stride, m_boxes.data()});
+    }
+
+    SearchInput boxes() const { return {m_boxes.data(), m_count}; }
+    /// Boxes in the scene for each of the sample.
+    double stride() const { return static_cast<double>(m_stride); }
+
+    static std::uint64_t strideFor(const SearchInput& input, std::uint64_t most)
+    {
+        return std::max<std::uint64_t>(1, input.count / most);
+    }
+
+private:
+    std::uint64_t m_stride = 1;
+    std::uint64_t m_count = 0;
+    typename Exec::template Buffer<Aabb> m_boxes;
+};
+
+/// A word that an executor tells the CPU, some time.
+template <class Exec>
+class ToldWord
+{
+public:
+    bool isThere() const { return m_word.size() != 0; }
+    void reserve(Exec& exec)
+    {
+        exec.reserve(m_word, 1);
+        *m_word.data() = 0;
+    }
+    /// @param word in the executor's memory
+    void ask(Exec& exec, const std::uint64_t* word) { exec.download(m_word.data(), word, 1); }
+
+    /// What has come until now; 0 before the first word.
+    void look()
+    {
+        if (isThere())
+            m_seen = *static_cast<const volatile std::uint64_t*>(m_word.data());
+    }
+    std::uint64_t seen() const { return m_seen; }
+
+private:
+    std::uint64_t m_seen = 0;
+    typename Exec::template Staging<std::uint64_t> m_word;
+};
+}  // namespace cullet::psap

@@ -1,0 +1,343 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/psap/data/counting_sort.h"
+
+#include <cstdint>
+
+/// The fast search: the same subdivision of the two other axes, but each box is written once, into the cell of its
+/// minimum corner on the level of its size, and each cell is cut along the sweep axis into bins, so that a counting sort
+/// replaces the radix sort. A box looks for partners in the cells around it on its own level and on all coarser ones.
+///
+/// Any plan gives the same pairs: cells wrap around, bins are clamped, and both are monotone before that. A plan made
+/// for another frame, or from a sample, costs time only.
+namespace cullet::psap
+{
+/// overlapOf() two boxes.
+CULLET_HOST_DEVICE inline float overlapOf(const RowRecord& a, const RowRecord& b)
+{
+    const float s = sharedLength(a.front.s0, a.front.s1, b.front.s0, b.front.s1);
+    const float u = sharedLength(a.front.u0, a.front.u1, b.front.u0, b.front.u1);
+    const float v = sharedLength(a.back.v0, a.back.v1, b.back.v0, b.back.v1);
+    const float su = s < u ? s : u;
+    return su < v ? su : v;
+}
+
+/// Some records in a row.
+struct RowRange
+{
+    std::uint32_t begin, end;
+
+    CULLET_HOST_DEVICE std::uint32_t size() const { return begin < end ? end - begin : 0; }
+};
+
+/// Cells of one level around a box, wrapped: `left` cells of row v from u on, then `perRow` of each later row.
+struct RowCells
+{
+    std::uint32_t u, v;
+    std::uint32_t left;
+    std::uint32_t firstU;  ///< of the later rows
+    std::uint32_t perRow;
+    std::uint32_t count;  ///< cells in all
+    std::uint32_t sizeU, sizeV;
+
+    CULLET_HOST_DEVICE std::uint32_t index() const { return v * sizeU + u; }
+
+    /// Goes on by so many cells.
+    CULLET_HOST_DEVICE void skip(std::uint32_t cells)
+    {
+        for (std::uint32_t k = 0; k < cells; ++k)
+        {
+            const bool isRowDone = --left == 0;
+            const std::uint32_t nextU = u + 1 == sizeU ? 0 : u + 1;
+            const std::uint32_t nextV = v + 1 == sizeV ? 0 : v + 1;
+            u = isRowDone ? firstU : nextU;
+            v = isRowDone ? nextV : v;
+            left = isRowDone ? perRow : left;
+        }
+    }
+};
+
+// Not &&: some comparisons are cheaper than a branch that lanes take apart.
+CULLET_HOST_DEVICE inline bool meets(const RowRecord::Front& a, const RowRecord::Front& b)
+{
+    return (a.s0 <= b.s1) & (b.s0 <= a.s1) & (a.u0 <= b.u1) & (b.u0 <= a.u1);
+}
+CULLET_HOST_DEVICE inline bool meets(const RowRecord::Back& a, const RowRecord::Back& b)
+{
+    return (a.v0 <= b.v1) & (b.v0 <= a.v1);
+}
+CULLET_HOST_DEVICE inline bool meets(const RowRecord& a, const RowRecord& b)
+{
+    return meets(a.front, b.front) & meets(a.back, b.back);
+}
+
+/// How a search tests records: isNear() all that it looks at, isPair() what it kept of them.
+struct TestAtOnce
+{
+    CULLET_HOST_DEVICE static bool isNear(const RowRecord& a, const RowRecord& b) { return meets(a, b); }
+    CULLET_HOST_DEVICE static bool isPair(const RowRecord&, const RowRecord&) { return true; }
+};
+/// The third axis of those alone that meet along two: half as much is read of the others.
+struct TestInTurn
+{
+    CULLET_HOST_DEVICE static bool isNear(const RowRecord& a, const RowRecord& b)
+    {
+        return meets(a.front, b.front);
+    }
+    CULLET_HOST_DEVICE static bool isPair(const RowRecord& a, const RowRecord& b)
+    {
+        return meets(a.back, b.back);
+    }
+};
+
+/// What every search with records does with a box.
+///
+/// @tparam Tests TestAtOnce, TestInTurn or another one
+template <class IsNew, class Tests>
+struct RowPartners
+{
+    const RowRecord* records;  ///< and one more
+    const RowPlan* plan;
+    const Aabb* boxes;
+    const std::uint32_t* side;
+    IsNew isNew;
+
+    /// The cells of a level to be searched.
+    CULLET_HOST_DEVICE RowCells cellsAround(const RowRecord& self, const RowLevel& level, bool isOwn) const
+    {
+        // A partner's minimum is at most `reach` before this box: rounding is monotone, so that holds exactly.
+        const bool isAhead = isOwn && level.isRoomy != 0;
+        const std::int32_t u0 = cellU(self.front.u0 - level.reach, level);
+        const std::int32_t u1 = cellU(self.front.u1, level);
+        const std::int32_t v1 = cellV(self.back.v1, level);
+        const std::int32_t firstU = isAhead ? cellU(self.front.u0, level) : u0;
+        const std::int32_t firstV = cellV(isAhead ? self.back.v0 : self.back.v0 - level.reach, level);
+        RowCells cells;
+        cells.sizeU = level.countU;
+        cells.sizeV = level.countV;
+        cells.u = wrapped(firstU, level.countU);
+        cells.v = wrapped(firstV, level.countV);
+        cells.firstU = wrapped(u0, level.countU);
+        cells.left = cellsBetween(firstU, u1, level.countU);
+        cells.perRow = cellsBetween(u0, u1, level.countU);
+        cells.count = cells.left + (cellsBetween(firstV, v1, level.countV) - 1) * cells.perRow;
+        return cells;
+    }
+
+    /// Finds the partners of a box on the side list, among every `step`-th there from `begin` on.
+    template <class Emit>
+    CULLET_HOST_DEVICE void searchSide(std::uint32_t row, std::uint32_t begin, std::uint32_t count,
+                                       std::uint32_t step, Emit& emit) const
+    {
+        for (std::uint32_t k = begin; k < count; k += step)
+        {
+            const IdPair pair = {row, side[k]};
+            if (overlaps(loadBox(boxes, row), loadBox(boxes, pair.b)) && isNew(pair))
+                emit.push(pair);
+            emit.tested(1);
+        }
+    }
+
+    /// The same for record i; the ones behind the last stand for the boxes on the side list.
+    template <class Emit>
+    CULLET_HOST_DEVICE void searchSideOf(std::uint64_t i, const RowTotals& totals, std::uint32_t share,
+                                         std::uint32_t sharers, Emit& emit) const
+    {
+        if (i < totals.records)
+            searchSide(records[i].back.row, share, totals.sides, sharers, emit);
+        else if (i - totals.records < totals.sides)
+            searchSide(side[i - totals.records], static_cast<std::uint32_t>(i - totals.records) + 1 + share,
+                       totals.sides, sharers, emit);
+    }
+
+    /// Tests the record against those of a range. First all tests of some records, then what they found,
+    /// which is reported when there is more of it: most lanes find nothing in a cell, and would wait for those that do.
+    template <class Test, class Emit>
+    CULLET_HOST_DEVICE void scan(const RowRecord& self, RowRange range, const Test& entryTest,
+                                 Emit& emit) const
+    {
+        for (; emit.any(range.begin < range.end); range.begin += kTestsTogether)
+        {
+            const std::uint32_t count = range.size() < kTestsTogether ? range.size() : kTestsTogether;
+            keep(self, hitsAmong(self, records + range.begin, count), range.begin, entryTest, emit);
+            emit.tested(count);
+        }
+    }
+
+    /// Keeps the records first + k of the bits k of `hits`; reports what is kept where a lane has no room for more.
+    template <class Test, class Emit>
+    CULLET_HOST_DEVICE void keep(const RowRecord& self, std::uint32_t hits, std::uint32_t first,
+                                 const Test& entryTest, Emit& emit) const
+    {
+        for (;;)
+        {
+            for (; hits != 0 && !emit.isFull(); hits &= hits - 1)
+                emit.keep(first + lowestBit(hits));
+            if (!emit.any(hits != 0))
+                return;
+            report(self, entryTest, emit);
+        }
+    }
+
+    /// Appends those of the kept pairs that are pairs, and enter.
+    template <class Test, class Emit>
+    CULLET_HOST_DEVICE void report(const RowRecord& self, const Test& entryTest, Emit& emit) const
+    {
+        for (std::uint32_t k = 0; emit.any(k < emit.keptCount()); ++k)
+        {
+            IdPair pair = {self.back.row, 0};
+            bool isEntering = k < emit.keptCount();
+            if (isEntering)
+            {
+                const RowRecord& other = records[emit.kept(k)];
+                pair.b = other.back.row;
+                isEntering =
+                    Tests::isPair(self, other) && entryTest(pair, [&] { return overlapOf(self, other); });
+            }
+            emit.append(isEntering, pair);
+        }
+        emit.dropKept();
+    }
+
+private:
+    static constexpr std::uint32_t kTestsTogether = 32;
+
+    // Cells that wrap around are square: one number less to hold.
+    CULLET_HOST_DEVICE std::int32_t cellU(float u, const RowLevel& level) const
+    {
+        return cellOf(u, plan->originU, level.inverseU);
+    }
+    CULLET_HOST_DEVICE std::int32_t cellV(float v, const RowLevel& level) const
+    {
+        return cellOf(v, plan->originV, level.inverseU);
+    }
+
+    CULLET_HOST_DEVICE static std::uint32_t cellsBetween(std::int32_t first, std::int32_t last,
+                                                         std::uint32_t most)
+    {
+        const std::uint32_t count = static_cast<std::uint32_t>(last - first) + 1;
+        return count < most ? count : most;
+    }
+
+    /// Bit k: the record is near others[k].
+    CULLET_HOST_DEVICE static std::uint32_t hitsAmong(const RowRecord& self, const RowRecord* others,
+                                                      std::uint32_t count)
+    {
+        std::uint32_t hits = 0;
+        // Two at a time, so that the second is read while the first is tested; behind the last one there is a record too.
+#ifdef __CUDA_ARCH__
+#pragma unroll 1
+#endif
+        for (std::uint32_t k = 0; k < count; k += 2)
+            hits |= (Tests::isNear(self, others[k]) ? 1u : 0u) << k |
+                    (Tests::isNear(self, others[k + 1]) ? 2u : 0u) << k;
+        return count < 32 ? hits & ((1u << count) - 1u) : hits;
+    }
+};
+
+/// What the steps before have left for the search, and what it clears for the next update.
+struct RowOrder
+{
+    const std::uint32_t* binStarts;  ///< [binCapacity + 1]
+    std::uint64_t binCapacity;
+    const RowTotals* totals;
+    std::uint64_t boxCount;
+    std::uint32_t* binCounts;  ///< [binCapacity + 1]
+
+    /// @param index one of `sharers` for each box
+    CULLET_HOST_DEVICE void clearBins(std::uint64_t index, std::uint32_t sharers) const
+    {
+        for (std::uint64_t bin = index; bin <= binCapacity; bin += boxCount * sharers)
+            binCounts[bin] = 0;
+    }
+};
+
+/// Step 4: finds the partners of record i, in the cells around it, on its level and coarser ones; and those on the side
+/// list. The records behind the last one stand for the boxes on the side list.
+///
+/// Of two levels the finer one reports a pair. On one level both boxes would: it is the one whose cell comes first, by
+/// rows of cells that are not wrapped, and of one cell the first record. So only half of the cells around are looked at.
+/// Where the cells of a level are so few that one may be wrapped onto another around the same box, all are looked at,
+/// and the first record reports.
+///
+/// The lanes of a warp go from cell to cell together, and write out together what they found. Several indices in a row
+/// may share a record, each taking some of the cells: more to do in all, and sooner done where a GPU has lanes to spare.
+template <class IsNew, class Tests, std::uint32_t kSharers>
+struct SearchRows
+{
+    RowPartners<IsNew, Tests> partners;
+    RowOrder order;
+
+    /// @param index of kSharers for each box
+    /// @param isIndex false for what only fills up a warp
+    template <class Emit>
+    CULLET_HOST_DEVICE void operator()(std::uint64_t index, bool isIndex, Emit& emit) const
+    {
+        if (isIndex)
+            order.clearBins(index, kSharers);
+        const std::uint64_t i = index / kSharers;
+        const std::uint32_t share = static_cast<std::uint32_t>(index % kSharers);
+        const RowTotals totals = *order.totals;
+        const bool isRecord = isIndex && i < totals.records;
+        const auto entryTest = partners.isNew.ready();
+        if (emit.any(isRecord))
+            searchRecord(isRecord ? static_cast<std::uint32_t>(i) : totals.records - 1, share, isRecord,
+                         totals.levels, entryTest, emit);
+        if (totals.sides != 0 && isIndex)
+            partners.searchSideOf(i, totals, share, kSharers, emit);
+    }
+
+private:
+    template <class Test, class Emit>
+    CULLET_HOST_DEVICE void searchRecord(std::uint32_t i, std::uint32_t share, bool isRecord,
+                                         std::uint32_t levels, const Test& entryTest, Emit& emit) const
+    {
+        const RowRecord self = partners.records[i];
+        for (std::uint32_t k = 0; k < levels; ++k)
+        {
+            const RowLevel level = partners.plan->levels[k];
+            const bool isSeen = isRecord && self.back.bin < level.endBin;
+            if (!emit.any(isSeen))
+                continue;
+            const bool isOwn = self.back.bin >= level.firstBin;
+            RowCells cells = partners.cellsAround(self, level, isOwn);
+            cells.count = isSeen ? cells.count : 0;
+            search(self, level, cells, share, isOwn ? i + 1 : 0, entryTest, emit);
+        }
+        partners.report(self, entryTest, emit);
+    }
+
+    /// Tests the record against those of every kSharers-th cell from `share` on.
+    ///
+    /// @param behind 0, or on its own level the index of the record behind this one
+    template <class Test, class Emit>
+    CULLET_HOST_DEVICE void search(const RowRecord& self, const RowLevel& level, RowCells cells,
+                                   std::uint32_t share, std::uint32_t behind, const Test& entryTest,
+                                   Emit& emit) const
+    {
+        const std::uint32_t bin0 =
+            level.firstBin + binAlong(*partners.plan, level, self.front.s0 - level.reach);
+        const std::uint32_t bin1 = level.firstBin + binAlong(*partners.plan, level, self.front.s1) + 1;
+        const auto rangeOf = [&](std::uint32_t k) -> RowRange
+        {
+            if (k >= cells.count)
+                return {0, 0};
+            const std::uint32_t cell = cells.index() * level.binCount;
+            return {order.binStarts[cell + bin0], order.binStarts[cell + bin1]};
+        };
+        cells.skip(share);
+        RowRange next = rangeOf(share);
+        for (std::uint32_t k = share; emit.any(k < cells.count); k += kSharers)
+        {
+            RowRange range = next;
+            cells.skip(kSharers);
+            next = rangeOf(k + kSharers);  // on its way while this one is read: not looked at before
+            if (k == 0 || level.isRoomy == 0)
+                range.begin = range.begin > behind ? range.begin : behind;
+            partners.scan(self, range, entryTest, emit);
+        }
+    }
+};
+}  // namespace cullet::psap

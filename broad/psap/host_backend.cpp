@@ -1,0 +1,12 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/broad/psap/exec/host_exec.h"
+#include "cullet/broad/psap/psap_backend.h"
+
+namespace cullet
+{
+std::unique_ptr<Backend> makeHostPsapBackend(const PsapOptions& options)
+{
+    return std::make_unique<psap::PsapBackend<psap::HostExec>>(options, "psap", options);
+}
+}  // namespace cullet

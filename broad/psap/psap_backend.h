@@ -1,0 +1,500 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/backend.h"
+#include "cullet/broad/log.h"
+#include "cullet/broad/pairs/restart_rows.h"
+#include "cullet/broad/psap/exec/executor_failure.h"
+#include "cullet/broad/psap/search.h"
+#include "cullet/broad/psap/update/delta_output.h"
+#include "cullet/broad/psap/update/table_mirror.h"
+#include "cullet/broad/psap/update/update_buffers.h"
+#include "cullet/broad/psap/verlet/pair_list_update.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdio>
+#include <new>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+namespace cullet::psap
+{
+/// Keeps the pair set of a proxy table up to date with one of the searches, on one executor.
+///
+/// In the executor's memory live the boxes of this update and of the last one and the held pairs, as rows. An update
+/// sends the changed rows, settles the held pairs and searches, or follows near pairs instead of both, and brings back the
+/// pairs that enter and those that leave; it waits for the executor once, but where a list was too short. Lists of near pairs
+/// are made behind an update, which does not wait for them.
+/// The order in which pairs are found may differ from run to run; deltas are sorted by unique id.
+template <class Exec>
+class PsapBackend final : public Backend
+{
+public:
+    template <class... ExecArguments>
+    PsapBackend(const PsapOptions& options, const char* name, ExecArguments&&... arguments)
+        : m_options(options),
+          m_name(name),
+          m_exec(std::forward<ExecArguments>(arguments)...),
+          m_rows(options.threads, options.initialCapacity),
+          m_search(options),
+          m_near(options),
+          m_names(options.initialCapacity)
+    {
+    }
+
+    Status update(const ProxyView& proxies, PairDelta& delta) override
+    {
+        Status status = Status::OutOfMemory;
+        try
+        {
+            const typename Exec::Use use(m_exec);
+            updateOrThrow(proxies, delta);
+            return Status::Ok;
+        }
+        catch (const ExecutorFailure& failure)
+        {
+            status = failure.status;
+            char text[200];
+            std::snprintf(text, sizeof(text), "%s: %s: %s", m_name, failure.call, failure.reason);
+            log(LogLevel::Info, text);
+        }
+        catch (const std::bad_alloc&)
+        {
+        }
+        catch (const std::length_error&)
+        {
+        }
+        m_exec.drain();
+        // Half of what the search remembers may never have happened.
+        m_search = Search<Exec>(m_options);
+        m_near = HeldNear<Exec>(m_options);
+        m_names.recover();
+        restart({});
+        delta.added.clear();
+        delta.removed.clear();
+        return status;
+    }
+
+    void restart(const Pairs& known) override
+    {
+        m_known = known;
+        m_isFresh = true;
+        m_heldCount = 0;
+        m_isHeldListed = true;
+        m_near.forget();
+    }
+
+    const char* name() const noexcept override { return m_name; }
+
+    BackendStats stats() const override
+    {
+        BackendStats stats = m_stats;
+        stats.bytes = m_exec.bytes();
+        return stats;
+    }
+
+private:
+    template <class T>
+    using Buffer = typename Exec::template Buffer<T>;
+    void updateOrThrow(const ProxyView& view, PairDelta& delta)
+    {
+        m_stats.path = "idle";
+        m_stats.candidates = 0;
+        m_stats.bytesMoved = 0;
+        m_stats.stages.clear();
+        const bool hasFilters = view.filters != nullptr;
+        if (!m_isFresh && view.dirtyCount == 0 && view.margin == m_margin && hasFilters == m_hadFilters)
+        {
+            delta.added.clear();
+            delta.removed.clear();
+            return;
+        }
+        m_retestAll = m_hadFilters && !hasFilters;
+        m_vanished.clear();
+        if (m_isFresh)
+            begin(view);
+        m_near.choose(view);
+        m_exec.dropStages();
+        m_exec.beginStage("upload");
+        m_tallies.begin(m_exec);
+        prepareLists();
+        m_near.ready(m_exec);
+        if (!m_near.isFollowed())
+            listHeld();
+        m_rows.send(m_exec, view, m_near.ways(&m_tallies.current()->motion),
+                    [&](std::uint64_t end) { workAhead(view, end); });
+        if (!m_near.isFollowed() || !followNear(view, delta))
+            searchChanges(view, delta);
+        takeChanges(delta);
+        beginNearBehind();
+        m_exec.beginStage(nullptr);
+        m_rows.growOldBehind(m_exec);
+        m_exec.takeStages(m_stats.stages);
+        m_stats.bytesMoved = m_exec.takeBytesMoved();
+        m_margin = view.margin;
+        m_hadFilters = hasFilters;
+        m_isFresh = false;
+        m_tallies.noteEmptied();
+    }
+
+    /// Forgets every row and takes over the pairs given to restart().
+    void begin(const ProxyView& view)
+    {
+        m_rows.forget();
+        m_open.noteFree(false);
+        m_retestAll = false;
+        std::vector<IdPair> held;
+        splitKnown(m_known, view, held, m_vanished);
+        m_heldCount = held.size();
+        m_exec.reserve(m_held, std::max<std::uint64_t>(m_heldCount, m_options.initialCapacity));
+        m_exec.uploadNow(m_held.data(), held.data(), held.size());
+        m_exec.reserve(m_heldDepths, m_held.size());
+        m_areDepthsKnown = false;
+    }
+
+    /// Empties the lists of this update, and makes room where it can be known.
+    void prepareLists()
+    {
+        const std::uint64_t initial = m_options.initialCapacity;
+        m_exec.reserve(m_listedCounts, 2);
+        m_exec.reserve(m_kept, std::max(m_heldCount + m_heldCount / 8, initial));
+        m_exec.reserve(m_keptDepths, m_kept.size());
+        m_exec.reserve(m_removed, std::max(m_heldCount, initial));
+        m_exec.reserve(m_added, initial);
+        m_open.grow(m_exec, initial);
+        m_open.use(m_exec);
+        m_rowsSettled = 0;
+        m_isMotionKnown = true;
+        m_isKeptListed = false;
+    }
+
+    /// Does what can be done with the rows before `end`, which are in place, while others are on their way.
+    void workAhead(const ProxyView& view, std::uint64_t end)
+    {
+        if (m_near.isFollowed())
+            return;  // that takes as long for some of the pairs as for all
+        // Filter words follow behind the boxes; pairs of those that have changed are open whatever they are.
+        if (view.filters != nullptr && !m_hadFilters)
+            return;
+        // Not before half of what was missing has come: each time takes a look at all held pairs.
+        if (view.size - end > (view.size - m_rowsSettled) / 2)
+            return;
+        settle(view.margin, {m_rowsSettled, static_cast<std::uint32_t>(end) - 1});
+        m_rowsSettled = static_cast<std::uint32_t>(end);
+    }
+
+    /// Tells the changes by near pairs.
+    ///
+    /// @return whether that could be done; otherwise nothing has been
+    bool followNear(const ProxyView& view, PairDelta& delta)
+    {
+        m_stats.path = "near pairs";
+        m_exec.beginStage("follow");
+        follow(view.margin);
+        planAhead();
+        m_exec.beginStage("deltas");
+        m_names.enqueue(m_exec, lists(), m_rows.largestId(), delta);
+        m_open.noteFree(true);  // nothing has been looked up
+        m_exec.mark();
+        beginNearAhead();
+        m_exec.awaitMark();
+        takeCounts();
+        if (!m_near.isTold())
+            return searchInstead();
+        while (m_counts.lists.added > m_added.size())
+        {
+            m_exec.reserve(m_added, m_counts.lists.added);
+            if (!m_near.canFollowAgain())
+                return searchInstead();
+            m_exec.clear(&counters()->lists, 1);
+            follow(view.margin);
+            fetchAgain(delta);
+        }
+        // Where there was not room for all that are held, the list that was begun knows too little.
+        return !m_isKeptListed || heldBehind() <= m_kept.size() || searchInstead();
+    }
+
+    bool searchInstead()
+    {
+        m_near.giveUp();
+        listHeld();
+        m_isMotionKnown = false;
+        m_exec.clear(&counters()->lists, 1);
+        return false;
+    }
+
+    void follow(float margin)
+    {
+        // Otherwise pairs may leave or enter whose boxes are where they were.
+        const bool areOthersKept = margin >= m_margin && !m_retestAll;
+        m_near.follow(m_exec, m_rows.now(), m_rows.filters(), areOthersKept ? m_rows.sentRows() : nullptr,
+                      margin, heldLists());
+    }
+
+    /// Makes a list of near pairs for the next updates where this one is the last that the list is good for. Launched
+    /// while the CPU would wait for the changes otherwise, which do not wait for it.
+    void beginNearAhead()
+    {
+        if (!m_near.beginsAhead())
+            return;
+        // Those before this update too, should it be searched after all: the list that knows them goes.
+        listHeld(true);
+        if (m_near.grow(m_exec, rows(), m_rows.count()))
+            beginNear({m_kept.data(), m_kept.size(), m_listedCounts.data() + 1}, true);
+    }
+    /// The same behind an update that has been taken.
+    void beginNearBehind()
+    {
+        if (!m_near.beginsBehind(m_rows.count()))
+            return;
+        listHeld();
+        if (!m_near.grow(m_exec, rows(), m_rows.count()))
+            return;
+        m_exec.clear(&counters()->lists.lookups, 1);
+        beginNear({m_held.data(), m_heldCount, nullptr}, false);
+        m_near.useNext(m_heldCount);
+    }
+
+    /// Lists the pairs that were held before this update in m_held, where only near pairs tell of them.
+    ///
+    /// @param andNow and those of this update, which follows near pairs, in m_kept
+    void listHeld(bool andNow = false)
+    {
+        if (m_isHeldListed && !andNow)
+            return;
+        m_exec.reserve(m_held, m_heldCount);
+        m_exec.clear(m_listedCounts.data(), 2);
+        const PairList before = {m_held.data(), m_held.size(), m_listedCounts.data()};
+        const PairList now = {m_kept.data(), m_kept.size(), m_listedCounts.data() + 1};
+        m_near.listHeld(m_exec, m_isHeldListed ? nullptr : &before, andNow ? &now : nullptr);
+        m_isHeldListed = true;
+        m_isKeptListed = andNow;
+    }
+
+    void beginNear(const HeldPairs& held, bool isAhead)
+    {
+        m_exec.beginStage("near pairs");
+        buildWithSkins();
+        m_open.grow(m_exec, m_near.lookups() + m_near.lookups() / 4);
+        m_open.use(m_exec);
+        m_near.begin(m_exec, m_search, isAhead, held, m_rows.now(), m_rows.filters(), table());
+        m_open.noteFree(true);
+        m_exec.takeTestCount();
+    }
+
+    void buildWithSkins()
+    {
+        const bool areLarger = m_near.growsSizes();
+        m_search.look(m_exec);
+        if (m_near.takeSpill())
+            return m_search.buildByCounting(m_exec, m_near.grown());
+        if (areLarger)
+            m_search.forgetPlans();
+        m_search.build(m_exec, {m_near.grown(), m_rows.count(), nullptr, m_heldCount});
+    }
+
+    /// Settles the held pairs and searches.
+    void searchChanges(const ProxyView& view, PairDelta& delta)
+    {
+        m_stats.path = "rebuild";
+        ++m_stats.rebuildsTotal;
+        m_exec.beginStage("sort");
+        m_search.look(m_exec);
+        m_search.build(m_exec, {m_rows.now(), m_rows.count(), nullptr, m_heldCount});
+        m_exec.beginStage("settle");
+        settle(view.margin, {m_rowsSettled, kAllRows.last});
+        m_exec.beginStage("search");
+        emit();
+        planAhead();
+        m_exec.beginStage("deltas");
+        fetchChanges(delta);
+        repeatUntilComplete(view, delta);
+    }
+
+    /// Searches again, with more room, as long as a list was too short.
+    void repeatUntilComplete(const ProxyView& view, PairDelta& delta)
+    {
+        while (m_counts.lists.lookups > table().limit())
+        {
+            m_open.grow(m_exec, 2 * m_counts.lists.lookups);
+            m_exec.clear(&counters()->lists, 1);
+            m_open.use(m_exec);
+            settle(view.margin, kAllRows);
+            emitAgain(delta);
+        }
+        if (m_counts.lists.added == kSpilled)
+        {
+            m_search.buildByCounting(m_exec, m_rows.now());
+            searchAgain(delta);
+        }
+        while (m_counts.lists.added > m_added.size())
+        {
+            m_exec.reserve(m_added, m_counts.lists.added);
+            searchAgain(delta);
+        }
+    }
+
+    /// After the last step that finds pairs.
+    void planAhead()
+    {
+        m_search.planAhead(m_exec);
+        m_near.sample(m_exec, rows(), m_rows.count());
+    }
+
+    void searchAgain(PairDelta& delta)
+    {
+        m_exec.clear(&counters()->lists.added, 1);
+        emitAgain(delta);
+    }
+
+    void emitAgain(PairDelta& delta)
+    {
+        emit();
+        fetchAgain(delta);
+    }
+
+    void fetchAgain(PairDelta& delta)
+    {
+        ++m_stats.retriesTotal;
+        fetchChanges(delta);
+    }
+
+    Counters* counters() const { return &m_tallies.current()->counters; }
+    LookupTable table() const { return m_open.table(&counters()->lists.lookups); }
+
+    RowBoxes rows() const { return {m_rows.now(), m_rows.old()}; }
+
+    BoxHistory history()
+    {
+        const bool tellsMotion = m_isMotionKnown && !m_retestAll;
+        return {m_rows.now(),     m_rows.old(), m_rows.filters(),
+                m_rows.changes(), m_retestAll,  tellsMotion ? &m_tallies.current()->motion : nullptr};
+    }
+
+    /// Settles the held pairs whose later row is in the span.
+    ///
+    /// @pre the table is free, and the counts are 0, but for what other spans have left there
+    void settle(float margin, RowSpan span)
+    {
+        const HeldLists lists = heldLists();
+        const bool isLoose = margin >= m_margin && !m_isFresh && !m_rows.haveAllChanged();
+        m_exec.forEachParted(m_heldCount,
+                             SettleHeld{m_held.data(), m_areDepthsKnown ? m_heldDepths.data() : nullptr,
+                                        history(), margin, isLoose, span, table()},
+                             DepthList{lists.kept, m_keptDepths.data()}, lists.removed);
+    }
+
+    HeldLists heldLists() const
+    {
+        ListCounts& counts = counters()->lists;
+        return {{m_kept.data(), m_kept.size(), &counts.kept},
+                {m_removed.data(), m_removed.size(), &counts.removed},
+                {m_added.data(), m_added.size(), &counts.added}};
+    }
+
+    /// Finds the pairs that enter.
+    void emit() { m_search.emit(m_exec, EntryTest{history(), table()}, heldLists().added); }
+
+    ChangeLists lists()
+    {
+        return {m_added.data(),
+                m_added.size(),
+                m_removed.data(),
+                m_kept.data(),
+                m_keptDepths.data(),
+                m_near.isFollowed() ? 0 : m_kept.size(),
+                table(),
+                counters(),
+                m_search.sideCount(),
+                m_rows.uniqueIds(),
+                m_tallies.next()};
+    }
+
+    void fetchChanges(PairDelta& delta)
+    {
+        m_names.enqueue(m_exec, lists(), m_rows.largestId(), delta);
+        m_exec.wait();
+        takeCounts();
+        m_open.noteFree(lists().areComplete(m_counts.lists));
+    }
+
+    void takeCounts() { m_counts = m_names.counters(); }
+
+    /// Takes the changes and puts together the new held pairs.
+    void takeChanges(PairDelta& delta)
+    {
+        m_names.take(m_exec, lists(), m_rows.largestId(), makeRoomForHeld(), delta);
+        addGone(m_vanished, delta.removed);
+        takeHeld();
+        m_near.note(m_heldCount);
+        m_known.clear();
+        m_known.shrink_to_fit();
+        m_stats.pairs = m_heldCount;
+        m_stats.unbounded = m_counts.side;
+        m_stats.entries = m_search.entryCount();
+        m_stats.falsePairs = m_search.falsePairCount();
+        m_stats.candidates = m_exec.takeTestCount();
+    }
+
+    /// @return whether there was too little, and what was put there may be incomplete
+    bool makeRoomForHeld()
+    {
+        const std::uint64_t kept = m_counts.lists.kept;
+        if (m_near.isFollowed() || heldBehind() <= m_kept.size())
+            return false;
+        m_exec.reserveKeeping(m_kept, heldBehind(), kept);
+        m_exec.reserveKeeping(m_keptDepths, m_kept.size(), kept);
+        return true;
+    }
+
+    std::uint64_t heldBehind() const
+    {
+        const ListCounts& counts = m_counts.lists;
+        return m_near.isFollowed() ? m_heldCount + counts.added - counts.removed : counts.kept + counts.added;
+    }
+
+    void takeHeld()
+    {
+        const bool isFollowed = m_near.isFollowed();
+        m_heldCount = heldBehind();
+        m_isHeldListed = !isFollowed || m_isKeptListed;
+        m_areDepthsKnown = !isFollowed;
+        if (!m_isHeldListed)
+            return;
+        std::swap(m_held, m_kept);
+        std::swap(m_heldDepths, m_keptDepths);
+    }
+
+    PsapOptions m_options;
+    const char* m_name;
+    Exec m_exec;  ///< before the buffers: they live in its memory
+    RowMemory<Exec> m_rows;
+    Search<Exec> m_search;
+    HeldNear<Exec> m_near;
+    BackendStats m_stats;
+
+    bool m_isFresh = true;
+    Pairs m_known;                          ///< pairs handed over by restart()
+    std::vector<std::uint64_t> m_vanished;  ///< those of them whose proxies are gone
+    bool m_hadFilters = false;
+    bool m_retestAll = false;
+    float m_margin = 0;
+
+    std::uint32_t m_rowsSettled = 0;  ///< before these, while others are on their way
+    std::uint64_t m_heldCount = 0;
+    bool m_isHeldListed = true;   ///< in m_held; otherwise only m_near knows the held pairs
+    bool m_isKeptListed = false;  ///< those behind this update in m_kept, where near pairs are followed
+    Buffer<std::uint64_t> m_listedCounts;  ///< how many there are in both
+    Buffer<IdPair> m_held, m_kept, m_added, m_removed;
+    Buffer<float> m_heldDepths, m_keptDepths;  ///< as DepthList has it
+    bool m_areDepthsKnown = false;
+    bool m_isMotionKnown = true;  ///< as RowWays tells it
+    OpenPairs<Exec> m_open;
+    Tallies<Exec> m_tallies;
+    ChangeNames<Exec> m_names;
+    Counters m_counts{};
+};
+}  // namespace cullet::psap

@@ -1,0 +1,203 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/psap/data/records.h"
+#include "cullet/broad/psap/sorted/level_planner.h"
+#include "cullet/broad/psap/sorted/warp_search.h"
+
+#include <algorithm>
+#include <cstdint>
+
+namespace cullet::psap
+{
+/// The fast search. The plan is made from a sample and used for some updates.
+template <class Exec>
+class RowSearch
+{
+public:
+    RowSearch(const PsapOptions& options, PsapAxis axis) : m_options(options), m_planner(options, axis, 0) {}
+
+    void build(Exec& exec, SearchInput input)
+    {
+        m_input = input;
+        if (m_isGrouped != groupsNext(input))
+            setGrouped(!m_isGrouped);
+        reserveForBoxes(exec, input.count);
+        m_planner.prepare(exec, input, m_binCapacity);
+
+        // The search leaves both clear.
+        if (!m_isClear || input.count == 0)
+        {
+            exec.clear(m_binCounts.data(), m_binCapacity + 1);
+            exec.clear(m_totals.data(), 1);
+            clearPairCount(exec, input);
+        }
+        m_isClear = false;
+        isRadix() ? sortByRadix(exec) : sortByCounting(exec);
+    }
+
+    /// @param isNew EveryPair, or another test
+    template <class IsNew>
+    void emit(Exec& exec, const IsNew& isNew, const PairList& pairs)
+    {
+        if (m_isGrouped)
+            exec.forEachGrouped(m_input.count, SearchGroups<IsNew>{partners<TestAtOnce>(isNew), rowOrder()},
+                                pairs);
+        else if (exec.hasSpareLanes() && m_input.count <= kBoxesWithSharers)
+            emitSharing<TestInTurn, 4>(exec, isNew, pairs);
+        else if (isRadix())
+            emitSharing<TestAtOnce, 1>(exec, isNew, pairs);
+        else
+            emitSharing<TestInTurn, 1>(exec, isNew, pairs);
+        m_isClear = m_input.count != 0;
+    }
+
+    /// Whether build() of this input, as many boxes as the last time, makes the same launches, without allocation or wait.
+    bool isRepeatable(const SearchInput& input) const
+    {
+        return m_input.count != 0 && m_planner.hasPlan() && m_isGrouped == groupsNext(input);
+    }
+    /// Changes where build() launches something else, or with other memory.
+    std::uint32_t launches() const { return m_launches; }
+
+    RowPlanner<Exec>& planner() { return m_planner; }
+    std::uint32_t levelCount() const { return m_planner.told().levels; }
+    const std::uint32_t* sideCount() const { return &m_totals.data()->sides; }
+    std::uint64_t entryCount() const { return m_input.count; }
+
+private:
+    template <class T>
+    using Buffer = typename Exec::template Buffer<T>;
+
+    static constexpr float kBinsPerBox = 1.25f;
+    static constexpr float kBinsPerBoxOfGroup = 0.5f;
+    static constexpr std::uint64_t kBoxesForGroups = 1u << 15;
+    // Pairs of a box, from which on groups begin, and below which they end: they gain 13 to 23 % at 7.2 and lose 4 to 5 % at 1.
+    static constexpr std::uint64_t kPairsForGroups = 4;
+    static constexpr std::uint64_t kLeastPairsOfGroups = 3;
+    static constexpr std::uint64_t kBoxesForRadix = 6u << 20;
+    static constexpr std::uint64_t kMostBinsOfThreePasses = (1u << 24) - 1;
+    // Up to here a GPU has lanes to spare.
+    static constexpr std::uint64_t kBoxesWithSharers = 1u << 15;
+
+    bool isRadix() const
+    {
+        return m_options.order == PsapOrder::Radix ||
+               (m_options.order == PsapOrder::Automatic && m_input.count >= kBoxesForRadix);
+    }
+
+    /// Whether the boxes of the input search in groups: where there are many levels, or many pairs all over. Otherwise a box
+    /// alone has fewer records to look at, above all where small ones lie much denser than the plan thinks.
+    bool groupsNext(const SearchInput& input) const
+    {
+        if (m_options.rowSearch != PsapRowSearch::Automatic)
+            return m_options.rowSearch == PsapRowSearch::Grouped;
+        constexpr std::uint32_t kLevelsForGroups = 4;  // the last one is empty
+        const ToldPlan told = m_planner.told();
+        const std::uint64_t pairs = m_isGrouped ? kLeastPairsOfGroups : kPairsForGroups;
+        return input.count >= kBoxesForGroups &&
+               (told.levels >= kLevelsForGroups || (told.isCrowded && input.count > kBoxesWithSharers &&
+                                                    input.expectedPairs >= pairs * input.count));
+    }
+
+    void setGrouped(bool isGrouped)
+    {
+        m_isGrouped = isGrouped;
+        m_planner.planForGroups(isGrouped);
+        m_binCapacity = 0;
+    }
+
+    void sortByCounting(Exec& exec)
+    {
+        const std::uint64_t count = m_input.count;
+        exec.forEach(count, CountRows{rowBins(), m_places.data(), m_binCounts.data()});
+        exec.scan(m_binCounts.data(), m_binStarts.data(), m_binCapacity + 1);
+        exec.forEach(count, ScatterRows{m_input.boxes, m_planner.plan(), m_places.data(), m_binStarts.data(),
+                                        m_binCapacity, m_records.data(), tidying()});
+    }
+
+    void sortByRadix(Exec& exec)
+    {
+        const std::uint64_t count = m_input.count;
+        const std::uint32_t none = static_cast<std::uint32_t>(m_binCapacity);
+        exec.forEach(count, FillRowKeys{rowBins(), none, m_keys[0].data(), m_rows[0].data()});
+        const int bits = static_cast<int>(std::max(bitCountOf(none), 1u));
+        exec.sortPairs(m_keys[0].data(), m_keys[1].data(), m_rows[0].data(), m_rows[1].data(), count, bits);
+        exec.forEach(count, GatherRows{m_input.boxes, m_planner.plan(), m_keys[1].data(), m_rows[1].data(),
+                                       count, none, m_records.data(), m_binCounts.data(), tidying()});
+        exec.scanLargest(m_binCounts.data(), m_binStarts.data(), m_binCapacity + 1);
+    }
+
+    template <class Tests, std::uint32_t kSharers, class IsNew>
+    void emitSharing(Exec& exec, const IsNew& isNew, const PairList& pairs)
+    {
+        exec.forEachTogether(kSharers * m_input.count,
+                             SearchRows<IsNew, Tests, kSharers>{partners<Tests>(isNew), rowOrder()}, pairs);
+    }
+
+    template <class Tests, class IsNew>
+    RowPartners<IsNew, Tests> partners(const IsNew& isNew) const
+    {
+        return {m_records.data(), m_planner.plan(), m_input.boxes, m_side.data(), isNew};
+    }
+    RowOrder rowOrder() const
+    {
+        return {m_binStarts.data(), m_binCapacity, m_totals.data(), m_input.count, m_binCounts.data()};
+    }
+
+    RowBins rowBins() const
+    {
+        return {m_input.boxes, m_planner.plan(), m_side.data(), &m_totals.data()->sidesFound};
+    }
+    RowTidying tidying() const { return {m_totals.data(), m_input.pairCount}; }
+
+    void reserveForBoxes(Exec& exec, std::uint64_t count)
+    {
+        exec.reserve(m_side, count);
+        if (m_records.size() <= count)
+        {
+            exec.reserve(m_records, count + 1);
+            exec.clear(m_records.data(), m_records.size());  // one behind the last is read, whatever it says
+        }
+        if (!isRadix())
+            exec.reserve(m_places, count);
+        for (int side = 0; side < 2 && isRadix(); ++side)
+        {
+            exec.reserve(m_keys[side], count);
+            exec.reserve(m_rows[side], count);
+        }
+        if (count > m_plannedCount + m_plannedCount / 4 || 2 * count < m_plannedCount)
+            m_binCapacity = 0;
+        if (m_binCapacity == 0)
+        {
+            m_binCapacity = binCapacityFor(count, m_isGrouped ? kBinsPerBoxOfGroup : kBinsPerBox);
+            // A fourth pass for a few more bins does not pay.
+            if (isRadix() && count < 5 * kMostBinsOfThreePasses / 4)
+                m_binCapacity = std::min(m_binCapacity, kMostBinsOfThreePasses);
+            m_plannedCount = count;
+            ++m_launches;
+            m_planner.forget();
+            m_isClear = false;
+        }
+        exec.reserve(m_binCounts, m_binCapacity + 1);
+        exec.reserve(m_totals, 1);
+        exec.reserve(m_binStarts, m_binCapacity + 1);
+    }
+
+    PsapOptions m_options;
+    SearchInput m_input{};
+    std::uint64_t m_binCapacity = 0;
+    std::uint64_t m_plannedCount = 0;
+    RowPlanner<Exec> m_planner;
+    bool m_isGrouped = false;
+    std::uint32_t m_launches = 0;  ///< so many kinds of them
+    Buffer<RowPlace> m_places;
+    Buffer<std::uint32_t> m_keys[2], m_rows[2];  ///< for the radix sort: as filled, and sorted
+    Buffer<std::uint32_t> m_binCounts, m_binStarts;
+    Buffer<RowRecord> m_records;
+    Buffer<std::uint32_t> m_side;
+    Buffer<RowTotals> m_totals;
+    bool m_isClear = false;  ///< m_binCounts and sidesFound of m_totals
+};
+}  // namespace cullet::psap

@@ -1,0 +1,160 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/psap/data/level_plan.h"
+#include "cullet/broad/psap/data/plan_sampling.h"
+
+#include <cstdint>
+
+namespace cullet::psap
+{
+/// Makes plans from samples of the boxes, and keeps each for some updates. The first one is there at once; a later one is made
+/// in steps, one an update and beside it, and used when it has come: no update waits for it.
+template <class Exec>
+class RowPlanner
+{
+public:
+    /// @param perBin as PlanRows::perBin
+    RowPlanner(const PsapOptions& options, PsapAxis axis, double perBin)
+        : m_axis(axis),
+          m_cellScale(options.cellScale),
+          m_binScale(options.binScale),
+          m_perBin(perBin),
+          m_updatesPerPlan(options.updatesPerPlan != 0 ? options.updatesPerPlan : kUpdatesPerPlan)
+    {
+    }
+
+    /// Looks what has come of the next plan, and takes it when it is there. Not done by others, so that nothing changes within an
+    /// update, in which a search may have to be repeated.
+    void look(Exec& exec)
+    {
+        m_word.look();
+        if (m_next == Step::Take && m_word.seen() >> 32 == m_made)
+            take(exec);
+    }
+
+    /// For one update; makes a plan where there is none.
+    void prepare(Exec& exec, const SearchInput& input, std::uint64_t binCapacity)
+    {
+        if (!m_hasPlan)
+            make(exec, input, binCapacity);
+    }
+
+    /// Takes the next step towards the next plan. Once for each update, when all of it has been given to the executor.
+    void planAhead(Exec& exec, const SearchInput& input)
+    {
+        ++m_age;
+        switch (m_next)
+        {
+            case Step::Keep:
+                if (!m_hasPlan || m_age < m_updatesPerPlan)
+                    break;
+                m_sample.keep(exec, input, kBoxesInSample);
+                m_statistics.reserveFor(exec, m_sample.boxes());
+                m_next = Step::Sum;
+                m_age = 0;
+                break;
+            case Step::Sum:
+                exec.fork();
+                exec.aside([&] { m_statistics.begin(exec, m_sample.boxes()); });
+                m_next = Step::AddUp;
+                break;
+            case Step::AddUp:
+                exec.fork();  // not beside the search: it would take places of its last blocks
+                exec.aside([&] { m_next = m_statistics.addUp(exec) ? Step::Plan : Step::AddUp; });
+                break;
+            case Step::Plan:
+                exec.aside([&] { plan(exec, m_plans[1].data()); });
+                m_next = Step::Ready;
+                break;
+            case Step::Ready:
+                exec.aside([&] { m_statistics.ready(exec); });
+                m_next = Step::Take;
+                break;
+            case Step::Take:  // look() does
+                break;
+        }
+    }
+
+    const RowPlan* plan() const { return m_plans[0].data(); }
+    /// Of the last plan that look() has seen; no levels: none yet.
+    ToldPlan told() const { return ToldPlan::of(m_word.seen()); }
+    bool hasPlan() const { return m_hasPlan; }
+    void forget() { m_hasPlan = false; }
+    /// From the next plan on; see PlanRows.
+    void planForGroups(bool isForGroups) { m_isForGroups = isForGroups; }
+
+private:
+    template <class T>
+    using Buffer = typename Exec::template Buffer<T>;
+
+    /// Towards the next plan.
+    enum class Step
+    {
+        Keep,  ///< a sample, when it is time for one
+        Sum,
+        AddUp,
+        Plan,
+        Ready,  ///< for the statistics of the one behind it
+        Take
+    };
+
+    static constexpr std::uint32_t kUpdatesPerPlan = 32;
+    static constexpr std::uint64_t kBoxesInSample = 1u << 17;
+
+    void make(Exec& exec, const SearchInput& input, std::uint64_t binCapacity)
+    {
+        exec.join();
+        reserve(exec);
+        m_binCapacity = binCapacity;
+        m_sample.keep(exec, input, kBoxesInSample);
+        m_statistics.collectMost(exec, m_sample.boxes());
+        plan(exec, m_plans[0].data());
+        exec.fork();
+        exec.aside([&] { m_statistics.ready(exec); });
+        m_hasPlan = true;
+        m_next = Step::Keep;
+        m_age = 0;
+    }
+
+    void reserve(Exec& exec)
+    {
+        if (m_word.isThere())
+            return;
+        reservePlans(exec, m_plans);
+        m_word.reserve(exec);
+    }
+
+    void plan(Exec& exec, RowPlan* to)
+    {
+        ++m_made;
+        exec.forEach(
+            1, PlanRows{m_statistics.moments(), m_statistics.sizes(), m_sample.stride(), m_axis, m_cellScale,
+                        m_binScale, m_perBin, m_isForGroups, m_binCapacity, m_made, to});
+        m_word.ask(exec, &to->told);
+    }
+
+    /// Into the place of the one in use, so that launches with it stay the same.
+    void take(Exec& exec)
+    {
+        exec.copy(m_plans[0].data(), m_plans[1].data(), 1);
+        m_next = Step::Keep;
+    }
+
+    PsapAxis m_axis;
+    float m_cellScale, m_binScale;
+    double m_perBin;
+    std::uint32_t m_updatesPerPlan;
+    bool m_isForGroups = false;
+    std::uint64_t m_binCapacity = 0;
+    bool m_hasPlan = false;
+    std::uint32_t m_age = 0;   ///< updates since the statistics of the last plan
+    std::uint32_t m_made = 0;  ///< plans
+    Step m_next = Step::Keep;
+    Statistics<Exec> m_statistics;
+    BoxSample<Exec> m_sample;
+    Buffer<RowPlan> m_plans[2];  ///< in use, and the next one
+    ToldWord<Exec> m_word;
+};
+}  // namespace cullet::psap

@@ -1,0 +1,311 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/psap/data/records.h"
+#include "cullet/broad/psap/sorted/warp_scratch.h"
+
+#include <cstdint>
+#include <type_traits>
+
+/// The search with rows where the records of a warp search together: what the box around all of them may meet is read once,
+/// a record by each lane, and only what that box meets is tested with each of theirs. For many levels, where a box alone looks at
+/// many cells for few partners, and for many pairs, where the boxes of a warp have most of their partners in common.
+///
+/// The plan lays the cells in a serpentine (RowLevel::isSerpentine), so that records one behind the other lie side by side.
+/// As with a box alone, any plan gives the same pairs.
+namespace cullet::psap
+{
+/// Step 4, as SearchRows, for records that search together: those of the lanes of a group. Of two records the first one
+/// reports a pair: finer levels come first, and of one level all cells around a group are looked at.
+template <class IsNew>
+struct SearchGroups
+{
+    using Room = GroupRoom;
+
+    RowPartners<IsNew, TestAtOnce> partners;
+    RowOrder order;
+
+    /// @param isIndex false for what only fills up a group
+    template <class Emit>
+    CULLET_HOST_DEVICE void operator()(std::uint64_t index, bool isIndex, Emit& emit) const
+    {
+        if (isIndex)
+            order.clearBins(index, 1);
+        const RowTotals totals = *order.totals;
+        const bool isRecord = isIndex && index < totals.records;
+        const auto entryTest = partners.isNew.ready();
+        if (emit.any(isRecord))
+            searchRecords(static_cast<std::uint32_t>(index), isRecord, totals, entryTest, emit);
+        if (totals.sides != 0 && isIndex)
+            partners.searchSideOf(index, totals, 0, 1, emit);
+    }
+
+private:
+    // A group that would have to look at more records than this, and is longer than that along an axis, searches in two
+    // halves: some of its boxes lie far apart, and what is between them would be tested in vain.
+    static constexpr std::uint32_t kMostTogether = 512;
+    static constexpr float kMostReaches = 3;
+
+    template <class Emit>
+    using TeamsOf = Teams<Emit::kLanes>;
+
+    /// The records of a group that a lane tests with.
+    template <class Emit>
+    struct OwnRecords
+    {
+        TeamsOf<Emit> teams;
+        RowRecord records[TeamsOf<Emit>::kCount];
+    };
+
+    /// Some of a group, by their lanes, and the box around them.
+    struct Members
+    {
+        std::uint32_t lanes;
+        Region region;
+    };
+
+    template <class Emit>
+    CULLET_HOST_DEVICE static Members membersOf(const OwnRecords<Emit>& own, std::uint32_t lanes, Emit& emit)
+    {
+        Region region = Region::nowhere();
+        if ((lanes >> emit.lane() & 1u) != 0)
+            region.include(own.records[0]);
+        const auto most = [&](float value) { return -emit.least(-value); };
+        return {lanes,
+                {emit.least(region.s0), most(region.s1), emit.least(region.u0), most(region.u1),
+                 emit.least(region.v0), most(region.v1)}};
+    }
+
+    template <class Test, class Emit>
+    CULLET_HOST_DEVICE void searchRecords(std::uint32_t index, bool isRecord, const RowTotals& totals,
+                                          const Test& entryTest, Emit& emit) const
+    {
+        const std::uint32_t all = emit.ballot(isRecord);
+        const std::uint32_t begin = index - emit.lane();
+        OwnRecords<Emit> own;
+        own.teams = {emit.lane()};
+        own.records[0] = partners.records[isRecord ? index : begin];
+        if (!isRecord)
+            own.records[0].front = {kInfinity, -kInfinity, kInfinity, -kInfinity};
+        const std::uint32_t bin = own.records[0].back.bin;
+        searchGroup(own, entryTest, emit);
+        Members members = membersOf(own, all, emit);
+        std::uint32_t finest = 0;
+        // Those of one level, and then those of the next one, where the group has some of each.
+        for (std::uint32_t rest = all; rest != 0;)
+        {
+            const std::uint32_t first = emit.from(bin, lowestBit(rest));
+            while (first >= partners.plan->levels[finest].endBin)
+                ++finest;
+            const std::uint32_t here = rest & emit.ballot(bin < partners.plan->levels[finest].endBin);
+            rest &= ~here;
+            for (std::uint32_t k = finest; k < totals.levels; ++k)
+                searchLevel(own, begin, partners.plan->levels[k], here, members, entryTest, emit);
+        }
+    }
+
+    /// Tests the records of the group against each other: each lane those of the lanes behind it, up to half way around. Then
+    /// gives each lane those of its team that it has to test with.
+    template <class Test, class Emit>
+    CULLET_HOST_DEVICE void searchGroup(OwnRecords<Emit>& own, const Test& entryTest, Emit& emit) const
+    {
+        constexpr std::uint32_t kHalf = Emit::kLanes / 2;
+        const std::uint32_t lane = emit.lane();
+        // The first half once more, behind all, so that no lane has to count around.
+        emit.room().put(lane, own.records[0]);
+        if (lane + kHalf < Emit::kLanes)
+            emit.room().put(Emit::kLanes + lane, own.records[0]);
+        emit.sync();
+        std::uint32_t hits = 0;
+        CULLET_UNROLL
+        for (std::uint32_t j = 0; j < kHalf; ++j)
+            addIfMeets(hits, 1u << j, own.records[0], emit.room().at(lane + 1 + j));
+        // Of two lanes opposite each other the first.
+        if (lane >= kHalf)
+            hits &= ~(1u << kHalf >> 1);
+        report<32>(own, hits, lane + 1, entryTest, emit);
+        CULLET_UNROLL
+        for (std::uint32_t k = 1; k < TeamsOf<Emit>::kCount; ++k)
+            own.records[k] = emit.room().at(own.teams.laneOf(k));
+        emit.tested(kHalf);
+        emit.sync();
+    }
+
+    /// Appends the pairs that a lane's bits tell, if they enter: bit `turn + kTurns * k` that of its k-th record with the one in the
+    /// room at `first + kStep * turn`, where there are kStep records to share the bits.
+    template <std::uint32_t kTurns, class Test, class Emit>
+    CULLET_HOST_DEVICE void report(const OwnRecords<Emit>& own, std::uint32_t hits, std::uint32_t first,
+                                   const Test& entryTest, Emit& emit) const
+    {
+        constexpr std::uint32_t kStep = 32 / kTurns;
+        // Chosen one by one: what is indexed does not stay in registers.
+        const auto ofRecord = [&](std::uint32_t bit, const auto& what)
+        {
+            auto chosen = what(own.records[0]);
+            CULLET_UNROLL
+            for (std::uint32_t k = 1; k < kStep; ++k)
+                chosen = bit >= kTurns * k ? what(own.records[k]) : chosen;
+            return chosen;
+        };
+        const RowsInRoom others(emit.room().rows + first);
+        const auto pairOf = [&](std::uint32_t bit) -> IdPair
+        {
+            return {ofRecord(bit, [](const RowRecord& record) { return record.back.row; }),
+                    others.at(bit % kTurns * kStep)};
+        };
+        if constexpr (!std::is_same_v<Test, EveryPair>)
+        {
+            for (std::uint32_t rest = hits; rest != 0; rest &= rest - 1)
+            {
+                const std::uint32_t bit = lowestBit(rest);
+                const auto depth = [&]
+                {
+                    const RowRecord other = emit.room().at(first + bit % kTurns * kStep);
+                    return ofRecord(bit, [&](const RowRecord& record) { return overlapOf(record, other); });
+                };
+                hits &= entryTest(pairOf(bit), depth) ? ~0u : ~(1u << bit);
+            }
+        }
+        emit.appendEach(hits, pairOf);
+    }
+
+    /// Searches a level for the lanes that are here, in as large parts as it can be done.
+    template <class Test, class Emit>
+    CULLET_HOST_DEVICE void searchLevel(const OwnRecords<Emit>& own, std::uint32_t begin,
+                                        const RowLevel& level, std::uint32_t here, Members& members,
+                                        const Test& entryTest, Emit& emit) const
+    {
+        std::uint32_t size = Emit::kLanes;
+        for (std::uint32_t first = 0; first < Emit::kLanes;)
+        {
+            const std::uint32_t lanes = size == Emit::kLanes ? here : here & ((1u << size) - 1) << first;
+            if (lanes != 0 && lanes != members.lanes)
+                members = membersOf(own, lanes, emit);
+            if (lanes == 0 || searchCells(own, begin, level, members, size > 1, entryTest, emit))
+                first += size;
+            else
+                size /= 2;
+        }
+    }
+
+    /// The cells of a level around a region.
+    struct Window
+    {
+        std::uint32_t u, v;
+        std::uint32_t acrossU;
+        std::uint32_t rowBits;     ///< of a cell's number that tell its u; some numbers stand for no cell
+        std::uint32_t count;       ///< of numbers
+        std::uint32_t bin0, bin1;  ///< along each cell, the second behind the last one
+    };
+
+    CULLET_HOST_DEVICE Window windowOf(const RowLevel& level, const Region& region) const
+    {
+        const RowPlan& plan = *partners.plan;
+        const std::uint32_t u0 =
+            clampedCell(region.u0 - level.reach, plan.originU, level.inverseU, level.countU);
+        const std::uint32_t u1 = clampedCell(region.u1, plan.originU, level.inverseU, level.countU);
+        const std::uint32_t v0 =
+            clampedCell(region.v0 - level.reach, plan.originV, level.inverseV, level.countV);
+        const std::uint32_t v1 = clampedCell(region.v1, plan.originV, level.inverseV, level.countV);
+        const std::uint32_t rowBits = bitCountOf(u1 - u0);
+        return {u0,
+                v0,
+                u1 - u0 + 1,
+                rowBits,
+                (v1 - v0 + 1) << rowBits,
+                binAlong(plan, level, region.s0 - level.reach),
+                binAlong(plan, level, region.s1) + 1};
+    }
+
+    /// The records of cell k of a window that lie behind the group.
+    CULLET_HOST_DEVICE RowRange rangeOf(const RowLevel& level, const Window& window, std::uint32_t k,
+                                        std::uint32_t behind) const
+    {
+        const std::uint32_t column = k & ((1u << window.rowBits) - 1);
+        if (k >= window.count || column >= window.acrossU)
+            return {0, 0};
+        const std::uint32_t cell = serpentineCell(level, window.u + column, window.v + (k >> window.rowBits));
+        const std::uint32_t base = level.firstBin + cell * level.binCount;
+        const bool isForward = cell % 2 == 0;
+        const std::uint32_t begin =
+            order.binStarts[base + (isForward ? window.bin0 : level.binCount - window.bin1)];
+        const std::uint32_t end =
+            order.binStarts[base + (isForward ? window.bin1 : level.binCount - window.bin0)];
+        return {begin > behind ? begin : behind, end};
+    }
+
+    /// Tests the members against the records of the cells around them.
+    ///
+    /// @param begin of the group
+    /// @return false, with nothing done, where it is better done in two halves
+    template <class Test, class Emit>
+    CULLET_HOST_DEVICE bool searchCells(const OwnRecords<Emit>& own, std::uint32_t begin,
+                                        const RowLevel& level, const Members& members, bool mayRefuse,
+                                        const Test& entryTest, Emit& emit) const
+    {
+        const Window window = windowOf(level, members.region);
+        const bool isLarge = mayRefuse && members.region.isLongerThan(kMostReaches * level.reach);
+        const std::uint32_t wanted = own.teams.bitsOf(members.lanes);
+        std::uint32_t waiting = 0;
+        std::uint32_t head = 0;
+        for (std::uint32_t first = 0; first < window.count; first += Emit::kLanes)
+        {
+            const RowRange range = rangeOf(level, window, first + emit.lane(), begin + Emit::kLanes);
+            if (isLarge && first == 0 && emit.sum(range.size()) + window.count > kMostTogether)
+                return false;
+            for (std::uint32_t some = emit.ballot(range.size() != 0); some != 0; some &= some - 1)
+            {
+                const std::uint32_t end = emit.from(range.end, lowestBit(some));
+                for (std::uint32_t i = emit.from(range.begin, lowestBit(some)); i < end; i += Emit::kLanes)
+                {
+                    const std::uint32_t mine = i + emit.lane();
+                    const RowRecord other = partners.records[mine < end - 1 ? mine : end - 1];
+                    const bool isNear = (mine < end) & members.region.meets(other);
+                    const std::uint32_t near = emit.ballot(isNear);
+                    if (isNear)
+                        emit.room().put((head + waiting + emit.rankIn(near)) % GroupRoom::kRecords, other);
+                    waiting += emit.countOf(near);
+                    if (waiting < GroupRoom::kTestsTogether)
+                        continue;
+                    testWaiting(own, head, GroupRoom::kTestsTogether, wanted, entryTest, emit);
+                    head = (head + GroupRoom::kTestsTogether) % GroupRoom::kRecords;
+                    waiting -= GroupRoom::kTestsTogether;
+                }
+            }
+        }
+        if (waiting != 0)
+            testWaiting(own, head, waiting, wanted & own.teams.bitsWithin(waiting), entryTest, emit);
+        return true;
+    }
+
+    /// Tests the records of the group against those that wait, and appends the wanted ones of the pairs.
+    template <class Test, class Emit>
+    CULLET_HOST_DEVICE void testWaiting(const OwnRecords<Emit>& own, std::uint32_t head, std::uint32_t count,
+                                        std::uint32_t wanted, const Test& entryTest, Emit& emit) const
+    {
+        using T = TeamsOf<Emit>;
+        emit.sync();
+        const std::uint32_t first = head + own.teams.number();
+        std::uint32_t hits = 0;
+        for (std::uint32_t turn = 0; turn * T::kCount < count; turn += kUnrolled)
+        {
+            std::uint32_t some = 0;
+            CULLET_UNROLL
+            for (std::uint32_t j = 0; j < kUnrolled; ++j)
+            {
+                const RowRecord other = emit.room().at(first + T::kCount * (turn + j));
+                CULLET_UNROLL
+                for (std::uint32_t k = 0; k < T::kCount; ++k)
+                    addIfMeets(some, 1u << j << T::kTurns * k, own.records[k], other);
+            }
+            hits |= some << turn;
+        }
+        report<T::kTurns>(own, hits & wanted, first, entryTest, emit);
+        emit.tested(count);
+        emit.sync();
+    }
+    static constexpr std::uint32_t kUnrolled = 4;
+    static_assert(GroupRoom::kTestsTogether % (2 * kUnrolled) == 0, "records behind the room are looked at");
+};
+}  // namespace cullet::psap

@@ -1,0 +1,206 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/psap/data/search_input.h"
+#include "cullet/broad/psap/thesis/bit_strings.h"
+#include "cullet/broad/psap/thesis/cell_steps.h"
+#include "cullet/broad/psap/thesis/principal_axis.h"
+#include "cullet/broad/psap/thesis/workspace_shift.h"
+
+#include <algorithm>
+#include <cstdint>
+
+namespace cullet::psap
+{
+/// Finds the principal directions of a scene and projects the boxes onto them.
+template <class Exec>
+class PrincipalFrame
+{
+public:
+    /// Returns the projections. Waits for the executor.
+    const Aabb* project(Exec& exec, SearchInput input)
+    {
+        const std::uint64_t parts = std::clamp<std::uint64_t>(input.count / 64, 1, 1024);
+        exec.reserve(m_parts, parts);
+        exec.reserve(m_sums, 1);
+        exec.reserve(m_projections, input.count);
+        exec.forEach(parts, SumCentres{input.boxes, input.count, parts, m_parts.data()});
+        exec.forEach(1, AddCentres{m_parts.data(), parts, m_sums.data()});
+        CentreSums sums;
+        exec.download(&sums, m_sums.data(), 1);
+        exec.wait();
+        exec.forEach(input.count, ProjectBox{input.boxes, principalDirections(sums), m_projections.data()});
+        return m_projections.data();
+    }
+
+private:
+    template <class T>
+    using Buffer = typename Exec::template Buffer<T>;
+
+    Buffer<CentreSums> m_parts, m_sums;
+    Buffer<Aabb> m_projections;
+};
+
+/// The thesis's search, step by step, with its options.
+template <class Exec>
+class CellSearch
+{
+public:
+    CellSearch(const PsapOptions& options, PsapAxis axis)
+        : m_options(options), m_axis(axis), m_isShifted(options.variant == PsapVariant::Shifted)
+    {
+    }
+
+    void build(Exec& exec, SearchInput input)
+    {
+        m_input = input;
+        clearPairCount(exec, input);
+        reserveForBoxes(exec, input.count);
+        const bool isTurned = m_axis == PsapAxis::Principal;
+        m_placed = isTurned ? m_frame.project(exec, input) : input.boxes;
+        m_statistics.collect(exec, {m_placed, input.count}, 1);
+        exec.forEach(1,
+                     PlanCells{m_statistics.moments(), m_statistics.sizes(), isTurned ? PsapAxis::X : m_axis,
+                               m_options.cells, m_options.cellCount, m_plan.data()});
+
+        exec.clear(m_sideCount.data(), 1);
+        exec.clear(m_counts.data() + input.count, 1);
+        exec.forEach(input.count, CountCells{input.boxes, m_placed, m_plan.data(), m_counts.data(),
+                                             m_side.data(), m_sideCount.data()});
+        exec.scan(m_counts.data(), m_offsets.data(), input.count + 1);
+        readEntryCount(exec);
+        exec.forEach(input.count, FillEntries{m_placed, m_plan.data(), m_counts.data(), m_offsets.data(),
+                                              m_keys[0].data(), m_rows[0].data()});
+        if (m_isShifted)
+            exec.forEach(m_entryCount, ShiftKey{m_plan.data(), m_placed, m_rows[0].data(), m_keys[0].data()});
+        exec.sortPairs(m_keys[0].data(), m_keys[1].data(), m_rows[0].data(), m_rows[1].data(), m_entryCount,
+                       64);
+        if (!m_isShifted)
+            prepareSweep(exec);
+    }
+
+    /// @param isNew EveryPair, or another test
+    template <class IsNew>
+    void emit(Exec& exec, const IsNew& isNew, const PairList& pairs)
+    {
+        if (m_isShifted)
+            emitShifted(exec, isNew, pairs);
+        else if (m_options.splitWork)
+            exec.forEachEmitting(m_partCount, SweepPart<IsNew>{sweepWith(isNew), m_firstParts.data()}, pairs);
+        else
+            exec.forEachEmitting(m_entryCount, sweepWith(isNew), pairs);
+        exec.forEachEmitting(
+            m_input.count,
+            TestSide<IsNew>{m_input.boxes, m_counts.data(), m_side.data(), m_sideCount.data(), isNew}, pairs);
+    }
+
+    const std::uint32_t* sideCount() const { return m_sideCount.data(); }
+    std::uint64_t entryCount() const { return m_entryCount; }
+    std::uint64_t falsePairCount() const { return m_falsePairCount; }
+
+private:
+    template <class T>
+    using Buffer = typename Exec::template Buffer<T>;
+
+    void reserveForBoxes(Exec& exec, std::uint64_t count)
+    {
+        exec.reserve(m_plan, 1);
+        exec.reserve(m_sideCount, 1);
+        exec.reserve(m_falsePairs, 1);
+        exec.reserve(m_counts, count + 1);
+        exec.reserve(m_offsets, count + 1);
+        exec.reserve(m_side, count);
+    }
+
+    void readEntryCount(Exec& exec)
+    {
+        exec.download(&m_entryCount, m_offsets.data() + m_input.count, 1);
+        exec.wait();
+        const std::uint64_t room = roomForEntries();
+        for (int side = 0; side < 2; ++side)
+        {
+            exec.reserve(m_keys[side], room);
+            exec.reserve(m_rows[side], room);
+        }
+        exec.reserve(m_isLonely, room);
+    }
+
+    std::uint64_t roomForEntries() const
+    {
+        return std::max<std::uint64_t>(m_entryCount, m_options.initialCapacity);
+    }
+
+    void prepareSweep(Exec& exec)
+    {
+        exec.forEach(m_entryCount, MarkLonely{m_keys[1].data(), m_entryCount, m_isLonely.data()});
+        if (m_options.bitStrings)
+            markSecondLevel(exec);
+        if (m_options.splitWork)
+            splitWork(exec);
+    }
+
+    void markSecondLevel(Exec& exec)
+    {
+        exec.reserve(m_bits, roomForEntries());
+        exec.forEach(m_entryCount, MarkSecondLevel{m_keys[1].data(), m_rows[1].data(), m_placed,
+                                                   m_plan.data(), m_bits.data()});
+    }
+
+    void splitWork(Exec& exec)
+    {
+        exec.reserve(m_parts, roomForEntries() + 1);
+        exec.reserve(m_firstParts, roomForEntries() + 1);
+        exec.forEach(m_entryCount + 1, CountParts<EveryPair>{sweepWith(EveryPair{}), m_parts.data()});
+        exec.scan(m_parts.data(), m_firstParts.data(), m_entryCount + 1);
+        exec.download(&m_partCount, m_firstParts.data() + m_entryCount, 1);
+        exec.wait();
+    }
+
+    template <class IsNew>
+    SweepCell<IsNew> sweepWith(const IsNew& isNew) const
+    {
+        return {m_keys[1].data(),
+                m_rows[1].data(),
+                m_isLonely.data(),
+                m_options.bitStrings ? m_bits.data() : nullptr,
+                m_entryCount,
+                m_input.boxes,
+                m_placed,
+                m_plan.data(),
+                isNew};
+    }
+
+    template <class IsNew>
+    void emitShifted(Exec& exec, const IsNew& isNew, const PairList& pairs)
+    {
+        exec.clear(m_falsePairs.data(), 1);
+        exec.forEachEmitting(m_entryCount,
+                             SweepShifted<IsNew>{m_keys[1].data(), m_rows[1].data(), m_entryCount,
+                                                 m_input.boxes, m_plan.data(), isNew, m_falsePairs.data()},
+                             pairs);
+        exec.download(&m_falsePairCount, m_falsePairs.data(), 1);
+        exec.wait();
+    }
+
+    PsapOptions m_options;
+    PsapAxis m_axis;
+    bool m_isShifted;
+    SearchInput m_input{};
+    const Aabb* m_placed = nullptr;  ///< the boxes or their projections
+    std::uint64_t m_entryCount = 0;
+    std::uint64_t m_partCount = 0;
+    std::uint64_t m_falsePairCount = 0;
+    PrincipalFrame<Exec> m_frame;
+    Statistics<Exec> m_statistics;
+    Buffer<CellPlan> m_plan;
+    Buffer<std::uint64_t> m_counts, m_offsets;
+    Buffer<std::uint32_t> m_side, m_sideCount;
+    Buffer<std::uint64_t> m_keys[2];  ///< as filled, and sorted
+    Buffer<std::uint32_t> m_rows[2];
+    Buffer<std::uint8_t> m_isLonely;
+    Buffer<std::uint64_t> m_bits;                 ///< second-level bit strings
+    Buffer<std::uint64_t> m_parts, m_firstParts;  ///< of the split work
+    Buffer<std::uint64_t> m_falsePairs;
+};
+}  // namespace cullet::psap

@@ -1,0 +1,73 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/psap/data/pair_lists.h"
+
+#include <algorithm>
+#include <cstdint>
+
+/// Memory in an executor that each update uses and the next one wants back as it was.
+namespace cullet::psap
+{
+/// What an update counts. There are two: each update leaves that of the next one empty.
+template <class Exec>
+class Tallies
+{
+public:
+    /// For an update that begins. Whoever ends it says so by noteEmptied(); otherwise both are emptied.
+    void begin(Exec& exec)
+    {
+        exec.reserve(m_tallies, 2);
+        if (!m_isNextEmpty)
+            exec.clear(m_tallies.data(), 2);
+        m_isNextEmpty = false;
+        m_side = 1 - m_side;
+    }
+    /// The update has emptied next().
+    void noteEmptied() { m_isNextEmpty = true; }
+
+    Tally* current() const { return m_tallies.data() + m_side; }
+    Tally* next() const { return m_tallies.data() + 1 - m_side; }
+
+private:
+    typename Exec::template Buffer<Tally> m_tallies;
+    unsigned m_side = 0;
+    bool m_isNextEmpty = false;
+};
+
+/// The look-up table of held pairs that are open. It is free between two uses.
+template <class Exec>
+class OpenPairs
+{
+public:
+    /// Makes room for so many pairs.
+    void grow(Exec& exec, std::uint64_t pairs)
+    {
+        std::uint64_t slots = std::max<std::uint64_t>(m_slotCount, 2);
+        while (slots < 2 * pairs)
+            slots *= 2;
+        m_isFree = m_isFree && slots == m_slotCount;
+        exec.reserve(m_slots, slots);
+        m_slotCount = slots;
+    }
+
+    /// Frees the slots, unless they are. The table is in use from here on.
+    void use(Exec& exec)
+    {
+        if (!m_isFree)
+            exec.forEach(m_slotCount, FreeSlot{m_slots.data()});
+        m_isFree = false;
+    }
+    /// Whether somebody has freed the slots again, or never put a pair there.
+    void noteFree(bool isFree) { m_isFree = isFree; }
+
+    /// @param count of what is put there
+    LookupTable table(std::uint64_t* count) const { return {m_slots.data(), m_slotCount - 1, count}; }
+
+private:
+    typename Exec::template Buffer<std::uint64_t> m_slots;
+    std::uint64_t m_slotCount = 0;
+    bool m_isFree = false;
+};
+}  // namespace cullet::psap

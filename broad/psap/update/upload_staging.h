@@ -1,0 +1,143 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/backend.h"
+#include "cullet/broad/boxes/prefetch_box.h"
+
+#include <algorithm>
+#include <cstdint>
+
+namespace cullet::psap
+{
+/// Memory of the CPU that changed rows are packed into for an executor, and how that is done.
+///
+/// Several threads may pack different rows.
+template <class Exec>
+class RowStaging
+{
+public:
+    /// What is known of some changed rows together.
+    struct Summary
+    {
+        unsigned anyChanges = kRowUnchanged;  ///< RowChange bits that some row has
+        unsigned allChanges = 0xffu;          ///< those that every row has
+        std::uint32_t largestId = 0;          ///< of those created
+
+        /// Rows that have moved, and nothing else.
+        static Summary ofMoved() { return {kRowMoved, kRowMoved, 0}; }
+
+        bool isUniform() const { return anyChanges == allChanges; }
+        void add(const Summary& other)
+        {
+            anyChanges |= other.anyChanges;
+            allChanges &= other.allChanges;
+            largestId = std::max(largestId, other.largestId);
+        }
+    };
+
+    void reserve(Exec& exec, std::uint64_t count, bool hasBoxes)
+    {
+        exec.reserve(m_rows, count);
+        exec.reserve(m_changes, count);
+        if (hasBoxes)
+            exec.reserve(m_boxes, count);
+    }
+
+    const std::uint32_t* rows() const { return m_rows.data(); }
+    const Aabb* boxes() const { return m_boxes.data(); }
+    const std::uint8_t* changes() const { return m_changes.data(); }
+
+    /// Packs rows of the table, all of which have changed.
+    ///
+    /// @param isFresh all of them are new to the executor
+    Summary stageTable(const ProxyView& view, std::uint64_t begin, std::uint64_t end, bool packsBoxes,
+                       bool isFresh)
+    {
+        if (packsBoxes)
+            std::copy(view.boxes + begin, view.boxes + end, m_boxes.data() + begin);
+        // Pointers in variables: a store of a byte may change whatever it is that a member points to.
+        std::uint8_t* changes = m_changes.data();
+        const std::uint8_t* from = view.changes;
+        const std::uint8_t fresh = isFresh ? kRowCreated : kRowUnchanged;
+        // Bytes, so that as many of them as fit into a register go together.
+        std::uint8_t any = 0;
+        std::uint8_t all = 0xff;
+        for (std::uint64_t row = begin; row < end; ++row)
+        {
+            const auto bits = static_cast<std::uint8_t>(from[row] | fresh);
+            changes[row] = bits;
+            any = static_cast<std::uint8_t>(any | bits);
+            all = static_cast<std::uint8_t>(all & bits);
+        }
+        return withLargestId({any, all, 0}, view, nullptr, begin, end);
+    }
+
+    /// Packs the boxes of some of the rows that the dirty list names.
+    void stageBoxes(const ProxyView& view, std::uint64_t begin, std::uint64_t end)
+    {
+        Aabb* boxes = m_boxes.data();
+        const ProxyView from = view;
+        for (std::uint64_t i = begin; i < end; ++i)
+            boxes[i] = boxAhead(from, i, end);
+    }
+
+    /// Packs some of the rows that the dirty list names, without their boxes.
+    Summary stageRows(const ProxyView& view, std::uint64_t begin, std::uint64_t end)
+    {
+        return stageListed<false>(view, begin, end);
+    }
+    Summary stageRowsAndBoxes(const ProxyView& view, std::uint64_t begin, std::uint64_t end)
+    {
+        return stageListed<true>(view, begin, end);
+    }
+
+private:
+    template <class T>
+    using HostMemory = typename Exec::template Staging<T>;
+
+    template <bool kPacksBoxes>
+    Summary stageListed(const ProxyView& view, std::uint64_t begin, std::uint64_t end)
+    {
+        Aabb* boxes = m_boxes.data();
+        std::uint8_t* changes = m_changes.data();
+        std::uint32_t* rows = m_rows.data();
+        const ProxyView from = view;
+        unsigned any = 0;
+        unsigned all = 0xffu;
+        for (std::uint64_t i = begin; i < end; ++i)
+        {
+            const std::uint32_t row = from.dirty[i];
+            rows[i] = row;
+            if constexpr (kPacksBoxes)
+                boxes[i] = boxAhead(from, i, end);
+            changes[i] = from.changes[row];
+            any |= from.changes[row];
+            all &= from.changes[row];
+        }
+        return withLargestId({any, all, 0}, view, view.dirty, begin, end);
+    }
+
+    /// The box of dirty row i. A cache line or two for each: they come sixteen rows before they are needed.
+    static const Aabb& boxAhead(const ProxyView& view, std::uint64_t i, std::uint64_t end)
+    {
+        prefetchBox(view.boxes + view.dirty[std::min(i + 16, end - 1)]);
+        return view.boxes[view.dirty[i]];
+    }
+
+    /// @param rows null: 0, 1, 2, ...
+    static Summary withLargestId(Summary summary, const ProxyView& view, const std::uint32_t* rows,
+                                 std::uint64_t begin, std::uint64_t end)
+    {
+        if ((summary.anyChanges & kRowCreated) == 0)
+            return summary;
+        for (std::uint64_t i = begin; i < end; ++i)
+            summary.largestId = std::max(summary.largestId, view.uniqueIds[rows != nullptr ? rows[i] : i]);
+        return summary;
+    }
+
+    HostMemory<std::uint32_t> m_rows;
+    HostMemory<Aabb> m_boxes;
+    HostMemory<std::uint8_t> m_changes;
+};
+}  // namespace cullet::psap

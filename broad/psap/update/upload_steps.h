@@ -1,0 +1,132 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/backend.h"
+#include "cullet/broad/psap/verlet/neighbour_steps.h"
+
+#include <cstdint>
+
+/// How changed rows of a proxy table come into an executor's memory: the steps.
+namespace cullet::psap
+{
+/// A bit for each row, in words of 32: so few bytes that a GPU has them at hand.
+struct RowBits
+{
+    std::uint32_t* words;
+
+    CULLET_HOST_DEVICE void set(std::uint64_t row) const { setBits(words + row / 32, 1u << row % 32); }
+    /// Empties the whole word.
+    CULLET_HOST_DEVICE void clearAround(std::uint64_t row) const { setAlike(words + row / 32, 0u); }
+};
+
+/// Makes the boxes of the last update those of rows that changed in it.
+struct AgeRow
+{
+    const std::uint32_t* rows;  ///< null: 0, 1, 2, ...
+    const Aabb* now;
+    Aabb* old;
+    std::uint8_t* changes;
+    RowBits sent;
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    {
+        const std::uint64_t row = rows != nullptr ? rows[i] : i;
+        storeBox(old, row, loadBox(now, row));
+        changes[row] = kRowUnchanged;
+        // All rows that have a bit grow old together.
+        if (rows != nullptr)
+            sent.clearAround(row);
+    }
+};
+
+/// What is told of how far rows have gone.
+struct RowWays
+{
+    std::uint32_t* motion;  ///< as BoxHistory has it; 0 before
+    const AlignedBox*
+        then;  ///< boxes with skins, of a list of near pairs that is followed; null: there is none
+    /// Told in place of the motion where there is: bits of the largest stretchOf() of a row, infinite where one holds another
+    /// proxy; 0 when the list began.
+    std::uint32_t* stretch;
+
+    CULLET_HOST_DEVICE void tell(std::uint64_t row, const Aabb& box, unsigned changes, const Aabb* old) const
+    {
+        if (then == nullptr)
+            raise(motion, isOfSamePairs(changes) ? wayOf(box, loadBox(old, row)) : kInfinity);
+        else
+            raise(stretch, (changes & kRowCreated) == 0 ? stretchOf(loadSkinned(then, row), box) : kInfinity);
+    }
+
+private:
+    CULLET_HOST_DEVICE static bool isOfSamePairs(unsigned changes)
+    {
+        return (changes & (kRowCreated | kRowRefiltered)) == 0;
+    }
+};
+
+/// Stores a changed row.
+struct ApplyRow
+{
+    const std::uint32_t* rows;  ///< null: 0, 1, 2, ...
+    const Aabb* newBoxes;       ///< [changed rows], or by row
+    bool areBoxesByRow;
+    const std::uint8_t* newChanges;  ///< null: `sameChanges` for all of them
+    std::uint8_t sameChanges;
+    Aabb* now;
+    Aabb* old;
+    std::uint8_t* changes;
+    std::uint32_t* appliedRows;  ///< [changed rows, out] unless `rows` is null
+    RowBits sent;                ///< [out] the same
+    RowWays ways;
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    {
+        const std::uint64_t row = rows != nullptr ? rows[i] : i;
+        if (rows != nullptr)
+        {
+            appliedRows[i] = static_cast<std::uint32_t>(row);
+            sent.set(row);
+        }
+        const Aabb box = loadBox(newBoxes, areBoxesByRow ? row : i);
+        storeBox(now, row, isValid(box) ? box : nowhere());
+        const unsigned bits = newChanges != nullptr ? newChanges[i] : sameChanges;
+        changes[row] = static_cast<std::uint8_t>(bits);
+        if ((bits & kRowCreated) != 0)
+            storeBox(old, row, nowhere());
+        ways.tell(row, box, bits, old);
+    }
+};
+
+/// Stores the filter words of a changed row.
+struct ApplyFilter
+{
+    const std::uint32_t* rows;  ///< null: 0, 1, 2, ...
+    const Filter* newFilters;   ///< [changed rows]
+    Filter* filters;
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
+    {
+        filters[rows != nullptr ? rows[i] : i] = newFilters[i];
+    }
+};
+
+/// Empties a row on both sides of history.
+struct ForgetRow
+{
+    Aabb* now;
+    Aabb* old;
+    std::uint8_t* changes;
+    RowBits sent;
+
+    CULLET_HOST_DEVICE void operator()(std::uint64_t row) const
+    {
+        now[row] = nowhere();
+        old[row] = nowhere();
+        changes[row] = kRowUnchanged;
+        // Rows before are in the word of the first one, maybe, and have no bits.
+        if (row % 32 == 0)
+            sent.clearAround(row);
+    }
+};
+}  // namespace cullet::psap

@@ -1,0 +1,241 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/psap/data/bins.h"
+#include "cullet/broad/psap/exec/executor_failure.h"
+#include "cullet/broad/psap/verlet/neighbour_steps.h"
+#include "cullet/broad/psap/verlet/skin_policy.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <new>
+#include <utility>
+
+namespace cullet::psap
+{
+/// What is counted of near pairs, in an executor's memory; stays from one set of boxes to the next.
+struct NearCounts
+{
+    std::uint64_t pairs;                 ///< may be more than were written
+    alignas(128) std::uint32_t stretch;  ///< as StretchSkins has it, apart from what others count
+};
+
+/// The near pairs of a search for changes, in an executor's memory, and what was learnt of them.
+template <class Exec>
+class NearPairs
+{
+public:
+    explicit NearPairs(const PsapOptions& options)
+        : m_policy(options.nearPairs), m_initial(std::max<std::uint64_t>(options.initialCapacity, 1))
+    {
+    }
+
+    /// What to do with the next set of boxes. The executor is done with the last one.
+    NearFrame choose(std::uint64_t boxes)
+    {
+        noteSet(boxes);
+        return m_policy.choose(boxes);
+    }
+    /// The same where lists are made between two sets, as NearPolicy has it.
+    bool follows(std::uint64_t boxes, float thinnest)
+    {
+        noteSet(boxes);
+        return m_policy.follows(boxes, thinnest);
+    }
+    NearPolicy& policy() { return m_policy; }
+    const NearPolicy& policy() const { return m_policy; }
+
+    /// Makes room for a list that begins.
+    ///
+    /// @return whether there is memory for it; otherwise there will be no list any more
+    bool reserve(Exec& exec, std::uint64_t boxes)
+    {
+        m_boxCount = boxes;
+        return unlessShort(exec,
+                           [&]
+                           {
+                               exec.reserve(m_then, std::max<std::uint64_t>(boxes, 1));
+                               exec.reserve(m_grown, std::max<std::uint64_t>(boxes, 1));
+                               const std::uint64_t expected =
+                                   std::max(m_lastCount + m_lastCount / 64, m_initial);
+                               if (m_span < expected || m_span / 2 > expected)
+                                   setSpan(expected);
+                               reserveList(exec);
+                           });
+    }
+
+    /// Gives all boxes their skins, and keeps copies. grown() is to be searched then.
+    void grow(Exec& exec, const Aabb* boxes, const BoxCopies& copies)
+    {
+        const SharedBoxes shared = {m_boxCount};
+        exec.forEach(shared.indices(), GrowSkins{shared, boxes, copies, m_policy.rule(), skinned()});
+    }
+    /// Gives the boxes of rows their skins.
+    void growRows(Exec& exec, const RowBoxes& rows)
+    {
+        exec.forEach(m_boxCount, GrowRow{rows, m_policy.rule(), skinned()});
+    }
+    const Aabb* grown() const { return m_grown.data(); }
+    const AlignedBox* then() const { return m_then.data(); }
+
+    /// Has the search find the near pairs.
+    template <class Search>
+    void find(Exec& exec, Search& search, NearCounts* counts)
+    {
+        search.emit(exec, EveryPair{}, list(counts).found());
+    }
+    /// The same again, with enough room.
+    ///
+    /// @param found the first time, maybe kSpilled
+    /// @return as reserve()
+    template <class Search>
+    bool findAgain(Exec& exec, Search& search, NearCounts* counts, std::uint64_t found)
+    {
+        if (found == kSpilled)
+            search.buildByCounting(exec, grown());
+        else if (!growTo(exec, found + found / 64))
+            return false;
+        exec.clear(&counts->pairs, 1);
+        find(exec, search, counts);
+        return true;
+    }
+    std::uint64_t room() const { return m_span; }
+    /// Changes where launches do.
+    std::uint32_t launches() const { return m_launches + m_policy.revision(); }
+    void noteBegun(std::uint64_t found, std::uint64_t pairs)
+    {
+        m_lastCount = found;
+        m_policy.noteBegun(found, m_boxCount, pairs);
+    }
+    /// The list is void. There will be room for so many pairs in the next one, if that is how many there were.
+    void noteShort(std::uint64_t found)
+    {
+        m_lastCount = found < kVoidCount ? found : m_lastCount;
+        m_policy.forget();
+    }
+
+    NearList list(NearCounts* counts) const
+    {
+        return {m_pairs.data(), m_closeness.data(), m_span, &counts->pairs};
+    }
+    /// Whether each pair is held, of one of two sets of boxes.
+    std::uint8_t* isHeld(unsigned side) const { return m_isHeld[side].data(); }
+
+    /// Whether boxes are searched with thicker skins than the last time, or for the first time with some: too large for a plan.
+    bool growsSizes(NearFrame frame)
+    {
+        const float skin = frame == NearFrame::Begin ? m_policy.rule().common : 0.0f;
+        return std::exchange(m_skinSearched, skin) < skin;
+    }
+
+    /// Looks at sizes, where it is time to.
+    ///
+    /// @param copies as SampleBoxes has them
+    template <class Copies>
+    void sample(Exec& exec, const Copies& copies, std::uint64_t count)
+    {
+        if (!m_policy.wantsSample(count))
+            return;
+        const std::uint64_t stride = (count + kSample - 1) / kSample;
+        m_sampleCount = (count + stride - 1) / stride;
+        exec.reserve(m_sample, kSample);
+        exec.reserve(m_sampled, kSample);
+        exec.forEach(m_sampleCount, SampleBoxes<Copies>{copies, stride, count, m_sample.data()});
+        exec.download(m_sampled.data(), m_sample.data(), m_sampleCount);
+        m_isSampled = true;
+        m_policy.noteSampling();
+    }
+
+private:
+    template <class T>
+    using Buffer = typename Exec::template Buffer<T>;
+
+    static constexpr std::uint64_t kSample = 1024;
+
+    void noteSet(std::uint64_t boxes)
+    {
+        if (m_isSampled)
+            m_policy.noteSample(m_sampled.data(), m_sampleCount);
+        m_isSampled = false;
+        if (boxes != m_boxCount)
+            m_policy.forget();
+    }
+
+    SkinnedBoxes skinned() const { return {m_then.data(), m_grown.data()}; }
+
+    bool growTo(Exec& exec, std::uint64_t pairs)
+    {
+        return unlessShort(exec,
+                           [&]
+                           {
+                               setSpan(pairs);
+                               reserveList(exec);
+                           });
+    }
+
+    /// Calls body(); a list is no use where it takes the memory that a search needs.
+    template <class Body>
+    bool unlessShort(Exec& exec, const Body& body)
+    {
+        try
+        {
+            body();
+            return true;
+        }
+        catch (const ExecutorFailure& failure)
+        {
+            if (failure.status != Status::OutOfMemory)
+                throw;
+        }
+        catch (const std::bad_alloc&)
+        {
+        }
+        giveUp(exec);
+        return false;
+    }
+
+    void giveUp(Exec& exec)
+    {
+        m_policy = NearPolicy(PsapNearPairs::Never);
+        exec.release(m_then);
+        exec.release(m_grown);
+        exec.release(m_pairs);
+        exec.release(m_closeness);
+        for (Buffer<std::uint8_t>& isHeld : m_isHeld)
+            exec.release(isHeld);
+    }
+
+    /// Makes room for so many and some more, so that it mostly stays as it is.
+    void setSpan(std::uint64_t pairs)
+    {
+        m_span = std::max(pairs + pairs / 32, m_initial);
+        ++m_launches;
+    }
+
+    void reserveList(Exec& exec)
+    {
+        exec.reserve(m_pairs, m_span);
+        exec.reserve(m_closeness, m_pairs.size());
+        for (Buffer<std::uint8_t>& isHeld : m_isHeld)
+            exec.reserve(isHeld, m_pairs.size());
+    }
+
+    NearPolicy m_policy;
+    std::uint64_t m_initial;
+    std::uint64_t m_boxCount = 0;   ///< of the list
+    std::uint64_t m_lastCount = 0;  ///< pairs in the last list
+    std::uint32_t m_launches = 0;
+    float m_skinSearched = 0;
+    std::uint64_t m_span = 0;   ///< pairs that there is room for, as launches know it
+    Buffer<AlignedBox> m_then;  ///< boxes when the list began, and their skins
+    Buffer<Aabb> m_grown;       ///< the same boxes with their skins
+    Buffer<IdPair> m_pairs;
+    Buffer<float> m_closeness;
+    Buffer<std::uint8_t> m_isHeld[2];
+    bool m_isSampled = false;
+    std::uint64_t m_sampleCount = 0;
+    Buffer<BoxInSample> m_sample;
+    typename Exec::template Staging<BoxInSample> m_sampled;
+};
+}  // namespace cullet::psap

@@ -1,0 +1,170 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/broad/psap/verlet/skin_policy.h"
+
+#include <algorithm>
+#include <cstddef>
+
+namespace cullet::psap
+{
+namespace
+{
+// Beyond those quotients and sums lose digits.
+constexpr float kSmallest = 1e-30f, kLargest = 1e30f;
+
+/// What is larger than `share` of some numbers.
+template <class Get>
+float quantile(BoxInSample* sample, std::uint64_t count, double share, const Get& get)
+{
+    BoxInSample* const place = sample + static_cast<std::ptrdiff_t>(share * static_cast<double>(count - 1));
+    std::nth_element(sample, place, sample + count,
+                     [&](const BoxInSample& a, const BoxInSample& b) { return get(a) < get(b); });
+    return get(*place);
+}
+}  // namespace
+
+NearFrame NearPolicy::choose(std::uint64_t boxes)
+{
+    if (follows(boxes, 0))
+        return NearFrame::Follow;
+    return isUsed(boxes) ? search() : NearFrame::Search;
+}
+
+bool NearPolicy::follows(std::uint64_t boxes, float thinnest)
+{
+    m_thinnest = thinnest;
+    if (!isUsed(boxes))
+    {
+        forget();
+        return false;
+    }
+    m_setsToSample -= m_setsToSample != 0 ? 1 : 0;
+    endUnlessLasting();
+    return m_hasList;
+}
+
+bool NearPolicy::beginsAhead()
+{
+    const float expected = m_stretch + m_step;
+    const bool isLast = expected <= kMostStretch && !(expected + m_step <= kMostStretch);
+    if (!m_hasList || !isLast || m_pause != 0 || !canBegin())
+        return false;
+    noteFollowed(expected);
+    end(expected + m_step);
+    return search() == NearFrame::Begin;
+}
+
+bool NearPolicy::beginsBehind(std::uint64_t boxes)
+{
+    endUnlessLasting();
+    return isUsed(boxes) && !m_hasList && search() == NearFrame::Begin;
+}
+
+void NearPolicy::endUnlessLasting()
+{
+    if (m_hasList && !(m_stretch + m_step <= kMostStretch))
+        end(m_stretch + m_step);
+}
+
+NearFrame NearPolicy::search()
+{
+    if (m_pause != 0)
+        --m_pause;
+    else if (canBegin())
+    {
+        begin();
+        return NearFrame::Begin;
+    }
+    return NearFrame::Search;
+}
+
+bool NearPolicy::canBegin() const
+{
+    const bool isThin = m_choice == PsapNearPairs::Always || m_thinnest <= kThickest * m_side;
+    return m_isSlow && isThin && m_thinnest < kLargest;
+}
+
+void NearPolicy::begin()
+{
+    if (m_skin < m_thinnest)
+        setSkin();
+    m_hasList = true;
+    m_stretch = m_step = 0;
+    m_age = 0;
+}
+
+void NearPolicy::noteSample(BoxInSample* sample, std::uint64_t count)
+{
+    BoxInSample* const end =
+        std::remove_if(sample, sample + count, [](const BoxInSample& box) { return box.side < 0; });
+    const auto bounded = static_cast<std::uint64_t>(end - sample);
+    m_isSlow = false;
+    if (bounded == 0)
+        return;
+    m_side = quantile(sample, bounded, 0.5, [](const BoxInSample& box) { return box.side; });
+    m_way = quantile(sample, bounded, 0.99, [](const BoxInSample& box) { return box.way; });
+    // Twice in a skin is the least that pays.
+    m_isSlow = m_side > kSmallest && (m_choice == PsapNearPairs::Always || 2 * m_way <= kThickest * m_side);
+    if (m_isSlow)
+        setSkin();
+    else
+        m_setsToSample = std::min(m_setsToSample, kSetsAfterJump);
+}
+
+void NearPolicy::noteBegun(std::uint64_t near, std::uint64_t boxes, std::uint64_t pairs)
+{
+    // More than thick skins make of boxes of one size: most pairs are of others.
+    constexpr std::uint64_t kMostPerPair = 6;
+    if (near > kMostPerPair * (boxes + pairs))
+        pause();
+}
+
+void NearPolicy::noteFollowed(float stretch)
+{
+    if (!(stretch <= kMostStretch))
+        return end(stretch);
+    ++m_age;
+    m_nextPause = m_age > 2 ? kShortestPause : m_nextPause;
+    m_step = std::max(m_step, stretch - m_stretch);
+    m_stretch = stretch;
+}
+
+/// What is to be learnt from a list that is of no use any more.
+void NearPolicy::end(float stretch)
+{
+    // Not what comes, goes or jumps.
+    constexpr float kHeldByThicker = 4;
+    constexpr std::uint32_t kFewSets = 3, kManySets = 64;
+    constexpr float kMore = 1.5f, kFewer = 0.7f;
+    m_hasList = false;
+    if (m_age < kFewSets && m_sets < kMostSets && stretch < kHeldByThicker)
+        m_sets = std::min(kMore * m_sets, kMostSets);
+    else if (m_age < 2)
+        pause();
+    else if (m_age > kManySets)
+        m_sets = std::max(kFewer * m_sets, kFewestSets);
+    setSkin();
+}
+
+void NearPolicy::setSkin()
+{
+    // Where nearly all rest, those that do not need skins as well.
+    const float way = std::max(m_way, kThinnest * m_side / kFirstSets);
+    const float wanted = std::clamp(m_sets * way, kThinnest * m_side, kThickest * m_side);
+    const float skin = std::max(wanted, m_thinnest);
+    // A little more or less makes no difference, but that launches and plans have to be made anew.
+    if (skin > 0.8f * m_skin && skin < 1.25f * m_skin && m_skin >= m_thinnest)
+        return;
+    m_skin = skin;
+    ++m_revision;
+}
+
+void NearPolicy::pause()
+{
+    if (m_choice == PsapNearPairs::Always)
+        return;
+    m_hasList = false;
+    m_pause = m_nextPause;
+    m_nextPause = std::min(2 * m_nextPause, kLongestPause);
+}
+}  // namespace cullet::psap

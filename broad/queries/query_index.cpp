@@ -1,0 +1,326 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/broad/queries/query_index.h"
+
+#include "cullet/broad/queries/query_trees.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cfloat>
+#include <cmath>
+#include <mutex>
+#include <new>
+
+namespace cullet
+{
+namespace
+{
+constexpr Aabb kEverywhere = {{-INFINITY, -INFINITY, -INFINITY}, {INFINITY, INFINITY, INFINITY}};
+
+/// Beyond these magnitudes the float slabs would overflow, or underflow to 0 * inf.
+constexpr double kLargest = 1e30;
+constexpr double kSmallestInverse = 1e-30;
+constexpr double kLongest = 1e20;
+/// The inverse of a direction component that is next to nothing. Times the side of the box of a plane in Bullet's double build,
+/// 1e30, it is still a float, and raises no flag of an overflow.
+constexpr double kSteepest = 1e8;
+
+/// Prepares one axis of a ray; false when float slabs cannot bound it.
+///
+/// Bullet computes ((plane - grow) - origin) * inverse with a rounding error of up to 2^-24 of the origin and of the
+/// growth before the product (and relative errors, which the kernels allow for). The planes are moved apart by
+/// eight times that, and the origins are rounded away from the box.
+bool prepareAxis(const RaySegment& segment, int axis, RayQuery& ray) noexcept
+{
+    const double origin = segment.origin[axis];
+    const double growMin = segment.growMin[axis];
+    const double growMax = segment.growMax[axis];
+    double inverse = segment.inverseDirection[axis];
+    const double reach = std::abs(origin) + std::abs(growMin) + std::abs(growMax);
+    // Written so that a NaN fails.
+    if (!(reach <= kLargest && std::abs(inverse) >= kSmallestInverse))
+        return false;
+    double slack = reach * (8.0 / 16777216.0) + FLT_MIN;
+    if (std::abs(inverse) > kSteepest)
+    {
+        // Parallel: inside means any lambda, outside none. A distance that at this inverse is beyond the ray's end stands for both.
+        inverse = std::copysign(kSteepest, inverse);
+        slack += 2.0 * std::abs(segment.lambdaMax) / kSteepest;
+    }
+    const float low = roundUpToFloat(origin + growMax + slack);     // subtracted from minima
+    const float high = roundDownToFloat(origin + growMin - slack);  // subtracted from maxima
+    ray.nearOrigin[axis] = inverse < 0.0 ? high : low;
+    ray.farOrigin[axis] = inverse < 0.0 ? low : high;
+    ray.inverse[axis] = static_cast<float>(inverse);
+    return true;
+}
+
+bool prepareRay(const RaySegment& segment, RayQuery& ray) noexcept
+{
+    const double lambdaMax = segment.lambdaMax;
+    if (!(std::abs(lambdaMax) <= kLongest))
+        return false;
+    ray.lambdaMax = roundUpToFloat(lambdaMax + std::abs(lambdaMax) * 4e-6);
+    return prepareAxis(segment, 0, ray) && prepareAxis(segment, 1, ray) && prepareAxis(segment, 2, ray);
+}
+
+/// True when Bullet's test is false for every box: a NaN in x reaches all its comparisons, one in y or z does not.
+bool hitsNothing(const RaySegment& segment) noexcept
+{
+    return std::isnan(segment.inverseDirection[0]) || std::isnan(segment.origin[0]) ||
+           std::isnan(segment.lambdaMax);
+}
+
+/// The part of a box that bounded boxes can meet; finite, so that the empty lanes of a tree stay out.
+Aabb finitePart(const Aabb& box) noexcept
+{
+    Aabb part;
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        part.min[axis] = std::max(box.min[axis], -FLT_MAX);
+        part.max[axis] = std::min(box.max[axis], FLT_MAX);
+    }
+    return part;
+}
+
+/// Ski rental: work is rented until it has cost as much as what makes it needless, which then is bought.
+class Rent
+{
+public:
+    void add(std::uint64_t rows) noexcept { m_total.fetch_add(rows, std::memory_order_relaxed); }
+    /// What was added since the last purchase.
+    double due() const noexcept
+    {
+        return static_cast<double>(total() - m_settled.load(std::memory_order_relaxed));
+    }
+    void settle() noexcept { m_settled.store(total(), std::memory_order_relaxed); }
+    std::uint64_t total() const noexcept { return m_total.load(std::memory_order_relaxed); }
+
+private:
+    std::atomic<std::uint64_t> m_total{0};
+    std::atomic<std::uint64_t> m_settled{0};
+};
+}  // namespace
+
+struct QueryIndex::State
+{
+    State(ProxyTable& table_, const QueryOptions& options)
+        : table(table_), mode(options.mode), kernels(queryKernels(options.baselineSimd))
+    {
+    }
+
+    bool isFresh() const noexcept;
+    bool refresh();
+    double syncCost() const noexcept;
+    bool paysToSync() const noexcept;
+    void tidyIfItPays();
+    void start(QueryCursor& cursor);
+    void scanAll(QueryCursor& cursor) noexcept;
+    QueryCursor::Stage stageAfter(const QueryCursor& cursor) const noexcept;
+    std::uint32_t advance(QueryCursor& cursor, ProxyId* rows) const noexcept;
+
+    ProxyTable& table;
+    const QueryMode mode;
+    const QueryKernels& kernels;
+    QueryTrees trees{kernels};
+    std::mutex mutex;  // held by the one thread that changes the trees
+    // False before the first sync and while one runs; otherwise the trees are as the table was when it was last clean.
+    std::atomic<bool> isReady{false};
+    Rent scans;      // of all rows, instead of a sync
+    Rent listScans;  // of the listed rows, instead of tidying
+    std::atomic<double> syncCostPerRow{QueryTrees::kFirstSyncCost};
+};
+
+/// True when the trees may be read. The table cannot become dirty while queries run, so the answer stays true.
+///
+/// refresh() lowers isReady before the table, with release, becomes clean. Who sees the clean table, with acquire,
+/// therefore sees isReady low, or high again with the finished trees behind it.
+bool QueryIndex::State::isFresh() const noexcept
+{
+    if (table.hasQueryChanges())
+        return false;
+    return isReady.load(std::memory_order_acquire);
+}
+
+/// Brings the trees up to date; false when another thread is at it (and this one had better scan) or memory is short.
+bool QueryIndex::State::refresh()
+{
+    std::unique_lock<std::mutex> lock(mutex, std::defer_lock);
+    // After a few changes it takes longer to scan all rows than to wait for the other.
+    if (syncCost() < table.size())
+        lock.lock();
+    else if (!lock.try_lock())
+        return false;
+    if (isFresh())
+        return true;
+    isReady.store(false, std::memory_order_relaxed);
+    scans.settle();
+    try
+    {
+        trees.sync(table);
+    }
+    catch (const std::bad_alloc&)
+    {
+        return false;
+    }
+    const double rows = std::max(1u, table.liveCount());
+    syncCostPerRow.store(trees.expectedSyncCost(table) / rows, std::memory_order_relaxed);
+    isReady.store(true, std::memory_order_release);
+    return true;
+}
+
+double QueryIndex::State::syncCost() const noexcept
+{
+    return syncCostPerRow.load(std::memory_order_relaxed) * table.liveCount();
+}
+
+bool QueryIndex::State::paysToSync() const noexcept
+{
+    if (mode != QueryMode::Automatic)
+        return mode == QueryMode::Tree;
+    return scans.due() + table.size() > syncCost();
+}
+
+/// For a query that is about to read the trees, and finds rows on the list that a tree could hold.
+void QueryIndex::State::tidyIfItPays()
+{
+    listScans.add(trees.side().listed.size());
+    if (listScans.due() < QueryTrees::tidyCost(trees.side()))
+        return;
+    const std::unique_lock<std::mutex> lock(mutex, std::try_to_lock);
+    if (!lock.owns_lock() || trees.side().isTidy)
+        return;
+    listScans.settle();
+    try
+    {
+        trees.tidy(table);
+    }
+    catch (const std::bad_alloc&)
+    {
+        // The list serves as well.
+    }
+}
+
+void QueryIndex::State::start(QueryCursor& cursor)
+{
+    if (table.size() == 0)
+        return;
+    if (mode == QueryMode::Scan || !(isFresh() || (paysToSync() && refresh())))
+    {
+        scanAll(cursor);
+        return;
+    }
+    if (!trees.side().isTidy)
+        tidyIfItPays();
+    cursor.side = &trees.side();
+    cursor.enter(QueryCursor::Stage::Main);
+}
+
+void QueryIndex::State::scanAll(QueryCursor& cursor) noexcept
+{
+    scans.add(table.size());
+    cursor.enter(QueryCursor::Stage::Scan);
+}
+
+QueryCursor::Stage QueryIndex::State::stageAfter(const QueryCursor& cursor) const noexcept
+{
+    using Stage = QueryCursor::Stage;
+    if (cursor.stage == Stage::Main && cursor.side->tree.rowCount() != 0)
+        return Stage::Beside;
+    if ((cursor.stage == Stage::Main || cursor.stage == Stage::Beside) && !cursor.side->listed.empty())
+        return Stage::Listed;
+    return Stage::Done;
+}
+
+std::uint32_t QueryIndex::State::advance(QueryCursor& cursor, ProxyId* rows) const noexcept
+{
+    using Stage = QueryCursor::Stage;
+    if (cursor.stage == Stage::Main || cursor.stage == Stage::Beside)
+    {
+        const BoxTreeView& tree = (cursor.stage == Stage::Main ? trees.mainTree() : cursor.side->tree).view();
+        return cursor.isRay ? kernels.treeRay(tree, cursor.ray, cursor.tree, rows)
+                            : kernels.treeOverlap(tree, cursor.finiteBox, cursor.tree, rows);
+    }
+    ScanView view = {table.boxes(), nullptr, table.size()};
+    if (cursor.stage == Stage::Listed)
+    {
+        view.rows = cursor.side->listed.data();
+        view.size = static_cast<std::uint32_t>(cursor.side->listed.size());
+    }
+    return cursor.isRay ? kernels.scanRay(view, cursor.ray, cursor.position, rows)
+                        : kernels.scanOverlap(view, cursor.box, cursor.position, rows);
+}
+
+QueryIndex::QueryIndex(ProxyTable& table, const QueryOptions& options)
+    : m_state(std::make_unique<State>(table, options))
+{
+}
+
+QueryIndex::~QueryIndex() = default;
+
+std::uint64_t QueryIndex::bytes() const
+{
+    const std::lock_guard<std::mutex> lock(m_state->mutex);
+    return m_state->trees.bytes();
+}
+
+std::uint64_t QueryIndex::buildsTotal() const
+{
+    const std::lock_guard<std::mutex> lock(m_state->mutex);
+    return m_state->trees.buildsTotal();
+}
+
+std::uint64_t QueryIndex::syncsTotal() const
+{
+    const std::lock_guard<std::mutex> lock(m_state->mutex);
+    return m_state->trees.syncsTotal();
+}
+
+std::uint64_t QueryIndex::scannedRowsTotal() const
+{
+    return m_state->scans.total() + m_state->listScans.total();
+}
+
+std::uint64_t QueryIndex::builtRowsTotal() const
+{
+    const std::lock_guard<std::mutex> lock(m_state->mutex);
+    return m_state->trees.builtRowsTotal();
+}
+
+void QueryIndex::startOverlap(const Aabb& box, QueryCursor& cursor) const
+{
+    if (!isValid(box))
+        return;
+    cursor.isRay = false;
+    cursor.box = box;
+    cursor.finiteBox = finitePart(box);
+    m_state->start(cursor);
+}
+
+void QueryIndex::startRay(const RaySegment& ray, QueryCursor& cursor) const
+{
+    if (hitsNothing(ray))
+        return;
+    cursor.isRay = true;
+    if (prepareRay(ray, cursor.ray))
+    {
+        m_state->start(cursor);
+        return;
+    }
+    cursor.isRay = false;
+    cursor.box = kEverywhere;
+    m_state->scanAll(cursor);
+}
+
+std::uint32_t QueryIndex::next(QueryCursor& cursor, ProxyId* rows) const
+{
+    while (cursor.stage != QueryCursor::Stage::Done)
+    {
+        const std::uint32_t count = m_state->advance(cursor, rows);
+        if (count != 0)
+            return count;
+        cursor.enter(m_state->stageAfter(cursor));
+    }
+    return 0;
+}
+}  // namespace cullet

@@ -1,0 +1,305 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// The body of the query kernels, included once per instruction set by a translation unit that is compiled for it and
+// names its table in CULLET_QUERY_KERNELS. Everything here has internal linkage and calls no inline function of
+// another header: the linker could otherwise keep a copy with instructions that the machine lacks.
+#include "cullet/base/simd_float8.inl"
+#include "cullet/broad/queries/query_kernels.h"
+
+#include <cstdint>
+
+namespace cullet
+{
+namespace
+{
+/// Eight boxes in registers; planes 0-2 are the minima, 3-5 the maxima.
+struct Lanes
+{
+    Float8 planes[6];
+    Float8 plane(int i) const { return planes[i]; }
+};
+
+/// Eight boxes in a node, loaded plane by plane as the test asks.
+struct NodeLanes
+{
+    const BoxNode& node;
+    Float8 plane(int i) const { return load(node.planes[i]); }
+};
+
+#if defined(__AVX__)
+/// Turns eight boxes of six floats into six planes of eight: two overlapping loads per box, then 4x4 transposes.
+inline Lanes gather(const Aabb* const* boxes)
+{
+    __m256 low[4];   // min.x min.y min.z max.x
+    __m256 high[4];  // min.z max.x max.y max.z
+    for (int i = 0; i < 4; ++i)
+    {
+        const float* a = boxes[i]->min;
+        const float* b = boxes[i + 4]->min;
+        low[i] = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(a)), _mm_loadu_ps(b), 1);
+        high[i] = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(a + 2)), _mm_loadu_ps(b + 2), 1);
+    }
+    const __m256 xy01 = _mm256_unpacklo_ps(low[0], low[1]), xy23 = _mm256_unpacklo_ps(low[2], low[3]);
+    const __m256 zx01 = _mm256_unpackhi_ps(low[0], low[1]), zx23 = _mm256_unpackhi_ps(low[2], low[3]);
+    const __m256 yz01 = _mm256_unpackhi_ps(high[0], high[1]), yz23 = _mm256_unpackhi_ps(high[2], high[3]);
+    return {{{_mm256_shuffle_ps(xy01, xy23, 0x44)},
+             {_mm256_shuffle_ps(xy01, xy23, 0xEE)},
+             {_mm256_shuffle_ps(zx01, zx23, 0x44)},
+             {_mm256_shuffle_ps(zx01, zx23, 0xEE)},
+             {_mm256_shuffle_ps(yz01, yz23, 0x44)},
+             {_mm256_shuffle_ps(yz01, yz23, 0xEE)}}};
+}
+#elif defined(__SSE2__)
+/// The same in two halves of four boxes.
+inline Lanes gather(const Aabb* const* boxes)
+{
+    __m128 planes[2][6];
+    for (int half = 0; half < 2; ++half)
+    {
+        __m128 low[4];   // min.x min.y min.z max.x
+        __m128 high[4];  // min.z max.x max.y max.z
+        for (int i = 0; i < 4; ++i)
+        {
+            low[i] = _mm_loadu_ps(boxes[4 * half + i]->min);
+            high[i] = _mm_loadu_ps(boxes[4 * half + i]->min + 2);
+        }
+        _MM_TRANSPOSE4_PS(low[0], low[1], low[2], low[3]);
+        _MM_TRANSPOSE4_PS(high[0], high[1], high[2], high[3]);
+        for (int i = 0; i < 4; ++i)
+            planes[half][i] = low[i];
+        planes[half][4] = high[2];
+        planes[half][5] = high[3];
+    }
+    Lanes lanes;
+    for (int i = 0; i < 6; ++i)
+        lanes.planes[i] = {planes[0][i], planes[1][i]};
+    return lanes;
+}
+#else
+inline Lanes gather(const Aabb* const* boxes)
+{
+    Lanes lanes;
+    for (int lane = 0; lane < 8; ++lane)
+    {
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            lanes.planes[axis].v[lane] = boxes[lane]->min[axis];
+            lanes.planes[axis + 3].v[lane] = boxes[lane]->max[axis];
+        }
+    }
+    return lanes;
+}
+#endif
+
+inline std::uint32_t validLanes(const Lanes& lanes)
+{
+    return bits((lanes.plane(0) <= lanes.plane(3)) & (lanes.plane(1) <= lanes.plane(4)) &
+                (lanes.plane(2) <= lanes.plane(5)));
+}
+
+/// The smallest box around eight.
+inline Aabb unite(const Aabb* const* boxes)
+{
+    Aabb bounds;
+#if defined(__SSE2__)
+    __m128 least = _mm_loadu_ps(boxes[0]->min);
+    __m128 most = _mm_loadu_ps(boxes[0]->min + 2);
+    for (int i = 1; i < 8; ++i)
+    {
+        least = _mm_min_ps(least, _mm_loadu_ps(boxes[i]->min));
+        most = _mm_max_ps(most, _mm_loadu_ps(boxes[i]->min + 2));
+    }
+    float low[4];
+    float high[4];
+    _mm_storeu_ps(low, least);
+    _mm_storeu_ps(high, most);
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        bounds.min[axis] = low[axis];
+        bounds.max[axis] = high[axis + 1];
+    }
+#else
+    bounds = *boxes[0];
+    for (int i = 1; i < 8; ++i)
+    {
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            if (boxes[i]->min[axis] < bounds.min[axis])
+                bounds.min[axis] = boxes[i]->min[axis];
+            if (boxes[i]->max[axis] > bounds.max[axis])
+                bounds.max[axis] = boxes[i]->max[axis];
+        }
+    }
+#endif
+    return bounds;
+}
+
+/// Lanes that overlap a box.
+class OverlapTest
+{
+public:
+    explicit OverlapTest(const Aabb& box)
+    {
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            m_min[axis] = broadcast(box.min[axis]);
+            m_max[axis] = broadcast(box.max[axis]);
+        }
+    }
+
+    template <class Boxes>
+    std::uint32_t operator()(const Boxes& boxes) const
+    {
+        const Float8 x = (boxes.plane(0) <= m_max[0]) & (m_min[0] <= boxes.plane(3));
+        const Float8 y = (boxes.plane(1) <= m_max[1]) & (m_min[1] <= boxes.plane(4));
+        const Float8 z = (boxes.plane(2) <= m_max[2]) & (m_min[2] <= boxes.plane(5));
+        return bits(x & y & z);
+    }
+
+private:
+    Float8 m_min[3];
+    Float8 m_max[3];
+};
+
+/// Lanes that a prepared ray may hit. No product is NaN: origins are finite and inverses neither zero nor infinite.
+class RayTest
+{
+public:
+    explicit RayTest(const RayQuery& ray) : m_lambdaMax(broadcast(ray.lambdaMax))
+    {
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            m_near[axis] = ray.inverse[axis] < 0.0f ? axis + 3 : axis;
+            m_far[axis] = ray.inverse[axis] < 0.0f ? axis : axis + 3;
+            m_nearOrigin[axis] = broadcast(ray.nearOrigin[axis]);
+            m_farOrigin[axis] = broadcast(ray.farOrigin[axis]);
+            m_inverse[axis] = broadcast(ray.inverse[axis]);
+        }
+    }
+
+    template <class Boxes>
+    std::uint32_t operator()(const Boxes& boxes) const
+    {
+        // Sixteen rounding steps cover the three roundings of this test and of the exact one that follows.
+        constexpr float kSlack = 1.0f + 16.0f / 8388608.0f;
+        const Float8 enter = larger(larger(enterAt(boxes, 0), enterAt(boxes, 1)), enterAt(boxes, 2));
+        const Float8 leave = smaller(smaller(leaveAt(boxes, 0), leaveAt(boxes, 1)), leaveAt(boxes, 2));
+        return bits((enter <= m_lambdaMax) & (broadcast(0.0f) <= leave) &
+                    (enter <= leave * broadcast(kSlack)));
+    }
+
+private:
+    template <class Boxes>
+    Float8 enterAt(const Boxes& boxes, int axis) const
+    {
+        return (boxes.plane(m_near[axis]) - m_nearOrigin[axis]) * m_inverse[axis];
+    }
+
+    template <class Boxes>
+    Float8 leaveAt(const Boxes& boxes, int axis) const
+    {
+        return (boxes.plane(m_far[axis]) - m_farOrigin[axis]) * m_inverse[axis];
+    }
+
+    Float8 m_nearOrigin[3];
+    Float8 m_farOrigin[3];
+    Float8 m_inverse[3];
+    Float8 m_lambdaMax;
+    int m_near[3];
+    int m_far[3];
+};
+
+/// Depth first from where the cursor stands, until the batch could overflow or the tree is done.
+template <class Test>
+std::uint32_t traverse(const BoxTreeView& tree, const Test& test, TreeCursor& cursor, std::uint32_t* rows)
+{
+    std::uint32_t count = 0;
+    int depth = tree.levelCount == 0 ? 0 : cursor.depth;
+    while (depth > 0 && count <= kQueryBatch - 8)
+    {
+        std::uint32_t& pending = cursor.pending[depth - 1];
+        if (pending == 0)
+        {
+            --depth;
+            continue;
+        }
+        const std::uint32_t child =
+            8 * cursor.nodes[depth - 1] + static_cast<std::uint32_t>(__builtin_ctz(pending));
+        pending &= pending - 1;
+        const int level = tree.levelCount - depth;
+        std::uint32_t hits = test(NodeLanes{tree.levels[level][child]});
+        if (level > 0)
+        {
+            cursor.nodes[depth] = child;
+            cursor.pending[depth] = hits;
+            ++depth;
+            continue;
+        }
+        for (; hits != 0; hits &= hits - 1)
+            rows[count++] = tree.rows[8 * child + static_cast<std::uint32_t>(__builtin_ctz(hits))];
+    }
+    cursor.depth = depth;
+    return count;
+}
+
+/// Eight boxes at a time from `position` on, until the batch could overflow or the last box is done.
+template <class Test>
+std::uint32_t scan(const ScanView& view, const Test& test, std::uint32_t& position, std::uint32_t* rows)
+{
+    std::uint32_t count = 0;
+    while (position < view.size && count <= kQueryBatch - 8)
+    {
+        const Aabb* boxes[8];
+        const std::uint32_t lanes = view.size - position < 8 ? view.size - position : 8;
+        for (std::uint32_t i = 0; i < 8; ++i)
+        {
+            const std::uint32_t at = i < lanes ? position + i : position;
+            boxes[i] = view.boxes + (view.rows != nullptr ? view.rows[at] : at);
+        }
+        const Lanes planes = gather(boxes);
+        std::uint32_t hits = test(planes) & (0xFFu >> (8 - lanes));
+        // An empty box passes when the question reaches infinity.
+        if (hits != 0)
+            hits &= validLanes(planes);
+        for (; hits != 0; hits &= hits - 1)
+        {
+            const std::uint32_t at = position + static_cast<std::uint32_t>(__builtin_ctz(hits));
+            rows[count++] = view.rows != nullptr ? view.rows[at] : at;
+        }
+        position += lanes;
+    }
+    return count;
+}
+
+std::uint32_t treeOverlap(const BoxTreeView& tree, const Aabb& box, TreeCursor& cursor, std::uint32_t* rows)
+{
+    return traverse(tree, OverlapTest(box), cursor, rows);
+}
+
+std::uint32_t treeRay(const BoxTreeView& tree, const RayQuery& ray, TreeCursor& cursor, std::uint32_t* rows)
+{
+    return traverse(tree, RayTest(ray), cursor, rows);
+}
+
+std::uint32_t scanOverlap(const ScanView& view, const Aabb& box, std::uint32_t& position, std::uint32_t* rows)
+{
+    return scan(view, OverlapTest(box), position, rows);
+}
+
+std::uint32_t scanRay(const ScanView& view, const RayQuery& ray, std::uint32_t& position, std::uint32_t* rows)
+{
+    return scan(view, RayTest(ray), position, rows);
+}
+std::uint32_t fillNode(const Aabb* const* boxes, BoxNode& node, Aabb& bounds)
+{
+    const Lanes lanes = gather(boxes);
+    for (int i = 0; i < 6; ++i)
+        store(node.planes[i], lanes.planes[i]);
+    bounds = unite(boxes);
+    return validLanes(lanes);
+}
+}  // namespace
+
+extern const QueryKernels CULLET_QUERY_KERNELS = {treeOverlap, treeRay, scanOverlap, scanRay, fillNode};
+}  // namespace cullet

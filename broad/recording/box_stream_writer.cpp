@@ -1,0 +1,162 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/broad/box_stream.h"
+#include "cullet/broad/recording/box_stream_format.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+
+namespace cullet
+{
+using namespace box_stream;
+
+struct BoxStreamWriter::Parts
+{
+    std::string path;
+    std::ofstream file;
+    std::string error;
+    BoxStreamInfo info;
+    Bytes events;               ///< of the block that is being filled
+    std::vector<BoxBits> last;  ///< by id: the box as written last
+    std::uint32_t lastId = ~std::uint32_t(0);
+    bool isFinished = false;
+
+    bool isDone() const { return isFinished || !error.empty(); }
+
+    void write(const Bytes& bytes)
+    {
+        file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+        if (!file && error.empty())
+            error = "recording '" + path + "': cannot be written: " + std::strerror(errno);
+    }
+
+    void writeBlock()
+    {
+        if (events.empty())
+            return;
+        write(packBlock(events));
+        events.clear();
+    }
+
+    void begin(Code code)
+    {
+        // An event is never cut: the largest takes 61 bytes.
+        if (events.size() + 64 > kMaxBlock)
+            writeBlock();
+        events.push_back(static_cast<std::uint8_t>(code));
+        ++info.events;
+    }
+
+    void begin(Code code, std::uint32_t id)
+    {
+        begin(code);
+        // The id after the last one is a row of zeros, which packs best.
+        put(events, std::uint32_t(id - lastId - 1), 4);
+        lastId = id;
+        info.ids = std::max(info.ids, id + 1);
+    }
+
+    /// Bits that differ from the last box of the id.
+    void putBox(std::uint32_t id, const BoxBits& bits)
+    {
+        for (std::size_t i = 0; i < bits.size(); ++i)
+            put(events, bits[i] ^ last[id][i], static_cast<std::size_t>(info.precision));
+        last[id] = bits;
+    }
+};
+
+BoxStreamWriter::BoxStreamWriter(const std::string& path, StreamPrecision precision)
+    : m(std::make_unique<Parts>())
+{
+    m->path = path;
+    m->info.precision = precision;
+    m->file.open(path, std::ios::binary | std::ios::trunc);
+    BoxStreamInfo unfinished = m->info;
+    unfinished.frames = kUnknownCount;
+    unfinished.events = kUnknownCount;
+    m->write(encodeHead(unfinished));
+}
+
+BoxStreamWriter::~BoxStreamWriter()
+{
+    finish();
+}
+
+void BoxStreamWriter::create(std::uint32_t id, const StreamBox& box, std::int32_t group, std::int32_t mask)
+{
+    if (m->isDone())
+        return;
+    if (id >= m->last.size())
+        m->last.resize(std::size_t(id) + 1);
+    m->last[id] = {};
+    m->begin(Code::Create, id);
+    put(m->events, static_cast<std::uint32_t>(group), 4);
+    put(m->events, static_cast<std::uint32_t>(mask), 4);
+    m->putBox(id, toBits(box, m->info.precision));
+}
+
+void BoxStreamWriter::destroy(std::uint32_t id)
+{
+    if (!m->isDone())
+        m->begin(Code::Destroy, id);
+}
+
+void BoxStreamWriter::set(std::uint32_t id, const StreamBox& box)
+{
+    if (m->isDone())
+        return;
+    const BoxBits bits = toBits(box, m->info.precision);
+    if (bits == m->last[id])
+    {
+        m->begin(Code::SetSame, id);
+        return;
+    }
+    m->begin(Code::Set, id);
+    m->putBox(id, bits);
+}
+
+void BoxStreamWriter::filter(std::uint32_t id, std::int32_t group, std::int32_t mask)
+{
+    if (m->isDone())
+        return;
+    m->begin(Code::Filter, id);
+    put(m->events, static_cast<std::uint32_t>(group), 4);
+    put(m->events, static_cast<std::uint32_t>(mask), 4);
+}
+
+void BoxStreamWriter::frame()
+{
+    if (m->isDone())
+        return;
+    m->begin(Code::Frame);
+    m->lastId = ~std::uint32_t(0);
+    ++m->info.frames;
+}
+
+bool BoxStreamWriter::finish()
+{
+    if (!m->isDone())
+    {
+        m->writeBlock();
+        m->file.seekp(0);
+        m->write(encodeHead(m->info));
+        m->file.close();
+        if (!m->file && m->error.empty())
+            m->error = "recording '" + m->path + "': cannot be written";
+        m->isFinished = true;
+    }
+    return m->error.empty();
+}
+
+const std::string& BoxStreamWriter::error() const noexcept
+{
+    return m->error;
+}
+
+const BoxStreamInfo& BoxStreamWriter::info() const noexcept
+{
+    return m->info;
+}
+}  // namespace cullet

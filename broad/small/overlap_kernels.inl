@@ -1,0 +1,65 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+//
+// Body of the flat kernels; each including source is compiled for another instruction set. Each value is rounded once,
+// so every width finds the same pairs.
+#include "cullet/broad/small/overlap_kernels.h"
+
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
+namespace cullet
+{
+#include "cullet/base/simd_lanes.inl"
+
+namespace
+{
+/// The box of one row in all lanes, and what it is tested against.
+class FlatQuery
+{
+public:
+    FlatQuery(const FlatBoxes& boxes, std::uint32_t row, float growth)
+        : m_limits(boxes.limits), m_stride(boxes.stride)
+    {
+        for (int limit = 0; limit < 6; ++limit)
+            m_box[limit] = Lanes::broadcast(*at(limit, row) + (limit % 2 == 0 ? -growth : growth));
+    }
+
+    /// Overlaps with the Lanes::kWidth boxes from `column` on.
+    std::uint32_t test(std::uint32_t column) const
+    {
+        return Lanes::bits(
+            Lanes::both(Lanes::both(testAxis(0, column), testAxis(1, column)), testAxis(2, column)));
+    }
+
+private:
+    const float* at(int limit, std::uint32_t column) const
+    {
+        return m_limits + static_cast<std::uint32_t>(limit) * std::size_t{m_stride} + column;
+    }
+    Lanes::Mask testAxis(int axis, std::uint32_t column) const
+    {
+        return Lanes::both(Lanes::le(m_box[2 * axis], Lanes::load(at(2 * axis + 1, column))),
+                           Lanes::le(Lanes::load(at(2 * axis, column)), m_box[2 * axis + 1]));
+    }
+
+    const float* m_limits;
+    std::uint32_t m_stride;
+    Lanes::Value m_box[6];
+};
+
+void findOverlaps(const FlatBoxes& boxes, std::uint32_t row, float growth, std::uint32_t firstWord,
+                  std::uint64_t* bits)
+{
+    const FlatQuery query(boxes, row, growth);
+    for (std::uint32_t word = firstWord; word < boxes.stride / 64; ++word)
+    {
+        std::uint64_t found = 0;
+        for (std::uint32_t lane = 0; lane < 64; lane += Lanes::kWidth)
+            found |= std::uint64_t{query.test(64 * word + lane)} << lane;
+        bits[word] = found;
+    }
+}
+}  // namespace
+}  // namespace cullet

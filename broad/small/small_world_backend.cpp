@@ -1,0 +1,256 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/broad/small/small_world_backend.h"
+
+#include "cullet/broad/boxes/aabb_simd.h"
+#include "cullet/broad/pairs/restart_rows.h"
+
+#include <algorithm>
+#include <limits>
+#include <new>
+
+namespace cullet
+{
+void FlatBackend::restart(const Pairs& known)
+{
+    m_known = known;
+    m_isRestarted = true;
+}
+
+Status FlatBackend::update(const ProxyView& proxies, PairDelta& delta)
+try
+{
+    m_added.clear();
+    m_removed.clear();
+    updateOrThrow(proxies);
+    m_keySort.write(m_added, delta.added);
+    m_keySort.write(m_removed, delta.removed);
+    m_stats.pairs += delta.added.size();
+    m_stats.pairs -= delta.removed.size();
+    return Status::Ok;
+}
+catch (const std::bad_alloc&)
+{
+    delta.added.clear();
+    delta.removed.clear();
+    m_isRestarted = true;
+    return Status::OutOfMemory;
+}
+
+void FlatBackend::updateOrThrow(const ProxyView& view)
+{
+    // Other rules concern unmoved pairs too.
+    const bool areRulesNew = m_hadFilter != (view.filters != nullptr) || m_margin != view.margin;
+    m_stats.candidates = 0;
+    makeRoom(view.size);
+    if (!m_isRestarted && !areRulesNew && view.dirtyCount == 0)
+    {
+        m_stats.path = "idle";
+    }
+    else if (m_isRestarted)
+    {
+        m_stats.path = "flat restart";
+        takeKnown(view);
+        m_shells.turnOff();
+        updateAll(view);
+        m_isRestarted = false;
+    }
+    else if (!m_shells.isOn() || areRulesNew || !updateInShells(view))
+    {
+        m_stats.path = "flat";
+        if (areRulesNew)
+            updateAll(view);
+        else
+            updateChanged(view);
+        if (m_shells.isOn() ? m_shells.areWorthRenewing(view) : m_shells.isCalm(view))
+            makeShells(view);
+        else if (m_shells.isOn())
+            m_shells.turnOff();
+    }
+    m_hadFilter = view.filters != nullptr;
+    m_margin = view.margin;
+    m_ids.assign(view.uniqueIds, view.uniqueIds + view.size);
+}
+
+void FlatBackend::updateChanged(const ProxyView& view)
+{
+    if (view.dirtyCount == view.size)
+        return updateAll(view);
+    loadChanged(view);
+    for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
+        updateRow(view, view.dirty[i], 0);
+}
+
+void FlatBackend::updateAll(const ProxyView& view)
+{
+    m_isStale = true;
+    loadChanged(view);
+    // The columns before a row have met it already.
+    for (std::uint32_t row = 0; row < view.size; ++row)
+        updateRow(view, row, row / 64);
+}
+
+/// False, with nothing done, when shells do not pay any more.
+bool FlatBackend::updateInShells(const ProxyView& view)
+{
+    if (!m_shells.update(view))
+        return false;
+    m_stats.path = "flat in shells";
+    if (m_shells.active().empty())
+        m_isStale |= view.dirtyCount != 0;
+    else
+        loadChanged(view);
+    for (const std::uint32_t row : m_shells.active())
+        updateRow(view, row, 0);
+    for (const IdPair pair : m_shells.watched())
+    {
+        if (overlapsBranchless(view.boxes[pair.a], view.boxes[pair.b]) != isHeld(pair.a, pair.b))
+            examine(view, pair.a, pair.b);
+    }
+    m_stats.candidates += m_shells.watched().size();
+    return true;
+}
+
+void FlatBackend::makeShells(const ProxyView& view)
+{
+    m_shells.begin(view);
+    for (std::uint32_t row = 0; row < view.size; ++row)
+    {
+        m_kernels.findOverlaps({m_limits.data(), m_stride}, row, m_shells.reach(), row / 64, m_found.data());
+        for (std::uint32_t word = row / 64; word < m_stride / 64; ++word)
+        {
+            std::uint64_t near = m_found[word] | heldOf(row)[word];
+            for (; near != 0; near &= near - 1)
+            {
+                const std::uint32_t column = 64 * word + static_cast<std::uint32_t>(__builtin_ctzll(near));
+                if (column > row)
+                    m_shells.watch(view, {row, column}, isHeld(row, column));
+            }
+        }
+    }
+}
+
+void FlatBackend::loadChanged(const ProxyView& view)
+{
+    if (!m_isStale)
+    {
+        for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
+            load(view, view.dirty[i]);
+        return;
+    }
+    for (std::uint32_t row = 0; row < view.size; ++row)
+        load(view, row);
+    m_isStale = false;
+}
+
+/// Keeps what is held.
+void FlatBackend::makeRoom(std::uint32_t rows)
+{
+    if (rows <= m_stride)
+        return;
+    const std::uint32_t stride = (rows + 63) / 64 * 64;
+    std::vector<float> limits(6 * std::size_t{stride}, std::numeric_limits<float>::quiet_NaN());
+    std::vector<std::uint64_t> held(std::size_t{stride} * (stride / 64));
+    m_found.resize(stride / 64);
+    for (std::uint32_t limit = 0; limit < 6; ++limit)
+        std::copy_n(m_limits.begin() + limit * m_stride, m_stride, limits.begin() + limit * stride);
+    for (std::uint32_t row = 0; row < m_stride; ++row)
+        std::copy_n(heldOf(row), m_stride / 64, held.begin() + row * (stride / 64));
+    m_limits.swap(limits);
+    m_held.swap(held);
+    m_stride = stride;
+}
+
+void FlatBackend::takeKnown(const ProxyView& view)
+{
+    std::fill(m_limits.begin(), m_limits.end(), std::numeric_limits<float>::quiet_NaN());
+    std::fill(m_held.begin(), m_held.end(), 0);
+    std::vector<IdPair> held;
+    splitKnown(m_known, view, held, m_removed);
+    for (const IdPair pair : held)
+        flip(pair.a, pair.b);
+    m_stats.pairs = m_known.size();
+}
+
+void FlatBackend::load(const ProxyView& view, std::uint32_t row)
+{
+    const Aabb& box = view.boxes[row];
+    const bool valid = isValid(box);
+    for (std::uint32_t axis = 0; axis < 3; ++axis)
+    {
+        // NaN rather than the empty box: the empty box's infinities would pass the test against an infinite box.
+        constexpr float kNothing = std::numeric_limits<float>::quiet_NaN();
+        m_limits[2 * axis * m_stride + row] = valid ? box.min[axis] : kNothing;
+        m_limits[(2 * axis + 1) * m_stride + row] = valid ? box.max[axis] : kNothing;
+    }
+}
+
+void FlatBackend::updateRow(const ProxyView& view, std::uint32_t row, std::uint32_t firstWord)
+{
+    m_kernels.findOverlaps({m_limits.data(), m_stride}, row, 0.0f, firstWord, m_found.data());
+    m_found[row / 64] &= ~(std::uint64_t{1} << row % 64);
+    const std::uint32_t words = m_stride / 64;
+    for (std::uint32_t word = firstWord; word < words; ++word)
+    {
+        for (std::uint64_t differing = m_found[word] ^ heldOf(row)[word]; differing != 0;
+             differing &= differing - 1)
+            examine(view, row, 64 * word + static_cast<std::uint32_t>(__builtin_ctzll(differing)));
+    }
+    m_stats.candidates += 64 * (words - firstWord);
+}
+
+/// A pair that overlaps and is not held, or is held and does not overlap.
+void FlatBackend::examine(const ProxyView& view, std::uint32_t row, std::uint32_t column)
+{
+    const Aabb& a = view.boxes[row];
+    const Aabb& b = view.boxes[column];
+    const bool held = isHeld(row, column);
+    const bool areValid = isValid(a) && isValid(b);
+    if (held ? areValid && overlapsWithMargin(a, b, view.margin) : !areValid)
+        return;
+    if (!held && view.filters != nullptr && !passesFilter(view.filters[row], view.filters[column]))
+        return;
+    flip(row, column);
+    (held ? m_removed : m_added).push_back(pairKey(makePair(view.uniqueIds[row], view.uniqueIds[column])));
+}
+
+void FlatBackend::flip(std::uint32_t row, std::uint32_t column)
+{
+    heldOf(row)[column / 64] ^= std::uint64_t{1} << column % 64;
+    heldOf(column)[row / 64] ^= std::uint64_t{1} << row % 64;
+}
+
+Pairs FlatBackend::heldPairs() const
+{
+    if (m_isRestarted)
+        return m_known;
+    Pairs pairs;
+    const std::size_t words = m_stride / 64;
+    for (std::uint32_t row = 0; row < m_ids.size(); ++row)
+    {
+        for (std::size_t word = row / 64; word < words; ++word)
+        {
+            for (std::uint64_t bits = m_held[row * words + word]; bits != 0; bits &= bits - 1)
+            {
+                const std::size_t column = 64 * word + static_cast<std::size_t>(__builtin_ctzll(bits));
+                if (column > row)
+                    pairs.push_back(makePair(m_ids[row], m_ids[column]));
+            }
+        }
+    }
+    std::sort(pairs.begin(), pairs.end());
+    return pairs;
+}
+
+BackendStats FlatBackend::stats() const
+{
+    BackendStats stats = m_stats;
+    stats.entries = m_ids.size();
+    stats.bytes = m_limits.capacity() * sizeof(float) +
+                  (m_held.capacity() + m_found.capacity() + m_added.capacity() + m_removed.capacity()) *
+                      sizeof(std::uint64_t) +
+                  m_ids.capacity() * sizeof(std::uint32_t) + m_known.capacity() * sizeof(Pair) +
+                  m_shells.bytes();
+    return stats;
+}
+}  // namespace cullet

@@ -1,0 +1,75 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/backend.h"
+#include "cullet/broad/pairs/pair_sort.h"
+#include "cullet/broad/small/overlap_kernels.h"
+#include "cullet/broad/small/small_world_skins.h"
+
+#include <cstdint>
+#include <vector>
+
+namespace cullet
+{
+/// All boxes in six flat arrays and the pairs as a matrix of bits: what is fastest for a few hundred boxes.
+///
+/// Each changed box is tested against all others, 4 to 16 at a time, and the bits found are compared with the bits held.
+/// No structure is kept up to date, so that a few movers cost nothing else. Where most boxes move and stay where they are,
+/// those inside their shells (FlatShells) are not tested.
+///
+/// Cost: changed rows * rows / 16 steps, half of it when all changed. Memory: 54 bytes a row, and rows^2 / 8.
+class FlatBackend final : public Backend
+{
+public:
+    /// @param baseline use no instructions beyond the x86-64 baseline
+    explicit FlatBackend(bool baseline) : m_kernels(chooseFlatKernels(baseline)) {}
+
+    Status update(const ProxyView& proxies, PairDelta& delta) override;
+    void restart(const Pairs& known) override;
+    const char* name() const noexcept override { return "flat"; }
+    BackendStats stats() const override;
+
+    /// Rows up to which this backend beats a grid on this processor.
+    std::uint32_t worthwhileRows() const noexcept { return m_kernels.worthwhileRows; }
+
+    /// The pairs held, or those given to restart() if there was no update since; sorted. O(rows^2 / 64 + pairs).
+    Pairs heldPairs() const;
+
+private:
+    void updateOrThrow(const ProxyView& view);
+    void makeRoom(std::uint32_t rows);
+    void takeKnown(const ProxyView& view);
+    void updateChanged(const ProxyView& view);
+    void updateAll(const ProxyView& view);
+    bool updateInShells(const ProxyView& view);
+    void makeShells(const ProxyView& view);
+    void loadChanged(const ProxyView& view);
+    void load(const ProxyView& view, std::uint32_t row);
+    void updateRow(const ProxyView& view, std::uint32_t row, std::uint32_t firstWord);
+    void examine(const ProxyView& view, std::uint32_t row, std::uint32_t column);
+    std::uint64_t* heldOf(std::uint32_t row) { return m_held.data() + std::size_t{row} * (m_stride / 64); }
+    bool isHeld(std::uint32_t row, std::uint32_t column)
+    {
+        return (heldOf(row)[column / 64] >> column % 64 & 1) != 0;
+    }
+    void flip(std::uint32_t row, std::uint32_t column);
+
+    const FlatKernels& m_kernels;
+    std::uint32_t m_stride = 0;          ///< columns that there is room for, a multiple of 64
+    std::vector<float> m_limits;         ///< [6 * stride], see FlatBoxes
+    std::vector<std::uint64_t> m_held;   ///< [stride * stride / 64] both halves of the symmetric matrix
+    std::vector<std::uint64_t> m_found;  ///< [stride / 64] overlaps of the row at hand
+    std::vector<std::uint32_t> m_ids;    ///< [rows] as of the last update
+    Pairs m_known;                       ///< given to restart()
+    bool m_isRestarted = true;
+    bool m_hadFilter = false;  ///< the rules of the last update
+    float m_margin = 0;
+    bool m_isStale = false;  ///< boxes that moved inside their shells were not loaded
+    FlatShells m_shells;
+    std::vector<std::uint64_t> m_added;    ///< keys
+    std::vector<std::uint64_t> m_removed;  ///< keys
+    KeySort m_keySort;
+    BackendStats m_stats;
+};
+}  // namespace cullet

@@ -1,0 +1,186 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/psap/data/pair_lists.h"
+#include "cullet/broad/psap/exec/shared_memory.h"
+#include "cullet/cuda/kernels/warp_scan.cuh"
+
+#include <cstdint>
+#include <type_traits>
+
+namespace cullet::psap
+{
+inline constexpr unsigned kEmitThreads = 128;
+
+/// Writes pairs that a warp holds in shared memory to a list, as far as there is room; all its lanes call.
+///
+/// @param pairAt(k) gives the k-th as it lies in memory: as two numbers, it would be written twice
+template <class PairAt>
+__device__ void writeTogether(const PairList& list, std::uint64_t place, unsigned count, const PairAt& pairAt)
+{
+    auto* to = reinterpret_cast<uint2*>(list.pairs);
+    for (unsigned k = threadIdx.x % 32; k < count; k += 32)
+    {
+        if (place + k < list.capacity)
+            to[place + k] = pairAt(k);
+    }
+}
+
+/// The same for the next places.
+///
+/// @return where the first one was put
+template <class PairAt>
+__device__ std::uint64_t appendTogether(const PairList& list, unsigned count, const PairAt& pairAt)
+{
+    unsigned long long place = 0;
+    if (threadIdx.x % 32 == 0)
+        place = fetchAdd(list.count, std::uint64_t{count});
+    place = __shfl_sync(0xffffffffu, place, 0);
+    writeTogether(list, place, count, pairAt);
+    return place;
+}
+
+/// How many of some lanes of a warp come before this one. A special register tells which: no other is kept for that.
+__device__ inline std::uint32_t countBefore(std::uint32_t lanes)
+{
+    std::uint32_t before = 0;
+    asm volatile("mov.u32 %0, %%lanemask_lt;" : "=r"(before));
+    return __popc(lanes & before);
+}
+
+/// What a step sees of its list on the GPU where the lanes of a warp go together: no lane asks for a place, the votes of
+/// all tell it. A full buffer is written out, so that a small one is enough and more of the cache is left.
+///
+/// @tparam kPairs that a warp has room for
+/// @tparam List   PairList, or DepthList
+template <unsigned kPairs = 128, class List = PairList>
+struct TogetherEmitter
+{
+    static constexpr bool kHasDepths = std::is_same_v<List, DepthList>;
+    static constexpr unsigned kRoom = kPairs;
+    static constexpr unsigned kSlots =
+        kHasDepths ? kRoom + kRoom / 2 : kRoom;  ///< that they take, with depths
+    static constexpr unsigned kAll = 0xffffffffu;
+
+    std::uint32_t buffer;  ///< [kRoom] pairs of the warp, then their depths: an address in shared memory
+    unsigned held;         ///< in the buffer, the same in all lanes
+    List list;
+
+    /// @param room [kSlots] of the warp
+    __device__ TogetherEmitter(const IdPair* room, const List& whole)
+        : buffer(addressInShared(room)), held(0), list(whole)
+    {
+    }
+
+    __device__ void push(IdPair pair) { list.push(pair); }
+    __device__ void tested(std::uint64_t) {}
+    __device__ bool any(bool isMine) const { return __any_sync(kAll, isMine) != 0; }
+    __device__ void append(bool isMine, IdPair pair, float depth = 0)
+    {
+        const unsigned lanes = __ballot_sync(kAll, isMine);
+        const unsigned k = held + countBefore(lanes);
+        if (isMine)
+            storeShared(buffer + sizeof(IdPair) * k, pair);
+        if (kHasDepths && isMine)
+            storeShared(depthAt(k), __float_as_uint(depth));
+        held += __popc(lanes);
+        if (held > kRoom - 32)
+            flush();
+    }
+    /// Writes out what there is.
+    __device__ void finish()
+    {
+        if (held != 0)
+            flush();
+    }
+    /// The same, to places that somebody has asked for.
+    __device__ void finishAt(std::uint64_t place)
+    {
+        __syncwarp();
+        writeTogether(pairsOf(list), place, held, bufferedPair());
+    }
+
+private:
+    __device__ auto bufferedPair() const
+    {
+        return [from = buffer](unsigned k) { return loadSharedPair(from + sizeof(IdPair) * k); };
+    }
+
+    __device__ std::uint32_t depthAt(unsigned k) const
+    {
+        return buffer + sizeof(IdPair) * kRoom + sizeof(float) * k;
+    }
+
+    __device__ void flush()
+    {
+        __syncwarp();
+        const std::uint64_t base = appendTogether(pairsOf(list), held, bufferedPair());
+        if constexpr (kHasDepths)
+            appendDepths(base);
+        __syncwarp();
+        held = 0;
+    }
+
+    __device__ void appendDepths(std::uint64_t base)
+    {
+        for (unsigned k = threadIdx.x % 32; k < held; k += 32)
+        {
+            if (base + k < list.pairs.capacity)
+                list.depths[base + k] = __uint_as_float(loadShared(depthAt(k)));
+        }
+    }
+
+    __device__ static const PairList& pairsOf(const PairList& pairs) { return pairs; }
+    __device__ static const PairList& pairsOf(const DepthList& pairs) { return pairs.pairs; }
+};
+
+/// The same for a step that keeps some of what it finds for a while.
+template <unsigned kPairs = 128>
+struct KeepingEmitter : TogetherEmitter<kPairs>
+{
+    static constexpr std::uint32_t kMostKept = 8;
+    static constexpr std::uint32_t kStride = sizeof(std::uint32_t) * kEmitThreads;
+
+    std::uint32_t firstKept, endOfKept;  ///< of this lane: addresses in shared memory, kStride apart
+
+    /// @param room [kMostKept * kEmitThreads] of the block
+    __device__ KeepingEmitter(const IdPair* pairs, const std::uint32_t* room, const PairList& whole)
+        : TogetherEmitter<kPairs>(pairs, whole),
+          firstKept(addressInShared(room + threadIdx.x)),
+          endOfKept(firstKept)
+    {
+    }
+
+    __device__ bool isFull() const { return endOfKept - firstKept == kMostKept * kStride; }
+    __device__ bool hasRoomForTwo() const { return endOfKept - firstKept <= (kMostKept - 2) * kStride; }
+    __device__ void keep(std::uint32_t something)
+    {
+        storeShared(endOfKept, something);
+        endOfKept += kStride;
+    }
+    __device__ std::uint32_t keptCount() const { return (endOfKept - firstKept) / kStride; }
+    __device__ std::uint32_t kept(std::uint32_t k) const { return loadShared(firstKept + k * kStride); }
+    __device__ void dropKept() { endOfKept = firstKept; }
+
+    /// Appends the pairs of `row` and what this lane keeps, which are rows. All have their places at once, so that none is held
+    /// back for more.
+    __device__ void appendKept(std::uint32_t row)
+    {
+        const std::uint32_t count = keptCount();
+        const std::uint32_t upTo = sumUpToLane(count);
+        unsigned long long place = 0;
+        if (threadIdx.x % 32 == 31 && upTo != 0)
+            place = fetchAdd(this->list.count, std::uint64_t{upTo});
+        place = __shfl_sync(0xffffffffu, place, 31) + (upTo - count);
+        auto* to = reinterpret_cast<uint2*>(this->list.pairs);
+#pragma unroll 1
+        for (std::uint32_t k = 0; k < count; ++k)
+        {
+            if (place + k < this->list.capacity)
+                to[place + k] = make_uint2(row, kept(k));
+        }
+        dropKept();
+    }
+};
+}  // namespace cullet::psap

@@ -1,0 +1,475 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/psap/data/pair_lists.h"
+#include "cullet/cuda/kernels/launch.cuh"
+#include "cullet/cuda/kernels/multi_list_kernels.cuh"
+#include "cullet/cuda/kernels/scan_kernel.cuh"
+#include "cullet/cuda/kernels/step_kernels.cuh"
+#include "cullet/cuda/kernels/tile_kernels.cuh"
+#include "cullet/cuda/runtime/chunked_upload.h"
+#include "cullet/cuda/runtime/cub_scratch.cuh"
+#include "cullet/cuda/runtime/cuda_error.h"
+#include "cullet/cuda/runtime/device_buffer.h"
+#include "cullet/cuda/runtime/event.h"
+#include "cullet/cuda/runtime/pinned_pages.h"
+#include "cullet/cuda/runtime/side_stream.h"
+#include "cullet/cuda/runtime/stage_timer.h"
+
+#include <cub/device/device_radix_sort.cuh>
+#include <cub/device/device_scan.cuh>
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace cullet::psap
+{
+/// Runs the steps of a pipeline on one CUDA device, on one stream.
+///
+/// Every call is checked and throws ExecutorFailure. Nothing waits but wait() and uploadNow().
+class CudaExec
+{
+public:
+    template <class T>
+    using Buffer = DeviceBuffer<T>;
+    template <class T>
+    using Staging = PinnedBuffer<T>;
+
+    /// Makes the executor's device the current one of this thread, and puts the old one back.
+    class Use
+    {
+    public:
+        explicit Use(const CudaExec& exec)
+        {
+            CULLET_CUDA_TRY(cudaGetDevice(&m_before));
+            if (m_before != exec.m_device)
+                CULLET_CUDA_TRY(cudaSetDevice(exec.m_device));
+        }
+        Use(const Use&) = delete;
+        Use& operator=(const Use&) = delete;
+        ~Use() { cudaSetDevice(m_before); }
+
+    private:
+        int m_before = 0;
+    };
+
+    /// @param stream runs there; null: on a stream of its own
+    explicit CudaExec(const PsapOptions& options, cudaStream_t stream = nullptr)
+        : m_device(options.device),
+          m_stream(stream),
+          m_blockThreads(blockThreads(options.blockThreads)),
+          m_stages(options.timeStages)
+    {
+        const Use use(*this);
+        int bytes = 0;
+        CULLET_CUDA_TRY(cudaDeviceGetAttribute(&bytes, cudaDevAttrMaxSharedMemoryPerBlockOptin, m_device));
+        m_sharedBytes = static_cast<std::uint32_t>(bytes);
+        int multiprocessors = 0;
+        CULLET_CUDA_TRY(cudaDeviceGetAttribute(&multiprocessors, cudaDevAttrMultiProcessorCount, m_device));
+        m_multiprocessors = static_cast<std::uint32_t>(multiprocessors);
+        m_canLaunchEarly = canLaunchEarly(m_device);
+        if (m_stream == nullptr)
+        {
+            CULLET_CUDA_TRY(cudaStreamCreateWithFlags(&m_ownStream, cudaStreamNonBlocking));
+            m_stream = m_ownStream;
+        }
+    }
+    CudaExec(const CudaExec&) = delete;
+    CudaExec& operator=(const CudaExec&) = delete;
+    ~CudaExec()
+    {
+        if (m_ownStream != nullptr)
+            cudaStreamDestroy(m_ownStream);
+        cudaGetLastError();
+    }
+
+    cudaStream_t stream() const { return m_stream; }
+
+    /// Makes room for at least `count` elements. What was there may be lost.
+    template <class T, class Memory>
+    void reserve(ExecutorBuffer<T, Memory>& buffer, std::uint64_t count)
+    {
+        if (count <= buffer.size())
+            return;
+        // Growing by half at least: worlds grow body by body. Nothing on a stream may still use the old memory.
+        const std::uint64_t room = std::max(count, buffer.size() + buffer.size() / 2);
+        if (buffer.size() != 0)
+        {
+            wait();
+            m_side.wait();
+        }
+        buffer.allocate(room, &m_bytes);
+    }
+
+    /// The same, but the first `used` elements stay.
+    template <class T>
+    void reserveKeeping(DeviceBuffer<T>& buffer, std::uint64_t count, std::uint64_t used)
+    {
+        if (count <= buffer.size())
+            return;
+        DeviceBuffer<T> larger;
+        reserve(larger, std::max(count, buffer.size() + buffer.size() / 2));
+        copy(larger.data(), buffer.data(), used);
+        wait();
+        buffer = std::move(larger);
+    }
+
+    /// Gives memory back that nothing launched from now on uses.
+    template <class T, class Memory>
+    void release(ExecutorBuffer<T, Memory>& buffer)
+    {
+        wait();
+        m_side.wait();
+        buffer.release();
+    }
+
+    template <class T>
+    void copy(T* to, const T* from, std::uint64_t count)
+    {
+        transfer(to, from, count * sizeof(T), cudaMemcpyDeviceToDevice);
+    }
+    template <class T>
+    void upload(T* to, const T* from, std::uint64_t count)
+    {
+        transfer(to, from, count * sizeof(T), cudaMemcpyHostToDevice);
+        m_bytesMoved += count * sizeof(T);
+    }
+    /// Whether upload() may read that memory directly and download() write there, with nobody else changing it before the next
+    /// wait().
+    ///
+    /// @param memory [count] from BoxAllocator
+    template <class T>
+    bool canReach(const T* memory, std::uint64_t count) const
+    {
+        return lockPages(memory, count * sizeof(T));
+    }
+    /// Uploads in parts, on a stream of their own: what is launched meanwhile does not wait for them, nor they for what was
+    /// launched since the last wait(), which must not use that memory.
+    template <class T>
+    void uploadParts(T* to, const T* from, std::uint64_t count, std::uint64_t part)
+    {
+        m_parts.begin(m_stream, count > part);
+        for (std::uint64_t begin = 0; begin < count; begin += part)
+        {
+            const std::uint64_t end = std::min(begin + part, count);
+            transfer(to + begin, from + begin, (end - begin) * sizeof(T), cudaMemcpyHostToDevice,
+                     m_parts.stream());
+            m_parts.end();
+        }
+        m_bytesMoved += count * sizeof(T);
+    }
+    /// Locked memory of the CPU as steps may read it, until the next wait().
+    ///
+    /// @param count read in one launch
+    template <class T>
+    const T* mapped(const T* memory, std::uint64_t count)
+    {
+        return mappedForWriting(const_cast<T*>(memory), count);
+    }
+    /// The same for what steps write.
+    template <class T>
+    T* mappedForWriting(T* memory, std::uint64_t count = 1)
+    {
+        m_bytesMoved += count * sizeof(T);
+        void* address = nullptr;
+        CULLET_CUDA_TRY(cudaHostGetDevicePointer(&address, memory, 0));
+        return static_cast<T*>(address);
+    }
+    /// What is launched from now on waits for that part.
+    void awaitPart(std::uint64_t part) { m_parts.await(m_stream, part); }
+    /// From any memory of the CPU, which may change as soon as this returns.
+    template <class T>
+    void uploadNow(T* to, const T* from, std::uint64_t count)
+    {
+        upload(to, from, count);
+        wait();
+    }
+    template <class T>
+    void download(T* to, const T* from, std::uint64_t count)
+    {
+        transfer(to, from, count * sizeof(T), cudaMemcpyDeviceToHost);
+        m_bytesMoved += count * sizeof(T);
+    }
+    template <class T>
+    void clear(T* what, std::uint64_t count)
+    {
+        if (count != 0)
+            CULLET_CUDA_TRY(cudaMemsetAsync(what, 0, count * sizeof(T), m_stream));
+    }
+    void wait() { CULLET_CUDA_TRY(cudaStreamSynchronize(m_stream)); }
+
+    /// Runs steps on a stream of their own, after what was there at the last fork(), beside what follows, for some updates maybe.
+    void fork() { m_side.fork(m_stream); }
+    template <class Body>
+    void aside(const Body& body)
+    {
+        const Elsewhere elsewhere(m_stream, m_side.stream());
+        body();
+    }
+    /// What follows waits for them.
+    void join() { m_side.join(m_stream); }
+    bool isAsideDone() const { return m_side.isDone(); }
+
+    /// awaitMark() waits for what the stream was given before this, and for nothing behind it.
+    void mark() { m_mark.record(m_stream); }
+    void awaitMark() { m_mark.wait(); }
+
+    /// Waits for what a failed update has left behind, so that it does not write into the next one.
+    void drain() noexcept
+    {
+        cudaStreamSynchronize(m_stream);
+        m_parts.drain();
+        m_side.drain();
+        cudaGetLastError();
+    }
+
+    /// What the stream gets from now on belongs to the stage; null: to none.
+    void beginStage(const char* name) { m_stages.begin(name, m_stream); }
+    /// Forgets the stages of an update that failed.
+    void dropStages() noexcept { m_stages.drop(); }
+    /// The stages since the last call; waits for them.
+    void takeStages(Array<StageTime>& stages) { m_stages.take(stages); }
+
+    template <class Step>
+    void forEach(std::uint64_t count, const Step& step)
+    {
+        forEachFrom(0, count, step);
+    }
+    template <class Step>
+    void forEachFrom(std::uint64_t begin, std::uint64_t end, const Step& step)
+    {
+        // Steps of some indices run beside others, and should take no more of their registers than they need.
+        if (begin < end)
+            launch(runStep<Step>, end - begin, end - begin <= 32 ? 32 : m_blockThreads, begin, end, step);
+    }
+    template <class Step>
+    void forEachEmitting(std::uint64_t count, const Step& step, const PairList& list)
+    {
+        launch(runEmittingStep<Step>, count, std::min(m_blockThreads, kEmitThreads), count, step, list);
+    }
+
+    template <std::uint32_t kSharers, class Step>
+    void forEachDealt(std::uint64_t bins, const Step& step, const PairList& list)
+    {
+        const auto kernel = runDealt<kSharers, Step>;
+        const auto count = static_cast<std::uint32_t>(bins);
+        if (m_canLaunchEarly)
+            launchEarly(m_stream, kernel, kSharers * bins, kEmitThreads, count, step, list);
+        else
+            launch(kernel, kSharers * bins, kEmitThreads, count, step, list);
+    }
+
+    bool hasSpareLanes() const { return true; }
+
+    void placeInTiles(const PlaceInTiles& step)
+    {
+        // With more tiles, more boxes for each of them; in a small world enough blocks for the device.
+        if (step.shape.tiles > kFewTiles)
+            placeByBlocks<1024, 4, 1>(step);
+        else if (step.count <= kFewBoxes)
+            placeByBlocks<512, 2, 2>(step);
+        else
+            placeByBlocks<512, 4, 2>(step);
+    }
+
+    template <class Step>
+    void searchTiles(const Step& step, const PairList& list)
+    {
+        if (step.shape.room <= SmallTiles<Step>::kMostRoom)
+            launchShared(m_stream, psap::searchTiles<Step, 256, 4>, step.shape.tiles, 256,
+                         SmallTiles<Step>::sharedBytes(step.shape), step, list);
+        else
+            launchShared(m_stream, psap::searchTiles<Step, 512, 6>, step.shape.tiles, 512,
+                         LargeTiles<Step>::sharedBytes(step.shape), step, list);
+    }
+
+    bool canSearchTiles(const TileShape& shape) const
+    {
+        return LargeTiles<SearchTiles<EveryPair>>::sharedBytes(shape) + kStaticShared <= m_sharedBytes;
+    }
+
+    template <class Step>
+    void forEachTogether(std::uint64_t count, const Step& step, const PairList& list)
+    {
+        launch(runTogether<Step>, count, kEmitThreads, count, step, list);
+    }
+
+    template <class Step>
+    void forEachParted(std::uint64_t count, const Step& step, const DepthList& first, const PairList& second)
+    {
+        // Fewer have no time to lose, and multiprocessors to spare.
+        if (count < kManyShort)
+            launch(runParted<1, Step>, count, kEmitThreads, count, step, first, second);
+        else
+            launch(runParted<kEachShort, Step>, (count + kEachShort - 1) / kEachShort, kEmitThreads, count,
+                   step, first, second);
+    }
+
+    template <class Step, std::uint32_t kLists>
+    void forEachSent(std::uint64_t count, const Step& step, const PairLists<kLists>& lists)
+    {
+        if (count < kManyShort)
+            launch(runSent<1, Step, kLists>, count, kEmitThreads, count, step, lists);
+        else
+            launch(runSent<kEachSent, Step, kLists>, (count + kEachSent - 1) / kEachSent, kEmitThreads, count,
+                   step, lists);
+    }
+
+    template <class Step>
+    void forEachSifted(std::uint64_t count, const Step& step, const PairLists<2>& lists)
+    {
+        // As many warps as there is room for: each has its own that wait.
+        const std::uint64_t lanes = (count + kEachSifted - 1) / kEachSifted;
+        const std::uint64_t most = std::uint64_t{m_multiprocessors} * kSiftedBlocks * kSiftThreads;
+        launch(runSifted<kEachSifted, Step>, std::min(lanes, most), kSiftThreads, count, step, lists);
+    }
+
+    template <class Step>
+    void forEachGrouped(std::uint64_t count, const Step& step, const PairList& list)
+    {
+        launch(runGrouped<Step>, count, kEmitThreads, count, step, list);
+    }
+
+    template <class T>
+    void scan(const T* in, T* out, std::uint64_t count)
+    {
+        if (count <= kMostInBlock)
+        {
+            auto* const kernel = count <= 4 * kScanThreads   ? scanInBlock<4, T>
+                                 : count <= 8 * kScanThreads ? scanInBlock<8, T>
+                                                             : scanInBlock<kMostPerThread, T>;
+            launch(kernel, 1, kScanThreads, in, out, static_cast<unsigned>(count));
+            return;
+        }
+        m_scratch.call<LongScan>(
+            *this, count,
+            [&](void* scratch, std::size_t& bytes, auto n)
+            { return cub::DeviceScan::ExclusiveSum(scratch, bytes, in, out, n, m_stream); });
+    }
+
+    template <class T>
+    void scanLargest(const T* in, T* out, std::uint64_t count)
+    {
+        m_scratch.call<LongScan>(
+            *this, count,
+            [&](void* scratch, std::size_t& bytes, auto n)
+            { return cub::DeviceScan::InclusiveScan(scratch, bytes, in, out, Larger{}, n, m_stream); });
+    }
+
+    template <class Key>
+    void sortPairs(Key* keys, Key* sortedKeys, std::uint32_t* values, std::uint32_t* sortedValues,
+                   std::uint64_t count, int bits)
+    {
+        if (count == 0)
+            return;
+        m_scratch.call<std::uint64_t>(*this, count,
+                                      [&](void* scratch, std::size_t& bytes, auto n)
+                                      {
+                                          return cub::DeviceRadixSort::SortPairs(
+                                              scratch, bytes, keys, sortedKeys, values, sortedValues, n, 0,
+                                              bits, m_stream);
+                                      });
+    }
+
+    void sortKeys(const std::uint64_t* keys, std::uint64_t* sortedKeys, std::uint64_t count, int firstBit,
+                  int endBit)
+    {
+        if (count == 0)
+            return;
+        m_scratch.call<std::uint64_t>(*this, count,
+                                      [&](void* scratch, std::size_t& bytes, auto n) {
+                                          return cub::DeviceRadixSort::SortKeys(scratch, bytes, keys,
+                                                                                sortedKeys, n, firstBit,
+                                                                                endBit, m_stream);
+                                      });
+    }
+
+    std::uint64_t bytes() const { return m_bytes; }
+    /// Between CPU and device, since the last call.
+    std::uint64_t takeBytesMoved() { return std::exchange(m_bytesMoved, 0); }
+    std::uint64_t takeTestCount() { return 0; }  ///< not counted here: it would cost time
+
+private:
+    /// Makes a stream another one for a while.
+    class Elsewhere
+    {
+    public:
+        Elsewhere(cudaStream_t& stream, cudaStream_t other) : m_stream(stream), m_before(stream)
+        {
+            m_stream = other;
+        }
+        Elsewhere(const Elsewhere&) = delete;
+        Elsewhere& operator=(const Elsewhere&) = delete;
+        ~Elsewhere() { m_stream = m_before; }
+
+    private:
+        cudaStream_t& m_stream;
+        cudaStream_t m_before;
+    };
+
+    /// Whole warps, as many as a block may have. @param asked 0: the most
+    static unsigned blockThreads(std::uint32_t asked)
+    {
+        return asked == 0 ? kMostThreads : std::clamp(asked / 32 * 32, 32u, kMostThreads);
+    }
+
+    void transfer(void* to, const void* from, std::uint64_t bytes, cudaMemcpyKind kind)
+    {
+        transfer(to, from, bytes, kind, m_stream);
+    }
+    static void transfer(void* to, const void* from, std::uint64_t bytes, cudaMemcpyKind kind,
+                         cudaStream_t stream)
+    {
+        if (bytes != 0)
+            CULLET_CUDA_TRY(cudaMemcpyAsync(to, from, bytes, kind, stream));
+    }
+
+    template <class... Parameters, class... Arguments>
+    void launch(void (*kernel)(Parameters...), std::uint64_t indices, unsigned threads,
+                const Arguments&... arguments)
+    {
+        psap::launch(m_stream, kernel, indices, threads, arguments...);
+    }
+
+    template <class Step>
+    using SmallTiles = TileSearching<Step, 256, 4>;
+    template <class Step>
+    using LargeTiles = TileSearching<Step, 512, 6>;
+
+    static constexpr unsigned kEachShort = 6, kEachSent = 2, kEachSifted = 2;
+    static constexpr std::uint64_t kManyShort = 1u << 18;
+    static constexpr std::uint32_t kFewTiles = 2048;
+    static constexpr std::uint64_t kFewBoxes = 3u << 16;
+    static constexpr std::uint32_t kStaticShared = 1024;  ///< at most, beside what a launch asks for
+
+    template <unsigned kThreads, unsigned kPerThread, unsigned kBlocks>
+    void placeByBlocks(const PlaceInTiles& step)
+    {
+        using Placing = TilePlacing<kThreads, kPerThread>;
+        const std::uint32_t bytes = Placing::sharedBytes(step.shape.tiles);
+        if (bytes + kStaticShared > m_sharedBytes)
+            forEach(step.count, step);
+        else
+            launchShared(m_stream, psap::placeInTiles<kThreads, kPerThread, kBlocks>,
+                         (step.count + Placing::kBoxes - 1) / Placing::kBoxes, kThreads, bytes, step);
+    }
+
+    int m_device;
+    cudaStream_t m_stream;
+    cudaStream_t m_ownStream = nullptr;
+    unsigned m_blockThreads;
+    std::uint32_t m_sharedBytes = 0;  ///< that a block may have
+    std::uint32_t m_multiprocessors = 0;
+    bool m_canLaunchEarly = false;
+    std::uint64_t m_bytes = 0;
+    std::uint64_t m_bytesMoved = 0;
+    CubScratch m_scratch;
+    PartStream m_parts;
+    SideStream m_side;
+    EventMark m_mark;
+    StageClock m_stages;
+};
+}  // namespace cullet::psap

@@ -1,0 +1,95 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/cuda/runtime/cuda_error.h"
+
+#include <cuda_runtime_api.h>
+
+#include <cstdint>
+
+/// How kernels are put on a stream.
+namespace cullet::psap
+{
+/// As many as it takes for a thread per index.
+inline unsigned blocksFor(std::uint64_t indices, unsigned threads)
+{
+    return static_cast<unsigned>((indices + threads - 1) / threads);
+}
+
+/// A thread per index; no launch for none.
+template <class... Parameters, class... Arguments>
+void launch(cudaStream_t stream, void (*kernel)(Parameters...), std::uint64_t indices, unsigned threads,
+            const Arguments&... arguments)
+{
+    if (indices == 0)
+        return;
+    kernel<<<blocksFor(indices, threads), threads, 0, stream>>>(arguments...);
+    CULLET_CUDA_TRY(cudaGetLastError());
+}
+
+/// Blocks with some shared memory.
+///
+/// @param bytes of it for each
+template <class... Parameters, class... Arguments>
+void launchShared(cudaStream_t stream, void (*kernel)(Parameters...), std::uint64_t blocks, unsigned threads,
+                  std::uint32_t bytes, const Arguments&... arguments)
+{
+    CULLET_CUDA_TRY(
+        cudaFuncSetAttribute(kernel, cudaFuncAttributeMaxDynamicSharedMemorySize, static_cast<int>(bytes)));
+    kernel<<<static_cast<unsigned>(blocks), threads, bytes, stream>>>(arguments...);
+    CULLET_CUDA_TRY(cudaGetLastError());
+}
+
+/// Whether a device and its driver know launchEarly(), recorded too.
+inline bool canLaunchEarly(int device)
+{
+    int driver = 0;
+    int major = 0;
+    CULLET_CUDA_TRY(cudaDriverGetVersion(&driver));
+    CULLET_CUDA_TRY(cudaDeviceGetAttribute(&major, cudaDevAttrComputeCapabilityMajor, device));
+    return CUDART_VERSION >= 12030 && driver >= 12030 && major >= 9;
+}
+
+/// As launch(), for a kernel that calls awaitBefore(): its blocks come onto the device as soon as all of the launch before are
+/// there or gone (programmatic dependent launch), instead of when it is over.
+///
+/// @pre canLaunchEarly()
+template <class... Parameters, class... Arguments>
+void launchEarly(cudaStream_t stream, void (*kernel)(Parameters...), std::uint64_t indices, unsigned threads,
+                 const Arguments&... arguments)
+{
+#if CUDART_VERSION >= 12030
+    if (indices == 0)
+        return;
+    cudaLaunchAttribute early = {};
+    early.id = cudaLaunchAttributeProgrammaticStreamSerialization;
+    early.val.programmaticStreamSerializationAllowed = 1;
+    cudaLaunchConfig_t config = {};
+    config.gridDim = dim3(blocksFor(indices, threads));
+    config.blockDim = dim3(threads);
+    config.stream = stream;
+    config.attrs = &early;
+    config.numAttrs = 1;
+    CULLET_CUDA_TRY(cudaLaunchKernelEx(&config, kernel, arguments...));
+#else
+    launch(stream, kernel, indices, threads, arguments...);
+#endif
+}
+
+/// In a kernel: waits until all launched before it is over and can be read, as before any kernel that was not launched early.
+__device__ inline void awaitBefore()
+{
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
+    asm volatile("griddepcontrol.wait;" ::: "memory");
+#endif
+}
+
+/// In a kernel: this block does not keep the blocks of a launchEarly() behind it from coming.
+__device__ inline void letNextStart()
+{
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
+    asm volatile("griddepcontrol.launch_dependents;" ::: "memory");
+#endif
+}
+}  // namespace cullet::psap

@@ -1,0 +1,201 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/psap/data/pair_lists.h"
+#include "cullet/cuda/kernels/block_append.cuh"
+
+#include <cstdint>
+
+/// The kernels that run a step for each index that sends pairs to several lists, whose blocks ask for places together.
+namespace cullet::psap
+{
+inline constexpr unsigned kSentBlocks = 8;  ///< on a multiprocessor
+/// Threads of a block that sifts: the more, the fewer ask for places.
+inline constexpr unsigned kSiftThreads = 256;
+/// On a multiprocessor: Turing's holds 1,024 threads, later ones 1,536 and more.
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ < 800
+inline constexpr unsigned kSiftedBlocks = 4;
+#else
+inline constexpr unsigned kSiftedBlocks = 6;
+#endif
+
+/// Places in some lists for the pairs of a block, which asks for all of them together: the device serves those who ask for places in one
+/// list one after the other.
+template <unsigned kWarps, std::uint32_t kLists>
+struct BlockPlaces
+{
+    std::uint32_t counts[kLists][kWarps];  ///< of the warps before
+    std::uint64_t firsts[kLists];
+
+    /// By all of the block. @param own pairs of the warp, for each list
+    __device__ void claim(const std::uint32_t (&own)[kLists], const PairLists<kLists>& lists)
+    {
+        // Not by an index, here and below: that would put the arrays into memory.
+#pragma unroll
+        for (unsigned list = 0; list < kLists; ++list)
+        {
+            if (threadIdx.x % 32 == list)
+                counts[list][threadIdx.x / 32] = own[list];
+        }
+        __syncthreads();
+        if (threadIdx.x < kLists)
+            claimFor(threadIdx.x, countOf(threadIdx.x, lists));
+        __syncthreads();
+    }
+    __device__ std::uint64_t ofWarp(unsigned list) const
+    {
+        return firsts[list] + counts[list][threadIdx.x / 32];
+    }
+
+private:
+    __device__ static std::uint64_t* countOf(unsigned list, const PairLists<kLists>& lists)
+    {
+        std::uint64_t* count = lists.at(0).count;
+#pragma unroll
+        for (unsigned k = 1; k < kLists; ++k)
+            count = list == k ? lists.at(k).count : count;
+        return count;
+    }
+
+    /// By a lane for each list: one after the other would wait for each answer.
+    __device__ void claimFor(unsigned list, std::uint64_t* count)
+    {
+        std::uint32_t total = 0;
+        for (unsigned warp = 0; warp < kWarps; ++warp)
+        {
+            const std::uint32_t ofWarp = counts[list][warp];
+            counts[list][warp] = total;
+            total += ofWarp;
+        }
+        firsts[list] = total != 0 ? fetchAdd(count, std::uint64_t{total}) : 0;
+    }
+};
+
+/// Runs a step for each index that sends a pair to some of two or three lists, or to none. A block asks for places in all lists together, and reads
+/// what its lanes need of all their pairs before it waits for any of it.
+///
+/// @tparam kEach pairs of a lane
+template <unsigned kEach, class Step, std::uint32_t kLists>
+__global__ void __launch_bounds__(kEmitThreads, kSentBlocks)
+    runSent(std::uint64_t end, const Step step, const PairLists<kLists> lists)
+{
+    constexpr unsigned kWarps = kEmitThreads / 32;
+    constexpr unsigned kAll = 0xffffffffu;
+    __shared__ BlockPlaces<kWarps, kLists> places;
+    const std::uint64_t first = static_cast<std::uint64_t>(blockIdx.x) * kEach * kEmitThreads + threadIdx.x;
+    using Item = decltype(step.read(first));
+    Item items[kEach];
+#pragma unroll
+    for (unsigned k = 0; k < kEach; ++k)
+    {
+        const std::uint64_t i = first + k * kEmitThreads;
+        items[k] = i < end ? step.read(i) : Item{};
+    }
+    decltype(step(items[0])) verdicts[kEach];
+#pragma unroll
+    for (unsigned k = 0; k < kEach; ++k)
+        verdicts[k] = step(items[k]);
+        // Not before: what is stored might be what others are to read.
+#pragma unroll
+    for (unsigned k = 0; k < kEach; ++k)
+    {
+        const std::uint64_t i = first + k * kEmitThreads;
+        if (i < end)
+            step.keep(i, items[k], verdicts[k]);
+    }
+    std::uint32_t own[kLists] = {};
+#pragma unroll
+    for (unsigned k = 0; k < kEach; ++k)
+#pragma unroll
+        for (unsigned list = 0; list < kLists; ++list)
+            own[list] += __popc(__ballot_sync(kAll, verdicts[k].sent.isFor(list)));
+    places.claim(own, lists);
+#pragma unroll
+    for (unsigned list = 0; list < kLists; ++list)
+    {
+        if (own[list] == 0)
+            continue;
+        const PairList to = lists.at(list);
+        std::uint64_t place = places.ofWarp(list);
+#pragma unroll
+        for (unsigned k = 0; k < kEach; ++k)
+        {
+            const bool isMine = verdicts[k].sent.isFor(list);
+            const unsigned lanes = __ballot_sync(kAll, isMine);
+            const std::uint64_t slot = place + countBefore(lanes);
+            if (isMine && slot < to.capacity)
+                reinterpret_cast<uint2*>(to.pairs)[slot] = {verdicts[k].sent.pair.a, verdicts[k].sent.pair.b};
+            place += __popc(lanes);
+        }
+    }
+}
+
+/// The same for a step that sends few pairs, to two lists, and most of whose indices are done at once: those that take longer wait
+/// until the warp has one for each lane.
+///
+/// @tparam kEach indices of a lane that are read together
+template <unsigned kEach, class Step>
+__global__ void __launch_bounds__(kSiftThreads, kSiftedBlocks)
+    runSifted(std::uint64_t end, const Step step, const PairLists<2> lists)
+{
+    using Open = typename Step::Open;
+    using Emitter = TogetherEmitter<64>;
+    constexpr unsigned kWarps = kSiftThreads / 32;
+    __shared__ Open queues[kWarps][64];
+    __shared__ alignas(8) IdPair rooms[2][kWarps][Emitter::kRoom];
+    __shared__ BlockPlaces<kWarps, 2> places;
+    const unsigned ofBlock = threadIdx.x / 32;
+    const unsigned lane = threadIdx.x % 32;
+    Open* const queue = queues[ofBlock];
+    Emitter toFirst(rooms[0][ofBlock], lists.at(0));
+    Emitter toSecond(rooms[1][ofBlock], lists.at(1));
+    unsigned waiting = 0;
+    const auto look = [&](unsigned count)
+    {
+        __syncwarp();
+        waiting -= count;
+        SentPair sent;
+        if (lane < count)
+            sent = step.look(queue[waiting + lane]);
+        toFirst.append(sent.isFor(0), sent.pair);
+        toSecond.append(sent.isFor(1), sent.pair);
+        __syncwarp();
+    };
+    using Item = decltype(step.read(end));
+    const std::uint64_t all = std::uint64_t{kEach} * kSiftThreads * gridDim.x;
+    const std::uint64_t warp = static_cast<std::uint64_t>(blockIdx.x) * kWarps + ofBlock;
+#pragma unroll 1
+    for (std::uint64_t first = 32 * kEach * warp; first < end; first += all)
+    {
+        Item items[kEach];
+        bool isOpen[kEach];
+#pragma unroll
+        for (unsigned k = 0; k < kEach; ++k)
+        {
+            const std::uint64_t i = first + 32 * k + lane;
+            items[k] = i < end ? step.read(i) : Item{};
+        }
+#pragma unroll
+        for (unsigned k = 0; k < kEach; ++k)
+            isOpen[k] = step.isOpen(items[k]);
+#pragma unroll
+        for (unsigned k = 0; k < kEach; ++k)
+        {
+            const std::uint64_t i = first + 32 * k + lane;
+            const unsigned lanes = __ballot_sync(Emitter::kAll, isOpen[k]);
+            if (isOpen[k])
+                queue[waiting + countBefore(lanes)] = step.open(i, items[k]);
+            else if (i < end)
+                step.keep(i, items[k]);
+            waiting += __popc(lanes);
+            if (waiting >= 32)
+                look(32);
+        }
+    }
+    look(waiting);
+    places.claim({toFirst.held, toSecond.held}, lists);
+    toFirst.finishAt(places.ofWarp(0));
+    toSecond.finishAt(places.ofWarp(1));
+}
+}  // namespace cullet::psap

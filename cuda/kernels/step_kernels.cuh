@@ -1,0 +1,286 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/psap/data/pair_lists.h"
+#include "cullet/cuda/kernels/block_append.cuh"
+#include "cullet/cuda/kernels/launch.cuh"
+
+#include <cstdint>
+#include <type_traits>
+
+/// The kernels that run a step for each index.
+namespace cullet::psap
+{
+inline constexpr unsigned kMostThreads = 256;  ///< in a block of runStep()
+/// On a multiprocessor: more lanes to wait with, fewer registers. Turing's holds 1,024 threads, later ones 1,536 and more.
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ < 800
+inline constexpr unsigned kTogetherBlocks = 8;
+inline constexpr unsigned kGroupedBlocks = 8;
+#else
+inline constexpr unsigned kTogetherBlocks = 12;
+inline constexpr unsigned kGroupedBlocks = 10;
+#endif
+/// More registers, where a small world's blocks run all at once.
+inline constexpr unsigned kDealtBlocks = 8;
+/// Pairs that a warp of a search by rows has room for: more make it ask for places less often, and leave less of the cache.
+inline constexpr unsigned kPairsOfRows = 192;
+inline constexpr unsigned kPairsOfGroups = 192;
+inline constexpr unsigned kWarpBuffer = 384;  ///< pairs that a warp keeps before they go to the list
+
+/// Whether a launch behind the step may come early, as the step itself says.
+template <class Step, class = void>
+inline constexpr bool kLetsNextStart = false;
+template <class Step>
+inline constexpr bool kLetsNextStart<Step, std::void_t<decltype(Step::kLetsNextStart)>> =
+    Step::kLetsNextStart;
+
+template <class Step>
+__global__ void __launch_bounds__(kMostThreads)
+    runStep(std::uint64_t begin, std::uint64_t end, const Step step)
+{
+    if constexpr (kLetsNextStart<Step>)
+        letNextStart();
+    const std::uint64_t i = begin + static_cast<std::uint64_t>(blockIdx.x) * blockDim.x + threadIdx.x;
+    if (i < end)
+        step(i);
+}
+
+/// What a step sees of its list on the GPU: room for some pairs of its warp, which then take one atomic together.
+struct WarpEmitter
+{
+    IdPair* buffer;
+    unsigned* count;
+    PairList list;
+
+    __device__ void push(IdPair pair)
+    {
+        const unsigned slot = atomicAdd(count, 1u);
+        if (slot < kWarpBuffer)
+            buffer[slot] = pair;
+        else
+            list.push(pair);
+    }
+    __device__ void tested(std::uint64_t) {}
+};
+
+template <class Step>
+__global__ void __launch_bounds__(kEmitThreads)
+    runEmittingStep(std::uint64_t end, const Step step, const PairList list)
+{
+    __shared__ alignas(8) IdPair buffers[kEmitThreads / 32][kWarpBuffer];
+    __shared__ unsigned counts[kEmitThreads / 32];
+    const unsigned warp = threadIdx.x / 32;
+    const unsigned lane = threadIdx.x % 32;
+    if (lane == 0)
+        counts[warp] = 0;
+    __syncwarp();
+    WarpEmitter emit = {buffers[warp], &counts[warp], list};
+    const std::uint64_t i = static_cast<std::uint64_t>(blockIdx.x) * blockDim.x + threadIdx.x;
+    if (i < end)
+        step(i, emit);
+    __syncwarp();
+
+    const unsigned count = counts[warp] < kWarpBuffer ? counts[warp] : kWarpBuffer;
+    if (count != 0)
+        appendTogether(list, count,
+                       [&](unsigned k) { return reinterpret_cast<const uint2*>(buffers[warp])[k]; });
+}
+
+template <class Step>
+__global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
+    runTogether(std::uint64_t end, const Step step, const PairList list)
+{
+    using Emitter = KeepingEmitter<kPairsOfRows>;
+    __shared__ alignas(8) IdPair buffers[kEmitThreads / 32][Emitter::kRoom];
+    __shared__ std::uint32_t kept[Emitter::kMostKept * kEmitThreads];
+    Emitter emit(buffers[threadIdx.x / 32], kept, list);
+    const std::uint64_t i = static_cast<std::uint64_t>(blockIdx.x) * kEmitThreads + threadIdx.x;
+    step(i, i < end, emit);
+    emit.finish();
+}
+
+/// The same for a step with two lists, so short that most of it would be asking for places: the device serves those who ask
+/// for places in one list one after the other, in more than a nanosecond.
+///
+/// @tparam kEach indices that a lane takes, every 32nd: a warp has room for as many pairs of the first list. Of the second
+///         there are mostly few.
+template <unsigned kEach, class Step>
+__global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
+    runParted(std::uint64_t end, const Step step, const DepthList first, const PairList second)
+{
+    constexpr unsigned kWarps = kEmitThreads / 32;
+    using First = TogetherEmitter<32 * (kEach == 1 ? 2 : kEach), DepthList>;
+    using Second = TogetherEmitter<64>;
+    __shared__ alignas(8) IdPair ofFirst[kWarps][First::kSlots];
+    __shared__ alignas(8) IdPair ofSecond[kWarps][Second::kRoom];
+    First toFirst(ofFirst[threadIdx.x / 32], first);
+    Second toSecond(ofSecond[threadIdx.x / 32], second);
+    const std::uint64_t warp = (static_cast<std::uint64_t>(blockIdx.x) * kEmitThreads + threadIdx.x) / 32;
+    std::uint64_t i = 32 * kEach * warp + threadIdx.x % 32;
+    const auto read = [&] { return i < end ? step.read(i) : DepthPair{}; };
+    DepthPair next = read();
+#pragma unroll 1
+    for (unsigned k = 0; k < kEach; ++k)
+    {
+        const DepthPair item = next;
+        i += 32;
+        if (k + 1 < kEach)
+            next = read();
+        step(item, toFirst, toSecond);
+    }
+    toFirst.finish();
+    toSecond.finish();
+}
+
+using GroupedPairs = TogetherEmitter<kPairsOfGroups>;
+
+/// The same where the lanes of a warp are a group.
+template <class Room>
+struct GroupEmitter : GroupedPairs
+{
+    static constexpr std::uint32_t kLanes = 32;
+
+    Room* shared;  ///< of the warp
+
+    __device__ GroupEmitter(const GroupedPairs& emitter, Room* room) : GroupedPairs(emitter), shared(room) {}
+
+    __device__ Room& room() const { return *shared; }
+    __device__ std::uint32_t lane() const { return threadIdx.x % kLanes; }
+    __device__ void sync() const { __syncwarp(); }
+    __device__ std::uint32_t ballot(bool isMine) const { return __ballot_sync(kAll, isMine); }
+    __device__ std::uint32_t countOf(std::uint32_t lanes) const { return __popc(lanes); }
+    __device__ std::uint32_t rankIn(std::uint32_t lanes) const
+    {
+        return __popc(lanes & ((1u << lane()) - 1u));
+    }
+    __device__ std::uint32_t from(std::uint32_t value, std::uint32_t lane) const
+    {
+        return __shfl_sync(kAll, value, static_cast<int>(lane));
+    }
+    __device__ std::uint32_t sum(std::uint32_t value) const
+    {
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 800
+        return __reduce_add_sync(kAll, value);
+#else
+        for (int distance = 1; distance < 32; distance *= 2)
+            value += __shfl_xor_sync(kAll, value, distance);
+        return value;
+#endif
+    }
+    __device__ float least(float value) const
+    {
+        return fromOrdered(leastOf(ordered(value)));
+    }
+
+    /// Appends pairAt(k) for the bits k of each lane. Lanes write theirs side by side, so that none waits for a vote on each.
+    template <class PairAt>
+    __device__ void appendEach(std::uint32_t bits, const PairAt& pairAt)
+    {
+        const unsigned count = __popc(bits);
+        const unsigned upTo = sumUpToLane(count);
+        const unsigned total = __shfl_sync(kAll, upTo, 31);
+        if (held + total > kRoom)
+            finish();
+        if (total > kRoom)
+            return appendInTurn(bits, pairAt);
+        std::uint32_t to = buffer + sizeof(IdPair) * (held + upTo - count);
+        for (; bits != 0; to += sizeof(IdPair))
+        {
+            const unsigned k = 31u - __clz(bits);
+            storeShared(to, pairAt(k));
+            bits ^= 1u << k;
+        }
+        held += total;
+    }
+
+private:
+    template <class PairAt>
+    __device__ void appendInTurn(std::uint32_t bits, const PairAt& pairAt)
+    {
+        for (; any(bits != 0); bits &= bits - 1)
+            append(bits != 0, bits != 0 ? pairAt(lowestBit(bits)) : IdPair{});
+    }
+
+    /// Ordered as the float is.
+    __device__ static int ordered(float value)
+    {
+        const int bits = __float_as_int(value);
+        return bits ^ ((bits >> 31) & 0x7fffffff);
+    }
+    __device__ static float fromOrdered(int number)
+    {
+        return __int_as_float(number ^ ((number >> 31) & 0x7fffffff));
+    }
+    __device__ static int leastOf(int number)
+    {
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 800
+        return __reduce_min_sync(kAll, number);
+#else
+        for (int distance = 1; distance < 32; distance *= 2)
+            number = min(number, __shfl_xor_sync(kAll, number, distance));
+        return number;
+#endif
+    }
+};
+
+template <class Step>
+__global__ void __launch_bounds__(kEmitThreads, kGroupedBlocks)
+    runGrouped(std::uint64_t end, const Step step, const PairList list)
+{
+    using Room = typename Step::Room;
+    __shared__ alignas(8) IdPair buffers[kEmitThreads / 32][GroupedPairs::kRoom];
+    __shared__ Room rooms[kEmitThreads / 32];
+    GroupEmitter<Room> emit({buffers[threadIdx.x / 32], list}, &rooms[threadIdx.x / 32]);
+    const std::uint64_t i = static_cast<std::uint64_t>(blockIdx.x) * kEmitThreads + threadIdx.x;
+    step(i, i < end, emit);
+    emit.finish();
+}
+
+/// The same where a block deals out the slots of as many bins as it has lanes for: most bins have none or one, and lanes
+/// that keep to a bin would wait for those with more.
+template <std::uint32_t kSharers, class Step>
+__global__ void __launch_bounds__(kEmitThreads, kDealtBlocks)
+    runDealt(std::uint32_t bins, const Step step, const PairList list)
+{
+    constexpr unsigned kBins = kEmitThreads / kSharers;
+    constexpr unsigned kSlots = 16;  // a power of two: the bin and the slot are bits of a number
+    static_assert(Step::kMostRoom <= kSlots, "a bin has more slots than there are numbers for");
+    __shared__ alignas(8) IdPair buffers[kEmitThreads / 32][KeepingEmitter<>::kRoom];
+    __shared__ std::uint32_t kept[KeepingEmitter<>::kMostKept * kEmitThreads];
+    __shared__ std::uint16_t slots[kBins * Step::kMostRoom];
+    __shared__ std::uint32_t slotCount;
+    const std::uint32_t firstBin = blockIdx.x * kBins;
+    const std::uint32_t bin = firstBin + threadIdx.x;
+    const bool isBin = threadIdx.x < kBins && bin < bins;
+    if (threadIdx.x == 0)
+        slotCount = 0;
+    if (isBin)
+        step.clear(bin);
+    __syncthreads();
+    awaitBefore();
+    KeepingEmitter<> emit(buffers[threadIdx.x / 32], kept, list);
+
+    // In any order: a scan would take more instructions, of which every warp has only some hundred to do.
+    const std::uint32_t count = isBin ? step.countOf(bin) : 0;
+    const std::uint32_t first = count != 0 ? atomicAdd(&slotCount, count) : 0;
+#pragma unroll 1
+    for (std::uint32_t k = 0; k < count; ++k)
+        slots[first + k] = static_cast<std::uint16_t>(threadIdx.x * kSlots + k);
+    __syncthreads();
+    const std::uint32_t total = slotCount;
+    if (isBin)
+        step.begin(bin, emit);
+
+    for (std::uint32_t base = 0; base < total * kSharers; base += kEmitThreads)
+    {
+        const std::uint32_t index = (base + threadIdx.x) / kSharers;
+        const bool isSlot = index < total;
+        if (!emit.any(isSlot))
+            break;
+        const std::uint32_t slot = slots[isSlot ? index : total - 1];
+        step(firstBin + slot / kSlots, slot % kSlots, threadIdx.x % kSharers, isSlot, emit);
+    }
+    emit.finish();
+}
+}  // namespace cullet::psap

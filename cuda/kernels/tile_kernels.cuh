@@ -1,0 +1,473 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/psap/tiles/tile_search.h"
+#include "cullet/cuda/kernels/block_append.cuh"
+
+#include <cub/block/block_scan.cuh>
+
+#include <cstdint>
+
+/// The steps of the search with tiles, a block of threads for some thousand boxes or for a tile. The shared memory that
+/// they take depends on the plan.
+namespace cullet::psap
+{
+/// Shared memory, dealt out from the front.
+class SharedMemory
+{
+public:
+    __device__ explicit SharedMemory(unsigned char* bytes) : m_bytes(bytes) {}
+
+    template <class T>
+    __device__ T* take(std::uint32_t count)
+    {
+        T* begin = reinterpret_cast<T*>(m_bytes);
+        m_bytes += bytesOf<T>(count);
+        return begin;
+    }
+
+    template <class T>
+    CULLET_HOST_DEVICE static std::uint32_t bytesOf(std::uint32_t count)
+    {
+        return (static_cast<std::uint32_t>(sizeof(T)) * count + 15) / 16 * 16;
+    }
+
+private:
+    unsigned char* m_bytes;
+};
+
+/// Puts kThreads * kPerThread boxes into their tiles: ranks them by tile in shared memory, asks each tile for as many places
+/// as it needs, and writes. First each box where it begins, then those that reach farther, all threads together.
+template <unsigned kThreads, unsigned kPerThread>
+class TilePlacing
+{
+public:
+    static constexpr std::uint32_t kBoxes = kThreads * kPerThread;
+    static constexpr std::uint32_t kNowhere = 0xffffffffu;
+
+    /// A record of a box in a tile where it does not begin.
+    struct alignas(8) Extra
+    {
+        std::uint32_t place;  ///< tile and rank
+        std::uint32_t code;   ///< number among those that reach farther, and axes along which it begins
+    };
+
+    static std::uint32_t sharedBytes(std::uint32_t tiles)
+    {
+        return SharedMemory::bytesOf<std::uint8_t>(kStepBytes) +
+               2 * SharedMemory::bytesOf<std::uint32_t>(tiles) + SharedMemory::bytesOf<std::uint32_t>(2) +
+               SharedMemory::bytesOf<Extra>(kBoxes) + SharedMemory::bytesOf<RowRecord>(kBoxes);
+    }
+
+    __device__ TilePlacing(const PlaceInTiles& placing, SharedMemory memory)
+        : m_step(placing),
+          m_ofStep(memory.take<std::uint8_t>(kStepBytes)),
+          m_counts(memory.take<std::uint32_t>(placing.shape.tiles)),
+          m_bases(memory.take<std::uint32_t>(placing.shape.tiles)),
+          m_found(memory.take<std::uint32_t>(2)),
+          m_extras(memory.take<Extra>(kBoxes)),
+          m_wide(memory.take<RowRecord>(kBoxes))
+    {
+    }
+
+    __device__ void operator()()
+    {
+        const TileSteps steps = m_step.plan->steps;
+        const std::uint32_t tiles = m_step.shape.tiles;
+        RowRecord records[kPerThread];
+        bool isTaken[kPerThread];
+        load(records, isTaken);
+        for (std::uint32_t k = threadIdx.x; k < kStepBytes / 4; k += kThreads)
+            reinterpret_cast<std::uint32_t*>(m_ofStep)[k] =
+                reinterpret_cast<const std::uint32_t*>(m_step.plan->ofStep)[k];
+        for (std::uint32_t tile = threadIdx.x; tile < tiles; tile += kThreads)
+            m_counts[tile] = 0;
+        if (threadIdx.x < 2)
+            m_found[threadIdx.x] = 0;
+        __syncthreads();
+
+        std::uint32_t places[kPerThread];
+        rank(steps, records, isTaken, places);
+        __syncthreads();
+        rankExtras(steps);
+        __syncthreads();
+        reserve(tiles);
+        __syncthreads();
+        store(records, places);
+        storeExtras();
+    }
+
+private:
+    static constexpr std::uint32_t kStepBytes = 3 * TileSteps::kPerAxis;
+    static constexpr std::uint32_t kRankBits = 16;
+
+    __device__ void load(RowRecord (&records)[kPerThread], bool (&isTaken)[kPerThread]) const
+    {
+#pragma unroll
+        for (unsigned k = 0; k < kPerThread; ++k)
+        {
+            const std::uint64_t i = blockIdx.x * std::uint64_t{kBoxes} + k * kThreads + threadIdx.x;
+            const Aabb box = loadBox(m_step.boxes, i < m_step.count ? i : m_step.count - 1);
+            m_step.begin(i);
+            const std::uint32_t mark = m_step.keepCopy(i, box);
+            isTaken[k] = i < m_step.count && m_step.takes(i, box);
+            records[k] = recordOf(box, unforeseen(m_step.plan->axes), static_cast<std::uint32_t>(i), mark);
+        }
+    }
+
+    /// The same axes. Known to be the same for all boxes, each order of them would get a loop of its own, thousands of
+    /// instructions.
+    __device__ static Axes unforeseen(Axes axes)
+    {
+        asm volatile("" : "+r"(axes.s), "+r"(axes.u), "+r"(axes.v));
+        return axes;
+    }
+
+    __device__ void rank(const TileSteps& steps, const RowRecord (&records)[kPerThread],
+                         const bool (&isTaken)[kPerThread], std::uint32_t (&places)[kPerThread])
+    {
+#pragma unroll
+        for (unsigned k = 0; k < kPerThread; ++k)
+        {
+            places[k] = kNowhere;
+            if (!isTaken[k])
+                continue;
+            const TileRange range = tilesOf(steps, m_ofStep, records[k]);
+            places[k] = rankIn(range.home(steps));
+            if (!range.isOne())
+                m_wide[atomicAdd(&m_found[0], 1u)] = records[k];
+        }
+    }
+
+    __device__ std::uint32_t rankIn(std::uint32_t tile)
+    {
+        return tile << kRankBits | atomicAdd(&m_counts[tile], 1u);
+    }
+
+    __device__ void rankExtras(const TileSteps& steps)
+    {
+        for (std::uint32_t wide = threadIdx.x; wide < m_found[0]; wide += kThreads)
+            tilesOf(steps, m_ofStep, m_wide[wide])
+                .forEach(steps,
+                         [&](std::uint32_t tile, std::uint32_t begins)
+                         {
+                             if (begins == kBeginsThere)
+                                 return;
+                             const std::uint32_t extra = atomicAdd(&m_found[1], 1u);
+                             if (extra < kBoxes)
+                                 m_extras[extra] = {rankIn(tile), wide << 3 | begins};
+                             else
+                                 m_step.spill();
+                         });
+    }
+
+    __device__ void reserve(std::uint32_t tiles)
+    {
+#pragma unroll 4
+        for (std::uint32_t tile = threadIdx.x; tile < tiles; tile += kThreads)
+        {
+            const std::uint32_t count = m_counts[tile];
+            m_bases[tile] = count != 0 ? m_step.reserve(tile, count) : kNoPlace;
+        }
+    }
+
+    __device__ std::uint32_t placeOf(std::uint32_t ranked) const
+    {
+        if (ranked == kNowhere)
+            return kNoPlace;
+        const std::uint32_t base = m_bases[ranked >> kRankBits];
+        return base == kNoPlace ? kNoPlace : base + (ranked & ((1u << kRankBits) - 1));
+    }
+
+    __device__ void store(const RowRecord (&records)[kPerThread],
+                          const std::uint32_t (&places)[kPerThread]) const
+    {
+#pragma unroll
+        for (unsigned k = 0; k < kPerThread; ++k)
+            storeRecord(m_step.records, placeOf(places[k]), records[k]);
+    }
+
+    __device__ void storeExtras() const
+    {
+        const std::uint32_t extras = m_found[1] < kBoxes ? m_found[1] : kBoxes;
+        for (std::uint32_t k = threadIdx.x; k < extras; k += kThreads)
+        {
+            const Extra extra = m_extras[k];
+            const std::uint32_t place = placeOf(extra.place);
+            if (place == kNoPlace)
+                continue;
+            RowRecord record = m_wide[extra.code >> 3];
+            record.back.bin = TileMark::with(record.back.bin, extra.code & kBeginsThere);
+            m_step.records[place] = record;
+        }
+    }
+
+    const PlaceInTiles& m_step;
+    std::uint8_t* m_ofStep;   ///< as TilePlan has it
+    std::uint32_t* m_counts;  ///< [tiles] records of the block
+    std::uint32_t* m_bases;   ///< [tiles] where the block's records begin
+    std::uint32_t* m_found;   ///< boxes that reach farther, and records that they take there
+    Extra* m_extras;
+    RowRecord* m_wide;  ///< boxes that reach farther
+};
+
+/// Warps on a multiprocessor, for which registers are limited. Turing's holds 32, later ones 48 and more.
+#if defined(__CUDA_ARCH__) && __CUDA_ARCH__ < 800
+inline constexpr unsigned kTileWarps = 32;
+#else
+inline constexpr unsigned kTileWarps = 48;
+#endif
+
+extern __shared__ __align__(128) unsigned char tileMemory[];
+
+template <unsigned kThreads, unsigned kPerThread, unsigned kBlocks>
+__global__ void __launch_bounds__(kThreads, kBlocks) placeInTiles(const PlaceInTiles step)
+{
+    TilePlacing<kThreads, kPerThread>(step, SharedMemory(tileMemory))();
+}
+
+/// Searches a tile: sorts its boxes by cell in shared memory, then goes through what is around each of them there. Boxes
+/// that may meet are put in a queue of the warp, and looked at exactly when there are as many as it has lanes.
+template <class Step, unsigned kThreads, unsigned kPerThread>
+class TileSearching
+{
+public:
+    static constexpr unsigned kWarps = kThreads / 32;
+    static constexpr std::uint32_t kMostRoom = kThreads * kPerThread;
+
+    static std::uint32_t sharedBytes(const TileShape& shape)
+    {
+        return SharedMemory::bytesOf<std::uint32_t>(words(shape.cells)) +
+               SharedMemory::bytesOf<TileBox>(shape.room) + SharedMemory::bytesOf<std::uint16_t>(shape.room) +
+               SharedMemory::bytesOf<std::uint32_t>(kWarps * kWordsPerWarp) +
+               SharedMemory::bytesOf<IdPair>(kWarps * TogetherEmitter<>::kRoom);
+    }
+
+    using Scan = cub::BlockScan<std::uint32_t, kThreads, cub::BLOCK_SCAN_WARP_SCANS>;
+
+    __device__ TileSearching(const Step& searching, SharedMemory memory)
+        : m_step(searching),
+          m_words(memory.take<std::uint32_t>(words(searching.shape.cells))),
+          m_boxes(memory.take<TileBox>(searching.shape.room)),
+          m_ids(memory.take<std::uint16_t>(searching.shape.room)),
+          m_ranges(memory.take<std::uint32_t>(kWarps * kWordsPerWarp) + threadIdx.x / 32 * kWordsPerWarp),
+          m_hits(m_ranges + kRangeWords),
+          m_pairs(memory.take<IdPair>(kWarps * TogetherEmitter<>::kRoom) +
+                  threadIdx.x / 32 * TogetherEmitter<>::kRoom),
+          m_records(searching.recordsOf(blockIdx.x))
+    {
+    }
+
+    __device__ void operator()(const PairList& list, typename Scan::TempStorage& scratch)
+    {
+        const std::uint32_t tile = blockIdx.x;
+        TogetherEmitter<> emit(m_pairs, list);
+        if (threadIdx.x == 0)
+            m_step.begin(tile);
+        const auto counts = m_step.countsOf(tile);
+        const TileFrame frame(*m_step.plan, tile);
+        sort(frame, counts.boxes, scratch);
+        search(frame, counts.boxes, emit);
+        if (counts.sides != 0)
+        {
+            for (std::uint32_t k = threadIdx.x; k < counts.boxes; k += kThreads)
+                m_step.searchSides(m_records[k], counts.sides, emit);
+            if (threadIdx.x == 0)
+                m_step.searchAmongSides(tile, counts.sides, emit);
+        }
+        __syncwarp();
+        emit.finish();
+    }
+
+private:
+    static constexpr std::uint32_t kRangeWords = 32 * TileRanges::kCount;
+    static constexpr std::uint32_t kHits = 64;  ///< 31 wait, and as many as there are lanes come
+    static constexpr std::uint32_t kWordsPerWarp = kRangeWords + kHits;
+    static constexpr unsigned kAll = 0xffffffffu;
+    static constexpr unsigned kBeginsShift = 13;
+    static_assert(kMostRoom <= 1u << kBeginsShift, "a record's number and where it begins have 16 bits");
+
+    /// Two cells in a word, and a start behind the last one.
+    CULLET_HOST_DEVICE static std::uint32_t words(std::uint32_t cells) { return cells / 2 + 1; }
+
+    __device__ const std::uint16_t* starts() const { return reinterpret_cast<const std::uint16_t*>(m_words); }
+
+    __device__ void sort(const TileFrame& frame, std::uint32_t count, typename Scan::TempStorage& scratch)
+    {
+        const std::uint32_t cellWords = words(m_step.shape.cells);
+        for (std::uint32_t k = threadIdx.x; k < cellWords; k += kThreads)
+            m_words[k] = 0;
+        __syncthreads();
+        std::uint32_t ranked[kPerThread];
+#pragma unroll
+        for (unsigned k = 0; k < kPerThread; ++k)
+        {
+            const std::uint32_t i = k * kThreads + threadIdx.x;
+            ranked[k] = i < count ? rank(frame.cellOf(frame.lowCorner(m_records[i]))) : 0;
+        }
+        __syncthreads();
+        scan(cellWords, scratch);
+        __syncthreads();
+#pragma unroll
+        for (unsigned k = 0; k < kPerThread; ++k)
+        {
+            const std::uint32_t i = k * kThreads + threadIdx.x;
+            if (i >= count)
+                continue;
+            const RowRecord record = m_records[i];
+            const std::uint32_t slot = starts()[ranked[k] >> 16] + (ranked[k] & 0xffffu);
+            m_boxes[slot] = {frame.lowCorner(record), frame.highCorner(record)};
+            m_ids[slot] = static_cast<std::uint16_t>(i | TileMark::begins(record.back.bin) << kBeginsShift);
+        }
+        __syncthreads();
+    }
+
+    /// @return the cell and how many came before
+    __device__ std::uint32_t rank(std::uint32_t cell)
+    {
+        const bool isOdd = cell % 2 != 0;
+        const std::uint32_t before = atomicAdd(&m_words[cell / 2], isOdd ? 0x10000u : 1u);
+        return cell << 16 | (isOdd ? before >> 16 : before & 0xffffu);
+    }
+
+    /// Makes starts of the counts.
+    __device__ void scan(std::uint32_t cellWords, typename Scan::TempStorage& scratch)
+    {
+        // Odd, so that threads begin in different banks.
+        const std::uint32_t part = (cellWords + kThreads - 1) / kThreads | 1u;
+        const std::uint32_t first = threadIdx.x * part;
+        const std::uint32_t last = first + part < cellWords ? first + part : cellWords;
+        std::uint32_t sum = 0;
+        for (std::uint32_t k = first; k < last; ++k)
+            sum += (m_words[k] & 0xffffu) + (m_words[k] >> 16);
+        std::uint32_t start = 0;
+        Scan(scratch).ExclusiveSum(sum, start);
+        for (std::uint32_t k = first; k < last; ++k)
+        {
+            const std::uint32_t counts = m_words[k];
+            const std::uint32_t odd = start + (counts & 0xffffu);
+            m_words[k] = start | odd << 16;
+            start = odd + (counts >> 16);
+        }
+    }
+
+    __device__ void search(const TileFrame& frame, std::uint32_t count, TogetherEmitter<>& emit)
+    {
+        const std::uint32_t reach[3] = {m_step.plan->reach[0], m_step.plan->reach[1], m_step.plan->reach[2]};
+        const auto entryTest = m_step.partners.isNew.ready();
+        const unsigned lane = threadIdx.x % 32;
+        std::uint32_t held = 0;
+        for (std::uint32_t base = threadIdx.x - lane; base < count; base += kThreads)
+        {
+            const std::uint32_t slot = base + lane;
+            const bool isBox = slot < count;
+            const TileBox self = m_boxes[isBox ? slot : count - 1];
+            const TileRanges ranges(frame, reach, starts(), self, slot, isBox);
+            const std::uint32_t* range = m_ranges + lane;
+            const std::uint32_t* lastRange = range + 32 * keepFilled(ranges, lane);
+            std::uint32_t k = 0;
+            std::uint32_t end = 0;
+            for (;;)
+            {
+                if (k >= end && range != lastRange)
+                {
+                    k = *range & 0xffffu;
+                    end = *range >> 16;
+                    range += 32;
+                }
+                const bool isTest = k < end;
+                if (!emit.any(isTest))
+                    break;
+                keepHit(isTest && self.mayMeet(m_boxes[k]), slot << 16 | k, held);
+                if (held >= 32)
+                {
+                    report(32, entryTest, emit);
+                    dropHits(held);
+                }
+                ++k;
+            }
+        }
+        if (emit.any(held != 0))
+            report(held, entryTest, emit);
+    }
+
+    /// Those that hold something, one after the other.
+    ///
+    /// @return how many
+    __device__ std::uint32_t keepFilled(const TileRanges& ranges, unsigned lane)
+    {
+        std::uint32_t filled = 0;
+#pragma unroll
+        for (int r = 0; r < TileRanges::kCount; ++r)
+        {
+            if (ranges.begin[r] < ranges.end[r])
+                m_ranges[32 * filled++ + lane] = ranges.begin[r] | ranges.end[r] << 16;
+        }
+        return filled;
+    }
+
+    __device__ void keepHit(bool isHit, std::uint32_t hit, std::uint32_t& held)
+    {
+        const unsigned lanes = __ballot_sync(kAll, isHit);
+        if (isHit)
+            m_hits[held + __popc(lanes & ((1u << threadIdx.x % 32) - 1u))] = hit;
+        held += __popc(lanes);
+    }
+
+    /// Forgets the first hits, one for each lane.
+    __device__ void dropHits(std::uint32_t& held)
+    {
+        const unsigned lane = threadIdx.x % 32;
+        held -= 32;
+        const std::uint32_t rest = lane < held ? m_hits[32 + lane] : 0;
+        __syncwarp();
+        if (lane < held)
+            m_hits[lane] = rest;
+        __syncwarp();
+    }
+
+    /// Appends the pairs among the first hits.
+    template <class Test>
+    __device__ void report(std::uint32_t hits, const Test& entryTest, TogetherEmitter<>& emit) const
+    {
+        __syncwarp();
+        const unsigned lane = threadIdx.x % 32;
+        IdPair pair = {0, 0};
+        bool isPair = false;
+        if (lane < hits)
+        {
+            constexpr std::uint32_t kNumber = (1u << kBeginsShift) - 1;
+            const std::uint32_t a = m_ids[m_hits[lane] >> 16];
+            const std::uint32_t b = m_ids[m_hits[lane] & 0xffffu];
+            if ((a | b) >> kBeginsShift == kBeginsThere)
+            {
+                const RowRecord first = m_records[a & kNumber];
+                const RowRecord second = m_records[b & kNumber];
+                pair = {first.back.row, second.back.row};
+                isPair = m_step.reports(first, second, entryTest);
+            }
+        }
+        emit.append(isPair, pair);
+        __syncwarp();
+    }
+
+    const Step& m_step;
+    std::uint32_t* m_words;      ///< counts of the cells, then where they start: two in a word
+    TileBox* m_boxes;            ///< by cell
+    std::uint16_t* m_ids;        ///< their records, and axes along which they begin in the tile
+    std::uint32_t* m_ranges;     ///< of the warp: kCount for each lane, every 32nd
+    std::uint32_t* m_hits;       ///< of the warp: two slots each
+    IdPair* m_pairs;             ///< of the warp
+    const RowRecord* m_records;  ///< of the tile
+};
+
+template <class Step, unsigned kThreads, unsigned kPerThread>
+__global__ void __launch_bounds__(kThreads, 32 * kTileWarps / kThreads)
+    searchTiles(const Step step, const PairList list)
+{
+    using Searching = TileSearching<Step, kThreads, kPerThread>;
+    __shared__ typename Searching::Scan::TempStorage scratch;
+    Searching(step, SharedMemory(tileMemory))(list, scratch);
+}
+}  // namespace cullet::psap

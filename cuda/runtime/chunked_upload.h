@@ -1,0 +1,86 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/cuda/runtime/cuda_error.h"
+
+#include <cuda_runtime_api.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace cullet::psap
+{
+/// A second stream for copies that come in parts, so that the first one works on a part while the next is on its way.
+class PartStream
+{
+public:
+    PartStream() = default;
+    PartStream(const PartStream&) = delete;
+    PartStream& operator=(const PartStream&) = delete;
+    ~PartStream()
+    {
+        for (const cudaEvent_t event : m_events)
+            cudaEventDestroy(event);
+        if (m_own != nullptr)
+            cudaStreamDestroy(m_own);
+        cudaGetLastError();
+    }
+
+    /// The parts wait for nothing that `user` has been given, but where they are on that stream itself.
+    ///
+    /// @param isApart false: on that stream itself, which costs no events
+    void begin(cudaStream_t user, bool isApart)
+    {
+        m_count = 0;
+        m_isApart = isApart;
+        if (isApart && m_own == nullptr)
+            CULLET_CUDA_TRY(cudaStreamCreateWithFlags(&m_own, cudaStreamNonBlocking));
+        m_stream = isApart ? m_own : user;
+    }
+
+    /// Where the next part is to be copied.
+    cudaStream_t stream() const { return m_stream; }
+
+    /// That part has been enqueued.
+    void end()
+    {
+        if (m_isApart)
+            record(m_own);
+    }
+
+    /// What `user` gets from now on waits for that part.
+    void await(cudaStream_t user, std::uint64_t part)
+    {
+        if (m_isApart)
+            CULLET_CUDA_TRY(cudaStreamWaitEvent(user, m_events[part], 0));
+    }
+
+    /// Waits for all of it, whether it went well or not.
+    void drain() noexcept
+    {
+        if (m_own != nullptr)
+            cudaStreamSynchronize(m_own);
+    }
+
+private:
+    void record(cudaStream_t stream)
+    {
+        if (m_count == m_events.size())
+        {
+            cudaEvent_t event = nullptr;
+            CULLET_CUDA_TRY(cudaEventCreateWithFlags(&event, cudaEventDisableTiming));
+            m_events.push_back(event);
+        }
+        CULLET_CUDA_TRY(cudaEventRecord(m_events[m_count], stream));
+        ++m_count;
+    }
+
+    cudaStream_t m_own = nullptr;
+    cudaStream_t m_stream = nullptr;
+    bool m_isApart = false;
+    std::vector<cudaEvent_t> m_events;  ///< of each part
+    std::size_t m_count = 0;            ///< recorded since begin()
+};
+}  // namespace cullet::psap

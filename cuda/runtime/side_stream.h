@@ -1,0 +1,71 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/cuda/runtime/cuda_error.h"
+#include "cullet/cuda/runtime/event.h"
+
+#include <cuda_runtime_api.h>
+
+namespace cullet::psap
+{
+/// A second stream for what runs beside the first one.
+class SideStream
+{
+public:
+    SideStream() = default;
+    SideStream(const SideStream&) = delete;
+    SideStream& operator=(const SideStream&) = delete;
+    ~SideStream()
+    {
+        if (m_own != nullptr)
+            cudaStreamDestroy(m_own);
+        cudaGetLastError();
+    }
+
+    /// What this one gets from now on comes after all that `user` has been given.
+    ///
+    /// @pre join(), which makes this one: that takes longer than many an update
+    void fork(cudaStream_t user)
+    {
+        m_fork.record(user);
+        m_fork.holdUp(m_own);
+    }
+
+    /// What `user` gets from now on comes after all that this one has been given.
+    void join(cudaStream_t user)
+    {
+        if (m_own == nullptr)
+            CULLET_CUDA_TRY(cudaStreamCreateWithFlags(&m_own, cudaStreamNonBlocking));
+        m_join.record(m_own);
+        m_join.holdUp(user);
+    }
+
+    cudaStream_t stream() const { return m_own; }
+
+    /// Whether all that this one has been given is done.
+    bool isDone() const
+    {
+        const cudaError_t state = CULLET_CUDA_ASK(cudaStreamQuery(m_own));
+        if (state != cudaErrorNotReady)
+            throwIfFailed(state, "cudaStreamQuery");
+        cudaGetLastError();
+        return state == cudaSuccess;
+    }
+    void wait() const
+    {
+        if (m_own != nullptr)
+            CULLET_CUDA_TRY(cudaStreamSynchronize(m_own));
+    }
+    /// Waits for all of it, whether it went well or not.
+    void drain() noexcept
+    {
+        if (m_own != nullptr)
+            cudaStreamSynchronize(m_own);
+    }
+
+private:
+    cudaStream_t m_own = nullptr;
+    EventMark m_fork, m_join;
+};
+}  // namespace cullet::psap

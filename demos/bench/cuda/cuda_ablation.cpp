@@ -1,0 +1,135 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/demos/bench/cuda/cuda_ablation.h"
+
+#include "cullet/broad/backend.h"
+#include "cullet/demos/bench/cuda/cuda_pairs.h"
+#include "cullet/demos/program/interrupt.h"
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdio>
+#include <vector>
+
+namespace cullet
+{
+namespace
+{
+// As many as psap-1024 of `bench broad` has.
+constexpr std::uint32_t kFixedCells = 1024;
+constexpr int kSlowFrames = 3;
+// Of larger worlds only what takes some milliseconds.
+constexpr std::uint32_t kMostBodiesForAll = 1u << 20;
+
+struct Variant
+{
+    const char* name;
+    PsapOptions options;
+    bool isForAnySize = false;
+    bool isSlow = false;
+};
+
+PsapOptions ordered(PsapOrder order, PsapRowSearch search = PsapRowSearch::Automatic)
+{
+    PsapOptions options;
+    options.order = order;
+    options.rowSearch = search;
+    return options;
+}
+
+PsapOptions thesis(PsapVariant variant, PsapCells cells = PsapCells::Automatic)
+{
+    PsapOptions options;
+    options.variant = variant;
+    options.cells = cells;
+    options.cellCount = kFixedCells;
+    return options;
+}
+
+PsapOptions along(PsapAxis axis, std::uint32_t seed = 1)
+{
+    PsapOptions options = thesis(PsapVariant::Literal);
+    options.axis = axis;
+    options.seed = seed;
+    return options;
+}
+
+PsapOptions withBits()
+{
+    PsapOptions options = thesis(PsapVariant::Literal);
+    options.bitStrings = true;
+    return options;
+}
+
+PsapOptions withSplit()
+{
+    PsapOptions options = thesis(PsapVariant::Literal);
+    options.splitWork = true;
+    return options;
+}
+
+std::vector<Variant> fastVariants()
+{
+    return {
+        {"rows-radix", ordered(PsapOrder::Radix), true},
+        {"rows-counting", ordered(PsapOrder::Counting), true},
+        {"rows-tiles", ordered(PsapOrder::Tiles), true},
+        {"rows-alone", ordered(PsapOrder::Counting, PsapRowSearch::Alone)},
+        {"rows-grouped", ordered(PsapOrder::Counting, PsapRowSearch::Grouped)},
+    };
+}
+
+std::vector<Variant> thesisVariants()
+{
+    constexpr PsapVariant kLiteral = PsapVariant::Literal, kShifted = PsapVariant::Shifted;
+    return {
+        {"literal", thesis(kLiteral), true},
+        {"literal-bits", withBits(), true},
+        {"literal-split", withSplit(), true},
+        {"literal-principal", along(PsapAxis::Principal)},
+        {"literal-x", along(PsapAxis::X)},
+        // Seeds 1 and 2 choose x and z.
+        {"literal-random-2", along(PsapAxis::Random, 2)},
+        {"literal-1024-cells", thesis(kLiteral, PsapCells::FixedCount)},
+        {"shifted-1024-cells", thesis(kShifted, PsapCells::FixedCount)},
+        // A sweep over many boxes in each cell.
+        {"literal-thesis-cells", thesis(kLiteral, PsapCells::Thesis), false, true},
+        {"shifted-thesis-cells", thesis(kShifted, PsapCells::Thesis), false, true},
+    };
+}
+
+void timeVariants(const FreshSets& sets, const std::vector<Variant>& variants, int frames, CudaTable& table)
+{
+    for (const Variant& variant : variants)
+    {
+        const bool isFor = variant.isForAnySize || sets.scene().bodies <= kMostBodiesForAll;
+        if (isFor && !isInterrupted())
+            table.add(timePairs(sets, variant.name, variant.options,
+                                variant.isSlow ? std::min(frames, kSlowFrames) : frames));
+    }
+}
+}  // namespace
+
+void timeAblation(const FreshSets& sets, int frames, CudaTable& table)
+{
+    timeVariants(sets, fastVariants(), frames, table);
+    timeVariants(sets, thesisVariants(),
+                 sets.scene().bodies <= kMostBodiesForAll ? frames : std::min(frames, kSlowFrames), table);
+}
+
+void timeScales(const FreshSets& sets, CudaTable& table)
+{
+    for (const float cell : {0.5f, 0.7f, 1.0f, 1.4f, 2.0f})
+    {
+        for (const float bin : {0.25f, 0.5f, 1.0f, 2.0f, 4.0f})
+        {
+            char name[64];
+            std::snprintf(name, sizeof(name), "rows-%.1f-%.2f", cell, bin);
+            PsapOptions options;
+            options.cellScale = cell;
+            options.binScale = bin;
+            table.add(timePairs(sets, name, options, 9));
+        }
+    }
+}
+}  // namespace cullet

@@ -1,0 +1,13 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/demos/bench/cuda/cuda_bench.h"
+#include "cullet/demos/bench/cuda/support/cuda_table.h"
+
+namespace cullet
+{
+/// A million boxes where sweep and prune is weak: all at one place of an axis, also swept along that very axis, all on one line,
+/// one over all others.
+void timeExtremes(const CudaBenchOptions& options, CudaTable& table);
+}  // namespace cullet

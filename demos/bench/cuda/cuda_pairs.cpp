@@ -1,0 +1,52 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/demos/bench/cuda/cuda_pairs.h"
+
+#include "cullet/cuda/device_pairs.h"
+#include "cullet/demos/bench/cuda/support/cuda_frame_clock.h"
+#include "cullet/demos/bench/cuda/support/cuda_timing.h"
+
+#include <cstdint>
+#include <stdexcept>
+#include <vector>
+
+namespace cullet
+{
+CudaRow timePairs(const FreshSets& sets, const std::string& variant, const PsapOptions& options, int frames)
+{
+    const Stream stream;
+    std::string why;
+    const auto finder = makeDevicePairFinder(options, stream.get(), &why);
+    if (!finder)
+        throw std::runtime_error(why);
+    FrameClock<DevicePairFinder, DevicePairs> clock(*finder, stream.get());
+    const std::uint32_t bodies = sets.scene().bodies;
+    const DeviceBoxes current(bodies);
+    CudaRow row = rowFor(sets.scene(), variant, kFreshPairs);
+    // The last of the first set: what is launched then was recorded in earlier frames.
+    const int hashedFrame = (kWarmUps + frames - 1) / FreshSets::kCount * FreshSets::kCount;
+    DevicePairs found;
+    std::vector<double> times;
+    for (int frame = 0; frame < kWarmUps + frames; ++frame)
+    {
+        // One address, new content: as an engine that integrates on the device would have it.
+        checkCuda(cudaMemcpyAsync(current.data(), sets.ofFrame(frame).data(), bodies * sizeof(Aabb),
+                                  cudaMemcpyDeviceToDevice, stream.get()));
+        checkCuda(cudaStreamSynchronize(stream.get()));
+        const double passed = clock.time(current.data(), bodies, found);
+        if (frame >= kWarmUps)
+            times.push_back(passed);
+        if (frame >= kWarmUps && clock.isLate())
+            ++row.lateFrames;
+        if (frame == hashedFrame)
+        {
+            row.pairs = found.count;
+            row.hash = hashOfDevicePairs(found.pairs, found.count);
+        }
+    }
+    setTimes(row, &CudaRow::gpuMs, times);
+    row.bytes = finder->bytes();
+    row.moved = leastForPairs(bodies, row.pairs);
+    return row;
+}
+}  // namespace cullet

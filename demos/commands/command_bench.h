@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/demos/commands/argument_checks.h"
+#include "cullet/demos/commands/commands.h"
+#include "cullet/demos/program/precision.h"
+
+#include <string>
+
+// What the subcommands of `cullet bench` share.
+namespace cullet
+{
+struct FileOptions
+{
+    std::string precision = ownPrecision();
+    std::string json;
+    std::string csv;
+};
+
+void addFileOptions(CLI::App& command, FileOptions& files);
+
+/// Throws ProgramError (kExitUnavailable) in a debug build.
+void requireReleaseBuild();
+
+/// Prints the machine, the commit and the precision.
+void printHead();
+
+/// Adds `bench narrow`.
+void addNarrowBench(CLI::App& bench, Action& chosen);
+
+/// Adds `bench cuda`.
+void addCudaBench(CLI::App& bench, Action& chosen);
+}  // namespace cullet

@@ -1,0 +1,95 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/demos/bench/narrow/narrow_bench.h"
+#include "cullet/demos/commands/command_bench.h"
+#include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/program/interrupt.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace cullet
+{
+namespace
+{
+/// Leaves out the libraries that this program was built without, and says so.
+///
+/// @throws ProgramError (kExitUnavailable) when none is left
+void leaveOutMissing(std::vector<std::string>& algorithms)
+{
+    std::string missing;
+    for (const NarrowSubjectInfo& info : narrowSubjects())
+    {
+        const auto kept = std::remove(algorithms.begin(), algorithms.end(),
+                                      info.make == nullptr ? std::string(info.name) : std::string());
+        if (kept == algorithms.end())
+            continue;
+        algorithms.erase(kept, algorithms.end());
+        missing += (missing.empty() ? "" : "; ") + std::string(info.name) + ": " + info.summary;
+    }
+    if (algorithms.empty())
+        throw ProgramError(kExitUnavailable, missing);
+    if (!missing.empty())
+        std::fprintf(stderr, "left out: %s\n", missing.c_str());
+}
+
+int benchNarrow(NarrowOptions options, const FileOptions& files)
+{
+    requireReleaseBuild();
+    leaveOutMissing(options.algorithms);
+    ResultFile file({{"command", "bench narrow"},
+                     {"shape", options.shapes},
+                     {"regime", options.regimes},
+                     {"query", options.queries},
+                     {"algorithm", options.algorithms},
+                     {"temperature", options.temperatures},
+                     {"support", options.supports},
+                     {"repetitions", options.repetitions},
+                     {"seed", options.seed},
+                     {"precision", ownPrecision()}},
+                    files.json, files.csv);
+    printHead();
+    runNarrowBench(options, file);
+    file.save();
+    return isInterrupted() ? kExitInterrupted : kExitOk;
+}
+
+CLI::Option* addList(CLI::App& command, const std::string& name, std::vector<std::string>& values,
+                     const std::string& help, const std::vector<std::string>& known)
+{
+    return command.add_option(name, values, help)
+        ->delimiter(',')
+        ->capture_default_str()
+        ->check(CLI::IsMember(known));
+}
+}  // namespace
+
+void addNarrowBench(CLI::App& bench, Action& chosen)
+{
+    CLI::App* command =
+        bench.add_subcommand("narrow", "Queries on pairs of convex hulls, against other libraries");
+    command->footer(
+        "Examples:\n"
+        "  cullet bench narrow --shape ico42 --regime separated,near --query boolean,distance\n"
+        "  cullet bench narrow --query algorithm --algorithm cullet,bullet --csv contacts.csv\n");
+    const auto options = std::make_shared<NarrowOptions>();
+    const auto files = std::make_shared<FileOptions>();
+    addList(*command, "--shape", options->shapes, "one or several", narrowShapeNames());
+    addList(*command, "--regime", options->regimes, "how far apart", namesOf(narrowRegimes()));
+    addList(*command, "--query", options->queries, "what is asked", narrowQueryNames());
+    addList(*command, "--algorithm", options->algorithms, "libraries", namesOf(narrowSubjects()));
+    addList(*command, "--temperature", options->temperatures, "with and without the memory of a pair",
+            {"warm", "cold"});
+    addList(*command, "--support", options->supports, "support search of cullet", narrowSupportNames());
+    command->add_option("--repetitions", options->repetitions, "interleaved, of each case")
+        ->capture_default_str()
+        ->check(CLI::Range(1, 100000));
+    command->add_option("--seed", options->seed, "of the trajectories")->capture_default_str();
+    command->add_flag("--quiet", options->quiet, "no progress bar");
+    addFileOptions(*command, *files);
+    command->callback([=, &chosen] { chosen = [=] { return benchNarrow(*options, *files); }; });
+}
+}  // namespace cullet

@@ -1,0 +1,88 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/demos/program/files/trace_file.h"
+
+#include <LinearMath/btQuickprof.h>
+
+#include <array>
+#include <chrono>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+/// The parts of a step of a Bullet world.
+enum class Phase
+{
+    UpdateAabbs,  ///< shape boxes and setAabb; DBVT looks for pairs in here
+    CalculateOverlappingPairs,
+    Dispatch,  ///< narrow phase
+    Islands,
+    Solver,
+    Integrate,  ///< prediction, predictive contacts and integration of transforms
+    Rest
+};
+
+constexpr std::size_t kPhaseCount = 7;
+
+const char* phaseName(Phase phase) noexcept;
+
+/// Milliseconds per phase.
+using PhaseTimes = std::array<double, kPhaseCount>;
+
+/// One quantity over all steps, in milliseconds.
+struct StepSample
+{
+    std::string name;
+    std::vector<double> milliseconds;
+};
+
+/// Every phase, then "broadPhase" (updateAabbs + calculateOverlappingPairs: what a broad phase costs, wherever it looks
+/// for pairs) and "step" (all phases).
+std::vector<StepSample> samplesOf(const std::vector<PhaseTimes>& steps);
+
+/// Measures one step at a time through Bullet's profile zones, which call functions of ours also where Bullet's own
+/// profiler is compiled out (btSetCustomEnterProfileZoneFunc).
+///
+/// Each moment counts for the innermost zone that has a phase, so the phases add up to the whole step. Zones of other
+/// threads would be mixed in; Bullet as shipped by Debian steps in one thread. One clock may run at a time.
+class PhaseClock
+{
+public:
+    /// Runs `step` and returns what it spent where; every zone, with a phase or not, goes to the trace.
+    template <class Step>
+    static PhaseTimes measure(TraceLane& trace, Step step)
+    {
+        PhaseClock clock(trace);
+        step();
+        return clock.finish();
+    }
+
+private:
+    using Clock = std::chrono::steady_clock;
+
+    explicit PhaseClock(TraceLane& trace);
+    ~PhaseClock();
+    PhaseTimes finish();
+
+    static void onEnter(const char* zone);
+    static void onLeave();
+    void charge();
+    Phase phaseOfZone(const char* zone);
+
+    TraceLane& m_trace;
+    btEnterProfileZoneFunc* m_previousEnter;
+    btLeaveProfileZoneFunc* m_previousLeave;
+    std::vector<Phase> m_stack;
+    std::vector<std::pair<const char*, Phase>> m_known;  ///< zones without a phase of their own are not in it
+    std::vector<const char*> m_foreign;
+    PhaseTimes m_times = {};
+    Clock::time_point m_last;
+};
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,234 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/demos/scenes/bodies/world_scene.h"
+
+#include "cullet/demos/program/exit_code.h"
+#include "cullet/demos/scenes/bodies/parallel_world.h"
+#include "cullet/plugin/convex_dispatcher.h"
+
+#include <BulletCollision/CollisionDispatch/btGhostObject.h>
+
+#include <algorithm>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+std::unique_ptr<btCollisionDispatcher> makeDispatcher(const WorldSceneOptions& options,
+                                                      btDefaultCollisionConfiguration& configuration)
+{
+    if (options.narrow == "dispatcher")
+    {
+        DispatcherOptions own;
+        own.threads = options.threads;
+        return std::make_unique<Dispatcher>(&configuration, own);
+    }
+    auto dispatcher = std::make_unique<btCollisionDispatcher>(&configuration);
+    if (options.narrow == "isa-gjk")
+        registerIsaGjk(*dispatcher);
+    else if (options.narrow != "bullet")
+        throw ProgramError(kExitUsage, "no narrow phase '" + options.narrow + "'");
+    return dispatcher;
+}
+
+std::unique_ptr<btDiscreteDynamicsWorld> makeWorld(const WorldKind& kind, const WorldSceneOptions& options,
+                                                   btDispatcher& dispatcher,
+                                                   btBroadphaseInterface& broadphase,
+                                                   btConstraintSolver& solver,
+                                                   btCollisionConfiguration& configuration)
+{
+    if (options.update == "bullet")
+        return kind.makeWorld(dispatcher, broadphase, solver, configuration);
+    if (options.update != "parallel")
+        throw ProgramError(kExitUsage, "no update of boxes '" + options.update + "'");
+    return kind.makeParallelWorld(dispatcher, broadphase, solver, configuration, options.threads);
+}
+}  // namespace
+
+const std::vector<std::string>& boxUpdateNames()
+{
+    static const std::vector<std::string> names = {"bullet", "parallel"};
+    return names;
+}
+
+const std::vector<std::string>& narrowPhaseNames()
+{
+    static const std::vector<std::string> names = {"bullet", "isa-gjk", "dispatcher"};
+    return names;
+}
+
+const WorldKind& rigidWorld()
+{
+    static const WorldKind kind = {[] { return std::make_unique<btDefaultCollisionConfiguration>(); },
+                                   [](btDispatcher& dispatcher, btBroadphaseInterface& broadphase,
+                                      btConstraintSolver& solver, btCollisionConfiguration& configuration) {
+                                       return std::make_unique<btDiscreteDynamicsWorld>(
+                                           &dispatcher, &broadphase, &solver, &configuration);
+                                   },
+                                   makeParallelWorld<btDiscreteDynamicsWorld>};
+    return kind;
+}
+
+void hashScalars(std::uint64_t& hash, const btVector3& vector)
+{
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        // -0 and 0 are the same place.
+        const btScalar value = vector[axis] + btScalar(0);
+        const unsigned char* bytes = reinterpret_cast<const unsigned char*>(&value);
+        for (std::size_t i = 0; i < sizeof(value); ++i)
+            hash = (hash ^ bytes[i]) * 0x100000001b3ull;
+    }
+}
+
+btTransform transformAt(const btVector3& origin)
+{
+    return btTransform(btQuaternion::getIdentity(), origin);
+}
+
+WorldScene::WorldScene(std::string name, NamedBroadphase broadphase, const WorldSceneOptions& options,
+                       const WorldKind& kind)
+    : m_name(std::move(name)),
+      m_options(options),
+      m_broadphase(std::move(broadphase)),
+      m_configuration(kind.makeConfiguration()),
+      m_dispatcher(makeDispatcher(options, *m_configuration))
+{
+    const MarginScope margin(m_broadphase.margin);
+    m_world = makeWorld(kind, options, *m_dispatcher, *m_broadphase.broadphase, m_solver, *m_configuration);
+}
+
+WorldScene::~WorldScene()
+{
+    // Pairs first, from the end of the array: Bullet's cache scans all pairs for each body that goes.
+    btOverlappingPairCache& cache = *m_world->getPairCache();
+    while (cache.getNumOverlappingPairs() > 0)
+    {
+        const btBroadphasePair& last = cache.getOverlappingPairArray()[cache.getNumOverlappingPairs() - 1];
+        cache.removeOverlappingPair(last.m_pProxy0, last.m_pProxy1, m_dispatcher.get());
+    }
+    while (m_world->getNumConstraints() > 0)
+        m_world->removeConstraint(m_world->getConstraint(m_world->getNumConstraints() - 1));
+    // From the front: the world looks for the object from there, and moves the last one into its place.
+    const btCollisionObjectArray& objects = m_world->getCollisionObjectArray();
+    while (objects.size() > 0)
+        m_world->removeCollisionObject(objects[0]);
+}
+
+btRigidBody& WorldScene::addBody(btCollisionShape& shape, btScalar mass, const btTransform& transform)
+{
+    btVector3 inertia(0, 0, 0);
+    if (mass > 0)
+        shape.calculateLocalInertia(mass, inertia);
+    btRigidBody::btRigidBodyConstructionInfo info(mass, nullptr, &shape, inertia);
+    info.m_startWorldTransform = transform;
+    btRigidBody& body = keep(std::make_unique<btRigidBody>(info));
+    if (mass > 0 && !m_options.sleeping)
+        body.setActivationState(DISABLE_DEACTIVATION);
+    const MarginScope margin(m_broadphase.margin);
+    m_world->addRigidBody(&body);
+    return body;
+}
+
+btRigidBody& WorldScene::addStaticBox(const btVector3& halfExtents, const btVector3& centre)
+{
+    return addBody(makeShape<btBoxShape>(halfExtents), 0, transformAt(centre));
+}
+
+void WorldScene::addWalledFloor(btScalar halfWidth, btScalar height)
+{
+    constexpr btScalar kWall = 1;
+    const btScalar outer = halfWidth + kWall;
+    addStaticBox(btVector3(outer, kWall, outer), btVector3(0, -kWall, 0));
+    const btVector3 alongX(kWall / 2, height / 2, outer);
+    const btVector3 alongZ(outer, height / 2, kWall / 2);
+    const btScalar offset = halfWidth + kWall / 2;
+    for (const btScalar sign : {btScalar(-1), btScalar(1)})
+    {
+        addStaticBox(alongX, btVector3(sign * offset, height / 2, 0));
+        addStaticBox(alongZ, btVector3(0, height / 2, sign * offset));
+    }
+}
+
+btRigidBody& WorldScene::addFloor()
+{
+    return addBody(makeShape<btStaticPlaneShape>(btVector3(0, 1, 0), btScalar(0)), 0,
+                   btTransform::getIdentity());
+}
+
+btCollisionObject& WorldScene::addObject(btCollisionShape& shape, const btTransform& transform)
+{
+    btCollisionObject& object = keep(std::make_unique<btCollisionObject>());
+    object.setCollisionShape(&shape);
+    object.setWorldTransform(transform);
+    // Neither static nor kinematic: two of those have no pair.
+    object.setCollisionFlags(btCollisionObject::CF_NO_CONTACT_RESPONSE);
+    const MarginScope margin(m_broadphase.margin);
+    m_world->addCollisionObject(&object, btBroadphaseProxy::DefaultFilter, btBroadphaseProxy::AllFilter);
+    return object;
+}
+
+void WorldScene::allowGhosts()
+{
+    m_world->getPairCache()->setInternalGhostPairCallback(&keep(std::make_unique<btGhostPairCallback>()));
+}
+
+PhaseTimes WorldScene::step()
+{
+    const MarginScope margin(m_broadphase.margin);
+    direct();
+    // Zero substeps: exactly one step, of length dt.
+    return PhaseClock::measure(m_trace,
+                               [this]
+                               {
+                                   change();
+                                   m_world->stepSimulation(m_options.dt, 0);
+                               });
+}
+
+std::uint64_t WorldScene::pairCount() const
+{
+    return static_cast<std::uint64_t>(
+        m_broadphase.broadphase->getOverlappingPairCache()->getNumOverlappingPairs());
+}
+
+std::uint64_t WorldScene::contactPairCount() const
+{
+    std::uint64_t count = 0;
+    for (int i = 0; i < m_dispatcher->getNumManifolds(); ++i)
+        count += m_dispatcher->getManifoldByIndexInternal(i)->getNumContacts() > 0 ? 1 : 0;
+    return count;
+}
+
+void WorldScene::hashMore(std::uint64_t&) const {}
+
+std::uint64_t WorldScene::stateHash() const
+{
+    std::uint64_t hash = 0xcbf29ce484222325ull;
+    const btCollisionObjectArray& objects = m_world->getCollisionObjectArray();
+    for (int i = 0; i < objects.size(); ++i)
+    {
+        const btTransform& transform = objects[i]->getWorldTransform();
+        for (int row = 0; row < 3; ++row)
+            hashScalars(hash, transform.getBasis()[row]);
+        hashScalars(hash, transform.getOrigin());
+    }
+    hashMore(hash);
+    return hash;
+}
+
+btScalar WorldScene::lowestHeight() const
+{
+    btScalar lowest = BT_LARGE_FLOAT;
+    const btCollisionObjectArray& objects = m_world->getCollisionObjectArray();
+    for (int i = 0; i < objects.size(); ++i)
+    {
+        if (!objects[i]->isStaticObject())
+            lowest = std::min(lowest, objects[i]->getWorldTransform().getOrigin().y());
+    }
+    return lowest;
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,204 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/demos/scenes/bodies/broadphase_factory.h"
+#include "cullet/demos/scenes/bodies/phase_clock.h"
+#include "cullet/demos/scenes/hulls/mesh_hull.h"
+
+#include <btBulletDynamicsCommon.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+class btRaycastVehicle;
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+struct WorldSceneOptions
+{
+    std::uint32_t bodies = 0;            ///< that move; 0: as many as the scene has by default
+    std::uint64_t seed = 1;              ///< of places, rotations, velocities and shapes
+    btScalar dt = btScalar(1.0 / 60.0);  ///< length of a step, seconds
+    bool sleeping = true;                ///< let resting bodies fall asleep, as Bullet does by default
+    std::string narrow = "bullet";       ///< narrow phase: one of narrowPhaseNames()
+    std::string backend = "auto";        ///< broad phase: one of broadphaseNames()
+    std::string update = "bullet";       ///< of the boxes: one of boxUpdateNames()
+    int threads = 0;                     ///< of all three; 0: as many as the machine has
+    std::vector<HullPoints> hulls;       ///< shapes for the scenes that take meshes
+    std::size_t hullPoints = 20;         ///< vertices of a random hull
+    std::string file;                    ///< the .bullet file of scene "file"
+};
+
+/// "bullet"; "isa-gjk": Bullet's dispatcher with registerIsaGjk(); "dispatcher": cullet::Dispatcher.
+const std::vector<std::string>& narrowPhaseNames();
+
+/// "bullet"; "parallel": cullet::World.
+const std::vector<std::string>& boxUpdateNames();
+
+/// Which classes of Bullet a scene is built from.
+struct WorldKind
+{
+    std::unique_ptr<btDefaultCollisionConfiguration> (*makeConfiguration)();
+    std::unique_ptr<btDiscreteDynamicsWorld> (*makeWorld)(btDispatcher&, btBroadphaseInterface&,
+                                                          btConstraintSolver&, btCollisionConfiguration&);
+    /// The same with boxes updated by so many threads.
+    std::unique_ptr<btDiscreteDynamicsWorld> (*makeParallelWorld)(btDispatcher&, btBroadphaseInterface&,
+                                                                  btConstraintSolver&,
+                                                                  btCollisionConfiguration&, int threads);
+};
+
+/// btDefaultCollisionConfiguration and btDiscreteDynamicsWorld.
+const WorldKind& rigidWorld();
+
+/// A Bullet world and what happens in it. Lengths in metres, y is up, gravity -10, mass 1, Bullet's defaults for
+/// everything that a scene does not name.
+///
+/// Deterministic: two scenes with the same name and options differ in nothing, and with backends of cullet stay the same
+/// bit by bit. Owns all that is in the world.
+class WorldScene
+{
+public:
+    virtual ~WorldScene();
+    WorldScene(const WorldScene&) = delete;
+    WorldScene& operator=(const WorldScene&) = delete;
+
+    /// One step of dt, phase by phase. What the scene's own script takes is not in the times, but for creating and
+    /// removing bodies, which is in Phase::Rest.
+    PhaseTimes step();
+
+    /// From now on every step writes the zones of Bullet's profiler there.
+    void setTrace(TraceLane trace) { m_trace = std::move(trace); }
+
+    const std::string& name() const noexcept { return m_name; }
+    btDiscreteDynamicsWorld& world() noexcept { return *m_world; }
+    const btDiscreteDynamicsWorld& world() const noexcept { return *m_world; }
+    const NamedBroadphase& broadphase() const noexcept { return m_broadphase; }
+    const WorldSceneOptions& options() const noexcept { return m_options; }
+
+    /// The ray-cast vehicles, whose wheels are no objects of the world.
+    virtual std::vector<const btRaycastVehicle*> vehicles() const { return {}; }
+
+    /// Pairs in the pair cache.
+    std::uint64_t pairCount() const;
+
+    /// Pairs with at least one contact point.
+    std::uint64_t contactPairCount() const;
+
+    /// FNV-1a over the transforms of all objects of the world in their order, and over the nodes of soft bodies, bit by
+    /// bit: equal for equal simulations.
+    std::uint64_t stateHash() const;
+
+    /// Lowest origin of an object that is not static; BT_LARGE_FLOAT when there is none.
+    btScalar lowestHeight() const;
+
+protected:
+    WorldScene(std::string name, NamedBroadphase broadphase, const WorldSceneOptions& options,
+               const WorldKind& kind = rigidWorld());
+
+    /// What the scene does before a step: velocities, steering, targets. Not in the times.
+    virtual void direct() {}
+
+    /// Bodies that come and go before a step. In the times.
+    virtual void change() {}
+
+    /// Adds what the transforms do not tell.
+    virtual void hashMore(std::uint64_t& hash) const;
+
+    /// Owns something until the world is empty, and returns it.
+    template <class T>
+    T& keep(std::unique_ptr<T> thing)
+    {
+        T& reference = *thing;
+        m_kept.push_back(std::shared_ptr<T>(std::move(thing)));
+        return reference;
+    }
+
+    /// Makes a shape that the scene owns.
+    template <class Shape, class... Arguments>
+    Shape& makeShape(Arguments&&... arguments)
+    {
+        return keep(std::make_unique<Shape>(std::forward<Arguments>(arguments)...));
+    }
+
+    /// Adds a rigid body; mass 0: static.
+    btRigidBody& addBody(btCollisionShape& shape, btScalar mass, const btTransform& transform);
+
+    /// Adds a static box.
+    btRigidBody& addStaticBox(const btVector3& halfExtents, const btVector3& centre);
+
+    /// Adds a floor whose top is y = 0, and four walls around the square from -halfWidth to halfWidth, of static boxes.
+    void addWalledFloor(btScalar halfWidth, btScalar height);
+
+    /// Adds the plane y = 0, as a static body.
+    btRigidBody& addFloor();
+
+    /// Adds an object that takes part in the broad and the narrow phase and has no mass, velocity or response.
+    btCollisionObject& addObject(btCollisionShape& shape, const btTransform& transform);
+
+    /// For a scene that learns only now how many bodies it has.
+    void setBodyCount(std::uint32_t count) { m_options.bodies = count; }
+
+    /// Installs Bullet's ghost pair callback.
+    void allowGhosts();
+
+private:
+    std::string m_name;
+    WorldSceneOptions m_options;
+    NamedBroadphase m_broadphase;
+    TraceLane m_trace;
+    std::unique_ptr<btDefaultCollisionConfiguration> m_configuration;
+    std::unique_ptr<btCollisionDispatcher> m_dispatcher;
+    btSequentialImpulseConstraintSolver m_solver;
+    std::vector<std::shared_ptr<void>> m_kept;
+    std::unique_ptr<btDiscreteDynamicsWorld> m_world;
+};
+
+/// Hashes a vector, bit by bit; -0 and 0 are the same.
+void hashScalars(std::uint64_t& hash, const btVector3& vector);
+
+btTransform transformAt(const btVector3& origin);
+
+struct WorldSceneInfo
+{
+    const char* name;
+    const char* summary;   ///< one line
+    std::uint32_t bodies;  ///< by default
+    double halfExtent;     ///< every box stays within this distance of the origin on each axis
+    std::unique_ptr<WorldScene> (*make)(const std::string& name, NamedBroadphase, const WorldSceneOptions&);
+    bool takesMeshes = false;  ///< options.hulls are among its shapes
+};
+
+/// Every scene, in the order in which people should read them.
+const std::vector<WorldSceneInfo>& worldScenes();
+
+/// The scene of that name (case matters), or null.
+const WorldSceneInfo* findWorldScene(std::string_view name);
+
+/// The scene of that name.
+///
+/// @throws std::invalid_argument when there is none, listing the known ones
+const WorldSceneInfo& requireWorldScene(std::string_view name);
+
+/// What a broad phase for this scene has to be able to hold; options.backend names it.
+///
+/// @throws std::invalid_argument for an unknown scene, listing the known ones
+BroadphaseRequest requestForScene(std::string_view name, const WorldSceneOptions& options);
+
+/// Makes a scene with the broad phase options.backend.
+///
+/// @throws std::invalid_argument for an unknown scene, backend or narrow phase, listing the known ones; ProgramError
+///         (kExitInput) for a file that cannot be read; std::runtime_error when a backend cannot run here
+std::unique_ptr<WorldScene> makeWorldScene(std::string_view name, const WorldSceneOptions& options);
+
+/// The same with a broad phase of the caller's, options.backend is not read.
+std::unique_ptr<WorldScene> makeWorldScene(std::string_view name, const WorldSceneOptions& options,
+                                           NamedBroadphase broadphase);
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/demos/scenes/bodies/world_scene.h"
+
+#include <memory>
+#include <string>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+/// Scene "static": static cubes of 2 m, uniform, 32 m^3 of space each, and among them 100 that fly straight at 3 to 6 m/s
+/// without response and turn back at the faces of the space. Only they are handed over in each step
+/// (setForceUpdateAllAabbs(false)), as in any world with so much that stands still.
+std::unique_ptr<WorldScene> makeStaticScene(const std::string& name, NamedBroadphase broadphase,
+                                            const WorldSceneOptions& options);
+
+/// Scene "planet": boxes with edges log-uniform from 0.1 to 10^5 m, six decades, uniform in a shell around a planet, a
+/// static sphere of radius 10^5. Each goes round it about an axis of its own, by 0.05 to 0.1 of its half edge a step; no
+/// response, no gravity. The shell is so large that its boxes have a few pairs each.
+std::unique_ptr<WorldScene> makePlanetScene(const std::string& name, NamedBroadphase broadphase,
+                                            const WorldSceneOptions& options);
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

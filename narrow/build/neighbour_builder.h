@@ -1,0 +1,274 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/narrow/build/quickhull.h"
+#include "cullet/narrow/build/surface_points.h"
+#include "cullet/narrow/hull/hull.h"
+#include "cullet/narrow/hull/support.h"
+#include "cullet/narrow/math/debug_containers.h"
+#include "cullet/narrow/math/unit_vector.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <vector>
+
+namespace cullet
+{
+/// The part of HullBuilder that makes a hull ready for climbing: neighbours, their blocks, and the table of start vertices.
+template <class S>
+class NeighbourBuilder
+{
+public:
+    /// @param hull     its vertices and tie band are known
+    /// @param points   given ones, without duplicates
+    /// @param vertexOf by point; -1 where the point is no vertex
+    /// @param areAllCorners no vertex lies inside a face or an edge
+    NeighbourBuilder(Hull<S>& hull, const std::vector<Eigen::Vector3d>& points,
+                     const std::vector<std::int32_t>& vertexOf, bool areAllCorners)
+        : m_hull(hull),
+          m_points(points),
+          m_vertexOf(vertexOf),
+          m_areAllCorners(areAllCorners),
+          m_cells(static_cast<int>(std::sqrt(hull.m_vertexCount / 24.0)) + 1),
+          m_answers(static_cast<std::size_t>(6 * m_cells * m_cells), 0)
+    {
+    }
+
+    void run(const Triangulation& surface, const SurfacePoints& extra)
+    {
+        storeNatural(surface, extra);
+        addArtificial(outwardOf(surface, extra));
+        storeBlocks();
+        if (m_hull.m_vertexCount > kMostWithoutTable)
+            storeStartTable();
+    }
+
+private:
+    using Vector = Eigen::Matrix<S, 3, 1>;
+
+    /// Up to this many vertices every processor scans rather than to use the table.
+    static constexpr std::int32_t kMostWithoutTable = leastLinearSupportMaximum<S>();
+    /// Up to this many vertices a scan is cheaper than a climb.
+    static constexpr std::int32_t kMostScanned = 256;
+    /// Of a search among corners.
+    static constexpr std::int32_t kMostProducts = 4096;
+
+    /// Calls see(vertex, neighbour) for all natural neighbours, a vertex's in the order of its list.
+    template <class See>
+    void forNatural(const Triangulation& surface, const SurfacePoints& extra, const See& see) const
+    {
+        for (const Triangulation::Triangle& t : surface.triangles())
+        {
+            for (int k = 0; k < 3; ++k)
+                see(m_vertexOf[t.vertex[k]], m_vertexOf[t.vertex[(k + 1) % 3]]);
+        }
+        for (const SurfacePoints::Attached& a : extra.attached())
+        {
+            const std::int32_t v = m_vertexOf[a.point];
+            for (const std::int32_t point : a.corners)
+            {
+                const std::int32_t corner = m_vertexOf[point];
+                see(v, corner);
+                see(corner, v);
+            }
+        }
+    }
+
+    void storeNatural(const Triangulation& surface, const SurfacePoints& extra)
+    {
+        std::vector<std::int32_t>& begin = m_hull.m_neighbourBegin;
+        begin.assign(static_cast<std::size_t>(m_hull.m_vertexCount) + 1, 0);
+        forNatural(surface, extra, [&begin](std::int32_t v, std::int32_t) { ++begin[v + 1]; });
+        std::partial_sum(begin.begin(), begin.end(), begin.begin());
+        m_hull.m_neighbours.resize(static_cast<std::size_t>(begin.back()));
+        m_hull.m_naturalEnd.assign(begin.begin(), begin.end() - 1);
+        forNatural(surface, extra,
+                   [this](std::int32_t v, std::int32_t neighbour)
+                   { m_hull.m_neighbours[m_hull.m_naturalEnd[v]++] = neighbour; });
+    }
+
+    /// By vertex, normals of any length. Weighted by area: the normal of a sliver is mostly rounding.
+    std::vector<Eigen::Vector3d> outwardOf(const Triangulation& surface, const SurfacePoints& extra) const
+    {
+        std::vector<Eigen::Vector3d> outward(m_hull.m_vertexCount, Eigen::Vector3d::Zero());
+        for (const Triangulation::Triangle& t : surface.triangles())
+        {
+            const Eigen::Vector3d normal = scaledNormal(m_points, t);
+            for (const std::int32_t point : t.vertex)
+                outward[m_vertexOf[point]] += normal;
+        }
+        for (const SurfacePoints::Attached& a : extra.attached())
+            outward[m_vertexOf[a.point]] = a.normal;
+        return outward;
+    }
+
+    /// The artificial ones are found by climbing over the natural ones.
+    void addArtificial(const std::vector<Eigen::Vector3d>& outward)
+    {
+        constexpr std::size_t kUsual = 10;
+        std::vector<std::int32_t> all, begin, naturalEnd;
+        all.reserve(kUsual * static_cast<std::size_t>(m_hull.m_vertexCount));
+        begin.reserve(m_hull.m_neighbourBegin.size());
+        naturalEnd.reserve(m_hull.m_naturalEnd.size());
+        m_hull.m_opposite.reserve(m_hull.m_naturalEnd.size());
+        if (m_hull.vertexCount() > kMostScanned)
+            findAnswers();
+        for (std::int32_t v = 0; v < m_hull.m_vertexCount; ++v)
+        {
+            const typename Hull<S>::Span natural = m_hull.naturalNeighbours(v);
+            begin.push_back(static_cast<std::int32_t>(all.size()));
+            all.insert(all.end(), natural.begin(), natural.end());
+            naturalEnd.push_back(static_cast<std::int32_t>(all.size()));
+            addArtificialNeighbours(v, outward[v], all);
+        }
+        begin.push_back(static_cast<std::int32_t>(all.size()));
+        m_hull.m_neighbours.swap(all);
+        m_hull.m_neighbourBegin.swap(begin);
+        m_hull.m_naturalEnd.swap(naturalEnd);
+    }
+
+    /// The support vertex; a climb takes few steps, since the answer for a direction nearby is known.
+    std::int32_t farthest(const Vector& way)
+    {
+        if (m_hull.vertexCount() <= kMostScanned)
+            return hitLinear(m_hull, way).vertex;
+        std::int32_t& answer = m_answers[static_cast<std::size_t>(cubeCell(way, m_cells))];
+        answer = climb(way, answer);
+        return answer;
+    }
+
+    std::int32_t climb(const Vector& way, std::int32_t start) const
+    {
+        return m_areAllCorners ? climbCorners(way, start) : supportClimb(m_hull, way, start).vertex;
+    }
+
+    /// The answers for the centres of all cells, each from that of the cell beside: row by row, to and fro.
+    void findAnswers()
+    {
+        std::int32_t last = 0;
+        for (int row = 0; row < 6 * m_cells; ++row)
+        {
+            for (int i = 0; i < m_cells; ++i)
+            {
+                const int cell = row * m_cells + (row % 2 == 0 ? i : m_cells - 1 - i);
+                last = climb(cellCentre<S>(cell, m_cells), last);
+                m_answers[static_cast<std::size_t>(cell)] = last;
+            }
+        }
+    }
+
+    /// A vertex that no neighbour is higher than: the support vertex, or one that is level with it up to rounding. A corner needs no
+    /// other. Around vertices of very many neighbours, as the tip of a cone, the climb ends before.
+    std::int32_t climbCorners(const Vector& way, std::int32_t vertex) const
+    {
+        S height = productOf(vertex, way);
+        std::int32_t productCount = 0;
+        for (std::int32_t before = -1; before != vertex && productCount <= kMostProducts;)
+        {
+            before = vertex;
+            const typename Hull<S>::Span neighbours = m_hull.naturalNeighbours(before);
+            productCount += neighbours.size();
+            for (const std::int32_t u : neighbours)
+            {
+                const S h = productOf(u, way);
+                vertex = h > height ? u : vertex;
+                height = std::max(h, height);
+            }
+        }
+        return vertex;
+    }
+
+    /// As supportProduct(), from one line of the cache.
+    S productOf(std::int32_t vertex, const Vector& way) const
+    {
+        const S* const p = m_hull.lanes(vertex);
+        return p[0] * way[0] + p[1] * way[1] + p[2] * way[2];
+    }
+
+    /// @param all ends with the natural neighbours
+    void addArtificialNeighbours(std::int32_t v, const Eigen::Vector3d& outward,
+                                 std::vector<std::int32_t>& all)
+    {
+        const auto begin = static_cast<std::ptrdiff_t>(all.size()) - m_hull.naturalNeighbours(v).size();
+        const Eigen::Vector3d normal = unitOf(outward);
+        // Normals around a vertex of a shape without thickness may add up to nothing: then all ways lead to vertex 0.
+        const Eigen::Vector3d side = normal.isZero(0.0) ? normal : Eigen::Vector3d(normal.unitOrthogonal());
+        const Eigen::Vector3d front = normal.cross(side);
+        // The opposite vertex first; then, to fill the last block, those that lie far to the sides.
+        const std::array<Eigen::Vector3d, 8> ways = {
+            -normal, side - normal, -side - normal, front - normal, -front - normal, side, -side, front};
+        const auto isBlockFull = [&] { return (static_cast<std::ptrdiff_t>(all.size()) - begin) % 7 == 0; };
+        for (std::size_t i = 0; i < ways.size() && (i == 0 || !isBlockFull()); ++i)
+        {
+            const std::int32_t far = farthest(ways[i].template cast<S>());
+            if (i == 0)
+                m_hull.m_opposite.push_back(far);
+            const bool isNew = far != v && std::find(all.begin() + begin, all.end(), far) == all.end();
+            if (isNew)
+                all.push_back(far);
+        }
+    }
+
+    void storeBlocks()
+    {
+        // Most have one, and most of the others two.
+        m_hull.m_blocks.reserve(m_hull.m_neighbours.size() / 5);
+        m_hull.m_blocks.resize(m_hull.m_vertexCount);
+        m_hull.m_blockCount = m_hull.m_vertexCount;
+        for (std::int32_t v = 0; v < m_hull.m_vertexCount; ++v)
+        {
+            const typename Hull<S>::Span list = m_hull.neighbours(v);
+            std::int32_t index = v;
+            for (std::int32_t first = 0; first < list.size(); first += 7)
+            {
+                const bool isLast = first + 7 >= list.size();
+                const std::int32_t next = isLast ? -1 : static_cast<std::int32_t>(m_hull.m_blocks.size());
+                m_hull.m_blocks[index] = makeBlock(v, list, first, next);
+                if (isLast)
+                    break;
+                m_hull.m_blocks.emplace_back();
+                index = next;
+            }
+        }
+    }
+
+    NeighbourBlock<S> makeBlock(std::int32_t v, const typename Hull<S>::Span& list, std::int32_t first,
+                                std::int32_t next) const
+    {
+        NeighbourBlock<S> block;
+        for (std::int32_t lane = 0; lane < 8; ++lane)
+        {
+            const std::int32_t neighbour = first + lane - 1;
+            const std::int32_t id = lane == 0 ? v : list[neighbour < list.size() ? neighbour : first];
+            block.id[lane] = lane == 0 ? next : id;
+            block.x[lane] = m_hull.m_x[id];
+            block.y[lane] = m_hull.m_y[id];
+            block.z[lane] = m_hull.m_z[id];
+        }
+        return block;
+    }
+
+    void storeStartTable()
+    {
+        constexpr int kCells = Hull<S>::kCubeCells;
+        std::int32_t last = 0;
+        for (int cell = 0; cell < 6 * kCells * kCells; ++cell)
+        {
+            last = supportClimbArtificial(m_hull, cellCentre<S>(cell, kCells), last).vertex;
+            m_hull.m_startTable[cell] = static_cast<std::uint16_t>(last <= 0xffff ? last : 0);
+        }
+    }
+
+    Hull<S>& m_hull;
+    const std::vector<Eigen::Vector3d>& m_points;
+    const std::vector<std::int32_t>& m_vertexOf;
+    bool m_areAllCorners;
+    int m_cells;                          ///< see cubeCell(); four directions a vertex, a few answers a cell
+    std::vector<std::int32_t> m_answers;  ///< by cell: the last one found
+};
+}  // namespace cullet

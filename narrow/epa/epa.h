@@ -1,0 +1,533 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/narrow/epa/cached_surface.h"
+#include "cullet/narrow/epa/epa_cache.h"
+#include "cullet/narrow/epa/exact_penetration.h"
+#include "cullet/narrow/epa/level_corner.h"
+#include "cullet/narrow/epa/penetration_result.h"
+#include "cullet/narrow/epa/polytope.h"
+#include "cullet/narrow/gjk/feature_pair.h"
+#include "cullet/narrow/gjk/gjk.h"
+#include "cullet/narrow/gjk/gjk_search.h"
+#include "cullet/narrow/gjk/gjk_types.h"
+#include "cullet/narrow/hull/moved_shape.h"
+#include "cullet/narrow/math/unit_vector.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <type_traits>
+#include <utility>
+
+namespace cullet
+{
+/// Expanding polytope algorithm on one pair.
+///
+/// **The remembered surface.** Its corners are pairs of vertices, which are points of A - B wherever the shapes are now. If
+/// the origin is on the inner side of every triangle, by more than rounding, the tetrahedra between it and them cover all
+/// directions, as the surface is closed; so no plane separates the origin from the corners, the tetrahedra are parts of
+/// A - B, which is convex, and A - B contains the ball around the origin up to the closest plane of a triangle: the depth is
+/// at least that distance, just as in a polytope. The dual gap bounds it from above. So one support proves the depth as long
+/// as the closest triangle stays one of the surface of A - B; otherwise the expansion goes on from there.
+///
+/// If the origin is within rounding of a plane, its side proves nothing: a surface that has become flat has the origin in
+/// all its planes, however far apart the shapes are in there. Then it is the deepest point that proves the contact: a point
+/// of A - B, as a mean of corners, where the ray along the normal leaves, is the origin but for the gap.
+template <class S, class A, class B>
+class Penetration
+{
+public:
+    Penetration(const A& a, const B& b, GjkCache<S>& cache, DepthMemory* memory)
+        : m_a(a), m_b(b), m_search(a, b), m_cache(cache), m_memory(memory)
+    {
+    }
+
+    PenetrationResult<S> run()
+    {
+        m_result.state = enclose();
+        if (m_result.state != GjkState::Overlapping)
+            return m_result;
+        Eigen::Vector3d normal;
+        if (completeTetrahedron(normal))
+            enlarge();
+        else
+            finishFlat(normal);
+        if (!isFinite())
+            m_result = PenetrationResult<S>();
+        return m_result;
+    }
+
+    /// From the remembered surface only. Forgets it if that is of no use, and the state is NotConverged.
+    PenetrationResult<S> recall()
+    {
+        m_isRecalled = true;
+        m_isChanged = false;
+        const bool isProved = (expandMemory() || expandHull()) && isFinite();
+        if (isProved)
+        {
+            m_result.state = GjkState::Overlapping;
+            return m_result;
+        }
+        m_memory->vertexCount = 0;
+        return PenetrationResult<S>();
+    }
+
+private:
+    using Search = GjkSearch<A, B>;
+    using Support = typename Search::Support;
+
+    /// The certified gap up to which an expansion goes on, and up to which it is accepted when it cannot; times the size. By
+    /// the precision of the answer.
+    static constexpr double kGapWanted = sizeof(S) == sizeof(float) ? 1e-7 : 1e-12;
+    static constexpr double kGapAccepted = sizeof(S) == sizeof(float) ? 1e-5 : 1e-10;
+    /// How far the deepest point of the surface may be from the ray along the normal; times the size.
+    static constexpr double kMissAccepted = sizeof(S) == sizeof(float) ? 1e-6 : 1e-10;
+    /// By so much all other depths are larger where one is the only one; times the size.
+    static constexpr double kSureDepth = 4 * kSureTouch;
+    /// Times the size: extents below this have no volume in double.
+    static constexpr double kFlat = 1e-10;
+
+    /// A simplex with the origin in it: the remembered tetrahedron, or a search without axis tests.
+    GjkState enclose()
+    {
+        if (!(m_cache.count == 4 && m_search.seed(m_cache, nullptr)))
+            m_search.start(m_search.supportAgainst(m_search.centreDifference()));
+        for (int i = 0; i < kGjkIterationLimit; ++i)
+        {
+            if (!m_search.isFinite())
+                return GjkState::NotConverged;
+            if (m_search.isTouching())
+            {
+                m_search.remember(GjkState::Overlapping, m_cache);
+                return GjkState::Overlapping;
+            }
+            const Eigen::Vector3d v = m_search.closest();
+            const Support s = m_search.supportAgainst(v);
+            if (v.dot(s.w) > 0.0)
+                return GjkState::Separated;
+            if (m_search.has(s) || !m_search.advance(s))
+                break;
+        }
+        const double upper2 = m_search.length2();
+        return m_search.isFinite() && upper2 <= kGjkAccuracy * kGjkAccuracy * m_search.size2()
+                   ? GjkState::Overlapping
+                   : GjkState::NotConverged;
+    }
+
+    double size() const { return std::sqrt(m_search.size2()); }
+
+    /// A double may be too large for S. That of B depends on all other numbers.
+    bool isFinite() const { return m_result.pointB.allFinite(); }
+
+    /// From the tetrahedron, in one of four ways.
+    void enlarge()
+    {
+        const bool hasCorner = m_wantsCorner = hasCorners();
+        bool isProved = expandSeed();
+        // A corner may break the surface: where edges of A and B are parallel, some of its points are in line.
+        if (!isProved && hasCorner && !m_wantsCorner)
+            isProved = expandSeed();
+        if (!isProved)
+            solveExactly();
+    }
+
+    /// Hulls whose graphs may be used.
+    bool hasCorners() const
+    {
+        if constexpr (HasVertexAmong<A, B>::value)
+            return m_a.isClimbable() && m_b.isClimbable();
+        else
+            return false;
+    }
+
+    /// Out of line, so that its polytope is on the stack once.
+    [[gnu::noinline]] bool expandSeed()
+    {
+        Polytope polytope(size());
+        wrapPoints(m_seed, 4, polytope, m_supports);
+        return expand(polytope, m_supports) || (polytope.isFull() && expandFurther());
+    }
+
+    /// Adds support points until four span space. The origin stays in the hull of the first ones, hence of all.
+    ///
+    /// @param normal [out] unit direction without extent, if false is returned
+    bool completeTetrahedron(Eigen::Vector3d& normal)
+    {
+        int count = m_search.count();
+        for (int i = 0; i < count; ++i)
+            m_seed[i] = m_search.support(i);
+        normal = Eigen::Vector3d::UnitX();
+        if (count == 4)
+            return true;
+        const Support far = farthestAlongAxes();
+        // Not before: what was seen so far may be rounding around the origin.
+        const double flat = kFlat * size();
+        if (count == 1)
+        {
+            if (!((far.w - m_seed[0].w).norm() > flat))
+                return false;
+            m_seed[count++] = far;
+        }
+        if (count == 2)
+        {
+            const Eigen::Vector3d along = unitOf(m_seed[1].w - m_seed[0].w);
+            const Eigen::Vector3d side = along.unitOrthogonal();
+            const Eigen::Vector3d other = along.cross(side);
+            normal = side;
+            if (!addFarthest(count, side, flat) && !addFarthest(count, other, flat))
+                return false;
+        }
+        if (count == 3)
+        {
+            normal = unitOf((m_seed[1].w - m_seed[0].w).cross(m_seed[2].w - m_seed[0].w));
+            return addFarthest(count, normal, flat);
+        }
+        return true;
+    }
+
+    /// Of the support points along the axes, the one farthest from the first point.
+    Support farthestAlongAxes()
+    {
+        Support far = m_seed[0];
+        for (int axis = 0; axis < 6; ++axis)
+        {
+            const Eigen::Vector3d way = Eigen::Vector3d::Unit(axis / 2) * (axis % 2 == 0 ? 1.0 : -1.0);
+            const Support s = m_search.supportAgainst(way);
+            if ((s.w - m_seed[0].w).squaredNorm() > (far.w - m_seed[0].w).squaredNorm())
+                far = s;
+        }
+        return far;
+    }
+
+    /// The support point along +way or -way, whichever is farther from the points so far; their extent along it is 0.
+    bool addFarthest(int& count, const Eigen::Vector3d& way, double flat)
+    {
+        const Support up = m_search.supportAgainst(-way);
+        const Support down = m_search.supportAgainst(way);
+        const double high = way.dot(up.w - m_seed[0].w);
+        const double low = -way.dot(down.w - m_seed[0].w);
+        if (!(std::max(high, low) > flat))
+            return false;
+        m_seed[count++] = high > low ? up : down;
+        return true;
+    }
+
+    void finishFlat(const Eigen::Vector3d& normal)
+    {
+        m_result.method = PenetrationMethod::Flat;
+        // Products of coordinates below 1e-160 vanish; of so small a shape any direction is as good.
+        m_result.axis =
+            (normal.isZero(0.0) ? Eigen::Vector3d(Eigen::Vector3d::UnitX()) : normal).template cast<S>();
+        // The points of both shapes where the search found them to touch.
+        m_result.pointA = m_search.pointOfA().template cast<S>();
+        m_result.pointB = m_result.pointA;
+    }
+
+    bool expandMemory()
+    {
+        DepthMemory& memory = *m_memory;
+        for (int i = 0; i < memory.vertexCount; ++i)
+        {
+            if (memory.verticesA[i] >= m_a.vertexCount() || memory.verticesB[i] >= m_b.vertexCount())
+                memory.vertexCount = 0;
+            else
+                m_supports[i] = m_search.supportOf(memory.verticesA[i], memory.verticesB[i]);
+        }
+        if (memory.vertexCount == 0 || !m_search.isFinite())
+            return false;
+        Polytope polytope(size());
+        for (int i = 0; i < memory.vertexCount; ++i)
+            polytope.addVertex(m_supports[i].w);
+        for (int i = 0; i < memory.faceCount; i += 2)
+        {
+            const int left = std::min(2, memory.faceCount - i);
+            polytope.addFaces({{memory.corners(i), memory.corners(i + left - 1)}}, left);
+        }
+        return expand(polytope, m_supports);
+    }
+
+    /// A corner whose faces are likely the closest, so that next to nothing is left to expand.
+    template <class P, class Supports>
+    void addCorner(P& polytope, Supports& supports)
+    {
+        if constexpr (HasVertexAmong<A, B>::value)
+        {
+            const LevelCorner<Search> corner(m_a, m_b, m_cache, m_search);
+            addPoints(corner.points, 0, corner.count, polytope, supports);
+        }
+    }
+
+    /// The same from the convex hull of the remembered points, where their surface has dents that no point closes.
+    bool expandHull()
+    {
+        const int count = m_isSeparate || !m_search.isFinite() ? 0 : m_memory->vertexCount;
+        std::array<Support, DepthMemory::kVertices> left;
+        std::copy_n(m_supports.begin(), count, left.begin());
+        if (!(spreadFour(left, count) > kFlat * m_search.size2() * size()))
+            return false;
+        Polytope polytope(size());
+        wrapPoints(left, count, polytope, m_supports);
+        m_isChanged = true;
+        return expand(polytope, m_supports);
+    }
+
+    /// The same with more room, from the points that have filled the first polytope: round shapes whose centres nearly
+    /// coincide have as many corners at about the depth as there are. Throws std::bad_alloc.
+    bool expandFurther()
+    {
+        struct Surface
+        {
+            explicit Surface(double size) : polytope(size) {}
+            BasicPolytope<2048> polytope;
+            std::array<Support, 2048> supports;
+        };
+        const auto surface = std::make_unique<Surface>(size());
+        wrapPoints(m_supports, Polytope::kMaxVertices, surface->polytope, surface->supports);
+        return expand(surface->polytope, surface->supports);
+    }
+
+    /// @param supports of the polytope's vertices
+    /// @return false if the answer could not be proved
+    template <class P, class Supports>
+    bool expand(P& polytope, Supports& supports)
+    {
+        const double scale = size();
+        while (polytope.isValid())
+        {
+            const PolytopeParts::Face face = polytope.closestFace();
+            const bool isOutside = !(face.distance > -kFlat * scale);
+            if (isOutside && !m_isRecalled)
+                return false;
+            const Support& corner = supports[face.vertex[0]];
+            const Support s =
+                m_isRecalled ? m_search.supportAgainst(-face.scaledNormal, corner.vertexA, corner.vertexB)
+                             : m_search.supportAgainst(-face.scaledNormal);
+            const double gap = face.scaledNormal.dot(s.w) / face.length - face.distance;
+            // Beyond a face of the remembered surface, but perhaps not of the shapes'. A NaN makes the comparison false.
+            m_isSeparate = isOutside && !(face.scaledNormal.dot(s.w) > 0.0);
+            if (m_isSeparate)
+                return false;
+            const bool isDone = !isOutside && gap <= kGapWanted * scale;
+            if (m_isRecalled && !isDone && polytope.lift(face))
+            {
+                m_isChanged = true;
+                continue;
+            }
+            if (!isDone && std::exchange(m_wantsCorner, false))
+            {
+                addCorner(polytope, supports);
+                continue;
+            }
+            const int vertex = isDone ? -1 : polytope.add(s.w);
+            if (vertex >= 0)
+            {
+                supports[vertex] = s;
+                ++m_result.iterations;
+                m_isChanged = true;
+                continue;
+            }
+            // A NaN makes the comparison false.
+            if (isOutside || !(gap <= kGapAccepted * scale))
+                return false;
+            return finish(polytope, supports, face, std::max(gap, 0.0), s);
+        }
+        return false;
+    }
+
+    /// @param along support along the face's normal
+    /// @return false if the points could not be proved
+    template <class P, class Supports>
+    bool finish(P& polytope, const Supports& supports, const PolytopeParts::Face& face, double gap,
+                const Support& along)
+    {
+        const Eigen::Vector3d normal = face.scaledNormal / face.length;
+        store(normal, face.distance + gap, gap, along);
+        if (settle(face, supports))
+            m_result.isSettled = polytope.isAlone(face, face.distance + gap + kSureDepth * size());
+        else if (!findPoints(polytope, supports, face, gap))
+            return false;
+        m_result.method = PenetrationMethod::Expansion;
+        if (m_isRecalled)
+            rememberTriangle(face, -normal, along);
+        // The surface of a large one cannot be made small enough.
+        if constexpr (std::is_same_v<P, Polytope>)
+        {
+            if (m_memory != nullptr && m_isChanged)
+                remember(polytope, face);
+        }
+        return true;
+    }
+
+    /// @return false if the points could not be proved
+    template <class P, class Supports>
+    bool findPoints(P& polytope, const Supports& supports, const PolytopeParts::Face& face, double gap)
+    {
+        // The gap is only as good as the support, which was found in S.
+        const PolytopeParts::Foot foot = polytope.footOf(face, gap + kGapAccepted * size());
+        // Not on slivers that are mostly rounding. A NaN makes the comparison false.
+        const bool isOnRay = foot.miss <= gap + kMissAccepted * size();
+        if (!isOnRay && m_isRecalled)
+            return false;
+        Eigen::Vector3d pointA = Eigen::Vector3d::Zero();
+        for (int k = 0; k < 3; ++k)
+            pointA += foot.weights[k] * supports[foot.vertex[k]].a;
+        const Eigen::Vector3d axis = face.scaledNormal * (-1.0 / face.length);
+        storePoints(isOnRay ? pointA : touchAfter(axis, face.distance + gap, pointA));
+        return true;
+    }
+
+    /// For the query that finds the shapes apart again.
+    void rememberTriangle(const PolytopeParts::Face& face, const Eigen::Vector3d& axis, const Support& along)
+    {
+        m_cache.state = GjkState::Overlapping;
+        m_cache.count = 3;
+        for (int k = 0; k < 3; ++k)
+        {
+            const Support& corner = m_supports[face.vertex[k]];
+            m_cache.verticesA[k] = narrowId<S>(corner.vertexA);
+            m_cache.verticesB[k] = narrowId<S>(corner.vertexB);
+        }
+        Search::rememberAxis(axis, along.vertexA, along.vertexB, m_cache);
+    }
+
+    /// Keeps the surface that proves the depth; if there is no room for it, a smaller one inside that does so too.
+    void remember(Polytope& polytope, const PolytopeParts::Face& face)
+    {
+        if (polytope.faceCount() > DepthMemory::kFaces)
+            shrink(polytope, face);
+        rememberSurface<S>(polytope, m_supports, *m_memory);
+    }
+
+    /// With some room to move, so that what is cut off does not come into the way in the next query.
+    void shrink(Polytope& polytope, const PolytopeParts::Face& face)
+    {
+        const double reach = 1.2 * face.distance + 0.005 * size();
+        for (std::int16_t v = 0; v < polytope.vertexCount(); ++v)
+        {
+            if (v != face.vertex[0] && v != face.vertex[1] && v != face.vertex[2])
+                polytope.removeVertex(v, reach * reach);
+        }
+    }
+
+    /// @param normal outer normal of A - B, along which B comes out
+    /// @param along support along the normal
+    void store(const Eigen::Vector3d& normal, double depth, double gap, const Support& along)
+    {
+        m_result.vertexA = along.vertexA;
+        m_result.vertexB = along.vertexB;
+        m_result.depth = static_cast<S>(std::max(depth, 0.0));
+        m_result.dualGap = static_cast<S>(gap);
+        m_result.axis = (-normal).template cast<S>();
+    }
+
+    /// What is found by the features of a face, which the way to it has no part in.
+    template <class Supports>
+    bool settle(const PolytopeParts::Face& face, const Supports& supports)
+    {
+        if constexpr (HasVertexAmong<A, B>::value)
+        {
+            VertexPairs pairs;
+            pairs.count = 3;
+            for (std::size_t k = 0; k < 3; ++k)
+            {
+                const Support& corner = supports[static_cast<std::size_t>(face.vertex[k])];
+                pairs.a[k] = corner.vertexA;
+                pairs.b[k] = corner.vertexB;
+            }
+            FeaturePair<typename A::Scalar> features(m_a, m_b);
+            if (!features.solve(pairs, -face.scaledNormal, true))
+                return false;
+            m_result.vertexA = features.vertexA();
+            m_result.vertexB = features.vertexB();
+            m_result.depth = static_cast<S>(-features.distance());
+            m_result.axis = features.normal().template cast<S>();
+            m_result.pointB = features.pointOfB().template cast<S>();
+            m_result.pointA = m_result.pointB - m_result.depth * m_result.axis;
+            return true;
+        }
+        else
+            return false;
+    }
+
+    void storePoints(const Eigen::Vector3d& pointA)
+    {
+        m_result.pointA = pointA.template cast<S>();
+        m_result.pointB = m_result.pointA + m_result.depth * m_result.axis;
+    }
+
+    void solveExactly()
+    {
+        Eigen::Vector3d normal;
+        double depth;
+        if (!exactPenetration(m_a, m_b, normal, depth))
+        {
+            m_result = PenetrationResult<S>();
+            return;
+        }
+        const Support s = m_search.supportAgainst(-normal);
+        store(normal, depth, 0.0, s);
+        storePoints(touchAfter(-normal, depth, s.a));
+        m_result.method = PenetrationMethod::Exact;
+    }
+
+    /// A point of A that touches B once A has been moved out.
+    ///
+    /// @param otherwise the answer if it is not found
+    Eigen::Vector3d touchAfter(const Eigen::Vector3d& axis, double depth,
+                               const Eigen::Vector3d& otherwise) const
+    {
+        // A little farther, so that there is a gap, and its closest points are those that touch.
+        const MovedShape<A> out(m_a, axis * (depth + 1e-3 * size()));
+        GjkCache<double> cache;
+        const GjkResult<double> near = gjkDistance(out, m_b, std::numeric_limits<double>::infinity(), cache);
+        return near.state == GjkState::Near ? near.pointA : otherwise;
+    }
+
+    const A& m_a;
+    const B& m_b;
+    Search m_search;
+    GjkCache<S>& m_cache;
+    DepthMemory* m_memory;
+    bool m_isRecalled = false;
+    bool m_isChanged = true;  ///< the surface is not the remembered one
+    bool m_wantsCorner = false;
+    bool m_isSeparate = false;  ///< an axis was found
+    std::array<Support, 4> m_seed;
+    std::array<Support, Polytope::kMaxVertices> m_supports;  ///< of the polytope's vertices
+    PenetrationResult<S> m_result;
+};
+
+/// Penetration depth and deepest points of two overlapping convex shapes.
+///
+/// Van den Bergen 2001, "Proximity Queries and Penetration Depth Computation on 3D Game Objects" (EPA), in double,
+/// started from the tetrahedron that the cache remembers and, for hulls, the corner along the remembered axis with its
+/// most level edges (level_corner.h). Two more differences: an answer counts only with its dual gap, the support along the normal
+/// minus the distance of the closest face, which bounds the error from both sides; and without such a proof all faces and
+/// pairs of edges are examined (exact_penetration.h, hulls only).
+///
+/// @param cache of this pair in this order, best after a query that said Overlapping
+/// @param memory of this pair in this order, or null: gets what rememberedPenetration() starts from
+/// Cost: about one support of each shape and a scan of the polytope's faces per point, none to 60 points; up to 2,048, and an
+/// allocation, for round shapes whose centres nearly coincide.
+/// Errors: std::bad_alloc; NotConverged for shapes that are no hulls when the expansion fails, and for inputs that are not finite.
+template <class S, class A, class B>
+PenetrationResult<S> penetration(const A& a, const B& b, GjkCache<S>& cache, DepthMemory* memory = nullptr)
+{
+    return Penetration<S, A, B>(a, b, cache, memory).run();
+}
+
+/// The same from what the last query left in `memory`, without a query that says Overlapping before.
+///
+/// @return NotConverged if that is not enough, or the shapes do not overlap any more; then `memory` is empty
+/// Cost: one support of each shape and the placing of up to eleven points, as long as the closest feature stays.
+template <class S, class A, class B>
+PenetrationResult<S> rememberedPenetration(const A& a, const B& b, GjkCache<S>& cache, DepthMemory& memory)
+{
+    return Penetration<S, A, B>(a, b, cache, &memory).recall();
+}
+}  // namespace cullet

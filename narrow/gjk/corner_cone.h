@@ -1,0 +1,451 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/narrow/gjk/cone_edges.h"
+#include "cullet/narrow/gjk/gjk_types.h"
+#include "cullet/narrow/hull/placement.h"
+#include "cullet/narrow/hull/posed_hull.h"
+#include "cullet/narrow/hull/support.h"
+#include "cullet/narrow/math/lanes.h"
+
+#include <Eigen/Core>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+
+namespace cullet
+{
+/// The point of A - B closest to the origin, from one of its corners and without a support search.
+///
+/// **Why it is the closest.** A lies in the cone that the edges at any of its vertices a span, and B in that at b. So A - B lies
+/// in the cone at w = a - b of the edges at a and, mirrored, those at b. If the cone's point closest to the origin belongs to
+/// A - B, it is the closest of A - B, too. It does where it is the corner, or on an edge and not beyond its end, or in the
+/// triangle of two edges of one hull, or in the parallelogram of an edge of each. Any corner of the feature that has the
+/// closest point will do, and from frame to frame one mostly stays; else the search goes on where an edge ends that the
+/// point lies beyond.
+///
+/// **The search** is GJK's with a corner that always stays, and at most two edges. Of all neighbours of a and b, the one
+/// against which the closest point so far leads most gives a new edge; the closest point is then on it alone, or between it
+/// and one of those before (van den Bergen 1999, theorem 2). The distance decreases strictly, or the search gives up, as it
+/// does where the origin is in the cone.
+///
+/// Neighbours are compared in the scalar of the hulls. Where rounding leaves some in doubt, in a face of many corners, say,
+/// they are looked at in double, in which all points are, and a support search confirms the answer.
+///
+/// Cost: whatever the size of the hulls, all neighbours of a and b are looked at for each edge that comes in and once more: one to
+/// three times for pairs that move from frame to frame, at most 16.
+template <class S>
+class CornerCone
+{
+public:
+    /// @pre both hulls have neighbours
+    CornerCone(const PosedHull<S>& a, const PosedHull<S>& b)
+        : m_a(a),
+          m_b(b),
+          m_placement(a, b),
+          m_offset(b.origin() - a.origin()),
+          m_blur(S(kBlur) * (a.size() + b.size()))
+    {
+    }
+
+    /// @param cache has one to three vertex pairs: a corner and the ends of its edges, or some of which the first is taken
+    /// @return false if the point is not found; then nothing else is valid
+    template <class C>
+    [[gnu::always_inline]] bool find(const GjkCache<C>& cache)
+    {
+        if (!start(cache))
+            return false;
+        for (int corners = 1;; ++corners)
+        {
+            if (!solve())
+                return false;
+            if (isReached())
+                return isSquare();
+            if (corners == kMostCorners ||
+                !takeCorner(beyond(m_edges.endA, m_vertexA), beyond(m_edges.endB, m_vertexB)))
+                return false;
+        }
+    }
+
+    /// From B to A.
+    const Eigen::Vector3d& closest() const { return m_closest; }
+    double length2() const { return m_length2; }
+    /// Edges that came in.
+    std::int32_t steps() const { return m_steps; }
+    /// The corner: a support vertex of each hull along closest().
+    std::int32_t vertexA() const { return m_vertexA; }
+    std::int32_t vertexB() const { return m_vertexB; }
+
+    /// Relative to the origin of A; that of B is this minus closest().
+    Eigen::Vector3d pointOfA() const
+    {
+        Eigen::Vector3d point = m_cornerOfA;
+        for (int i = 0; i < m_count; ++i)
+        {
+            const double weight = m_edges.endA[i] != ConeEdges::kNone ? m_weights[i] : 0.0;
+            point += weight * Eigen::Vector3d(m_edges.x[i], m_edges.y[i], m_edges.z[i]);
+        }
+        return point;
+    }
+
+    template <class C>
+    void remember(GjkCache<C>& cache) const
+    {
+        cache.count = static_cast<std::uint8_t>(1 + m_count);
+        cache.verticesA[0] = narrowId<C>(m_vertexA);
+        cache.verticesB[0] = narrowId<C>(m_vertexB);
+        // Of two, or the compiler warns.
+        for (int i = 0; i < std::min(m_count, 2); ++i)
+        {
+            cache.verticesA[i + 1] =
+                narrowId<C>(m_edges.endA[i] != ConeEdges::kNone ? m_edges.endA[i] : m_vertexA);
+            cache.verticesB[i + 1] =
+                narrowId<C>(m_edges.endB[i] != ConeEdges::kNone ? m_edges.endB[i] : m_vertexB);
+        }
+    }
+
+private:
+    using L = Lanes<S>;
+    using Vector = typename L::Vector;
+    using Mask = typename L::Mask;
+    using QuadVector = typename Quad<S>::Vector;
+    using Pair = Lanes<double>::Vector;
+    using Edge = ConeEdge;
+    using Wedges = ConeWedges;
+    using Ends = ConeEdges::Ends;
+
+    static constexpr int kMostCorners = 8;
+    static constexpr std::int32_t kMostSteps = 16;
+    /// Lengths whose direction can be told in the scalar of the hulls for bases of usual sizes, squared. Others are left to GJK.
+    static constexpr double kLeast2 = 1e-16, kMost2 = 1e16;
+    /// Of the sizes: some roundings of what the points of A - B are made of.
+    static constexpr double kBlur = 32 * std::numeric_limits<double>::epsilon();
+    /// Of the distance of the corner, squared: as GjkSearch has it.
+    static constexpr double kTouching2 = 1e-20;
+
+    /// Whether a remembered vertex pair has a vertex in common with each of the others.
+    template <class C>
+    static bool isCommon(const GjkCache<C>& cache, int corner)
+    {
+        bool isCommon = true;
+        for (int i = 0; i < cache.count; ++i)
+        {
+            const bool isSameA = cache.verticesA[i] == cache.verticesA[corner];
+            isCommon &= i == corner || isSameA != (cache.verticesB[i] == cache.verticesB[corner]);
+        }
+        return isCommon;
+    }
+
+    template <class C>
+    [[gnu::noinline]] bool start(const GjkCache<C>& cache)
+    {
+        int corner = 0;
+        while (corner < cache.count && !isCommon(cache, corner))
+            ++corner;
+        const bool hasEdges = corner < cache.count;
+        corner = hasEdges ? corner : 0;
+        if (!takeCorner(cache.verticesA[corner], cache.verticesB[corner]))
+            return false;
+        if (!hasEdges || cache.count == 1)
+            return true;
+        const int first = corner == 0 ? 1 : 0, second = cache.count == 3 ? 3 - corner - first : first;
+        if (areVertices(cache.verticesA[first], cache.verticesB[first]) &&
+            areVertices(cache.verticesA[second], cache.verticesB[second]))
+            recall(edgeTo(cache.verticesA[first], cache.verticesB[first]), cache.verticesA[second],
+                   cache.verticesB[second], second != first);
+        return isApart();
+    }
+
+    /// Remembered edges come in if that brings the point closer.
+    [[gnu::always_inline]] void recall(const Edge& edge, std::int32_t a, std::int32_t b, bool isAnother)
+    {
+        if (!isAnother)
+        {
+            if (edge.fall > 0.0 && isUsable(edge))
+                takeEdge(edge);
+            return;
+        }
+        const Edge other = edgeTo(a, b);
+        if (!isUsable(edge) || !isUsable(other))
+            return;
+        m_edges.set(0, edge, m_vertexA, m_vertexB);
+        const Wedges w = wedgesOf(m_edges, other);
+        if ((w.inner & 1u) != 0)
+            return takeWedge(w, 0, other);
+        const Edge& better = edge.fall > other.fall ? edge : other;
+        if (better.fall > 0.0)
+            takeEdge(better);
+        else
+            m_edges.endA[0] = m_edges.endB[0] = ConeEdges::kNone;
+    }
+
+    bool areVertices(std::int32_t a, std::int32_t b) const
+    {
+        return a < m_a.hull().blockCount() && b < m_b.hull().blockCount();
+    }
+
+    bool takeCorner(std::int32_t a, std::int32_t b)
+    {
+        if (!areVertices(a, b))
+            return false;
+        Eigen::Vector3d ofB;
+        m_placement.place(a, b, m_cornerOfA, ofB);
+        m_corner = m_cornerOfA - ofB - m_offset;
+        m_vertexA = a;
+        m_vertexB = b;
+        m_edges.endA = m_edges.endB = {ConeEdges::kNone, ConeEdges::kNone};
+        m_count = 0;
+        m_closest = m_corner;
+        m_length2 = m_corner.squaredNorm();
+        m_least2 = std::max(kLeast2, kTouching2 * m_length2);
+        return isApart();
+    }
+
+    /// The closest point is neither the origin, as far as that can be told, nor too far away; nor is it NaN.
+    bool isApart() const { return m_length2 > m_least2 && m_length2 < kMost2; }
+
+    [[gnu::always_inline]] Edge edgeTo(std::int32_t a, std::int32_t b) const
+    {
+        Edge e = {a, b, m_placement.way(m_vertexA, m_vertexB, a, b), 0.0, 0.0};
+        e.length2 = e.way.squaredNorm();
+        e.fall = -m_corner.dot(e.way);
+        return e;
+    }
+
+    static bool isUsable(const Edge& e) { return e.length2 < kMost2; }
+
+    [[gnu::always_inline]] void takeEdge(const Edge& e)
+    {
+        m_weights[0] = e.fall / e.length2;
+        m_closest = m_corner + m_weights[0] * e.way;
+        m_length2 = m_closest.squaredNorm();
+        m_count = 1;
+        m_edges.set(0, e, m_vertexA, m_vertexB);
+        m_edges.endA[1] = m_edges.endB[1] = ConeEdges::kNone;
+    }
+
+    /// @param old which edge stays
+    [[gnu::always_inline]] void takeWedge(const Wedges& w, int old, const Edge& e)
+    {
+        const double inverse = 1.0 / w.scale[old];
+        m_weights = {w.weight[old] * inverse, w.newWeight[old] * inverse};
+        if (old == 1)
+            m_edges.moveDown();
+        // Square to both edges up to rounding, which a sum of them would not be where the angle between them is small.
+        const Eigen::Vector3d normal = Eigen::Vector3d(m_edges.x[0], m_edges.y[0], m_edges.z[0]).cross(e.way);
+        m_closest = normal * (m_corner.dot(normal) / normal.squaredNorm());
+        m_length2 = m_closest.squaredNorm();
+        m_count = 2;
+        m_edges.set(1, e, m_vertexA, m_vertexB);
+    }
+
+    /// @return false if the point does not come closer, or touches the origin
+    [[gnu::noinline]] bool enter(std::int32_t a, std::int32_t b)
+    {
+        const double before = m_length2;
+        const Edge e = edgeTo(a, b);
+        Wedges w;
+        w.inner = 0;
+        if (m_count > 0)
+            w = wedgesOf(m_edges, e);
+        w.inner &= (1u << m_count) - 1u;
+        if (!isUsable(e) || (w.inner == 0 && !(e.fall > 0.0)))
+            return false;
+        if (w.inner == 0)
+            takeEdge(e);
+        else
+            takeWedge(
+                w, w.inner == 1 || (w.inner == 3 && w.gain[0] * w.scale[1] >= w.gain[1] * w.scale[0]) ? 0 : 1,
+                e);
+        return m_length2 < before && isApart();
+    }
+
+    /// @return false if the closest point of the cone is not found
+    bool solve()
+    {
+        for (; m_steps < kMostSteps; ++m_steps)
+        {
+            std::int32_t a = m_vertexA, b = m_vertexB;
+            if (!findRise(a, b))
+                return true;
+            if (!enter(a, b))
+                return false;
+        }
+        return false;
+    }
+
+    bool isOfOneHull() const
+    {
+        return (m_edges.endA[0] == ConeEdges::kNone) == (m_edges.endA[1] == ConeEdges::kNone);
+    }
+
+    bool isReached() const
+    {
+        const double first = m_count > 0 ? m_weights[0] : 0.0, second = m_count > 1 ? m_weights[1] : 0.0;
+        return m_count == 2 && isOfOneHull() ? first + second <= 1.0 : first <= 1.0 && second <= 1.0;
+    }
+
+    /// The point is square to its edges, which are not looked at again, by enough digits. Not where the corner is 1e8 times as
+    /// far away.
+    bool isSquare() const
+    {
+        constexpr double kSquare2 = 1e-16;
+        const Pair along = m_edges.x * m_closest[0] + m_edges.y * m_closest[1] + m_edges.z * m_closest[2];
+        const unsigned slanted = laneBits(along * along > kSquare2 * m_length2 * m_edges.length2);
+        return (slanted & ((1u << m_count) - 1u)) == 0;
+    }
+
+    /// The vertex of a hull at the end of an edge that the closest point lies beyond, or of the corner.
+    std::int32_t beyond(const Ends& ends, std::int32_t corner) const
+    {
+        const int far = m_count == 2 && m_weights[1] > m_weights[0] ? 1 : 0;
+        for (const int i : {far, 1 - far})
+        {
+            const bool isBeyond = m_weights[i] > 1.0 || (i == far && m_count == 2 && isOfOneHull());
+            if (i < m_count && ends[i] != ConeEdges::kNone && isBeyond)
+                return ends[i];
+        }
+        return corner;
+    }
+
+    /// By how much the neighbours of a vertex are higher along a direction; but for two of them.
+    struct Rise
+    {
+        S height;
+        std::int32_t neighbour;
+    };
+
+    [[gnu::always_inline]] static Rise riseAround(const Hull<S>& hull, std::int32_t vertex,
+                                                  const LaneDirection<S>& d, const Ends& known)
+    {
+        constexpr int kVectors = 8 / L::kWidth;
+        constexpr S kLowest = -std::numeric_limits<S>::infinity();
+        Rise rise = {kLowest, vertex};
+        std::int32_t index = vertex;
+        do
+        {
+            const NeighbourBlock<S>& block = hull.block(index);
+            Vector rises[kVectors];
+            for (int k = 0; k < kVectors; ++k)
+            {
+                Mask id;
+                loadIds(&block.id[k * L::kWidth], id);
+                const Mask isKnown = (id == Mask{} + known[0]) | (id == Mask{} + known[1]);
+                rises[k] = productsOf(block, k * L::kWidth, d);
+                rises[k] = isKnown ? L::fill(kLowest) : rises[k];
+            }
+            const S own = rises[0][0];
+            rises[0] = withoutLaneZero(rises[0]);
+            const BestNeighbour<S> best = bestNeighbour(block, rises);
+            const bool isHigher = best.height - own > rise.height;
+            rise.height = isHigher ? best.height - own : rise.height;
+            rise.neighbour = isHigher ? best.id : rise.neighbour;
+            index = block.id[0];
+        } while (index >= 0);
+        return rise;
+    }
+
+    static void loadIds(const std::int32_t* p, Mask& ids)
+    {
+        if constexpr (L::kWidth == 4)
+            std::memcpy(&ids, p, sizeof(ids));
+        else
+            ids = L::loadIds(p);
+    }
+
+    /// What rounding of the direction and of two products can make of a rise, and that of the closest point: it is square to
+    /// the edges it is on up to that, and where shapes nearly touch that is more than the neighbours in line with them may show.
+    S doubtOf(const PosedHull<S>& shape, S length) const
+    {
+        return shape.norm() *
+               (S(1.5) * shape.hull().tieBand() * length + S(2) * shape.hull().reach() * m_blur);
+    }
+
+    /// The neighbour of the corner against which the closest point leads most.
+    ///
+    /// @param a, b [in, out] the corner; then the edge's end
+    /// @return false if there is none
+    [[gnu::noinline]] bool findRise(std::int32_t& a, std::int32_t& b) const
+    {
+        const S x = static_cast<S>(m_closest[0]), y = static_cast<S>(m_closest[1]),
+                z = static_cast<S>(m_closest[2]);
+        const QuadVector localA = -(m_a.row(0) * x + m_a.row(1) * y + m_a.row(2) * z);
+        const QuadVector localB = m_b.row(0) * x + m_b.row(1) * y + m_b.row(2) * z;
+        const Rise ofA = riseAround(m_a.hull(), a, LaneDirection<S>(localA), m_edges.endA);
+        const Rise ofB = riseAround(m_b.hull(), b, LaneDirection<S>(localB), m_edges.endB);
+        const S length = std::abs(x) + std::abs(y) + std::abs(z);
+        const S doubtA = doubtOf(m_a, length), doubtB = doubtOf(m_b, length);
+        // Of integers, since && would branch once more.
+        if ((static_cast<int>(ofA.height < -doubtA) & static_cast<int>(ofB.height < -doubtB)) != 0)
+            return false;
+        const bool isOfA = ofA.height > ofB.height;
+        if (!(isOfA ? ofA.height > doubtA : ofB.height > doubtB))
+            return findLevelRise(a, b);
+        a = isOfA ? ofA.neighbour : a;
+        b = isOfA ? b : ofB.neighbour;
+        return true;
+    }
+
+    /// The same in double. Neighbours that are level with the corner may hardly span their cone, as those on an edge with points
+    /// that rounding has moved off it: then a search for the support points has the last word.
+    [[gnu::noinline]] bool findLevelRise(std::int32_t& a, std::int32_t& b) const
+    {
+        EdgeRise best = {0.0, a, b};
+        for (const std::int32_t neighbour : m_a.hull().neighbours(m_vertexA))
+            keepHigher(neighbour, m_vertexB, best);
+        for (const std::int32_t neighbour : m_b.hull().neighbours(m_vertexB))
+            keepHigher(m_vertexA, neighbour, best);
+        if (!(best.height > 0.0))
+        {
+            const VertexPair support = PosedHull<S>::supportVertices(
+                m_a, m_b, PosedHull<S>::usableDirection(m_closest), {m_vertexA, m_vertexB});
+            keepHigher(support.a, m_vertexB, best);
+            keepHigher(m_vertexA, support.b, best);
+        }
+        a = best.endA;
+        b = best.endB;
+        return best.height > 0.0;
+    }
+
+    struct EdgeRise
+    {
+        double height;
+        std::int32_t endA, endB;
+    };
+
+    void keepHigher(std::int32_t endA, std::int32_t endB, EdgeRise& best) const
+    {
+        // Relative; some hundred roundings.
+        constexpr double kLevel2 = 1e-26;
+        for (int i = 0; i < m_count; ++i)
+        {
+            if (endA == m_edges.endA[i] || endB == m_edges.endB[i])
+                return;
+        }
+        const Edge e = edgeTo(endA, endB);
+        const double height = -m_closest.dot(e.way);
+        if (height > best.height && height * height > kLevel2 * m_length2 * e.length2)
+            best = {height, endA, endB};
+    }
+
+    const PosedHull<S>& m_a;
+    const PosedHull<S>& m_b;
+    Placement<PosedHull<S>, PosedHull<S>> m_placement;
+    Eigen::Vector3d m_offset;
+    std::int32_t m_vertexA = 0, m_vertexB = 0;
+    Eigen::Vector3d m_corner, m_cornerOfA;
+    ConeEdges m_edges;
+    std::array<double, 2> m_weights = {};
+    int m_count = 0;  ///< edges
+    std::int32_t m_steps = 0;
+    Eigen::Vector3d m_closest;
+    double m_length2 = 0.0;
+    double m_least2 = 0.0;
+    S m_blur;  ///< how far off rounding may leave the closest point
+};
+}  // namespace cullet

@@ -1,0 +1,236 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/narrow/gjk/hull_pair.h"
+#include "cullet/narrow/math/lanes.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <limits>
+
+namespace cullet
+{
+/// What the edges at one corner w of A - B tell about the origin, without a support search: four points that likely
+/// enclose it, or an axis that likely separates.
+///
+/// The edges of A - B at w = a - b are among those of A at a and, mirrored, of B at b. They span the cone in which all of
+/// A - B lies. Seen along the line through w and the origin they are points around the centre of a plane, and the line
+/// is inside the cone exactly if they surround the centre. `up` and `side` are the axes of that plane; a point on the far
+/// side of A - B defines up. The edge on each side with the lowest slope up / side decides:
+///
+/// * If the two slopes add up to less than zero the line is in the cone. If w is the lowest point along an axis on which
+///   the origin is higher, so is the origin, and the far point, w and the ends of the two edges often have it inside.
+/// * Else every direction of the plane between the two normals of these edges has w lowest, level with the origin.
+///   Tilted towards w it separates, as far as it goes until another edge is level with w. If the end of that edge is its
+///   point nearest to the origin, it is tilted on from there: what points at the nearest point of A - B separates for longer.
+///
+/// A shift of A - B asks the same about another point than the origin.
+///
+/// Everything is rounded, and nothing is proved here. Cost: each neighbour of a and b is looked at once or twice.
+template <class S>
+class CornerFan
+{
+public:
+    using Point = Eigen::Matrix<S, 3, 1>;
+
+    /// @param a, b support vertices against some axis, of hulls that have neighbours
+    CornerFan(const HullPair<S>& pair, std::int32_t a, std::int32_t b, S shiftX, S shiftY, S shiftZ)
+        : m_shift(shiftX, shiftY, shiftZ),
+          m_vertexA{pair.a().hull().opposite(a), a, a, a},
+          m_vertexB{pair.b().hull().opposite(b), b, b, b},
+          m_corner{a, b}
+    {
+        const Point w = pair.point(a, b) + m_shift;
+        const Point far = pair.point(m_vertexA[0], m_vertexB[0]) + m_shift;
+        const Point side = far.cross(w);
+        const Point up = w.cross(side);
+        Local localUp(pair, up);
+        const Local localSide(pair, side);
+        lookAround(pair.a().hull(), a, localUp.a, localSide.a, 0);
+        lookAround(pair.b().hull(), b, localUp.b, localSide.b, kOfB);
+        const S left = m_left.slope();
+        const S right = m_right.slope();
+        m_isComplete = left < kNone && right < kNone;
+        m_isCone = left + right < S(0);
+        if (m_isCone)
+        {
+            put(m_left.end(m_corner), 2);
+            put(m_right.end(m_corner), 3);
+        }
+        else if (m_isComplete)
+        {
+            const S middle = S(0.5) * (right - left);
+            m_axis = up + middle * side;
+            localUp.add(middle, localSide);
+            tilt(pair, localUp, w);
+        }
+    }
+
+    /// False if there is no edge on one side, or a coordinate is not finite; then nothing else is valid.
+    bool isComplete() const { return m_isComplete; }
+    /// The line from w through the origin is in the cone.
+    bool isCone() const { return m_isCone; }
+    /// If so, the vertex pairs of four points: far, w, and two neighbours of w.
+    const std::array<std::int32_t, 4>& verticesA() const { return m_vertexA; }
+    const std::array<std::int32_t, 4>& verticesB() const { return m_vertexB; }
+    /// If not, an axis from B to A, and the vertex pair that likely is the support point along it.
+    const Point& axis() const { return m_axis; }
+    const VertexPair& corner() const { return m_corner; }
+
+private:
+    using L = Lanes<S>;
+    using Vector = typename L::Vector;
+    using Mask = typename L::Mask;
+
+    static constexpr S kNone = std::numeric_limits<S>::infinity();
+    /// Marks a neighbour of b.
+    static constexpr std::int32_t kOfB = std::int32_t(1) << 30;
+    /// Corners that an axis is tilted at, but for the first. More are of no use where measured.
+    static constexpr int kMostMoves = 2;
+
+    using QuadVector = typename Quad<S>::Vector;
+
+    /// A direction of A - B in the axes of each hull.
+    struct Local
+    {
+        Local(const HullPair<S>& pair, const Point& world)
+            : a(pair.a().row(0) * world[0] + pair.a().row(1) * world[1] + pair.a().row(2) * world[2]),
+              b(-(pair.b().row(0) * world[0] + pair.b().row(1) * world[1] + pair.b().row(2) * world[2]))
+        {
+        }
+
+        void add(S times, const Local& other)
+        {
+            a += times * other.a;
+            b += times * other.b;
+        }
+
+        QuadVector a, b;
+    };
+
+    /// Calls see(edge . first, edge . second, neighbours) for vectors of edges that begin at the vertex; some have no
+    /// length.
+    template <class See>
+    static void forEdges(const Hull<S>& hull, std::int32_t vertex, const QuadVector& localFirst,
+                         const QuadVector& localSecond, const See& see)
+    {
+        const LaneDirection<S> first(localFirst), second(localSecond);
+        for (std::int32_t index = vertex; index >= 0; index = hull.block(index).id[0])
+        {
+            const NeighbourBlock<S>& block = hull.block(index);
+            const Vector x0 = L::fill(block.x[0]), y0 = L::fill(block.y[0]), z0 = L::fill(block.z[0]);
+            for (int lane = 0; lane < 8; lane += L::kWidth)
+            {
+                const Vector x = L::load(&block.x[lane]) - x0;
+                const Vector y = L::load(&block.y[lane]) - y0;
+                const Vector z = L::load(&block.z[lane]) - z0;
+                const Vector alongFirst = x * first.x + y * first.y + z * first.z;
+                const Vector alongSecond = x * second.x + y * second.y + z * second.z;
+                see(alongFirst, alongSecond, &block.id[lane]);
+            }
+        }
+    }
+
+    /// The lowest of many slopes, and the neighbour that has it, lane by lane.
+    class Lowest
+    {
+    public:
+        void keep(const Mask& isHere, const Vector& slope, const Mask& id)
+        {
+            const Mask isLower = isHere & (slope < m_slope);
+            m_slope = isLower ? slope : m_slope;
+            m_id = isLower ? id : m_id;
+        }
+
+        S slope() const { return -largestLane(-m_slope); }
+
+        /// The corner with a vertex replaced by that neighbour; not valid if there was none.
+        VertexPair end(const VertexPair& corner) const
+        {
+            const unsigned lanes = laneBits(m_slope == L::fill(slope())) | 1u << (L::kWidth - 1);
+            const std::int32_t id = static_cast<std::int32_t>(m_id[__builtin_ctz(lanes)]);
+            const bool isOfB = (id & kOfB) != 0;
+            return {isOfB ? corner.a : id, isOfB ? id & ~kOfB : corner.b};
+        }
+
+    private:
+        Vector m_slope = L::fill(kNone);
+        Mask m_id = {};
+    };
+
+    void lookAround(const Hull<S>& hull, std::int32_t vertex, const QuadVector& up, const QuadVector& side,
+                    std::int32_t mark)
+    {
+        forEdges(hull, vertex, up, side,
+                 [&](const Vector& height, const Vector& along, const std::int32_t* neighbours)
+                 {
+                     const Vector slope = height / L::withoutZeros(along);
+                     const Mask id = L::loadIds(neighbours) | mark;
+                     m_left.keep(along > S(0), slope, id);
+                     m_right.keep(along < S(0), -slope, id);
+                 });
+    }
+
+    void put(const VertexPair& pair, int place)
+    {
+        m_vertexA[place] = pair.a;
+        m_vertexB[place] = pair.b;
+    }
+
+    /// How far an axis can be tilted towards a point until an edge at the corner is level.
+    Lowest way(const HullPair<S>& pair, const Local& axis, const Local& towards) const
+    {
+        Lowest lowest;
+        std::int32_t mark = 0;
+        const auto see = [&](const Vector& height, const Vector& along, const std::int32_t* neighbours)
+        { lowest.keep(along < S(0), -height / L::withoutZeros(along), L::loadIds(neighbours) | mark); };
+        forEdges(pair.a().hull(), m_corner.a, axis.a, towards.a, see);
+        mark = kOfB;
+        forEdges(pair.b().hull(), m_corner.b, axis.b, towards.b, see);
+        return lowest;
+    }
+
+    /// Not all the way at last, since a vertex that is level with the corner would leave it open which of them is the support.
+    ///
+    /// @param axis [in, out] the axis so far
+    void tilt(const HullPair<S>& pair, Local& axis, const Point& w)
+    {
+        Point towards = w;
+        for (int moves = 0;; ++moves)
+        {
+            const Local localTowards(pair, towards);
+            const Lowest lowest = way(pair, axis, localTowards);
+            // Less than zero where an axis was tilted as far as it goes.
+            const S farthest = std::max(lowest.slope(), S(0));
+            // Bounded where no edge leads towards the origin.
+            const S bound = S(1e3) * m_axis.cwiseAbs().maxCoeff() / towards.cwiseAbs().maxCoeff();
+            if (moves < kMostMoves && farthest < bound)
+            {
+                const VertexPair end = lowest.end(m_corner);
+                const Point next = pair.point(end.a, end.b) + m_shift;
+                // Nothing is tilted towards the origin itself, where the shapes touch.
+                if (next.dot(next - towards) <= S(0) && !next.isZero(S(0)))
+                {
+                    m_axis += farthest * towards;
+                    axis.add(farthest, localTowards);
+                    towards = next;
+                    m_corner = end;
+                    continue;
+                }
+            }
+            m_axis += S(0.9) * std::min(farthest, bound) * towards;
+            return;
+        }
+    }
+
+    Point m_shift;
+    std::array<std::int32_t, 4> m_vertexA, m_vertexB;
+    Lowest m_left, m_right;  ///< slopes on each side
+    VertexPair m_corner;
+    Point m_axis = Point::Zero();
+    bool m_isComplete = false;
+    bool m_isCone = false;
+};
+}  // namespace cullet

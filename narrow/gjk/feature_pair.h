@@ -1,0 +1,527 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/narrow/gjk/gjk_types.h"
+#include "cullet/narrow/hull/posed_hull.h"
+#include "cullet/narrow/hull/vertex_fan.h"
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+
+namespace cullet
+{
+/// Times the size of two shapes: searches may differ in whether they touch below it, and in which of two depths is less.
+constexpr double kSureTouch = 4e-7;
+
+/// Vertex pairs of a simplex, or of a triangle of A - B.
+struct VertexPairs
+{
+    std::array<std::int32_t, 3> a, b;
+    int count = 0;  ///< 0: not known
+};
+
+/// The simplex of the last search.
+template <class S>
+VertexPairs pairsOf(const GjkCache<S>& cache)
+{
+    VertexPairs pairs;
+    pairs.count = std::min<int>(cache.count, 3);
+    for (std::size_t i = 0; i < 3; ++i)
+    {
+        pairs.a[i] = cache.verticesA[i];
+        pairs.b[i] = cache.verticesB[i];
+    }
+    return pairs;
+}
+
+/// The closest or deepest points of two hulls, from the features that have them: vertex, edge or face of either.
+///
+/// A search ends at the same features on whatever way it went, but rounding depends on the way. This takes the features only, in
+/// an order of their own, so that the answer is a function of shapes and poses, bit by bit. That needs features that no other
+/// way can end beside: the points are strictly inside of them, and all other vertices strictly behind, by far more than
+/// rounding; or two faces, or a face and an edge, are level up to rounding. Else the caller has a search that begins without
+/// memory.
+///
+/// By convexity, what holds for the neighbours of a feature holds for its hull: features of an earlier pose that pass are
+/// the closest ones, and no search is needed. Of a depth, that is so for one of its local minima only.
+///
+/// Cost: the neighbours of one or two vertices, and the corners of a face; without a graph, all points up to three times.
+template <class S>
+class FeaturePair
+{
+public:
+    using Shape = PosedHull<S>;
+
+    FeaturePair(const Shape& a, const Shape& b)
+        : m_a{a, a.basis()},
+          m_b{b, b.basis()},
+          m_offset(b.origin() - a.origin()),
+          m_size(m_a.reach() + m_b.reach())
+    {
+    }
+
+    /// @param pairs  of the simplex with the closest points, or of the triangle with the origin's foot
+    /// @param about  of any length, about from B to A
+    /// @param isDeep the hulls overlap, and no other normal has so little depth, by kSureTouch at least
+    /// @return false if the features are not the only ones; then nothing else is valid
+    bool solve(const VertexPairs& pairs, const Eigen::Vector3d& about, bool isDeep)
+    {
+        const Ids ofA = distinct(pairs.a, pairs.count), ofB = distinct(pairs.b, pairs.count);
+        m_isDeep = isDeep;
+        m_about = about;
+        if (!isKnown(ofA, m_a.shape) || !isKnown(ofB, m_b.shape))
+            return false;
+        m_vertexA = ofA.id[0];
+        m_vertexB = ofB.id[0];
+        m_areCorners = false;
+        bool isSolved = false;
+        if (ofA.count < 3 && ofB.count < 3)
+            isSolved = solveEdges(ofA, ofB);
+        else if (ofA.count == 1 || ofB.count == 1)
+            isSolved = solveFace(ofA, ofB);
+        return (isSolved || solveLevel(ofA.id[0], ofB.id[0])) && isSure();
+    }
+
+    /// Unit, from B to A, world axes.
+    const Eigen::Vector3d& normal() const { return m_normal; }
+    /// Along the normal; negative: minus the depth.
+    double distance() const { return m_distance; }
+    /// World axes, relative to the origin of A.
+    const Eigen::Vector3d& pointOfB() const { return m_onB; }
+    /// Support vertices against the normal and along it.
+    std::int32_t vertexA() const { return m_vertexA; }
+    std::int32_t vertexB() const { return m_vertexB; }
+    /// The points are these vertices.
+    bool areCorners() const { return m_areCorners; }
+
+private:
+    /// Strictly inside and strictly behind, far more than rounding: in parts of an edge or of the size, and as a slope.
+    static constexpr double kInside = 1e-9, kSlope = 1e-9;
+    /// Points are in one plane up to this, times the size; some hundred roundings.
+    static constexpr double kPlane = 1e-13;
+    /// Squared sine of directions that have no normal to rely on.
+    static constexpr double kParallel2 = 1e-12;
+
+    using Vector = Eigen::Vector3d;
+    using Corners = typename Hull<S>::Span;
+
+    /// Distinct vertices in ascending order.
+    struct Ids
+    {
+        std::array<std::int32_t, 3> id = {-1, -1, -1};
+        int count = 0;
+    };
+
+    /// A hull with its basis in double. Points are relative to the origin of their own hull but for those of pointB().
+    struct Side
+    {
+        const Shape& shape;
+        Eigen::Matrix3d basis;
+
+        const Hull<S>& hull() const { return shape.hull(); }
+        /// No point is farther from the origin. Of a triangle exactly: the third axis of its basis tells nothing of it.
+        double reach() const
+        {
+            if (hull().kind() != HullKind::Polygon || hull().vertexCount() > 3)
+                return double(shape.size());
+            return std::sqrt(std::max(point(1).squaredNorm(), point(2).squaredNorm()));
+        }
+        Vector point(std::int32_t vertex) const
+        {
+            const S* const v = hull().lanes(vertex);
+            return basis.col(0) * double(v[0]) + basis.col(1) * double(v[1]) + basis.col(2) * double(v[2]);
+        }
+    };
+
+    static std::size_t at(int i) { return static_cast<std::size_t>(i); }
+
+    static Ids distinct(const std::array<std::int32_t, 3>& from, int count)
+    {
+        Ids ids;
+        for (int i = 0; i < count; ++i)
+        {
+            int place = 0;
+            while (place < ids.count && ids.id[at(place)] < from[at(i)])
+                ++place;
+            if (place < ids.count && ids.id[at(place)] == from[at(i)])
+                continue;
+            for (int k = ids.count; k > place; --k)
+                ids.id[at(k)] = ids.id[at(k - 1)];
+            ids.id[at(place)] = from[at(i)];
+            ++ids.count;
+        }
+        return ids;
+    }
+
+    static bool isKnown(const Ids& ids, const Shape& shape)
+    {
+        return ids.count > 0 && ids.id[0] >= 0 && ids.id[at(ids.count - 1)] < shape.vertexCount();
+    }
+
+    Vector pointB(std::int32_t vertex) const { return m_b.point(vertex) + m_offset; }
+
+    /// Neither so near that a search may say otherwise, nor NaN.
+    bool isSure() const
+    {
+        const double sure = kSureTouch * m_size;
+        return m_isDeep ? m_distance < -sure : m_distance > sure;
+    }
+
+    // Edges and vertices
+
+    bool solveEdges(const Ids& ofA, const Ids& ofB)
+    {
+        const Vector a = m_a.point(ofA.id[0]), b = pointB(ofB.id[0]);
+        bool isSolved;
+        if (ofA.count == 2 && ofB.count == 2)
+            isSolved = crossEdges(a, m_a.point(ofA.id[1]) - a, b, pointB(ofB.id[1]) - b);
+        else if (ofA.count == 2)
+            isSolved = alongEdge(a, m_a.point(ofA.id[1]) - a, b, 1.0);
+        else if (ofB.count == 2)
+            isSolved = alongEdge(b, pointB(ofB.id[1]) - b, a, -1.0);
+        else
+            isSolved = between(a, b);
+        m_areCorners = ofA.count == 1 && ofB.count == 1;
+        return isSolved && isAhead(m_a, ofA.id[0], ofA.id[1], -m_normal) &&
+               isAhead(m_b, ofB.id[0], ofB.id[1], m_normal);
+    }
+
+    bool between(const Vector& a, const Vector& b)
+    {
+        m_onB = b;
+        return setAlong(a - b);
+    }
+
+    bool setAlong(const Vector& v)
+    {
+        m_distance = std::sqrt(v.squaredNorm());
+        if (m_isDeep || !(m_distance > 0.0))
+            return false;
+        m_normal = v * (1.0 / m_distance);
+        return true;
+    }
+
+    /// @param side 1: the edge is A's; -1: B's
+    bool alongEdge(const Vector& from, const Vector& edge, const Vector& vertex, double side)
+    {
+        const double length2 = edge.squaredNorm();
+        if (!(length2 > 0.0))
+            return false;
+        const double part = edge.dot(vertex - from) / length2;
+        const Vector foot = from + part * edge;
+        m_onB = side > 0.0 ? vertex : foot;
+        return isPart(part) && setAlong(side * (foot - vertex));
+    }
+
+    static bool isPart(double part) { return part > kInside && part < 1.0 - kInside; }
+
+    bool crossEdges(const Vector& a, const Vector& edgeA, const Vector& b, const Vector& edgeB)
+    {
+        const Vector across = edgeA.cross(edgeB);
+        const double across2 = across.squaredNorm();
+        // A NaN makes the comparison false.
+        if (!(across2 > kParallel2 * edgeA.squaredNorm() * edgeB.squaredNorm()))
+            return false;
+        m_normal = across * ((across.dot(m_about) < 0.0 ? -1.0 : 1.0) / std::sqrt(across2));
+        const Vector apart = a - b;
+        m_distance = m_normal.dot(apart);
+        const double inverse = 1.0 / across2;
+        const double partA = -apart.cross(edgeB).dot(across) * inverse;
+        const double partB = -apart.cross(edgeA).dot(across) * inverse;
+        m_onB = b + partB * edgeB;
+        return isPart(partA) && isPart(partB);
+    }
+
+    // A face and a vertex
+
+    /// A face in world axes, relative to the origin of its hull.
+    struct Plane
+    {
+        Vector first;
+        Vector ring;  ///< unit; counter-clockwise around it
+    };
+
+    bool solveFace(const Ids& ofA, const Ids& ofB)
+    {
+        const bool isOfA = ofA.count == 3;
+        const Side &side = isOfA ? m_a : m_b, &other = isOfA ? m_b : m_a;
+        const std::int32_t vertex = isOfA ? ofB.id[0] : ofA.id[0];
+        const std::array<std::int32_t, 3>& three = isOfA ? ofA.id : ofB.id;
+        ClearFace clear;
+        Corners corners = {nullptr, nullptr};
+        if (!isCloud(side))
+            corners = faceOf(side, isOfA ? ofA : ofB, isOfA ? Vector(-m_about) : m_about);
+        else if (findClearFace(side.hull(), three, clear))
+            corners = {clear.corners.data(), clear.corners.data() + 3};
+        else
+            return false;
+        Plane plane;
+        // Of a face whose corners are rounded, the triangle alone.
+        const bool isFlat = corners.size() >= 3 && findPlane(side, corners, plane);
+        if (!isFlat)
+            corners = {three.data(), three.data() + 3};
+        if (!isFlat && !findPlane(side, corners, plane))
+            return false;
+        if (!setVertexOver(side, corners, plane, other, vertex, isOfA))
+            return false;
+        const Vector outward = isOfA ? Vector(-m_normal) : m_normal;
+        return isFlat ? looksAlong(side, plane, outward)
+                      : isAhead(side, three[0], three[1], outward, three[2]);
+    }
+
+    /// A vertex strictly over a face, and strictly ahead of all others of its hull.
+    bool setVertexOver(const Side& side, const Corners& corners, const Plane& plane, const Side& other,
+                       std::int32_t vertex, bool isOfA)
+    {
+        const Vector point = other.point(vertex) + (isOfA ? m_offset : Vector(-m_offset));
+        // The foot of the least depth is in the face in any case.
+        if (!m_isDeep && !isInside(side, corners, plane, point))
+            return false;
+        setOver(plane, point, isOfA);
+        (isOfA ? m_vertexA : m_vertexB) = corners[0];
+        (isOfA ? m_vertexB : m_vertexA) = vertex;
+        m_areCorners = false;
+        return isAhead(other, vertex, -1, isOfA ? m_normal : Vector(-m_normal));
+    }
+
+    static bool isCloud(const Side& side) { return side.hull().kind() == HullKind::Cloud; }
+
+    /// Corners of the face that has three vertices, and of a flat hull looks along a direction; none if it is not known.
+    static Corners faceOf(const Side& side, const Ids& ids, const Vector& direction)
+    {
+        const Hull<S>& hull = side.hull();
+        const bool isFlat = hull.kind() == HullKind::Polygon;
+        const Vector local = side.basis.transpose() * direction;
+        for (const std::int32_t face : hull.facesOf(ids.id[0]))
+        {
+            const Corners corners = hull.faceVertices(face);
+            int found = 0;
+            for (const std::int32_t corner : corners)
+                found += corner == ids.id[1] || corner == ids.id[2] ? 1 : 0;
+            if (found == 2 &&
+                (!isFlat || local.dot(hull.faces()[static_cast<std::size_t>(face)].normal) >= 0.0))
+                return corners;
+        }
+        return {nullptr, nullptr};
+    }
+
+    /// @return false if the corners are not in one plane
+    static bool findPlane(const Side& side, const Corners& corners, Plane& plane)
+    {
+        const std::int32_t count = corners.size();
+        const double size = double(side.shape.size());
+        plane.first = side.point(corners[0]);
+        const Vector across = (side.point(corners[count / 3]) - plane.first)
+                                  .cross(side.point(corners[2 * count / 3]) - plane.first);
+        const double length = std::sqrt(across.squaredNorm());
+        if (!(length > kParallel2 * size * size))
+            return false;
+        plane.ring = across * (1.0 / length);
+        for (std::int32_t i = 1; count > 3 && i < count; ++i)
+        {
+            if (!(std::abs(plane.ring.dot(side.point(corners[i]) - plane.first)) <= kPlane * size))
+                return false;
+        }
+        return true;
+    }
+
+    /// Whether a point is strictly over or under a face.
+    bool isInside(const Side& side, const Corners& corners, const Plane& plane, const Vector& point) const
+    {
+        Vector last = side.point(corners[corners.size() - 1]);
+        for (const std::int32_t corner : corners)
+        {
+            const Vector next = side.point(corner), edge = next - last;
+            // A NaN makes the comparison false.
+            if (!(plane.ring.dot(edge.cross(point - last)) > kInside * m_size * edge.cwiseAbs().sum()))
+                return false;
+            last = next;
+        }
+        return true;
+    }
+
+    /// Whether the hull of a face is behind it along a direction; no longer where it has turned over since an earlier pose.
+    bool looksAlong(const Side& side, const Plane& plane, const Vector& direction) const
+    {
+        // A flat hull looks both ways.
+        return direction.dot(plane.first - side.basis * side.hull().centre()) >= -kInside * m_size;
+    }
+
+    /// @param point of the other hull, relative to the origin of the face's
+    void setOver(const Plane& plane, const Vector& point, bool isOfA)
+    {
+        m_normal = plane.ring.dot(m_about) < 0.0 ? Vector(-plane.ring) : plane.ring;
+        const double height = m_normal.dot(point - plane.first);
+        m_distance = isOfA ? -height : height;
+        m_onB = isOfA ? point : Vector(point + m_offset - m_distance * m_normal);
+    }
+
+    // Two faces, or a face and an edge, that are level; or a vertex over a diagonal of a face
+
+    bool solveLevel(std::int32_t vertexA, std::int32_t vertexB)
+    {
+        return solveLevel(m_a, m_b, vertexA, vertexB, true) || solveLevel(m_b, m_a, vertexB, vertexA, false);
+    }
+
+    bool solveLevel(const Side& side, const Side& other, std::int32_t vertex, std::int32_t otherVertex,
+                    bool isOfA)
+    {
+        const Corners corners = levelFace(side, vertex, isOfA ? Vector(-m_about) : m_about);
+        Plane plane;
+        if (corners.size() < 3 || !findPlane(side, corners, plane))
+            return false;
+        const Vector offset = isOfA ? m_offset : Vector(-m_offset);
+        const Corners above = levelFace(other, otherVertex, isOfA ? m_about : Vector(-m_about));
+        if (above.size() >= 3 && areLevel(other, above, plane.ring))
+            return setLevel(side, corners, plane, other, above, offset, isOfA);
+        std::array<std::int32_t, 2> edge;
+        if (levelEdge(other, otherVertex, plane.ring, isOfA, edge))
+            return setLevel(side, corners, plane, other, {edge.data(), edge.data() + 2}, offset, isOfA);
+        // The foot is on a line between two corners of the face, which is none of its edges.
+        return !m_isDeep && setVertexOver(side, corners, plane, other, otherVertex, isOfA) &&
+               looksAlong(side, plane, isOfA ? Vector(-m_normal) : m_normal);
+    }
+
+    /// The face at a vertex that looks along a direction; none if none does.
+    static Corners levelFace(const Side& side, std::int32_t vertex, const Vector& direction)
+    {
+        // Parallel to the face's normal in the hull's frame if it is in the world, however the basis stretches.
+        const Vector local = side.basis.transpose() * direction;
+        double best = 0.999 * std::sqrt(local.squaredNorm());
+        std::int32_t found = -1;
+        if (isCloud(side))
+            return {nullptr, nullptr};
+        for (const std::int32_t face : side.hull().facesOf(vertex))
+        {
+            const double along = local.dot(side.hull().faces()[static_cast<std::size_t>(face)].normal);
+            found = along > best ? face : found;
+            best = std::max(along, best);
+        }
+        return found < 0 ? Corners{nullptr, nullptr} : side.hull().faceVertices(found);
+    }
+
+    bool areLevel(const Side& side, const Corners& corners, const Vector& normal) const
+    {
+        const Vector first = side.point(corners[0]);
+        return std::all_of(corners.begin(), corners.end(),
+                           [&](std::int32_t corner)
+                           { return std::abs(normal.dot(side.point(corner) - first)) <= kPlane * m_size; });
+    }
+
+    /// The one edge at a vertex that is level, in ascending order; both ends are strictly ahead of all else.
+    bool levelEdge(const Side& side, std::int32_t vertex, const Vector& ring, bool isOfA,
+                   std::array<std::int32_t, 2>& edge) const
+    {
+        const Vector first = side.point(vertex);
+        std::int32_t other = -1;
+        const auto consider = [&](std::int32_t end) {
+            other =
+                end != vertex && std::abs(ring.dot(side.point(end) - first)) <= kPlane * m_size ? end : other;
+        };
+        forNeighbours(side.hull(), vertex, [&](std::int32_t end) { return consider(end), true; });
+        if (other < 0)
+            return false;
+        edge = {std::min(vertex, other), std::max(vertex, other)};
+        const Vector direction = (ring.dot(m_about) < 0.0) == isOfA ? Vector(-ring) : ring;
+        return isAhead(side, vertex, other, direction) && isAhead(side, other, vertex, direction);
+    }
+
+    /// With the first corner that is over the other face: of `above`, or of the face.
+    bool setLevel(const Side& side, const Corners& corners, const Plane& plane, const Side& other,
+                  const Corners& above, const Vector& offset, bool isOfA)
+    {
+        const Vector level = other.point(above[0]) + offset;
+        setOver(plane, level, isOfA);
+        (isOfA ? m_vertexA : m_vertexB) = corners[0];
+        (isOfA ? m_vertexB : m_vertexA) = above[0];
+        m_areCorners = false;
+        for (const std::int32_t corner : above)
+        {
+            const Vector point = other.point(corner) + offset;
+            if (isInside(side, corners, plane, point))
+                return setLevelPoint(plane, point, level, isOfA), true;
+        }
+        Plane otherPlane;
+        if (above.size() < 3 || !findPlane(other, above, otherPlane))
+            return false;
+        for (const std::int32_t corner : corners)
+        {
+            const Vector point = side.point(corner);
+            if (isInside(other, above, otherPlane, point - offset))
+                return setLevelPoint(plane, point, level, isOfA), true;
+        }
+        return false;
+    }
+
+    /// The points that lie over each other at a place.
+    ///
+    /// @param level of the other hull
+    void setLevelPoint(const Plane& plane, const Vector& place, const Vector& level, bool isOfA)
+    {
+        const Vector point = place + plane.ring * plane.ring.dot(level - place);
+        setOver(plane, point, isOfA);
+    }
+
+    // Supports
+
+    /// Whether visit(neighbour) is true for all neighbours of a vertex; for all vertices of a hull without a graph.
+    template <class Visit>
+    static bool forNeighbours(const Hull<S>& hull, std::int32_t vertex, const Visit& visit)
+    {
+        if (hull.hasNeighbours())
+        {
+            const Corners neighbours = hull.naturalNeighbours(vertex);
+            return std::all_of(neighbours.begin(), neighbours.end(), visit);
+        }
+        for (std::int32_t i = 0; i < hull.vertexCount(); ++i)
+        {
+            if (!visit(i))
+                return false;
+        }
+        return true;
+    }
+
+    /// Whether all neighbours of a vertex but one or two are strictly behind it along a direction.
+    static bool isAhead(const Side& side, std::int32_t vertex, std::int32_t but, const Vector& direction,
+                        std::int32_t norThis = -1)
+    {
+        // By more than a rounded direction and product can tell, as most often.
+        const S clear = side.shape.tieBand() + S(8) * std::numeric_limits<S>::epsilon() * side.shape.size();
+        if (but < 0 && side.shape.isAhead(vertex, direction.template cast<S>(), clear))
+            return true;
+        const Vector local = side.basis.transpose() * direction, from = localPoint(side, vertex);
+        const double slope2 = kSlope * kSlope * local.squaredNorm();
+        return forNeighbours(side.hull(), vertex,
+                             [&](std::int32_t other)
+                             {
+                                 const Vector way = localPoint(side, other) - from;
+                                 const double rise = local.dot(way);
+                                 return other == vertex || other == but || other == norThis ||
+                                        (rise < 0.0 && rise * rise > slope2 * way.squaredNorm());
+                             });
+    }
+
+    static Vector localPoint(const Side& side, std::int32_t vertex)
+    {
+        const S* const v = side.hull().lanes(vertex);
+        return {double(v[0]), double(v[1]), double(v[2])};
+    }
+
+    const Side m_a, m_b;
+    Vector m_offset;
+    double m_size;
+    bool m_isDeep = false;
+    Vector m_about, m_normal, m_onB;
+    double m_distance = 0.0;
+    std::int32_t m_vertexA = -1, m_vertexB = -1;
+    bool m_areCorners = false;
+};
+}  // namespace cullet

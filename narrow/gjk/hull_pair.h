@@ -1,0 +1,394 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/narrow/hull/posed_hull.h"
+#include "cullet/narrow/math/lanes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <type_traits>
+
+namespace cullet
+{
+/// The support of A - B against an axis v, in the scalar of the hulls.
+template <class S>
+struct AxisTest
+{
+    bool isProved = false;  ///< the shapes are farther apart along v than asked
+    S along = S(0);         ///< v.w for the support point w, rounded
+    std::int32_t vertexA = -1;
+    std::int32_t vertexB = -1;
+};
+
+/// The same direction with the largest component from a half to 1 in magnitude, as HullPair::test() wants it.
+template <class S>
+inline Eigen::Matrix<S, 3, 1> scaledAxis(const Eigen::Matrix<S, 3, 1>& direction)
+{
+    return direction *
+           scaleBelowOne(std::max({std::abs(direction[0]), std::abs(direction[1]), std::abs(direction[2])}));
+}
+
+/// A square of a distance for HullPair::test(): the exact one unless that would underflow, then more. Where more is not
+/// proved, the search in double has the answer.
+///
+/// In float, 1e-18 times a smaller distance is more than its square by far more than it can lose by underflow, down to
+/// distances of 1.5e-23. For those below, it is more than enough that a square is not 0: the length is at least 2.6e-23,
+/// divided by an axis of at most the root of 3. A longer one comes from an A - B of at least half its root, of whose size what
+/// is sure of a distance is 3e-14 or nothing. Likewise in double.
+template <class S>
+inline S squareOfLimit(S limit)
+{
+    constexpr S kLeast = sizeof(S) == sizeof(float) ? S(1e-18) : S(1e-153);
+    return limit * std::max(limit, kLeast);
+}
+
+/// Two posed hulls, for tests that are done in their own scalar with a bound of the rounding errors instead of points in
+/// double. What cannot be proved so is left to the search in double.
+///
+/// With u the unit of rounding, R the radius of a hull and F the Frobenius norm of its basis, a local direction is off
+/// by 3 u of the products of magnitudes that it sums up, and so is a height. By Cauchy and Schwarz the height is off by
+/// 6 u F R |v| together, the product with the offset by 4 u |v| times the offset, and adding up by 3 u of all. 10 u |v| times
+/// reach() covers it; u is eps / 2, and |v| at most sqrt(3) or its 1-norm. A coordinate of a point of A - B is off by 5 u reach().
+template <class S>
+class HullPair
+{
+public:
+    using Vector = typename Quad<S>::Vector;
+    using Point = Eigen::Matrix<S, 3, 1>;
+
+    // Out of line it costs a tenth of a query.
+    [[gnu::always_inline]] HullPair(const PosedHull<S>& a, const PosedHull<S>& b)
+        : m_a(a), m_b(b), m_offset(b.originQuad() - a.originQuad())
+    {
+        Vector distances = m_offset;
+        Quad<S>::makePositive(distances);
+        m_reach = a.size() + b.size() + Quad<S>::sumOfThree(distances);
+    }
+
+    const PosedHull<S>& a() const { return m_a; }
+    const PosedHull<S>& b() const { return m_b; }
+    const Vector& offset() const { return m_offset; }
+    /// Bounds every coordinate of A - B, and what it is made of.
+    S reach() const { return m_reach; }
+    /// How far a point of A - B can be from the difference of the origins, for bases that only turn.
+    S size() const { return S(0.5774) * (m_a.size() + m_b.size()); }
+
+    /// The point of A - B of two vertices, rounded.
+    [[gnu::always_inline]] Point point(std::int32_t vertexA, std::int32_t vertexB) const
+    {
+        Vector ofA, ofB, sums;
+        Quad<S>::load(m_a.hull().lanes(vertexA), ofA);
+        Quad<S>::load(m_b.hull().lanes(vertexB), ofB);
+        sumThreeOfEach(m_a.row(0) * ofA - m_b.row(0) * ofB, m_a.row(1) * ofA - m_b.row(1) * ofB,
+                       m_a.row(2) * ofA - m_b.row(2) * ofB, sums);
+        sums -= m_offset;
+        return {sums[0], sums[1], sums[2]};
+    }
+
+    /// An axis tilted towards its support point, to be remembered: along the normal of a face or an edge, points are level, and while
+    /// their shape rests each later query would have to search for the lowest index among them. Nothing is proved of it.
+    ///
+    /// @param by the tilt in radians where the support point is as far aside as the shapes are large
+    Point tilted(const Point& axis, const AxisTest<S>& test, S by) const
+    {
+        const S length2 = axis.squaredNorm();
+        // Of two points, the line between them is as good as any.
+        if (!(size() > S(0)))
+            return axis;
+        const Point aside = point(test.vertexA, test.vertexB) - axis * (test.along / length2);
+        const Point turned = axis + aside * (by * squareRoot(length2) / size());
+        // Not of shapes so small that a quotient is not finite.
+        return isTestable(turned) ? turned : axis;
+    }
+
+    /// From the centre of B to that of A, or from origin to origin where these are as good and nothing has to be placed.
+    [[gnu::always_inline]] Point betweenCentres() const
+    {
+        if (m_a.hull().isCentred() && m_b.hull().isCentred())
+            return {-m_offset[0], -m_offset[1], -m_offset[2]};
+        Vector centreA, centreB, v;
+        Quad<S>::load(m_a.hull().centreLanes(), centreA);
+        Quad<S>::load(m_b.hull().centreLanes(), centreB);
+        sumThreeOfEach(m_a.row(0) * centreA - m_b.row(0) * centreB,
+                       m_a.row(1) * centreA - m_b.row(1) * centreB,
+                       m_a.row(2) * centreA - m_b.row(2) * centreB, v);
+        v -= m_offset;
+        return {v[0], v[1], v[2]};
+    }
+
+    /// An axis for testFresh() and testAnew() as it is, if it is neither very long nor very short.
+    [[gnu::always_inline]] static bool isTestable(const Point& axis)
+    {
+        return isTestable(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]);
+    }
+
+    /// Is the distance along an axis larger than the root of limit2?
+    ///
+    /// @param limit2 a squareOfLimit()
+    /// @param axis   world axes, from B to A; not tested if longer than the root of 3, or tiny
+    /// @param startA, startB vertices that are likely near the supports, or -1
+    AxisTest<S> test(const Point& axis, S limit2, std::int32_t startA, std::int32_t startB) const
+    {
+        return testWith<true>(
+            axis, limit2, [&](const Vector& localA, const Vector& localB) __attribute__((always_inline)) {
+                return Hits{support(m_a, localA, startA), support(m_b, localB, startB)};
+            });
+    }
+
+    /// The same without such vertices.
+    /// @param axis isTestable()
+    [[gnu::always_inline]] AxisTest<S> testAnew(const Point& axis, S limit2) const
+    {
+        return testWith<false>(
+            axis, limit2, [&](const Vector& localA, const Vector& localB) __attribute__((always_inline)) {
+                return searchBoth(m_a, localA, m_b, localB);
+            });
+    }
+
+    /// The test that most queries end with: then nothing of the pair has to be in memory. The support of a hull with few
+    /// vertices stays unknown.
+    [[gnu::always_inline]] static AxisTest<S> testFirst(const PosedHull<S>& a, const PosedHull<S>& b,
+                                                        const Point& axis, S limit2, std::int32_t startA,
+                                                        std::int32_t startB)
+    {
+        const S length2 = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2];
+        if (!isInRange<true>(length2))
+            return AxisTest<S>();
+        Vector localA, localB;
+        toLocal(a, b, axis, localA, localB);
+        const Hits hits = {height(a, localA, startA), height(b, localB, startB)};
+        // Made only now: before, it would take registers that the supports need, a tenth of a query.
+        return HullPair(a, b).template judge<true>(axis, length2, limit2, hits);
+    }
+
+    /// The same without vertices near the supports; where hulls are scanned by wide registers these stay unknown, too.
+    /// @param axis isTestable()
+    [[gnu::always_inline]] AxisTest<S> testFresh(const Point& axis, S limit2) const
+    {
+        return testWith<false>(
+            axis, limit2, [&](const Vector& localA, const Vector& localB) __attribute__((always_inline)) {
+                if (m_a.isFew() && m_b.isFew())
+                    return Hits{height(m_a, localA, -1), height(m_b, localB, -1)};
+                if (areScannedWide())
+                    return wideHeights(localA, localB);
+                if (isMapped(m_a) && isMapped(m_b))
+                    return searchBoth(m_a, localA, m_b, localB);
+                return Hits{height(m_a, localA, -1), height(m_b, localB, -1)};
+            });
+    }
+
+    /// The same with a ball around each origin that has all vertices inside in the place of the hull: no support is needed.
+    /// Proves nothing for hulls with few vertices, whose supports cost as little.
+    /// @param axis isTestable(), in line with the difference of the origins where that can be
+    [[gnu::always_inline]] AxisTest<S> testBalls(const Point& axis, S limit2) const
+    {
+        const Vector squares = m_offset * m_offset;
+        // Most pairs that are not so far apart need no more; size() is right for bases that turn, and proves nothing.
+        if ((m_a.isFew() && m_b.isFew()) || !(Quad<S>::sumOfThree(squares) > size() * size()))
+            return AxisTest<S>();
+        return testWith<false>(
+            axis, limit2, [&](const Vector& localA, const Vector& localB) __attribute__((always_inline)) {
+                return Hits{ballHeight(m_a, localA), ballHeight(m_b, localB)};
+            });
+    }
+
+private:
+    /// Whether both hulls are scanned by wide registers where no vertex near the support is known.
+    bool areScannedWide() const
+    {
+        const std::int32_t most = std::max(m_a.vertexCount(), m_b.vertexCount());
+        return most > kFewVertices && isScanWide<S>() && most <= linearSupportMaximum<S>() &&
+               m_a.method() == SupportMethod::Automatic && m_b.method() == SupportMethod::Automatic;
+    }
+
+    static bool isTestable(S length2) { return length2 > S(1e-12) && length2 < S(1e12); }
+
+    /// The sums of the first three lanes of each.
+    [[gnu::always_inline]] static void sumThreeOfEach(const Vector& x, const Vector& y, const Vector& z,
+                                                      Vector& sums)
+    {
+        const Vector low = __builtin_shufflevector(x, y, 0, 4, 1, 5);
+        const Vector high = __builtin_shufflevector(x, y, 2, 6, 2, 6);
+        const Vector first = __builtin_shufflevector(low, z, 0, 1, 4, 7);
+        const Vector second = __builtin_shufflevector(low, z, 2, 3, 5, 7);
+        const Vector third = __builtin_shufflevector(high, z, 0, 1, 6, 7);
+        sums = first + second + third;
+    }
+
+    struct Hits
+    {
+        SupportHit<S> a, b;
+    };
+
+    /// No vertex is higher: a height is a product with the direction, and the ball's as long as both. Off by 6.5 u F R |v|.
+    [[gnu::always_inline]] static SupportHit<S> ballHeight(const PosedHull<S>& shape, const Vector& d)
+    {
+        const Vector squares = d * d;
+        return {-1, shape.hull().reach() * squareRoot(Quad<S>::sumOfThree(squares))};
+    }
+
+    /// The factor of the doubt that bounds the length of an axis.
+    template <bool kIsScaled>
+    [[gnu::always_inline]] static S boundOfLength(const Point& v)
+    {
+        return kIsScaled ? S(8.7) : S(5.1) * (std::abs(v[0]) + std::abs(v[1]) + std::abs(v[2]));
+    }
+
+    /// @tparam kIsScaled the axis is not longer than the root of 3
+    /// @param find of both vertices, in the axes of their hulls
+    template <bool kIsScaled, class Find>
+    [[gnu::always_inline]] AxisTest<S> testWith(const Point& v, S limit2, const Find& find) const
+    {
+        const S length2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+        if (!isInRange<kIsScaled>(length2))
+            return AxisTest<S>();
+        Vector localA, localB;
+        toLocal(m_a, m_b, v, localA, localB);
+        return judge<kIsScaled>(v, length2, limit2, find(localA, localB));
+    }
+
+    /// In which directions a pair's supports are wanted.
+    [[gnu::always_inline]] static void toLocal(const PosedHull<S>& a, const PosedHull<S>& b,
+                                               const Point& axis, Vector& localA, Vector& localB)
+    {
+        localB = b.row(0) * axis[0] + b.row(1) * axis[1] + b.row(2) * axis[2];
+        localA = -(a.row(0) * axis[0] + a.row(1) * axis[1] + a.row(2) * axis[2]);
+    }
+
+    /// False for a NaN, too. No axis of scaledAxis() is longer.
+    template <bool kIsScaled>
+    static bool isInRange(S length2)
+    {
+        return kIsScaled ? length2 > S(1e-16) && length2 < S(3.001) : isTestable(length2);
+    }
+
+    /// What the support vertices along an axis v prove.
+    template <bool kIsScaled>
+    [[gnu::always_inline]] AxisTest<S> judge(const Point& v, S length2, S limit2, const Hits& hits) const
+    {
+        // Less than nothing where they separate: nothing then has to change its sign before it is compared.
+        const S against =
+            (hits.a.height + hits.b.height) + (v[0] * m_offset[0] + v[1] * m_offset[1] + v[2] * m_offset[2]);
+        const S sure = against + boundOfLength<kIsScaled>(v) * (std::numeric_limits<S>::epsilon() * m_reach);
+        AxisTest<S> test;
+        test.isProved = sure < S(0) && sure * sure > limit2 * length2;
+        test.along = -against;
+        test.vertexA = hits.a.vertex;
+        test.vertexB = hits.b.vertex;
+        return test;
+    }
+
+    /// The height alone where there are few vertices.
+    [[gnu::always_inline]] static SupportHit<S> height(const PosedHull<S>& shape, const Vector& d,
+                                                       std::int32_t start)
+    {
+        if (shape.isFew())
+            return {-1, largestProduct(shape.hull(), LaneDirection<S>(d))};
+        SupportHit<S> hit = {start, S(0)};
+        if (isSupport(shape, d, hit))
+            return hit;
+        // A copy, so that the direction is in no memory before.
+        const Vector direction = d;
+        return heightBeside(shape, direction, hit.vertex);
+    }
+
+    /// Out of line, since a loop would keep the direction in memory.
+    ///
+    /// @param vertex see hitBeside()
+    [[gnu::noinline]] static SupportHit<S> heightBeside(const PosedHull<S>& shape, const Vector& d,
+                                                        std::int32_t vertex)
+    {
+        if (shape.method() == SupportMethod::Automatic)
+            return hitBeside(shape.hull(), d, shape.tieBand(), vertex);
+        return search(shape, {d[0], d[1], d[2]}, vertex);
+    }
+
+    [[gnu::always_inline]] Hits wideHeights(const Vector& dA, const Vector& dB) const
+    {
+        Hits hits = {{-1, S(0)}, {-1, S(0)}};
+#ifdef __SSE2__
+        if constexpr (std::is_same_v<S, float>)
+        {
+            float largest[2];
+            largestProductsAvx2(m_a.hull(), reinterpret_cast<__m128>(dA), m_b.hull(),
+                                reinterpret_cast<__m128>(dB), largest);
+            hits.a.height = largest[0];
+            hits.b.height = largest[1];
+        }
+#endif
+        return hits;
+    }
+
+    static bool hasStart(const PosedHull<S>& shape, std::int32_t start)
+    {
+        // A negative one is large.
+        return static_cast<std::uint32_t>(start) < static_cast<std::uint32_t>(shape.startCount());
+    }
+
+    /// Whether a vertex that is likely near the support is that.
+    ///
+    /// @param hit [in, out] the vertex, or -1; then its height, or the vertex to search from
+    [[gnu::always_inline]] static bool isSupport(const PosedHull<S>& shape, const Vector& d,
+                                                 SupportHit<S>& hit)
+    {
+        if (!hasStart(shape, hit.vertex))
+            return false;
+        std::int32_t beside;
+        if (isPeak(shape.hull(), hit.vertex, LaneDirection<S>(d), shape.tieBand(), hit.height, beside))
+            return true;
+        hit.vertex = beside;
+        return false;
+    }
+
+    [[gnu::always_inline]] static SupportHit<S> support(const PosedHull<S>& shape, const Vector& d,
+                                                        std::int32_t start)
+    {
+        SupportHit<S> hit = {start, S(0)};
+        return isSupport(shape, d, hit) ? hit : search(shape, {d[0], d[1], d[2]}, hit.vertex);
+    }
+
+    /// Too many vertices for a scan.
+    static bool isMapped(const PosedHull<S>& shape)
+    {
+        return shape.method() == SupportMethod::Automatic && shape.hull().hasNeighbours() &&
+               shape.vertexCount() > linearSupportMaximum<S>();
+    }
+
+    /// Both climbs at a time.
+    static Hits climbFromMaps(const Hull<S>& a, const Point& dA, const Hull<S>& b, const Point& dB)
+    {
+        const VertexPair found = climbBoth(a, dA, b, dB, {cubeMapStart(a, dA), cubeMapStart(b, dB)});
+        return {{found.a, supportProduct(a, found.a, dA)}, {found.b, supportProduct(b, found.b, dB)}};
+    }
+
+    [[gnu::always_inline]] static Hits searchBoth(const PosedHull<S>& a, const Vector& dA,
+                                                  const PosedHull<S>& b, const Vector& dB)
+    {
+        if (a.isFew() && b.isFew())
+            return {hitFew(a.hull(), LaneDirection<S>(dA)), hitFew(b.hull(), LaneDirection<S>(dB))};
+        if (isMapped(a) && isMapped(b))
+            return climbFromMaps(a.hull(), {dA[0], dA[1], dA[2]}, b.hull(), {dB[0], dB[1], dB[2]});
+        return {search(a, {dA[0], dA[1], dA[2]}, -1), search(b, {dB[0], dB[1], dB[2]}, -1)};
+    }
+
+    /// @param start a vertex near the support, or none of the hull's
+    [[gnu::noinline]] static SupportHit<S> search(const PosedHull<S>& shape,
+                                                  const Eigen::Matrix<S, 3, 1>& direction, std::int32_t start)
+    {
+        const Hull<S>& hull = shape.hull();
+        const bool isScanned = hull.vertexCount() <=
+                               (hasStart(shape, start) ? cheapScanMaximum<S>() : linearSupportMaximum<S>());
+        if (shape.method() == SupportMethod::Automatic && isScanned)
+            return hitLinear(hull, direction);
+        return supportHit(hull, direction, start, shape.method());
+    }
+
+    const PosedHull<S>& m_a;
+    const PosedHull<S>& m_b;
+    Vector m_offset;
+    S m_reach;
+};
+}  // namespace cullet

@@ -1,0 +1,490 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/narrow/gjk/corner_fan.h"
+#include "cullet/narrow/gjk/gjk_types.h"
+#include "cullet/narrow/gjk/hull_pair.h"
+#include "cullet/narrow/gjk/isa_gjk_search.h"
+#include "cullet/narrow/gjk/simplex_steps.h"
+#include "cullet/narrow/gjk/tetrahedron_walk.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+
+namespace cullet
+{
+/// From the centre of B to that of A, largest component 1.
+template <class A, class B>
+std::array<float, 3> firstAxis(const A& a, const B& b)
+{
+    const Eigen::Vector3d v = a.centre() - b.centre() - (b.origin() - a.origin());
+    const double largest = std::max({std::abs(v[0]), std::abs(v[1]), std::abs(v[2])});
+    if (!(largest > 0.0))
+        return {1.0f, 0.0f, 0.0f};
+    const double scale = 1.0 / largest;
+    return {static_cast<float>(v[0] * scale), static_cast<float>(v[1] * scale),
+            static_cast<float>(v[2] * scale)};
+}
+
+/// The search in double.
+template <class S, class A, class B, class Observer, class Shape>
+[[gnu::noinline]] GjkResult<S> isaGjkSearch(const A& a, const B& b, double limit, GjkCache<S>& cache,
+                                            Observer& observer, const AxisTest<Shape>& test,
+                                            IsaGjkVariant variant)
+{
+    return IsaGjk<S, A, B, Observer>(a, b, limit, cache, observer, variant).run(test);
+}
+
+/// Ends a query with an axis that the cache has already.
+template <class S, class H>
+void keepSeparated(const Eigen::Matrix<S, 3, 1>& axis, const AxisTest<H>& test, GjkCache<S>& cache,
+                   GjkResult<S>& result)
+{
+    result.state = cache.state = GjkState::Separated;
+    result.axis = axis;
+    cache.startA = narrowId<S>(test.vertexA);
+    cache.startB = narrowId<S>(test.vertexB);
+}
+
+/// The same with another axis.
+template <class S, class H>
+void keepAxis(const Eigen::Matrix<H, 3, 1>& axis, const AxisTest<H>& test, GjkCache<S>& cache,
+              GjkResult<S>& result)
+{
+    rememberAxis(axis, cache);
+    keepSeparated<S>(axis.template cast<S>(), test, cache, result);
+}
+
+/// A walk from four vertex pairs. Out of line, as the search in double, to keep the path of a separated pair short.
+///
+/// @param isRemembered the cache has them already
+/// @return false if nothing was proved; then the cache has the points for the search in double
+template <class S, class H, class Observer>
+[[gnu::always_inline]] inline bool isaGjkWalk(const HullPair<H>& pair, H limit2,
+                                              const std::array<std::int32_t, 4>& verticesA,
+                                              const std::array<std::int32_t, 4>& verticesB, bool isRemembered,
+                                              GjkCache<S>& cache, Observer& observer, GjkResult<S>& result)
+{
+    TetrahedronWalk<H, Observer> walk(pair, limit2, observer);
+    result.state = walk.run(verticesA, verticesB);
+    result.iterations = walk.iterations();
+    if (!isRemembered || result.state != GjkState::Overlapping || walk.iterations() > 0)
+        walk.remember(result.state, cache);
+    if (result.state == GjkState::Separated)
+        result.axis = {S(walk.axis()[0]), S(walk.axis()[1]), S(walk.axis()[2])};
+    return result.state != GjkState::NotConverged;
+}
+
+using FourIds = Lanes<float>::Mask;
+
+/// All at once: what is stored one by one is not there yet for a load of four.
+inline void widenIds(const std::array<std::uint16_t, 4>& narrow, FourIds& wide)
+{
+    typedef std::uint16_t Narrow __attribute__((vector_size(8)));
+    Narrow ids;
+    std::memcpy(&ids, narrow.data(), sizeof(ids));
+    wide = __builtin_convertvector(ids, FourIds);
+}
+
+/// From the remembered tetrahedron. Out of line, as the search in double.
+template <class S, class H, class Observer>
+[[gnu::noinline]] bool isaGjkFromTetrahedron(const PosedHull<H>& a, const PosedHull<H>& b, H limit2,
+                                             GjkCache<S>& cache, Observer& observer, GjkResult<S>& result)
+{
+    FourIds idsA, idsB;
+    widenIds(cache.verticesA, idsA);
+    widenIds(cache.verticesB, idsB);
+    if (laneBits((idsA < a.vertexCount()) & (idsB < b.vertexCount())) != 15)
+        return false;
+    std::array<std::int32_t, 4> verticesA, verticesB;
+    std::memcpy(&verticesA, &idsA, sizeof(idsA));
+    std::memcpy(&verticesB, &idsB, sizeof(idsB));
+    const HullPair<H> pair(a, b);
+    return isaGjkWalk(pair, limit2, verticesA, verticesB, true, cache, observer, result);
+}
+
+/// Other shapes have no vertices to walk along.
+template <class S, class A, class B, class H, class Observer>
+bool isaGjkFromTetrahedron(const A&, const B&, H, GjkCache<S>&, Observer&, GjkResult<S>&)
+{
+    return false;
+}
+
+/// From the corner of A - B where an axis has failed: by not separating at all, or by less than asked. Then A - B is moved
+/// along the axis by what is asked, a little more since the new axis will be another.
+///
+/// @return false if nothing was proved
+template <class S, class H, class Observer>
+[[gnu::noinline]] bool isaGjkFromCorner(const PosedHull<H>& a, const PosedHull<H>& b, H limit2,
+                                        const AxisTest<H>& test, GjkCache<S>& cache, Observer& observer,
+                                        GjkResult<S>& result)
+{
+    if (!a.hull().hasNeighbours() || !b.hull().hasNeighbours())
+        return false;
+    using Vector = Eigen::Matrix<H, 3, 1>;
+    const HullPair<H> pair(a, b);
+    const bool isNear = test.along >= H(0);
+    Vector shift = Vector::Zero();
+    if (isNear)
+    {
+        const Vector failed(cache.axis[0], cache.axis[1], cache.axis[2]);
+        const H length2 = failed.squaredNorm();
+        if (!(length2 > H(0)))
+            return false;
+        shift = failed * (H(-1.001) * squareRoot(limit2 / length2));
+    }
+    const CornerFan<H> fan(pair, test.vertexA, test.vertexB, shift[0], shift[1], shift[2]);
+    if (!fan.isComplete() || (isNear && fan.isCone()))
+        return false;
+    if (fan.isCone())
+        return isaGjkWalk(pair, limit2, fan.verticesA(), fan.verticesB(), false, cache, observer, result);
+    const Vector axis = scaledAxis(fan.axis());
+    const AxisTest<H> again = pair.test(axis, limit2, fan.corner().a, fan.corner().b);
+    if (again.vertexA >= 0)
+        observer(axis.template cast<double>(), static_cast<double>(again.along));
+    if (!again.isProved)
+        return false;
+    keepAxis(axis, again, cache, result);
+    return true;
+}
+
+/// From an axis that separates, but by less than asked, one step of Newton's towards the best: as if A - B were a ball of its
+/// own size at the support point. That is right for round hulls, and too short a step for others.
+///
+/// @param again [out] the new axis
+/// @return false if nothing was proved
+template <class S, class H, class Observer>
+[[gnu::noinline]] bool isaGjkUphill(const HullPair<H>& pair, H limit2, const AxisTest<H>& test,
+                                    GjkCache<S>& cache, Observer& observer, GjkResult<S>& result,
+                                    AxisTest<H>& again)
+{
+    using Vector = Eigen::Matrix<H, 3, 1>;
+    const Vector failed(cache.axis[0], cache.axis[1], cache.axis[2]);
+    const H length2 = failed.squaredNorm(), length = squareRoot(length2);
+    const Vector aside = pair.point(test.vertexA, test.vertexB) - failed * (test.along / length2);
+    const Vector axis = scaledAxis<H>(failed + aside * (length / (pair.size() + test.along / length)));
+    again = pair.test(axis, limit2, test.vertexA, test.vertexB);
+    if (again.vertexA >= 0)
+        observer(axis.template cast<double>(), static_cast<double>(again.along));
+    if (!again.isProved)
+        return false;
+    keepAxis(axis, again, cache, result);
+    return true;
+}
+
+/// From the remembered simplex and the support points of axes that separate, but by less than asked.
+///
+/// @return false if nothing was proved
+template <class S, class H, class Observer>
+[[gnu::noinline]] bool isaGjkFromSimplex(const HullPair<H>& pair, H limit2, const AxisTest<H>& test,
+                                         const AxisTest<H>& again, GjkCache<S>& cache, Observer& observer,
+                                         GjkResult<S>& result)
+{
+    SimplexSteps<H> steps(pair, limit2, test, again);
+    if (!steps.run(cache, observer))
+        return false;
+    steps.remember(cache);
+    result.iterations = steps.steps();
+    keepAxis(steps.axis(), steps.test(), cache, result);
+    // Little, since it is nearly the best; not where all vertices are looked at.
+    constexpr H kTilt = H(0.1);
+    if (!pair.a().isFew() || !pair.b().isFew())
+        rememberAxis(scaledAxis(pair.tilted(steps.axis(), steps.test(), kTilt)), cache);
+    return true;
+}
+
+/// Whether hulls have so many vertices that another support point is near each.
+template <class H>
+bool isRound(const PosedHull<H>& a, const PosedHull<H>& b)
+{
+    return std::max(a.vertexCount(), b.vertexCount()) > 48;
+}
+
+/// Whether the corner where an axis fails is worth a look. An axis that separates by nearly what is asked has to become the
+/// best one, which the corner seldom knows; where supports are dear it is tried all the same.
+template <class H>
+bool isCornerPromising(const PosedHull<H>& a, const PosedHull<H>& b, const AxisTest<H>& test,
+                       const Eigen::Matrix<H, 3, 1>& axis, H limit2)
+{
+    constexpr std::int32_t kLarge = 100;
+    if (test.along >= H(0) && !(limit2 > H(0)))
+        return false;
+    return test.along < H(0) || test.along * test.along < H(0.8) * limit2 * axis.squaredNorm() ||
+           std::max(a.vertexCount(), b.vertexCount()) > kLarge;
+}
+
+/// What can be done about an axis that separates, but by less than asked, before a search in double. Out of line, as above.
+template <class S, class H, class Observer>
+[[gnu::noinline]] bool isaGjkForGap(const HullPair<H>& pair, const Eigen::Matrix<H, 3, 1>& axis, H limit2,
+                                    const AxisTest<H>& test, GjkCache<S>& cache, Observer& observer,
+                                    GjkResult<S>& result)
+{
+    const bool areRound = isRound(pair.a(), pair.b());
+    AxisTest<H> again;
+    if (areRound ? isaGjkUphill(pair, limit2, test, cache, observer, result, again)
+                 : isaGjkFromSimplex(pair, limit2, test, again, cache, observer, result))
+        return true;
+    if (isCornerPromising(pair.a(), pair.b(), test, axis, limit2) &&
+        isaGjkFromCorner(pair.a(), pair.b(), limit2, test, cache, observer, result))
+        return true;
+    return areRound && isaGjkFromSimplex(pair, limit2, test, again, cache, observer, result);
+}
+
+/// What can be done about an axis that failed, with less than a search. Out of line, as above.
+template <class S, class H, class Observer>
+[[gnu::noinline]] bool isaGjkBeside(const HullPair<H>& pair, const Eigen::Matrix<H, 3, 1>& axis, H limit2,
+                                    const AxisTest<H>& test, GjkCache<S>& cache, Observer& observer,
+                                    GjkResult<S>& result)
+{
+    if (test.along > H(0) && limit2 > H(0))
+        return isaGjkForGap(pair, axis, limit2, test, cache, observer, result);
+    return isCornerPromising(pair.a(), pair.b(), test, axis, limit2) &&
+           isaGjkFromCorner(pair.a(), pair.b(), limit2, test, cache, observer, result);
+}
+
+/// The first axis of two hulls of which nothing is known, and its test. Out of line, to keep the path of a pair that is
+/// remembered short.
+///
+/// @param test [out] how the axis failed
+/// @return whether it proves the gap
+template <class S, class H, class Observer>
+[[gnu::noinline]] bool isaGjkFresh(const PosedHull<H>& a, const PosedHull<H>& b, H limit2, GjkCache<S>& cache,
+                                   Observer& observer, GjkResult<S>& result, AxisTest<H>& test)
+{
+    // What is told of an axis is told of the cache's, which in float alone is the one between the centres but for its length.
+    if (sizeof(H) != sizeof(float))
+    {
+        cache.axis = firstAxis(a, b);
+        return false;
+    }
+    const HullPair<H> pair(a, b);
+    const Eigen::Matrix<H, 3, 1> between = pair.betweenCentres();
+    const H scale =
+        scaleBelowOne(std::max({std::abs(between[0]), std::abs(between[1]), std::abs(between[2])}));
+    const Eigen::Matrix<H, 3, 1> scaled =
+        scale > H(0) ? Eigen::Matrix<H, 3, 1>(between * scale) : Eigen::Matrix<H, 3, 1>(1, 0, 0);
+    rememberAxis(scaled, cache);
+    // Not scaled where that is not needed: it would be waited for.
+    const bool isDirect = HullPair<H>::isTestable(between);
+    const AxisTest<H> balls = pair.testBalls(isDirect ? between : scaled, limit2);
+    if (balls.isProved)
+    {
+        keepSeparated<S>(scaled.template cast<S>(), balls, cache, result);
+        return true;
+    }
+    const AxisTest<H> first = pair.testFresh(isDirect ? between : scaled, limit2);
+    const H along = isDirect ? first.along * scale : first.along;
+    if (first.isProved)
+    {
+        observer(scaled.template cast<double>(), static_cast<double>(along));
+        keepSeparated<S>(scaled.template cast<S>(), first, cache, result);
+        return true;
+    }
+    test.along = along;
+    test.vertexA = first.vertexA;
+    test.vertexB = first.vertexB;
+    return false;
+}
+
+/// The first test of a query of two hulls, with which most end.
+///
+/// @param test [in, out] of the cache's axis, if that is known to have failed; then how it went, its vertices perhaps -1
+/// @return whether it proves the gap
+template <class S, class H, class Observer>
+[[gnu::always_inline]] inline bool isaGjkOnAxis(const PosedHull<H>& a, const PosedHull<H>& b, H limit2,
+                                                const GjkCache<S>& cache, Observer& observer,
+                                                AxisTest<H>& test)
+{
+    if (test.vertexA >= 0)
+        return false;
+    const Eigen::Matrix<H, 3, 1> axis(cache.axis[0], cache.axis[1], cache.axis[2]);
+    test = HullPair<H>::testFirst(a, b, axis, limit2, cache.startA, cache.startB);
+    if (test.isProved)
+        observer(axis.template cast<double>(), static_cast<double>(test.along));
+    return test.isProved;
+}
+
+/// Ends a query with the cache's axis.
+template <class S, class H>
+[[gnu::always_inline]] inline GjkResult<S> separatedOnAxis(const AxisTest<H>& test, GjkCache<S>& cache)
+{
+    GjkResult<S> result;
+    keepSeparated({cache.axis[0], cache.axis[1], cache.axis[2]}, test, cache, result);
+    return result;
+}
+
+/// Queries of two hulls that the first test does not end, and that need no search in double. Out of line, as above.
+///
+/// @param looksAround the corner where the axis fails is used
+/// @param test        [in, out] see isaGjkOnAxis()
+template <class S, class H, class Observer>
+[[gnu::noinline]] bool isaGjkQuickly(const PosedHull<H>& a, const PosedHull<H>& b, H limit2,
+                                     GjkCache<S>& cache, Observer& observer, GjkResult<S>& result,
+                                     AxisTest<H>& test, bool looksAround)
+{
+    const Eigen::Matrix<H, 3, 1> axis(cache.axis[0], cache.axis[1], cache.axis[2]);
+    const HullPair<H> pair(a, b);
+    if (test.vertexA < 0 || test.vertexB < 0)
+    {
+        const AxisTest<H> named = pair.testAnew(axis, limit2);
+        if (named.isProved)
+        {
+            observer(axis.template cast<double>(), static_cast<double>(named.along));
+            keepSeparated<S>(axis.template cast<S>(), named, cache, result);
+            return true;
+        }
+        test.along = named.along;
+        test.vertexA = named.vertexA;
+        test.vertexB = named.vertexB;
+    }
+    if (test.vertexA < 0)
+        return false;
+    observer(axis.template cast<double>(), static_cast<double>(test.along));
+    return looksAround && isaGjkBeside(pair, axis, limit2, test, cache, observer, result);
+}
+
+/// What a shape's own arithmetic is done in.
+template <class A>
+struct ShapeScalar
+{
+    using Type = double;
+};
+
+template <class H>
+struct ShapeScalar<PosedHull<H>>
+{
+    using Type = H;
+};
+
+/// Other shapes have no quick answers.
+template <class S, class A, class B, class H, class Observer>
+bool isaGjkFresh(const A& a, const B& b, H, GjkCache<S>& cache, Observer&, GjkResult<S>&, AxisTest<H>&)
+{
+    cache.axis = firstAxis(a, b);
+    return false;
+}
+
+template <class S, class A, class B, class H, class Observer>
+bool isaGjkOnAxis(const A&, const B&, H, const GjkCache<S>&, Observer&, AxisTest<H>&)
+{
+    return false;
+}
+
+template <class S, class A, class B, class H, class Observer>
+bool isaGjkQuickly(const A&, const B&, H, GjkCache<S>&, Observer&, GjkResult<S>&, AxisTest<H>&, bool)
+{
+    return false;
+}
+
+/// The tetrahedron that the origin was in is asked before the axis.
+template <class S>
+bool remembersTetrahedron(const GjkCache<S>& cache)
+{
+    return cache.state == GjkState::Overlapping && cache.count == 4;
+}
+
+template <class S>
+bool remembersAxis(const GjkCache<S>& cache)
+{
+    return cache.axis != std::array<float, 3>{};
+}
+
+/// What can be told without a search in double where the remembered axis does not answer: by the last tetrahedron, or by the first axis
+/// of all and the corner where an axis fails.
+///
+/// @param isFresh     the cache remembers no axis
+/// @param test        [in, out] see isaGjkOnAxis()
+/// @param looksAround see isaGjkQuickly()
+/// @return false if nothing was proved
+template <class S, class A, class B, class H, class Observer>
+[[gnu::always_inline]] inline bool isaGjkOffAxis(const A& a, const B& b, H limit2, GjkCache<S>& cache,
+                                                 Observer& observer, GjkResult<S>& result, AxisTest<H>& test,
+                                                 bool looksAround, bool isFresh)
+{
+    if (remembersTetrahedron(cache))
+    {
+        if (isaGjkFromTetrahedron(a, b, limit2, cache, observer, result))
+            return true;
+        if (isFresh)
+            cache.axis = firstAxis(a, b);
+        return false;
+    }
+    return (isFresh && isaGjkFresh(a, b, limit2, cache, observer, result, test)) ||
+           isaGjkQuickly(a, b, limit2, cache, observer, result, test, looksAround);
+}
+
+/// What follows the first test. A function of its own, so that its objects are not in memory before, and its result is not copied.
+///
+/// @param first   see isaGjkOnAxis()
+/// @param isFresh the cache remembers no axis
+template <class S, class A, class B, class H, class Observer>
+[[gnu::always_inline]] inline GjkResult<S> isaGjkAfterAxis(const A& a, const B& b, H limit,
+                                                           GjkCache<S>& cache, Observer& observer,
+                                                           IsaGjkVariant variant, const AxisTest<H>& first,
+                                                           bool isFresh)
+{
+    GjkResult<S> result;
+    AxisTest<H> test = first;
+    if (variant.start == GjkStart::Memory)
+    {
+        if (isaGjkOffAxis(a, b, squareOfLimit(limit), cache, observer, result, test, variant.reflections <= 0,
+                          isFresh))
+            return result;
+    }
+    else if (isFresh)
+        cache.axis = firstAxis(a, b);
+    result = isaGjkSearch<S>(a, b, static_cast<double>(limit), cache, observer, test, variant);
+    return result;
+}
+
+/// Tells whether two convex shapes are farther apart than maxDistance, by an axis that proves it.
+///
+/// Van den Bergen 1999, "A Fast and Robust GJK Implementation for Collision Detection of Convex Objects", section 5
+/// (ISA-GJK), and the thesis, Algorithm 3. Differences: the cache starts the search from the last axis (two climbs of
+/// one or two steps settle most pairs), from the last enclosing tetrahedron (no support at all), else from the last
+/// simplex; the solver works in double; maxDistance > 0 asks for a gap instead of any axis. For hulls the last axis, the
+/// corner where it fails and the last tetrahedron are first tried in their own precision, with proof (hull_pair.h,
+/// corner_fan.h, tetrahedron_walk.h).
+///
+/// @param maxDistance length unit of the world; 0, negative or NaN asks only whether the shapes overlap. The state is
+///                    Separated if the distance is larger, Near if it is positive and not larger.
+/// @param cache       of this pair in this order; a default-constructed one for a pair without history
+/// @param observer    called after each support, see NoObserver
+/// @param variant     for comparison: where the search begins, and reflections
+/// @param failed      how the cache's axis has failed just now for this question, if that is known
+/// Cost: with a valid axis two coherent supports; else those and the neighbours of two vertices settle most pairs of hulls;
+/// else one support of each shape per simplex, 2 to 10 simplices.
+/// Errors: NotConverged; never loops, since |v| strictly decreases, and never returns a NaN.
+template <class S, class A, class B, class Observer>
+[[gnu::always_inline]] inline GjkResult<S> isaGjk(const A& a, const B& b, S maxDistance, GjkCache<S>& cache,
+                                                  Observer& observer, IsaGjkVariant variant,
+                                                  const AxisTest<typename ShapeScalar<A>::Type>& failed)
+{
+    using Scalar = typename ShapeScalar<A>::Type;
+    const Scalar limit = maxDistance > S(0) ? static_cast<Scalar>(maxDistance) : Scalar(0);
+    AxisTest<Scalar> first = failed;
+    const bool isFresh = !remembersAxis(cache);
+    if (variant.start == GjkStart::Memory && !isFresh && !remembersTetrahedron(cache) &&
+        isaGjkOnAxis(a, b, squareOfLimit(limit), cache, observer, first))
+        return separatedOnAxis(first, cache);
+    return isaGjkAfterAxis(a, b, limit, cache, observer, variant, first, isFresh);
+}
+
+template <class S, class A, class B, class Observer>
+[[gnu::always_inline]] inline GjkResult<S> isaGjk(const A& a, const B& b, S maxDistance, GjkCache<S>& cache,
+                                                  Observer& observer, IsaGjkVariant variant = {})
+{
+    return isaGjk(a, b, maxDistance, cache, observer, variant, AxisTest<typename ShapeScalar<A>::Type>());
+}
+
+template <class S, class A, class B>
+GjkResult<S> isaGjk(const A& a, const B& b, S maxDistance, GjkCache<S>& cache)
+{
+    NoObserver observer;
+    return isaGjk(a, b, maxDistance, cache, observer);
+}
+}  // namespace cullet

@@ -1,0 +1,319 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/narrow/gjk/gjk_types.h"
+#include "cullet/narrow/gjk/hull_pair.h"
+#include "cullet/narrow/math/lanes.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <limits>
+
+namespace cullet
+{
+/// Looks for a tetrahedron of A - B around the origin, or an axis that separates, in the scalar of the hulls.
+///
+/// The four points lie in four lanes, and lane f also holds the face opposite to point f. While the origin is outside of
+/// a face, the support point w beyond the farthest such face comes in. If it is the only such face, the ray from the
+/// opposite point through the origin passes through it and leaves by one of the three triangles of w and an edge: the
+/// third corner goes, as in the portal refinement of XenoCollide (Snethen 2008, "Complex Collision Made Simple", Game
+/// Programming Gems 7), and nothing that encloses the origin is lost. Else the point opposite goes. That is cheaper than
+/// GJK, since it needs no closest point; it may fail where GJK would not, and then the search in double goes on from its
+/// points. Both answers are proved: an axis by HullPair::test(), a tetrahedron by signs that are certain.
+template <class S, class Observer>
+class TetrahedronWalk
+{
+public:
+    TetrahedronWalk(const HullPair<S>& pair, S limit2, Observer& observer)
+        : m_pair(pair), m_limit2(limit2), m_observer(observer)
+    {
+    }
+
+    /// Walks from four vertex pairs.
+    ///
+    /// @return Separated or Overlapping if that is proved, else NotConverged
+    [[gnu::always_inline]] GjkState run(const std::array<std::int32_t, 4>& verticesA,
+                                        const std::array<std::int32_t, 4>& verticesB)
+    {
+        place(verticesA, verticesB);
+        for (; m_iterations <= kLimit; ++m_iterations)
+        {
+            Faces faces(m_p, m_pair.reach());
+            if (faces.areProved())
+                return GjkState::Overlapping;
+            const unsigned outside = faces.outside(m_p);
+            if (outside == 0)
+                return GjkState::NotConverged;
+            const int face = faces.farthest(outside);
+            const bool isOutsideOfOne = (outside & (outside - 1)) == 0;
+            const Point w = testBeyond(faces, face, isOutsideOfOne);
+            if (isStuck())
+                return m_test.isProved ? GjkState::Separated : GjkState::NotConverged;
+            replace(isOutsideOfOne ? laneToGo(face, w, faces.isUp(face)) : face, w);
+            if (m_test.isProved)
+                return GjkState::Separated;
+        }
+        return GjkState::NotConverged;
+    }
+
+    std::int32_t iterations() const { return m_iterations; }
+
+    template <class C>
+    void remember(GjkState state, GjkCache<C>& cache) const
+    {
+        cache.state = state;
+        cache.count = 4;
+        for (int i = 0; i < 4; ++i)
+        {
+            cache.verticesA[i] = narrowId<C>(m_vertexA[i]);
+            cache.verticesB[i] = narrowId<C>(m_vertexB[i]);
+        }
+        if (state != GjkState::Separated)
+            return;
+        rememberAxis(scaledAxis(m_pair.tilted(m_axis, m_test, kTilt)), cache);
+        cache.startA = narrowId<C>(m_test.vertexA);
+        cache.startB = narrowId<C>(m_test.vertexB);
+    }
+
+    const Eigen::Matrix<S, 3, 1>& axis() const { return m_axis; }
+
+private:
+    using Vector = typename Quad<S>::Vector;
+    using Point = Eigen::Matrix<S, 3, 1>;
+    using Ids = Lanes<float>::Mask;
+
+    static constexpr std::int32_t kLimit = 6;
+    /// Of the first step; later ones, which have farther to go, lean less. Measured: of .3 to 1.2, .8 to 1 are alike.
+    static constexpr S kSlope = S(0.9);
+    /// Of an axis that is remembered, a face's normal. Measured: of .02 to 1, .4 to .6 spare most searches.
+    static constexpr S kTilt = S(0.5);
+
+    struct Points
+    {
+        Vector x, y, z;
+    };
+
+    /// Point f + kBy in lane f.
+    template <int kBy>
+    [[gnu::always_inline]] static Points turned(const Points& p)
+    {
+        return {__builtin_shufflevector(p.x, p.x, kBy, (1 + kBy) & 3, (2 + kBy) & 3, (3 + kBy) & 3),
+                __builtin_shufflevector(p.y, p.y, kBy, (1 + kBy) & 3, (2 + kBy) & 3, (3 + kBy) & 3),
+                __builtin_shufflevector(p.z, p.z, kBy, (1 + kBy) & 3, (2 + kBy) & 3, (3 + kBy) & 3)};
+    }
+
+    /// Where the origin lies; lane f is of the face opposite to point f.
+    class Faces
+    {
+    public:
+        [[gnu::always_inline]] Faces(const Points& p, S reach)
+        {
+            const Points q = turned<1>(p), r = turned<2>(p), s = turned<3>(p);
+            // Weight of the opposite point for the origin, times the volume.
+            m_weight = kParity * (q.x * (r.y * s.z - r.z * s.y) + q.y * (r.z * s.x - r.x * s.z) +
+                                  q.z * (r.x * s.y - r.y * s.x));
+            setDoubt(p, reach);
+        }
+
+        /// The origin is inside for certain.
+        bool areProved() const
+        {
+            constexpr unsigned kAll = 15;
+            return quadBits<S>(m_weight > m_doubt) == kAll || quadBits<S>(-m_weight > m_doubt) == kAll;
+        }
+
+        /// Bit f: the origin is outside of face f.
+        [[gnu::always_inline]] unsigned outside(const Points& p)
+        {
+            m_volume = m_weight[0] + m_weight[1] + m_weight[2] + m_weight[3];
+            const Points q = turned<1>(p), r = turned<2>(p), s = turned<3>(p);
+            const Points e = {r.x - q.x, r.y - q.y, r.z - q.z};
+            const Points f = {s.x - q.x, s.y - q.y, s.z - q.z};
+            m_normal = {e.y * f.z - e.z * f.y, e.z * f.x - e.x * f.z, e.x * f.y - e.y * f.x};
+            m_beyond = m_volume > S(0) ? -m_weight : m_weight;
+            return quadBits<S>(m_beyond > Vector{});
+        }
+
+        /// The face of these that the origin is farthest outside of.
+        int farthest(unsigned outside) const
+        {
+            if ((outside & (outside - 1)) == 0)
+                return __builtin_ctz(outside);
+            Vector norm2, beyond2;
+            findDistances(norm2, beyond2);
+            const int best = Quad<S>::indexOfLargest(beyond2);
+            // Where squares underflow, all are alike.
+            return (outside >> best & 1u) != 0 ? best : __builtin_ctz(outside);
+        }
+
+        /// Away from a face and, less steeply, from the other one that the origin is nearest to: a support point in that direction
+        /// is where both faces meet, and the tetrahedron with it still has the origin inside when that has gone on.
+        ///
+        /// @param slope of the second face's unit normal, that of the first is 1
+        Point leaning(int face, S slope) const
+        {
+            Vector norm2, beyond2;
+            findDistances(norm2, beyond2);
+            Quad<S>::replace(beyond2, face, std::numeric_limits<S>::lowest());
+            const int second = Quad<S>::indexOfLargest(beyond2);
+            if (!(norm2[second] > S(0)))
+                return normal(face);
+            const S ratio = norm2[face] / norm2[second];
+            if (!(ratio <= std::numeric_limits<S>::max()))
+                return normal(face);
+            return normal(face) + normal(second) * (slope * squareRoot(ratio));
+        }
+
+        /// The normal as computed points outwards.
+        bool isUp(int face) const { return ((face & 1) != 0 ? -m_volume : m_volume) < S(0); }
+        /// Outwards, of any length.
+        Point normal(int face) const
+        {
+            const S sign = isUp(face) ? S(1) : S(-1);
+            return {m_normal.x[face] * sign, m_normal.y[face] * sign, m_normal.z[face] * sign};
+        }
+
+    private:
+        /// @param norm2   [out] of the normals, squared
+        /// @param beyond2 [out] how far the origin is outside of each face, squared, with the sign of that
+        [[gnu::always_inline]] void findDistances(Vector& norm2, Vector& beyond2) const
+        {
+            norm2 = m_normal.x * m_normal.x + m_normal.y * m_normal.y + m_normal.z * m_normal.z;
+            Vector size = m_beyond;
+            Quad<S>::makePositive(size);
+            // A face without area has a distance that is next to none.
+            Vector divisor = norm2;
+            Quad<S>::replaceZeros(divisor);
+            beyond2 = m_beyond * size / divisor;
+        }
+
+        static constexpr Vector kParity = {S(1), S(-1), S(1), S(-1)};
+
+        /// Bounds of the errors of the determinants. With d the error of a coordinate, u of a rounding, and |x| 1-norms: of
+        /// the three points, d (|r| |s| + |s| |q| + |q| |r|), where 3 d are added to each norm for products of errors; of
+        /// rounding, 5.3 u |q| |r| |s|. What is lost by underflow, there and here, is less than 16 times the smallest normal
+        /// number, even if that is flushed to 0: a dozen products at most. Where coordinates of size 1 could make more of one,
+        /// the other bounds are larger by far.
+        [[gnu::always_inline]] void setDoubt(const Points& p, S reach)
+        {
+            constexpr S kEpsilon = std::numeric_limits<S>::epsilon();
+            const S d = S(2.6) * kEpsilon * reach;
+            Points positive = p;
+            Quad<S>::makePositive(positive.x);
+            Quad<S>::makePositive(positive.y);
+            Quad<S>::makePositive(positive.z);
+            const Vector norm = positive.x + positive.y + positive.z + S(3) * d;
+            const Vector ofQ = __builtin_shufflevector(norm, norm, 1, 2, 3, 0);
+            const Vector ofR = __builtin_shufflevector(norm, norm, 2, 3, 0, 1);
+            const Vector ofS = __builtin_shufflevector(norm, norm, 3, 0, 1, 2);
+            const Vector ofRS = ofR * ofS;
+            constexpr S kUnderflow = S(16) * std::numeric_limits<S>::min();
+            m_doubt = d * (ofRS + ofQ * (ofR + ofS)) + S(3) * kEpsilon * (ofQ * ofRS) + kUnderflow;
+        }
+
+        Points m_normal;
+        Vector m_weight, m_doubt, m_beyond;
+        S m_volume = S(0);
+    };
+
+    [[gnu::always_inline]] static Points gather(const PosedHull<S>& shape,
+                                                const std::array<std::int32_t, 4>& v)
+    {
+        const Hull<S>& h = shape.hull();
+        Vector a, b, c, d;
+        Quad<S>::load(h.lanes(v[0]), a);
+        Quad<S>::load(h.lanes(v[1]), b);
+        Quad<S>::load(h.lanes(v[2]), c);
+        Quad<S>::load(h.lanes(v[3]), d);
+        const Vector lowAB = __builtin_shufflevector(a, b, 0, 4, 1, 5),
+                     lowCD = __builtin_shufflevector(c, d, 0, 4, 1, 5);
+        const Vector highAB = __builtin_shufflevector(a, b, 2, 6, 3, 7),
+                     highCD = __builtin_shufflevector(c, d, 2, 6, 3, 7);
+        const Vector x = __builtin_shufflevector(lowAB, lowCD, 0, 1, 4, 5);
+        const Vector y = __builtin_shufflevector(lowAB, lowCD, 2, 3, 6, 7);
+        const Vector z = __builtin_shufflevector(highAB, highCD, 0, 1, 4, 5);
+        const Vector &r = shape.row(0), &s = shape.row(1), &t = shape.row(2);
+        return {r[0] * x + r[1] * y + r[2] * z, s[0] * x + s[1] * y + s[2] * z,
+                t[0] * x + t[1] * y + t[2] * z};
+    }
+
+    [[gnu::always_inline]] void place(const std::array<std::int32_t, 4>& verticesA,
+                                      const std::array<std::int32_t, 4>& verticesB)
+    {
+        const Points a = gather(m_pair.a(), verticesA);
+        const Points b = gather(m_pair.b(), verticesB);
+        const Vector& o = m_pair.offset();
+        m_p = {a.x - b.x - o[0], a.y - b.y - o[1], a.z - b.z - o[2]};
+        std::memcpy(&m_vertexA, verticesA.data(), sizeof(m_vertexA));
+        std::memcpy(&m_vertexB, verticesB.data(), sizeof(m_vertexB));
+    }
+
+    /// Looks for the support point beyond a face, along its normal; if the origin is outside of no other face, first in a leaning
+    /// direction, whose point is taken if it lies beyond the face, too.
+    [[gnu::always_inline]] Point testBeyond(const Faces& faces, int face, bool isOutsideOfOne)
+    {
+        const Point normal = faces.normal(face);
+        const S heightOfFace = normal.dot(corner((face + 1) & 3));
+        for (bool isLeaning = isOutsideOfOne;; isLeaning = false)
+        {
+            m_axis = isLeaning ? faces.leaning(face, kSlope / S(1 + m_iterations)) : normal;
+            if (!HullPair<S>::isTestable(m_axis))
+                m_axis = scaledAxis(m_axis);
+            // Not from a vertex at hand: where measured, a climb takes longer than the scan or the table.
+            m_test = m_pair.testAnew(m_axis, m_limit2);
+            if (m_test.vertexA >= 0)
+                m_observer(m_axis.template cast<double>(), static_cast<double>(m_test.along));
+            const Point w =
+                m_test.vertexA >= 0 ? m_pair.point(m_test.vertexA, m_test.vertexB) : Point::Zero();
+            if (!isLeaning || m_test.isProved || (!isStuck() && normal.dot(w) < heightOfFace))
+                return w;
+        }
+    }
+
+    Point corner(int lane) const { return {m_p.x[lane], m_p.y[lane], m_p.z[lane]}; }
+
+    /// The lane of the corner that is not in the triangle of w and an edge of the face by which the ray from the opposite
+    /// point through the origin leaves. The plane of that ray and w has the ends of the edge on different sides.
+    int laneToGo(int face, const Point& w, bool isUp) const
+    {
+        const Point m = corner(face).cross(w);
+        const Vector s = m[0] * m_p.x + m[1] * m_p.y + m[2] * m_p.z;
+        const unsigned bits = quadBits<S>(isUp ? s > Vector{} : s < Vector{});
+        // Those of the corners face + 1, + 2 and + 3, and for each case which of them goes; none: the one opposite.
+        constexpr unsigned kToGo = 0 | 3 << 2 | 1 << 4 | 1 << 6 | 2 << 8 | 3 << 10 | 2 << 12 | 0 << 14;
+        const unsigned ofCorners = ((bits | bits << 4) >> (face + 1)) & 7u;
+        return (face + static_cast<int>(kToGo >> (2 * ofCorners) & 3u)) & 3;
+    }
+
+    [[gnu::always_inline]] void replace(int lane, const Point& w)
+    {
+        Quad<S>::replace(m_p.x, lane, w[0]);
+        Quad<S>::replace(m_p.y, lane, w[1]);
+        Quad<S>::replace(m_p.z, lane, w[2]);
+        constexpr Ids kCounting = {0, 1, 2, 3};
+        const Ids isThis = kCounting == Ids{} + lane;
+        m_vertexA = isThis ? Ids{} + m_test.vertexA : m_vertexA;
+        m_vertexB = isThis ? Ids{} + m_test.vertexB : m_vertexB;
+    }
+
+    /// A support point that is there already, or none.
+    bool isStuck() const
+    {
+        return m_test.vertexA < 0 ||
+               laneBits((m_vertexA == m_test.vertexA) & (m_vertexB == m_test.vertexB)) != 0;
+    }
+
+    const HullPair<S>& m_pair;
+    S m_limit2;
+    Observer& m_observer;
+    Ids m_vertexA, m_vertexB;
+    Points m_p;
+    Point m_axis = Point::Zero();
+    AxisTest<S> m_test;
+    std::int32_t m_iterations = 0;
+};
+}  // namespace cullet

@@ -1,0 +1,91 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/narrow/hull/hull.h"
+#include "cullet/narrow/math/lanes.h"
+
+#include <Eigen/Core>
+
+#include <cstdint>
+
+/// Scans of all vertices of a hull in the lanes that every processor has; see support.h for what they all return.
+namespace cullet
+{
+template <class S>
+inline S supportProduct(const Hull<S>& hull, std::int32_t v, const Eigen::Matrix<S, 3, 1>& d)
+{
+    return hull.x()[v] * d[0] + hull.y()[v] * d[1] + hull.z()[v] * d[2];
+}
+
+/// Scan of all vertices. Cost: O(n).
+template <class S>
+std::int32_t supportLinear(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d)
+{
+    using L = Lanes<S>;
+    using Vector = typename L::Vector;
+    // Two accumulators of lanes: i counts vectors, and a lane keeps the first i at which it saw its maximum.
+    const Vector dx = L::fill(d[0]), dy = L::fill(d[1]), dz = L::fill(d[2]);
+    const auto product = [&](std::int32_t i)
+    { return L::load(hull.x() + i) * dx + L::load(hull.y() + i) * dy + L::load(hull.z() + i) * dz; };
+    Vector best0 = product(0), best1 = product(L::kWidth);
+    using Mask = typename L::Mask;
+    Mask where0 = {}, where1 = {};
+    Mask index = {};
+    for (std::int32_t i = 2 * L::kWidth; i < hull.paddedCount(); i += 2 * L::kWidth)
+    {
+        index += 1;
+        const Vector s0 = product(i), s1 = product(i + L::kWidth);
+        const Mask m0 = s0 > best0, m1 = s1 > best1;
+        best0 = m0 ? s0 : best0;
+        best1 = m1 ? s1 : best1;
+        where0 = m0 ? index : where0;
+        where1 = m1 ? index : where1;
+    }
+    // Lowest vertex among the lanes that have the maximum; none if that is NaN.
+    const Vector best = L::fill(largestLane(best0 > best1 ? best0 : best1));
+    const Mask vertex0 = best0 == best ? where0 * (2 * L::kWidth) + L::counting() : L::largest();
+    const Mask vertex1 = best1 == best ? where1 * (2 * L::kWidth) + L::counting() + L::kWidth : L::largest();
+    const auto bestIndex = smallestLane(vertex0 < vertex1 ? vertex0 : vertex1);
+    return bestIndex < hull.vertexCount() ? static_cast<std::int32_t>(bestIndex) : 0;
+}
+
+/// A direction with each component in all lanes.
+template <class S>
+struct LaneDirection
+{
+    explicit LaneDirection(const Eigen::Matrix<S, 3, 1>& d)
+        : x(Lanes<S>::fill(d[0])), y(Lanes<S>::fill(d[1])), z(Lanes<S>::fill(d[2]))
+    {
+    }
+    /// Of the first three lanes.
+    explicit LaneDirection(const typename Quad<S>::Vector& d)
+        : x(Quad<S>::template spread<0>(d)),
+          y(Quad<S>::template spread<1>(d)),
+          z(Quad<S>::template spread<2>(d))
+    {
+    }
+    typename Lanes<S>::Vector x, y, z;
+};
+
+/// The largest product of a direction and a vertex, without the vertex and without a branch. Cost: O(n).
+template <class S>
+[[gnu::always_inline]] inline S largestProduct(const Hull<S>& hull, const LaneDirection<S>& d)
+{
+    using L = Lanes<S>;
+    using Vector = typename L::Vector;
+    const S *x = hull.x(), *y = hull.y(), *z = hull.z();
+    const auto product = [&](std::int32_t i) __attribute__((always_inline))
+    {
+        return L::load(x + i) * d.x + L::load(y + i) * d.y + L::load(z + i) * d.z;
+    };
+    const Vector first = product(0), second = product(L::kWidth);
+    Vector best = first > second ? first : second;
+    for (std::int32_t i = 2 * L::kWidth; i < hull.vertexCount(); i += L::kWidth)
+    {
+        const Vector next = product(i);
+        best = best > next ? best : next;
+    }
+    return largestLane(best);
+}
+}  // namespace cullet

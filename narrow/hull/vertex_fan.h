@@ -1,0 +1,196 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/narrow/hull/hull.h"
+#include "cullet/narrow/hull/support.h"
+#include "cullet/narrow/math/debug_containers.h"
+#include "cullet/narrow/math/exact_orientation.h"
+#include "cullet/narrow/math/unit_vector.h"
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <utility>
+
+/// Faces of a hull of which only the points are known, where they are those that a HullBuilder would store, bit by bit.
+namespace cullet
+{
+/// A triangle in which a Cloud has a face of its hull.
+struct ClearFace
+{
+    std::array<std::int32_t, 3>
+        corners;             ///< counter-clockwise from outside, the lowest first, as FaceMerger stores them
+    Eigen::Vector3d normal;  ///< outward, unit
+    double area2;            ///< twice the area
+};
+
+/// Of 16 eps R up to which triangles are merged, with room for the rounding of heights.
+template <class S>
+double clearLevel(const Hull<S>& cloud)
+{
+    return 24.0 * double(std::numeric_limits<S>::epsilon()) * cloud.radius();
+}
+
+/// Whether three points of a Cloud are a face that stands clear of all others.
+///
+/// HullBuilder merges triangles that are level within 16 eps R. Were the triangle a part of another face, that one's plane
+/// would be within that of all three points, and would pass through a fourth. It falls by at most d / h times that
+/// from a corner to a point at the distance d, where h is the least height of the triangle; so all others have to be farther below.
+///
+/// @param corners in any order
+/// @param face    [out] valid if true is returned
+/// Cost: O(n), one product a point.
+template <class S>
+bool findClearFace(const Hull<S>& cloud, std::array<std::int32_t, 3> corners, ClearFace& face)
+{
+    using Vector = Eigen::Vector3d;
+    std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
+    const auto point = [&](int k) -> Vector
+    { return cloud.vertex(corners[static_cast<std::size_t>(k)]).template cast<double>(); };
+    Vector scaled = scaledNormal(point(0), point(1), point(2));
+    if (scaled.dot(cloud.centre() - point(0)) > 0.0)
+    {
+        std::swap(corners[1], corners[2]);
+        scaled = scaledNormal(point(0), point(1), point(2));
+    }
+    const double longest2 =
+        std::max({(point(1) - point(0)).squaredNorm(), (point(2) - point(1)).squaredNorm(),
+                  (point(0) - point(2)).squaredNorm()});
+    face = {corners, unitOf(scaled), scaled.norm()};
+    if (!(face.area2 > 1e-5 * cloud.radius() * std::sqrt(longest2)))
+        return false;
+    const double least = face.area2 / std::sqrt(longest2), level = clearLevel(cloud);
+    // First with a bound for all, in the lanes of a vector.
+    const typename Hull<S>::Vector n = face.normal.template cast<S>();
+    const double height = face.normal.dot(point(0));
+    const S low = static_cast<S>(height - level * (1.0 + 2.0 * cloud.radius() / least));
+    std::int32_t count = 0;
+    for (std::int32_t i = 0; i < cloud.vertexCount(); ++i)
+        count += cloud.x()[i] * n[0] + cloud.y()[i] * n[1] + cloud.z()[i] * n[2] > low ? 1 : 0;
+    const auto isClear = [&](std::int32_t i)
+    {
+        const Vector p = cloud.vertex(i).template cast<double>();
+        const double below = height - face.normal.dot(p);
+        return below > level * (1.0 + (p - point(0)).norm() / least) ||
+               std::find(corners.begin(), corners.end(), i) != corners.end();
+    };
+    for (std::int32_t i = 0; count > 3 && i < cloud.vertexCount(); ++i)
+    {
+        if (!isClear(i))
+            return false;
+    }
+    return true;
+}
+
+/// The faces around a vertex of a Cloud, by gift wrapping (Chand and Kapur 1970, "An Algorithm for Convex Polytopes").
+///
+/// Known only where all of them stand clear, see findClearFace(), and no two are equally large: then they are those that
+/// Hull::facesOf() has, in its order.
+///
+/// Cost: O(n) for each of its faces, 3 us for 32 points; no allocation.
+template <class S>
+class VertexFan
+{
+public:
+    /// @param outward in the frame of the points, of any length: the vertex is the farthest point along it
+    VertexFan(const Hull<S>& cloud, std::int32_t vertex, const Eigen::Vector3d& outward)
+    {
+        if (cloud.vertexCount() < 4 || cloud.vertexCount() > kMostPoints || !wrap(cloud, vertex, outward))
+            m_count = 0;
+    }
+
+    bool isKnown() const { return m_count > 0; }
+    const ClearFace* begin() const { return m_faces.data(); }
+    const ClearFace* end() const { return m_faces.data() + m_count; }
+
+private:
+    using Vector = Eigen::Vector3d;
+
+    /// Of more, a face costs more than a support search does by climbing a graph.
+    static constexpr std::int32_t kMostPoints = 4096;
+    static constexpr std::size_t kMostFaces = 16;
+    static constexpr int kMostTurns = 64;
+
+    bool wrap(const Hull<S>& cloud, std::int32_t vertex, const Vector& outward)
+    {
+        if (outward.isZero(0.0))
+            return false;
+        // A line through the vertex in a plane that all points are below.
+        const Vector tangent = outward.unitOrthogonal();
+        const std::int32_t first = across(cloud, vertex, tangent, vertex, otherThan(vertex, vertex));
+        std::int32_t from = first, last = otherThan(vertex, first);
+        do
+        {
+            const Vector edge = point(cloud, from) - point(cloud, vertex);
+            const std::int32_t to = across(cloud, vertex, edge, from, last);
+            ClearFace face;
+            if (from == to || m_count == kMostFaces || !findClearFace(cloud, {vertex, from, to}, face))
+                return false;
+            m_faces[m_count++] = face;
+            last = std::exchange(from, to);
+        } while (from != first);
+        return sortByArea();
+    }
+
+    static Vector point(const Hull<S>& cloud, std::int32_t i)
+    {
+        const S* const v = cloud.lanes(i);
+        return {double(v[0]), double(v[1]), double(v[2])};
+    }
+
+    static std::int32_t otherThan(std::int32_t vertex, std::int32_t point)
+    {
+        std::int32_t other = 0;
+        while (other == vertex || other == point)
+            ++other;
+        return other;
+    }
+
+    /// The point that the plane through an edge of the hull meets first, turned about it counter-clockwise seen from its end: as
+    /// long as there are points above the plane through the edge and one of them, the highest takes its place.
+    ///
+    /// @param edge from the vertex
+    /// @param end  of the edge, or the vertex
+    /// @param best any point that is not on the edge
+    /// @return the end if that does not come to an end
+    static std::int32_t across(const Hull<S>& cloud, std::int32_t vertex, const Vector& edge,
+                               std::int32_t end, std::int32_t best)
+    {
+        const Vector origin = point(cloud, vertex);
+        for (int turn = 0; turn < kMostTurns; ++turn)
+        {
+            const Vector above = edge.cross(point(cloud, best) - origin);
+            const double size = above.cwiseAbs().maxCoeff();
+            if (!(size > 0.0))
+                return end;
+            const std::int32_t highest = hitLinear<S>(cloud, (above / size).template cast<S>()).vertex;
+            if (highest == best || highest == end || highest == vertex ||
+                !(above.dot(point(cloud, highest) - origin) > 0.0))
+                return best;
+            best = highest;
+        }
+        return end;
+    }
+
+    /// The order in which FaceMerger finds faces. Of equal ones, the order is that of a triangulation.
+    bool sortByArea()
+    {
+        const auto end = m_faces.begin() + static_cast<std::ptrdiff_t>(m_count);
+        std::sort(m_faces.begin(), end,
+                  [](const ClearFace& l, const ClearFace& r) { return l.area2 > r.area2; });
+        return std::adjacent_find(m_faces.begin(), end,
+                                  [](const ClearFace& l, const ClearFace& r)
+                                  { return l.area2 == r.area2; }) == end;
+    }
+
+    std::array<ClearFace, kMostFaces> m_faces;
+    std::size_t m_count = 0;
+};
+}  // namespace cullet

@@ -1,0 +1,199 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/narrow/hull/vertex_fan.h"
+#include "cullet/plugin/shapes/convex_shape.h"
+
+#include <algorithm>
+#include <cstddef>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+inline void read(const Eigen::Vector3d& v, Components& components)
+{
+    components = Components{static_cast<btScalar>(v.x()), static_cast<btScalar>(v.y()),
+                            static_cast<btScalar>(v.z()), 0};
+}
+
+/// The face of a core that looks best along a direction, among those at its support vertex.
+class ContactFace
+{
+public:
+    /// @param direction unit, in the world
+    /// @param vertex    support vertex along the direction, or -1
+    /// @param fan       around the vertex, of a hull without a graph; or null
+    ContactFace(const PosedShape& shape, const Eigen::Vector3d& direction, std::int32_t vertex,
+                const VertexFan<btScalar>* fan = nullptr)
+        : m_shape(shape), m_fan(fan), m_isTurnedOnly(isTurnedOnly())
+    {
+        const HullKind kind = shape.hull().kind();
+        if (kind != HullKind::Polygon && kind != HullKind::Solid && fan == nullptr)
+            return;
+        if (m_isTurnedOnly)
+            turnBack(direction);
+        else
+        {
+            makeNormalMap();
+            m_local = m_normalMap.transpose() * direction;
+        }
+        if (fan != nullptr)
+            findFace(*fan);
+        else
+            findFace(vertex >= 0 ? vertex : shape.support(direction, -1).vertex);
+    }
+
+    /// Of the face's normal with the direction; 0 without a face.
+    double alignment() const { return m_alignment; }
+
+    /// Corners, counter-clockwise seen from outside of the unmoved hull; for a segment both ends.
+    Hull<btScalar>::Span corners() const
+    {
+        static constexpr std::int32_t kEnds[] = {0, 1};
+        if (m_fan != nullptr && m_face >= 0)
+        {
+            const std::array<std::int32_t, 3>& corners = m_fan->begin()[m_face].corners;
+            return {corners.data(), corners.data() + 3};
+        }
+        const Hull<btScalar>& hull = m_shape.hull();
+        if (m_face >= 0)
+            return hull.faceVertices(m_face);
+        const bool isSegment = hull.kind() == HullKind::Segment && hull.vertexCount() == 2;
+        return {kEnds, kEnds + (isSegment ? 2 : 0)};
+    }
+
+    /// Of the face: outward, unit, in the world.
+    Eigen::Vector3d normal() const
+    {
+        const Eigen::Vector3d& n = faceNormal(m_face);
+        if (!m_isTurnedOnly)
+            return (m_normalMap * n).normalized();
+        Components local;
+        read(n, local);
+        Eigen::Vector3d turned;
+        for (int i = 0; i < 3; ++i)
+        {
+            const Components products = m_shape.row(i) * local;
+            turned[i] = double(Quad<btScalar>::sumOfThree(products));
+        }
+        return turned * (1.0 / m_scale);
+    }
+
+    /// True if the basis turns clockwise into counter-clockwise.
+    bool isMirrored() const
+    {
+        const Components& y = m_shape.row(1);
+        const Components& z = m_shape.row(2);
+        const Components normal =
+            __builtin_shufflevector(y, y, 1, 2, 0, 3) * __builtin_shufflevector(z, z, 2, 0, 1, 3) -
+            __builtin_shufflevector(y, y, 2, 0, 1, 3) * __builtin_shufflevector(z, z, 1, 2, 0, 3);
+        const Components products = m_shape.row(0) * normal;
+        return Quad<btScalar>::sumOfThree(products) < 0;
+    }
+
+private:
+    const Eigen::Vector3d& faceNormal(std::int32_t face) const
+    {
+        if (m_fan != nullptr)
+            return m_fan->begin()[face].normal;
+        return m_shape.hull().faces()[static_cast<std::size_t>(face)].normal;
+    }
+
+    /// True if the basis is a rotation up to a scale, mirrored or not: normals turn as points do.
+    bool isTurnedOnly()
+    {
+        Components squares = {}, products = {};
+        for (int i = 0; i < 3; ++i)
+        {
+            const Components& row = m_shape.row(i);
+            squares += row * row;
+            products += row * __builtin_shufflevector(row, row, 1, 2, 0, 3);
+        }
+        m_scale = double(squareRoot(squares[0]));
+        Components skew = squares - squares[0];
+        Quad<btScalar>::makePositive(skew);
+        Quad<btScalar>::makePositive(products);
+        const Components most = skew > products ? skew : products;
+        return largestOf(most) <= btScalar(1e-5) * squares[0];
+    }
+
+    void turnBack(const Eigen::Vector3d& direction)
+    {
+        Components d;
+        read(direction, d);
+        const Components local = m_shape.row(0) * d[0] + m_shape.row(1) * d[1] + m_shape.row(2) * d[2];
+        m_local = Eigen::Vector3d(local[0], local[1], local[2]) * (1.0 / m_scale);
+    }
+
+    /// Normals turn with the cofactors of the basis, and keep their side under a mirrored one.
+    void makeNormalMap()
+    {
+        const Eigen::Matrix3d basis = m_shape.basis();
+        const double side = isMirrored() ? -1.0 : 1.0;
+        for (int i = 0; i < 3; ++i)
+            m_normalMap.row(i) = side * basis.row((i + 1) % 3).cross(basis.row((i + 2) % 3));
+    }
+
+    struct Best
+    {
+        std::int32_t face = -1;
+        double cosine = 0.0;
+    };
+
+    void findFace(std::int32_t vertex)
+    {
+        Best best;
+        const auto faces = m_shape.hull().facesOf(vertex);
+        if (m_isTurnedOnly)
+        {
+            for (const std::int32_t face : faces)
+                consider(face, m_local.dot(faceNormal(face)), best);
+        }
+        else
+        {
+            for (const std::int32_t face : faces)
+                consider(face, stretchedCosine(face), best);
+        }
+        // A vertex inside a face is no corner of any.
+        for (std::int32_t face = 0;
+             faces.size() == 0 && face < static_cast<std::int32_t>(m_shape.hull().faces().size()); ++face)
+            consider(face, m_isTurnedOnly ? m_local.dot(faceNormal(face)) : stretchedCosine(face), best);
+        m_face = best.face;
+        m_alignment = best.cosine;
+    }
+
+    void findFace(const VertexFan<btScalar>& fan)
+    {
+        Best best;
+        for (std::int32_t face = 0; face < fan.end() - fan.begin(); ++face)
+            consider(face, m_isTurnedOnly ? m_local.dot(faceNormal(face)) : stretchedCosine(face), best);
+        m_face = best.face;
+        m_alignment = best.cosine;
+    }
+
+    double stretchedCosine(std::int32_t face) const
+    {
+        const Eigen::Vector3d& n = faceNormal(face);
+        return m_local.dot(n) / (m_normalMap * n).norm();
+    }
+
+    /// Without a branch, since no processor can guess which face is better.
+    static void consider(std::int32_t face, double cosine, Best& best)
+    {
+        best.face = cosine > best.cosine ? face : best.face;
+        best.cosine = std::max(best.cosine, cosine);
+    }
+
+    const PosedShape& m_shape;
+    const VertexFan<btScalar>* m_fan;
+    Eigen::Vector3d m_local;      ///< times a normal of the hull: cosine, or as long as the turned normal
+    double m_scale = 1.0;         ///< of a basis that only turns
+    Eigen::Matrix3d m_normalMap;  ///< of another
+    bool m_isTurnedOnly;
+    std::int32_t m_face = -1;
+    double m_alignment = 0.0;
+};
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

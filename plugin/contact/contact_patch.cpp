@@ -1,0 +1,394 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/plugin/contact/contact_patch.h"
+
+#include "cullet/plugin/contact/contact_polygon.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <limits>
+#include <utility>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+using Eigen::Vector3d;
+
+/// What lies over a face along the contact's normal.
+class Prism
+{
+public:
+    /// @param turn  1: the face is counter-clockwise seen from the tip of the contact's normal; -1: clockwise
+    /// @param slack polygons that reach no farther out are not cut: where faces are congruent, a stack would shift from
+    ///              one of many corners to the next
+    Prism(ContactPolygon& base, btScalar turn, btScalar slack) : m_count((base.count + 3) / 4)
+    {
+        // Sides that are none have no length.
+        for (std::int32_t i = base.count; i <= 4 * m_count; ++i)
+            base.corners[static_cast<std::size_t>(i)] = base.corners[0];
+        for (std::int32_t k = 0; k < m_count; ++k)
+            addSides(&base.corners[static_cast<std::size_t>(4 * k)], turn, slack,
+                     m_sides[static_cast<std::size_t>(k)]);
+    }
+
+    /// Corners of a polygon inside.
+    ///
+    /// @param buffer scratch; the result may be this or the polygon
+    ContactPolygon& clip(ContactPolygon& polygon, ContactPolygon& buffer) const
+    {
+        ContactPolygon* current = &polygon;
+        ContactPolygon* out = &buffer;
+        for (std::int32_t k = 0; k < m_count; ++k)
+        {
+            const Sides& sides = m_sides[static_cast<std::size_t>(k)];
+            Components lowest = {};
+            for (std::int32_t i = 0; i < current->count; ++i)
+            {
+                const Components& p = current->corners[static_cast<std::size_t>(i)];
+                const Components heights = sides.x * p[0] + sides.y * p[1] + sides.rest;
+                lowest = heights < lowest ? heights : lowest;
+            }
+            lowest += sides.slack;
+            for (int side = 0; side < 4; ++side)
+            {
+                if (lowest[side] >= 0)
+                    continue;
+                ContactPolygon::Heights heights;
+                for (std::size_t i = 0; i < static_cast<std::size_t>(current->count); ++i)
+                    heights[i] = sides.x[side] * current->corners[i][0] +
+                                 sides.y[side] * current->corners[i][1] + sides.rest[side];
+                cullet::clip(*current, heights, *out);
+                std::swap(current, out);
+            }
+        }
+        return *current;
+    }
+
+private:
+    /// Four linear functions of the place along the tangents, positive inside.
+    struct Sides
+    {
+        Components x, y, rest;
+        Components slack;
+    };
+
+    /// @param corners five
+    static void addSides(const Components* corners, btScalar turn, btScalar slack, Sides& sides)
+    {
+        const Components low = __builtin_shufflevector(corners[0], corners[1], 0, 4, 1, 5);
+        const Components high = __builtin_shufflevector(corners[2], corners[3], 0, 4, 1, 5);
+        const Components x = __builtin_shufflevector(low, high, 0, 1, 4, 5);
+        const Components y = __builtin_shufflevector(low, high, 2, 3, 6, 7);
+        const Components nextX = {x[1], x[2], x[3], corners[4][0]};
+        const Components nextY = {y[1], y[2], y[3], corners[4][1]};
+        sides.x = (y - nextY) * turn;
+        sides.y = (nextX - x) * turn;
+        Components sizeX = sides.x, sizeY = sides.y;
+        Quad<btScalar>::makePositive(sizeX);
+        Quad<btScalar>::makePositive(sizeY);
+        sides.slack = (sizeX + sizeY) * slack;
+        sides.rest = -(sides.x * x + sides.y * y);
+    }
+
+    std::array<Sides, kMostCorners / 4> m_sides;
+    std::int32_t m_count;
+};
+
+/// Times the distance of points that are one.
+constexpr btScalar kSlack = btScalar(0.05);
+
+/// A point carries up to this rise over the touch, times the distance of points that are one, or times its distance from
+/// the touch. In a step, gravity closes a sixth of the distance of points that are one, of a body of a metre.
+constexpr btScalar kRise = btScalar(0.1);
+constexpr btScalar kSlope = btScalar(0.02);
+
+/// Candidate points in the frame of the contact, reduced to a few at the end.
+class PatchBuilder
+{
+public:
+    PatchBuilder(const Touch& touch, const ContactFrame& frame, const PatchLimits& limits)
+        : m_frame(frame),
+          m_same(limits.same),
+          m_most(limits.most),
+          m_distance(static_cast<btScalar>(touch.distance)),
+          m_range(static_cast<btScalar>(limits.distance - touch.distance))
+    {
+        // No compiler knows that there is a point in the end.
+        m_points[0] = Components{};
+    }
+
+    /// So far out of the prism a face needs no cut.
+    btScalar slack() const { return kSlack * m_same; }
+
+    /// True if all of a polygon is the same point as the touch.
+    bool isOnePoint(const ContactPolygon& polygon) const
+    {
+        btScalar farthest2 = 0;
+        for (std::size_t i = 0; i < static_cast<std::size_t>(polygon.count); ++i)
+        {
+            const Components squares = polygon.corners[i] * polygon.corners[i];
+            farthest2 = std::max(farthest2, squares[0] + squares[1]);
+        }
+        return farthest2 <= m_same * m_same;
+    }
+
+    /// Of points that carry, within the limit; not where a face was cut there.
+    ///
+    /// @param noise of distances
+    void add(const ContactPolygon& polygon, btScalar noise)
+    {
+        const btScalar limit = m_distance + btScalar(1 - 1e-4) * m_range - 4 * noise;
+        for (std::size_t i = 0; i < static_cast<std::size_t>(polygon.count); ++i)
+        {
+            const Components& corner = polygon.corners[i];
+            if (!(corner[3] < limit) || !carries(corner, noise))
+                continue;
+            m_points[static_cast<std::size_t>(m_count++)] = corner;
+            m_deepest = std::min(m_deepest, corner[3]);
+        }
+    }
+
+    /// The touch itself, unless a candidate is as deep.
+    ///
+    /// @param noise of distances
+    void addTouch(btScalar noise)
+    {
+        if (m_deepest > m_distance + btScalar(1e-4) * m_range + noise)
+            m_points[static_cast<std::size_t>(m_count++)] = Components{0, 0, 0, m_distance};
+    }
+
+    ContactPatch reduce() const
+    {
+        ContactPatch patch;
+        if (m_count > m_most)
+            takeFew(patch);
+        else
+        {
+            const int first = deepest(0);
+            for (int i = 0; i < m_count; ++i)
+                i == first ? take(i, patch) : takeAnother(i, first, patch);
+        }
+        return patch;
+    }
+
+private:
+    bool carries(const Components& corner, btScalar noise) const
+    {
+        const btScalar rise = corner[3] - m_distance - noise;
+        const Components squares = corner * corner;
+        return rise <= kRise * m_same || rise * rise <= kSlope * kSlope * (squares[0] + squares[1]);
+    }
+
+    /// @param margin by so much another has to be better than one before it
+    int deepest(btScalar margin) const
+    {
+        return best([](const Components& c) { return -c[3]; }, margin);
+    }
+
+    /// The deepest, the farthest from it, and the farthest on either side of the line through both; of candidates that
+    /// are all on one side, the farthest from the triangle. A candidate has to be better by a margin, so that noise does
+    /// not choose other points in every frame.
+    void takeFew(ContactPatch& patch) const
+    {
+        const int first = deepest(btScalar(1e-3) * m_range);
+        take(first, patch);
+        const Components& p = at(first);
+        const auto farness2 = [&](const Components& c)
+        { return (c[0] - p[0]) * (c[0] - p[0]) + (c[1] - p[1]) * (c[1] - p[1]); };
+        const btScalar size2 = farness2(at(best(farness2, 0)));
+        const int second = best(farness2, btScalar(2e-3) * size2);
+        takeAnother(second, first, patch);
+        if (m_most > 2)
+            takeBeside(first, second, size2, patch);
+    }
+
+    /// The farthest on either side of the line through two points.
+    ///
+    /// @param size2 square of their distance, up to the margin
+    void takeBeside(int first, int second, btScalar size2, ContactPatch& patch) const
+    {
+        const Components& p = at(first);
+        const btScalar dx = at(second)[0] - p[0], dy = at(second)[1] - p[1];
+        const auto left = [&](const Components& c) { return dx * (c[1] - p[1]) - dy * (c[0] - p[0]); };
+        const auto right = [&](const Components& c) { return -left(c); };
+        const btScalar smallest = btScalar(1e-3) * size2;
+        const int third = best(left, smallest), fourth = best(right, smallest);
+        const btScalar leftmost = left(at(third)), rightmost = right(at(fourth));
+        const bool hasThird = leftmost > smallest, hasFourth = rightmost > smallest;
+        const bool hasRoom = m_most == 4;
+        if (hasThird && (hasRoom || leftmost >= rightmost))
+            takeAnother(third, first, patch);
+        if (hasFourth && (hasRoom || rightmost > leftmost))
+            takeAnother(fourth, first, patch);
+        if (hasThird != hasFourth && hasRoom)
+            takeBeyond(hasThird ? std::array<int, 3>{first, second, third}
+                                : std::array<int, 3>{second, first, fourth},
+                       smallest, first, patch);
+    }
+
+    /// The point farthest beyond the last two edges of a counter-clockwise triangle, which has all points on the left of the
+    /// first.
+    void takeBeyond(const std::array<int, 3>& triangle, btScalar smallest, int first,
+                    ContactPatch& patch) const
+    {
+        const Components &i = at(triangle[0]), &j = at(triangle[1]), &k = at(triangle[2]);
+        const auto rightOf = [&](const Components& from, const Components& to, const Components& c)
+        { return (to[1] - from[1]) * (c[0] - from[0]) - (to[0] - from[0]) * (c[1] - from[1]); };
+        const auto beyond = [&](const Components& c) { return std::max(rightOf(j, k, c), rightOf(k, i, c)); };
+        const int fourth = best(beyond, smallest);
+        if (beyond(at(fourth)) > smallest)
+            takeAnother(fourth, first, patch);
+    }
+
+    /// Unless it is the same point as the first.
+    void takeAnother(int i, int first, ContactPatch& patch) const
+    {
+        const Components apart = at(i) - at(first);
+        const Components squares = apart * apart;
+        if (squares[0] + squares[1] > m_same * m_same)
+            take(i, patch);
+    }
+
+    const Components& at(int i) const { return m_points[static_cast<std::size_t>(i)]; }
+
+    void take(int i, ContactPatch& patch) const
+    {
+        ContactPoint& point = patch.points[static_cast<std::size_t>(patch.count++)];
+        point.fromTouch = m_frame.world(at(i));
+        // Rounding must not make a contact deeper than the shapes are.
+        point.distance = std::max(at(i)[3], m_distance);
+    }
+
+    template <class Score>
+    int best(const Score& score, btScalar margin) const
+    {
+        int found = 0;
+        btScalar highest = score(at(0));
+        for (int i = 1; i < m_count; ++i)
+        {
+            const btScalar s = score(at(i));
+            if (s > highest + margin)
+            {
+                found = i;
+                highest = s;
+            }
+        }
+        return found;
+    }
+
+    const ContactFrame& m_frame;
+    btScalar m_same;      ///< distance of points that are one
+    int m_most;           ///< points of the patch
+    btScalar m_distance;  ///< of the touch
+    btScalar m_range;     ///< from there to the limit
+    btScalar m_deepest = BT_LARGE_FLOAT;
+    std::array<Components, 2 * kMostCorners + 1> m_points;
+    int m_count = 0;
+};
+
+/// Below this cosine a plane is too steep to measure heights over it.
+constexpr double kSteepest = 0.05;
+
+/// Faces that are aligned equally well, up to this: A's is the reference, whatever rounding says.
+constexpr double kAligned = 1e-5;
+
+/// One of the two cores of a patch.
+struct PatchSide
+{
+    const PosedShape& shape;
+    ContactFace face;
+    Vector3d origin;  ///< from the touch's point of B
+};
+
+/// Leaves of a polygon the triangle at a corner where distances are less than a limit, which they are at no other.
+void cutCorner(ContactPolygon& face, std::size_t corner, btScalar limit)
+{
+    const auto count = static_cast<std::size_t>(face.count);
+    const Components tip = face.corners[corner];
+    const Components next = face.corners[corner + 1 < count ? corner + 1 : 0];
+    const Components last = face.corners[corner > 0 ? corner - 1 : count - 1];
+    const btScalar rest = limit - tip[3];
+    face.corners[0] = tip;
+    face.corners[1] = tip + (next - tip) * (rest / (next[3] - tip[3]));
+    face.corners[2] = tip + (last - tip) * (rest / (last[3] - tip[3]));
+    face.count = 3;
+}
+
+/// The corners of what of one face is inside the prism over the other, and within the limit of it.
+///
+/// @param frame [out] measures distances from the reference
+/// @return noise of the distances
+btScalar clipFaces(const PatchSide& reference, const PatchSide& other, bool isAReference, const Touch& touch,
+                   double limit, ContactFrame& frame, PatchBuilder& builder)
+{
+    frame.setReference(reference.face.normal(), touch.normal, isAReference);
+    const CornerMap referenceMap(reference.shape, frame, reference.origin);
+    CornerMap otherMap(other.shape, frame, other.origin);
+    ContactPolygon base, face, cut;
+    referenceMap.corner(reference.face.corners()[0], base.corners[0]);
+    // Distances are 0 in the plane of the reference.
+    const btScalar plane = base.corners[0][3];
+    otherMap.shift(Components{0, 0, isAReference ? 0 : plane, -plane});
+    face.set(otherMap, other.face.corners());
+    const btScalar noise =
+        2 * std::numeric_limits<btScalar>::epsilon() * (referenceMap.reach() + otherMap.reach());
+    const btScalar range = static_cast<btScalar>(limit);
+    unsigned within = 0;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(face.count); ++i)
+        within |= unsigned(face.corners[i][3] <= range) << i;
+    if (within == 0)
+        return noise;
+    // A corner that is nearer than all others: the triangle there is less to clip, and often one point.
+    if ((within & (within - 1)) == 0 && face.count > 2)
+    {
+        cutCorner(face, static_cast<std::size_t>(__builtin_ctz(within)), range);
+        if (builder.isOnePoint(face))
+            return noise;
+    }
+    base.set(referenceMap, reference.face.corners());
+    const bool isClockwise = isAReference != reference.face.isMirrored();
+    const Prism prism(base, isClockwise ? -1 : 1, builder.slack());
+    builder.add(prism.clip(face, cut), noise);
+    return noise;
+}
+
+/// Whether two corners are the touch, and the patch needs nothing else: every edge from either corner leads farther away along
+/// the normal than the limit allows, and so does the rest of its hull. The corners lie one above the other along the normal, so
+/// that the faces around them share a cone with its tip there; clipped, it has the tip, and points at the limit, which are
+/// no contacts yet.
+bool isOnlyTouch(const PosedShape& a, const PosedShape& b, const Touch& touch, double limit)
+{
+    if (!touch.areCorners)
+        return false;
+    const PosedShape::Vector normal = touch.normal.cast<btScalar>();
+    const btScalar range = static_cast<btScalar>(limit - touch.distance);
+    return a.isAhead(touch.vertexA, -normal, range) && b.isAhead(touch.vertexB, normal, range);
+}
+}  // namespace
+
+ContactPatch makeContactPatch(const PosedShape& a, const PosedShape& b, const Touch& touch,
+                              const PatchLimits& limits, const PatchFans& fans)
+{
+    if (limits.most == 1 || isOnlyTouch(a, b, touch, limits.distance))
+        return {{{{btVector3(0, 0, 0), static_cast<btScalar>(touch.distance)}}}, 1};
+    ContactFrame frame(touch.normal);
+    PatchBuilder builder(touch, frame, limits);
+    const PatchSide sideA = {a, ContactFace(a, -touch.normal, touch.vertexA, fans.a), -touch.onB};
+    const PatchSide sideB = {b, ContactFace(b, touch.normal, touch.vertexB, fans.b),
+                             b.origin() - a.origin() - touch.onB};
+    const bool isAReference = sideA.face.alignment() + kAligned >= sideB.face.alignment();
+    const PatchSide& reference = isAReference ? sideA : sideB;
+    const PatchSide& other = isAReference ? sideB : sideA;
+    btScalar noise = 0;
+    if (reference.face.alignment() > kSteepest && other.face.corners().size() >= 2)
+        noise = clipFaces(reference, other, isAReference, touch, limits.distance, frame, builder);
+    builder.addTouch(noise);
+    return builder.reduce();
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

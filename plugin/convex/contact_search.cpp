@@ -1,0 +1,155 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/plugin/convex/contact_search.h"
+
+#include "cullet/narrow/epa/epa.h"
+#include "cullet/narrow/gjk/feature_pair.h"
+#include "cullet/narrow/gjk/gjk.h"
+#include "cullet/narrow/gjk/isa_gjk.h"
+
+#include <limits>
+#include <optional>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+/// No point of a core is farther from its origin.
+double reachOf(const ConvexSide& side, const std::optional<PosedShape>& core)
+{
+    if (core)
+        return double(core->size());
+    btVector3 centre;
+    btScalar radius;
+    side.shape.getBoundingSphere(centre, radius);
+    return double(centre.length()) + double(radius);
+}
+
+Touch touchAt(const ConvexCores& cores, const PenetrationResult<btScalar>& deep)
+{
+    Touch touch = {deep.axis.cast<double>().normalized(), -double(deep.depth), deep.pointB.cast<double>(),
+                   deep.vertexA, deep.vertexB};
+    const Eigen::Vector3d apart =
+        cores.a->centre() - cores.b->centre() + cores.a->origin() - cores.b->origin();
+    // Without volume both normals are right; Bullet's is the one that keeps the centres apart.
+    if (deep.method == PenetrationMethod::Flat && touch.normal.dot(apart) < 0.0)
+    {
+        touch.normal = -touch.normal;
+        touch.vertexA = touch.vertexB = -1;
+    }
+    return touch;
+}
+
+/// The same direction with length 1, from one that has that up to the rounding of its precision: a step of Newton's, which is
+/// off by the square of that, instead of a root and divisions.
+Eigen::Vector3d lengthened(const Eigen::Matrix<btScalar, 3, 1>& axis)
+{
+    const Eigen::Vector3d v = axis.cast<double>();
+    return v * (1.5 - 0.5 * v.squaredNorm());
+}
+
+Touch touchAt(const GjkResult<btScalar>& near, const GjkCache<btScalar>& cache)
+{
+    const auto vertexOf = [](std::uint16_t id)
+    { return id == GjkCache<btScalar>::kUnknown ? -1 : std::int32_t(id); };
+    Touch touch = {lengthened(near.axis), double(near.distance), near.pointB.cast<double>(),
+                   vertexOf(cache.startA), vertexOf(cache.startB)};
+    touch.areCorners =
+        cache.count == 1 && cache.verticesA[0] == cache.startA && cache.verticesB[0] == cache.startB;
+    return touch;
+}
+
+/// The features that a search has found, or that were found in an earlier pose.
+///
+/// @param about see FeaturePair
+bool settle(const ConvexCores& cores, const VertexPairs& pairs, const Eigen::Vector3d& about, Touch& touch)
+{
+    FeaturePair<btScalar> features(*cores.a, *cores.b);
+    if (!features.solve(pairs, about, false))
+        return false;
+    touch = {features.normal(),  features.distance(), features.pointOfB(),
+             features.vertexA(), features.vertexB(),  features.areCorners()};
+    return true;
+}
+
+GjkState stateOf(const Touch& touch, btScalar limit)
+{
+    return touch.distance <= double(limit) ? GjkState::Near : GjkState::Separated;
+}
+
+/// Where the closest features are those of the last query, nothing has to be searched.
+bool settleAgain(const ConvexCores& cores, btScalar limit, GjkCache<btScalar>& cache, Touch& touch)
+{
+    if (!settle(cores, pairsOf(cache), {cache.axis[0], cache.axis[1], cache.axis[2]}, touch))
+        return false;
+    GjkSearch<PosedShape, PosedShape>::rememberAxis(touch.normal, touch.vertexA, touch.vertexB, cache);
+    cache.state = stateOf(touch, limit);
+    return true;
+}
+
+Found settleNear(const ConvexCores& cores, btScalar limit, const GjkResult<btScalar>& near,
+                 GjkCache<btScalar>& cache, Touch& touch)
+{
+    const bool isSettled = settle(cores, pairsOf(cache), near.axis.cast<double>(), touch);
+    if (!isSettled)
+        touch = touchAt(near, cache);
+    cache.state = stateOf(touch, limit);
+    return {cache.state, isSettled};
+}
+}  // namespace
+
+btScalar beyond(const ConvexPair& pair, const ConvexCores& cores, btScalar limit)
+{
+    const btVector3 between = pair.a.transform.getOrigin() - pair.b.transform.getOrigin();
+    const double size =
+        reachOf(pair.a, cores.a) + reachOf(pair.b, cores.b) + double(between.length()) + double(limit);
+    return limit + static_cast<btScalar>(8 * double(std::numeric_limits<btScalar>::epsilon()) * size);
+}
+
+GjkState separation(const ConvexPair& pair, const ConvexCores& cores, btScalar far,
+                    const AxisTest<btScalar>& failed, GjkCache<btScalar>& cache)
+{
+    if (cores.a && cores.b)
+    {
+        NoObserver observer;
+        return isaGjk(*cores.a, *cores.b, far, cache, observer, {}, failed).state;
+    }
+    const PosedSupport a(pair.a.shape, pair.a.transform, cores.anchor),
+        b(pair.b.shape, pair.b.transform, cores.anchor);
+    if (cores.a)
+        return isaGjk(*cores.a, b, far, cache).state;
+    return cores.b ? isaGjk(a, *cores.b, far, cache).state : isaGjk(a, b, far, cache).state;
+}
+
+Found measure(const ConvexCores& cores, btScalar limit, btScalar far, GjkCache<btScalar>& cache,
+              DepthMemory* memory, Touch& touch, ThreadCounter& exactTotal)
+{
+    if (memory != nullptr && memory->vertexCount > 0)
+    {
+        const PenetrationResult<btScalar> deep = rememberedPenetration(*cores.a, *cores.b, cache, *memory);
+        if (deep.state == GjkState::Overlapping)
+        {
+            touch = touchAt(cores, deep);
+            return {deep.state, deep.isSettled};
+        }
+    }
+    if (cache.state == GjkState::Near && settleAgain(cores, limit, cache, touch))
+        return {cache.state, true};
+    const GjkResult<btScalar> near = gjkDistance(*cores.a, *cores.b, far, cache);
+    if (near.state == GjkState::Near)
+        return settleNear(cores, limit, near, cache, touch);
+    if (near.state != GjkState::Overlapping)
+        return {near.state, near.state == GjkState::Separated};
+    const PenetrationResult<btScalar> deep = penetration(*cores.a, *cores.b, cache, memory);
+    // The two queries may disagree about shapes that only touch.
+    if (deep.state != GjkState::Overlapping)
+        return {GjkState::NotConverged, false};
+    if (deep.method == PenetrationMethod::Exact)
+        exactTotal.add(1);
+    touch = touchAt(cores, deep);
+    return {GjkState::Overlapping, deep.isSettled};
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

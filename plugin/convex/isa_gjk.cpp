@@ -1,0 +1,154 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/plugin/isa_gjk.h"
+
+#include "cullet/broad/log.h"
+#include "cullet/plugin/convex/body_motions.h"
+#include "cullet/plugin/convex/isa_gjk_algorithm.h"
+#include "cullet/plugin/core/dynamic_type.h"
+#include "cullet/plugin/shapes/convex_shape.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionConfiguration.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <new>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+/// Numbers are never used twice, in any world: a shape that was checked in one pass says nothing in another.
+std::atomic<std::uint64_t> lastPass{0};
+
+bool isRound(ConvexKind kind)
+{
+    return kind == ConvexKind::Sphere || kind == ConvexKind::Capsule;
+}
+
+/// Pairs that ISA-GJK should take over.
+bool isCovered(int typeA, int typeB, const IsaGjkOptions& options)
+{
+    const ConvexKind a = convexKindOf(typeA), b = convexKindOf(typeB);
+    if (a == ConvexKind::Foreign || b == ConvexKind::Foreign || (isRound(a) && isRound(b)))
+        return false;
+    const bool isSphereTriangle = (a == ConvexKind::Sphere && b == ConvexKind::Triangle) ||
+                                  (a == ConvexKind::Triangle && b == ConvexKind::Sphere);
+    const bool isBoxBox = a == ConvexKind::Box && b == ConvexKind::Box;
+    return !isSphereTriangle && (!isBoxBox || options.boxBox);
+}
+
+/// Options that are in their ranges.
+IsaGjkOptions checkedOptions(const IsaGjkOptions& options)
+{
+    IsaGjkOptions checked = options;
+    checked.patchPoints = std::clamp(options.patchPoints, 1, 4);
+    if (checked.patchPoints != options.patchPoints)
+    {
+        char text[96];
+        std::snprintf(text, sizeof(text), "%d points per patch: 1 to 4 are possible; %d is used",
+                      options.patchPoints, checked.patchPoints);
+        log(LogLevel::Warning, text);
+    }
+    return checked;
+}
+
+/// Lets a pair of types have the algorithms of the configuration again.
+void giveBack(int typeA, int typeB, btCollisionDispatcher& dispatcher,
+              btCollisionConfiguration& configuration)
+{
+    dispatcher.registerCollisionCreateFunc(typeA, typeB,
+                                           configuration.getCollisionAlgorithmCreateFunc(typeA, typeB));
+    dispatcher.registerClosestPointsCreateFunc(
+        typeA, typeB, configuration.getClosestPointsAlgorithmCreateFunc(typeA, typeB));
+}
+}  // namespace
+
+IsaGjkRegistration::IsaGjkRegistration(btCollisionDispatcher& dispatcher, const IsaGjkOptions& options)
+    : m_motions(std::make_unique<BodyMotions>())
+{
+    reset(dispatcher, options);
+}
+
+IsaGjkRegistration::~IsaGjkRegistration() = default;
+
+void IsaGjkRegistration::reset(btCollisionDispatcher& dispatcher, const IsaGjkOptions& options)
+{
+    m_leftTotal.load(std::memory_order_acquire);
+    btCollisionConfiguration& configuration = *dispatcher.getCollisionConfiguration();
+    if (m_options.boxBox && !options.boxBox)
+        giveBack(BOX_SHAPE_PROXYTYPE, BOX_SHAPE_PROXYTYPE, dispatcher, configuration);
+    m_options = checkedOptions(options);
+    endPass();
+    for (ThreadCounter* counter : {&m_counters.separated, &m_counters.touching, &m_counters.depths,
+                                   &m_counters.notConverged, &m_counters.delegated, &m_counters.exact})
+        counter->reset();
+    m_stock =
+        dynamicCast<const btConvexConvexAlgorithm::CreateFunc>(configuration.getCollisionAlgorithmCreateFunc(
+            CONVEX_HULL_SHAPE_PROXYTYPE, CONVEX_HULL_SHAPE_PROXYTYPE));
+    if (m_stock == nullptr)
+        m_stock = &m_ownStock;
+}
+
+void IsaGjkRegistration::registerWith(btCollisionDispatcher& dispatcher)
+{
+    for (int a = 0; a < CONCAVE_SHAPES_START_HERE; ++a)
+    {
+        for (int b = 0; b < CONCAVE_SHAPES_START_HERE; ++b)
+        {
+            if (!isCovered(a, b, m_options))
+                continue;
+            dispatcher.registerCollisionCreateFunc(a, b, &m_contactPoints);
+            dispatcher.registerClosestPointsCreateFunc(a, b, &m_closestPoints);
+        }
+    }
+}
+
+void IsaGjkRegistration::beginPass()
+{
+    if (m_options.checkPoints)
+        m_pass = lastPass.fetch_add(1, std::memory_order_relaxed) + 1;
+}
+
+IsaGjkStats IsaGjkRegistration::stats() const
+{
+    IsaGjkStats stats;
+    stats.separatedTotal = m_counters.separated.value();
+    stats.touchingTotal = m_counters.touching.value();
+    stats.depthsTotal = m_counters.depths.value();
+    stats.notConvergedTotal = m_counters.notConverged.value();
+    stats.delegatedTotal = m_counters.delegated.value();
+    stats.exactTotal = m_counters.exact.value();
+    return stats;
+}
+
+btCollisionAlgorithm* IsaGjkRegistration::CreateFunc::CreateCollisionAlgorithm(
+    btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* a,
+    const btCollisionObjectWrapper* b)
+{
+    // The algorithm treats both sides alike, so that one function serves both orders of a pair of types.
+    void* memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(IsaGjkAlgorithm));
+    return new (memory) IsaGjkAlgorithm(m_isaGjk, info.m_manifold, info, a, b, m_closestOnly);
+}
+
+IsaGjkRegistration& registerIsaGjk(btCollisionDispatcher& dispatcher, const IsaGjkOptions& options)
+{
+    // Create functions have to outlive dispatcher and world, which nobody tells; never destroyed, and one per address.
+    static std::mutex mutex;
+    static auto& known = *new std::map<btCollisionDispatcher*, std::unique_ptr<IsaGjkRegistration>>;
+    const std::lock_guard<std::mutex> lock(mutex);
+    std::unique_ptr<IsaGjkRegistration>& isaGjk = known[&dispatcher];
+    if (isaGjk)
+        isaGjk->reset(dispatcher, options);
+    else
+        isaGjk = std::make_unique<IsaGjkRegistration>(dispatcher, options);
+    isaGjk->registerWith(dispatcher);
+    return *isaGjk;
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

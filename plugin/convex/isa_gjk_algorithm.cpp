@@ -1,0 +1,456 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/plugin/convex/isa_gjk_algorithm.h"
+
+#include "cullet/narrow/gjk/isa_gjk.h"
+#include "cullet/plugin/contact/contact_patch.h"
+#include "cullet/plugin/contact/manifold_renewal.h"
+#include "cullet/plugin/convex/contact_search.h"
+#include "cullet/plugin/convex/convex_pair.h"
+#include "cullet/plugin/core/dynamic_type.h"
+
+#include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
+
+#include <exception>
+#include <utility>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+[[gnu::always_inline]] inline void count(ThreadCounter& counter)
+{
+    counter.add(1);
+}
+
+/// A result of Bullet's step drops points beyond the breaking threshold; others get what Bullet's detector reports.
+bool isOfStep(const btManifoldResult& result)
+{
+    return isExactly<btManifoldResult>(result);
+}
+
+/// The distance of the cores beyond which there is no contact.
+btScalar limitOf(const ConvexPair& pair, btScalar breakingThreshold, const btManifoldResult& result,
+                 bool isStep)
+{
+    return pair.margins() + breakingThreshold +
+           (isStep ? btScalar(0) : pair.margins() + result.m_closestPointDistanceThreshold);
+}
+
+/// True where Bullet would use its separating axis test instead of GJK.
+bool usesSeparatingAxisTest(const ConvexPair& pair, const btDispatcherInfo& info)
+{
+    return info.m_enableSatConvex && pair.a.features() != nullptr &&
+           (pair.b.features() != nullptr || pair.b.kind == ConvexKind::Triangle);
+}
+
+}  // namespace
+
+IsaGjkAlgorithm::IsaGjkAlgorithm(IsaGjkRegistration& isaGjk, btPersistentManifold* manifold,
+                                 const btCollisionAlgorithmConstructionInfo& info,
+                                 const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
+                                 bool closestOnly)
+    : btActivatingCollisionAlgorithm(info, a, b),
+      m_ownsManifold(false),
+      m_closestOnly(closestOnly),
+      m_hasContacts(false),
+      m_isSettled(true),
+      m_isaGjk(isaGjk),
+      m_manifold(manifold)
+{
+    touch();
+}
+
+IsaGjkAlgorithm::~IsaGjkAlgorithm()
+{
+    if (m_ownsManifold)
+        m_dispatcher->releaseManifold(m_manifold);
+    touch();
+    unwatch();
+    m_isaGjk.leave();
+}
+
+/// Queries outside of a step may come from several threads; isOf() leaves theirs out.
+void IsaGjkAlgorithm::touch() noexcept
+{
+    if (!m_closestOnly)
+        m_isaGjk.motions().pairs().touch(*this);
+}
+
+void IsaGjkAlgorithm::watch(const btCollisionObject& a, const btCollisionObject& b)
+{
+    unwatch();
+    BodyMotions& motions = m_isaGjk.motions();
+    std::uint32_t placeA = BodyMotions::kNone;
+    try
+    {
+        placeA = motions.acquire(a);
+        m_places[1] = motions.acquire(b);
+        m_places[0] = placeA;
+        motions.pairs().add();
+    }
+    catch (const std::exception&)
+    {
+        // Without memory every dispatch looks at the pair anew.
+        if (placeA != BodyMotions::kNone)
+            motions.release(placeA);
+    }
+}
+
+void IsaGjkAlgorithm::unwatch() noexcept
+{
+    m_leeway.forget();
+    if (!isWatching())
+        return;
+    BodyMotions& motions = m_isaGjk.motions();
+    if (!motions.isAbandoned(m_places[0]))
+        motions.pairs().remove();
+    for (std::uint32_t& place : m_places)
+    {
+        motions.release(place);
+        place = BodyMotions::kNone;
+    }
+}
+
+void IsaGjkAlgorithm::getAllContactManifolds(btManifoldArray& manifolds)
+{
+    if (!m_ownsManifold)
+        return;
+    // Bullet's importer asks for it to put saved points in, which the next step has to refresh.
+    m_hasContacts = true;
+    m_leeway.forget();
+    manifolds.push_back(m_manifold);
+}
+
+void IsaGjkAlgorithm::processCollision(const btCollisionObjectWrapper* a, const btCollisionObjectWrapper* b,
+                                       const btDispatcherInfo& info, btManifoldResult* result)
+{
+    m_leeway.forget();
+    if (m_manifold == nullptr)
+    {
+        m_manifold = m_dispatcher->getNewManifold(a->getCollisionObject(), b->getCollisionObject());
+        m_ownsManifold = m_manifold != nullptr;
+    }
+    result->setPersistentManifold(m_manifold);
+    // A dispatcher without dynamic allocation has no manifold left.
+    if (m_manifold == nullptr)
+        return;
+    m_breakingThreshold = m_manifold->getContactBreakingThreshold();
+    ApartTest failed;
+    bool isApart;
+    {
+        // Known to this block only, so that none of it has to be in memory.
+        const ConvexPair pair(*a, *b);
+        const bool isStep = isOfStep(*result);
+        // It proves nothing of shapes or places that are not fit for it.
+        isApart =
+            staysApart(pair, limitOf(pair, m_breakingThreshold, *result, isStep), passOf(isStep), failed);
+    }
+    if (!isApart)
+        return collideAndRefresh(ConvexPair(*a, *b), info, failed, *result);
+    count(m_isaGjk.counters().separated);
+    m_hasContacts = m_manifold->getNumContacts() > 0;
+    if (m_hasContacts)
+        refresh(*result);
+}
+
+/// What is left of a manifold of a pair that has moved.
+void IsaGjkAlgorithm::refresh(btManifoldResult& result)
+{
+    if (m_ownsManifold)
+        result.refreshContactPoints();
+    m_hasContacts = m_manifold->getNumContacts() > 0;
+}
+
+/// @param failed how the axis that the cache has does not prove that there is no contact
+void IsaGjkAlgorithm::collideAndRefresh(const ConvexPair& pair, const btDispatcherInfo& info,
+                                        ApartTest& failed, btManifoldResult& result)
+{
+    // Until they are counted: a contact callback that throws leaves points behind.
+    m_hasContacts = true;
+    const bool isAnswered = collide(pair, info, failed, result);
+    if (isAnswered && m_cache.state == GjkState::Separated && m_manifold->getNumContacts() == 0)
+    {
+        m_hasContacts = false;
+        return;
+    }
+    const btConvexConvexAlgorithm::CreateFunc& stock = m_isaGjk.stock();
+    const bool wantsMore = stock.m_numPerturbationIterations > 0 && m_cache.state != GjkState::Separated &&
+                           !m_closestOnly &&
+                           m_manifold->getNumContacts() < stock.m_minimumPointsPerturbationThreshold;
+    if (!isAnswered || wantsMore)
+        runStock(pair, info, result);
+    // Bullet's algorithm refreshes the manifold of two round shapes by itself, whoever owns it.
+    const bool isRefreshed = !isAnswered && pair.a.isRound() && pair.b.isRound() &&
+                             (pair.a.kind == ConvexKind::Capsule || pair.b.kind == ConvexKind::Capsule);
+    if (isRefreshed)
+        m_hasContacts = m_manifold->getNumContacts() > 0;
+    else
+        refresh(result);
+}
+
+/// See HullCache::hullOf().
+std::uint64_t IsaGjkAlgorithm::passOf(bool isStep) const
+{
+    return isStep ? m_isaGjk.pass() : m_isaGjk.queryPass();
+}
+
+/// The cheap proof, where there is one.
+[[gnu::always_inline]] inline bool IsaGjkAlgorithm::staysApart(const ConvexPair& pair, btScalar limit,
+                                                               std::uint64_t pass, ApartTest& failed,
+                                                               AxisRoom* room)
+{
+    StretchedHull a, b;
+    if (m_cache.state != GjkState::Separated ||
+        !stretchShape(pair.a.shape, pair.a.transform, m_hulls[0], pass, a))
+        return false;
+    if (pair.isTwice())
+        b = {a.hull, a.stretch, &pair.b.transform};
+    else if (!stretchShape(pair.b.shape, pair.b.transform, m_hulls[1], pass, b))
+        return false;
+    failed.hulls = {a.hull, b.hull};
+    return staysSeparated(a, b, limit, m_cache, room, &failed.axis);
+}
+
+bool IsaGjkAlgorithm::isIdle(const btCollisionObject& a, const btCollisionObject& b)
+{
+    m_leeway.forget();
+    const bool isNew = m_manifold == nullptr && m_cache.state == GjkState::NotConverged;
+    if (m_hasContacts || m_breakingThreshold < 0 || (m_cache.state != GjkState::Separated && !isNew))
+        return false;
+    // The manifold is missing.
+    if (m_manifold == nullptr && (a.isKinematicObject() || b.isKinematicObject()))
+        return false;
+    const bool remembers = remembersRoom();
+    ApartTest failed;
+    {
+        // Known to this block only, so that none of it has to be in memory.
+        const ConvexPair pair(a, b);
+        AxisRoom room;
+        if (staysApart(pair, pair.margins() + m_breakingThreshold, m_isaGjk.pass(), failed,
+                       remembers ? &room : nullptr))
+        {
+            if (remembers)
+                m_leeway.set(room);
+            return true;
+        }
+    }
+    return findsAxis(a, b, failed, remembers);
+}
+
+/// Whether another axis proves the gap.
+bool IsaGjkAlgorithm::findsAxis(const btCollisionObject& a, const btCollisionObject& b, ApartTest& failed,
+                                bool remembers)
+{
+    const ConvexPair pair(a, b);
+    const btScalar limit = pair.margins() + m_breakingThreshold;
+    if (pair.isForBullet() || !canRunConcurrently(pair.a.shape.getShapeType()) ||
+        !canRunConcurrently(pair.b.shape.getShapeType()))
+        return false;
+    const ConvexCores cores(pair, failed.hulls, m_hulls, m_isaGjk.pass());
+    if (!cores.arePlaced(pair) ||
+        separation(pair, cores, beyond(pair, cores, limit), failed.axis, m_cache) != GjkState::Separated)
+        return false;
+    AxisRoom room;
+    ApartTest unused;
+    if (remembers && staysApart(pair, limit, m_isaGjk.pass(), unused, &room))
+        m_leeway.set(room);
+    return true;
+}
+
+/// @param reach points of a patch may be so much farther apart than the breaking threshold
+[[gnu::always_inline]] inline void IsaGjkAlgorithm::report(const ConvexPair& pair, const ConvexCores& cores,
+                                                           const Touch& touch, btScalar reach,
+                                                           btManifoldResult& result)
+{
+    // As in Bullet: where the application had faces made for both shapes, hulls touch without their margins.
+    const bool isBare = pair.a.features() != nullptr && pair.b.features() != nullptr;
+    const double marginA = isBare && pair.a.kind != ConvexKind::Box ? 0.0 : double(pair.a.margin);
+    const double marginB = isBare && pair.b.kind != ConvexKind::Box ? 0.0 : double(pair.b.margin);
+    const btVector3 normal = toBullet(touch.normal);
+    const btVector3 onB = toBullet(cores.a->origin() + touch.onB + marginB * touch.normal + cores.anchor);
+    const btScalar margins = static_cast<btScalar>(marginA + marginB);
+    const double limit = marginA + marginB + double(m_breakingThreshold) + double(reach);
+    if (m_closestOnly || touch.distance > limit)
+        return result.addContactPoint(normal, onB, static_cast<btScalar>(touch.distance - marginA - marginB));
+    const ContactPatch patch = makeContactPatch(
+        *cores.a, *cores.b, touch, {limit, m_breakingThreshold, m_isaGjk.options().patchPoints},
+        {cores.fanA ? &*cores.fanA : nullptr, cores.fanB ? &*cores.fanB : nullptr});
+    ManifoldRenewal renewal(*m_manifold);
+    // The manifold of a parent has points of other pairs; the result of a query has none here.
+    if (m_ownsManifold && m_manifold->getNumContacts() > 0 && isOfStep(result))
+    {
+        for (int i = 0; i < patch.count; ++i)
+        {
+            const ContactPoint& point = patch.points[static_cast<std::size_t>(i)];
+            renewal.renew(onB + point.fromTouch + normal * (point.distance - margins));
+        }
+        renewal.removeOthers();
+    }
+    for (int i = 0; i < patch.count; ++i)
+    {
+        const ContactPoint& point = patch.points[static_cast<std::size_t>(i)];
+        result.addContactPoint(normal, onB + point.fromTouch, point.distance - margins);
+        renewal.removeFirst();
+    }
+}
+
+/// @return false if Bullet's own algorithm has to answer
+bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& info, ApartTest& failed,
+                              btManifoldResult& result)
+{
+    bool isReporting = false;
+    try
+    {
+        return collideOrThrow(pair, info, failed, result, isReporting);
+    }
+    catch (const std::exception&)
+    {
+        // What a contact callback throws is for its application.
+        if (isReporting)
+            throw;
+        count(m_isaGjk.counters().notConverged);
+        return false;
+    }
+}
+
+/// @param isReporting [out] contact callbacks run
+[[gnu::always_inline]] inline bool IsaGjkAlgorithm::collideOrThrow(const ConvexPair& pair,
+                                                                   const btDispatcherInfo& info,
+                                                                   ApartTest& failed,
+                                                                   btManifoldResult& result,
+                                                                   bool& isReporting)
+{
+    IsaGjkRegistration::Counters& counters = m_isaGjk.counters();
+    const bool isStep = isOfStep(result);
+    const btScalar limit = limitOf(pair, m_breakingThreshold, result, isStep);
+    if (!pair.isConvex() || !pair.a.isFinite() || !pair.b.isFinite())
+        return true;
+    if (pair.isForBullet())
+    {
+        count(counters.delegated);
+        return false;
+    }
+    ConvexCores cores(pair, failed.hulls, m_hulls, passOf(isStep));
+    if (!cores.arePlaced(pair))
+    {
+        if (!pair.a.hasPoints() || !pair.b.hasPoints())
+            return true;
+        count(counters.notConverged);
+        return false;
+    }
+    const bool arePolytopes = cores.a && cores.b;
+    Touch touch;
+    GjkState state;
+    if (arePolytopes && !usesSeparatingAxisTest(pair, info))
+        state = search(pair, cores, limit, failed.axis, passOf(isStep), touch);
+    else
+    {
+        // Other shapes that touch are Bullet's in any case, and it sees as well when they part.
+        const bool isBullets = !arePolytopes && m_ownsManifold && m_manifold->getNumContacts() > 0;
+        state = isBullets ? GjkState::Near
+                          : separation(pair, cores, beyond(pair, cores, limit), failed.axis, m_cache);
+        if (state == GjkState::Near || state == GjkState::Overlapping)
+        {
+            count(counters.delegated);
+            return false;
+        }
+    }
+    if (state == GjkState::Separated || state == GjkState::NotConverged)
+    {
+        count(state == GjkState::Separated ? counters.separated : counters.notConverged);
+        return state == GjkState::Separated;
+    }
+    count(counters.touching);
+    if (state == GjkState::Overlapping)
+        count(counters.depths);
+    isReporting = true;
+    report(pair, cores, touch, isStep ? btScalar(0) : result.m_closestPointDistanceThreshold, result);
+    return true;
+}
+
+/// Distance or depth of two polytopes, from shapes and poses alone: what is remembered says where the search begins, and
+/// counts only where any search ends alike. Else a search without memory answers; the same with hulls that have no graphs yet.
+///
+/// @param failed see isaGjk()
+/// @param touch  [out] valid for Near and Overlapping
+GjkState IsaGjkAlgorithm::search(const ConvexPair& pair, ConvexCores& cores, btScalar limit,
+                                 const AxisTest<btScalar>& failed, std::uint64_t pass, Touch& touch)
+{
+    // The algorithm of a mesh's triangle lives for one query.
+    const bool isKept = pair.a.kind != ConvexKind::Triangle && pair.b.kind != ConvexKind::Triangle;
+    const bool wasNear = m_cache.state == GjkState::Near || m_cache.state == GjkState::Overlapping;
+    // What was not settled in the last query is hardly so in this one.
+    if (wasNear && !m_isSettled)
+        forget();
+    bool isFresh =
+        m_cache.state == GjkState::NotConverged && !remembersAxis(m_cache) && m_depth.vertexCount == 0;
+    bool mayBuild = cores.haveClouds();
+    AxisTest<btScalar> test = failed;
+    for (;;)
+    {
+        const btScalar far = beyond(pair, cores, limit);
+        Found found = {GjkState::Near, false};
+        if (isFresh || !wasNear)
+            found.state = separation(pair, cores, far, test, m_cache);
+        found.isSettled = found.state == GjkState::Separated;
+        if (found.state == GjkState::Near || found.state == GjkState::Overlapping)
+            found = measure(cores, limit, far, m_cache, isKept ? &m_depth : nullptr, touch,
+                            m_isaGjk.counters().exact);
+        m_isSettled = found.isSettled;
+        const bool isDone =
+            m_isSettled && (!mayBuild || found.state == GjkState::Separated || findsFaces(cores, touch));
+        if (isDone && mayBuild && found.state != GjkState::Separated)
+            countContact();
+        if (isDone || (isFresh && !mayBuild))
+            return found.state;
+        if (std::exchange(mayBuild, false) && !cores.buildGraphs(pair, m_hulls, pass))
+            return GjkState::NotConverged;
+        forget();
+        test = AxisTest<btScalar>();
+        isFresh = true;
+    }
+}
+
+/// Whether a patch can be made with the faces that hulls without graphs have around their vertices.
+bool IsaGjkAlgorithm::findsFaces(ConvexCores& cores, const Touch& touch) const
+{
+    return m_closestOnly || m_isaGjk.options().patchPoints == 1 ||
+           cores.findFans(touch.normal, touch.vertexA, touch.vertexB);
+}
+
+void IsaGjkAlgorithm::countContact() noexcept
+{
+    for (HullUse& use : m_hulls)
+        use.countContact();
+}
+
+void IsaGjkAlgorithm::forget()
+{
+    m_cache = GjkCache<btScalar>();
+    m_depth.vertexCount = 0;
+}
+
+void IsaGjkAlgorithm::runStock(const ConvexPair& pair, const btDispatcherInfo& info, btManifoldResult& result)
+{
+    // With a manifold given, Bullet's algorithm owns nothing, and being made costs next to nothing.
+    const btCollisionAlgorithmConstructionInfo construction(m_dispatcher, 0);
+    const btConvexConvexAlgorithm::CreateFunc& stock = m_isaGjk.stock();
+    btConvexConvexAlgorithm algorithm(m_manifold, construction, pair.wrapA, pair.wrapB, stock.m_pdSolver,
+                                      stock.m_numPerturbationIterations,
+                                      stock.m_minimumPointsPerturbationThreshold);
+    algorithm.processCollision(pair.wrapA, pair.wrapB, info, &result);
+}
+
+btScalar IsaGjkAlgorithm::calculateTimeOfImpact(btCollisionObject* a, btCollisionObject* b,
+                                                const btDispatcherInfo& info, btManifoldResult* result)
+{
+    const btCollisionAlgorithmConstructionInfo construction(m_dispatcher, 0);
+    btConvexConvexAlgorithm algorithm(m_manifold, construction, nullptr, nullptr, m_isaGjk.stock().m_pdSolver,
+                                      0, 0);
+    return algorithm.calculateTimeOfImpact(a, b, info, result);
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,196 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/plugin/pair_cache/pair_cache.h"
+
+#include "cullet/plugin/pair_cache/pair_cache_parts.h"
+
+#include <algorithm>
+#include <new>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+constexpr std::uint32_t kMaxPairs = PairLinks::kMaxPairs;  // below what Bullet's int counts
+constexpr std::size_t kSmallestArray = 16;
+}  // namespace
+
+btBroadphasePair* PairCache::getOverlappingPairArrayPtr()
+{
+    return m_pairs.size() > 0 ? &m_pairs[0] : nullptr;
+}
+
+const btBroadphasePair* PairCache::getOverlappingPairArrayPtr() const
+{
+    return m_pairs.size() > 0 ? &m_pairs[0] : nullptr;
+}
+
+bool PairCache::needsBroadphaseCollision(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1) const
+{
+    if (m_filter != nullptr)
+        return m_filter->needBroadphaseCollision(proxy0, proxy1);
+    return (proxy0->m_collisionFilterGroup & proxy1->m_collisionFilterMask) != 0 &&
+           (proxy1->m_collisionFilterGroup & proxy0->m_collisionFilterMask) != 0;
+}
+
+btBroadphasePair* PairCache::findPair(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1)
+{
+    return pairAt(indexOf(sortById(proxy0, proxy1)));
+}
+
+btBroadphasePair* PairCache::findPair(Pair ids)
+{
+    return pairAt(indexOf(ids));
+}
+
+void PairCache::reserve(std::size_t pairCount)
+{
+    try
+    {
+        if (pairCount > size())
+            growTo(std::min<std::size_t>(pairCount, kMaxPairs));
+    }
+    catch (const std::bad_alloc&)
+    {
+        // Adding will try again with what it needs.
+    }
+}
+
+/// Makes room for so many pairs in everything but the anchors; what has to grow grows by a quarter at least, so that growing
+/// in small steps stays cheap. Throws std::bad_alloc.
+void PairCache::growTo(std::size_t pairCount)
+{
+    const std::size_t quarterMore = size() + size() / 4;
+    const std::size_t count =
+        std::min<std::size_t>(std::max({pairCount, quarterMore, kSmallestArray}), kMaxPairs);
+    if (m_hash.limit() < pairCount)
+        m_hash.grow(
+            count, [this](std::uint32_t index) { return hashOfPair(idsOf(*pairAt(index))); },
+            [this](std::uint32_t index) { return !isDetached(index); });
+    if (m_links.capacity() < pairCount)
+        m_links.reserve(count);
+    if (static_cast<std::size_t>(m_pairs.capacity()) < pairCount)
+        m_pairs.reserve(static_cast<int>(count));
+}
+
+/// Makes room for one more pair in everything but the anchors; throws std::bad_alloc.
+void PairCache::makeRoom()
+{
+    if (m_hash.hasRoom() && size() < m_links.capacity() && m_pairs.size() < m_pairs.capacity())
+        return;
+    if (size() >= kMaxPairs)
+        throw std::bad_alloc();
+    growTo(size() + 1);
+}
+
+btBroadphasePair* PairCache::addOverlappingPair(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1)
+{
+    const CallerChange change(*this);
+    return addPair(proxy0, proxy1);
+}
+
+btBroadphasePair* PairCache::addPair(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1)
+{
+    if (m_filter == nullptr)
+        return needsBroadphaseCollision(proxy0, proxy1) ? addPairUnfiltered(proxy0, proxy1) : nullptr;
+    Addition addition(*this, idsOf(sortById(proxy0, proxy1)));
+    if (!m_filter->needBroadphaseCollision(proxy0, proxy1) || addition.isCancelled)
+        return nullptr;
+    return addPairUnfiltered(proxy0, proxy1);
+}
+
+btBroadphasePair* PairCache::addPairUnfiltered(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1)
+{
+    if (proxy0->m_uniqueId == proxy1->m_uniqueId)
+        return nullptr;
+    const ProxyPair sorted = sortById(proxy0, proxy1);
+    const std::uint32_t known = indexOf(sorted);
+    if (known != kNone)
+        return pairAt(known);
+    if (isBeingTold(sorted))
+        return nullptr;
+    if (m_ghosts == nullptr)
+        return append(sorted);
+    Addition addition(*this, idsOf(sorted));
+    return addTold(sorted, addition);
+}
+
+/// Whether the ghost callback runs that is being told of this very pair.
+bool PairCache::isBeingTold(const ProxyPair& sorted) const
+{
+    for (const Addition* addition = m_additions; addition != nullptr; addition = addition->outer())
+    {
+        if (addition->told.first != nullptr && addition->ids == idsOf(sorted))
+            return true;
+    }
+    return false;
+}
+
+btBroadphasePair* PairCache::addTold(const ProxyPair& sorted, Addition& addition)
+{
+    if (!hasMemory(sorted))
+        return nullptr;
+    addition.told = sorted;
+    m_ghosts->addOverlappingPair(sorted.first, sorted.second);
+    // The callback may have changed the cache.
+    return addition.isCancelled ? nullptr : append(sorted);
+}
+
+/// Whether append() will find the memory it needs.
+bool PairCache::hasMemory(const ProxyPair& sorted)
+{
+    try
+    {
+        makeRoom();
+        m_links.anchorsOf(idsOf(sorted));
+        return true;
+    }
+    catch (const std::bad_alloc&)
+    {
+        ++m_pairsWithoutMemory;
+        return false;
+    }
+}
+
+/// Whether a pair of the proxy is on its way that has found its memory, of which the anchor is a part.
+bool PairCache::isAwaited(std::uint32_t id) const noexcept
+{
+    for (const Addition* addition = m_additions; addition != nullptr; addition = addition->outer())
+    {
+        if (addition->told.first != nullptr && (addition->ids.first == id || addition->ids.second == id))
+            return true;
+    }
+    return false;
+}
+
+/// Gives back what hasMemory() has made for a pair that does not come, whether cancelled or ended by an exception.
+void PairCache::dropAnchors(Pair ids) noexcept
+{
+    for (const std::uint32_t id : {ids.first, ids.second})
+    {
+        if (!isAwaited(id))
+            m_links.dropIfUnused(id);
+    }
+}
+
+btBroadphasePair* PairCache::append(const ProxyPair& sorted)
+{
+    const Pair ids = idsOf(sorted);
+    try
+    {
+        makeRoom();
+        m_links.append(m_links.anchorsOf(ids));
+    }
+    catch (const std::bad_alloc&)
+    {
+        ++m_pairsWithoutMemory;
+        return nullptr;
+    }
+    m_hash.insert(hashOfPair(ids), size());
+    ++m_version;
+    return new (&m_pairs.expandNonInitializing()) btBroadphasePair(*sorted.first, *sorted.second);
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

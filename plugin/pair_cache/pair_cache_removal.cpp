@@ -1,0 +1,186 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// Pairs that leave the cache, and their algorithms.
+
+#include "cullet/plugin/pair_cache/pair_cache_parts.h"
+
+#include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
+
+#include <utility>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+void destroyAlgorithm(btBroadphasePair& pair, btDispatcher* dispatcher)
+{
+    // Taken out first: the destructor may call back into the cache and meet this pair again.
+    btCollisionAlgorithm* algorithm = std::exchange(pair.m_algorithm, nullptr);
+    algorithm->~btCollisionAlgorithm();
+    dispatcher->freeCollisionAlgorithm(algorithm);
+}
+}  // namespace
+
+void PairCache::cleanOverlappingPair(btBroadphasePair& pair, btDispatcher* dispatcher)
+{
+    if (pair.m_algorithm != nullptr && dispatcher != nullptr)
+        destroyAlgorithm(pair, dispatcher);
+}
+
+void PairCache::cleanProxyFromPairs(btBroadphaseProxy* proxy, btDispatcher* dispatcher)
+{
+    if (dispatcher == nullptr)
+        return;
+    const std::uint32_t id = uniqueIdOf(proxy);
+    Cursor cursor(*this, kNone);
+    for (std::uint32_t node = m_links.first(id); node != kNone;)
+    {
+        const std::uint32_t side = node % 2;
+        cursor.index = PairLinks::pairOf(node);
+        ++m_visited;
+        cleanOverlappingPair(*pairAt(cursor.index), dispatcher);
+        // From the front again when the destructor took the pair out: those already clean cost little.
+        node = cursor.index == kNone ? m_links.first(id) : m_links.next(2 * cursor.index + side);
+    }
+}
+
+void* PairCache::removeOverlappingPair(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1,
+                                       btDispatcher* dispatcher)
+{
+    const CallerChange change(*this);
+    const ProxyPair sorted = sortById(proxy0, proxy1);
+    const std::uint32_t index = indexOf(sorted);
+    return index != kNone ? removeAt(index, dispatcher) : cancelAddition(idsOf(sorted), dispatcher);
+}
+
+void* PairCache::removePair(Pair ids, btDispatcher* dispatcher)
+{
+    const std::uint32_t index = indexOf(ids);
+    return index != kNone ? removeAt(index, dispatcher) : cancelAddition(inBulletsOrder(ids), dispatcher);
+}
+
+void PairCache::removeOverlappingPairsContainingProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher)
+{
+    const CallerChange change(*this);
+    removePairsOf(proxy, dispatcher);
+}
+
+void PairCache::removePairsOf(btBroadphaseProxy* proxy, btDispatcher* dispatcher)
+{
+    const std::uint32_t id = uniqueIdOf(proxy);
+    for (std::uint32_t node = m_links.first(id); node != kNone; node = m_links.first(id))
+    {
+        ++m_visited;
+        removeAt(PairLinks::pairOf(node), dispatcher);
+    }
+    cancelAdditions([id](Pair ids) { return ids.first == id || ids.second == id; }, dispatcher);
+}
+
+template <class IsMeant>
+void PairCache::cancelAdditions(IsMeant isMeant, btDispatcher* dispatcher)
+{
+    for (Addition* addition = m_additions; addition != nullptr; addition = addition->outer())
+    {
+        if (addition->isCancelled || !isMeant(addition->ids))
+            continue;
+        addition->isCancelled = true;
+        const ProxyPair told = addition->told;
+        if (told.first != nullptr && m_ghosts != nullptr)
+            m_ghosts->removeOverlappingPair(told.first, told.second, dispatcher);
+    }
+}
+
+/// @return null, as there is nothing of the application's yet
+void* PairCache::cancelAddition(Pair ids, btDispatcher* dispatcher)
+{
+    if (m_additions != nullptr)
+        cancelAdditions([ids](Pair other) { return other == ids; }, dispatcher);
+    return nullptr;
+}
+
+void* PairCache::removeAt(std::uint32_t index, btDispatcher* dispatcher)
+{
+    const btBroadphasePair& pair = *pairAt(index);
+    if (m_ghosts != nullptr || (pair.m_algorithm != nullptr && dispatcher != nullptr))
+    {
+        return removeWithCallbacks(index, dispatcher);
+    }
+    void* info = pair.m_internalInfo1;
+    detach(index);
+    fillHole(index);
+    return info;
+}
+
+void* PairCache::removeWithCallbacks(std::uint32_t index, btDispatcher* dispatcher)
+{
+    Cursor cursor(*this, index);
+    cleanOverlappingPair(*pairAt(index), dispatcher);
+    // The destructor of the algorithm may have removed the pair.
+    return cursor.index != kNone ? removeFollowed(cursor, dispatcher) : nullptr;
+}
+
+void* PairCache::removeFollowed(const Cursor& cursor, btDispatcher* dispatcher)
+{
+    const btBroadphasePair pair = *pairAt(cursor.index);
+    detach(cursor.index);
+    ++m_detachedCount;
+    try
+    {
+        if (m_ghosts != nullptr)
+            m_ghosts->removeOverlappingPair(pair.m_pProxy0, pair.m_pProxy1, dispatcher);
+    }
+    catch (...)
+    {
+        fillDetached(cursor.index);
+        throw;
+    }
+    fillDetached(cursor.index);
+    return pair.m_internalInfo1;
+}
+
+void PairCache::fillDetached(std::uint32_t hole)
+{
+    --m_detachedCount;
+    fillHole(hole);
+}
+
+/// Takes the pair out of hash and lists; its entry in the array stays.
+void PairCache::detach(std::uint32_t index)
+{
+    const Pair ids = idsOf(*pairAt(index));
+    m_hash.erase(hashOfPair(ids), index);
+    m_links.detach(index, ids);
+}
+
+/// Moves the last pair into the entry of a detached one.
+void PairCache::fillHole(std::uint32_t hole)
+{
+    const std::uint32_t last = size() - 1;
+    for (Cursor* cursor = m_cursors; cursor != nullptr; cursor = cursor->outer())
+    {
+        cursor->moved(hole, kNone);
+        cursor->moved(last, hole);
+    }
+    if (hole != last)
+        movePair(last, hole);
+    m_links.popBack();
+    m_pairs.pop_back();
+    ++m_version;
+}
+
+void PairCache::movePair(std::uint32_t from, std::uint32_t to)
+{
+    *pairAt(to) = *pairAt(from);
+    if (isDetached(from))
+    {
+        m_links.markDetached(to);
+        return;
+    }
+    m_hash.replace(hashOfPair(idsOf(*pairAt(from))), from, to);
+    m_links.move(from, to);
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,279 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/array.h"
+#include "cullet/broad/pair.h"
+#include "cullet/plugin/core/precision.h"
+#include "cullet/plugin/core/unique_id_map.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <utility>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+/// For every proxy the list of the pairs it is in, as links between the entries of a pair array.
+///
+/// Pair i owns the nodes 2i (in the list of its first proxy) and 2i + 1 (of its second). Lists are rings through an
+/// anchor node per proxy with pairs, newest pair first, so that taking out and moving pairs needs neither a case
+/// distinction nor a search; only adding looks the anchors up by unique id. 16 bytes per pair, 12 per proxy with pairs
+/// and the directory's pages.
+class PairLinks
+{
+public:
+    static constexpr std::uint32_t kNone = 0xffffffffu;
+    static constexpr std::uint32_t kMaxPairs = 1u
+                                               << 30;  // a bit of a node reference tells anchors from pairs
+
+    struct Anchors
+    {
+        std::uint32_t first;
+        std::uint32_t second;
+    };
+
+    static std::uint32_t pairOf(std::uint32_t node) noexcept { return node / 2; }
+
+    /// First node of the proxy's list, or kNone.
+    std::uint32_t first(std::uint32_t id) const noexcept
+    {
+        const std::uint32_t anchor = m_directory.find(id);
+        return anchor != UidDirectory::kNoRow ? next(kAnchorBit | anchor) : kNone;
+    }
+
+    /// Next node of the list, or kNone behind the last one.
+    std::uint32_t next(std::uint32_t node) const noexcept
+    {
+        const std::uint32_t after = at(node).next;
+        return isAnchor(after) ? kNone : after;
+    }
+
+    /// Asks memory for the pair's nodes; prefetchNeighbours() after it, once they are here, for those next to them.
+    void prefetch(std::uint32_t pair) const noexcept { __builtin_prefetch(&m_nodes[2 * std::size_t{pair}]); }
+    void prefetchNeighbours(std::uint32_t pair) const noexcept
+    {
+        for (const Node& node : {m_nodes[2 * pair], m_nodes[2 * pair + 1]})
+        {
+            __builtin_prefetch(&at(node.next));
+            __builtin_prefetch(&at(node.previous));
+        }
+    }
+
+    /// Asks memory for the first node of the proxy's list.
+    void prefetchFirst(std::uint32_t id) const noexcept
+    {
+        const std::uint32_t node = first(id);
+        if (node != kNone)
+            __builtin_prefetch(&m_nodes[node]);
+    }
+
+    std::size_t capacity() const noexcept { return m_capacity / 2; }
+
+    /// Room for so many pairs. May throw std::bad_alloc and then changes nothing.
+    void reserve(std::size_t pairCount)
+    {
+        if (2 * pairCount <= m_capacity)
+            return;
+        std::unique_ptr<Node[]> nodes(new Node[2 * pairCount]);
+        std::copy_n(m_nodes.get(), m_count, nodes.get());
+        m_nodes.swap(nodes);
+        m_capacity = 2 * pairCount;
+    }
+
+    /// The anchors of both lists, made if need be. May throw std::bad_alloc and then changes nothing. Valid until a
+    /// pair is detached, or an anchor dropped.
+    Anchors anchorsOf(Pair ids)
+    {
+        const std::uint64_t before = listCount();
+        const std::uint32_t first = anchorOf(ids.first);
+        try
+        {
+            return {first, anchorOf(ids.second)};
+        }
+        catch (...)
+        {
+            if (listCount() != before)
+                dropIfUnused(ids.first);
+            throw;
+        }
+    }
+
+    /// Takes back an anchor that anchorsOf() made for a pair that did not come, if the proxy has no pair.
+    void dropIfUnused(std::uint32_t id) noexcept
+    {
+        const std::uint32_t anchor = m_directory.find(id);
+        if (anchor != UidDirectory::kNoRow && isAnchor(m_anchors[anchor].next))
+            drop(id, anchor);
+    }
+
+    /// Links a new last pair in front of both lists. @pre capacity() is above the number of pairs
+    void append(Anchors anchors) noexcept
+    {
+        const std::uint32_t node = m_count;
+        m_count += 2;
+        pushFront(anchors.first, node);
+        pushFront(anchors.second, node + 1);
+    }
+
+    /// Takes the pair out of both lists; its entry stays, marked as detached.
+    void detach(std::uint32_t pair, Pair ids) noexcept
+    {
+        unlink(m_nodes[2 * pair], ids.first);
+        unlink(m_nodes[2 * pair + 1], ids.second);
+        markDetached(pair);
+    }
+
+    void markDetached(std::uint32_t pair) noexcept { m_nodes[2 * pair].next = kNone; }
+    bool isDetached(std::uint32_t pair) const noexcept { return m_nodes[2 * pair].next == kNone; }
+
+    /// Moves the nodes of the linked pair `from` to the detached entry `to`.
+    void move(std::uint32_t from, std::uint32_t to) noexcept
+    {
+        relink(2 * from, 2 * to);
+        relink(2 * from + 1, 2 * to + 1);
+    }
+
+    void popBack() noexcept { m_count -= 2; }
+
+    /// Forgets every pair and keeps the anchors. @pre no pair is detached
+    void clear() noexcept
+    {
+        for (std::uint32_t node = 0; node < m_count; ++node)
+        {
+            const std::uint32_t previous = m_nodes[node].previous;
+            if (isAnchor(previous))
+                at(previous) = {previous, previous};
+        }
+        m_count = 0;
+    }
+
+    /// Whether every one of `pairCount` pairs is in exactly the lists of its ids, `idsOf(pair)`. O(pairs).
+    template <class IdsOf>
+    bool isConsistent(std::uint32_t pairCount, IdsOf idsOf) const
+    {
+        if (m_count != 2 * std::size_t{pairCount})
+            return false;
+        std::size_t listed = 0;
+        for (std::uint32_t start = 0; start < m_count; ++start)
+        {
+            if (!isAnchor(m_nodes[start].previous))
+                continue;
+            const auto idOf = [&](std::uint32_t node)
+            {
+                const Pair ids = idsOf(pairOf(node));
+                return node % 2 == 0 ? ids.first : ids.second;
+            };
+            if (first(idOf(start)) != start)
+                return false;
+            std::uint32_t previous = m_nodes[start].previous;
+            for (std::uint32_t node = start; node != kNone; previous = node, node = next(node))
+            {
+                if (at(node).previous != previous || idOf(node) != idOf(start))
+                    return false;
+                if (++listed > m_count)
+                    return false;
+            }
+        }
+        return listed == m_count;
+    }
+
+    std::uint64_t listCount() const noexcept { return m_anchors.size() - m_freeCount; }
+
+    std::uint64_t bytes() const noexcept
+    {
+        return m_capacity * sizeof(Node) + m_anchors.capacity() * sizeof(Node) + m_directory.bytes();
+    }
+
+private:
+    struct Node
+    {
+        std::uint32_t next;
+        std::uint32_t previous;
+    };
+
+    static constexpr std::uint32_t kAnchorBit = 1u << 31;
+
+    Node& at(std::uint32_t node) noexcept { return const_cast<Node&>(std::as_const(*this).at(node)); }
+    const Node& at(std::uint32_t node) const noexcept
+    {
+        // Both addresses are computed, so that no branch waits for the link.
+        const Node* nodes[] = {m_nodes.get(), m_anchors.data()};
+        return nodes[node / kAnchorBit][node % kAnchorBit];
+    }
+
+    static bool isAnchor(std::uint32_t node) noexcept { return (node & kAnchorBit) != 0; }
+
+    std::uint32_t anchorOf(std::uint32_t id)
+    {
+        std::uint32_t anchor = m_directory.find(id);
+        if (anchor == UidDirectory::kNoRow)
+            anchor = makeAnchor(id);
+        return anchor | kAnchorBit;
+    }
+
+    std::uint32_t makeAnchor(std::uint32_t id)
+    {
+        if (m_freeCount == 0)
+        {
+            m_anchors.push_back({kNone, kNone});
+            freeAnchor(static_cast<std::uint32_t>(m_anchors.size() - 1));
+        }
+        const std::uint32_t anchor = m_firstFree;
+        m_directory.insert(id, anchor);
+        m_firstFree = m_anchors[anchor].next;
+        --m_freeCount;
+        m_anchors[anchor] = {anchor | kAnchorBit, anchor | kAnchorBit};
+        return anchor;
+    }
+
+    void drop(std::uint32_t id, std::uint32_t anchor) noexcept
+    {
+        m_directory.erase(id);
+        freeAnchor(anchor);
+    }
+
+    void freeAnchor(std::uint32_t anchor) noexcept
+    {
+        m_anchors[anchor].next = m_firstFree;
+        m_firstFree = anchor;
+        ++m_freeCount;
+    }
+
+    void pushFront(std::uint32_t anchor, std::uint32_t node) noexcept
+    {
+        const std::uint32_t old = at(anchor).next;
+        m_nodes[node] = {old, anchor};
+        at(old).previous = node;
+        at(anchor).next = node;
+    }
+
+    void unlink(Node node, std::uint32_t id) noexcept
+    {
+        at(node.next).previous = node.previous;
+        at(node.previous).next = node.next;
+        if (node.next == node.previous)  // the anchor is alone
+            drop(id, node.next & ~kAnchorBit);
+    }
+
+    void relink(std::uint32_t from, std::uint32_t to) noexcept
+    {
+        const Node node = m_nodes[from];
+        m_nodes[to] = node;
+        at(node.next).previous = to;
+        at(node.previous).next = to;
+    }
+
+    std::unique_ptr<Node[]> m_nodes;
+    std::size_t m_capacity = 0;  // nodes
+    std::uint32_t m_count = 0;   // nodes
+    Array<Node> m_anchors;
+    UidDirectory m_directory;           // unique id -> anchor
+    std::uint32_t m_firstFree = kNone;  // the free anchors are chained by `next`
+    std::uint32_t m_freeCount = 0;
+};
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,91 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/plugin/pair_sync/deferred_pairs.h"
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+Aabb grown(Aabb box, float margin) noexcept
+{
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        box.min[axis] -= margin;
+        box.max[axis] += margin;
+    }
+    return box;
+}
+
+bool encloses(const Aabb& outer, const Aabb& inner) noexcept
+{
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        if (!(outer.min[axis] <= inner.min[axis] && inner.max[axis] <= outer.max[axis]))
+            return false;
+    }
+    return true;
+}
+}  // namespace
+
+void PendingPairs::startLeaf(std::uint32_t uniqueId, std::uint32_t row, const Aabb* boxes, float margin)
+{
+    // A row that waits already keeps its leaf, which its other pairs were asked with.
+    if (m_set.hasPairsOf(uniqueId))
+        return;
+    if (m_leaves.size() <= row)
+        m_leaves.resize(row + 1 + row / 2, kEmptyAabb);
+    m_leaves[row] = grown(boxes[row], margin);
+}
+
+void PendingPairs::insert(Pair pair, std::uint32_t rowFirst, std::uint32_t rowSecond, Reason reason,
+                          const Aabb* boxes, float margin)
+{
+    startLeaf(pair.first, rowFirst, boxes, margin);
+    startLeaf(pair.second, rowSecond, boxes, margin);
+    m_set.insert(pair, reason);
+}
+
+bool PendingPairs::isFreshlyRefused(Pair pair, std::uint32_t rowFirst, std::uint32_t rowSecond,
+                                    const Aabb* boxes) const
+{
+    const std::uint32_t index = m_set.find(pair);
+    return index != LinkedPairs::kNone && m_set.tag(index) == kRefused &&
+           encloses(m_leaves[rowFirst], boxes[rowFirst]) && encloses(m_leaves[rowSecond], boxes[rowSecond]);
+}
+
+void PendingPairs::collectDueOf(std::uint32_t uniqueId, bool isAskedAgain, Pairs& due) const
+{
+    m_set.forEachOf(uniqueId,
+                    [&](std::uint32_t index)
+                    {
+                        if (isAskedAgain || m_set.tag(index) == kNotExact)
+                            due.push_back(m_set.pairs()[index]);
+                    });
+}
+
+void PendingPairs::collectDue(const ProxyView& view, Pairs& due)
+{
+    if (m_set.size() == 0)
+        return;
+    for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
+    {
+        const std::uint32_t row = view.dirty[i];
+        const std::uint32_t uniqueId = view.uniqueIds[row];
+        if ((view.changes[row] & kRowDestroyed) != 0 || !m_set.hasPairsOf(uniqueId))
+            continue;
+        const bool hasLeft = !encloses(m_leaves[row], view.boxes[row]);
+        if (hasLeft)
+            m_leaves[row] = grown(view.boxes[row], view.margin);
+        collectDueOf(uniqueId, hasLeft || (view.changes[row] & kRowRefiltered) != 0, due);
+    }
+}
+
+void PendingPairs::clear()
+{
+    m_set.clear();
+    std::vector<Aabb>().swap(m_leaves);
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,94 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/plugin/pair_sync/ghost_pairs.h"
+
+#include <BulletCollision/CollisionDispatch/btCollisionObject.h>
+
+#include <algorithm>
+#include <utility>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+bool isGhost(const Proxy& proxy)
+{
+    const auto* object = static_cast<const btCollisionObject*>(proxy.m_clientObject);
+    return object != nullptr && object->getInternalType() == btCollisionObject::CO_GHOST_OBJECT;
+}
+}  // namespace
+
+void GhostWatch::rescan()
+{
+    const std::lock_guard<std::mutex> lock(m_rescan);
+    const bool isInstalled = m_keeper.port().hasGhostCallback();
+    if (isInstalled == m_isWatching.load(std::memory_order_relaxed))
+        return;
+    m_shelf.clear();
+    if (isInstalled)
+    {
+        m_store.forEach(
+            [this](const Proxy* proxy, std::uint32_t row)
+            {
+                if (isGhost(*proxy))
+                    m_shelf.insert(row, m_store.table().box(row));
+            });
+    }
+    m_isWatching.store(isInstalled, std::memory_order_release);
+}
+
+void GhostWatch::add(const Proxy& proxy)
+{
+    if (!m_isWatching.load(std::memory_order_relaxed) || !isGhost(proxy))
+        return;
+    const std::uint32_t row = ProxyStore::rowOf(&proxy);
+    m_shelf.insert(row, m_store.table().box(row));
+}
+
+void GhostWatch::remove(const Proxy& proxy)
+{
+    const std::uint32_t row = ProxyStore::rowOf(&proxy);
+    if (m_shelf.contains(row))
+        m_shelf.erase(row);
+}
+
+void GhostWatch::addPairsNear(Proxy& proxy, const QueryIndex& index)
+{
+    const std::uint32_t row = ProxyStore::rowOf(&proxy);
+    const Aabb& box = m_store.table().box(row);
+    const bool isOneOfThem = m_shelf.contains(row);
+    if (isOneOfThem)
+        m_shelf.set(row, box);
+    if (!isValid(box))
+        return;
+    // Taken out of the member, because a callback of the application may move another proxy meanwhile.
+    std::vector<std::uint32_t> touched = std::move(m_touched);
+    touched.clear();
+    const auto note = [&](std::uint32_t other)
+    {
+        const Aabb& its = m_store.table().box(other);
+        if (other != row && isValid(its) && overlaps(its, box))
+            touched.push_back(m_store.table().uniqueId(other));
+    };
+    if (isOneOfThem)
+    {
+        index.forEachOverlap(box, note);
+    }
+    else
+    {
+        m_shelf.forEachOverlap(box, note);
+    }
+    std::sort(touched.begin(), touched.end());
+    const std::uint32_t uniqueId = uniqueIdOf(&proxy);
+    for (const std::uint32_t id : touched)
+    {
+        Proxy* other = m_store.find(id);
+        if (other != nullptr && m_store.find(uniqueId) == &proxy)
+            m_keeper.addAtOnce(proxy, *other);
+    }
+    m_touched = std::move(touched);
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,438 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/plugin/pair_sync/pair_sync.h"
+
+#include "cullet/base/trim_capacity.h"
+#include "cullet/broad/boxes/aabb_simd.h"
+#include "cullet/broad/log.h"
+#include "cullet/plugin/core/proxy_ids.h"
+#include "cullet/plugin/pair_sync/backend_choice.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+void sortUnique(Pairs& pairs)
+{
+    std::sort(pairs.begin(), pairs.end());
+    pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
+}
+
+/// Whether a box that has changed is where isCoarse().
+bool isAnyCoarse(const ProxyView& view)
+{
+    // All of them at once, since there nearly never is one.
+    Float4 most = {};
+    for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
+    {
+        const Aabb& box = view.boxes[view.dirty[i]];
+        for (const Float4& part : {loadFloat4(box.min), loadFloat4(box.min + 2)})
+        {
+            const Float4 magnitudes = part < 0 ? -part : part;
+            most = magnitudes > most ? magnitudes : most;
+        }
+    }
+    const float largest = std::max({most[0], most[1], most[2], most[3]});
+    return isCoarse({{largest, largest, largest}, {largest, largest, largest}}, view.margin) &&
+           std::any_of(view.dirty, view.dirty + view.dirtyCount,
+                       [&](std::uint32_t row)
+                       { return isValid(view.boxes[row]) && isCoarse(view.boxes[row], view.margin); });
+}
+
+/// Raises the flag for a scope; an exception lowers it too.
+class Scope
+{
+public:
+    explicit Scope(bool& flag) : m_flag(flag) { m_flag = true; }
+    ~Scope() { m_flag = false; }
+    Scope(const Scope&) = delete;
+    Scope& operator=(const Scope&) = delete;
+
+private:
+    bool& m_flag;
+};
+}  // namespace
+
+PairKeeper::PairKeeper(ProxyStore& store, btOverlappingPairCache* cache, std::unique_ptr<Backend> backend,
+                       const BroadphaseOptions& options)
+    : m_options(options), m_store(store), m_port(cache), m_backend(std::move(backend))
+{
+}
+
+void PairKeeper::setBackend(std::unique_ptr<Backend> backend)
+{
+    m_backend = std::move(backend);
+    m_isRestartDue = true;
+    m_wasInterrupted = true;
+}
+
+void PairKeeper::update(float margin, btDispatcher* dispatcher)
+{
+    if (m_isUpdating)
+        return;
+    const Scope updating(m_isUpdating);
+    ++m_updatesTotal;
+    if (!m_port.storesPairs())
+        return skipChanges();
+    noticeForeignChanges();
+    if (m_filter == nullptr)
+        m_store.refreshSomeFilters();
+    const ProxyView view = m_store.table().beginUpdate(margin, m_filter == nullptr);
+    if (!runBackend(view))
+        return;
+    // Lowered at the end, unless a callback interferes: after an exception the next update begins anew too, and all pairs that
+    // wait are due in it, since the changes that made some of them due are consumed.
+    m_isRestartDue = true;
+    const bool areAllDue = std::exchange(m_isAllDue, true);
+    m_wasInterrupted = false;
+    if (m_isCacheChanged)
+        holdBackTakenOut(view);
+    m_isCacheChanged = false;
+    collectDue(view, areAllDue);
+    collectApart(view, areAllDue);
+    m_store.endUpdate();
+    applyRemoved(margin, dispatcher);
+    applyAdded(margin);
+    m_expectedCount = m_port.count();
+    m_isAllDue = m_wasInterrupted;
+    m_isRestartDue = m_wasInterrupted;
+    trimRoom(m_delta.added);
+    trimRoom(m_delta.removed);
+    trimRoom(m_due);
+    trimRoom(m_apart);
+    trimRoom(m_scratch);
+    trimRoom(m_batch);
+}
+
+void PairKeeper::noticeForeignChanges()
+{
+    const btOverlapFilterCallback* filter = m_port.filterCallback();
+    if (filter != m_filter)
+    {
+        // Without a callback the backend drops pairs by group and mask, which a callback may let pass.
+        if (m_filter == nullptr)
+            m_isRestartDue = true;
+        m_isAllDue = true;
+        m_filter = filter;
+    }
+    // In a restart for another reason, pairs that the application took out cannot be told from those that are new.
+    const std::uint64_t foreignChanges = m_port.foreignChanges();
+    const bool isChanged = m_port.count() != m_expectedCount || foreignChanges != m_foreignChanges;
+    m_foreignChanges = foreignChanges;
+    if (m_isRestartDue || !isChanged)
+        return;
+    m_isCacheChanged = true;
+    m_isRestartDue = true;
+}
+
+bool PairKeeper::runBackend(const ProxyView& view)
+{
+    if (m_isRestartDue)
+        restartBackend();
+    const Status status = m_backend->update(view, m_delta);
+    if (status == Status::Ok)
+        return true;
+    m_isRestartDue = true;
+    replaceBackend(status);
+    restartBackend();
+    if (m_backend->update(view, m_delta) == Status::Ok)
+        return true;
+    log(LogLevel::Error, "the fallback backend failed too; pairs stay as they are until the next update");
+    m_isRestartDue = true;
+    return false;
+}
+
+void PairKeeper::replaceBackend(Status status)
+{
+    const std::string reason = status == Status::OutOfMemory ? "out of memory" : "device lost";
+    const std::string message = std::string("backend '") + m_backend->name() + "' failed (" + reason +
+                                "); the grid on the CPU takes over";
+    log(LogLevel::Warning, message.c_str());
+    m_backend = makeFallbackBackend(m_options);
+    ++m_fallbacksTotal;
+}
+
+void PairKeeper::restartBackend()
+{
+    m_scratch.clear();
+    const btBroadphasePairArray& cached = m_port.cache()->getOverlappingPairArray();
+    for (int i = 0; i < cached.size(); ++i)
+    {
+        // A cache that serves another broad phase too holds proxies that are not ours.
+        const btBroadphasePair& pair = cached[i];
+        if (!m_store.owns(pair.m_pProxy0) || !m_store.owns(pair.m_pProxy1))
+            continue;
+        // One that waited may have been added by the application.
+        m_pending.erase(pairOf(pair));
+        m_scratch.push_back(pairOf(pair));
+    }
+    m_scratch.insert(m_scratch.end(), m_pending.pairs().begin(), m_pending.pairs().end());
+    sortUnique(m_scratch);
+    m_backend->restart(m_scratch);
+    m_provisional.clear();
+    m_isRestartDue = false;
+    ++m_restartsTotal;
+}
+
+/// Whether a pair that the backend reports as new, when it has begun anew, was there before and is only missing in the cache.
+///
+/// Where a box has changed that cannot be known, nor from which place: such a pair comes, lest it be missed.
+bool PairKeeper::isTakenOut(Pair pair, const ProxyView& view) const
+{
+    const Proxy* first = m_store.find(pair.first);
+    const Proxy* second = m_store.find(pair.second);
+    return first != nullptr && second != nullptr && view.changes[ProxyStore::rowOf(first)] == kRowUnchanged &&
+           view.changes[ProxyStore::rowOf(second)] == kRowUnchanged;
+}
+
+void PairKeeper::holdBackTakenOut(const ProxyView& view)
+{
+    const auto isHeldBack = [&](Pair pair) { return isTakenOut(pair, view); };
+    for (const Pair pair : m_delta.added)
+    {
+        if (!isHeldBack(pair))
+            continue;
+        m_pending.insert(pair, ProxyStore::rowOf(m_store.find(pair.first)),
+                         ProxyStore::rowOf(m_store.find(pair.second)), PendingPairs::kRefused, view.boxes,
+                         view.margin);
+    }
+    m_delta.added.erase(std::remove_if(m_delta.added.begin(), m_delta.added.end(), isHeldBack),
+                        m_delta.added.end());
+}
+
+void PairKeeper::collectDue(const ProxyView& view, bool areAllDue)
+{
+    m_due.clear();
+    m_pending.collectDue(view, m_due);
+    if (areAllDue)
+        m_due = m_pending.pairs();
+    sortUnique(m_due);
+    // The backend no longer holds those that have separated: they do not wait any more, and are new when they come again.
+    const auto hasSeparated = [&](Pair pair)
+    { return std::binary_search(m_delta.removed.begin(), m_delta.removed.end(), pair); };
+    m_due.erase(std::remove_if(m_due.begin(), m_due.end(), hasSeparated), m_due.end());
+}
+
+/// Whether both boxes are valid: by its numbers an empty one may overlap an infinite one.
+bool PairKeeper::haveBoxes(const Proxy& first, const Proxy& second) const
+{
+    const ProxyTable& table = m_store.table();
+    return isValid(table.box(ProxyStore::rowOf(&first))) && isValid(table.box(ProxyStore::rowOf(&second)));
+}
+
+bool PairKeeper::areApart(Pair pair, float margin) const
+{
+    const Proxy* first = m_store.find(pair.first);
+    const Proxy* second = m_store.find(pair.second);
+    if (first == nullptr || second == nullptr)
+        return true;
+    return !haveBoxes(*first, *second) || areApartBy(*first, *second, margin);
+}
+
+/// Far from the origin a double box may leave another one by much more than the margin before the rounded boxes do so.
+///
+/// O(pairs) if a box has changed there or may have done so in an update that an exception ended, else nothing.
+void PairKeeper::collectApart(const ProxyView& view, bool areAllDue)
+{
+    m_apart.clear();
+    if (sizeof(btScalar) == sizeof(float) || !(areAllDue || isAnyCoarse(view)))
+        return;
+    const auto hasCoarseBox = [&](const btBroadphaseProxy* proxy)
+    { return isCoarse(toTableBox(proxy->m_aabbMin, proxy->m_aabbMax), view.margin); };
+    const btBroadphasePairArray& cached = m_port.cache()->getOverlappingPairArray();
+    for (int i = 0; i < cached.size(); ++i)
+    {
+        const btBroadphasePair& pair = cached[i];
+        if (areApartBy(*pair.m_pProxy0, *pair.m_pProxy1, view.margin) && m_store.owns(pair.m_pProxy0) &&
+            m_store.owns(pair.m_pProxy1) && (hasCoarseBox(pair.m_pProxy0) || hasCoarseBox(pair.m_pProxy1)))
+            m_apart.push_back(pairOf(pair));
+    }
+    sortUnique(m_apart);
+}
+
+/// Those that have just been removed from the cache, but not from the backend, wait.
+void PairKeeper::holdApart(float margin)
+{
+    for (const Pair pair : m_apart)
+    {
+        const Proxy* first = m_store.find(pair.first);
+        const Proxy* second = m_store.find(pair.second);
+        const bool isHeld = !std::binary_search(m_delta.removed.begin(), m_delta.removed.end(), pair);
+        if (first != nullptr && second != nullptr && isHeld && !m_provisional.contains(pair))
+            hold(pair, *first, *second, false, margin);
+    }
+}
+
+void PairKeeper::applyRemoved(float margin, btDispatcher* dispatcher)
+{
+    holdApart(margin);
+    m_scratch = m_apart;
+    for (const Pair pair : m_delta.removed)
+    {
+        if (!m_pending.erase(pair))
+            m_scratch.push_back(pair);
+    }
+    for (const Pair pair : m_provisional.pairs())
+    {
+        if (areApart(pair, margin))
+            m_scratch.push_back(pair);
+    }
+    if (m_provisional.size() != 0)
+    {
+        for (const Pair pair : m_scratch)
+            m_provisional.erase(pair);
+    }
+    // The parts are.
+    if (!std::is_sorted(m_scratch.begin(), m_scratch.end()))
+        sortUnique(m_scratch);
+    m_port.remove(m_scratch, m_store, dispatcher);
+}
+
+void PairKeeper::applyAdded(float margin)
+{
+    // Both are sorted, and no pair is in both: the backend holds the pending ones already.
+    m_scratch.resize(m_due.size() + m_delta.added.size());
+    std::merge(m_due.begin(), m_due.end(), m_delta.added.begin(), m_delta.added.end(), m_scratch.begin());
+    m_port.reserveMore(m_scratch.size());
+    if (m_port.canAddAtOneGo())
+    {
+        addAtOneGo(margin);
+        return;
+    }
+    for (const Pair pair : m_scratch)
+        tryAdd(pair, margin);
+}
+
+void PairKeeper::addAtOneGo(float margin)
+{
+    constexpr std::size_t kAhead = 12;  // pairs whose proxies are on their way from memory
+    m_batch.clear();
+    for (std::size_t i = 0; i < m_scratch.size(); ++i)
+    {
+        if (i + kAhead < m_scratch.size())
+            __builtin_prefetch(m_store.find(m_scratch[i + kAhead].second));
+        const Pair pair = m_scratch[i];
+        Proxy* first = m_store.find(pair.first);
+        Proxy* second = m_store.find(pair.second);
+        if (first == nullptr || second == nullptr || m_provisional.erase(pair))
+            continue;
+        const bool isExact = overlapsExactly(*first, *second);
+        if (isExact && passesFilter(first->filter(), second->filter()))
+        {
+            m_pending.erase(pair);
+            m_batch.push_back({first, second});
+        }
+        else
+        {
+            hold(pair, *first, *second, isExact, margin);
+        }
+    }
+    // Without memory for all of them the rest comes in the next update, which begins anew.
+    if (!m_port.addAtOneGo(m_batch))
+        m_wasInterrupted = true;
+}
+
+/// Whether the exact boxes overlap, after a callback may have done anything to them.
+bool PairKeeper::overlapNow(const Proxy& first, const Proxy& second) const
+{
+    return haveBoxes(first, second) && overlapsExactly(first, second);
+}
+
+void PairKeeper::tryAdd(Pair pair, float margin)
+{
+    Proxy* first = m_store.find(pair.first);
+    Proxy* second = m_store.find(pair.second);
+    if (first == nullptr || second == nullptr || m_provisional.erase(pair))
+        return;
+    const bool isExact = overlapNow(*first, *second);
+    const std::uint64_t withoutMemory = m_port.pairsWithoutMemory();
+    if (isExact && m_port.add(*first, *second))
+    {
+        m_pending.erase(pair);
+        return;
+    }
+    if (m_port.pairsWithoutMemory() != withoutMemory)
+    {
+        // No callback has refused it: it comes in the next update, which begins anew.
+        m_pending.erase(pair);
+        m_wasInterrupted = true;
+        return;
+    }
+    // The filter is the application's code, which may have destroyed one of the two.
+    if (m_store.find(pair.first) == first && m_store.find(pair.second) == second)
+        hold(pair, *first, *second, isExact, margin);
+}
+
+void PairKeeper::hold(Pair pair, const Proxy& first, const Proxy& second, bool isExact, float margin)
+{
+    m_pending.insert(pair, ProxyStore::rowOf(&first), ProxyStore::rowOf(&second),
+                     isExact ? PendingPairs::kRefused : PendingPairs::kNotExact, m_store.table().boxes(),
+                     margin);
+}
+
+void PairKeeper::addAtOnce(Proxy& a, Proxy& b)
+{
+    if (!overlapNow(a, b) || m_port.contains(a, b))
+        return;
+    Proxy& first = uniqueIdOf(&a) < uniqueIdOf(&b) ? a : b;
+    Proxy& second = uniqueIdOf(&a) < uniqueIdOf(&b) ? b : a;
+    const Pair pair = {uniqueIdOf(&first), uniqueIdOf(&second)};
+    const std::uint32_t rowFirst = ProxyStore::rowOf(&first);
+    const std::uint32_t rowSecond = ProxyStore::rowOf(&second);
+    const ProxyTable& table = m_store.table();
+    const bool isRefiltered = ((table.changes(rowFirst) | table.changes(rowSecond)) & kRowRefiltered) != 0;
+    if (!isRefiltered && m_pending.isFreshlyRefused(pair, rowFirst, rowSecond, table.boxes()))
+        return;
+    if (!m_port.add(first, second))
+        return;
+    ++m_expectedCount;
+    if (m_pending.erase(pair))
+        return;
+    // Without memory to remember it the next update takes it from the cache.
+    const bool wasRestartDue = std::exchange(m_isRestartDue, true);
+    m_provisional.insert(pair);
+    m_isRestartDue = wasRestartDue;
+}
+
+void PairKeeper::removePairsOf(Proxy& proxy, btDispatcher* dispatcher)
+{
+    const int before = m_port.count();
+    m_port.removePairsOf(proxy, dispatcher);
+    m_expectedCount += m_port.count() - before;
+    m_pending.eraseAllOf(uniqueIdOf(&proxy));
+    m_provisional.eraseAllOf(uniqueIdOf(&proxy));
+}
+
+void PairKeeper::skipChanges()
+{
+    m_store.table().beginUpdate(0.0f, false);
+    m_store.endUpdate();
+    m_isRestartDue = true;
+    m_isCacheChanged = false;
+    m_isAllDue = true;
+    m_wasInterrupted = true;
+}
+
+void PairKeeper::addTo(BroadphaseStats& stats) const
+{
+    stats.pairs = static_cast<std::uint64_t>(m_port.count());
+    stats.pendingPairs = m_pending.size();
+    stats.provisionalPairs = m_provisional.size();
+    stats.updatesTotal = m_updatesTotal;
+    stats.restartsTotal = m_restartsTotal;
+    stats.fallbacksTotal = m_fallbacksTotal;
+    stats.bytes += m_pending.bytes() + m_provisional.bytes() +
+                   (m_delta.added.capacity() + m_delta.removed.capacity() + m_due.capacity() +
+                    m_apart.capacity() + m_scratch.capacity()) *
+                       sizeof(Pair);
+    stats.backendName = m_backend->name();
+    stats.backend = m_backend->stats();
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

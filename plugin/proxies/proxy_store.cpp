@@ -1,0 +1,97 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/plugin/proxies/proxy_store.h"
+
+#include <algorithm>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+Aabb ProxyStore::countedBox(const btVector3& aabbMin, const btVector3& aabbMax) noexcept
+{
+    const Aabb box = toTableBox(aabbMin, aabbMax);
+    if (!isValid(box))
+        m_invalidBoxes.fetch_add(1, std::memory_order_relaxed);
+    return box;
+}
+
+Proxy* ProxyStore::create(const btVector3& aabbMin, const btVector3& aabbMax, void* client, Filter filter)
+{
+    const std::uint32_t uniqueId = nextUniqueId();
+    // Whatever may find no memory comes before the table, whose row nobody could take back.
+    const std::uint32_t row = m_table.reserveRow();
+    Proxy* proxy = m_pool.make(row);
+    m_directory.insert(uniqueId, row);
+    m_table.create(countedBox(aabbMin, aabbMax), uniqueId, filter);
+    m_nextUniqueId = uniqueId + 1;
+    static_cast<btBroadphaseProxy&>(*proxy) =
+        btBroadphaseProxy(aabbMin, aabbMax, client, filter.group, filter.mask);
+    proxy->knownFilter = filter;
+    proxy->m_uniqueId = static_cast<int>(uniqueId);
+    return proxy;
+}
+
+std::uint32_t ProxyStore::nextUniqueId() noexcept
+{
+    // 0 is that of free rows.
+    while (m_nextUniqueId == 0 || m_directory.find(m_nextUniqueId) != UidDirectory::kNoRow)
+        ++m_nextUniqueId;
+    return m_nextUniqueId;
+}
+
+void ProxyStore::destroy(Proxy* proxy) noexcept
+{
+    const std::uint32_t row = rowOf(proxy);
+    m_directory.erase(uniqueIdOf(proxy));
+    m_table.destroy(row);
+    proxy->m_clientObject = nullptr;
+    ++m_quarantinedCount;
+}
+
+void ProxyStore::setBox(Proxy* proxy, const btVector3& aabbMin, const btVector3& aabbMax)
+{
+    proxy->m_aabbMin = aabbMin;
+    proxy->m_aabbMax = aabbMax;
+    m_table.setBox(rowOf(proxy), countedBox(aabbMin, aabbMax));
+}
+
+void ProxyStore::refreshSomeFilters() noexcept
+{
+    const std::uint32_t size = m_table.size();
+    const std::uint32_t count = std::min(size, kFilterRows);
+    for (std::uint32_t i = 0; i < count; ++i)
+    {
+        if (m_nextFilterRow >= size)
+            m_nextFilterRow = 0;
+        // The proxy first: nearly always that is all there is to read.
+        Proxy* const proxy = m_pool.at(m_nextFilterRow);
+        if (!proxy->hasKnownFilter() && isValid(m_table.box(m_nextFilterRow)))
+            refreshFilter(proxy);
+        ++m_nextFilterRow;
+    }
+}
+
+Proxy* ProxyStore::find(std::uint32_t uniqueId) const noexcept
+{
+    const std::uint32_t row = m_directory.find(uniqueId);
+    return row == UidDirectory::kNoRow ? nullptr : m_pool.at(row);
+}
+
+void ProxyStore::endUpdate() noexcept
+{
+    m_table.endUpdate();
+    m_quarantinedCount = 0;
+}
+
+void ProxyStore::reset()
+{
+    m_table.clear();
+    m_pool.clear();
+    m_directory.clear();
+    m_nextUniqueId = 1;
+    m_quarantinedCount = 0;
+    m_nextFilterRow = 0;
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,101 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/proxy_table.h"
+#include "cullet/plugin/core/box_convert.h"
+#include "cullet/plugin/core/proxy_ids.h"
+#include "cullet/plugin/core/unique_id_map.h"
+#include "cullet/plugin/proxies/proxy_pool.h"
+
+#include <atomic>
+#include <cstdint>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+/// The living proxies: Bullet's structs, their rows in the table, their unique ids.
+///
+/// A destroyed proxy keeps its memory and its row until the table's next endUpdate(), because the backend still holds
+/// its pairs; its unique id is gone from the directory at once.
+class ProxyStore
+{
+public:
+    /// @param firstUniqueId of the first proxy; the next ones count on
+    explicit ProxyStore(std::uint32_t firstUniqueId = 1) : m_nextUniqueId(firstUniqueId) {}
+
+    /// Unique ids count on, past 2^32 - 1 from 1 on again, without those that live. May throw std::bad_alloc and then
+    /// changes nothing.
+    Proxy* create(const btVector3& aabbMin, const btVector3& aabbMax, void* client, Filter filter);
+    /// From here on it overlaps nothing and no query finds it; its own box stays as it is.
+    void hide(Proxy* proxy) noexcept { m_table.setBox(rowOf(proxy), kEmptyAabb); }
+    void destroy(Proxy* proxy) noexcept;
+
+    /// Stores the box in the proxy and, rounded outward to float, in the table.
+    void setBox(Proxy* proxy, const btVector3& aabbMin, const btVector3& aabbMax);
+
+    /// Takes over the filter words of the proxy, which applications write directly.
+    void refreshFilter(Proxy* proxy) noexcept
+    {
+        if (proxy->hasKnownFilter())
+            return;
+        proxy->knownFilter = {proxy->m_collisionFilterGroup, proxy->m_collisionFilterMask};
+        m_table.setFilter(rowOf(proxy), proxy->knownFilter);
+    }
+
+    /// refreshFilter() for some of the rows, others in the next call: for proxies that get no setAabb().
+    ///
+    /// O(1): kFilterRows rows a call, so that worlds of up to as many are seen as a whole.
+    void refreshSomeFilters() noexcept;
+
+    static std::uint32_t rowOf(const Proxy* proxy) noexcept { return ProxyPool::rowOf(proxy); }
+    Proxy* at(std::uint32_t row) const noexcept { return m_pool.at(row); }
+    /// The living proxy with the id, or null.
+    Proxy* find(std::uint32_t uniqueId) const noexcept;
+    /// Whether a proxy of any broad phase is a living one of this.
+    bool owns(const btBroadphaseProxy* proxy) const noexcept { return find(uniqueIdOf(proxy)) == proxy; }
+    bool isLive(std::uint32_t row) const noexcept { return m_directory.find(m_table.uniqueId(row)) == row; }
+
+    /// Calls visit(proxy, row) for every living proxy, by ascending row.
+    template <class Visit>
+    void forEach(Visit visit) const
+    {
+        for (std::uint32_t row = 0; row < m_table.size(); ++row)
+        {
+            if (isLive(row))
+                visit(m_pool.at(row), row);
+        }
+    }
+
+    /// Rows that wait for endUpdate().
+    std::uint32_t quarantinedCount() const noexcept { return m_quarantinedCount; }
+    void endUpdate() noexcept;
+
+    /// Begins with unique id 1 again. @pre no living proxy
+    void reset();
+
+    ProxyTable& table() noexcept { return m_table; }
+    const ProxyTable& table() const noexcept { return m_table; }
+    std::uint64_t invalidBoxesTotal() const noexcept
+    {
+        return m_invalidBoxes.load(std::memory_order_relaxed);
+    }
+    std::uint64_t bytes() const noexcept { return m_table.bytes() + m_pool.bytes() + m_directory.bytes(); }
+
+private:
+    static constexpr std::uint32_t kFilterRows = 4096;
+
+    std::uint32_t nextUniqueId() noexcept;
+    Aabb countedBox(const btVector3& aabbMin, const btVector3& aabbMax) noexcept;
+
+    ProxyTable m_table;
+    ProxyPool m_pool;
+    UidDirectory m_directory;
+    std::uint32_t m_nextUniqueId;
+    std::uint32_t m_quarantinedCount = 0;
+    std::uint32_t m_nextFilterRow = 0;
+    std::atomic<std::uint64_t> m_invalidBoxes{0};
+};
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

@@ -1,0 +1,129 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/plugin/proxies/queries.h"
+
+#include <LinearMath/btAabbUtil2.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+/// Without a destructor, so that it can be read until the thread's very end.
+thread_local bool isSpareGone = false;
+
+/// Memory that a thread keeps from query to query.
+struct Spare
+{
+    Spare() = default;
+    ~Spare() { isSpareGone = true; }
+    Spare(const Spare&) = delete;
+    Spare& operator=(const Spare&) = delete;
+
+    std::vector<std::uint32_t> ids;
+};
+
+/// The hits of one query, by unique id. The memory stays with the thread; a query inside a query gets fresh one.
+class Hits
+{
+public:
+    Hits()
+    {
+        if (std::vector<std::uint32_t>* ids = spare())
+            m_ids = std::move(*ids);
+        m_ids.clear();
+    }
+    ~Hits()
+    {
+        if (std::vector<std::uint32_t>* ids = spare())
+            *ids = std::move(m_ids);
+    }
+    Hits(const Hits&) = delete;
+    Hits& operator=(const Hits&) = delete;
+
+    void add(const Proxy& proxy) { m_ids.push_back(uniqueIdOf(&proxy)); }
+
+    void report(const ProxyStore& store, btBroadphaseAabbCallback& callback)
+    {
+        std::sort(m_ids.begin(), m_ids.end());
+        for (const std::uint32_t id : m_ids)
+        {
+            // Bullet ignores the callback's result, and so do its users, who return what they like.
+            if (const Proxy* proxy = store.find(id))
+                callback.process(proxy);
+        }
+    }
+
+private:
+    /// Null in queries from destructors of static objects, which run after those of the main thread's own.
+    static std::vector<std::uint32_t>* spare()
+    {
+        if (isSpareGone)
+            return nullptr;
+        thread_local Spare own;
+        return &own.ids;
+    }
+
+    std::vector<std::uint32_t> m_ids;
+};
+
+RaySegment toSegment(const btVector3& from, const btVector3& boxMin, const btVector3& boxMax,
+                     const btBroadphaseRayCallback& callback)
+{
+    RaySegment segment = {};
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        segment.origin[axis] = from[axis];
+        segment.inverseDirection[axis] = callback.m_rayDirectionInverse[axis];
+        segment.growMin[axis] = boxMin[axis];
+        segment.growMax[axis] = boxMax[axis];
+    }
+    segment.lambdaMax = callback.m_lambda_max;
+    return segment;
+}
+}  // namespace
+
+void testRay(const ProxyStore& store, const QueryIndex& index, const btVector3& from, const btVector3& boxMin,
+             const btVector3& boxMax, btBroadphaseRayCallback& callback)
+{
+    unsigned int signs[3];
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        // Bullet leaves the signs to the callback's author, who may have left them uninitialised: they are indices.
+        signs[axis] = callback.m_rayDirectionInverse[axis] < 0 ? 1 : 0;
+    }
+    Hits hits;
+    const auto test = [&](std::uint32_t row)
+    {
+        const Proxy& proxy = *store.at(row);
+        const btVector3 bounds[2] = {proxy.m_aabbMin - boxMax, proxy.m_aabbMax - boxMin};
+        btScalar entry = 0;
+        if (btRayAabb2(from, callback.m_rayDirectionInverse, signs, bounds, entry, btScalar(0),
+                       callback.m_lambda_max))
+            hits.add(proxy);
+    };
+    index.forEachOnRay(toSegment(from, boxMin, boxMax, callback), test);
+    hits.report(store, callback);
+}
+
+void testBox(const ProxyStore& store, const QueryIndex& index, const btVector3& boxMin,
+             const btVector3& boxMax, btBroadphaseAabbCallback& callback)
+{
+    Hits hits;
+    const auto test = [&](std::uint32_t row)
+    {
+        const Proxy& proxy = *store.at(row);
+        if (overlapsExactly(proxy.m_aabbMin, proxy.m_aabbMax, boxMin, boxMax))
+            hits.add(proxy);
+    };
+    index.forEachOverlap(toFloatBox(boxMin, boxMax), test);
+    hits.report(store, callback);
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

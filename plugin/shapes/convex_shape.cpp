@@ -1,0 +1,188 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/plugin/shapes/convex_shape.h"
+
+#include "cullet/narrow/build/hull_builder.h"
+
+#include <BulletCollision/CollisionShapes/btCapsuleShape.h>
+
+namespace cullet
+{
+inline namespace CULLET_PRECISION
+{
+namespace
+{
+using Vector = PosedShape::Vector;
+using Matrix = PosedShape::Matrix;
+
+/// The cores that every box, triangle, capsule and sphere is a linear image of: nothing has to be built per shape.
+struct UnitHulls
+{
+    Hull<btScalar> cube, triangle, segment, point;
+
+    UnitHulls()
+    {
+        std::vector<Vector> corners;
+        for (int i = 0; i < 8; ++i)
+            corners.emplace_back(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1);
+        cube = makeHull(corners);
+        triangle = makeHull<btScalar>({Vector(0, 0, 0), Vector(1, 0, 0), Vector(0, 1, 0)});
+        segment = makeHull<btScalar>({Vector(-1, 0, 0), Vector(1, 0, 0)});
+        point = makeHull<btScalar>({Vector(0, 0, 0)});
+    }
+};
+
+/// Never destroyed, as the hull cache.
+const UnitHulls& unitHulls()
+{
+    static const UnitHulls* const hulls = new UnitHulls;
+    return *hulls;
+}
+
+Matrix basisOf(const btTransform& transform)
+{
+    const btMatrix3x3& m = transform.getBasis();
+    Matrix basis;
+    for (int row = 0; row < 3; ++row)
+        basis.row(row) << m[row].x(), m[row].y(), m[row].z();
+    return basis;
+}
+
+std::optional<PosedShape> poseTriangle(const btTriangleShape& triangle, const btTransform& transform)
+{
+    if (!hasFiniteCorners(triangle))
+        return {};
+    const Vector a = toEigen(triangle.m_vertices1[0]);
+    const Vector ab = toEigen(triangle.m_vertices1[1]) - a;
+    const Vector ac = toEigen(triangle.m_vertices1[2]) - a;
+    Matrix corners;
+    // The third column is met by zeros only; it makes the map one that keeps sides.
+    corners << ab, ac, ab.cross(ac);
+    return PosedShape(unitHulls().triangle, basisOf(transform) * corners,
+                      toEigen(transform(triangle.m_vertices1[0])));
+}
+
+PosedShape poseCapsule(const btCapsuleShape& capsule, const btTransform& transform)
+{
+    const Matrix basis = basisOf(transform);
+    const int up = capsule.getUpAxis();
+    Matrix turned;
+    turned << basis.col(up) * capsule.getHalfHeight(), basis.col((up + 1) % 3), basis.col((up + 2) % 3);
+    return {unitHulls().segment, turned, toEigen(transform.getOrigin())};
+}
+
+std::optional<PosedShape> poseHullShape(const btConvexHullShape& shape, const btTransform& transform,
+                                        HullUse& use, std::uint64_t pass)
+{
+    const Hull<btScalar>* hull = use.hullOf(shape, pass);
+    if (hull == nullptr || hull->vertexCount() == 0)
+        return {};
+    return poseHull(*hull, shape, transform);
+}
+
+PosedShape poseStretched(const Hull<btScalar>& hull, const btVector3& stretch, const btTransform& transform)
+{
+    Components rows[3], origin, scale;
+    read(stretch, scale);
+    for (int i = 0; i < 3; ++i)
+    {
+        read(transform.getBasis()[i], rows[i]);
+        rows[i] *= scale;
+        Quad<btScalar>::clearLast(rows[i]);
+    }
+    read(transform.getOrigin(), origin);
+    Quad<btScalar>::clearLast(origin);
+    return {hull, rows, origin};
+}
+
+PosedShape poseBox(const btBoxShape& box, const btTransform& transform)
+{
+    if (isThinnerThanMargin(box))
+        return poseStretched(unitHulls().cube, thinBoxCore(box).halfExtents, transform);
+    return poseStretched(unitHulls().cube, box.getImplicitShapeDimensions(), transform);
+}
+}  // namespace
+
+BoxCore thinBoxCore(const btBoxShape& box)
+{
+    const btScalar own = box.getMarginNV();
+    btVector3 halfExtents = box.getImplicitShapeDimensions() + btVector3(own, own, own);
+    // An inverted box is a point.
+    halfExtents.setMax(btVector3(0, 0, 0));
+    const btScalar margin = btScalar(0.1) * halfExtents[halfExtents.minAxis()];
+    return {halfExtents - btVector3(margin, margin, margin), margin};
+}
+
+PosedShape poseHull(const Hull<btScalar>& hull, const btConvexShape& hullShape, const btTransform& transform)
+{
+    return poseStretched(hull, static_cast<const btConvexHullShape&>(hullShape).getLocalScalingNV(),
+                         transform);
+}
+
+bool canRunConcurrently(int shapeType)
+{
+    switch (convexKindOf(shapeType))
+    {
+        case ConvexKind::Foreign:
+            return false;
+        case ConvexKind::Support:
+            return shapeType == CYLINDER_SHAPE_PROXYTYPE || shapeType == CONE_SHAPE_PROXYTYPE ||
+                   shapeType == MULTI_SPHERE_SHAPE_PROXYTYPE ||
+                   shapeType == CONVEX_POINT_CLOUD_SHAPE_PROXYTYPE;
+        default:
+            return true;
+    }
+}
+
+std::optional<PosedShape> poseShape(const btConvexShape& shape, ConvexKind kind, const btTransform& transform,
+                                    HullUse& use, std::uint64_t pass)
+{
+    switch (kind)
+    {
+        case ConvexKind::Hull:
+            return poseHullShape(static_cast<const btConvexHullShape&>(shape), transform, use, pass);
+        case ConvexKind::Box:
+            return poseBox(static_cast<const btBoxShape&>(shape), transform);
+        case ConvexKind::Triangle:
+            return poseTriangle(static_cast<const btTriangleShape&>(shape), transform);
+        case ConvexKind::Capsule:
+            return poseCapsule(static_cast<const btCapsuleShape&>(shape), transform);
+        case ConvexKind::Sphere:
+            return PosedShape(unitHulls().point, basisOf(transform), toEigen(transform.getOrigin()));
+        default:
+            return {};
+    }
+}
+
+Eigen::Vector3d wayToOrigin(const Eigen::Vector3d& from, const btConvexShape& shape, ConvexKind kind,
+                            const btTransform& transform)
+{
+    const Eigen::Vector3d way = toEigen(transform.getOrigin()).cast<double>() - from;
+    if (kind != ConvexKind::Triangle)
+        return way;
+    const Vector corner = toEigen(static_cast<const btTriangleShape&>(shape).m_vertices1[0]);
+    return way + basisOf(transform).cast<double>() * corner.cast<double>();
+}
+
+bool stretchUnitHull(const btConvexShape& shape, const btTransform& transform, StretchedHull& stretched)
+{
+    static const btVector3 kUnit(1, 1, 1);
+    switch (shape.getShapeType())
+    {
+        case BOX_SHAPE_PROXYTYPE:
+        {
+            const auto& box = static_cast<const btBoxShape&>(shape);
+            if (isThinnerThanMargin(box))
+                return false;
+            stretched = {&unitHulls().cube, &box.getImplicitShapeDimensions(), &transform};
+            return true;
+        }
+        case SPHERE_SHAPE_PROXYTYPE:
+            stretched = {&unitHulls().point, &kUnit, &transform};
+            return true;
+        default:
+            return false;
+    }
+}
+}  // namespace CULLET_PRECISION
+}  // namespace cullet

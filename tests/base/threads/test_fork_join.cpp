@@ -1,0 +1,167 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/base/threads/fork_join.h"
+#include "cullet/base/threads/parallel_loops.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <new>
+#include <thread>
+#include <vector>
+
+namespace cullet::test
+{
+namespace
+{
+using Clock = std::chrono::steady_clock;
+
+/// A thread that comes back as often as it leaves.
+class Helper
+{
+public:
+    explicit Helper(TaskCrew& crew)
+        : m_thread(
+              [this, &crew]
+              {
+                  while (!m_isOver.load())
+                      crew.help();
+              })
+    {
+    }
+    ~Helper()
+    {
+        m_isOver.store(true);
+        m_thread.join();
+    }
+
+private:
+    std::atomic<bool> m_isOver{false};
+    std::thread m_thread;
+};
+
+/// A loop of two tasks, each of which waits for the other: only two threads can do it.
+void meet(TaskCrew& crew)
+{
+    std::atomic<int> there{0};
+    crew.run(2,
+             [&](unsigned, unsigned)
+             {
+                 ++there;
+                 while (there.load() < 2)
+                     std::this_thread::yield();
+             });
+}
+
+TEST(TaskCrew, EachTaskOfEachLoopIsDoneOnce)
+{
+    TaskCrew crew(3);
+    crew.open();
+    Helper first(crew);
+    Helper second(crew);
+    meet(crew);
+    std::vector<unsigned> counts(100);
+    for (unsigned loop = 1; loop <= 2000; ++loop)
+    {
+        // What is written between and before loops is there without further ado.
+        const unsigned tasks = loop % 100 + 1;
+        crew.run(tasks, [&](unsigned task, unsigned) { counts[task] = loop + task; });
+        for (unsigned task = 0; task < tasks; ++task)
+            counts[task] -= task;
+        crew.run(tasks, [&](unsigned task, unsigned) { ++counts[task]; });
+        for (unsigned task = 0; task < tasks; ++task)
+            ASSERT_EQ(counts[task], loop + 1) << "loop " << loop << ", task " << task;
+    }
+    crew.close();
+}
+
+TEST(TaskCrew, NobodyWaitsForAHelperThatDoesNotCome)
+{
+    TaskCrew crew(2);
+    crew.open();
+    unsigned count = 0;
+    crew.run(5, [&](unsigned task, unsigned) { count += task; });
+    EXPECT_EQ(count, 10u);
+    // One comes, finds nothing to do and leaves; its number is free again.
+    crew.help();
+    const Helper next(crew);
+    meet(crew);
+    crew.close();
+}
+
+TEST(TaskCrew, ThreadsWithoutANumberDoNothing)
+{
+    TaskCrew crew(2);
+    crew.open();
+    const Helper first(crew), second(crew), third(crew);
+    meet(crew);
+    std::atomic<bool> isBusy[2] = {};
+    std::atomic<bool> isShared{false};
+    for (int loop = 0; loop < 300; ++loop)
+        crew.run(20,
+                 [&](unsigned, unsigned thread)
+                 {
+                     if (isBusy[thread].exchange(true))
+                         isShared.store(true);
+                     for (const auto begin = Clock::now();
+                          Clock::now() - begin < std::chrono::microseconds(10);)
+                     {
+                     }
+                     isBusy[thread].store(false);
+                 });
+    EXPECT_FALSE(isShared.load());
+    crew.close();
+}
+
+TEST(TaskCrew, FailuresReachTheThreadThatRunsTheLoop)
+{
+    TaskCrew crew(2);
+    crew.open();
+    Helper helper(crew);
+    for (int loop = 0; loop < 100; ++loop)
+    {
+        std::atomic<int> there{0};
+        const auto failInBoth = [&](unsigned, unsigned)
+        {
+            ++there;
+            while (there.load() < 2)
+                std::this_thread::yield();
+            throw std::bad_alloc();
+        };
+        EXPECT_THROW(crew.run(2, failInBoth), std::bad_alloc);
+        meet(crew);
+    }
+    crew.close();
+}
+
+TEST(WorkerPool, LoopsTogetherGiveWhatLoopsAloneGive)
+{
+    WorkerPool workers(3);
+    std::vector<unsigned> counts(1000);
+    std::vector<unsigned> owners(3);
+    const auto countAll = [&]
+    {
+        for (int loop = 0; loop < 50; ++loop)
+        {
+            workers.run(1000, [&](unsigned task) { ++counts[task]; });
+            workers.run(7,
+                        [&](unsigned task, unsigned thread)
+                        {
+                            ++owners.at(thread);
+                            workers.run(2, [&](unsigned inner) { counts[2 * task + inner] += 1; });
+                        });
+        }
+    };
+    workers.together(countAll);
+    EXPECT_EQ(owners[0] + owners[1] + owners[2], 350u);
+    for (unsigned i = 0; i < counts.size(); ++i)
+        ASSERT_EQ(counts[i], i < 14 ? 100u : 50u) << i;
+    const auto fail = [&] { workers.run(4, [](unsigned) { throw std::bad_alloc(); }); };
+    EXPECT_THROW(workers.together(fail), std::bad_alloc);
+    workers.run(1000, [&](unsigned task) { ++counts[task]; });
+    workers.together(countAll);
+    EXPECT_EQ(counts.back(), 101u);
+}
+}  // namespace
+}  // namespace cullet::test

@@ -1,0 +1,331 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/base/threads/parallel_loops.h"
+#include "cullet/base/threads/thread_pool.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdint>
+#include <cstdlib>
+#include <memory>
+#include <mutex>
+#include <new>
+#include <optional>
+#include <pthread.h>
+#include <set>
+#include <thread>
+#include <vector>
+
+namespace cullet::test
+{
+namespace
+{
+constexpr std::chrono::seconds kLongEnough{60};
+
+/// A crew of the process's threads, of as many as a test wants: a WorkerPool has no more than there are cores.
+class SharedCrew
+{
+public:
+    explicit SharedCrew(unsigned threads)
+        : m_count(threads), m_helpers(HelperThreads::shared()), m_crew(threads), m_call(*m_helpers, m_crew)
+    {
+    }
+
+    /// Whether all take part in one loop: each task waits for all others.
+    bool meet()
+    {
+        const auto end = std::chrono::steady_clock::now() + kLongEnough;
+        std::atomic<unsigned> here{0};
+        const auto waitForAll = [&](unsigned, unsigned thread)
+        {
+            ++here;
+            while (here.load() < m_count && std::chrono::steady_clock::now() < end)
+            {
+                // One that was counted may just have left the loop before.
+                if (thread == 0)
+                    m_call.ask(m_count - 1);
+                std::this_thread::yield();
+            }
+        };
+        m_crew.open();
+        m_crew.run(m_count, waitForAll, [&] { m_call.ask(m_count - 1); });
+        m_crew.close();
+        m_call.end();
+        return std::chrono::steady_clock::now() < end;
+    }
+
+private:
+    unsigned m_count;
+    std::shared_ptr<HelperThreads> m_helpers;
+    TaskCrew m_crew;
+    HelperThreads::Call m_call;
+};
+
+TEST(HelperThreads, AsManyComeAsAreCalled)
+{
+    SharedCrew two(2);
+    SharedCrew five(5);
+    for (int loop = 0; loop < 200; ++loop)
+    {
+        ASSERT_TRUE(two.meet());
+        ASSERT_TRUE(five.meet());
+    }
+}
+
+TEST(HelperThreads, ComeAgainAfterTheyHaveSlept)
+{
+    SharedCrew crew(3);
+    for (int loop = 0; loop < 20; ++loop)
+    {
+        ASSERT_TRUE(crew.meet());
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    }
+}
+
+TEST(HelperThreads, EndWithTheLastPool)
+{
+    std::weak_ptr<HelperThreads> threads;
+    {
+        auto first = std::make_unique<SharedCrew>(3);
+        ASSERT_TRUE(first->meet());
+        WorkerPool second(2);
+        second.run(2, [](unsigned) {});
+        threads = HelperThreads::shared();
+        first.reset();
+        EXPECT_FALSE(threads.expired());
+    }
+    EXPECT_TRUE(threads.expired());
+    SharedCrew later(2);
+    EXPECT_TRUE(later.meet());
+}
+
+TEST(HelperThreads, AreSharedByWorldsOnSeveralThreads)
+{
+    constexpr unsigned kWorlds = 4, kLoops = 300, kTasks = 40;
+    std::vector<std::thread> worlds;
+    std::vector<std::uint64_t> sums(kWorlds);
+    for (unsigned world = 0; world < kWorlds; ++world)
+        worlds.emplace_back(
+            [&sums, world]
+            {
+                // Some that come and go, too.
+                std::optional<WorkerPool> workers;
+                for (unsigned loop = 0; loop < kLoops; ++loop)
+                {
+                    if (loop % 50 == 0)
+                        workers.emplace(2 + static_cast<int>(world));
+                    std::vector<unsigned> done(kTasks);
+                    workers->run(kTasks, [&](unsigned task) { done[task] += task; });
+                    for (const unsigned task : done)
+                        sums[world] += task;
+                }
+            });
+    for (std::thread& world : worlds)
+        world.join();
+    for (const std::uint64_t sum : sums)
+        EXPECT_EQ(sum, std::uint64_t{kLoops} * kTasks * (kTasks - 1) / 2);
+}
+
+TEST(HelperThreads, NobodyComesWhereTooManyCall)
+{
+    const auto threads = HelperThreads::shared();
+    std::vector<std::unique_ptr<TaskCrew>> crews;
+    std::vector<std::unique_ptr<HelperThreads::Call>> calls;
+    for (std::size_t crew = 0; crew < HelperThreads::kMostCrews; ++crew)
+    {
+        crews.push_back(std::make_unique<TaskCrew>(2));
+        crews.back()->open();
+        calls.push_back(std::make_unique<HelperThreads::Call>(*threads, *crews.back()));
+    }
+    WorkerPool workers(2);
+    unsigned owners = 0;
+    const auto note = [&](unsigned, unsigned thread) { owners |= 1u << thread; };
+    workers.run(100, note);
+    EXPECT_EQ(owners, 1u);
+    for (const auto& crew : crews)
+        crew->close();
+    calls.clear();
+    SharedCrew later(2);
+    EXPECT_TRUE(later.meet());
+}
+
+TEST(HelperThreads, NobodyComesLaterThanTheCallThatAskedForIt)
+{
+    HelperThreads threads;
+    TaskCrew closed(2);
+    for (int loop = 0; loop < 300; ++loop)
+    {
+        {
+            HelperThreads::Call call(threads, closed);
+            call.ask(1);
+        }
+        TaskCrew crew(2);
+        crew.open();
+        unsigned owners = 0;
+        {
+            HelperThreads::Call call(threads, crew);
+            const auto end = std::chrono::steady_clock::now() + std::chrono::microseconds(50);
+            const auto dawdle = [&](unsigned, unsigned thread)
+            {
+                owners |= 1u << thread;
+                while (std::chrono::steady_clock::now() < end)
+                    std::this_thread::yield();
+            };
+            crew.run(2, dawdle);
+            crew.close();
+        }
+        ASSERT_EQ(owners, 1u);
+    }
+}
+
+TEST(HelperThreads, FailuresReachTheCaller)
+{
+    WorkerPool workers(3);
+    const auto fail = [](unsigned task)
+    {
+        if (task == 5)
+            throw std::bad_alloc();
+    };
+    for (int loop = 0; loop < 50; ++loop)
+    {
+        EXPECT_THROW(workers.run(10, fail), std::bad_alloc);
+        std::atomic<unsigned> sum{0};
+        workers.run(10, [&](unsigned task) { sum += task; });
+        ASSERT_EQ(sum.load(), 45u);
+    }
+}
+
+#if defined(__unix__) && !defined(__SANITIZE_THREAD__)
+// A forked process has none of the threads. Its loops are done by the one that it has, and nothing waits for the others.
+TEST(HelperThreadsDeathTest, AForkedProcessGoesOnAlone)
+{
+    SharedCrew crew(3);
+    ASSERT_TRUE(crew.meet());
+    auto workers = std::make_unique<WorkerPool>(3);
+    workers->run(10, [](unsigned) {});
+    EXPECT_EXIT(
+        {
+            unsigned sum = 0;
+            workers->run(10, [&](unsigned task) { sum += task; });
+            workers.reset();
+            WorkerPool another(3);
+            another.run(10, [&](unsigned task) { sum += task; });
+            std::_Exit(sum == 90 ? 0 : 1);
+        },
+        testing::ExitedWithCode(0), "");
+    EXPECT_TRUE(crew.meet());
+}
+
+namespace
+{
+std::atomic<bool> isHeld{false}, isReleased{false};
+
+/// Keeps the thread that gets the signal, as a busy system does.
+void hold(int)
+{
+    isHeld = true;
+    while (!isReleased)
+    {
+    }
+}
+}  // namespace
+
+TEST(WorkerPool, DoesNotWaitForAHelperThatIsPutAsideBetweenLoops)
+{
+    ASSERT_NE(std::signal(SIGUSR1, hold), SIG_ERR);
+    const unsigned count = std::min(2u, std::thread::hardware_concurrency());
+    for (int round = 0; round < 20; ++round)
+    {
+        isHeld = isReleased = false;
+        WorkerPool workers(2);
+        std::atomic<unsigned> here{0};
+        pthread_t helper = pthread_self();
+        const auto meet = [&](unsigned, unsigned thread)
+        {
+            if (thread != 0)
+                helper = pthread_self();
+            for (++here; here < count;)
+                std::this_thread::yield();
+        };
+        const auto meetAndHold = [&]
+        {
+            workers.run(count, meet);
+            // It looks out for another loop, or sleeps already.
+            if (count == 2)
+                pthread_kill(helper, SIGUSR1);
+            while (count == 2 && !isHeld)
+                std::this_thread::yield();
+        };
+        workers.together(meetAndHold);
+        unsigned sum = 0;
+        workers.run(10, [&](unsigned task) { sum += task; });
+        EXPECT_EQ(sum, 45u);
+        isReleased = true;
+    }
+    std::signal(SIGUSR1, SIG_DFL);
+}
+#endif
+
+TEST(WorkerPool, KeepsLoopsOnTheCallingThreadThatAreTooShortForAnother)
+{
+    WorkerPool workers(8);
+    std::set<std::thread::id> threads;
+    std::set<unsigned> numbers;
+    workers.together(1.9 * WorkerPool::worth,
+                     [&]
+                     {
+                         EXPECT_EQ(workers.tasksFor(1000000, 1), 1u);
+                         workers.run(100,
+                                     [&](unsigned, unsigned number)
+                                     {
+                                         threads.insert(std::this_thread::get_id());
+                                         numbers.insert(number);
+                                     });
+                     });
+    EXPECT_EQ(threads, std::set<std::thread::id>{std::this_thread::get_id()});
+    EXPECT_EQ(numbers, std::set<unsigned>{0});
+}
+
+TEST(WorkerPool, GivesLoopsAsManyThreadsAsTheirWorkIsWorth)
+{
+    WorkerPool workers(8);
+    const auto expectTasks = [&](unsigned tasks) { EXPECT_EQ(workers.tasksFor(1000000, 1), tasks); };
+    expectTasks(8);
+    workers.together(5.5 * WorkerPool::worth,
+                     [&]
+                     {
+                         expectTasks(5);
+                         workers.limit(2 * WorkerPool::worth);
+                         expectTasks(2);
+                         workers.limit(100 * WorkerPool::worth);
+                         expectTasks(8);
+                         workers.limit(0);
+                         expectTasks(1);
+                     });
+    expectTasks(8);
+    const auto fail = [] { throw std::bad_alloc(); };
+    EXPECT_THROW(workers.together(0.0, fail), std::bad_alloc);
+    expectTasks(8);
+}
+
+TEST(WorkerPool, HasNoMoreThreadsThanTheMachineHasCores)
+{
+    WorkerPool workers(64);
+    std::mutex mutex;
+    std::set<std::thread::id> threads;
+    for (int loop = 0; loop < 20; ++loop)
+        workers.run(1000,
+                    [&](unsigned)
+                    {
+                        const std::lock_guard<std::mutex> lock(mutex);
+                        threads.insert(std::this_thread::get_id());
+                    });
+    EXPECT_EQ(workers.threads(), 64u);
+    EXPECT_LE(threads.size(), std::max(1u, std::thread::hardware_concurrency()));
+}
+}  // namespace
+}  // namespace cullet::test

@@ -1,0 +1,162 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/tests/broad/conformance/backend_cases.h"
+
+namespace cullet::test
+{
+namespace
+{
+/// The row grid, however small the scene.
+BackendCase grid(const char* name, GridOptions options = {})
+{
+    options.flatLimit = 0;
+    return {name, [options] { return makeGridBackend(options); }};
+}
+
+/// Flat up to so many rows, then the row grid.
+BackendCase flat(const char* name, std::uint32_t limit, bool baselineSimd = false)
+{
+    GridOptions options;
+    options.flatLimit = limit;
+    options.baselineSimd = baselineSimd;
+    return {name, [options] { return makeGridBackend(options); }};
+}
+
+BackendCase cells(const char* name, GridOptions options = {})
+{
+    options.layout = GridLayout::Cells;
+    return grid(name, options);
+}
+
+GridOptions withThreads(int count)
+{
+    GridOptions options;
+    options.threads = count;
+    return options;
+}
+
+GridOptions withBaselineSimd()
+{
+    GridOptions options;
+    options.baselineSimd = true;
+    return options;
+}
+
+GridOptions withBuckets(std::uint32_t count)
+{
+    GridOptions options;
+    options.bucketCount = count;
+    return options;
+}
+
+GridOptions withCellScale(float scale)
+{
+    GridOptions options;
+    options.cellScale = scale;
+    return options;
+}
+
+GridOptions withRebuildFraction(float fraction)
+{
+    GridOptions options;
+    options.rebuildFraction = fraction;
+    return options;
+}
+
+GridOptions withLevels(std::uint32_t levels)
+{
+    GridOptions options;
+    options.levels = levels;
+    return options;
+}
+
+GridOptions withoutSettling()
+{
+    GridOptions options;
+    options.settles = false;
+    return options;
+}
+
+GridOptions withPlacement(GridPlacement placement)
+{
+    GridOptions options;
+    options.placement = placement;
+    return options;
+}
+
+GridOptions withOneGrid(float rebuildFraction, float cellScale = 0)
+{
+    GridOptions options = withPlacement(GridPlacement::OneGrid);
+    options.rebuildFraction = rebuildFraction;
+    options.cellScale = cellScale;
+    return options;
+}
+
+GridOptions withStorage(GridStorage storage, std::uint32_t bucketCount = 0)
+{
+    GridOptions options = withBuckets(bucketCount);
+    options.storage = storage;
+    return options;
+}
+
+GridOptions withCountedPairs(float rebuildFraction)
+{
+    GridOptions options = withRebuildFraction(rebuildFraction);
+    options.countsPairs = true;
+    return options;
+}
+
+GridOptions withSimpleUpdate()
+{
+    GridOptions options = withRebuildFraction(1);
+    options.updatesByRemoveAndAdd = true;
+    return options;
+}
+}  // namespace
+
+const std::vector<BackendCase>& backendCases()
+{
+    static const std::vector<BackendCase> cases = {
+        {"Brute", [] { return makeBruteForceBackend(); }},
+        grid("Grid"),
+        grid("GridOneThread", withThreads(1)),
+        grid("GridTwoThreads", withThreads(2)),
+        grid("GridFourThreads", withThreads(4)),
+        grid("GridOneBucket", withBuckets(1)),
+        grid("GridSevenBuckets", withBuckets(7)),
+        grid("GridCellScaleOne", withCellScale(1)),
+        grid("GridCellScaleTwenty", withCellScale(20)),
+        grid("GridAlwaysRebuild", withRebuildFraction(0)),
+        grid("GridRebuildAtThirty", withRebuildFraction(0.3f)),
+        grid("GridNeverRebuild", withRebuildFraction(1)),
+        grid("GridNeverSettles", withoutSettling()),
+        grid("GridOneLevel", withLevels(1)),
+        grid("GridThreeLevels", withLevels(3)),
+        grid("GridBaselineSimd", withBaselineSimd()),
+        flat("Default", GridOptions::kMeasured),
+        flat("FlatBaselineSimd", 1u << 20, true),
+        flat("FlatUntilForty", 40),
+        cells("Cells"),
+        cells("CellsOneBucket", withBuckets(1)),
+        cells("CellsSevenBuckets", withBuckets(7)),
+        cells("CellsHalfWidth", withCellScale(0.5f)),
+        cells("CellsTwentyWide", withCellScale(20)),
+        cells("CellsAlwaysRebuild", withRebuildFraction(0)),
+        cells("CellsNeverRebuild", withRebuildFraction(1)),
+        cells("CellsSimpleUpdate", withSimpleUpdate()),
+        cells("CellsOpenAddressing", withStorage(GridStorage::OpenAddressing)),
+        cells("CellsArray", withStorage(GridStorage::Array)),
+        cells("CellsArrayOfSixtyFour", withStorage(GridStorage::Array, 64)),
+        cells("CellsOwnLevel", withPlacement(GridPlacement::OwnLevel)),
+        cells("CellsOnePoint", withPlacement(GridPlacement::OnePoint)),
+        cells("UniformGrid", withOneGrid(1)),
+        cells("UniformGridAlwaysRebuild", withOneGrid(0, 0.5f)),
+        cells("CellsCountedPairs", withCountedPairs(-1)),
+        cells("CellsCountedPairsNeverRebuild", withCountedPairs(1)),
+        {"LeGrand", [] { return makeLeGrandBackend(); }},
+        {"Sap", [] { return makeSapBackend(); }},
+        {"Psap", [] { return makeHostPsapBackend(); }},
+    };
+    return cases;
+}
+}  // namespace cullet::test

@@ -1,0 +1,23 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/grid/columns/column_soa.h"
+
+#include <vector>
+
+namespace cullet::test
+{
+/// The kernels of every instruction set that this processor runs.
+inline std::vector<const RowKernels*> kernelsHere()
+{
+    std::vector<const RowKernels*> kernels = {&kRowKernelsBaseline};
+#if defined(__x86_64__)
+    if (__builtin_cpu_supports("avx2") != 0)
+        kernels.push_back(&kRowKernelsAvx2);
+    if (__builtin_cpu_supports("avx512f") != 0)
+        kernels.push_back(&kRowKernelsAvx512);
+#endif
+    return kernels;
+}
+}  // namespace cullet::test

@@ -1,0 +1,338 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// Rows themselves: the kernels of every instruction set on the same rows, and which rows an update looks into.
+
+#include "cullet/broad/grid/column_grid_backend.h"
+#include "cullet/broad/grid/columns/column_builder.h"
+#include "cullet/broad/grid/columns/column_soa.h"
+#include "cullet/tests/broad/grid/column_kernels_here.h"
+#include "cullet/tests/support/boxes.h"
+#include "cullet/tests/support/random_world.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstring>
+#include <tuple>
+
+namespace cullet::test
+{
+namespace
+{
+using Hit = std::tuple<FlaggedId, FlaggedId, float>;
+using Hits = std::vector<Hit>;
+
+/// Receives what a kernel finds; a buffer that overflows hands on to it.
+struct Collector
+{
+    Hits hits;
+    PairBuffer buffer;
+
+    explicit Collector(float near, float deep)
+    {
+        buffer.near = near;
+        buffer.deep = deep;
+        buffer.context = this;
+        buffer.flush = [](void* context, const PairBuffer& found)
+        {
+            for (std::uint32_t i = 0; i < found.count; ++i)
+                static_cast<Collector*>(context)->add(found.first[i], found.second[i], found.gap[i]);
+        };
+    }
+
+    void add(FlaggedId a, FlaggedId b, float gap) { hits.emplace_back(std::min(a, b), std::max(a, b), gap); }
+
+    Hits take()
+    {
+        buffer.handOn();
+        std::sort(hits.begin(), hits.end());
+        return std::move(hits);
+    }
+};
+
+/// A row of random boxes, laid out by one set of kernels.
+struct RandomRow
+{
+    RandomRow(const RowKernels& kernels, Random& random, std::uint32_t firstId, std::uint32_t count,
+              bool isBounded, std::uint32_t sortedCount = 0)
+    {
+        std::vector<Aabb> boxes(firstId);
+        for (std::uint32_t i = 0; i < count; ++i)
+        {
+            boxes.push_back(boxAt(random.between(-30, 30), random.between(-2, 2), random.between(-2, 2),
+                                  random.chance(0.1f) ? 4.0f : 0.75f));
+            if (random.chance(0.02f))
+                boxes.back().max[0] = kInfinity;
+            ids.push_back((firstId + i) | flagged(0, random.chance(0.5f), random.chance(0.5f)));
+        }
+        ids.resize(count + 4);
+        pool.resize(count + 8);
+        soa = pool.row(0, ids.data(), count, isBounded);
+        RowBuilder().build(kernels,
+                           {ids.data(), count, sortedCount, boxes.data(), 0, -30, 30, 0.125f, nullptr}, soa);
+        for (std::uint32_t i = 0; isBounded && i < count; ++i)
+            soa.bounds[i] = static_cast<float>(soa.id[i] % 7) * 0.05f;
+        // Behind the sentinel there may be anything.
+        for (std::uint32_t i = count + 1; i < count + 8; ++i)
+            soa.x0[i] = soa.y0[i] = soa.z0[i] = -100.0f;
+    }
+
+    std::vector<FlaggedId> ids;
+    RowPool pool;
+    RowSoa soa;
+};
+
+float gapOf(const RowSoa& a, std::uint32_t i, const RowSoa& b, std::uint32_t j)
+{
+    return std::max({b.x0[j] - a.x1[i], a.x0[i] - b.x1[j], b.y0[j] - a.y1[i], a.y0[i] - b.y1[j],
+                     b.z0[j] - a.z1[i], a.z0[i] - b.z1[j]});
+}
+
+/// The definition, pair by pair.
+void addIfFound(const RowSoa& a, std::uint32_t i, const RowSoa& b, std::uint32_t j, Collector& out)
+{
+    const float gap = gapOf(a, i, b, j);
+    const bool isNear = a.bounds != nullptr ? std::abs(gap) <= a.bounds[i] + b.bounds[j]
+                                            : gap <= out.buffer.near && !(gap <= out.buffer.deep);
+    if (isNear && (a.id[i] | b.id[j]) >= kOwnsPair)
+        out.add(a.id[i], b.id[j], gap);
+}
+
+struct KernelCase
+{
+    const char* name;
+    float near;
+    float deep;
+    bool isBounded;
+};
+
+class RowKernelSets : public testing::TestWithParam<KernelCase>
+{
+};
+
+TEST_P(RowKernelSets, FindThePairsOfTheDefinitionWithEveryWidth)
+{
+    constexpr std::uint32_t kCounts[] = {2, 3, 15, 16, 17, 33, 700};
+    std::size_t hits = 0;
+    for (const RowKernels* kernels : kernelsHere())
+    {
+        SCOPED_TRACE(kernels->name);
+        Random random(31);
+        for (const std::uint32_t count : kCounts)
+        {
+            SCOPED_TRACE(count);
+            const RandomRow a(*kernels, random, 0, count, GetParam().isBounded);
+            const RandomRow b(*kernels, random, count, count / 2 + 1, GetParam().isBounded);
+            ASSERT_EQ(a.soa.count, count);
+            ASSERT_TRUE(std::is_sorted(a.soa.x0, a.soa.x0 + count));
+            Collector expected(GetParam().near, GetParam().deep);
+            Collector found(GetParam().near, GetParam().deep);
+            for (std::uint32_t i = 0; i < count; ++i)
+            {
+                for (std::uint32_t j = i + 1; j < count; ++j)
+                    addIfFound(a.soa, i, a.soa, j, expected);
+                for (std::uint32_t j = 0; j < b.soa.count; ++j)
+                    addIfFound(a.soa, i, b.soa, j, expected);
+            }
+            kernels->scanSelf(a.soa, found.buffer);
+            kernels->scanCross(a.soa, b.soa, found.buffer);
+            const Hits all = found.take();
+            ASSERT_EQ(all, expected.take());
+            hits += all.size();
+        }
+    }
+    EXPECT_GT(hits, 1000u * kernelsHere().size());
+}
+
+INSTANTIATE_TEST_SUITE_P(All, RowKernelSets,
+                         testing::Values(KernelCase{"Overlapping", 0, kReportAll, false},
+                                         KernelCase{"NearTouching", 0.25f, -0.25f, false},
+                                         KernelCase{"Bounded", 0.6f, kReportAll, true}),
+                         [](const auto& test) { return test.param.name; });
+
+TEST(RowKernelSets, AskedAboutOneBoxFindWhatOverlapsItBehindTheGivenEntry)
+{
+    std::size_t hits = 0;
+    for (const RowKernels* kernels : kernelsHere())
+    {
+        SCOPED_TRACE(kernels->name);
+        Random random(32);
+        const RandomRow row(*kernels, random, 0, 300, false);
+        const RandomRow queries(*kernels, random, 300, 40, false);
+        for (std::uint32_t i = 0; i < queries.soa.count; ++i)
+        {
+            // The sentinel is no entry: a question ends before infinity.
+            queries.soa.x1[i] = std::min(queries.soa.x1[i], std::numeric_limits<float>::max());
+            Collector expected(0, kReportAll);
+            Collector found(0, kReportAll);
+            for (std::uint32_t j = i; j < row.soa.count; ++j)
+                addIfFound(queries.soa, i, row.soa, j, expected);
+            kernels->scanOne(queries.soa, i, row.soa, i, found.buffer);
+            const Hits all = found.take();
+            ASSERT_EQ(all, expected.take()) << i;
+            hits += all.size();
+        }
+    }
+    EXPECT_GT(hits, 100u * kernelsHere().size());
+}
+
+struct Motions
+{
+    std::vector<std::uint32_t> octaves = std::vector<std::uint32_t>(256);
+    std::vector<std::uint32_t> strays;
+    std::vector<std::uint32_t> motions;  // as bits
+    float largest = 0;
+
+    bool operator==(const Motions& other) const
+    {
+        return octaves == other.octaves && strays == other.strays && motions == other.motions &&
+               largest == other.largest;
+    }
+};
+
+/// Empty, endless, far away, on the borders of cells, or anywhere.
+Aabb randomBox(Random& random)
+{
+    Aabb box = boxAt(random.between(-9, 9), random.between(-9, 9), random.between(-9, 9));
+    const std::uint32_t kind = random.below(12);
+    if (kind == 0)
+        box.max[random.below(3)] = kInfinity;
+    if (kind == 1)
+        box.min[random.below(3)] = kNan;
+    if (kind == 2)
+        box = translated(box, 0, 3e9f, -1e20f);
+    if (kind > 6)
+        box = cube(static_cast<float>(random.below(9)) - 4, static_cast<float>(random.below(4)));
+    return box;
+}
+
+Motions motionsBy(const RowKernels& kernels, int sweepAxis, const std::vector<Aabb>& now,
+                  const std::vector<Aabb>& then)
+{
+    std::vector<std::uint32_t> rows;
+    for (std::uint32_t row = 0; row < now.size(); row += 1 + row % 2)
+        rows.push_back(row);
+    Motions result;
+    result.strays.resize(rows.size());
+    std::vector<float> motions(now.size());
+    MotionSums sums = {result.octaves.data(), result.strays.data()};
+    kernels.compareBoxes({now.data(), then.data(), sweepAxis, 0.0625f, 0.5f, 2.0f, motions.data()},
+                         rows.data(), static_cast<std::uint32_t>(rows.size()), sums);
+    result.strays.resize(sums.strayCount);
+    result.largest = sums.largest;
+    result.motions.resize(motions.size());
+    std::memcpy(result.motions.data(), motions.data(), motions.size() * sizeof(float));
+    return result;
+}
+
+TEST(RowKernelSets, TellTheSameOfMotionsWithEveryWidth)
+{
+    Random random(34);
+    std::vector<Aabb> then;
+    std::vector<Aabb> now;
+    for (int i = 0; i < 4000; ++i)
+    {
+        then.push_back(randomBox(random));
+        const float stride = random.chance(0.5f) ? 0.25f : 1.0f;
+        now.push_back(random.chance(0.1f)
+                          ? randomBox(random)
+                          : translated(then.back(), random.between(-stride, stride), 0, stride));
+    }
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        const Motions expected = motionsBy(kRowKernelsBaseline, axis, now, then);
+        EXPECT_GT(expected.strays.size(), 500u);
+        EXPECT_LT(expected.strays.size(), 2500u);
+        EXPECT_GT(expected.largest, 0.9f);
+        EXPECT_GT(expected.octaves[255], 100u);
+        for (const RowKernels* kernels : kernelsHere())
+            EXPECT_TRUE(motionsBy(*kernels, axis, now, then) == expected)
+                << kernels->name << ", axis " << axis;
+    }
+}
+
+TEST(RowKernelSets, LocateTheSameWithEveryWidth)
+{
+    Random random(35);
+    std::vector<Aabb> boxes;
+    for (int i = 0; i < 2001; ++i)
+        boxes.push_back(randomBox(random));
+    boxes[7].max[2] = boxes[7].min[2] + 1000.0f;
+    using Cells = std::vector<std::int32_t>;
+    const auto locatedBy = [&](const RowKernels& kernels, int axis)
+    {
+        std::vector<Located> block(boxes.size());
+        std::vector<std::uint32_t> odd(boxes.size());
+        const LocatedCounts counts = kernels.locateBoxes(
+            {boxes.data(), nullptr, axis, 0.125f, 0.0625f, 0.5f, 1e9f, 8}, 0, 2001, block.data(), odd.data());
+        EXPECT_EQ(counts.plain + counts.odd, boxes.size());
+        Cells all(odd.begin(), odd.begin() + counts.odd);
+        for (std::uint32_t i = 0; i < counts.plain; ++i)
+        {
+            const TileRange& cells = block[i].cells;
+            all.insert(all.end(),
+                       {static_cast<std::int32_t>(block[i].id), cells.j0, cells.j1, cells.k0, cells.k1});
+        }
+        EXPECT_GT(counts.plain, 1000u);
+        EXPECT_GT(counts.odd, 200u);
+        EXPECT_LT(counts.odd, 800u);
+        return all;
+    };
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        const Cells expected = locatedBy(kRowKernelsBaseline, axis);
+        for (const RowKernels* kernels : kernelsHere())
+            EXPECT_EQ(locatedBy(*kernels, axis), expected) << kernels->name << ", axis " << axis;
+    }
+}
+
+/// Boxes of 1 in a cube, `movers` of which moved by more than their shells in each of the last updates.
+BackendStats statsOfMovers(std::uint32_t movers, int updates)
+{
+    GridOptions options;
+    options.threads = 1;
+    options.rebuildFraction = 1;  // settles at once
+    RowGridBackend grid(options);
+    ProxyTable table;
+    Random random(33);
+    for (std::uint32_t i = 0; i < 20000; ++i)
+        table.create(boxAt(random.between(0, 60), random.between(0, 60), random.between(0, 60)), i + 1,
+                     {1, -1});
+    PairDelta delta;
+    for (int update = 0; update < updates; ++update)
+    {
+        EXPECT_EQ(grid.update(table.beginUpdate(0.0625f, false), delta), Status::Ok);
+        table.endUpdate();
+        for (std::uint32_t i = 0; i < movers; ++i)
+            table.setBox(i * 37, translated(table.box(i * 37), 0.25f, 0.125f, 0));
+    }
+    return grid.stats();
+}
+
+TEST(RowWork, AnUpdateLooksIntoTheRowsOfThoseThatMoveOnly)
+{
+    const BackendStats few = statsOfMovers(20, 7);
+    EXPECT_STREQ(few.path, "incremental");
+    // A box of 1, and what its list reaches, touches at most four of the wider cells.
+    EXPECT_GE(few.cellsVisited, 20u);
+    EXPECT_LE(few.cellsVisited, 4u * 20u);
+    EXPECT_GT(few.candidates, 0u);
+    EXPECT_LT(few.candidates, 20u * 200u);
+    const BackendStats more = statsOfMovers(200, 7);
+    EXPECT_STREQ(more.path, "incremental");
+    EXPECT_GE(more.cellsVisited, 5 * few.cellsVisited);
+    EXPECT_LE(more.cellsVisited, 4u * 200u);
+    EXPECT_EQ(statsOfMovers(0, 7).candidates, 0u);
+}
+
+TEST(RowWork, AListOfNeighboursLastsWhileItsBoxIsInReach)
+{
+    const BackendStats stats = statsOfMovers(200, 6);
+    EXPECT_STREQ(stats.path, "incremental");
+    EXPECT_EQ(stats.cellsVisited, 0u);
+    EXPECT_GT(stats.candidates, 0u);
+    EXPECT_LT(stats.candidates, 200u * 20u);
+}
+}  // namespace
+}  // namespace cullet::test

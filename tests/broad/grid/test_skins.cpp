@@ -1,0 +1,184 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// Boxes that rest in their shells: kernels of every instruction set against the definition, and updates in which nearly all rest.
+
+#include "cullet/broad/grid/column_grid_backend.h"
+#include "cullet/broad/grid/resting/verlet_pairs.h"
+#include "cullet/broad/proxy_table.h"
+#include "cullet/tests/broad/grid/column_kernels_here.h"
+#include "cullet/tests/support/boxes.h"
+#include "cullet/tests/support/random.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace cullet::test
+{
+namespace
+{
+Aabb randomBox(Random& random, float side)
+{
+    return boxAt(random.between(0, side), random.between(0, side), random.between(0, side));
+}
+
+Aabb jittered(const Aabb& box, Random& random, float stride)
+{
+    return translated(box, random.between(-stride, stride), random.between(-stride, stride),
+                      random.between(-stride, stride));
+}
+
+TEST(Shells, KernelsFindTheBoxesOutsideOfTheirs)
+{
+    constexpr std::uint32_t kCount = 2003;
+    constexpr float kSlack = 0.25f;
+    Random random(51);
+    std::vector<Aabb> reference;
+    std::vector<Aabb> boxes;
+    for (std::uint32_t i = 0; i < kCount; ++i)
+    {
+        reference.push_back(randomBox(random, 9));
+        if (random.chance(0.05f))
+            reference.back().max[random.below(3)] = random.chance(0.5f) ? kInfinity : kNan;
+        // Many exactly on the edge of the shell; a face in eight boxes only.
+        boxes.push_back(reference.back());
+        if (random.chance(0.1f))
+            boxes.back().min[random.below(3)] -= random.chance(0.5f) ? kSlack : 1.5f * kSlack;
+        if (random.chance(0.02f))
+            boxes.back() = kEmptyAabb;
+    }
+    for (const RowKernels* kernels : kernelsHere())
+    {
+        for (const std::uint32_t begin : {0u, 5u, 1999u, kCount})
+        {
+            std::vector<std::uint32_t> expected;
+            for (std::uint32_t row = begin; row < kCount; ++row)
+            {
+                if (!isInsideShell(boxes[row], reference[row], kSlack))
+                    expected.push_back(row);
+            }
+            std::vector<std::uint32_t> outside(kCount);
+            outside.resize(kernels->findOutside({boxes.data(), reference.data(), kSlack}, begin, kCount,
+                                                outside.data()));
+            EXPECT_EQ(outside, expected) << kernels->name;
+            EXPECT_TRUE(begin != 0 || (expected.size() > 100 && expected.size() < 400));
+        }
+    }
+}
+
+TEST(Shells, KernelsFindEveryWatchedPairThatChanges)
+{
+    constexpr float kMargin = 0.125f;
+    using State = SettledPairs::State;
+    Random random(52);
+    std::vector<Aabb> boxes;
+    for (int i = 0; i < 300; ++i)
+        boxes.push_back(randomBox(random, 3));
+    boxes[7] = kEmptyAabb;
+    boxes[8].max[1] = kInfinity;
+    SettledPairs pairs;
+    pairs.add({0, 1}, State::Sure);
+    for (int i = 0; i < 4000; ++i)
+    {
+        constexpr State kStates[] = {State::Held, State::Open, State::Gone};
+        pairs.add({random.below(300), random.below(300)}, kStates[random.below(3)]);
+    }
+    const auto changes = [&](std::uint32_t index)
+    {
+        const Aabb& a = boxes[pairs.pair(index).a];
+        const Aabb& b = boxes[pairs.pair(index).b];
+        return (pairs.state(index) == State::Open && overlaps(a, b)) ||
+               (pairs.state(index) == State::Held && !overlapsWithMargin(a, b, kMargin));
+    };
+    const auto end = static_cast<std::uint32_t>(pairs.size());
+    std::vector<std::uint32_t> expected;
+    for (auto i = static_cast<std::uint32_t>(pairs.firstWatched()); i < end; ++i)
+    {
+        if (changes(i))
+            expected.push_back(i);
+    }
+    EXPECT_GT(expected.size(), 1000u);
+    EXPECT_LT(expected.size(), 3000u);
+    for (const RowKernels* kernels : kernelsHere())
+    {
+        std::vector<std::uint32_t> stirred(end);
+        stirred.resize(kernels->findStirred(pairs.watchSource(boxes.data(), kMargin),
+                                            static_cast<std::uint32_t>(pairs.firstWatched()), end,
+                                            stirred.data()));
+        EXPECT_EQ(stirred, expected) << kernels->name;
+    }
+}
+
+/// Every box of a heap jitters in each step; one or two leave their place, one has no or an endless box, one goes and another
+/// one comes in its row.
+class RestingHeap
+{
+public:
+    static constexpr std::uint32_t kCount = 1500;
+
+    RestingHeap()
+    {
+        for (std::uint32_t row = 0; row < kCount; ++row)
+        {
+            m_rest.push_back(randomBox(m_random, 12));
+            table.create(m_rest.back(), row + 1, {1, -1});
+        }
+    }
+
+    void step()
+    {
+        if (m_gone != kCount)
+            m_gone = table.create(m_rest[m_gone], m_nextId++, {1, -1});
+        const std::uint32_t leaver = m_random.below(kCount);
+        m_rest[leaver] = randomBox(m_random, 12);
+        m_gone = m_random.below(kCount);
+        for (std::uint32_t row = 0; row < kCount; ++row)
+        {
+            if (row != m_gone)
+                table.setBox(row, jittered(m_rest[row], m_random, 0.04f));
+        }
+        const std::uint32_t odd = m_random.below(kCount);
+        if (odd != m_gone)
+            table.setBox(odd, m_random.chance(0.5f) ? kEmptyAabb : cube(-kInfinity, 2));
+        table.destroy(m_gone);
+    }
+
+    ProxyTable table;
+
+private:
+    Random m_random{53};
+    std::vector<Aabb> m_rest;
+    std::uint32_t m_gone = kCount;
+    std::uint32_t m_nextId = kCount + 1;
+};
+
+TEST(Shells, UpdatesWhereNearlyAllRestTellEveryChange)
+{
+    GridOptions options;
+    options.threads = 1;
+    options.rebuildFraction = 1;  // settles at once, and stays
+    RowGridBackend grid(options);
+    const std::unique_ptr<Backend> brute = makeBruteForceBackend();
+    RestingHeap heap;
+    PairDelta found;
+    PairDelta expected;
+    std::size_t changes = 0;
+    std::uint64_t tests = 0;
+    for (int step = 0; step < 40; ++step)
+    {
+        const ProxyView view = heap.table.beginUpdate(0.125f, false);
+        ASSERT_EQ(grid.update(view, found), Status::Ok);
+        ASSERT_EQ(brute->update(view, expected), Status::Ok);
+        heap.table.endUpdate();
+        ASSERT_EQ(found.added, expected.added) << step;
+        ASSERT_EQ(found.removed, expected.removed) << step;
+        changes += step > 1 ? found.added.size() + found.removed.size() : 0;
+        tests += grid.stats().path == std::string("incremental") ? grid.stats().candidates : 0;
+        heap.step();
+    }
+    EXPECT_GT(changes, 1000u);
+    EXPECT_GT(tests, 10000u);
+}
+}  // namespace
+}  // namespace cullet::test

@@ -1,0 +1,145 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/psap/exec/host_exec.h"
+#include "cullet/broad/psap/search.h"
+#include "cullet/tests/support/boxes.h"
+#include "cullet/tests/support/pair_lists.h"
+#include "cullet/tests/support/random.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+namespace cullet::test
+{
+/// HostExec with lanes to spare, which remembers what was searched.
+class WatchedExec : public psap::HostExec
+{
+public:
+    using HostExec::HostExec;
+
+    bool hasSpareLanes() const { return true; }
+
+    template <std::uint32_t kSharers, class Step>
+    void forEachDealt(std::uint64_t bins, const Step& step, const psap::PairList& list)
+    {
+        ++searchesOfBins;
+        HostExec::forEachDealt<kSharers>(bins, step, list);
+    }
+
+    template <class Step>
+    void searchTiles(const Step& step, const psap::PairList& list)
+    {
+        ++searchesOfTiles;
+        lastShape = step.shape;
+        HostExec::searchTiles(step, list);
+    }
+
+    bool canSearchTiles(const psap::TileShape& shape) const { return shape.tiles <= mostTiles; }
+
+    int searchesOfBins = 0;
+    int searchesOfTiles = 0;
+    psap::TileShape lastShape{};
+    std::uint32_t mostTiles = psap::TileShape::kMostTiles;
+};
+
+/// A search that finds every pair, again and again.
+class WatchedSearch
+{
+public:
+    explicit WatchedSearch(const PsapOptions& options = {}) : exec(options), m_search(options) {}
+    explicit WatchedSearch(PsapOrder order, PsapExecutor executor = PsapExecutor::InOrder)
+        : WatchedSearch(optionsOf(order, executor))
+    {
+    }
+
+    /// @return all pairs in order, found by counting where a bin or a tile was full
+    Pairs find(const std::vector<Aabb>& boxes, std::uint64_t expectedPairs = 0)
+    {
+        m_search.look(exec);
+        m_search.build(exec, {boxes.data(), boxes.size(), &m_count, expectedPairs});
+        emit();
+        m_search.planAhead(exec);
+        m_wasFull = m_count == psap::kSpilled;
+        if (m_wasFull)
+        {
+            m_search.buildByCounting(exec, boxes.data());
+            emit();
+        }
+        EXPECT_LE(m_count, m_found.size());
+        return inOrder({m_found.begin(), m_found.begin() + static_cast<std::ptrdiff_t>(m_count)});
+    }
+
+    /// Whether find() of the same would make the launches of the last one once more.
+    bool isRepeatable(const std::vector<Aabb>& boxes, std::uint64_t expectedPairs)
+    {
+        m_search.look(exec);
+        return m_search.isRepeatable(exec, {boxes.data(), boxes.size(), &m_count, expectedPairs});
+    }
+    std::uint32_t launches() const { return m_search.launches(); }
+
+    /// The same once more, as where the list was too short.
+    Pairs findAgain()
+    {
+        m_count = 0;
+        emit();
+        return inOrder({m_found.begin(), m_found.begin() + static_cast<std::ptrdiff_t>(m_count)});
+    }
+
+    bool wasFull() const { return m_wasFull; }
+    int searchesOfBins() const { return exec.searchesOfBins; }
+    int searchesOfTiles() const { return exec.searchesOfTiles; }
+
+    WatchedExec exec;
+
+private:
+    static PsapOptions optionsOf(PsapOrder order, PsapExecutor executor)
+    {
+        PsapOptions options;
+        options.order = order;
+        options.executor = executor;
+        options.threads = 3;
+        return options;
+    }
+
+    void emit() { m_search.emit(exec, psap::EveryPair{}, {m_found.data(), m_found.size(), &m_count}); }
+
+    psap::Search<WatchedExec> m_search;
+    std::vector<IdPair> m_found = std::vector<IdPair>(1u << 20);
+    std::uint64_t m_count = 0;
+    bool m_wasFull = false;
+};
+
+/// Unit cubes in a block of space with these sides, relative to each other; one for each `volume`.
+inline std::vector<Aabb> cubesIn(std::uint32_t count, float volume, Random& random, float x = 1, float y = 1,
+                                 float z = 1)
+{
+    const float side = std::cbrt(volume * static_cast<float>(count) / (x * y * z));
+    std::vector<Aabb> boxes;
+    for (std::uint32_t i = 0; i < count; ++i)
+        boxes.push_back(
+            boxAt(random.between(0, x * side), random.between(0, y * side), random.between(0, z * side)));
+    return boxes;
+}
+
+/// Makes some of 1,000 boxes such as a plan for unit cubes does not foresee: larger ones, far away ones, unbounded and invalid.
+inline void makeSomeUnplanned(std::vector<Aabb>& boxes, Random& random)
+{
+    for (std::uint32_t i = 0; i < 10; ++i)
+        boxes[100 * i] = boxAt(random.between(0, 16), random.between(0, 16), random.between(0, 16), 1.5f);
+    for (std::uint32_t i = 0; i < 3; ++i)
+        boxes[100 * i + 1] = boxAt(random.between(-1e6f, 1e6f), 0, 0, 40);
+    boxes[7] = boxes[8] = boxAt(1e7f, 0, 0);
+    boxes[9] = {{-kInfinity, -kInfinity, -1}, {kInfinity, kInfinity, 1}};
+    boxes[10] = {{kNan, 0, 0}, {1, 1, 1}};
+}
+
+inline Pairs pairsByCounting(const std::vector<Aabb>& boxes)
+{
+    return WatchedSearch(PsapOrder::Counting).find(boxes);
+}
+}  // namespace cullet::test

@@ -1,0 +1,349 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// The changes of an update named by unique ids: in order whichever way they are sorted.
+
+#include "cullet/broad/psap/exec/host_exec.h"
+#include "cullet/broad/psap/update/delta_output.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <numeric>
+#include <random>
+#include <vector>
+
+namespace cullet::test
+{
+namespace
+{
+using psap::ChangeLists;
+using psap::ChangeNames;
+using psap::Counters;
+using psap::LookupTable;
+using psap::OrderBucket;
+using psap::RankChange;
+using psap::Tally;
+
+/// HostExec that counts what it sorted and sent.
+class WatchedExec : public psap::HostExec
+{
+public:
+    using HostExec::HostExec;
+
+    void sortKeys(const std::uint64_t* keys, std::uint64_t* sorted, std::uint64_t count, int firstBit,
+                  int endBit)
+    {
+        ++sorts;
+        HostExec::sortKeys(keys, sorted, count, firstBit, endBit);
+    }
+    template <class T>
+    void scan(const T* in, T* out, std::uint64_t count)
+    {
+        ++scans;
+        HostExec::scan(in, out, count);
+    }
+    using HostExec::mappedForWriting;
+    Pair* mappedForWriting(Pair* list, std::uint64_t count)
+    {
+        ++lists;
+        return HostExec::mappedForWriting(list, count);
+    }
+    template <class T>
+    bool canReach(const T*, std::uint64_t) const
+    {
+        return canLock;
+    }
+
+    int sorts = 0;
+    int scans = 0;
+    int lists = 0;  ///< of changes that were to be written
+    bool canLock = true;
+};
+
+/// Rows of boxes, and their unique ids in another order.
+class Names : public ::testing::Test
+{
+protected:
+    explicit Names(std::uint32_t rows = 20000, std::uint32_t firstId = 1, std::uint64_t expected = 17000)
+        : m_ids(rows), m_names(expected)
+    {
+        std::iota(m_ids.begin(), m_ids.end(), firstId);
+        std::shuffle(m_ids.begin(), m_ids.end(), m_random);
+    }
+
+    /// `count` different pairs of neighbouring rows.
+    std::vector<IdPair> chain(std::uint32_t count, std::uint32_t distance = 1) const
+    {
+        std::vector<IdPair> pairs(count);
+        for (std::uint32_t i = 0; i < count; ++i)
+            pairs[i] = {i, i + distance};
+        return pairs;
+    }
+
+    /// Pairs of the row with the least id and others.
+    std::vector<IdPair> star(std::uint32_t count) const
+    {
+        const auto least =
+            static_cast<std::uint32_t>(std::min_element(m_ids.begin(), m_ids.end()) - m_ids.begin());
+        std::vector<IdPair> pairs;
+        for (std::uint32_t row = 0; pairs.size() < count; ++row)
+        {
+            if (row != least)
+                pairs.push_back({row, least});
+        }
+        return pairs;
+    }
+
+    /// @param room of the list of pairs that are held
+    void expectNamed(const std::vector<IdPair>& added, const std::vector<IdPair>& removed,
+                     std::uint64_t room = 100000)
+    {
+        const std::uint32_t largest = *std::max_element(m_ids.begin(), m_ids.end());
+        Counters counters{};
+        counters.lists.added = added.size();
+        counters.lists.removed = removed.size();
+        counters.lists.kept = 1;
+        const std::uint32_t sides = 77;
+        std::vector<std::uint64_t> slots(64, 5);
+        Tally next{};
+        next.counters.lists.removed = next.motion = 3;
+        m_held.assign(room, IdPair{0, 0});
+        std::vector<float> depths(room, 7.0f);
+        const ChangeLists lists = {added.data(),
+                                   added.size(),
+                                   removed.data(),
+                                   m_held.data(),
+                                   depths.data(),
+                                   m_held.size(),
+                                   LookupTable{slots.data(), slots.size() - 1, &counters.lists.lookups},
+                                   &counters,
+                                   &sides,
+                                   m_ids.data(),
+                                   &next};
+        PairDelta& delta = m_delta;
+        m_exec.sorts = m_exec.scans = m_exec.lists = 0;
+        m_names.enqueue(m_exec, lists, largest, delta);
+        EXPECT_EQ(m_names.counters().lists.added, added.size());
+        EXPECT_EQ(m_names.counters().side, sides);
+        EXPECT_EQ(next.counters.lists.removed + next.motion, 0u);
+        m_names.take(m_exec, lists, largest, false, delta);
+        EXPECT_EQ(delta.added, named(added));
+        EXPECT_EQ(delta.removed, named(removed));
+        EXPECT_EQ(slots, std::vector<std::uint64_t>(64, LookupTable::kFree));
+        for (std::size_t i = 0; i < added.size(); ++i)
+            ASSERT_TRUE(m_held[i + 1].a == added[i].a && m_held[i + 1].b == added[i].b && depths[i + 1] == 0)
+                << i;
+    }
+
+    /// How often the last call sent both lists of changes.
+    int askings() const { return m_exec.lists / 2; }
+
+    /// The lists of changes are other ones from now on.
+    void takeOtherLists() { m_delta = {}; }
+    void lockNoLists() { m_exec.canLock = false; }
+    const Pair* addedList() const { return m_delta.added.data(); }
+
+    /// Whether the last call put changes in order by buckets alone.
+    bool wentByBuckets() const { return m_exec.sorts == 0 && m_exec.scans > 0; }
+    /// Whether it compared all changes with each other.
+    bool wereRanked() const { return m_exec.sorts == 0 && m_exec.scans == 0; }
+
+    void recover() { m_names.recover(); }
+
+    std::uint32_t lesserId(IdPair pair) const { return std::min(m_ids[pair.a], m_ids[pair.b]); }
+
+private:
+    Pairs named(const std::vector<IdPair>& pairs) const
+    {
+        Pairs names;
+        for (const IdPair& pair : pairs)
+            names.push_back({lesserId(pair), std::max(m_ids[pair.a], m_ids[pair.b])});
+        std::sort(names.begin(), names.end());
+        return names;
+    }
+
+    std::mt19937 m_random{7};
+    std::vector<std::uint32_t> m_ids;
+    WatchedExec m_exec{PsapOptions{}};
+    std::vector<IdPair> m_held;
+    PairDelta m_delta;
+    ChangeNames<WatchedExec> m_names;
+};
+
+/// Where few changes are expected.
+class FewNames : public Names
+{
+protected:
+    FewNames() : Names(20000, 1, 600) {}
+};
+
+/// Ids that take all bits of a key.
+class LargeNames : public Names
+{
+protected:
+    LargeNames() : Names(20000, 0xffff0000u, 17000) {}
+};
+}  // namespace
+
+TEST_F(Names, ChangesOfManyBoxesAreNotSorted)
+{
+    for (int update = 0; update < 3; ++update)
+    {
+        expectNamed(chain(9000), chain(8000, 2));
+        EXPECT_TRUE(wentByBuckets());
+        EXPECT_EQ(askings(), 1);
+    }
+    expectNamed(chain(9000), {});
+    EXPECT_TRUE(wentByBuckets());
+    expectNamed({}, chain(9000, 3));
+    EXPECT_TRUE(wentByBuckets());
+    expectNamed({}, {});
+    EXPECT_TRUE(wentByBuckets());
+}
+
+TEST_F(FewNames, FewChangesAreRanked)
+{
+    expectNamed(chain(100), chain(50, 2));
+    EXPECT_TRUE(wereRanked());
+    expectNamed({}, {});
+    EXPECT_TRUE(wereRanked());
+    expectNamed(star(600), {});
+    EXPECT_TRUE(wereRanked());
+    expectNamed({}, star(599));
+    EXPECT_TRUE(wereRanked());
+    expectNamed(chain(600), star(600));
+    EXPECT_TRUE(wereRanked());
+    EXPECT_EQ(askings(), 1);
+    // Fewer than a change has indices, as many, and more.
+    for (const std::uint32_t count :
+         {1u, RankChange::kShares - 1, RankChange::kShares, RankChange::kShares + 1, 599u})
+    {
+        expectNamed(star(count), chain(600));
+        EXPECT_TRUE(wereRanked()) << count;
+    }
+    expectNamed(chain(1000), star(1100));
+    EXPECT_FALSE(wereRanked());
+    EXPECT_EQ(askings(), 3) << "more than expected, and too many of one box";
+}
+
+TEST_F(FewNames, MoreChangesThanExpectedAreAskedForAgainAndThenExpected)
+{
+    expectNamed(chain(600), chain(601, 2));
+    EXPECT_EQ(askings(), 2);
+    expectNamed(chain(600), chain(700, 2));
+    EXPECT_EQ(askings(), 1);
+    expectNamed(chain(9000), chain(8000, 2));
+    EXPECT_EQ(askings(), 2);
+    expectNamed(chain(10), {});
+    EXPECT_EQ(askings(), 1);
+    expectNamed(chain(601), {});
+    EXPECT_EQ(askings(), 2) << "few are expected again";
+}
+
+TEST_F(FewNames, APairThatFindsNoRoomAmongTheHeldIsNamedAllTheSame)
+{
+    expectNamed(chain(600), chain(300, 2), 601);
+    EXPECT_EQ(askings(), 1);
+}
+
+TEST_F(Names, ABoxWithMoreChangesThanABucketHasRoomForIsNamedAsWell)
+{
+    for (const std::uint64_t ofOne : {OrderBucket::kOverfull - 1, OrderBucket::kOverfull})
+    {
+        expectNamed(star(static_cast<std::uint32_t>(ofOne)), {});
+        EXPECT_EQ(askings(), ofOne < OrderBucket::kOverfull ? 1 : 2) << ofOne;
+    }
+}
+
+TEST_F(Names, AfterABoxWithManyChangesBucketsAreTriedAgainOnlyLater)
+{
+    expectNamed(chain(9000), {});
+    expectNamed(star(9000), {});
+    EXPECT_FALSE(wentByBuckets());
+    int updates = 0;
+    do
+    {
+        expectNamed(chain(9000), {});
+        ++updates;
+    } while (!wentByBuckets() && updates < 100);
+    EXPECT_EQ(updates, 16);
+}
+
+TEST_F(Names, BucketsAreEmptyAfterAnUpdateThatFailed)
+{
+    expectNamed(chain(9000), chain(8000, 2));
+    expectNamed(chain(8000), chain(9000, 2));
+    recover();
+    expectNamed(chain(9000), chain(8000, 2));
+    EXPECT_TRUE(wentByBuckets());
+}
+
+TEST_F(Names, ChangesOfOtherBoxesThanBeforeAreInOrder)
+{
+    // Boxes with large ids, then with small ones, and all.
+    std::vector<IdPair> large, small;
+    for (const IdPair& pair : chain(9000))
+    {
+        if (lesserId(pair) > 15000)
+            large.push_back(pair);
+        else if (lesserId(pair) < 5000)
+            small.push_back(pair);
+    }
+    ASSERT_GT(small.size(), 1000u);
+    ASSERT_GT(large.size(), 300u);
+    for (int round = 0; round < 2; ++round)
+    {
+        expectNamed(large, {});
+        expectNamed(small, {});
+        expectNamed(chain(9000), chain(8000, 2));
+    }
+}
+
+TEST_F(Names, AFewSmallerIdsThanBeforeComeFirst)
+{
+    std::vector<IdPair> large, few;
+    for (const IdPair& pair : chain(9000))
+    {
+        if (lesserId(pair) > 15000)
+            large.push_back(pair);
+        else if (lesserId(pair) < 5000 && few.size() < 5)
+            few.push_back(pair);
+    }
+    ASSERT_GT(large.size(), 300u);
+    ASSERT_EQ(few.size(), 5u);
+    expectNamed(large, large);
+    // The buckets are for ids like those, and one of them takes all that are smaller.
+    few.insert(few.end(), large.begin(), large.end());
+    expectNamed(few, few);
+    EXPECT_TRUE(wentByBuckets());
+    EXPECT_EQ(askings(), 1);
+}
+
+TEST_F(Names, ListsThatComeBackAreWrittenWithoutACopy)
+{
+    expectNamed(chain(9000), chain(8000, 2));
+    const Pair* list = addedList();
+    for (int update = 0; update < 3; ++update)
+    {
+        expectNamed(chain(9000 - static_cast<std::uint32_t>(update)), chain(8000, 2));
+        EXPECT_EQ(addedList(), list);
+    }
+    takeOtherLists();
+    expectNamed(chain(8000), chain(9000, 2));
+    expectNamed(chain(8000), chain(9000, 2));
+    lockNoLists();
+    expectNamed(chain(8000, 2), chain(9000));
+    expectNamed(chain(8000), chain(9000, 2));
+}
+
+TEST_F(LargeNames, TheLargestIdsAreInOrder)
+{
+    expectNamed(chain(9000), chain(8000, 2));
+    expectNamed(chain(9000), chain(8000, 2));
+    EXPECT_TRUE(wentByBuckets());
+    expectNamed(star(9000), {});
+    EXPECT_FALSE(wentByBuckets());
+}
+}  // namespace cullet::test

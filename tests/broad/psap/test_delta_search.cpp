@@ -1,0 +1,281 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// What changes between sets of boxes in an executor's memory, against every pair.
+
+#include "cullet/broad/psap/delta_search.h"
+#include "cullet/broad/psap/exec/host_exec.h"
+#include "cullet/tests/support/delta_oracle.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+namespace cullet::test
+{
+namespace
+{
+/// A program with boxes in the memory of a HostExec.
+class HostDeltas
+{
+public:
+    explicit HostDeltas(const PsapOptions& options) : m_exec(options), m_search(options) {}
+
+    FoundDeltas operator()(const std::vector<Aabb>& boxes)
+    {
+        m_boxes = boxes;
+        m_search.prepare(m_exec, m_boxes.data(), m_boxes.size());
+        m_search.launch(m_exec);
+        m_search.planAhead(m_exec);
+        // Somebody is quick to use that memory for something else.
+        m_boxes.assign(m_boxes.size(), cube(0, 1));
+        m_repeats += m_search.finish(m_exec) ? 0 : 1;
+        ++m_frames[static_cast<int>(m_search.frame())];
+        const DeltaCounts counts = m_search.counts();
+        return {{m_search.kept(), m_search.kept() + counts.kept},
+                {m_search.added(), m_search.added() + counts.added},
+                {m_search.removed(), m_search.removed() + counts.removed}};
+    }
+    void forget() { m_search.forget(); }
+    void recover(const PsapOptions& options) { m_search.recover(options); }
+    std::uint64_t bytes() const { return m_exec.bytes(); }
+    int repeats() const { return m_repeats; }
+    int frames(psap::NearFrame frame) const { return m_frames[static_cast<int>(frame)]; }
+
+private:
+    psap::HostExec m_exec;
+    psap::DeltaSearch<psap::HostExec> m_search;
+    std::vector<Aabb> m_boxes;
+    int m_repeats = 0;
+    int m_frames[3] = {};
+};
+
+PsapOptions literal()
+{
+    PsapOptions options;
+    options.variant = PsapVariant::Literal;
+    options.nearPairs = PsapNearPairs::Always;
+    return options;
+}
+
+/// Few boxes have their near pairs kept, too.
+PsapOptions ordered(PsapOrder order, std::uint32_t capacity = PsapOptions{}.initialCapacity)
+{
+    PsapOptions options;
+    options.order = order;
+    options.initialCapacity = capacity;
+    options.nearPairs = PsapNearPairs::Always;
+    return options;
+}
+
+PsapOptions keeping(PsapNearPairs nearPairs)
+{
+    PsapOptions options = ordered(PsapOrder::Counting);
+    options.nearPairs = nearPairs;
+    return options;
+}
+
+TEST(PsapDeltas, EqualThoseOfEveryPairInAnyOrderOfTheSteps)
+{
+    const auto sets = changingBoxes(600, 11);
+    for (const PsapExecutor executor : {PsapExecutor::InOrder, PsapExecutor::Shuffled, PsapExecutor::Threads})
+    {
+        for (PsapOptions options :
+             {literal(), ordered(PsapOrder::Automatic), ordered(PsapOrder::Counting),
+              ordered(PsapOrder::Radix), ordered(PsapOrder::Bins), ordered(PsapOrder::Tiles)})
+        {
+            SCOPED_TRACE(std::to_string(static_cast<int>(executor)) + " " +
+                         std::to_string(static_cast<int>(options.variant)) + " " +
+                         std::to_string(static_cast<int>(options.order)));
+            options.executor = executor;
+            options.threads = 3;
+            HostDeltas deltas(options);
+            expectChanges(sets, [&](const std::vector<Aabb>& boxes) { return deltas(boxes); });
+        }
+    }
+}
+
+TEST(PsapDeltas, ListsThatAreTooShortGrowAndNothingIsLost)
+{
+    const auto sets = changingBoxes(300, 12);
+    for (const PsapOrder order : {PsapOrder::Counting, PsapOrder::Bins, PsapOrder::Tiles})
+    {
+        SCOPED_TRACE(static_cast<int>(order));
+        HostDeltas deltas(ordered(order, 1));
+        expectChanges(sets, [&](const std::vector<Aabb>& boxes) { return deltas(boxes); });
+        EXPECT_GT(deltas.repeats(), 2);
+    }
+}
+
+TEST(PsapDeltas, TellThatPairsAreMissingWhenTheListOfNearPairsIsTooShort)
+{
+    // Steps that follow on the device read these counts before anything can be done again.
+    psap::HostExec exec{PsapOptions{}};
+    psap::DeltaSearch<psap::HostExec> search(ordered(PsapOrder::Counting, 1));
+    int begun = 0;
+    int tooShort = 0;
+    for (const std::vector<Aabb>& boxes : changingBoxes(300, 13))
+    {
+        search.prepare(exec, boxes.data(), boxes.size());
+        search.launch(exec);
+        exec.wait();
+        const DeltaCounts before = *search.countsThere();
+        const std::uint64_t room = search.addedRoom();
+        const bool isBegun = search.frame() == psap::NearFrame::Begin;
+        search.planAhead(exec);
+        const bool wasComplete = search.finish(exec);
+        begun += isBegun ? 1 : 0;
+        tooShort += isBegun && !wasComplete ? 1 : 0;
+        EXPECT_EQ(before.added > room, !wasComplete);
+    }
+    EXPECT_GT(begun, 3);
+    EXPECT_GT(tooShort, 0);
+}
+
+/// Boxes that go on with velocities of their own, and now and then one that jumps, is empty for a while, grows, is lost, or goes
+/// to infinity.
+std::vector<std::vector<Aabb>> steadyBoxes(std::uint32_t count, float fastest, std::uint32_t seed)
+{
+    std::vector<Aabb> boxes = BoxScene(SceneKind::Uniform, count, seed).boxes();
+    Random random(seed);
+    std::vector<float> ways(3 * count);
+    for (float& way : ways)
+        way = random.between(-fastest, fastest);
+    std::vector<std::vector<Aabb>> sets;
+    for (int set = 0; set < 70; ++set)
+    {
+        for (std::uint32_t body = 0; body < count; ++body)
+            for (int axis = 0; axis < 3; ++axis)
+            {
+                boxes[body].min[axis] += ways[3 * body + axis];
+                boxes[body].max[axis] += ways[3 * body + axis];
+            }
+        if (set == 23)
+            boxes[5] = boxes[6];
+        if (set == 30)
+            std::swap(boxes[7].min[1], boxes[7].max[1]);
+        if (set == 34)
+            boxes[7] = boxes[8];
+        if (set == 41)
+            boxes[9].max[2] += 3;
+        if (set == 47)
+            boxes[10].min[0] = kNan;
+        if (set == 50)
+        {
+            boxes[11].min[0] = boxes[11].max[0] = kInfinity;
+            boxes[12].min[1] = boxes[12].max[1] = -kInfinity;
+            boxes[13] = cube(-kInfinity, kInfinity);
+        }
+        sets.push_back(boxes);
+    }
+    return sets;
+}
+
+TEST(PsapDeltas, OfBoxesThatGoShortWaysNeedFewSearches)
+{
+    for (const PsapOrder order : {PsapOrder::Counting, PsapOrder::Bins, PsapOrder::Tiles})
+    {
+        for (const std::uint32_t capacity : {1u, 1024u})
+        {
+            SCOPED_TRACE(std::to_string(static_cast<int>(order)) + " " + std::to_string(capacity));
+            HostDeltas deltas(ordered(order, capacity));
+            DeltaOracle oracle;
+            for (const std::vector<Aabb>& boxes : steadyBoxes(800, 0.05f, 14))
+                oracle.expect(boxes, deltas(boxes));
+            EXPECT_GT(oracle.added(), 1000u);
+            EXPECT_GT(oracle.removed(), 500u);
+            EXPECT_GT(deltas.frames(psap::NearFrame::Begin), 8);
+            EXPECT_GT(deltas.frames(psap::NearFrame::Follow), 30);
+            EXPECT_GE(deltas.repeats(), 5);  // each of the boxes that did not go on
+        }
+    }
+}
+
+TEST(PsapDeltas, CountTheMemoryThatTheyHold)
+{
+    const PsapOptions options = ordered(PsapOrder::Tiles, 1);
+    HostDeltas deltas(options);
+    const auto sets = steadyBoxes(800, 0.05f, 14);
+    std::uint64_t first = 0;
+    for (int run = 0; run < 3; ++run)
+    {
+        for (int set = 0; set < 12; ++set)
+            deltas(sets[set]);
+        first = run == 0 ? deltas.bytes() : first;
+        EXPECT_EQ(deltas.bytes(), first) << run;
+        deltas.recover(options);
+        // What is searched with is made anew; boxes and lists stay.
+        EXPECT_LT(deltas.bytes(), first);
+        EXPECT_GT(deltas.bytes(), 100000u);
+    }
+}
+
+TEST(PsapDeltas, OfBoxesThatGoFarAreSearchedFor)
+{
+    HostDeltas always(keeping(PsapNearPairs::Always)), automatic(keeping(PsapNearPairs::Automatic)),
+        never(keeping(PsapNearPairs::Never));
+    DeltaOracle ofAlways, ofAutomatic, ofNever;
+    for (const std::vector<Aabb>& boxes : steadyBoxes(800, 1.5f, 15))
+    {
+        ofAlways.expect(boxes, always(boxes));
+        ofAutomatic.expect(boxes, automatic(boxes));
+        ofNever.expect(boxes, never(boxes));
+    }
+    EXPECT_GT(ofNever.added(), 2000u);
+    EXPECT_EQ(automatic.frames(psap::NearFrame::Search), 70);
+    EXPECT_EQ(never.frames(psap::NearFrame::Search), 70);
+    // Each list is void at once.
+    EXPECT_GT(always.frames(psap::NearFrame::Begin), 50);
+    EXPECT_GT(always.repeats(), 50);
+}
+
+/// The pair of two boxes through one update after the other, none of which looks at them.
+float depthAfter(int updates, float way, float depth)
+{
+    const std::uint32_t motion = bitsOf(way);
+    const DeltaCounts counts = {1, 0, 0};
+    const IdPair pair = {0, 1};
+    for (int update = 0; update < updates; ++update)
+    {
+        IdPair kept = {}, removed = {};
+        std::uint64_t keptCount = 0, removedCount = 0;
+        float left = 0;
+        psap::HostExec exec{PsapOptions{}};
+        exec.forEachParted(1, psap::PartPairs{{&pair, &depth, nullptr, &counts}, nullptr, 2, &motion},
+                           psap::DepthList{{&kept, 1, &keptCount}, &left},
+                           psap::PairList{&removed, 1, &removedCount});
+        EXPECT_EQ(keptCount, 1u);
+        depth = left;
+    }
+    return depth;
+}
+
+TEST(PsapDeltas, WhatIsLeftOfADepthIsNeverMoreThanItIs)
+{
+    EXPECT_LT(depthAfter(10, 0.01f, 1.0f), 1 - 10 * 0.02);
+    EXPECT_GT(depthAfter(10, 0.01f, 1.0f), 1 - 10 * 0.0201);
+    // So short a way that one minus twice that is one again.
+    const float way = 0x1p-28f;
+    ASSERT_EQ(1.0f - 2 * way, 1.0f);
+    EXPECT_LT(depthAfter(1000, way, 1.0f), 1 - 1000 * 2.0 * way);
+    EXPECT_GT(depthAfter(1000, way, 1.0f), 0.999f);
+}
+
+TEST(PsapDeltas, WhatIsForgottenEntersAgain)
+{
+    const auto sets = changingBoxes(300, 13);
+    HostDeltas deltas(ordered(PsapOrder::Automatic));
+    DeltaOracle oracle;
+    for (int set = 0; set < 8; ++set)
+    {
+        if (set % 3 == 2)
+        {
+            deltas.forget();
+            oracle.forget();
+        }
+        oracle.expect(sets[set], deltas(sets[set]));
+    }
+    EXPECT_GT(oracle.added(), 500u);
+}
+}  // namespace
+}  // namespace cullet::test

@@ -1,0 +1,363 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// Near pairs: what a skin holds, what closeness tells, and when a list is kept.
+
+#include "cullet/broad/psap/verlet/neighbour_steps.h"
+#include "cullet/broad/psap/verlet/skin_policy.h"
+#include "cullet/tests/support/boxes.h"
+#include "cullet/tests/support/random.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+namespace cullet::test
+{
+namespace
+{
+using psap::NearFrame;
+
+constexpr std::uint32_t kSeed = 4711;
+
+/// Sizes and places of all magnitudes.
+Aabb anyBox(Random& random, float scale, float offset)
+{
+    Aabb box;
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        const float low = offset + scale * random.between(-1, 1);
+        const float high = low + scale * random.between(0, 1);
+        box.min[axis] = std::min(low, high);
+        box.max[axis] = std::max(low, high);
+    }
+    return box;
+}
+
+/// No side goes farther than that, at least as floats have it.
+Aabb moved(Random& random, const Aabb& box, float farthest)
+{
+    Aabb other = box;
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        other.min[axis] += random.between(-farthest, farthest);
+        other.max[axis] += random.between(-farthest, farthest);
+        if (other.min[axis] > other.max[axis])
+            std::swap(other.min[axis], other.max[axis]);
+    }
+    return other;
+}
+
+TEST(PsapNear, SkinsAreNoThinnerThanTheyAre)
+{
+    SCOPED_TRACE("seed " + std::to_string(kSeed));
+    Random random(kSeed);
+    int rounded = 0;
+    for (int trial = 0; trial < 100000; ++trial)
+    {
+        const float scale = std::pow(10.0f, random.between(-6, 6));
+        const Aabb box =
+            anyBox(random, scale, random.between(-1, 1) * std::pow(10.0f, random.between(-6, 8)));
+        const float skin = scale * std::pow(10.0f, random.between(-5, 1));
+        const Aabb grown = psap::grownBy(box, skin);
+        for (int axis = 0; axis < 3; ++axis)
+        {
+            ASSERT_LE(double{grown.min[axis]}, double{box.min[axis]} - double{skin});
+            ASSERT_GE(double{grown.max[axis]}, double{box.max[axis]} + double{skin});
+            rounded += double{box.max[axis] + skin} < double{box.max[axis]} + double{skin} ? 1 : 0;
+        }
+    }
+    EXPECT_GT(rounded, 30000);  // a plain sum would not do
+    const Aabb unbounded = {{-kInfinity, -1, 0}, {kInfinity, 1, kInfinity}};
+    const Aabb grown = psap::grownBy(unbounded, 1);
+    EXPECT_EQ(grown.min[0], -kInfinity);
+    EXPECT_EQ(grown.max[2], kInfinity);
+    const Aabb atTheEnds = {{-kInfinity, kInfinity, 0}, {-kInfinity, kInfinity, 1}};
+    EXPECT_TRUE(isValid(psap::grownBy(atTheEnds, 1)));
+}
+
+TEST(PsapNear, ClosenessTellsWhatBecomesOfBoxes)
+{
+    SCOPED_TRACE("seed " + std::to_string(kSeed));
+    Random random(kSeed);
+    int surelyTogether = 0, surelyApart = 0, open = 0, unlike = 0, gone = 0;
+    for (int trial = 0; trial < 1000000; ++trial)
+    {
+        const float scale = std::pow(10.0f, random.between(-20, 15));
+        const float offset = scale * random.between(-10, 10);
+        psap::SkinnedBox a = {anyBox(random, scale, offset), scale * random.between(0.05f, 0.3f)};
+        psap::SkinnedBox b = {anyBox(random, scale, offset), scale * random.between(0.05f, 0.3f)};
+        // Also boxes that touch, are one in the other, and stay.
+        if (trial % 7 == 0)
+            b.box.min[0] = std::min(b.box.max[0], a.box.max[0]);
+        const float share = trial % 5 == 0 ? 0.0f : random.between(0, 1.1f);
+        const Aabb nowA = moved(random, a.box, share * a.skin), nowB = moved(random, b.box, share * b.skin);
+        const float stretch = std::max(psap::stretchOf(a, nowA), psap::stretchOf(b, nowB));
+        const bool areTogether = overlaps(nowA, nowB);
+        if (!(stretch <= psap::kMostStretch))
+        {
+            ++gone;
+            continue;
+        }
+        unlike += areTogether != overlaps(a.box, b.box) ? 1 : 0;
+        if (!overlaps(psap::grownBy(a.box, a.skin), psap::grownBy(b.box, b.skin)))
+        {
+            ASSERT_FALSE(areTogether) << "a pair that is not near overlaps";
+            continue;
+        }
+        const float closeness = psap::closenessOf(a, b);
+        const float sure = psap::sureFrom(stretch);
+        ASSERT_FALSE(closeness > sure && !areTogether) << trial;
+        ASSERT_FALSE(closeness < -sure && areTogether) << trial;
+        surelyTogether += closeness > sure ? 1 : 0;
+        surelyApart += closeness < -sure ? 1 : 0;
+        open += std::fabs(closeness) <= sure ? 1 : 0;
+    }
+    EXPECT_GT(surelyTogether, 20000);
+    EXPECT_GT(surelyApart, 20000);
+    EXPECT_GT(open, 50000);
+    EXPECT_GT(unlike, 10000);
+    EXPECT_GT(gone, 10000);
+}
+
+TEST(PsapNear, BoxesThatComeOrGoHaveLeftTheirSkins)
+{
+    const Aabb box = {{0, 0, 0}, {1, 1, 1}};
+    const Aabb inverted = {{0, 0.01f, 0}, {1, 0, 1}};
+    const Aabb lost = {{kNan, 0, 0}, {1, 1, 1}};
+    EXPECT_EQ(psap::stretchOf({box, 1}, box), 0.0f);
+    EXPECT_EQ(psap::stretchOf({box, 2}, {{0.5f, 0, 0}, {1, 1, 1}}), 0.25f);
+    EXPECT_EQ(psap::stretchOf({box, 1}, inverted), kInfinity);
+    EXPECT_EQ(psap::stretchOf({box, 1}, lost), kInfinity);
+    EXPECT_EQ(psap::stretchOf({psap::nowhere(), 1}, box), kInfinity);
+    EXPECT_EQ(psap::stretchOf({psap::nowhere(), 1}, lost), 0.0f);
+    const Aabb unbounded = {{-kInfinity, 0, 0}, {kInfinity, 1, 1}};
+    EXPECT_EQ(psap::stretchOf({unbounded, 1}, unbounded), 0.0f);
+    EXPECT_EQ(psap::stretchOf({unbounded, 1}, box), kInfinity);
+    // What cannot be told is looked at.
+    const Aabb atInfinity = {{kInfinity, 0, 0}, {kInfinity, 1, 1}};
+    EXPECT_FALSE(std::fabs(psap::closenessOf({unbounded, 1}, {atInfinity, 1})) >= 0);
+}
+
+TEST(PsapNear, SkinsAreThickerForThoseWhoAreFast)
+{
+    const psap::SkinRule rule = {1};
+    EXPECT_EQ(rule.skinFor(0), 1);
+    EXPECT_EQ(rule.skinFor(0.5f), 1);
+    EXPECT_EQ(rule.skinFor(0.6f), 2);
+    EXPECT_EQ(rule.skinFor(2), 4);
+    EXPECT_EQ(rule.skinFor(2.1f), 1);
+    EXPECT_EQ(rule.skinFor(kInfinity), 1);
+}
+
+/// A scene as the policy sees it: boxes of one size that go equally far in each set.
+class Scene
+{
+public:
+    Scene(PsapNearPairs choice, float way) : m_policy(choice), m_way(way) {}
+
+    /// @return what is done at last with the next set
+    NearFrame step(bool someJump = false)
+    {
+        NearFrame frame = m_policy.choose(boxes);
+        if (frame == NearFrame::Follow)
+        {
+            m_gone += someJump ? kInfinity : m_way;
+            const float stretch = m_gone / m_policy.rule().common;
+            m_policy.noteFollowed(stretch);
+            if (!(stretch <= psap::kMostStretch))
+            {
+                ++voids;
+                frame = m_policy.search();
+            }
+        }
+        if (frame == NearFrame::Begin)
+        {
+            m_gone = 0;
+            m_policy.noteBegun(near, boxes, boxes);
+        }
+        ++counts[static_cast<int>(frame)];
+        if (m_policy.wantsSample(boxes))
+        {
+            std::vector<psap::BoxInSample> sample(100, {1.0f, m_way});
+            m_policy.noteSampling();
+            m_policy.noteSample(sample.data(), sample.size());
+        }
+        return frame;
+    }
+    int count(NearFrame frame) const { return counts[static_cast<int>(frame)]; }
+    void setWay(float way) { m_way = way; }
+
+    std::uint64_t boxes = 100000, near = 200000;
+    int voids = 0;
+
+private:
+    psap::NearPolicy m_policy;
+    float m_way;
+    float m_gone = 0;
+    int counts[3] = {};
+};
+
+/// The same where lists are made behind a set.
+class SceneBehind
+{
+public:
+    SceneBehind(PsapNearPairs choice, float way) : m_policy(choice), m_way(way) {}
+
+    /// @param way that boxes go, if not as before
+    void step(float way)
+    {
+        const bool isFollowed = m_policy.follows(boxes, 0);
+        m_gone += way;
+        if (isFollowed)
+            follow();
+        else
+            ++searched;
+        if (m_policy.wantsSample(boxes))
+        {
+            std::vector<psap::BoxInSample> sample(100, {1.0f, m_way});
+            m_policy.noteSampling();
+            m_policy.noteSample(sample.data(), sample.size());
+        }
+        if (m_policy.beginsBehind(boxes))
+        {
+            ++behind;
+            m_gone = 0;
+        }
+    }
+    void step() { step(m_way); }
+
+    std::uint64_t boxes = 100000;
+    int searched = 0, followed = 0, voids = 0, ahead = 0, behind = 0;
+
+private:
+    void follow()
+    {
+        const float stretch = m_gone / m_policy.rule().common;
+        const bool isAhead = m_policy.beginsAhead();
+        const bool isTold = stretch <= psap::kMostStretch;
+        ++(isTold ? followed : voids);
+        if (!isAhead)
+            return m_policy.noteFollowed(stretch);
+        ++ahead;
+        m_gone = 0;
+        if (!isTold)
+            m_policy.forget();
+    }
+
+    psap::NearPolicy m_policy;
+    float m_way;
+    float m_gone = 0;
+};
+
+TEST(PsapNearPolicy, MakesListsAheadWhereBoxesGoAsFarAsBefore)
+{
+    for (const float way : {0.0f, 1e-4f, 0.01f, 0.03f, 0.06f})
+    {
+        SCOPED_TRACE(way);
+        SceneBehind scene(PsapNearPairs::Automatic, way);
+        for (int set = 0; set < 400; ++set)
+            scene.step();
+        EXPECT_LT(scene.searched, 4);
+        EXPECT_GT(scene.followed, 395);
+        EXPECT_EQ(scene.voids, 0);
+        // The first one, and those after which skins were found to be too thin.
+        EXPECT_LE(scene.behind, 3);
+        EXPECT_LT(scene.ahead, 200);
+        EXPECT_GE(scene.ahead, way >= 0.03f ? 40 : 0);
+    }
+}
+
+TEST(PsapNearPolicy, MakesNewListsBehindSetsThatWereSearchedInstead)
+{
+    SceneBehind scene(PsapNearPairs::Automatic, 0.03f), jumping(PsapNearPairs::Automatic, 0.01f);
+    for (int set = 0; set < 2000; ++set)
+    {
+        scene.step(set % 97 == 96 ? kInfinity : 0.03f);
+        jumping.step(kInfinity);
+    }
+    EXPECT_EQ(scene.voids, 20);
+    EXPECT_GT(scene.followed, 1500);  // jumps that end a new list make pauses
+    EXPECT_GT(scene.ahead, 200);
+    EXPECT_GT(scene.behind, 15);
+    EXPECT_LT(jumping.behind, 30);
+    EXPECT_GT(jumping.behind, 4);
+}
+
+TEST(PsapNearPolicy, FollowsWhereBoxesGoShortWays)
+{
+    for (const float way : {0.0f, 1e-4f, 0.01f, 0.03f, 0.06f})
+    {
+        SCOPED_TRACE(way);
+        Scene scene(PsapNearPairs::Automatic, way);
+        for (int set = 0; set < 400; ++set)
+            scene.step();
+        EXPECT_LT(scene.count(NearFrame::Search), 4);
+        EXPECT_GT(scene.count(NearFrame::Follow), 2 * scene.count(NearFrame::Begin));
+        EXPECT_EQ(scene.voids, 0);
+    }
+}
+
+TEST(PsapNearPolicy, DoesNotKeepWhatDoesNotPay)
+{
+    Scene fast(PsapNearPairs::Automatic, 0.2f), slow(PsapNearPairs::Automatic, 0.01f);
+    Scene never(PsapNearPairs::Never, 0.01f), always(PsapNearPairs::Always, 0.2f),
+        crowded(PsapNearPairs::Automatic, 0.01f);
+    crowded.near = 10000000;
+    for (int set = 0; set < 2000; ++set)
+    {
+        fast.step();
+        slow.step(true);
+        never.step();
+        always.step(true);
+        crowded.step();
+    }
+    EXPECT_EQ(fast.count(NearFrame::Search), 2000);
+    EXPECT_LT(slow.count(NearFrame::Begin), 30);  // pauses become longer
+    EXPECT_GT(slow.count(NearFrame::Begin), 4);   // but it is tried again
+    EXPECT_EQ(never.count(NearFrame::Search), 2000);
+    EXPECT_GT(always.count(NearFrame::Begin), 1900);
+    EXPECT_LT(crowded.count(NearFrame::Begin), 20);
+}
+
+TEST(PsapNearPolicy, LeavesSmallWorldsAlone)
+{
+    Scene small(PsapNearPairs::Automatic, 0.01f), forced(PsapNearPairs::Always, 0.01f);
+    small.boxes = forced.boxes = 1000;
+    for (int set = 0; set < 100; ++set)
+    {
+        small.step();
+        forced.step();
+    }
+    EXPECT_EQ(small.count(NearFrame::Search), 100);
+    EXPECT_GT(forced.count(NearFrame::Follow), 70);
+}
+
+TEST(PsapNearPolicy, TriesAgainWhereASceneComesToRest)
+{
+    Scene scene(PsapNearPairs::Automatic, 0.5f);
+    for (int set = 0; set < 500; ++set)
+        scene.step();
+    EXPECT_EQ(scene.count(NearFrame::Follow), 0);
+    scene.setWay(0.001f);
+    for (int set = 0; set < 500; ++set)
+        scene.step();
+    EXPECT_GT(scene.count(NearFrame::Follow), 450);
+}
+
+TEST(PsapNearPolicy, ASampleWithoutBoxesTellsNothing)
+{
+    psap::NearPolicy policy(PsapNearPairs::Always);
+    std::vector<psap::BoxInSample> none(10, {-1.0f, 0.0f});
+    policy.noteSample(none.data(), none.size());
+    EXPECT_EQ(policy.choose(100), NearFrame::Search);
+    std::vector<psap::BoxInSample> points(10, {0.0f, 0.0f});
+    policy.noteSample(points.data(), points.size());
+    EXPECT_EQ(policy.choose(100), NearFrame::Search);
+    policy.noteSample(points.data(), 0);
+    EXPECT_EQ(policy.choose(100), NearFrame::Search);
+}
+}  // namespace
+}  // namespace cullet::test

@@ -1,0 +1,157 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// Where there is no memory for near pairs, updates are searched as without them, and nothing fails.
+
+#include "cullet/broad/psap/delta_search.h"
+#include "cullet/broad/psap/exec/host_exec.h"
+#include "cullet/broad/psap/psap_backend.h"
+#include "cullet/tests/support/backend_session.h"
+#include "cullet/tests/support/box_scenes.h"
+#include "cullet/tests/support/delta_oracle.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <memory>
+#include <new>
+#include <string>
+#include <vector>
+
+namespace cullet::test
+{
+namespace
+{
+/// HostExec without memory for long lists of whether near pairs are held.
+class TightExec : public psap::HostExec
+{
+public:
+    using HostExec::HostExec;
+    using HostExec::reserve;
+
+    void reserve(psap::HostBuffer<std::uint8_t>& buffer, std::uint64_t count)
+    {
+        if (count > mostFlags)
+        {
+            ++failures;
+            throw std::bad_alloc();
+        }
+        HostExec::reserve(buffer, count);
+    }
+
+    static inline std::uint64_t mostFlags = 0;
+    static inline int failures = 0;
+};
+
+PsapOptions keepingNear(std::uint32_t capacity)
+{
+    PsapOptions options;
+    options.nearPairs = PsapNearPairs::Always;
+    options.initialCapacity = capacity;
+    return options;
+}
+
+// A list that begins finds none, or one that is found to be longer.
+constexpr std::uint32_t kCapacities[] = {8192, 1};
+constexpr std::uint32_t kBoxes = 600;
+
+TEST(PsapNearMemory, ABackendThatHasNoneSearches)
+{
+    for (const std::uint32_t capacity : kCapacities)
+    {
+        SCOPED_TRACE(capacity);
+        TightExec::mostFlags = kBoxes;
+        TightExec::failures = 0;
+        const PsapOptions options = keepingNear(capacity);
+        BackendSession session(std::make_unique<psap::PsapBackend<TightExec>>(options, "tight", options));
+        BoxScene scene(SceneKind::Uniform, kBoxes, 31);
+        for (const Aabb& box : scene.boxes())
+            session.add(box);
+        for (int step = 0; step < 12; ++step)
+        {
+            ASSERT_TRUE(session.step());
+            scene.step();
+            for (ProxyId row = 0; row < kBoxes; ++row)
+                session.table.setBox(row, scene.boxes()[row]);
+        }
+        EXPECT_GT(session.addedTotal(), 500u);
+        EXPECT_GT(session.removedTotal(), 100u);
+        EXPECT_EQ(TightExec::failures, 1);
+        EXPECT_STREQ(session.backend().stats().path, "rebuild");
+    }
+}
+
+// The list that is followed is gone then, while the update that begins the next one has not been taken.
+TEST(PsapNearMemory, ABackendThatHasNoneForALaterListSearches)
+{
+    TightExec::mostFlags = 1u << 30;
+    TightExec::failures = 0;
+    const PsapOptions options = keepingNear(1);
+    BackendSession session(std::make_unique<psap::PsapBackend<TightExec>>(options, "tight", options));
+    BoxScene scene(SceneKind::Uniform, kBoxes, 33);
+    for (const Aabb& box : scene.boxes())
+        session.add(box);
+    // Boxes come together, so that the next list is longer, and fly apart.
+    int followed = 0;
+    for (int step = 0; step < 60; ++step)
+    {
+        SCOPED_TRACE(step);
+        ASSERT_TRUE(session.step());
+        if (session.backend().stats().path == std::string("near pairs") && ++followed == 3)
+            TightExec::mostFlags = kBoxes;
+        const float scale =
+            step < 30 ? -0.004f * static_cast<float>(step) : 0.1f * static_cast<float>(step - 30);
+        for (ProxyId row = 0; row < kBoxes; ++row)
+        {
+            Aabb box = scene.boxes()[row];
+            for (int axis = 0; axis < 3; ++axis)
+            {
+                const float way = scale * (box.min[axis] + box.max[axis]) / 2;
+                box.min[axis] += way;
+                box.max[axis] += way;
+            }
+            session.table.setBox(row, box);
+        }
+    }
+    EXPECT_GE(followed, 3);
+    EXPECT_EQ(TightExec::failures, 1);
+    EXPECT_GT(session.addedTotal(), 500u);
+    EXPECT_GT(session.removedTotal(), 500u);
+    EXPECT_STREQ(session.backend().stats().path, "rebuild");
+}
+
+TEST(PsapNearMemory, AFinderOfChangesThatHasNoneSearches)
+{
+    for (const std::uint32_t capacity : kCapacities)
+    {
+        SCOPED_TRACE(capacity);
+        TightExec::mostFlags = kBoxes;
+        TightExec::failures = 0;
+        const PsapOptions options = keepingNear(capacity);
+        TightExec exec(options);
+        psap::DeltaSearch<TightExec> search(options);
+        BoxScene scene(SceneKind::Uniform, kBoxes, 32);
+        DeltaOracle oracle;
+        std::vector<Aabb> boxes;
+        for (int step = 0; step < 12; ++step)
+        {
+            boxes = scene.boxes();
+            search.prepare(exec, boxes.data(), boxes.size());
+            search.launch(exec);
+            search.planAhead(exec);
+            boxes.assign(boxes.size(), cube(0, 1));
+            search.finish(exec);
+            const DeltaCounts counts = search.counts();
+            oracle.expect(scene.boxes(), {{search.kept(), search.kept() + counts.kept},
+                                          {search.added(), search.added() + counts.added},
+                                          {search.removed(), search.removed() + counts.removed}});
+            scene.step();
+        }
+        EXPECT_GT(oracle.added(), 500u);
+        EXPECT_GT(oracle.removed(), 100u);
+        EXPECT_EQ(TightExec::failures, 1);
+        EXPECT_EQ(search.frame(), psap::NearFrame::Search);
+    }
+}
+}  // namespace
+}  // namespace cullet::test

@@ -1,0 +1,146 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// The first plan of a search is made at once, later ones beside updates that go on with the one before.
+
+#include "cullet/tests/broad/psap/counting_search_probe.h"
+
+namespace cullet::test
+{
+namespace
+{
+/// @return box tests of one more update, which finds the pairs
+std::uint64_t testsOf(WatchedSearch& search, const std::vector<Aabb>& boxes, const Pairs& pairs)
+{
+    search.exec.takeTestCount();
+    EXPECT_EQ(search.find(boxes), pairs);
+    return search.exec.takeTestCount();
+}
+
+/// Boxes close together, and as many that have spread out.
+struct GrowingWorld
+{
+    explicit GrowingWorld(std::uint32_t seed) : random(seed) {}
+
+    Random random;
+    const std::vector<Aabb> dense = cubesIn(6000, 4, random);
+    const std::vector<Aabb> sparse = cubesIn(6000, 4000, random);
+    const Pairs pairs = everyPair(sparse);
+};
+
+TEST(PsapPlans, FollowAWorldThatGrows)
+{
+    SCOPED_TRACE("seed 3");
+    const GrowingWorld world(3);
+    for (const PsapOrder order : {PsapOrder::Counting, PsapOrder::Radix})
+    {
+        SCOPED_TRACE(static_cast<int>(order));
+        WatchedSearch fresh(order);
+        const std::uint64_t fewest = testsOf(fresh, world.sparse, world.pairs);
+        PsapOptions options;
+        options.order = order;
+        options.updatesPerPlan = 3;
+        WatchedSearch search(options);
+        search.find(world.dense);
+        EXPECT_GT(testsOf(search, world.sparse, world.pairs), 2 * fewest);
+        for (int update = 0; update < 20; ++update)
+            search.find(world.sparse);
+        EXPECT_LE(testsOf(search, world.sparse, world.pairs), fewest + fewest / 10);
+    }
+}
+
+// Then most boxes are far away from where most were when the last plan was made.
+TEST(PsapPlans, OfAWorldThatHasGrownKeepToTheirRoom)
+{
+    SCOPED_TRACE("seed 3");
+    const GrowingWorld world(3);
+    for (const PsapOrder order : {PsapOrder::Counting, PsapOrder::Radix})
+    {
+        SCOPED_TRACE(static_cast<int>(order));
+        WatchedSearch search(order);
+        search.find(world.dense);
+        for (int update = 0; update < 80; ++update)
+            ASSERT_EQ(search.find(world.sparse), world.pairs) << update;
+    }
+}
+
+/// Cubes of another size and density in each frame.
+std::vector<Aabb> breathing(int frame)
+{
+    Random random(static_cast<std::uint32_t>(frame));
+    std::vector<Aabb> boxes = cubesIn(2000, 2 + static_cast<float>(frame % 5), random);
+    for (Aabb& box : boxes)
+    {
+        for (int axis = 0; axis < 3; ++axis)
+            box.max[axis] = box.min[axis] + 1 + 0.2f * static_cast<float>(frame % 7);
+    }
+    return boxes;
+}
+
+void expectSearchesToRepeat(PsapOrder order)
+{
+    SCOPED_TRACE(static_cast<int>(order));
+    PsapOptions options;
+    options.order = order;
+    options.updatesPerPlan = 1;
+    WatchedSearch search(options);
+    for (int frame = 0; frame < 60; ++frame)
+    {
+        const Pairs pairs = search.find(breathing(frame));
+        ASSERT_GT(pairs.size(), 1000u);
+        ASSERT_EQ(search.findAgain(), pairs) << frame;
+    }
+}
+
+// A list that was too short is filled once more, when the next plan may be there already.
+TEST(PsapPlans, DoNotChangeBetweenASearchAndItsRepetition)
+{
+    for (const PsapOrder order : {PsapOrder::Counting, PsapOrder::Radix, PsapOrder::Bins, PsapOrder::Tiles})
+        expectSearchesToRepeat(order);
+}
+
+TEST(PsapPlans, OfBinsFollowBoxesThatSpreadOut)
+{
+    SCOPED_TRACE("seed 4");
+    const GrowingWorld world(4);
+    PsapOptions options;
+    options.order = PsapOrder::Bins;
+    options.updatesPerPlan = 3;
+    WatchedSearch search(options);
+    search.find(world.dense);
+    EXPECT_FALSE(search.wasFull());
+    EXPECT_EQ(search.find(world.sparse), world.pairs);
+    EXPECT_TRUE(search.wasFull());
+    for (int update = 0; update < 20; ++update)
+        search.find(world.sparse);
+    EXPECT_EQ(search.find(world.sparse), world.pairs);
+    EXPECT_FALSE(search.wasFull());
+}
+
+TEST(PsapPlans, OfTilesFollowBoxesThatMoveAway)
+{
+    SCOPED_TRACE("seed 13");
+    Random random(13);
+    std::vector<Aabb> boxes = cubesIn(6000, 4, random);
+    PsapOptions options;
+    options.order = PsapOrder::Tiles;
+    WatchedSearch once(options);
+    options.updatesPerPlan = 1;
+    WatchedSearch often(options);
+    int fullOnce = 0;
+    constexpr int kUpdates = 200;
+    for (int update = 0; update < kUpdates; ++update)
+    {
+        for (Aabb& box : boxes)
+            box = boxAt(box.min[0] + 0.55f, box.min[1] + 0.5f, box.min[2] + 0.5f);
+        const Pairs pairs = often.find(boxes);
+        EXPECT_FALSE(often.wasFull()) << update;
+        EXPECT_EQ(once.find(boxes), pairs) << update;
+        fullOnce += once.wasFull() ? 1 : 0;
+    }
+    EXPECT_EQ(often.searchesOfTiles(), kUpdates - 1);
+    EXPECT_GT(fullOnce, 0);
+    EXPECT_EQ(often.find(boxes), everyPair(boxes));
+}
+}  // namespace
+}  // namespace cullet::test

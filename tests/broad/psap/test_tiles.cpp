@@ -1,0 +1,215 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// Tiles: when they are used, and what happens where one is full.
+
+#include "cullet/tests/broad/psap/counting_search_probe.h"
+
+namespace cullet::test
+{
+namespace
+{
+TEST(PsapTiles, LargeWorldsOfOneSizeAreSearchedInTiles)
+{
+    SCOPED_TRACE("seed 5");
+    Random random(5);
+    const std::vector<Aabb> boxes = cubesIn((1u << 16) + 1, 4, random);
+    const Pairs expected = pairsByCounting(boxes);
+    ASSERT_GT(expected.size(), 50000u);
+    WatchedSearch search;
+    // The first update makes the plan.
+    for (int update = 0; update < 4; ++update)
+    {
+        EXPECT_EQ(search.find(boxes), expected) << update;
+        EXPECT_FALSE(search.wasFull()) << update;
+        EXPECT_EQ(search.searchesOfTiles(), update);
+    }
+    EXPECT_GT(search.exec.lastShape.tiles, 200u);
+}
+
+TEST(PsapTiles, SmallerDenserAndMixedWorldsAreNot)
+{
+    SCOPED_TRACE("seed 6");
+    Random random(6);
+    std::vector<Aabb> mixed = cubesIn(70000, 40, random);
+    for (Aabb& box : mixed)
+        box = boxAt(box.min[0], box.min[1], box.min[2], random.logUniform(-2, 1));
+    for (const std::vector<Aabb>& boxes : {cubesIn(1u << 16, 4, random), cubesIn(70000, 1, random), mixed})
+    {
+        WatchedSearch search;
+        for (int update = 0; update < 3; ++update)
+            search.find(boxes);
+        EXPECT_EQ(search.searchesOfTiles(), 0) << boxes.size();
+    }
+}
+
+TEST(PsapTiles, NeitherAreThoseThatADeviceHasNoMemoryFor)
+{
+    Random random(7);
+    const std::vector<Aabb> boxes = cubesIn(70000, 4, random);
+    WatchedSearch search;
+    search.exec.mostTiles = 10;
+    for (int update = 0; update < 3; ++update)
+        search.find(boxes);
+    EXPECT_EQ(search.searchesOfTiles(), 0);
+}
+
+// Cells, bins and tiles are where most boxes are: one far away would make the others look like one point.
+TEST(PsapTiles, BodiesFlungFarAwayDoNotSpoilThePlan)
+{
+    SCOPED_TRACE("seed 12");
+    Random random(12);
+    for (const PsapOrder order : {PsapOrder::Counting, PsapOrder::Bins, PsapOrder::Tiles})
+    {
+        std::vector<Aabb> boxes = cubesIn(6000, 4, random);
+        WatchedSearch search(order);
+        search.find(boxes);
+        search.find(boxes);
+        search.exec.takeTestCount();
+        search.find(boxes);
+        const std::uint64_t tests = search.exec.takeTestCount();
+        boxes[3] = boxAt(3e4f, 0, 0);
+        boxes[4000] = boxAt(0, -1e9f, 0);
+        boxes[4001] = boxAt(0, 0, 1e30f);
+        WatchedSearch another(order);
+        const Pairs expected = everyPair(boxes);
+        for (int update = 0; update < 3; ++update)
+            EXPECT_EQ(another.find(boxes), expected);
+        another.exec.takeTestCount();
+        another.find(boxes);
+        EXPECT_LT(another.exec.takeTestCount(), 2 * tests) << static_cast<int>(order);
+        EXPECT_FALSE(another.wasFull()) << static_cast<int>(order);
+    }
+}
+
+// Few large boxes, and some without bounds, are tested against all others.
+TEST(PsapTiles, LargeBoxesAmongMany)
+{
+    SCOPED_TRACE("seed 8");
+    Random random(8);
+    std::vector<Aabb> boxes = cubesIn(70000, 4, random);
+    boxes[17] = {{-10, -10, -10}, {80, 3, 80}};
+    boxes[69999] = {{-10, -10, 20}, {80, 80, 24}};
+    boxes[40000] = {{-kInfinity, -kInfinity, -kInfinity}, {kInfinity, 2, kInfinity}};
+    boxes[40001] = {{kNan, 0, 0}, {1, 1, 1}};
+    boxes[40002] = {{1e30f, 1e30f, 1e30f}, {1e30f, 1e30f, 1e30f}};
+    boxes[40003] = {{5, 5, 5}, {4, 4, 4}};
+    const Pairs expected = pairsByCounting(boxes);
+    for (const PsapExecutor executor : {PsapExecutor::InOrder, PsapExecutor::Shuffled, PsapExecutor::Threads})
+    {
+        WatchedSearch search(PsapOrder::Automatic, executor);
+        EXPECT_EQ(search.find(boxes), expected);
+        EXPECT_EQ(search.find(boxes), expected);
+        EXPECT_EQ(search.searchesOfTiles(), 1);
+        EXPECT_FALSE(search.wasFull());
+    }
+}
+
+TEST(PsapTiles, WhereOneIsFullCountingFindsThePairs)
+{
+    SCOPED_TRACE("seed 9");
+    Random random(9);
+    const std::vector<Aabb> sparse = cubesIn(70000, 4, random);
+    std::vector<Aabb> piled = sparse;
+    for (std::uint32_t i = 0; i < 1500; ++i)
+        piled[40 * i] = boxAt(random.between(30, 40), random.between(30, 40), random.between(30, 40));
+    const Pairs expected = pairsByCounting(piled);
+    WatchedSearch search;
+    for (int update = 0; update < 20; ++update)
+        search.find(sparse);
+    EXPECT_EQ(search.searchesOfTiles(), 19);
+    EXPECT_EQ(search.find(piled), expected);
+    EXPECT_TRUE(search.wasFull());
+    // By counting, until there is a plan that knows of the pile.
+    EXPECT_EQ(search.find(piled), expected);
+    EXPECT_EQ(search.searchesOfTiles(), 20);
+    EXPECT_EQ(search.find(piled), expected);
+    EXPECT_FALSE(search.wasFull());
+    EXPECT_EQ(search.searchesOfTiles(), 21);
+    // A plan as good as new is not tried again for a while.
+    EXPECT_EQ(search.find(sparse), pairsByCounting(sparse));
+    std::vector<Aabb> heap = sparse;
+    for (std::uint32_t i = 0; i < 20000; ++i)
+        heap[3 * i] = boxAt(1 + random.between(0, 14), 1 + random.between(0, 14), 1 + random.between(0, 14));
+    EXPECT_EQ(search.find(heap), pairsByCounting(heap));
+    EXPECT_TRUE(search.wasFull());
+    const int searches = search.searchesOfTiles();
+    for (int update = 0; update < 256; ++update)
+        search.find(sparse);
+    EXPECT_EQ(search.searchesOfTiles(), searches);
+    for (int update = 0; update < 3; ++update)
+        EXPECT_EQ(search.find(sparse), pairsByCounting(sparse));
+    EXPECT_GT(search.searchesOfTiles(), searches);
+}
+
+TEST(PsapTiles, RoomIsUsedToTheLastPlace)
+{
+    SCOPED_TRACE("seed 13");
+    Random random(13);
+    std::vector<Aabb> boxes = cubesIn(1500, 4, random);
+    WatchedSearch search(PsapOrder::Tiles);
+    search.find(boxes);
+    // One after the other to the same place.
+    std::uint32_t piled = 0;
+    while (!search.wasFull())
+    {
+        ASSERT_LT(piled, 1500u);
+        boxes[piled++] = boxAt(8.1f, 8.1f, 8.1f, 0.01f);
+        ASSERT_EQ(search.find(boxes), everyPair(boxes)) << piled;
+    }
+    EXPECT_GT(piled, 20u);
+}
+
+// Flat, long and sparse worlds, few boxes and many, tiles narrower than boxes; sizes that differ.
+TEST(PsapTiles, AnyWorldThatIsForcedIntoThem)
+{
+    SCOPED_TRACE("seed 10");
+    Random random(10);
+    int inTiles = 0;
+    std::size_t pairs = 0;
+    for (const std::uint32_t count : {1u, 2u, 30u, 400u, 3000u})
+        for (const float volume : {0.01f, 0.3f, 4.0f, 1000.0f})
+            for (const float flat : {0.0f, 0.01f, 1.0f})
+            {
+                std::vector<Aabb> boxes =
+                    cubesIn(count, volume, random, 1, 1 + 8 * flat, flat == 0 ? 1e-6f : flat);
+                for (std::uint32_t i = 0; i < count; i += 3)
+                    boxes[i] =
+                        boxAt(boxes[i].min[0], boxes[i].min[1], boxes[i].min[2], random.between(0, 1.5f));
+                const Pairs expected = everyPair(boxes);
+                WatchedSearch search(PsapOrder::Tiles);
+                for (int update = 0; update < 2; ++update)
+                    ASSERT_EQ(search.find(boxes), expected) << count << ", " << volume << ", " << flat;
+                if (search.searchesOfTiles() != 0 && !search.wasFull())
+                {
+                    ++inTiles;
+                    pairs += expected.size();
+                }
+            }
+    EXPECT_GT(inTiles, 40) << "of 60";
+    EXPECT_GT(pairs, 100000u);
+}
+
+// Boxes that come after the plan was made, larger ones and far away ones; coordinates that end on the edges of tiles.
+TEST(PsapTiles, APlanOfAnotherFrameFindsThePairs)
+{
+    SCOPED_TRACE("seed 11");
+    Random random(11);
+    WatchedSearch search(PsapOrder::Tiles);
+    std::vector<Aabb> boxes = cubesIn(1000, 4, random);
+    for (Aabb& box : boxes)
+        box = boxAt(std::floor(box.min[0]), std::floor(box.min[1]), std::floor(box.min[2]));
+    EXPECT_EQ(search.find(boxes), everyPair(boxes));
+    EXPECT_EQ(search.find(boxes), everyPair(boxes));
+    makeSomeUnplanned(boxes, random);
+    EXPECT_EQ(search.find(boxes), everyPair(boxes));
+    EXPECT_EQ(search.searchesOfTiles(), 2);
+    EXPECT_FALSE(search.wasFull());
+    // More large ones than the side list takes.
+    for (std::uint32_t i = 0; i < 40; ++i)
+        boxes[20 * i] = boxAt(random.between(0, 16), random.between(0, 16), random.between(0, 16), 1.5f);
+    EXPECT_EQ(search.find(boxes), everyPair(boxes));
+    EXPECT_TRUE(search.wasFull());
+}
+}  // namespace
+}  // namespace cullet::test

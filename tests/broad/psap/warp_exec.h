@@ -1,0 +1,185 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/psap/data/pair_lists.h"
+#include "cullet/broad/psap/exec/host_exec.h"
+
+#include <algorithm>
+#include <condition_variable>
+#include <cstdint>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace cullet::test
+{
+/// Lets threads wait for each other, again and again.
+class Meeting
+{
+public:
+    explicit Meeting(std::uint32_t size) : m_size(size) {}
+
+    void wait()
+    {
+        std::unique_lock<std::mutex> lock(m_mutex);
+        const std::uint64_t round = m_round;
+        if (++m_here == m_size)
+        {
+            m_here = 0;
+            ++m_round;
+            m_all.notify_all();
+            return;
+        }
+        m_all.wait(lock, [&] { return m_round != round; });
+    }
+
+private:
+    const std::uint32_t m_size;
+    std::mutex m_mutex;
+    std::condition_variable m_all;
+    std::uint32_t m_here = 0;
+    std::uint64_t m_round = 0;
+};
+
+/// HostExec whose groups are as a GPU's: 32 lanes, each a thread, so that the thread sanitizer tells where one does not wait for
+/// what another does with their room. Unlike a GPU's, lanes that vote wait for each other.
+class WarpExec : public psap::HostExec
+{
+public:
+    static constexpr std::uint32_t kLanes = 32;
+
+    using HostExec::HostExec;
+
+    template <class Step>
+    void forEachGrouped(std::uint64_t count, const Step& step, const psap::PairList& list)
+    {
+        Warp<typename Step::Room> warp{list};
+        const std::uint64_t end = (count + kLanes - 1) / kLanes * kLanes;
+        std::vector<std::thread> lanes;
+        for (std::uint32_t lane = 0; lane < kLanes; ++lane)
+            lanes.emplace_back(
+                [&, lane]
+                {
+                    Lane<typename Step::Room> emit(warp, lane);
+                    for (std::uint64_t i = lane; i < end; i += kLanes)
+                    {
+                        step(i, i < count, emit);
+                        emit.sync();
+                    }
+                });
+        for (std::thread& lane : lanes)
+            lane.join();
+        largestSum = warp.largestSum;
+        mostAtOnce = warp.mostAtOnce;
+    }
+
+    /// What the lanes of the last step have asked for at the most.
+    std::uint32_t largestSum = 0;
+    std::uint32_t mostAtOnce = 0;  ///< pairs that they appended together
+
+private:
+    template <class Room>
+    struct Warp
+    {
+        psap::PairList list;
+        Meeting meeting{kLanes};
+        std::uint64_t said[kLanes] = {};
+        Room room = {};
+        std::uint32_t largestSum = 0, mostAtOnce = 0;  ///< the first lane says
+    };
+
+    /// What a step sees.
+    template <class Room>
+    class Lane
+    {
+    public:
+        static constexpr std::uint32_t kLanes = WarpExec::kLanes;
+
+        Lane(Warp<Room>& warp, std::uint32_t lane) : m_warp(warp), m_lane(lane) {}
+
+        void push(IdPair pair) { m_warp.list.push(pair); }
+        void tested(std::uint64_t) {}
+        bool any(bool isMine) { return ballot(isMine) != 0; }
+
+        Room& room() { return m_warp.room; }
+        std::uint32_t lane() const { return m_lane; }
+        void sync() { m_warp.meeting.wait(); }
+        std::uint32_t ballot(bool isMine)
+        {
+            return hear(std::uint32_t{isMine},
+                        [](const std::uint64_t* said)
+                        {
+                            std::uint32_t lanes = 0;
+                            for (std::uint32_t k = 0; k < kLanes; ++k)
+                                lanes |= static_cast<std::uint32_t>(said[k]) << k;
+                            return lanes;
+                        });
+        }
+        std::uint32_t countOf(std::uint32_t lanes) const
+        {
+            return static_cast<std::uint32_t>(__builtin_popcount(lanes));
+        }
+        std::uint32_t rankIn(std::uint32_t lanes) const { return countOf(lanes & ((1u << m_lane) - 1u)); }
+        std::uint32_t from(std::uint32_t value, std::uint32_t lane)
+        {
+            return hear(value,
+                        [lane](const std::uint64_t* said) { return static_cast<std::uint32_t>(said[lane]); });
+        }
+        std::uint32_t sum(std::uint32_t value)
+        {
+            const std::uint32_t all = sumOf(value);
+            if (m_lane == 0)
+                m_warp.largestSum = std::max(m_warp.largestSum, all);
+            return all;
+        }
+        float least(float value)
+        {
+            return hear(bitsOf(value),
+                        [](const std::uint64_t* said)
+                        {
+                            float smallest = psap::kInfinity;
+                            for (std::uint32_t k = 0; k < kLanes; ++k)
+                                smallest =
+                                    std::min(smallest, psap::floatOf(static_cast<std::uint32_t>(said[k])));
+                            return smallest;
+                        });
+        }
+        template <class PairAt>
+        void appendEach(std::uint32_t bits, const PairAt& pairAt)
+        {
+            const std::uint32_t all = sumOf(countOf(bits));
+            if (m_lane == 0)
+                m_warp.mostAtOnce = std::max(m_warp.mostAtOnce, all);
+            for (; bits != 0; bits &= bits - 1)
+                push(pairAt(lowestBit(bits)));
+        }
+
+    private:
+        /// What `body` makes of what all lanes say.
+        template <class Body>
+        auto hear(std::uint64_t own, const Body& body)
+        {
+            m_warp.said[m_lane] = own;
+            m_warp.meeting.wait();
+            const auto heard = body(m_warp.said);
+            m_warp.meeting.wait();
+            return heard;
+        }
+        std::uint32_t sumOf(std::uint32_t value)
+        {
+            return hear(value,
+                        [](const std::uint64_t* said)
+                        {
+                            std::uint64_t all = 0;
+                            for (std::uint32_t k = 0; k < kLanes; ++k)
+                                all += said[k];
+                            return static_cast<std::uint32_t>(all);
+                        });
+        }
+
+        Warp<Room>& m_warp;
+        std::uint32_t m_lane;
+    };
+};
+}  // namespace cullet::test

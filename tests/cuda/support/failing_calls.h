@@ -1,0 +1,55 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/broad/backend.h"
+#include "cullet/cuda/runtime/fault_injection.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <string>
+
+namespace cullet::test
+{
+/// What a call that fails so makes of an update or a search.
+inline Status statusOf(CudaFault fault)
+{
+    return fault == CudaFault::OutOfMemory ? Status::OutOfMemory : Status::DeviceLost;
+}
+
+/// No fault outlives the scope.
+struct FaultEnd
+{
+    FaultEnd() = default;
+    FaultEnd(const FaultEnd&) = delete;
+    FaultEnd& operator=(const FaultEnd&) = delete;
+    ~FaultEnd() { setCudaFault(CudaFault::None, 0); }
+};
+
+/// The call that is to fail, of those after begin().
+struct FaultPlan
+{
+    CudaFault fault;
+    std::uint64_t call;
+
+    void begin() const { setCudaFault(fault, call); }
+};
+
+/// Fails every CUDA call of `body` once, one in each run; returns how many there were.
+///
+/// @param body gets the plan, begins it, and ends the fault when a failure has reached it
+template <class Body>
+std::uint64_t failEachCall(CudaFault fault, const Body& body)
+{
+    for (std::uint64_t call = 0;; ++call)
+    {
+        SCOPED_TRACE("call " + std::to_string(call));
+        const FaultEnd end;
+        body(FaultPlan{fault, call});
+        // A call that need not succeed may fail without anybody's notice.
+        if (!hasCudaFaultHappened() || testing::Test::HasFailure())
+            return call;
+    }
+}
+}  // namespace cullet::test

@@ -1,0 +1,271 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/demos/scenes/hulls/hull_pairs.h"
+#include "cullet/narrow/epa/epa.h"
+#include "cullet/narrow/epa/exact_penetration.h"
+#include "cullet/narrow/gjk/feature_pair.h"
+#include "cullet/narrow/gjk/gjk.h"
+#include "cullet/tests/narrow/shapes.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace cullet::test
+{
+namespace
+{
+VertexPairs rotated(const VertexPairs& pairs)
+{
+    VertexPairs other = pairs;
+    std::rotate(other.a.begin(), other.a.begin() + 1, other.a.begin() + pairs.count);
+    std::rotate(other.b.begin(), other.b.begin() + 1, other.b.begin() + pairs.count);
+    return other;
+}
+
+/// From a shape to a point, relative to the shape's origin.
+template <class S>
+double distanceTo(const PosedHull<S>& shape, const Eigen::Vector3d& point)
+{
+    const Hull<S> hull = hullOf<S>({point});
+    const Eigen::Matrix<S, 3, 3> identity = Eigen::Matrix<S, 3, 3>::Identity();
+    const PosedHull<S> posed(hull, identity, shape.origin().template cast<S>());
+    GjkCache<S> cache;
+    const GjkResult<S> result = gjkDistance(posed, shape, std::numeric_limits<S>::infinity(), cache);
+    return result.state == GjkState::Near ? double(result.distance) : 0.0;
+}
+
+template <class S>
+class FeaturePairTest : public testing::Test
+{
+};
+using Scalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(FeaturePairTest, Scalars);
+
+/// Every pair of shapes at random places with a gap.
+template <class S, class Visit>
+void forNearPairs(unsigned seed, double gap, const Visit& visit)
+{
+    std::mt19937 engine(seed);
+    const std::vector<NamedPoints> shapes = queryShapes();
+    std::vector<Hull<S>> hulls;
+    for (const NamedPoints& shape : shapes)
+        hulls.push_back(hullOf<S>(shape.points));
+    for (std::size_t i = 0; i < hulls.size(); ++i)
+    {
+        for (std::size_t j = 0; j < hulls.size(); ++j)
+        {
+            for (int k = 0; k < 20; ++k)
+            {
+                const PairScene<S> scene = randomPair(hulls[i], hulls[j], gap, 2.0, engine);
+                SCOPED_TRACE(shapes[i].name + " " + shapes[j].name + " seed " + std::to_string(seed));
+                visit(scene);
+            }
+        }
+    }
+}
+
+TYPED_TEST(FeaturePairTest, GivesTheDistanceOfTheSearch)
+{
+    using S = TypeParam;
+    int solved = 0, asked = 0;
+    std::array<int, 4> kinds = {};
+    forNearPairs<S>(11, 0.1,
+                    [&](const auto& scene)
+                    {
+                        const PosedHull<S> a = scene.posedA(), b = scene.posedB();
+                        GjkCache<S> cache;
+                        const GjkResult<S> near =
+                            gjkDistance(a, b, std::numeric_limits<S>::infinity(), cache);
+                        if (near.state != GjkState::Near)
+                            return;
+                        ++asked;
+                        FeaturePair<S> pair(a, b);
+                        if (!pair.solve(pairsOf(cache), near.axis.template cast<double>(), false))
+                            return;
+                        ++solved;
+                        ++kinds[static_cast<std::size_t>(cache.count)];
+                        const double size = double(a.size() + b.size());
+                        const double tolerance = (sizeof(S) == sizeof(float) ? 1e-6 : 1e-13) * size;
+                        EXPECT_NEAR(pair.distance(), double(near.distance), tolerance);
+                        EXPECT_NEAR((pair.normal() - near.axis.template cast<double>()).norm(), 0.0,
+                                    tolerance / pair.distance());
+                        EXPECT_NEAR(pair.normal().norm(), 1.0, 1e-14);
+                        // Where faces are level, other points are as close.
+                        const Eigen::Vector3d onA = pair.pointOfB() + pair.distance() * pair.normal();
+                        EXPECT_LE(distanceTo(a, onA), 1e-6 * size);
+                        EXPECT_LE(distanceTo(b, pair.pointOfB() - (b.origin() - a.origin())), 1e-6 * size);
+                    });
+    EXPECT_GT(asked, 1000);
+    EXPECT_GT(solved, asked * 9 / 10);
+    for (int count = 1; count <= 3; ++count)
+        EXPECT_GT(kinds[static_cast<std::size_t>(count)], 20) << count;
+}
+
+/// Order and way do not count.
+TYPED_TEST(FeaturePairTest, GivesTheSameBitsForAnyWayToTheFeatures)
+{
+    using S = TypeParam;
+    int compared = 0;
+    forNearPairs<S>(12, 0.05,
+                    [&](const auto& scene)
+                    {
+                        const PosedHull<S> a = scene.posedA(), b = scene.posedB();
+                        GjkCache<S> cache, other;
+                        NoObserver observer;
+                        const GjkResult<S> near =
+                            gjkDistance(a, b, std::numeric_limits<S>::infinity(), cache);
+                        const GjkResult<S> again = gjkDistance(a, b, std::numeric_limits<S>::infinity(),
+                                                               other, observer, GjkStart::FourDirections);
+                        if (near.state != GjkState::Near || again.state != GjkState::Near)
+                            return;
+                        FeaturePair<S> first(a, b), second(a, b), third(a, b);
+                        const Eigen::Vector3d axis = near.axis.template cast<double>();
+                        if (!first.solve(pairsOf(cache), axis, false))
+                            return;
+                        ASSERT_TRUE(second.solve(rotated(pairsOf(cache)), 3.0 * axis, false));
+                        EXPECT_EQ(first.normal(), second.normal());
+                        EXPECT_EQ(first.distance(), second.distance());
+                        EXPECT_EQ(first.pointOfB(), second.pointOfB());
+                        EXPECT_EQ(first.vertexA(), second.vertexA());
+                        if (!third.solve(pairsOf(other), axis, false))
+                            return;
+                        ++compared;
+                        EXPECT_EQ(first.normal(), third.normal());
+                        EXPECT_EQ(first.distance(), third.distance());
+                        EXPECT_EQ(first.pointOfB(), third.pointOfB());
+                        EXPECT_EQ(first.vertexB(), third.vertexB());
+                    });
+    EXPECT_GT(compared, 1000);
+}
+
+/// Features that were the closest in an earlier pose are taken only while they are.
+TYPED_TEST(FeaturePairTest, RefusesFeaturesThatAreNotTheClosest)
+{
+    using S = TypeParam;
+    int refused = 0, taken = 0;
+    std::mt19937 turns(13);
+    forNearPairs<S>(
+        13, 0.1,
+        [&](const auto& scene)
+        {
+            const PosedHull<S> a = scene.posedA(), b = scene.posedB();
+            GjkCache<S> cache;
+            const GjkResult<S> near = gjkDistance(a, b, std::numeric_limits<S>::infinity(), cache);
+            auto moved = scene;
+            moveALittle(moved, 0.02, turns);
+            const PosedHull<S> toA = moved.posedA(), toB = moved.posedB();
+            GjkCache<S> fresh;
+            const GjkResult<S> truth = gjkDistance(toA, toB, std::numeric_limits<S>::infinity(), fresh);
+            FeaturePair<S> pair(toA, toB);
+            if (near.state != GjkState::Near || truth.state != GjkState::Near)
+                return;
+            if (!pair.solve(pairsOf(cache), near.axis.template cast<double>(), false))
+            {
+                ++refused;
+                return;
+            }
+            ++taken;
+            const double size = double(toA.size() + toB.size());
+            EXPECT_NEAR(pair.distance(), double(truth.distance),
+                        (sizeof(S) == sizeof(float) ? 1e-6 : 1e-13) * size);
+        });
+    EXPECT_GT(refused, 500);
+    EXPECT_GT(taken, 500);
+}
+
+/// Corners of a turned box are rounded, so that hardly four are in one plane.
+TYPED_TEST(FeaturePairTest, SettlesFacesWhoseCornersAreRounded)
+{
+    using S = TypeParam;
+    std::mt19937 engine(15);
+    int settled = 0, asked = 0;
+    for (int i = 0; i < 300; ++i)
+    {
+        const Hull<S> box =
+            hullOf<S>(moved(boxPoints(0.7, 0.5, 0.6), randomRotation(engine), {0.0, 0.0, 0.0}));
+        const Hull<S> other = hullOf<S>(icoPoints(1));
+        const PairScene<S> scene = randomPair(box, other, 0.1, 2.0, engine);
+        const PosedHull<S> a = scene.posedA(), b = scene.posedB();
+        GjkCache<S> cache;
+        const GjkResult<S> near = gjkDistance(a, b, std::numeric_limits<S>::infinity(), cache);
+        ASSERT_EQ(near.state, GjkState::Near);
+        if (cache.count != 3)
+            continue;
+        ++asked;
+        FeaturePair<S> pair(a, b);
+        settled += pair.solve(pairsOf(cache), near.axis.template cast<double>(), false) ? 1 : 0;
+    }
+    EXPECT_GT(asked, 50);
+    EXPECT_GT(settled, asked * 9 / 10);
+}
+
+/// Whichever two or three corners of the face a search has ended with.
+TYPED_TEST(FeaturePairTest, GivesTheSameBitsForAVertexOverADiagonal)
+{
+    using S = TypeParam;
+    using Matrix = Eigen::Matrix<S, 3, 3>;
+    const Hull<S> box = hullOf<S>(boxPoints(1.0, 1.0, 1.0));
+    const Hull<S> tip = hullOf<S>({{0, -1, 0}, {1, 1, 0}, {-1, 1, 1}, {-1, 1, -1}});
+    const PosedHull<S> a(tip, Matrix::Identity(), {0, S(2.1), 0}), b(box, Matrix::Identity(), {0, 0, 0});
+    std::vector<std::int32_t> top;
+    for (std::int32_t v = 0; v < box.vertexCount(); ++v)
+    {
+        if (box.vertex(v)[1] > 0)
+            top.push_back(v);
+    }
+    ASSERT_EQ(top.size(), 4u);
+    const std::int32_t lowest = a.support({0, -1, 0}, -1).vertex;
+    const std::int32_t across =
+        box.vertex(top[0])[0] * box.vertex(top[1])[0] < 0 && box.vertex(top[0])[2] * box.vertex(top[1])[2] < 0
+            ? top[1]
+        : box.vertex(top[0])[0] * box.vertex(top[2])[0] < 0 &&
+                box.vertex(top[0])[2] * box.vertex(top[2])[2] < 0
+            ? top[2]
+            : top[3];
+    VertexPairs diagonal;
+    diagonal.count = 2;
+    diagonal.a = {lowest, lowest, lowest};
+    diagonal.b = {across, top[0], -1};
+    FeaturePair<S> pair(a, b);
+    ASSERT_TRUE(pair.solve(diagonal, {0.0, 0.3, 0.0}, false));
+    EXPECT_NEAR(pair.distance(), 0.1, 1e-6);
+    EXPECT_EQ(pair.normal(), Eigen::Vector3d(0, 1, 0));
+    EXPECT_EQ(pair.vertexA(), lowest);
+}
+
+TYPED_TEST(FeaturePairTest, SettlesDepthsThatAreExact)
+{
+    using S = TypeParam;
+    int settled = 0, asked = 0;
+    forNearPairs<S>(14, -0.1,
+                    [&](const auto& scene)
+                    {
+                        const PosedHull<S> a = scene.posedA(), b = scene.posedB();
+                        if (a.vertexCount() > 50 || b.vertexCount() > 50)
+                            return;
+                        GjkCache<S> cache;
+                        if (gjkDistance(a, b, S(1), cache).state != GjkState::Overlapping)
+                            return;
+                        ++asked;
+                        const PenetrationResult<S> deep = penetration(a, b, cache);
+                        Eigen::Vector3d normal;
+                        double depth;
+                        if (deep.state != GjkState::Overlapping || !deep.isSettled ||
+                            !exactPenetration(a, b, normal, depth))
+                            return;
+                        ++settled;
+                        const double size = double(a.size() + b.size());
+                        EXPECT_NEAR(double(deep.depth), depth,
+                                    (sizeof(S) == sizeof(float) ? 1e-6 : 1e-12) * size);
+                    });
+    EXPECT_GT(asked, 300);
+    EXPECT_GT(settled, asked * 8 / 10);
+}
+}  // namespace
+}  // namespace cullet::test

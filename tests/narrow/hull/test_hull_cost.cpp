@@ -1,0 +1,178 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/narrow/build/hull_builder.h"
+#include "cullet/tests/narrow/shapes.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+/// Hulls of very many points: comparisons of points with planes, triangles and boxes are counted, and no clock is read.
+namespace cullet::test
+{
+namespace
+{
+constexpr int kCount = 40000;
+
+/// Coordinates of floats, as those of shapes are.
+Points asFloats(const Points& points)
+{
+    Points rounded;
+    for (const Eigen::Vector3d& p : points)
+        rounded.push_back(p.cast<float>().cast<double>());
+    return rounded;
+}
+
+Points solidBall(unsigned seed)
+{
+    Points points = ellipsoidPoints(kCount, {1.0, 1.0, 1.0}, seed);
+    std::mt19937 engine(seed);
+    std::uniform_real_distribution<double> part(0.0, 1.0);
+    for (Eigen::Vector3d& p : points)
+        p *= std::cbrt(part(engine));
+    return points;
+}
+
+/// The surface of a cube with rounded edges: a third of the points lies on its six faces.
+Points roundedCube(unsigned seed)
+{
+    Points points = ellipsoidPoints(kCount, {1.0, 1.0, 1.0}, seed);
+    for (Eigen::Vector3d& p : points)
+    {
+        const Eigen::Vector3d core = (p / p.cwiseAbs().maxCoeff()).cwiseMax(-0.75).cwiseMin(0.75);
+        const Eigen::Vector3d outward = p / p.cwiseAbs().maxCoeff() - core;
+        p = core + outward * (0.25 / outward.norm());
+    }
+    return points;
+}
+
+/// Points on the sides of a box.
+Points boxSides(unsigned seed)
+{
+    Points points = solidBall(seed);
+    for (std::size_t i = 0; i < points.size(); ++i)
+        points[i][i % 3] = i % 2 == 0 ? 1.0 : -1.0;
+    return points;
+}
+
+std::vector<std::pair<std::string, Points>> crowds(unsigned seed)
+{
+    Points twice = ellipsoidPoints(kCount / 2, {1.0, 1.0, 1.0}, seed);
+    for (int i = 0; i < kCount / 2; ++i)
+        twice.push_back(twice[static_cast<std::size_t>(i)] * (1.0 - 1e-7));
+    std::mt19937 engine(seed);
+    return {{"solid ball", solidBall(seed)},
+            {"sphere", ellipsoidPoints(kCount, {1.0, 1.0, 1.0}, seed)},
+            {"rounded cube", roundedCube(seed)},
+            {"box sides", boxSides(seed)},
+            {"turned box sides", moved(boxSides(seed), randomRotation(engine), {0.0, 0.0, 0.0})},
+            {"two spheres within rounding", twice}};
+}
+
+TEST(HullCost, ComparesEachPointWithFewTrianglesWhenThereAreMany)
+{
+    constexpr unsigned kSeed = 71;
+    for (const auto& [name, points] : crowds(kSeed))
+    {
+        SCOPED_TRACE(name + ", seed " + std::to_string(kSeed));
+        const Points rounded = asFloats(points);
+        const Triangulation surface(rounded, seedOf(rounded));
+        const SurfacePoints extra(rounded, surface, 16.0 * std::numeric_limits<float>::epsilon());
+        // 15 levels, of which a point sees a few facets each.
+        EXPECT_LT(surface.testCount(), std::uint64_t(150) * kCount);
+        EXPECT_LT(extra.testCount(), std::uint64_t(200) * kCount);
+        EXPECT_GT(surface.testCount(), std::uint64_t(kCount));
+    }
+}
+
+template <class S>
+void expectCornersOnly(const Points& points)
+{
+    const std::vector<Eigen::Matrix<S, 3, 1>> given = castPoints<S>(points);
+    const Hull<S> whole = makeHull(given), corners = makeCornerHull(given);
+    ASSERT_EQ(corners.kind(), whole.kind());
+    ASSERT_EQ(corners.vertexCount(), whole.corners().vertexCount());
+    EXPECT_EQ(corners.hasNeighbours(), whole.hasNeighbours());
+    EXPECT_EQ(corners.startTable(), whole.corners().startTable());
+    for (std::int32_t v = 0; v < corners.vertexCount(); ++v)
+    {
+        EXPECT_EQ(corners.sourceIndex(v), whole.corners().sourceIndex(v));
+        if (!corners.hasNeighbours())
+            continue;
+        const auto mine = corners.neighbours(v), others = whole.corners().neighbours(v);
+        EXPECT_EQ(std::vector<int>(mine.begin(), mine.end()), std::vector<int>(others.begin(), others.end()));
+    }
+    ASSERT_EQ(corners.faces().size(), whole.corners().faces().size());
+    for (std::size_t face = 0; face < corners.faces().size(); ++face)
+        EXPECT_EQ(corners.faces()[face].normal, whole.corners().faces()[face].normal);
+}
+
+TEST(HullCost, HullOfCornersIsThatOfTheWholeHull)
+{
+    Points line;
+    for (int i = 0; i < 7; ++i)
+        line.push_back(Eigen::Vector3d(0.25, 0.5, -0.125) * i);
+    std::vector<Points> sets = {{},
+                                line,
+                                {{1, 2, 3}},
+                                gridBoxPoints(5),
+                                figure9Points(),
+                                icoPoints(2),
+                                withDuplicatesAndInterior(gridBoxPoints(6), 5),
+                                withDuplicatesAndInterior(ellipsoidPoints(300, {1.0, 0.7, 0.5}, 8), 6),
+                                {{0.5, 0.5, 2}, {0, 0, 2}, {1, 0, 2}, {0.5, 0, 2}, {1, 1, 2}, {0, 1, 2}}};
+    for (const NamedPoints& shape : nastyShapes())
+        sets.push_back(shape.points);
+    for (const Points& points : sets)
+    {
+        SCOPED_TRACE(points.size());
+        expectCornersOnly<float>(points);
+        expectCornersOnly<double>(points);
+    }
+}
+
+template <class S>
+void expectScans(const Points& points)
+{
+    const std::vector<Eigen::Matrix<S, 3, 1>> given = castPoints<S>(points);
+    const Hull<S> cloud = makeCloud(given);
+    const Hull<S> corners = makeCornerHull(given);
+    ASSERT_EQ(cloud.kind(), HullKind::Cloud);
+    EXPECT_EQ(cloud.vertexCount(), static_cast<std::int32_t>(points.size()));
+    EXPECT_EQ(cloud.reach(), corners.reach());
+    EXPECT_FALSE(cloud.hasNeighbours());
+    EXPECT_TRUE(cloud.faces().empty());
+    std::mt19937 engine(7);
+    for (int i = 0; i < 300; ++i)
+    {
+        const auto d = randomDirection(engine).template cast<S>().eval();
+        const S ofCloud = supportProduct(cloud, supportVertex(cloud, d), d);
+        const S ofCorners = supportProduct(corners, supportVertex(corners, d), d);
+        ASSERT_LE(ofCorners, ofCloud);
+        ASSERT_GE(ofCorners, ofCloud - S(4) * std::numeric_limits<S>::epsilon() * cloud.reach());
+    }
+}
+
+TEST(HullCost, CloudHasTheSupportsOfTheHull)
+{
+    for (const Points& points : {withDuplicatesAndInterior(gridBoxPoints(6), 5), icoPoints(2),
+                                 withDuplicatesAndInterior(ellipsoidPoints(300, {1.0, 0.7, 0.5}, 8), 6)})
+    {
+        SCOPED_TRACE(points.size());
+        expectScans<float>(points);
+        expectScans<double>(points);
+    }
+    EXPECT_EQ(makeCloud(std::vector<Eigen::Vector3d>()).kind(), HullKind::Empty);
+    const double infinity = std::numeric_limits<double>::infinity();
+    const Hull<double> broken = makeCloud<double>({{0, 0, 0}, {infinity, 0, 0}});
+    EXPECT_EQ(broken.kind(), HullKind::NotFinite);
+    EXPECT_EQ(broken.vertexCount(), 0);
+}
+}  // namespace
+}  // namespace cullet::test

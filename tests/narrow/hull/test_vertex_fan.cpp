@@ -1,0 +1,127 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/narrow/build/hull_builder.h"
+#include "cullet/narrow/hull/vertex_fan.h"
+#include "cullet/tests/narrow/shapes.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <string>
+#include <vector>
+
+namespace cullet::test
+{
+namespace
+{
+template <class S>
+class VertexFanTest : public testing::Test
+{
+};
+using FanScalars = testing::Types<float, double>;
+TYPED_TEST_SUITE(VertexFanTest, FanScalars);
+
+template <class S>
+using PointsOf = std::vector<Eigen::Matrix<S, 3, 1>>;
+
+/// On a ball, in it, flattened, in a grid, or in two planes up to `rise`.
+template <class S>
+PointsOf<S> fanPoints(int kind, int count, double rise, std::mt19937& engine)
+{
+    std::normal_distribution<double> normal;
+    std::uniform_real_distribution<double> part(0.7, 1.0), within(-rise, rise);
+    PointsOf<S> points;
+    for (int i = 0; i < count; ++i)
+    {
+        Eigen::Vector3d p = Eigen::Vector3d(normal(engine), normal(engine), normal(engine)).normalized();
+        if (kind == 1)
+            p *= part(engine);
+        if (kind == 2)
+            p[1] *= 0.02;
+        if (kind == 3)
+            p = (p * 3.0).array().round();
+        if (kind == 4)
+            p[1] = std::copysign(0.5, p[1]) + within(engine);
+        points.push_back(p.template cast<S>());
+    }
+    return points;
+}
+
+/// Every face of the one at its place in the other.
+template <class S>
+void expectSameFaces(const VertexFan<S>& fan, const Hull<S>& hull, std::int32_t vertex)
+{
+    const auto faces = hull.facesOf(vertex);
+    ASSERT_EQ(fan.end() - fan.begin(), faces.size());
+    for (std::int32_t i = 0; i < faces.size(); ++i)
+    {
+        const ClearFace& face = fan.begin()[i];
+        const auto corners = hull.faceVertices(faces[i]);
+        ASSERT_EQ(corners.size(), 3);
+        for (std::int32_t k = 0; k < 3; ++k)
+            EXPECT_EQ(face.corners[static_cast<std::size_t>(k)], hull.sourceIndex(corners[k]));
+        EXPECT_EQ(face.normal, hull.faces()[static_cast<std::size_t>(faces[i])].normal);
+    }
+}
+
+TYPED_TEST(VertexFanTest, HasTheFacesOfTheHullOrIsNotKnown)
+{
+    using S = TypeParam;
+    constexpr unsigned kSeed = 29;
+    SCOPED_TRACE(kSeed);
+    std::mt19937 engine(kSeed);
+    const double eps = std::numeric_limits<S>::epsilon();
+    int known[5] = {}, asked[5] = {};
+    for (int i = 0; i < 1500; ++i)
+    {
+        const int kind = i % 5;
+        // On both sides of the height up to which triangles are one face.
+        const double rise = eps * std::pow(10.0, 0.002 * i);
+        const PointsOf<S> points = fanPoints<S>(kind, 4 + i % 60, rise, engine);
+        const Hull<S> hull = makeCornerHull(points), cloud = makeCloud(points);
+        if (hull.kind() != HullKind::Solid)
+            continue;
+        for (std::int32_t v = 0; v < hull.vertexCount(); ++v)
+        {
+            Eigen::Vector3d outward = Eigen::Vector3d::Zero();
+            for (const std::int32_t face : hull.facesOf(v))
+                outward += hull.faces()[static_cast<std::size_t>(face)].normal;
+            const VertexFan<S> fan(cloud, hull.sourceIndex(v), outward);
+            ++asked[kind];
+            if (!fan.isKnown())
+                continue;
+            ++known[kind];
+            expectSameFaces(fan, hull, v);
+            ASSERT_FALSE(testing::Test::HasFailure()) << "points " << i << " vertex " << v;
+        }
+    }
+    for (const int kind : {0, 1})
+        EXPECT_GT(known[kind], asked[kind] * 8 / 10) << kind;
+    EXPECT_GT(known[2], 100);
+    EXPECT_GT(known[4], 100);
+    EXPECT_LT(known[4], asked[4]);
+    EXPECT_GT(asked[3], 1000);
+}
+
+TYPED_TEST(VertexFanTest, IsNotKnownWhenPointsSpanNothing)
+{
+    using S = TypeParam;
+    const Eigen::Vector3d up = Eigen::Vector3d::UnitY();
+    const PointsOf<S> line = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}};
+    const PointsOf<S> square = {{0, 0, 0}, {1, 0, 0}, {1, 0, 1}, {0, 0, 1}, {0, 0, 0}};
+    const PointsOf<S> equal(5, {1, 2, 3});
+    const PointsOf<S> triangle = {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}};
+    for (const PointsOf<S>& points : {line, square, equal, triangle})
+    {
+        const Hull<S> cloud = makeCloud(points);
+        for (std::int32_t v = 0; v < cloud.vertexCount(); ++v)
+        {
+            for (const double size : {1.0, -1.0, 0.0})
+                EXPECT_FALSE((VertexFan<S>(cloud, v, size * up).isKnown()));
+        }
+    }
+}
+}  // namespace
+}  // namespace cullet::test

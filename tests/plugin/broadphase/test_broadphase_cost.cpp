@@ -1,0 +1,117 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// What must cost nothing or little, in counts, which are the same on every machine.
+#include "cullet/broad/proxy_table.h"
+#include "cullet/plugin/pair_cache/pair_cache.h"
+#include "cullet/tests/plugin/broadphase/broadphase_support.h"
+#include "cullet/tests/plugin/pair_sync/fake_backends.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <vector>
+
+namespace cullet::test
+{
+namespace
+{
+TEST(BroadphaseCost, UnchangedBoxesThatAreSentAgainReachNoBackend)
+{
+    Traffic traffic;
+    Broadphase broadphase(std::make_unique<CountingBackend>(traffic, makeGridBackend()));
+    std::vector<btBroadphaseProxy*> statics;
+    for (int i = 0; i < 20000; ++i)
+        statics.push_back(addCube(broadphase, vec(3 * (i % 200), 0, 3 * (i / 200)), 0.5, 2, 1));
+    std::vector<btBroadphaseProxy*> movers;
+    for (int i = 0; i < 20; ++i)
+        movers.push_back(addCube(broadphase, vec(3 * i, 0.9, 0)));
+    broadphase.calculateOverlappingPairs(nullptr);
+    const std::uint64_t before = traffic.dirtyRows;
+    for (int step = 0; step < 10; ++step)
+    {
+        for (int i = 0; i < 20000; ++i)
+            moveCube(broadphase, statics[std::size_t(i)], vec(3 * (i % 200), 0, 3 * (i / 200)));
+        for (int i = 0; i < 20; ++i)
+            moveCube(broadphase, movers[std::size_t(i)], vec(3 * i + 0.01 * (step + 1), 0.9, 0));
+        ASSERT_EQ(updatedPairs(broadphase).size(), 20u);
+    }
+    EXPECT_EQ(traffic.dirtyRows - before, 200u);
+    EXPECT_EQ(traffic.restarts, 0u);
+}
+
+TEST(BroadphaseCost, SilentUpdateTouchesNoRow)
+{
+    Traffic traffic;
+    Broadphase broadphase(std::make_unique<CountingBackend>(traffic));
+    for (int i = 0; i < 100; ++i)
+        addCube(broadphase, vec(0.9 * i, 0, 0));
+    broadphase.calculateOverlappingPairs(nullptr);
+    EXPECT_EQ(traffic.dirtyRows, 100u);
+    for (int i = 0; i < 10; ++i)
+        broadphase.calculateOverlappingPairs(nullptr);
+    EXPECT_EQ(traffic.dirtyRows, 100u);
+    EXPECT_TRUE(traffic.hadFilters);
+}
+
+TEST(BroadphaseCost, RemovingManyBodiesVisitsTheirOwnPairsOnly)
+{
+    Broadphase broadphase;
+    std::vector<btBroadphaseProxy*> proxies;
+    for (int i = 0; i < 20000; ++i)
+        proxies.push_back(addCube(broadphase, vec(0.9 * (i % 200), 0.9 * (i / 200), 0)));
+    broadphase.calculateOverlappingPairs(nullptr);
+    auto* cache = dynamic_cast<PairCache*>(broadphase.getOverlappingPairCache());
+    ASSERT_NE(cache, nullptr);
+    const int pairsBefore = cache->getNumOverlappingPairs();
+    ASSERT_GT(pairsBefore, 70000);
+    const std::uint64_t visitedBefore = cache->stats().visited;
+    for (int i = 0; i < 20000; i += 10)
+        broadphase.destroyProxy(proxies[std::size_t(i)], nullptr);
+    const auto removedCount = std::uint64_t(pairsBefore - cache->getNumOverlappingPairs());
+    EXPECT_GT(removedCount, 10000u);
+    EXPECT_LE(cache->stats().visited - visitedBefore, removedCount + 2000);
+    broadphase.calculateOverlappingPairs(nullptr);
+}
+
+TEST(BroadphaseCost, WorldThatIsOnlyQueriedDoesNotGrowWithTheBodiesThatCameAndWent)
+{
+    Broadphase broadphase(bruteOptions());
+    std::vector<btBroadphaseProxy*> proxies;
+    for (int i = 0; i < 2000; ++i)
+        proxies.push_back(addCube(broadphase, vec(2 * i, 0, 0)));
+    std::uint64_t bytes = 0;
+    for (int round = 0; round < 60; ++round)
+    {
+        for (int i = 0; i < 2000; ++i)
+        {
+            broadphase.destroyProxy(proxies[std::size_t(i)], nullptr);
+            proxies[std::size_t(i)] = addCube(broadphase, vec(2 * i, 0, 0));
+        }
+        ASSERT_EQ(boxHits(broadphase, vec(-9, -9, -9), vec(2, 9, 9)).size(), 2u);
+        if (round != 5)
+            continue;
+        // With the tree, which is there sooner or later.
+        while (broadphase.stats().queryTreeBuildsTotal == 0)
+            boxHits(broadphase, vec(-9, -9, -9), vec(2, 9, 9));
+        bytes = broadphase.stats().bytes;
+    }
+    EXPECT_LE(broadphase.table().size(), 6000u);
+    EXPECT_LE(broadphase.stats().bytes, bytes + bytes / 10);
+    EXPECT_EQ(broadphase.stats().updatesTotal, 0u);
+    // And then somebody steps it after all.
+    moveCube(broadphase, proxies[0], vec(2, 0.5, 0));
+    EXPECT_EQ(updatedPairs(broadphase), (Pairs{makePair(idOf(proxies[0]), idOf(proxies[1]))}));
+}
+
+TEST(BroadphaseCost, BodyTakesNoMoreMemoryThanInDbvt)
+{
+    // DBVT: a proxy of 88 bytes (120 in double builds) and two nodes of 64 (96), without malloc's own.
+    const double stock = sizeof(btScalar) == 4 ? 88 + 2 * 64 : 120 + 2 * 96;
+    Broadphase broadphase(bruteOptions());
+    for (int i = 0; i < 100000; ++i)
+        addCube(broadphase, vec(3.0 * i, 0, 0));
+    EXPECT_LE(double(broadphase.stats().bytes) / 100000, stock);
+}
+}  // namespace
+}  // namespace cullet::test

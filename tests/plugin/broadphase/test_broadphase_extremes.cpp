@@ -1,0 +1,239 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/tests/plugin/broadphase/broadphase_support.h"
+#include "cullet/tests/plugin/broadphase/exact_oracle.h"
+#include "cullet/tests/support/random.h"
+
+#include <BulletCollision/CollisionDispatch/btGhostObject.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <vector>
+
+namespace cullet::test
+{
+namespace
+{
+constexpr double kInf = std::numeric_limits<double>::infinity();
+constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
+
+std::vector<BroadphaseOptions> cpuBackends()
+{
+    BroadphaseOptions grid;
+    grid.backend = BackendChoice::Grid;
+    BroadphaseOptions rows = grid;
+    rows.grid.flatLimit = 0;
+    return {grid, rows, bruteOptions()};
+}
+
+btBroadphaseProxy* addBox(btBroadphaseInterface& broadphase, const btVector3& min, const btVector3& max)
+{
+    return broadphase.createProxy(min, max, 0, nullptr, 1, kAllGroups, nullptr);
+}
+
+/// The pairs after an update, checked against the exact boxes.
+void expectExactPairs(Broadphase& broadphase, const std::vector<btBroadphaseProxy*>& proxies)
+{
+    EXPECT_EQ(updatedPairs(broadphase), exactPairs(proxies)) << broadphase.stats().backendName;
+}
+
+TEST(BroadphaseExtremes, PlanesAndInfiniteBoxesOverlapEverythingTheyShould)
+{
+    for (const BroadphaseOptions& options : cpuBackends())
+    {
+        Broadphase broadphase(options);
+        std::vector<btBroadphaseProxy*> proxies;
+        const double plane = double(BT_LARGE_FLOAT);  // 1e18 in float builds, 1e30 in double builds
+        for (const double size : {plane, 5e29, kInf})
+            proxies.push_back(addBox(broadphase, vec(-size, -size, -size), vec(size, size, size)));
+        proxies.push_back(addBox(broadphase, vec(-kInf, 0, -kInf), vec(kInf, 0.5, kInf)));
+        for (int i = 0; i < 300; ++i)
+            proxies.push_back(addCube(broadphase, vec(0.0009 * i, 0.01 * i, 0), 0.0005));
+        expectExactPairs(broadphase, proxies);
+        ASSERT_GT(pairsOf(broadphase).size(), 900u);
+        for (std::size_t i = 4; i < proxies.size(); ++i)
+            moveCube(broadphase, proxies[i], vec(0.0009 * double(i), 0.011 * double(i), 0), 0.0005);
+        // Nothing that left the slab is nearer than the margin.
+        for (const Pair pair : updatedPairs(broadphase))
+            EXPECT_LE(pair.first, 303u);
+        btVector3 min;
+        btVector3 max;
+        broadphase.getBroadphaseAabb(min, max);
+        EXPECT_EQ(double(max.y()), kInf);
+    }
+}
+
+TEST(BroadphaseExtremes, InvalidBoxesHaveNoPairsAreCountedAndRecover)
+{
+    for (const BroadphaseOptions& options : cpuBackends())
+    {
+        Broadphase broadphase(options);
+        std::vector<btBroadphaseProxy*> proxies;
+        for (int i = 0; i < 50; ++i)
+            proxies.push_back(addCube(broadphase, vec(0.9 * i, 0, 0)));
+        ASSERT_EQ(updatedPairs(broadphase).size(), 49u);
+        broadphase.setAabb(proxies[10], vec(kNotANumber, 0, 0), vec(1, 1, 1), nullptr);
+        broadphase.setAabb(proxies[20], vec(1, 1, 1), vec(-1, -1, -1), nullptr);
+        broadphase.setAabb(proxies[30], vec(0, 0, 0), vec(1, 1, kNotANumber), nullptr);
+        btBroadphaseProxy* born = addBox(broadphase, vec(0, kNotANumber, 0), vec(1, 1, 1));
+        EXPECT_EQ(updatedPairs(broadphase).size(), 49u - 6u);
+        EXPECT_EQ(broadphase.stats().invalidBoxesTotal, 4u);
+        for (const int i : {10, 20, 30})
+            EXPECT_FALSE(boxHits(broadphase, vec(-99, -99, -99), vec(99, 99, 99)).size() == 51u) << i;
+        for (const int i : {10, 20, 30})
+            moveCube(broadphase, proxies[i], vec(0.9 * i, 0, 0));
+        moveCube(broadphase, born, vec(0, 0, 0));
+        EXPECT_EQ(updatedPairs(broadphase).size(), 49u + 2u);
+    }
+}
+
+TEST(BroadphaseExtremes, NanBoxThatIsSentAgainIsNoChange)
+{
+    Broadphase broadphase(bruteOptions());
+    btBroadphaseProxy* proxy = addCube(broadphase, vec(0, 0, 0));
+    const btVector3 nan = vec(kNotANumber, kNotANumber, kNotANumber);
+    for (int i = 0; i < 5; ++i)
+        broadphase.setAabb(proxy, nan, nan, nullptr);
+    EXPECT_EQ(broadphase.stats().invalidBoxesTotal, 1u);
+}
+
+TEST(BroadphaseExtremes, BarelyInvertedDoubleBoxIsNotMadeValidByRounding)
+{
+    Broadphase broadphase(bruteOptions());
+    addCube(broadphase, vec(0, 0, 0));
+    const double third = 1.0 / 3.0;
+    const double below = std::nextafter(third, 0.0);
+    // Both round to the same float; in a double build min > max.
+    addBox(broadphase, vec(third, 0, 0), vec(below, 1, 1));
+    EXPECT_EQ(updatedPairs(broadphase).size(), sizeof(btScalar) == 8 ? 0u : 1u);
+}
+
+struct Layout
+{
+    const char* name;
+    std::function<btVector3(int, Random&)> centre;
+    double half;
+};
+
+TEST(BroadphaseExtremes, AwkwardScenesHaveExactlyTheirPairs)
+{
+    const std::vector<Layout> layouts = {
+        {"far from the origin", [](int i, Random& r) { return vec(1e5 + 0.7 * i, 1e5 + r.unit(), -1e5); },
+         0.5},
+        {"one point", [](int, Random&) { return vec(3, 3, 3); }, 0.0},
+        {"concentric", [](int i, Random&) { return vec(0, 0, 1e-3 * i); }, 2.0},
+        {"a line", [](int i, Random&) { return vec(0, 0.4 * i, 0); }, 0.5},
+        {"a diagonal", [](int i, Random&) { return vec(0.3 * i, 0.3 * i, 0.3 * i); }, 0.5},
+        {"one cell", [](int, Random& r) { return vec(r.unit(), r.unit(), r.unit()); }, 0.05},
+        {"tiny in a large space",
+         [](int, Random& r) { return vec(r.between(-1e3f, 1e3f), r.between(0, 1), r.between(0, 1)); }, 1e-3},
+    };
+    for (const BroadphaseOptions& options : cpuBackends())
+    {
+        for (const Layout& layout : layouts)
+        {
+            SCOPED_TRACE(layout.name);
+            Broadphase broadphase(options);
+            Random random(5);
+            std::vector<btBroadphaseProxy*> proxies;
+            for (int i = 0; i < 400; ++i)
+                proxies.push_back(addCube(broadphase, layout.centre(i, random), layout.half));
+            // A kilometre by a millimetre by a kilometre, through the middle of it all.
+            const btVector3 middle = proxies[200]->m_aabbMin;
+            proxies.push_back(
+                addBox(broadphase, middle - vec(500, 0.0005, 500), middle + vec(500, 0.0005, 500)));
+            expectExactPairs(broadphase, proxies);
+            for (const btBroadphaseProxy* const& proxy : proxies)
+                ASSERT_NE(proxy, nullptr);
+        }
+    }
+}
+
+TEST(BroadphaseExtremes, LongBoxesOfFastBodiesStayCheap)
+{
+    // 1000 bodies at 1,000 m/s: boxes of 0.5 x 0.5 x 17 m, turned every step.
+    BroadphaseOptions grid;
+    grid.backend = BackendChoice::Grid;
+    grid.grid.flatLimit = 0;
+    Broadphase broadphase(grid);
+    Random random(3);
+    std::vector<btBroadphaseProxy*> proxies;
+    for (int i = 0; i < 1000; ++i)
+        proxies.push_back(
+            addCube(broadphase, vec(random.between(0, 60), random.between(0, 60), random.between(0, 60))));
+    for (int step = 0; step < 5; ++step)
+    {
+        for (btBroadphaseProxy* proxy : proxies)
+        {
+            const btVector3 centre = vec(random.between(0, 60), random.between(0, 60), random.between(0, 60));
+            const btVector3 extent = vec(0.25, 0.25, 8.5);
+            broadphase.setAabb(proxy, centre - extent, centre + extent, nullptr);
+        }
+        ASSERT_TRUE(containsAll(updatedPairs(broadphase), exactPairs(proxies)));
+    }
+    EXPECT_LT(broadphase.stats().bytes + broadphase.stats().backend.bytes, 40u << 20);
+}
+
+TEST(BroadphaseExtremes, ManyPairsAreNeverTruncated)
+{
+    for (const BroadphaseOptions& options : cpuBackends())
+    {
+        Broadphase broadphase(options);
+        for (int i = 0; i < 1000; ++i)
+            addCube(broadphase, vec(0, 0, 0));
+        EXPECT_EQ(updatedPairs(broadphase).size(), 1000u * 999u / 2u);
+    }
+}
+
+TEST(BroadphaseExtremes, FarPlacesOfADoubleWorldKeepTheirResolution)
+{
+    if (sizeof(btScalar) == 4)
+        GTEST_SKIP() << "for double builds";
+    for (const BroadphaseOptions& options : cpuBackends())
+    {
+        Broadphase broadphase(options);
+        std::vector<btBroadphaseProxy*> proxies;
+        // A float has a spacing of 1 m at 1e7 m; the boxes are 0.1 m apart.
+        for (int i = 0; i < 100; ++i)
+            proxies.push_back(addCube(broadphase, vec(1e7 + 0.3 * i, 0, 0), 0.1 + 0.06 * (i % 2)));
+        const Pairs exact = exactPairs(proxies);
+        EXPECT_EQ(updatedPairs(broadphase), exact);
+        EXPECT_GT(broadphase.stats().pendingPairs, 100u)
+            << "float boxes overlap more often, or the test is void";
+    }
+}
+
+TEST(BroadphaseExtremes, PairsOfADoubleWorldLeaveFarFromTheOriginToo)
+{
+    if (sizeof(btScalar) == sizeof(float))
+        GTEST_SKIP() << "a float has no such resolution";
+    btGhostPairCallback callback;
+    for (const double at : {6.4e6, 1e9, 1.5e11})
+    {
+        Broadphase broadphase(bruteOptions());
+        broadphase.getOverlappingPairCache()->setInternalGhostPairCallback(&callback);
+        btGhostObject ghost;
+        btCollisionObject object, other;
+        btBroadphaseProxy* first = addCube(broadphase, vec(at, 0, 0), 0.5, 1, kAllGroups, &object);
+        btBroadphaseProxy* second = addCube(broadphase, vec(at, 0, 0), 0.5, 1, kAllGroups, &other);
+        btBroadphaseProxy* third = addCube(broadphase, vec(at, 0, 0), 0.5, 1, kAllGroups, &ghost);
+        ASSERT_EQ(updatedPairs(broadphase).size(), 3u);
+        for (int visit = 0; visit < 3; ++visit)
+        {
+            moveCube(broadphase, second, vec(at + 1.2, 0, 0));
+            EXPECT_EQ(updatedPairs(broadphase), (Pairs{{1, 3}})) << at;
+            EXPECT_EQ(ghost.getNumOverlappingObjects(), 1);
+            EXPECT_EQ(updatedPairs(broadphase), (Pairs{{1, 3}})) << at;
+            moveCube(broadphase, second, vec(at + 0.9, 0, 0));
+            EXPECT_EQ(updatedPairs(broadphase).size(), 3u) << at;
+        }
+        for (btBroadphaseProxy* proxy : {first, second, third})
+            broadphase.destroyProxy(proxy, nullptr);
+        EXPECT_EQ(updatedPairs(broadphase), Pairs{});
+    }
+}
+}  // namespace
+}  // namespace cullet::test

@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/narrow/gjk/gjk.h"
+#include "cullet/plugin/contact/contact_patch.h"
+#include "cullet/tests/narrow/shapes.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace cullet::test
+{
+namespace
+{
+using Vector = PosedShape::Vector;
+
+constexpr double kLimit = 0.03;
+
+PosedShape turned(const Hull<btScalar>& hull, std::mt19937& engine)
+{
+    return {hull, randomRotation(engine).cast<btScalar>(), Vector::Zero()};
+}
+
+/// Corner to corner: so far apart along a random direction that the support points have a gap.
+PosedShape besides(const PosedShape& a, const PosedShape& b, const Eigen::Vector3d& direction, double gap)
+{
+    const Eigen::Vector3d apart =
+        a.support(direction, -1).point - b.support(-direction, -1).point + gap * direction;
+    return {b.hull(), b.basis().cast<btScalar>(), apart.cast<btScalar>()};
+}
+}  // namespace
+
+TEST(ContactPatch, OfTwoCornersThatNothingElseIsNearIsThatOfTheirFaces)
+{
+    std::mt19937 engine(31);
+    std::normal_distribution<double> normal;
+    int corners = 0, alone = 0;
+    for (const NamedPoints& shape : hullShapes())
+    {
+        const Hull<btScalar> hull = hullOf<btScalar>(shape.points);
+        for (int i = 0; i < 300; ++i)
+        {
+            const PosedShape a = turned(hull, engine), unmoved = turned(hull, engine);
+            const Eigen::Vector3d direction =
+                Eigen::Vector3d(normal(engine), normal(engine), normal(engine)).normalized();
+            const PosedShape b = besides(a, unmoved, direction, 0.001 + 0.0001 * (i % 200));
+            GjkCache<btScalar> cache;
+            const GjkResult<btScalar> near = gjkDistance(a, b, btScalar(kLimit), cache);
+            if (near.state != GjkState::Near || cache.count != 1)
+                continue;
+            Touch touch = {near.axis.cast<double>().normalized(), double(near.distance),
+                           near.pointB.cast<double>(), cache.startA, cache.startB};
+            const ContactPatch clipped = makeContactPatch(a, b, touch, {kLimit, btScalar(0.02)});
+            touch.areCorners = true;
+            const ContactPatch patch = makeContactPatch(a, b, touch, {kLimit, btScalar(0.02)});
+            ++corners;
+            ASSERT_EQ(patch.count, clipped.count) << shape.name << i;
+            for (std::size_t k = 0; k < static_cast<std::size_t>(patch.count); ++k)
+            {
+                EXPECT_NEAR(patch.points[k].distance, clipped.points[k].distance, 1e-5) << shape.name << i;
+                EXPECT_LT(patch.points[k].fromTouch.distance(clipped.points[k].fromTouch), btScalar(1e-5))
+                    << shape.name << i;
+            }
+            alone += patch.count == 1 && patch.points[0].fromTouch.isZero();
+        }
+    }
+    EXPECT_GT(corners, 2000);
+    EXPECT_GT(alone, 1000);
+}
+}  // namespace cullet::test

@@ -1,0 +1,215 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/demos/scenes/hulls/hull_points.h"
+#include "cullet/narrow/gjk/gjk.h"
+#include "cullet/tests/plugin/contact/patch_oracle.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <optional>
+
+namespace cullet::test
+{
+namespace
+{
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+constexpr double kWithin = 0.03;
+constexpr double kSame = 0.02;
+constexpr double kGap = 0.001;
+constexpr double kDegree = 3.14159265358979323846 / 180.0;
+
+/// A body over a floor whose top is y = 0.
+class OverFloor
+{
+public:
+    explicit OverFloor(const Points& body) : m_body(hullOf<btScalar>(body)) {}
+
+    /// @param turn of the body, which then is lowered to the gap
+    ContactPatch patch(const Matrix3d& turn, int most = 4)
+    {
+        double lowest = 0.0;
+        for (std::int32_t v = 0; v < m_body.vertexCount(); ++v)
+            lowest = std::min(lowest, (turn * m_body.vertex(v).cast<double>()).y());
+        const Vector3d origin(0.2, kGap - lowest, -0.1);
+        m_a.emplace(m_body, turn.cast<btScalar>(), origin.cast<btScalar>());
+        m_b.emplace(m_floor, Matrix3d::Identity().cast<btScalar>(), PosedShape::Vector(0, -1, 0));
+        GjkCache<btScalar> cache;
+        const GjkResult<btScalar> near = gjkDistance(*m_a, *m_b, btScalar(kWithin), cache);
+        EXPECT_EQ(near.state, GjkState::Near);
+        m_touch = {near.axis.cast<double>().normalized(), double(near.distance), near.pointB.cast<double>(),
+                   cache.startA, cache.startB};
+        return makeContactPatch(*m_a, *m_b, m_touch, {kWithin, btScalar(kSame), most});
+    }
+
+    /// Of a patch, on the floor.
+    Corners places(const ContactPatch& patch) const
+    {
+        Corners corners;
+        for (std::size_t i = 0; i < static_cast<std::size_t>(patch.count); ++i)
+            corners.push_back(m_touch.onB + toEigen(patch.points[i].fromTouch).cast<double>());
+        return corners;
+    }
+
+private:
+    Hull<btScalar> m_body, m_floor = hullOf<btScalar>(boxPoints(20, 1, 20));
+    std::optional<PosedShape> m_a, m_b;
+    Touch m_touch = {};
+};
+
+Matrix3d about(const Vector3d& axis, double angle)
+{
+    return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
+}
+
+/// A wheel that stands, its axle along z: a prism whose sides are edges along the axle.
+constexpr int kSides = 24;
+Points wheelPoints()
+{
+    Points points = prismPoints(kSides, 0.15);
+    // The middle of a side points down.
+    const Matrix3d turn = about(Vector3d::UnitZ(), 3.14159265358979323846 * (1.0 / kSides - 0.5));
+    for (Vector3d& p : points)
+        p = 0.3 * (turn * p);
+    return points;
+}
+}  // namespace
+
+TEST(ContactPatchPoints, BoxHasFourOnAFaceTwoOnAnEdgeOneOnACorner)
+{
+    OverFloor box(boxPoints(0.5, 0.5, 0.5));
+    const Matrix3d level = Matrix3d::Identity();
+    EXPECT_EQ(box.patch(level).count, 4);
+    const Vector3d edge = Vector3d::UnitX(), corner(1, 0, 0.7);
+    for (const double degrees : {1e-4, 0.01, 0.1, 0.5, 0.9})
+    {
+        EXPECT_EQ(box.patch(about(edge, degrees * kDegree)).count, 4) << degrees;
+        EXPECT_EQ(box.patch(about(corner, degrees * kDegree)).count, 4) << degrees;
+    }
+    for (const double degrees : {2.0, 5.0, 30.0, 45.0})
+    {
+        EXPECT_EQ(box.patch(about(edge, degrees * kDegree)).count, 2) << degrees;
+        EXPECT_EQ(box.patch(about(corner, degrees * kDegree)).count, 1) << degrees;
+    }
+}
+
+TEST(ContactPatchPoints, LegHasOnePointWhenItLeansThoughItsFootIsWithinTheLimit)
+{
+    OverFloor leg(boxPoints(0.05, 0.5, 0.05));
+    EXPECT_EQ(leg.patch(about(Vector3d(1, 0, 0.7), 0.5 * kDegree)).count, 4);
+    for (const double degrees : {4.0, 8.0})
+    {
+        EXPECT_LT(0.2 * std::sin(degrees * kDegree), kWithin);
+        EXPECT_EQ(leg.patch(about(Vector3d(1, 0, 0.7), degrees * kDegree)).count, 1) << degrees;
+        EXPECT_EQ(leg.patch(about(Vector3d::UnitX(), degrees * kDegree)).count, 2) << degrees;
+    }
+}
+
+TEST(ContactPatchPoints, WheelOfManySidesHasTheEndsOfALine)
+{
+    OverFloor wheel(wheelPoints());
+    int lines = 0;
+    constexpr int kSteps = 48;
+    for (int i = 0; i <= kSteps; ++i)
+    {
+        // From one side to the next one.
+        const double angle = 2.0 * 3.14159265358979323846 / kSides * i / kSteps;
+        const ContactPatch patch = wheel.patch(about(Vector3d::UnitZ(), angle));
+        const Corners places = wheel.places(patch);
+        EXPECT_GE(patch.count, 2) << i;
+        EXPECT_NEAR(lengthOf(places, Vector3d::UnitX()), 0.09, 1e-4) << i;
+        lines += patch.count == 2;
+    }
+    EXPECT_GT(lines, kSteps * 3 / 4);
+    EXPECT_EQ(wheel.patch(about(Vector3d::UnitZ(), 0.0)).count, 4) << "on one of its sides it rests";
+}
+
+TEST(ContactPatchPoints, BallOfManyPointsHasOneOnACornerAndThreeOnAFace)
+{
+    const Points ico = icoPoints(2);
+    OverFloor ball(ico);
+    const Matrix3d corner = Eigen::Quaterniond::FromTwoVectors(ico[5], Vector3d(0, -1, 0)).toRotationMatrix();
+    EXPECT_EQ(ball.patch(corner).count, 1);
+    EXPECT_EQ(ball.patch(about(Vector3d(1, 0, 2), 0.02) * corner).count, 1);
+    const Hull<double> hull = hullOf<double>(ico);
+    const Matrix3d face =
+        Eigen::Quaterniond::FromTwoVectors(hull.faces()[0].normal, Vector3d(0, -1, 0)).toRotationMatrix();
+    EXPECT_EQ(ball.patch(face).count, 3);
+}
+
+TEST(ContactPatchPoints, MostOfThemIsALimitAndTheDeepestIsAmongThem)
+{
+    for (const int sides : {4, 5, 16})
+    {
+        OverFloor prism(prismPoints(sides, 0.5));
+        const Matrix3d turn =
+            about(Vector3d(1, 0, 0.3), 0.4 * kDegree) * about(Vector3d::UnitX(), 90.0 * kDegree);
+        double lastArea = 0.0;
+        for (int most = 1; most <= 4; ++most)
+        {
+            const ContactPatch patch = prism.patch(turn, most);
+            EXPECT_EQ(patch.count, most) << sides;
+            double deepest = kWithin;
+            for (std::size_t i = 0; i < static_cast<std::size_t>(patch.count); ++i)
+                deepest = std::min(deepest, double(patch.points[i].distance));
+            EXPECT_NEAR(deepest, kGap, 4e-5) << sides;
+            const Corners places = prism.places(patch);
+            const double area = areaOf(places, Vector3d::UnitY());
+            EXPECT_GE(area, lastArea) << sides << ' ' << most;
+            lastArea = area;
+            if (most > 1)
+            {
+                EXPECT_GT(lengthOf(places, Vector3d::UnitY()), 1.6) << sides << ' ' << most;
+            }
+        }
+        EXPECT_GT(lastArea, 1.7) << sides;
+    }
+}
+
+TEST(ContactPatchPoints, FourthIsBeyondTheTriangleWhereAllAreOnOneSide)
+{
+    // Half of a disc: the deepest and the farthest from it are the ends of its straight side.
+    Points points;
+    constexpr int kArc = 12;
+    for (int i = 0; i <= kArc; ++i)
+    {
+        const double angle = 3.14159265358979323846 * i / kArc;
+        for (const double y : {0.0, 1.0})
+            points.push_back({std::cos(angle), y, std::sin(angle)});
+    }
+    OverFloor half(points);
+    // So that an end of the straight side is the lowest of all.
+    const ContactPatch patch = half.patch(about(Vector3d(-0.2, 0, -1), 0.3 * kDegree));
+    EXPECT_EQ(patch.count, 4);
+    const Corners places = half.places(patch);
+    EXPECT_NEAR(lengthOf(places, Vector3d::UnitY()), 2.0, 1e-3);
+    // The largest triangle has an area of 1.
+    EXPECT_GT(areaOf(places, Vector3d::UnitY()), 1.15);
+}
+
+TEST(ContactPatchPoints, OfCongruentFacesAreTheirCornersThoughTheyAreTurnedABit)
+{
+    constexpr int kCorners = 8;
+    const Hull<btScalar> hull = hullOf<btScalar>(prismPoints(kCorners, 0.5));
+    const Matrix3d level = about(Vector3d::UnitX(), 90.0 * kDegree);
+    const PosedShape a(hull, level.cast<btScalar>(), PosedShape::Vector(0, btScalar(1 + kGap), 0));
+    for (const double turn : {0.0, 1e-5, -1e-5, 3e-4, -3e-4})
+    {
+        const Matrix3d turned = about(Vector3d::UnitY(), turn) * level;
+        const PosedShape b(hull, turned.cast<btScalar>(), PosedShape::Vector::Zero());
+        const Touch touch = {Vector3d::UnitY(), kGap, Vector3d(0, 0.5, 0) - a.origin(), -1, -1};
+        const ContactPatch patch = makeContactPatch(a, b, touch, {kWithin, btScalar(kSame)});
+        ASSERT_EQ(patch.count, 4) << turn;
+        for (const ContactPoint& point : patch.points)
+        {
+            const Vector3d place = toEigen(point.fromTouch).cast<double>();
+            EXPECT_NEAR(std::hypot(place.x(), place.z()), 1.0, 1e-4) << "not on an edge, " << turn;
+            const double corners =
+                std::atan2(place.z(), place.x()) / (2.0 * 3.14159265358979323846) * kCorners;
+            EXPECT_NEAR(corners, std::round(corners), 1e-3) << turn;
+        }
+    }
+}
+}  // namespace cullet::test

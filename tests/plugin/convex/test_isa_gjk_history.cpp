@@ -1,0 +1,338 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/tests/plugin/convex/convex_contacts.h"
+
+#include <BulletCollision/CollisionShapes/btTriangleShape.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+/// A query gives the same bits whatever its pair was asked before.
+namespace cullet::test
+{
+namespace
+{
+/// Shapes whose cores may be any polytope, by name, in a size of about 1.
+struct NamedShape
+{
+    std::string name;
+    std::unique_ptr<btCollisionShape> shape;
+};
+
+std::unique_ptr<btConvexHullShape> roundHull(int count, unsigned seed)
+{
+    return makeHullShape(ballPoints(count, 0.5, seed));
+}
+
+std::vector<NamedShape> historyShapes()
+{
+    std::vector<NamedShape> shapes;
+    shapes.push_back({"cube", makeHullShape(boxPoints(0.5, 0.5, 0.5))});
+    shapes.push_back({"hull24", roundHull(24, 3)});
+    shapes.push_back({"hull100", roundHull(100, 4)});
+    auto bare = makeHullShape(boxPoints(0.5, 0.4, 0.3));
+    bare->setMargin(0);
+    shapes.push_back({"bare brick", std::move(bare)});
+    auto scaled = makeHullShape(boxPoints(0.5, 0.5, 0.5));
+    scaled->setLocalScaling(vec(1.5, 0.4, 0.8));
+    shapes.push_back({"scaled", std::move(scaled)});
+    shapes.push_back({"box", std::make_unique<btBoxShape>(vec(0.5, 0.4, 0.6))});
+    shapes.push_back({"floor", std::make_unique<btBoxShape>(vec(20, 0.5, 20))});
+    shapes.push_back({"capsule", std::make_unique<btCapsuleShape>(btScalar(0.2), btScalar(0.8))});
+    shapes.push_back(
+        {"triangle", std::make_unique<btTriangleShape>(vec(-1, 0, -1), vec(1, 0, -1), vec(0, 0, 1))});
+    shapes.push_back({"cylinder", std::make_unique<btCylinderShape>(vec(0.4, 0.5, 0.4))});
+    return shapes;
+}
+
+using Random = std::mt19937;
+
+double uniform(Random& random)
+{
+    return std::uniform_real_distribution<double>(-1, 1)(random);
+}
+
+btQuaternion turn(Random& random, double angle)
+{
+    const btVector3 axis = vec(uniform(random), uniform(random), uniform(random) + 0.01);
+    return btQuaternion(axis.normalized(), btScalar(angle * uniform(random)));
+}
+
+/// Poses of B, each near the one before: turned anyhow, nearly level, or level; A is at the origin.
+struct Poses
+{
+    enum class Kind
+    {
+        Any,
+        Nearly,
+        Level
+    };
+
+    Poses(Random& random, double height, Kind kind)
+    {
+        const bool isAny = kind == Kind::Any;
+        btTransform pose(
+            isAny ? turn(random, 3) : btQuaternion::getIdentity(),
+            isAny ? vec(uniform(random), uniform(random), uniform(random)).normalized() * btScalar(height)
+                  : vec(0.3 * uniform(random), height, 0.3 * uniform(random)));
+        for (int i = 0; i < 6; ++i)
+        {
+            before.push_back(pose);
+            const double away = i % 2 == 0 ? 0.03 : 0.0005;
+            pose.setOrigin(pose.getOrigin() +
+                           vec(uniform(random), uniform(random), uniform(random)) * btScalar(away));
+            if (kind != Kind::Level)
+                pose.setRotation((turn(random, isAny ? 0.1 : 1e-3) * pose.getRotation()).normalized());
+        }
+        asked = pose;
+    }
+
+    std::vector<btTransform> before;
+    btTransform asked;
+};
+
+std::vector<double> numbersOf(const btPersistentManifold* manifold)
+{
+    std::vector<double> numbers;
+    for (int i = 0; manifold != nullptr && i < manifold->getNumContacts(); ++i)
+    {
+        const btManifoldPoint& point = manifold->getContactPoint(i);
+        for (int k = 0; k < 3; ++k)
+        {
+            numbers.push_back(double(point.m_positionWorldOnB[k]));
+            numbers.push_back(double(point.m_normalWorldOnB[k]));
+            numbers.push_back(double(point.m_localPointA[k]));
+        }
+        numbers.push_back(double(point.getDistance()));
+    }
+    return numbers;
+}
+
+/// Contacts of a step at a pose, from an empty manifold.
+std::vector<double> stepAt(ConvexPairProbe& probe, const btTransform& at)
+{
+    probe.place(btTransform::getIdentity(), at);
+    btManifoldArray manifolds;
+    probe.algorithm->getAllContactManifolds(manifolds);
+    for (int i = 0; i < manifolds.size(); ++i)
+        manifolds[i]->clearManifold();
+    return numbersOf(probe.step());
+}
+
+std::vector<double> queryAt(ConvexPairProbe& probe, const btTransform& at, double threshold)
+{
+    probe.place(btTransform::getIdentity(), at);
+    std::vector<double> numbers;
+    for (const Reported& point : probe.query(threshold))
+    {
+        for (int k = 0; k < 3; ++k)
+        {
+            numbers.push_back(double(point.normal[k]));
+            numbers.push_back(double(point.onB[k]));
+        }
+        numbers.push_back(point.distance);
+    }
+    return numbers;
+}
+
+class IsaGjkHistory : public testing::TestWithParam<Poses::Kind>
+{
+};
+
+/// Every pair of shapes, from deep to just within the threshold.
+TEST_P(IsaGjkHistory, GivesTheSameBitsWhateverWasAskedBefore)
+{
+    constexpr unsigned kSeed = 20261125;
+    SCOPED_TRACE(kSeed);
+    Random random(kSeed);
+    IsaGjkOptions options;
+    options.boxBox = true;
+    ConvexBench bench(false, options);
+    const std::vector<NamedShape> shapes = historyShapes();
+    int touching = 0, several = 0;
+    for (const NamedShape& a : shapes)
+    {
+        for (const NamedShape& b : shapes)
+        {
+            for (int i = 0; i < 60; ++i)
+            {
+                const double height =
+                    (a.name == "floor" || b.name == "floor" ? 1.0 : 0.9) + 0.15 * uniform(random);
+                const Poses poses(random, height, GetParam());
+                for (const auto table : {BT_CONTACT_POINT_ALGORITHMS, BT_CLOSEST_POINT_ALGORITHMS})
+                {
+                    const double threshold = table == BT_CLOSEST_POINT_ALGORITHMS ? 0.2 : 0.0;
+                    ConvexPairProbe used(bench.dispatcher, *a.shape, *b.shape, table);
+                    ConvexPairProbe fresh(bench.dispatcher, *a.shape, *b.shape, table);
+                    for (const btTransform& pose : poses.before)
+                        queryAt(used, pose, threshold);
+                    const std::vector<double> expected = queryAt(fresh, poses.asked, threshold);
+                    ASSERT_EQ(queryAt(used, poses.asked, threshold), expected)
+                        << a.name << " " << b.name << " " << i;
+                    ASSERT_EQ(stepAt(used, poses.asked), stepAt(fresh, poses.asked))
+                        << a.name << " " << b.name << " " << i;
+                    touching += expected.empty() ? 0 : 1;
+                    several += expected.size() > 7 ? 1 : 0;
+                }
+            }
+        }
+    }
+    EXPECT_GT(touching, 2500);
+    EXPECT_GT(several, GetParam() == Poses::Kind::Any ? 400 : 500);
+    EXPECT_GT(bench.registration->stats().depthsTotal, 500u);
+}
+
+std::string nameOf(const testing::TestParamInfo<Poses::Kind>& info)
+{
+    const char* const names[] = {"Any", "Nearly", "Level"};
+    return names[static_cast<int>(info.param)];
+}
+
+INSTANTIATE_TEST_SUITE_P(Poses, IsaGjkHistory,
+                         testing::Values(Poses::Kind::Any, Poses::Kind::Nearly, Poses::Kind::Level), nameOf);
+
+/// The distance of a query is compared with the threshold as it is, not as a search that began elsewhere rounds it.
+TEST(IsaGjkThreshold, FindsTheSameContactsAtTheThreshold)
+{
+    Random random(5);
+    ConvexBench bench;
+    const auto hull = roundHull(24, 3);
+    int touching = 0;
+    for (int i = 0; i < 200; ++i)
+    {
+        const btVector3 direction = vec(uniform(random), uniform(random), uniform(random)).normalized();
+        const btQuaternion turned = turn(random, 3);
+        ConvexPairProbe fresh(bench.dispatcher, *hull, *hull, BT_CLOSEST_POINT_ALGORITHMS);
+        const btTransform far(turned, direction * btScalar(1.5));
+        const std::vector<double> closest = queryAt(fresh, far, 10);
+        ASSERT_EQ(closest.size(), 7u);
+        // One rounding more or less decides.
+        for (const double threshold :
+             {closest[6], std::nextafter(closest[6], 0.0), std::nextafter(closest[6], 2.0)})
+        {
+            ConvexPairProbe used(bench.dispatcher, *hull, *hull, BT_CLOSEST_POINT_ALGORITHMS);
+            ConvexPairProbe other(bench.dispatcher, *hull, *hull, BT_CLOSEST_POINT_ALGORITHMS);
+            queryAt(used, btTransform(turned, direction * btScalar(1.49)), threshold);
+            queryAt(used, btTransform(turned, direction * btScalar(1.6)), threshold);
+            const std::vector<double> expected = queryAt(other, far, threshold);
+            ASSERT_EQ(queryAt(used, far, threshold), expected) << i;
+            touching += expected.empty() ? 0 : 1;
+        }
+    }
+    EXPECT_GT(touching, 100);
+}
+
+/// Points whose hull has faces that stand clear, that are level up to rounding, and that are none.
+std::vector<btVector3> anyPoints(Random& random, int kind)
+{
+    const int counts[] = {4, 6, 8, 12, 24, 60, 150};
+    const int count = counts[static_cast<std::size_t>(kind) % 7];
+    std::vector<btVector3> points = ballPoints(count, 0.5, random());
+    for (btVector3& p : points)
+    {
+        switch (kind / 7)
+        {
+            case 0:
+                break;
+            case 1:
+                p *= btScalar(1 - 0.1 * std::abs(uniform(random)));
+                break;
+            case 2:
+                p = vec(p.x(), 0.02 * p.y(), 0.4 * p.z());
+                break;
+            case 3:
+                p = vec(std::round(6 * p.x()), std::round(6 * p.y()), std::round(6 * p.z())) * btScalar(0.1);
+                break;
+            // Both sides of the height up to which triangles are one face.
+            default:
+                p.setY(btScalar(std::copysign(0.4, p.y()) + 3e-6 * uniform(random)));
+        }
+    }
+    return points;
+}
+
+/// How a hull's contacts are found: without its graph where that is not there yet, or with it.
+class ContactsOfNewHulls
+{
+public:
+    explicit ContactsOfNewHulls(const std::vector<btVector3>& hull)
+        : m_points(hull), m_unknown(makeHullShape(hull))
+    {
+    }
+
+    /// @return true if the same bits came of both
+    void compare(btCollisionShape& other, const btTransform& at, const std::string& name)
+    {
+        const std::uint64_t before = hullCacheStats().buildsTotal;
+        const Answer expected = answer(*m_unknown, other, at);
+        builds += static_cast<int>(hullCacheStats().buildsTotal - before);
+        const auto known = makeHullShape(m_points);
+        prepare(*known);
+        const Answer found = answer(*known, other, at);
+        invalidate(*known);
+        ASSERT_EQ(found.queried, expected.queried) << name;
+        ASSERT_EQ(found.stepped, expected.stepped) << name;
+        points = static_cast<int>(expected.stepped.size() / 10);
+    }
+
+    int builds = 0;
+    int points = 0;  ///< of the last contact
+
+private:
+    struct Answer
+    {
+        std::vector<double> queried, stepped;
+    };
+
+    Answer answer(btCollisionShape& shape, btCollisionShape& other, const btTransform& at)
+    {
+        ConvexPairProbe probe(m_bench.dispatcher, other, shape);
+        return {queryAt(probe, at, 0), stepAt(probe, at)};
+    }
+
+    std::vector<btVector3> m_points;
+    std::unique_ptr<btConvexHullShape> m_unknown;
+    ConvexBench m_bench;
+};
+
+TEST(IsaGjkGraphs, AreNoPartOfTheAnswer)
+{
+    constexpr unsigned kSeed = 7;
+    SCOPED_TRACE(kSeed);
+    Random random(kSeed);
+    btBoxShape floor(vec(20, 0.5, 20));
+    btTriangleShape triangle(vec(-1, 0, -1), vec(1, 0, -1), vec(0, 0, 1));
+    int withoutGraph = 0, withGraph = 0, several = 0;
+    for (int i = 0; i < 35 * 150; ++i)
+    {
+        const std::vector<btVector3> points = anyPoints(random, i % 35);
+        const auto partner = makeHullShape(ballPoints(24, 0.5, random()));
+        partner->setLocalScaling(vec(1.5, 1, 0.7));
+        btCollisionShape* const others[] = {&floor, partner.get(), &triangle};
+        btCollisionShape& other = *others[i / 35 % 3];
+        btScalar radius;
+        btVector3 centre;
+        btTransform at(i % 2 == 0 ? turn(random, 3) : turn(random, 0.01), btVector3(0, 0, 0));
+        btVector3 low, high;
+        makeHullShape(points)->getAabb(at, low, high);
+        partner->getBoundingSphere(centre, radius);
+        const double top = &other == &floor ? 0.5 : &other == &triangle ? 0.0 : double(radius) * 0.7;
+        at.setOrigin(vec(0.1 * uniform(random), top - double(low.y()) + 0.05 * uniform(random),
+                         0.1 * uniform(random)));
+        ContactsOfNewHulls contacts(points);
+        contacts.compare(other, at, std::to_string(i));
+        ASSERT_FALSE(HasFatalFailure());
+        withoutGraph += contacts.points > 0 && contacts.builds == 0 ? 1 : 0;
+        withGraph += contacts.points > 0 && contacts.builds > 0 ? 1 : 0;
+        several += contacts.points > 1 && contacts.builds == 0 ? 1 : 0;
+    }
+    EXPECT_GT(withoutGraph, 500);
+    EXPECT_GT(withGraph, 80);
+    EXPECT_GT(several, 100);
+}
+}  // namespace
+}  // namespace cullet::test

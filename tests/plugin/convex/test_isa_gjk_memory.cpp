@@ -1,0 +1,163 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/demos/scenes/hulls/hull_points.h"
+#include "cullet/tests/plugin/convex/convex_contacts.h"
+#include "cullet/tests/plugin/convex/faulty_cube.h"
+#include "cullet/tests/plugin/dispatcher/pair_bench.h"
+#include "cullet/tests/support/process/failing_new.h"
+
+#include <gtest/gtest.h>
+
+#include <initializer_list>
+#include <stdexcept>
+
+namespace cullet::test
+{
+namespace
+{
+std::unique_ptr<btConvexHullShape> roundHull(int level)
+{
+    std::vector<btVector3> points;
+    for (const Eigen::Vector3d& p : icoPoints(level))
+        points.push_back(vec(p.x(), p.y(), p.z()));
+    return makeHullShape(points);
+}
+}  // namespace
+
+TEST(IsaGjkMemory, NeitherConstructorNorDestructorNorAWarmStepTakesAny)
+{
+    const auto hull = makeHullShape(ballPoints(40, 0.5, 1));
+    const auto other = makeHullShape(boxPoints(0.5, 0.5, 0.5));
+    ConvexBench bench;
+    {
+        ConvexPairProbe first(bench.dispatcher, *hull, *other);
+        first.place(vec(0, 0.9, 0), vec(0, 0, 0));
+        first.step();
+    }
+    const std::uint64_t before = newCount();
+    {
+        ConvexPairProbe probe(bench.dispatcher, *hull, *other);
+        for (const double height : {3.0, 1.03, 0.9, 3.0})
+        {
+            probe.place(vec(0.1, height, 0), vec(0, 0, 0));
+            probe.step();
+        }
+    }
+    EXPECT_EQ(newCount(), before);
+    EXPECT_EQ(bench.registration->stats().depthsTotal, 2u);
+}
+
+TEST(IsaGjkFallback, APairWhoseGraphsFindNoMemoryIsCountedAndAnsweredByBullet)
+{
+    const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
+    std::uint64_t failed = 0;
+    bool isReached = true;
+    for (std::size_t after = 0; isReached; ++after)
+    {
+        SCOPED_TRACE(after);
+        ConvexBench bench;
+        // New points with level faces, of which there is no graph yet, at an address that may be known.
+        const auto hull = makeHullShape(boxPoints(0.5, 0.5, 0.4 + 1e-3 * double(after)));
+        ConvexPairProbe probe(bench.dispatcher, *hull, *cube);
+        probe.place(vec(0, 0.5, 0), vec(0, 0, 0));
+        {
+            const OneNewFails failure(after);
+            EXPECT_GT(probe.step()->getNumContacts(), 0);
+            isReached = failure.hasHappened();
+        }
+        const IsaGjkStats stats = bench.registration->stats();
+        EXPECT_EQ(stats.notConvergedTotal + stats.touchingTotal, 1u);
+        failed += stats.notConvergedTotal;
+        // Of a shape whose record found no memory, too.
+        invalidate(*hull);
+        probe.step();
+        EXPECT_EQ(bench.registration->stats().touchingTotal, stats.touchingTotal + 1);
+    }
+    EXPECT_GT(failed, 10u);
+}
+
+namespace
+{
+/// Coincident round hulls: all faces of the difference are equally close.
+///
+/// @param level     of icoPoints()
+/// @param isExact   the large polytope has no room for all of them either
+/// @param failures  which allocation of a step fails
+void checkDepthWithoutMemory(int level, bool isExact, std::initializer_list<std::size_t> failures)
+{
+    const auto hull = roundHull(level);
+    ConvexBench bench;
+    ConvexPairProbe probe(bench.dispatcher, *hull, *hull);
+    probe.place(vec(0, 0, 0), vec(0, 0, 0));
+    probe.step();
+    IsaGjkStats stats = bench.registration->stats();
+    EXPECT_EQ(stats.exactTotal, isExact ? 1u : 0u);
+    EXPECT_EQ(stats.depthsTotal, 1u);
+    EXPECT_EQ(stats.notConvergedTotal, 0u);
+    for (const std::size_t after : failures)
+    {
+        const OneNewFails failure(after);
+        EXPECT_GT(probe.step()->getNumContacts(), 0);
+        EXPECT_TRUE(failure.hasHappened());
+    }
+    stats = bench.registration->stats();
+    EXPECT_EQ(stats.notConvergedTotal, failures.size());
+    EXPECT_EQ(stats.exactTotal, isExact ? 1u : 0u);
+}
+}  // namespace
+
+TEST(IsaGjkFallback, ADepthThatFindsNoMemoryIsCountedAndAnsweredByBullet)
+{
+    checkDepthWithoutMemory(3, false, {0});
+    checkDepthWithoutMemory(4, true, {0, 1, 6});
+}
+
+TEST(IsaGjkFallback, AShapeThatThrowsIsCountedAndAnsweredByBullet)
+{
+    const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
+    for (const int badCall : {0, 1})
+    {
+        ConvexBench bench;
+        FaultyCube faulty(badCall, []() -> btVector3 { throw std::runtime_error("no support"); });
+        ConvexPairProbe probe(bench.dispatcher, faulty, *cube);
+        probe.place(btTransform(btQuaternion(vec(1, 2, 3).normalized(), btScalar(0.3)), vec(0.1, 0.5, 0.05)),
+                    btTransform::getIdentity());
+        EXPECT_GT(probe.step()->getNumContacts(), 0);
+        EXPECT_EQ(bench.registration->stats().notConvergedTotal, 1u);
+    }
+}
+
+// A motion of sleepers that a dispatch without memory has seen, and their pair has not, counts when they are awake.
+TEST(DispatcherMemory, APairThatTouchesIsNotLeftOutWhateverADispatchBeforeHasMissed)
+{
+    const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
+    std::uint64_t failures = 0;
+    bool isReached = true;
+    for (std::size_t after = 0; isReached; ++after)
+    {
+        SCOPED_TRACE(after);
+        PairBench pairs;
+        pairs.addPair(*cube, 0.3);
+        pairs.addPair(*cube, 0.3);
+        pairs.dispatch(3);
+        EXPECT_EQ(pairs.dispatcher.stillPairs(), 2u);
+        // More of them than there was room for.
+        for (int i = 0; i < 100; ++i)
+            pairs.addPair(*cube, 0.3);
+        pairs.setState(0, ISLAND_SLEEPING);
+        pairs.closeGap(0, 0.15);
+        {
+            const OneNewFails failure(after);
+            pairs.dispatch();
+            isReached = failure.hasHappened();
+        }
+        failures += isReached ? 1 : 0;
+        pairs.setState(0, ACTIVE_TAG);
+        pairs.closeGap(0, 0.15);
+        pairs.dispatch();
+        EXPECT_GT(pairs.contactsOfPair(0), 0);
+        EXPECT_EQ(pairs.dispatcher.idlePairs(), 101u);
+    }
+    EXPECT_GT(failures, 3u);
+}
+}  // namespace cullet::test

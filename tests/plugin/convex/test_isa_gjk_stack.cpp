@@ -1,0 +1,151 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// How much of a thread's stack the narrow phase takes: threads and fibres of applications have 64 kB.
+
+#include "cullet/narrow/build/hull_builder.h"
+#include "cullet/narrow/epa/exact_penetration.h"
+#include "cullet/tests/plugin/convex/convex_world.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <functional>
+#include <memory>
+#include <pthread.h>
+#include <vector>
+
+namespace cullet::test
+{
+namespace
+{
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || !defined(__OPTIMIZE__)
+// Variables then have room around them, or a place each.
+constexpr std::size_t kMost = 1024 * 1024;
+#else
+constexpr std::size_t kMost = 48 * 1024;
+#endif
+constexpr std::size_t kStack = 4 * kMost;
+
+/// A stack that shows how much of it was written to.
+class PaintedStack
+{
+public:
+    /// Bytes that a thread of its own takes for code.
+    std::size_t usedBy(const std::function<void()>& code)
+    {
+        std::fill(m_memory.begin(), m_memory.end(), kPaint);
+        pthread_attr_t attributes;
+        pthread_attr_init(&attributes);
+        EXPECT_EQ(pthread_attr_setstack(&attributes, base(), kStack), 0);
+        pthread_t thread;
+        EXPECT_EQ(pthread_create(&thread, &attributes, run, const_cast<std::function<void()>*>(&code)), 0);
+        pthread_join(thread, nullptr);
+        pthread_attr_destroy(&attributes);
+        const std::byte* const end = base() + kStack;
+        return static_cast<std::size_t>(
+            end - std::find_if(base(), base() + kStack, [](std::byte b) { return b != kPaint; }));
+    }
+
+private:
+    static constexpr std::byte kPaint = std::byte(0xa5);
+    static constexpr std::size_t kPage = 4096;
+
+    static void* run(void* code)
+    {
+        (*static_cast<std::function<void()>*>(code))();
+        return nullptr;
+    }
+
+    std::byte* base()
+    {
+        void* place = m_memory.data();
+        std::size_t room = m_memory.size();
+        return static_cast<std::byte*>(std::align(kPage, kStack, place, room));
+    }
+
+    std::vector<std::byte> m_memory = std::vector<std::byte>(kStack + kPage);
+};
+
+/// What the contacts of two bodies take, as in a step, with the graphs of their hulls.
+std::size_t stackOf(btConvexShape& a, btConvexShape& b, const btVector3& apart, IsaGjkStats& stats)
+{
+    ConvexWorld world(Narrow::IsaGjk);
+    world.add(&a, 1, vec(0, 0, 0));
+    world.add(&b, 1, apart);
+    PaintedStack stack;
+    const std::size_t nothing = stack.usedBy([] {});
+    const std::size_t used = stack.usedBy(
+        [&]
+        {
+            // The second time, from what is remembered.
+            world.world.performDiscreteCollisionDetection();
+            world.world.performDiscreteCollisionDetection();
+        });
+    stats = world.stats();
+    EXPECT_GT(world.dispatcher().getNumManifolds(), 0);
+    EXPECT_GT(world.dispatcher().getManifoldByIndexInternal(0)->getNumContacts(), 0);
+    return used - nothing;
+}
+}  // namespace
+
+TEST(IsaGjkStack, IsSmallForRoundHullsWhoseCentresNearlyCoincide)
+{
+    for (const int count : {100, 400, 1000})
+    {
+        // The graphs of other points would be there already.
+        const auto a = makeHullShape(ballPoints(count, 1.0, 71)),
+                   b = makeHullShape(ballPoints(count, 1.0, 72));
+        for (const double apart : {1e-3, 0.0, 0.05})
+        {
+            IsaGjkStats stats;
+            const std::size_t used = stackOf(*a, *b, vec(apart, 0, 0), stats);
+            EXPECT_LT(used, kMost) << count << " points, " << apart << " m apart";
+            EXPECT_EQ(stats.depthsTotal, 2u);
+            RecordProperty("bytes" + std::to_string(count), static_cast<int>(used));
+        }
+    }
+}
+
+TEST(IsaGjkStack, IsSmallForExactDepths)
+{
+    using Scalar = btScalar;
+    std::vector<Eigen::Matrix<Scalar, 3, 1>> points;
+    for (const btVector3& point : ballPoints(400, 1.0, 73))
+        points.emplace_back(point.x(), point.y(), point.z());
+    const Hull<Scalar> hull = makeHull(points);
+    const PosedHull<Scalar> a(hull, Eigen::Matrix<Scalar, 3, 3>::Identity(), {0, 0, 0});
+    const PosedHull<Scalar> b(hull, Eigen::Matrix<Scalar, 3, 3>::Identity(), {Scalar(0.1), 0, 0});
+    PaintedStack stack;
+    bool isFound = false;
+    const std::size_t used = stack.usedBy(
+        [&]
+        {
+            Eigen::Vector3d normal;
+            double depth;
+            isFound = exactPenetration(a, b, normal, depth);
+        });
+    EXPECT_TRUE(isFound);
+    EXPECT_LT(used, kMost);
+}
+
+TEST(IsaGjkStack, IsSmallForPatches)
+{
+    const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
+    const auto drum = makeHullShape(ballPoints(30, 0.5, 8));
+    const auto sheet = makeHullShape(boxPoints(1, 1, 0));
+    btBoxShape box(vec(0.5, 0.5, 0.5));
+    std::size_t most = 0;
+    for (btConvexShape* a : std::vector<btConvexShape*>{cube.get(), drum.get(), sheet.get(), &box})
+    {
+        for (btConvexShape* b : std::vector<btConvexShape*>{cube.get(), sheet.get()})
+        {
+            IsaGjkStats stats;
+            most = std::max(most, stackOf(*a, *b, vec(0.3, 0, 0), stats));
+        }
+    }
+    EXPECT_LT(most, kMost);
+    EXPECT_GT(most, 4096u);
+}
+}  // namespace cullet::test

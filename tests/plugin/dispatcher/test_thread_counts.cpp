@@ -1,0 +1,127 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#include "cullet/plugin/broadphase.h"
+#include "cullet/plugin/convex_dispatcher.h"
+#include "cullet/plugin/world.h"
+#include "cullet/tests/plugin/convex/convex_world.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <future>
+#include <memory>
+#include <thread>
+#include <vector>
+
+namespace cullet::test
+{
+namespace
+{
+/// All of cullet on so many threads, and hulls that drift past each other.
+class DriftingWorld
+{
+public:
+    /// @param edge hulls along each axis
+    DriftingWorld(int threads, int edge)
+        : m_hull(makeHullShape(boxPoints(0.5, 0.5, 0.5))),
+          m_broadphase(broadphaseOptions(threads)),
+          m_dispatcher(&m_configuration, dispatcherOptions(threads)),
+          m_world(&m_dispatcher, &m_broadphase, &m_solver, &m_configuration)
+    {
+        m_world.setUpdateThreads(threads);
+        m_world.setGravity(vec(0, 0, 0));
+        for (int i = 0; i < edge * edge * edge; ++i)
+        {
+            m_bodies.push_back(
+                std::make_unique<btRigidBody>(btScalar(1), nullptr, m_hull.get(), vec(1, 1, 1)));
+            btRigidBody& body = *m_bodies.back();
+            const btVector3 at = vec(i % edge, i / edge % edge, i / (edge * edge));
+            body.setWorldTransform(btTransform(btQuaternion::getIdentity(), at * btScalar(1.08)));
+            body.setLinearVelocity(vec(0.1 * (i % 7), 0.1 * (i % 5), 0));
+            m_world.addRigidBody(&body);
+        }
+    }
+    ~DriftingWorld()
+    {
+        for (const auto& body : m_bodies)
+            m_world.removeRigidBody(body.get());
+    }
+
+    void step(int count)
+    {
+        for (int i = 0; i < count; ++i)
+            m_world.stepSimulation(btScalar(1) / 60, 0, btScalar(1) / 60);
+    }
+    std::uint64_t idlePairs() const { return m_dispatcher.idlePairs(); }
+
+private:
+    static BroadphaseOptions broadphaseOptions(int threads)
+    {
+        BroadphaseOptions options;
+        options.threads = options.grid.threads = threads;
+        return options;
+    }
+    static DispatcherOptions dispatcherOptions(int threads)
+    {
+        DispatcherOptions options;
+        options.threads = threads;
+        return options;
+    }
+
+    std::unique_ptr<btConvexHullShape> m_hull;
+    btDefaultCollisionConfiguration m_configuration;
+    Broadphase m_broadphase;
+    Dispatcher m_dispatcher;
+    btSequentialImpulseConstraintSolver m_solver;
+    World<btDiscreteDynamicsWorld> m_world;
+    std::vector<std::unique_ptr<btRigidBody>> m_bodies;
+};
+
+#if defined(__linux__)
+std::size_t threadsOfThisProcess()
+{
+    const std::filesystem::directory_iterator tasks("/proc/self/task");
+    return static_cast<std::size_t>(std::distance(begin(tasks), end(tasks)));
+}
+
+// A step of two hundred bodies is over before a thread would come.
+TEST(ThreadCounts, ASmallWorldStartsNoThread)
+{
+    // A sanitizer starts a thread of its own with the first of a program.
+    std::promise<void> isOver;
+    std::thread first([&isOver] { isOver.get_future().wait(); });
+    const std::size_t before = threadsOfThisProcess();
+    DriftingWorld small(8, 6);
+    small.step(4);
+    EXPECT_GT(small.idlePairs(), 400u);
+    EXPECT_EQ(threadsOfThisProcess(), before);
+    DriftingWorld large(2, 14);
+    large.step(4);
+    EXPECT_GT(large.idlePairs(), 8000u);
+    EXPECT_EQ(threadsOfThisProcess(), before + (std::thread::hardware_concurrency() > 1 ? 1 : 0));
+    isOver.set_value();
+    first.join();
+}
+#endif
+
+// A library that is asked for more threads than there are says nothing on the application's streams.
+TEST(ThreadCountsDeathTest, MoreThreadsThanCoresAreNoReasonForAWarning)
+{
+    testing::FLAGS_gtest_death_test_style = "threadsafe";
+    for (const int threads : {3, 64, 4096})
+    {
+        EXPECT_EXIT(
+            {
+                {
+                    DriftingWorld world(threads, 12);
+                    world.step(3);
+                }
+                std::exit(0);
+            },
+            testing::ExitedWithCode(0), "^$")
+            << threads;
+    }
+}
+}  // namespace
+}  // namespace cullet::test

@@ -1,0 +1,144 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+
+// Soft bodies with each other and with rigid ones. Their boxes are set in the middle of a step, before updateAabbs().
+#include "cullet/tests/plugin/broadphase/broadphase_support.h"
+
+#include <BulletSoftBody/btSoftBodyHelpers.h>
+#include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
+#include <BulletSoftBody/btSoftRigidDynamicsWorld.h>
+#include <btBulletDynamicsCommon.h>
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace cullet::test
+{
+namespace
+{
+class SoftScene
+{
+public:
+    explicit SoftScene(btBroadphaseInterface& broadphase)
+        : world(&m_dispatcher, &broadphase, &m_solver, &m_configuration)
+    {
+        world.setGravity(vec(0, -10, 0));
+        btSoftBodyWorldInfo& info = world.getWorldInfo();
+        info.m_broadphase = &broadphase;
+        info.m_dispatcher = &m_dispatcher;
+        info.m_gravity.setValue(0, -10, 0);
+        info.m_sparsesdf.Initialize();
+        m_floor.setWorldTransform(btTransform(btQuaternion::getIdentity(), vec(0, -1, 0)));
+        world.addRigidBody(&m_floor);
+    }
+    ~SoftScene()
+    {
+        while (world.getSoftBodyArray().size() > 0)
+        {
+            btSoftBody* body = world.getSoftBodyArray()[0];
+            world.removeSoftBody(body);
+            delete body;
+        }
+        world.removeRigidBody(&m_floor);
+    }
+    SoftScene(const SoftScene&) = delete;
+    SoftScene& operator=(const SoftScene&) = delete;
+
+    void step(int count)
+    {
+        for (int i = 0; i < count; ++i)
+            world.stepSimulation(btScalar(1) / 120, 0, btScalar(1) / 120);
+    }
+
+private:
+    btSoftBodyRigidBodyCollisionConfiguration m_configuration;
+    btCollisionDispatcher m_dispatcher{&m_configuration};
+    btSequentialImpulseConstraintSolver m_solver;
+    btBoxShape m_floorShape{vec(10, 1, 10)};
+    btRigidBody m_floor{0, nullptr, &m_floorShape};
+
+public:
+    btSoftRigidDynamicsWorld world;
+};
+
+double meanHeight(const btSoftBody& body)
+{
+    double sum = 0;
+    for (int i = 0; i < body.m_nodes.size(); ++i)
+        sum += double(body.m_nodes[i].m_x.y());
+    return sum / body.m_nodes.size();
+}
+
+void expectNear(const std::vector<double>& values, const std::vector<double>& expected, double tolerance)
+{
+    ASSERT_EQ(values.size(), expected.size());
+    for (std::size_t i = 0; i < values.size(); ++i)
+        EXPECT_NEAR(values[i], expected[i], tolerance) << i;
+}
+
+/// Mean heights of a cloth that is held at its corners and of a smaller one that falls into it.
+std::vector<double> dropClothIntoCloth(btBroadphaseInterface& broadphase)
+{
+    SoftScene scene(broadphase);
+    btSoftBodyWorldInfo& info = scene.world.getWorldInfo();
+    btSoftBody* net = btSoftBodyHelpers::CreatePatch(info, vec(-1, 2, -1), vec(1, 2, -1), vec(-1, 2, 1),
+                                                     vec(1, 2, 1), 9, 9, 1 + 2 + 4 + 8, true);
+    btSoftBody* cloth =
+        btSoftBodyHelpers::CreatePatch(info, vec(-0.4, 2.5, -0.4), vec(0.4, 2.5, -0.4), vec(-0.4, 2.5, 0.4),
+                                       vec(0.4, 2.5, 0.4), 5, 5, 0, true);
+    net->setTotalMass(1);
+    cloth->setTotalMass(btScalar(0.2));
+    for (btSoftBody* body : {net, cloth})
+    {
+        body->m_cfg.collisions |= btSoftBody::fCollision::VF_SS;
+        body->getCollisionShape()->setMargin(btScalar(0.1));
+        scene.world.addSoftBody(body);
+    }
+    scene.step(120);
+    EXPECT_GT(meanHeight(*cloth), 0.5) << "the net has not held the cloth";
+    EXPECT_LT(meanHeight(*cloth), 2.3) << "the cloth has not come down";
+    return {meanHeight(*net), meanHeight(*cloth)};
+}
+
+TEST(WorldsSoft, ClothFallsIntoAnotherAsWithDbvt)
+{
+    Broadphase own;
+    btDbvtBroadphase stock;
+    expectNear(dropClothIntoCloth(own), dropClothIntoCloth(stock), 0.05);
+}
+
+/// Heights of a weight that hangs on a rope, and of the rope.
+std::vector<double> hangAWeight(btBroadphaseInterface& broadphase)
+{
+    SoftScene scene(broadphase);
+    btBoxShape shape(vec(0.2, 0.2, 0.2));
+    btVector3 inertia;
+    shape.calculateLocalInertia(1, inertia);
+    btRigidBody weight(1, nullptr, &shape, inertia);
+    weight.setWorldTransform(btTransform(btQuaternion::getIdentity(), vec(2, 4, 0)));
+    scene.world.addRigidBody(&weight);
+    btSoftBody* rope =
+        btSoftBodyHelpers::CreateRope(scene.world.getWorldInfo(), vec(0, 4, 0), vec(2, 4, 0), 8, 1);
+    rope->setTotalMass(btScalar(0.5));
+    rope->m_cfg.piterations = 8;
+    rope->appendAnchor(rope->m_nodes.size() - 1, &weight, true);
+    scene.world.addSoftBody(rope);
+    scene.step(120);
+    const double height = double(weight.getWorldTransform().getOrigin().y());
+    EXPECT_LT(height, 3.5) << "the weight has not swung down";
+    EXPECT_GT(height, 0.1) << "the rope has let it fall";
+    const double ropeHeight = meanHeight(*rope);
+    scene.world.removeSoftBody(rope);
+    delete rope;
+    scene.world.removeRigidBody(&weight);
+    return {height, ropeHeight};
+}
+
+TEST(WorldsSoft, WeightHangsOnARopeAsWithDbvt)
+{
+    Broadphase own;
+    btDbvtBroadphase stock;
+    expectNear(hangAWeight(own), hangAWeight(stock), 0.02);
+}
+}  // namespace
+}  // namespace cullet::test
