@@ -63,7 +63,7 @@ void BoxSet::requireIds(const std::uint32_t* ids, std::uint32_t count) const
 {
     for (std::uint32_t i = 0; i < count; ++i)
     {
-        if (m_directory.find(ids[i]) == UidDirectory::kNoRow)
+        if (m_directory.find(ids[i]) == UniqueIdMap::kNoRow)
             throw Failure{CULLET_ERROR_ID, "no box with id " + std::to_string(ids[i])};
     }
 }

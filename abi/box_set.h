@@ -51,7 +51,7 @@ private:
     static constexpr std::uint32_t kMostBoxes = 1u << 30;
 
     ProxyTable m_table;
-    UidDirectory m_directory;
+    UniqueIdMap m_directory;
     std::unique_ptr<Backend> m_backend;
     int m_threads;
     float m_margin;

@@ -19,7 +19,7 @@ struct cullet_device_finder
 
 namespace
 {
-static_assert(sizeof(cullet_pair) == sizeof(IdPair), "pairs are handed out as they are");
+static_assert(sizeof(cullet_pair) == sizeof(RowPair), "pairs are handed out as they are");
 
 constexpr std::uint64_t kMostBoxes = 1u << 30;
 

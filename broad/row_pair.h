@@ -7,7 +7,7 @@
 namespace cullet
 {
 /// Two rows of the proxy table, unordered, found to overlap.
-struct IdPair
+struct RowPair
 {
     std::uint32_t a;
     std::uint32_t b;

@@ -147,8 +147,8 @@ private:
     SearchInput m_input{};
     bool m_hasSearch = false;
     std::uint64_t m_lastCount = 0;
-    RecordedLaunches<Search<CudaExec>::kPhases> m_launches;
-    DeviceBuffer<IdPair> m_pairs;
+    GraphLaunches<Search<CudaExec>::kPhases> m_launches;
+    DeviceBuffer<RowPair> m_pairs;
     DeviceBuffer<std::uint64_t> m_found;
     PinnedBuffer<std::uint64_t> m_count;
 };
@@ -243,7 +243,7 @@ private:
     CudaExec m_exec;  ///< before the buffers: they live in its memory
     DeltaSearch<CudaExec> m_search;
     bool m_isFinished = true;
-    RecordedLaunches<DeltaSearch<CudaExec>::kPhases> m_launches;
+    GraphLaunches<DeltaSearch<CudaExec>::kPhases> m_launches;
 };
 
 /// @tparam Made with options and a stream

@@ -19,7 +19,7 @@ namespace cullet
 /// The pairs that DevicePairFinder found, in device memory. Rows of the box array, unordered, each pair once.
 struct DevicePairs
 {
-    const IdPair* pairs = nullptr;
+    const RowPair* pairs = nullptr;
     std::uint64_t count = 0;
 };
 
@@ -27,7 +27,7 @@ struct DevicePairs
 /// the CPU need not wait.
 struct DevicePairsAhead
 {
-    const IdPair* pairs = nullptr;
+    const RowPair* pairs = nullptr;
     std::uint64_t room = 0;
     const std::uint64_t* count =
         nullptr;  ///< device memory; more than `room`: void, and collect() makes room
@@ -63,11 +63,11 @@ public:
 /// each pair once. The pairs that overlap now are those that stay and those that enter.
 struct DeviceDeltas
 {
-    const IdPair* kept = nullptr;
+    const RowPair* kept = nullptr;
     std::uint64_t keptCount = 0;
-    const IdPair* added = nullptr;
+    const RowPair* added = nullptr;
     std::uint64_t addedCount = 0;
-    const IdPair* removed = nullptr;
+    const RowPair* removed = nullptr;
     std::uint64_t removedCount = 0;
 };
 
@@ -75,10 +75,10 @@ struct DeviceDeltas
 /// the CPU need not wait.
 struct DeviceDeltasAhead
 {
-    const IdPair* kept = nullptr;
-    const IdPair* added = nullptr;
+    const RowPair* kept = nullptr;
+    const RowPair* added = nullptr;
     std::uint64_t addedRoom = 0;
-    const IdPair* removed = nullptr;
+    const RowPair* removed = nullptr;
     const DeltaCounts* counts =
         nullptr;  ///< device memory; more enter than there is room for: void, and collect() finds them
 };

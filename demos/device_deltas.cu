@@ -28,7 +28,7 @@ __device__ std::uint64_t threadOfAll()
     return static_cast<std::uint64_t>(blockIdx.x) * kThreads + threadIdx.x;
 }
 
-__device__ void add(unsigned* neighbours, IdPair pair, unsigned what)
+__device__ void add(unsigned* neighbours, RowPair pair, unsigned what)
 {
     atomicAdd(&neighbours[pair.a], what);
     atomicAdd(&neighbours[pair.b], what);
@@ -51,7 +51,7 @@ __global__ void __launch_bounds__(kThreads)
 }
 
 __global__ void __launch_bounds__(kThreads)
-    count(const IdPair* pairs, std::uint64_t pairCount, unsigned* neighbours)
+    count(const RowPair* pairs, std::uint64_t pairCount, unsigned* neighbours)
 {
     for (std::uint64_t i = threadOfAll(); i < pairCount; i += kBlocks * kThreads)
         add(neighbours, pairs[i], 1u);

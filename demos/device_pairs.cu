@@ -22,7 +22,7 @@ using namespace cullet;
 constexpr int kFrames = 100;
 
 __global__ void __launch_bounds__(kThreads)
-    countNeighbours(const IdPair* pairs, std::uint64_t count, unsigned* neighbours)
+    countNeighbours(const RowPair* pairs, std::uint64_t count, unsigned* neighbours)
 {
     const std::uint64_t i = static_cast<std::uint64_t>(blockIdx.x) * kThreads + threadIdx.x;
     if (i >= count)

@@ -28,16 +28,16 @@ struct Broadphase::Parts
     Parts(std::unique_ptr<Backend> backend, btOverlappingPairCache* cache, const BroadphaseOptions& options)
         : margin(options.margin),
           index(std::make_unique<QueryIndex>(store.table())),
-          keeper(store, cache, std::move(backend), options),
-          ghosts(store, keeper)
+          pairSync(store, cache, std::move(backend), options),
+          ghosts(store, pairSync)
     {
     }
 
     /// Lets another backend take over where that is faster.
     void chooseBackend()
     {
-        if (std::unique_ptr<Backend> next = chooser.choose(keeper.backend(), store.table().liveCount()))
-            keeper.setBackend(std::move(next));
+        if (std::unique_ptr<Backend> next = chooser.choose(pairSync.backend(), store.table().liveCount()))
+            pairSync.setBackend(std::move(next));
     }
 
     /// The part of setAabb() that has something to do; apart, so that the usual call saves no registers.
@@ -62,7 +62,7 @@ struct Broadphase::Parts
     {
         // First, so that callbacks of the removals neither find it nor make new pairs of it.
         store.hide(&proxy);
-        keeper.removePairsOf(proxy, dispatcher);
+        pairSync.removePairsOf(proxy, dispatcher);
         ghosts.remove(proxy);
         store.destroy(&proxy);
     }
@@ -70,8 +70,8 @@ struct Broadphase::Parts
     btScalar margin;
     ProxyStore store;
     std::unique_ptr<QueryIndex> index;
-    PairKeeper keeper;
-    GhostWatch ghosts;
+    PairSync pairSync;
+    GhostPairs ghosts;
     BackendChooser chooser;
 };
 
@@ -104,7 +104,7 @@ std::unique_ptr<Backend> orFallback(std::unique_ptr<Backend> backend, const Broa
 Broadphase::Broadphase(btOverlappingPairCache* cache, const BroadphaseOptions& options)
     : Broadphase(makeBackend(options), cache, options)
 {
-    m->chooser = makeBackendChooser(options, m->keeper.backend());
+    m->chooser = makeBackendChooser(options, m->pairSync.backend());
 }
 
 Broadphase::Broadphase(const BroadphaseOptions& options) : Broadphase(nullptr, options) {}
@@ -112,7 +112,7 @@ Broadphase::Broadphase(const BroadphaseOptions& options) : Broadphase(nullptr, o
 Broadphase::Broadphase(std::unique_ptr<Backend> backend, btOverlappingPairCache* cache,
                        const BroadphaseOptions& options)
     : m(std::make_unique<Parts>(orFallback(std::move(backend), options), cache, options)),
-      m_paircache(m->keeper.port().cache())
+      m_paircache(m->pairSync.adapter().cache())
 {
 }
 
@@ -150,7 +150,7 @@ void Broadphase::destroyProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher
         return;
     try
     {
-        m->keeper.skipChanges();
+        m->pairSync.skipChanges();
     }
     catch (const std::bad_alloc&)
     {
@@ -189,18 +189,18 @@ void Broadphase::calculateOverlappingPairs(btDispatcher* dispatcher)
 {
     m->ghosts.look();
     m->chooseBackend();
-    m->keeper.update(toMargin(m->margin < 0 ? gDbvtMargin : m->margin), dispatcher);
+    m->pairSync.update(toMargin(m->margin < 0 ? gDbvtMargin : m->margin), dispatcher);
     m->ghosts.tighten();
 }
 
 btOverlappingPairCache* Broadphase::getOverlappingPairCache()
 {
-    return m->keeper.port().cache();
+    return m->pairSync.adapter().cache();
 }
 
 const btOverlappingPairCache* Broadphase::getOverlappingPairCache() const
 {
-    return m->keeper.port().cache();
+    return m->pairSync.adapter().cache();
 }
 
 void Broadphase::getBroadphaseAabb(btVector3& aabbMin, btVector3& aabbMax) const
@@ -231,7 +231,7 @@ void Broadphase::resetPool(btDispatcher* /*dispatcher*/)
     auto index = std::make_unique<QueryIndex>(m->store.table());
     m->store.reset();
     m->index = std::move(index);
-    m->keeper.skipChanges();
+    m->pairSync.skipChanges();
 }
 
 void Broadphase::printStats()
@@ -258,7 +258,7 @@ BroadphaseStats Broadphase::stats() const
     stats.queryTreeBuildsTotal = m->index->buildsTotal();
     stats.queryTreeSyncsTotal = m->index->syncsTotal();
     stats.bytes = m->store.bytes() + m->ghosts.bytes() + m->index->bytes();
-    m->keeper.addTo(stats);
+    m->pairSync.addTo(stats);
     return stats;
 }
 
@@ -269,7 +269,7 @@ void Broadphase::debugDraw(btIDebugDraw& drawer) const
 
 void Broadphase::debugDraw(btIDebugDraw& drawer, const DebugDrawOptions& options) const
 {
-    DebugDrawing(m->store, drawer, options).draw(*m->keeper.port().cache(), m->keeper.backend());
+    DebugDrawing(m->store, drawer, options).draw(*m->pairSync.adapter().cache(), m->pairSync.backend());
 }
 
 void Broadphase::setBackend(std::unique_ptr<Backend> backend)
@@ -277,18 +277,18 @@ void Broadphase::setBackend(std::unique_ptr<Backend> backend)
     if (backend == nullptr)
     {
         const std::string message =
-            std::string("no backend was given (null); '") + m->keeper.backend().name() + "' stays";
+            std::string("no backend was given (null); '") + m->pairSync.backend().name() + "' stays";
         log(LogLevel::Warning, message.c_str());
         return;
     }
-    m->keeper.setBackend(std::move(backend));
+    m->pairSync.setBackend(std::move(backend));
     // The chooser knows its backend by the address, which another one may be given later.
     m->chooser = BackendChooser();
 }
 
 void Broadphase::setGhostPairsImmediate(bool immediate)
 {
-    m->keeper.port().setGhosts(immediate);
+    m->pairSync.adapter().setGhosts(immediate);
 }
 
 bool Broadphase::canSetAabbsConcurrently()
@@ -299,7 +299,7 @@ bool Broadphase::canSetAabbsConcurrently()
 
 const Backend& Broadphase::backend() const
 {
-    return m->keeper.backend();
+    return m->pairSync.backend();
 }
 
 const ProxyTable& Broadphase::table() const

@@ -142,7 +142,7 @@ private:
 Dispatcher::Dispatcher(btCollisionConfiguration* configuration, const DispatcherOptions& options)
     : btCollisionDispatcher(configuration),
       m_isaGjk(registerIsaGjk(*this, options.isaGjk)),
-      m_workers(std::make_unique<WorkerPool>(options.threads)),
+      m_workers(std::make_unique<ParallelLoops>(options.threads)),
       m_ownNearCallback(getNearCallback())
 {
     // Of a dispatcher that was at this address before: no pair of it is left.
@@ -213,7 +213,7 @@ IsaGjkAlgorithm* Dispatcher::makeAlgorithm(btBroadphasePair& pair)
 /// @return false without memory
 bool Dispatcher::makeAndWatch(btBroadphasePair* pairs, std::size_t count)
 {
-    const WatchedPairs& watched = m_isaGjk.motions().pairs();
+    const MotionTrackedPairs& watched = m_isaGjk.motions().pairs();
     if (!learn(pairs, count))
         return false;
     if (watched.watching() == watched.total())
@@ -225,7 +225,7 @@ bool Dispatcher::makeAndWatch(btBroadphasePair* pairs, std::size_t count)
 /// Makes known of each pair in the array whether it watches.
 bool Dispatcher::learn(btBroadphasePair* pairs, std::size_t count)
 {
-    WatchedPairs& watched = m_isaGjk.motions().pairs();
+    MotionTrackedPairs& watched = m_isaGjk.motions().pairs();
     if (!watched.makeRoom(count))
         return false;
     for (std::size_t i = 0; (i = watched.firstUnknown(pairs, i, count)) < count; ++i)
@@ -241,7 +241,7 @@ bool Dispatcher::learn(btBroadphasePair* pairs, std::size_t count)
         algorithm = isaGjkOf(pair, *this);
     else if ((algorithm = makeAlgorithm(pair)) != nullptr)
         algorithm->watch(bodyOf(pair.m_pProxy0), bodyOf(pair.m_pProxy1));
-    using Kind = WatchedPairs::Kind;
+    using Kind = MotionTrackedPairs::Kind;
     const Kind ofIsaGjk = algorithm != nullptr && algorithm->isWatching() ? Kind::Watching : Kind::Asked;
     m_isaGjk.motions().pairs().note(place, pair.m_algorithm, algorithm != nullptr ? ofIsaGjk : Kind::Other);
 }

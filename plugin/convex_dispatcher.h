@@ -10,7 +10,7 @@
 
 namespace cullet
 {
-class WorkerPool;
+class ParallelLoops;
 
 inline namespace CULLET_PRECISION
 {
@@ -82,7 +82,7 @@ private:
     void forAll(std::size_t count, const Body& body);
 
     IsaGjkRegistration& m_isaGjk;
-    std::unique_ptr<WorkerPool> m_workers;
+    std::unique_ptr<ParallelLoops> m_workers;
     btNearCallback m_ownNearCallback;
     /// By place in the pair array: the algorithm if the pair is idle, else null. The pointer tells that the place still
     /// belongs to the pair, since callbacks may remove bodies during the dispatch.

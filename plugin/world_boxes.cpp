@@ -69,7 +69,7 @@ struct WorldBoxes::Parts
     bool isStillOf(const btCollisionObject& object, std::size_t index) const;
     void apply(const Job& job, btCollisionObject& object, Rest left, const Box& box);
 
-    std::unique_ptr<WorkerPool> workers = std::make_unique<WorkerPool>(0);
+    std::unique_ptr<ParallelLoops> workers = std::make_unique<ParallelLoops>(0);
     std::vector<Box> boxes;
     std::vector<Rest> rest;
     std::vector<btCollisionObject*> objects;  ///< of boxes and rest; maybe gone since
@@ -190,7 +190,7 @@ WorldBoxes::~WorldBoxes() = default;
 
 void WorldBoxes::setThreads(int threads)
 {
-    m->workers = std::make_unique<WorkerPool>(threads);
+    m->workers = std::make_unique<ParallelLoops>(threads);
 }
 
 const WorldBoxesStats& WorldBoxes::stats() const

@@ -11,7 +11,7 @@
 
 namespace cullet
 {
-void TaskCrew::rest(unsigned look)
+void ForkJoin::rest(unsigned look)
 {
 #if defined(__SSE2__)
     if (look < kPatience)
@@ -25,7 +25,7 @@ void TaskCrew::rest(unsigned look)
     std::this_thread::yield();
 }
 
-void TaskCrew::begin(unsigned tasks, const void* body, Call call)
+void ForkJoin::begin(unsigned tasks, const void* body, Call call)
 {
     m_body = body;
     m_call = call;
@@ -37,7 +37,7 @@ void TaskCrew::begin(unsigned tasks, const void* body, Call call)
 }
 
 /// Takes one task and does it; false when all are taken.
-bool TaskCrew::takeTask(unsigned thread)
+bool ForkJoin::takeTask(unsigned thread)
 {
     std::uint64_t left = m_left.load(std::memory_order_acquire);
     do
@@ -60,7 +60,7 @@ bool TaskCrew::takeTask(unsigned thread)
     return true;
 }
 
-void TaskCrew::finish()
+void ForkJoin::finish()
 {
     for (unsigned look = 0; m_done.load(std::memory_order_acquire) != m_tasks; ++look)
         rest(look);
@@ -70,7 +70,7 @@ void TaskCrew::finish()
 }
 
 /// 0 where all are taken.
-unsigned TaskCrew::takeNumber()
+unsigned ForkJoin::takeNumber()
 {
     for (unsigned thread = 1; thread < m_threads; ++thread)
     {
@@ -81,7 +81,7 @@ unsigned TaskCrew::takeNumber()
     return 0;
 }
 
-void TaskCrew::help()
+void ForkJoin::help()
 {
     const unsigned thread = takeNumber();
     if (thread == 0)

@@ -14,11 +14,11 @@ namespace cullet
 /// One thread, the first, runs loops one after the other. Others that help() take tasks of the loop that is there; between loops
 /// they look out for the next one for a fraction of a millisecond and leave then. Nobody waits for a thread that did not come,
 /// nor for one that is put to sleep outside of a task: the first alone would do all of it.
-class TaskCrew
+class ForkJoin
 {
 public:
     /// @param threads with the first one, whose number is 0
-    explicit TaskCrew(unsigned threads) : m_threads(threads), m_isHere(new std::atomic<bool>[threads])
+    explicit ForkJoin(unsigned threads) : m_threads(threads), m_isHere(new std::atomic<bool>[threads])
     {
         for (unsigned thread = 0; thread < threads; ++thread)
             m_isHere[thread].store(false, std::memory_order_relaxed);

@@ -18,7 +18,7 @@ namespace cullet
 {
 /// A number that threads sleep on until it is another one. On Linux one system call wakes any number of them: with a condition
 /// variable they would wait for its mutex one after the other.
-class WakeWord
+class Futex
 {
 public:
     std::uint32_t value() const { return m_word.load(std::memory_order_acquire); }

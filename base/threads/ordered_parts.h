@@ -10,7 +10,7 @@
 namespace cullet
 {
 /// Tasks that threads do in any order, handed on in parts, in order: each part when all of its tasks are done.
-class PartOrder
+class OrderedParts
 {
 public:
     /// Items of a part or a task.
@@ -20,7 +20,7 @@ public:
         std::uint64_t end;
     };
 
-    PartOrder(Range items, std::uint64_t itemsPerTask, unsigned tasksPerPart)
+    OrderedParts(Range items, std::uint64_t itemsPerTask, unsigned tasksPerPart)
         : m_items(items),
           m_itemsPerTask(itemsPerTask),
           m_tasksPerPart(tasksPerPart),

@@ -14,11 +14,11 @@
 
 namespace cullet
 {
-/// Runs loops on at most a fixed number of threads: the calling one and HelperThreads. With one thread none is ever started.
+/// Runs loops on at most a fixed number of threads: the calling one and ThreadPool. With one thread none is ever started.
 ///
 /// More threads than the machine has cores share the work out among as many lists, and are no more than there are cores.
 /// One loop or together() at a time.
-class WorkerPool
+class ParallelLoops
 {
 public:
     /// Nanoseconds of work for which one more thread is worth its call. It comes 15 to 60 microseconds after it is called, or
@@ -27,7 +27,7 @@ public:
     static inline double worth = 2e5;
 
     /// @param threads 0: as many as the machine has
-    explicit WorkerPool(int threads)
+    explicit ParallelLoops(int threads)
         : m_threads(threads > 0 ? static_cast<unsigned>(threads) : cores()), m_limit(m_threads)
     {
     }
@@ -64,7 +64,7 @@ public:
         }
     }
 
-    /// Calls body(); the loops that it runs share one fork and join (TaskCrew).
+    /// Calls body(); the loops that it runs share one fork and join (ForkJoin).
     template <class Body>
     void together(const Body& body)
     {
@@ -75,8 +75,8 @@ public:
         }
         if (!m_call)
         {
-            m_crew = std::make_unique<TaskCrew>(threads());
-            m_helpers = HelperThreads::shared();
+            m_crew = std::make_unique<ForkJoin>(threads());
+            m_helpers = ThreadPool::shared();
             m_call.emplace(*m_helpers, *m_crew);
         }
         const Together isOpen(*this);
@@ -107,7 +107,7 @@ private:
     class Together
     {
     public:
-        explicit Together(WorkerPool& pool) : m_pool(pool)
+        explicit Together(ParallelLoops& pool) : m_pool(pool)
         {
             m_pool.m_crew->open();
             m_pool.m_isTogether = true;
@@ -122,20 +122,20 @@ private:
         Together& operator=(const Together&) = delete;
 
     private:
-        WorkerPool& m_pool;
+        ParallelLoops& m_pool;
     };
 
     /// Lets loops have fewer threads while it lives.
     class Limit
     {
     public:
-        Limit(WorkerPool& pool, double work) : m_pool(pool), m_before(pool.m_limit) { pool.limit(work); }
+        Limit(ParallelLoops& pool, double work) : m_pool(pool), m_before(pool.m_limit) { pool.limit(work); }
         ~Limit() { m_pool.m_limit = m_before; }
         Limit(const Limit&) = delete;
         Limit& operator=(const Limit&) = delete;
 
     private:
-        WorkerPool& m_pool;
+        ParallelLoops& m_pool;
         unsigned m_before;
     };
 
@@ -170,9 +170,9 @@ private:
     unsigned m_threads;
     unsigned m_limit;  ///< of the threads for the loops that come
     bool m_isTogether = false;
-    std::unique_ptr<TaskCrew> m_crew;
-    std::shared_ptr<HelperThreads> m_helpers;
-    std::optional<HelperThreads::Call> m_call;
+    std::unique_ptr<ForkJoin> m_crew;
+    std::shared_ptr<ThreadPool> m_helpers;
+    std::optional<ThreadPool::Call> m_call;
 };
 
 /// Part `task` of `tasks` equal parts of [0, items).

@@ -25,28 +25,28 @@ long thisProcess()
 }
 }  // namespace
 
-std::shared_ptr<HelperThreads> HelperThreads::shared()
+std::shared_ptr<ThreadPool> ThreadPool::shared()
 {
     struct Shared
     {
         std::mutex mutex;
-        std::weak_ptr<HelperThreads> threads;
+        std::weak_ptr<ThreadPool> threads;
     };
     // Never destroyed: a static object may have a world.
     static Shared& all = *new Shared;
     const std::lock_guard<std::mutex> lock(all.mutex);
-    std::shared_ptr<HelperThreads> threads = all.threads.lock();
+    std::shared_ptr<ThreadPool> threads = all.threads.lock();
     if (!threads)
     {
-        threads = std::make_shared<HelperThreads>();
+        threads = std::make_shared<ThreadPool>();
         all.threads = threads;
     }
     return threads;
 }
 
-HelperThreads::HelperThreads() : m_process(thisProcess()) {}
+ThreadPool::ThreadPool() : m_process(thisProcess()) {}
 
-HelperThreads::~HelperThreads()
+ThreadPool::~ThreadPool()
 {
     m_isOver.store(true, std::memory_order_relaxed);
     m_calls.wake(kMostThreads);
@@ -55,7 +55,7 @@ HelperThreads::~HelperThreads()
 }
 
 /// More threads, if there are fewer; as many as the system has.
-void HelperThreads::grow(unsigned count)
+void ThreadPool::grow(unsigned count)
 {
     if (m_count.load(std::memory_order_relaxed) >= count || m_process != thisProcess())
         return;
@@ -72,7 +72,7 @@ void HelperThreads::grow(unsigned count)
     m_count.store(std::max(m_count.load(std::memory_order_relaxed), count), std::memory_order_relaxed);
 }
 
-void HelperThreads::work()
+void ThreadPool::work()
 {
     for (;;)
     {
@@ -83,15 +83,15 @@ void HelperThreads::work()
             continue;
         // Where one update's loops are over those of the next may be near.
         unsigned look = 0;
-        while (look < TaskCrew::kPatience && m_calls.value() == seen)
-            TaskCrew::rest(look++);
-        if (look == TaskCrew::kPatience)
+        while (look < ForkJoin::kPatience && m_calls.value() == seen)
+            ForkJoin::rest(look++);
+        if (look == ForkJoin::kPatience)
             m_calls.sleep(seen);
     }
 }
 
 /// Joins a crew that calls, and returns when that needs it no more; false where none does.
-bool HelperThreads::joinSome()
+bool ThreadPool::joinSome()
 {
     const std::size_t used = m_usedSlots.load(std::memory_order_acquire);
     for (std::size_t i = 0; i < used; ++i)
@@ -111,7 +111,7 @@ bool HelperThreads::joinSome()
     return false;
 }
 
-HelperThreads::Slot* HelperThreads::takeSlot()
+ThreadPool::Slot* ThreadPool::takeSlot()
 {
     for (std::size_t i = 0; i < m_slots.size(); ++i)
     {
@@ -129,14 +129,13 @@ HelperThreads::Slot* HelperThreads::takeSlot()
     return nullptr;
 }
 
-HelperThreads::Call::Call(HelperThreads& threads, TaskCrew& crew)
-    : m_threads(threads), m_slot(threads.takeSlot())
+ThreadPool::Call::Call(ThreadPool& threads, ForkJoin& crew) : m_threads(threads), m_slot(threads.takeSlot())
 {
     if (m_slot != nullptr)
         m_slot->crew = &crew;
 }
 
-HelperThreads::Call::~Call()
+ThreadPool::Call::~Call()
 {
     if (m_slot == nullptr)
         return;
@@ -144,18 +143,18 @@ HelperThreads::Call::~Call()
     // Those of the process that this one was forked from never leave.
     const bool hasThreads = m_threads.m_process == thisProcess();
     for (unsigned look = 0; hasThreads && m_slot->state.load(std::memory_order_acquire) != 0; ++look)
-        TaskCrew::rest(look);
+        ForkJoin::rest(look);
     m_slot->state.store(0, std::memory_order_relaxed);
     m_slot->isTaken.store(false, std::memory_order_release);
 }
 
-void HelperThreads::Call::end()
+void ThreadPool::Call::end()
 {
     if (m_slot != nullptr)
         m_slot->state.fetch_and(kCalled - 1, std::memory_order_relaxed);
 }
 
-void HelperThreads::Call::ask(unsigned helpers)
+void ThreadPool::Call::ask(unsigned helpers)
 {
     if (m_slot == nullptr)
         return;

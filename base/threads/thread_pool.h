@@ -14,19 +14,19 @@
 
 namespace cullet
 {
-class TaskCrew;
+class ForkJoin;
 
 /// Threads of the process that sleep until some update has loops for several threads. All that are called are woken at once, by
 /// the caller: where they wake each other in turn, they come when a short update is over.
 ///
 /// All worlds share them, so that several have no more threads than one. No loop waits for a thread that is somewhere else.
-class HelperThreads
+class ThreadPool
 {
     /// A crew that threads may join while it lives. In `state` how many more are called, in the upper half, and how many are there.
     struct alignas(64) Slot
     {
         std::atomic<bool> isTaken{false};
-        TaskCrew* crew = nullptr;
+        ForkJoin* crew = nullptr;
         std::atomic<std::uint32_t> state{0};
     };
 
@@ -35,18 +35,18 @@ public:
     static constexpr std::size_t kMostCrews = 1024;
 
     /// Those of the process. They end with their last owner.
-    static std::shared_ptr<HelperThreads> shared();
+    static std::shared_ptr<ThreadPool> shared();
 
-    HelperThreads();
-    ~HelperThreads();
-    HelperThreads(const HelperThreads&) = delete;
-    HelperThreads& operator=(const HelperThreads&) = delete;
+    ThreadPool();
+    ~ThreadPool();
+    ThreadPool(const ThreadPool&) = delete;
+    ThreadPool& operator=(const ThreadPool&) = delete;
 
     /// Lets threads join a crew.
     class Call
     {
     public:
-        Call(HelperThreads& threads, TaskCrew& crew);
+        Call(ThreadPool& threads, ForkJoin& crew);
         /// Returns when all that came have left. The crew is closed.
         ~Call();
         Call(const Call&) = delete;
@@ -59,7 +59,7 @@ public:
         void end();
 
     private:
-        HelperThreads& m_threads;
+        ThreadPool& m_threads;
         Slot* m_slot;
     };
 
@@ -74,7 +74,7 @@ private:
 
     std::array<Slot, kMostCrews> m_slots;
     std::atomic<std::size_t> m_usedSlots{0};  ///< the first ones
-    WakeWord m_calls;
+    Futex m_calls;
     std::atomic<bool> m_isOver{false};
     std::mutex m_growing;
     std::atomic<unsigned> m_count{0};

@@ -50,7 +50,7 @@ private:
     double m_rebuildFraction;
     bool m_isFresh = true;  ///< the grid is void until the next rebuild
     float m_margin = 0.0f;  ///< of the last update
-    HeldPairs m_pairs;
+    CandidatePairs m_pairs;
     std::uint64_t m_touchedBefore = 0;  ///< counters of the grid at the end of the last update
     std::uint64_t m_visitedBefore = 0;
     BackendStats m_stats;

@@ -11,7 +11,7 @@ namespace
 constexpr std::uint32_t kFirstSlotCount = 31;
 }  // namespace
 
-CellDirectory::CellDirectory(GridStorage storage, std::uint32_t slotCount)
+CellHash::CellHash(GridStorage storage, std::uint32_t slotCount)
     : m_storage(storage), m_isGrowing(slotCount == 0 || storage == GridStorage::OpenAddressing)
 {
     const std::uint32_t wanted = slotCount == 0 ? kFirstSlotCount : slotCount;
@@ -20,7 +20,7 @@ CellDirectory::CellDirectory(GridStorage storage, std::uint32_t slotCount)
     m_slots.assign(storage == GridStorage::Array ? m_side * m_side * m_side : wanted, kNone);
 }
 
-std::uint32_t CellDirectory::slotOf(const CellNumber& cell) const
+std::uint32_t CellHash::slotOf(const CellNumber& cell) const
 {
     if (m_storage != GridStorage::Array)
         return cellHash(cell) % static_cast<std::uint32_t>(m_slots.size());
@@ -30,7 +30,7 @@ std::uint32_t CellDirectory::slotOf(const CellNumber& cell) const
     return slot;
 }
 
-std::uint32_t CellDirectory::find(const CellNumber& cell) const
+std::uint32_t CellHash::find(const CellNumber& cell) const
 {
     std::uint32_t slot = slotOf(cell);
     std::uint32_t place = m_slots[slot];
@@ -43,7 +43,7 @@ std::uint32_t CellDirectory::find(const CellNumber& cell) const
     return place;
 }
 
-void CellDirectory::insert(const CellNumber& cell, std::uint32_t place)
+void CellHash::insert(const CellNumber& cell, std::uint32_t place)
 {
     // Open addressing needs room between its cells.
     if (m_isGrowing &&
@@ -56,7 +56,7 @@ void CellDirectory::insert(const CellNumber& cell, std::uint32_t place)
     ++m_count;
 }
 
-void CellDirectory::link(std::uint32_t place)
+void CellHash::link(std::uint32_t place)
 {
     std::uint32_t slot = slotOf(m_keys[place].cell);
     if (m_storage == GridStorage::OpenAddressing)
@@ -68,13 +68,13 @@ void CellDirectory::link(std::uint32_t place)
     m_slots[slot] = place;
 }
 
-void CellDirectory::erase(std::uint32_t place)
+void CellHash::erase(std::uint32_t place)
 {
     unlink(place);
     --m_count;
 }
 
-void CellDirectory::unlink(std::uint32_t place)
+void CellHash::unlink(std::uint32_t place)
 {
     std::uint32_t slot = slotOf(m_keys[place].cell);
     if (m_storage == GridStorage::OpenAddressing)
@@ -91,7 +91,7 @@ void CellDirectory::unlink(std::uint32_t place)
 }
 
 /// Moves cells that were probed past a slot back into it, so that no tombstones gather.
-void CellDirectory::closeUp(std::uint32_t hole)
+void CellHash::closeUp(std::uint32_t hole)
 {
     const std::uint32_t count = static_cast<std::uint32_t>(m_slots.size());
     const auto distance = [count](std::uint32_t from, std::uint32_t to)
@@ -107,7 +107,7 @@ void CellDirectory::closeUp(std::uint32_t hole)
     m_slots[hole] = kNone;
 }
 
-void CellDirectory::grow()
+void CellHash::grow()
 {
     std::vector<std::uint32_t> places;
     places.reserve(m_count);
@@ -124,14 +124,14 @@ void CellDirectory::grow()
         link(place);
 }
 
-void CellDirectory::clear()
+void CellHash::clear()
 {
     std::fill(m_slots.begin(), m_slots.end(), kNone);
     m_keys.clear();
     m_count = 0;
 }
 
-std::uint64_t CellDirectory::bytes() const
+std::uint64_t CellHash::bytes() const
 {
     return m_slots.capacity() * sizeof(std::uint32_t) + m_keys.capacity() * sizeof(Key);
 }

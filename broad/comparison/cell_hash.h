@@ -27,13 +27,13 @@ inline std::uint32_t cellHash(const CellNumber& cell) noexcept
 /// Cell numbers are compared, so that any number of slots gives the same answers.
 ///
 /// Cost: all O(1) while the hash spreads; the number of slots grows with the number of cells.
-class CellDirectory
+class CellHash
 {
 public:
     static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
     /// @param slotCount slots; 0: as many as needed. Open addressing takes it for the start only.
-    CellDirectory(GridStorage storage, std::uint32_t slotCount);
+    CellHash(GridStorage storage, std::uint32_t slotCount);
 
     /// The place of a cell, or kNone.
     std::uint32_t find(const CellNumber& cell) const;

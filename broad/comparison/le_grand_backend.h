@@ -36,7 +36,7 @@ private:
     void testCell(const ProxyView& proxies, std::size_t begin, std::size_t end);
     void testSideList(const ProxyView& proxies);
 
-    HeldPairs m_pairs;
+    CandidatePairs m_pairs;
     std::vector<std::uint32_t> m_rows;   ///< bounded boxes
     std::vector<std::uint32_t> m_side;   ///< unbounded ones
     std::vector<std::uint64_t> m_cells;  ///< [8 * rows] cell id << 32 | index in m_rows << 3 | control bits

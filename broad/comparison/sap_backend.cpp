@@ -66,7 +66,7 @@ void SapBackend::begin(const ProxyView& proxies)
     m_touched.clear();
     m_openNew.clear();
     m_openOld.clear();
-    for (const RowPair& pair : findRowsOf(m_known, proxies))
+    for (const KeyedPair& pair : findRowsOf(m_known, proxies))
     {
         if (pair.firstRow == kNoRow || pair.secondRow == kNoRow)
         {

@@ -183,7 +183,7 @@ public:
     void forEachInRange(const CellRange& cells, Visit visit) const;
 
 private:
-    static constexpr std::uint32_t kNone = CellDirectory::kNone;
+    static constexpr std::uint32_t kNone = CellHash::kNone;
 
     struct Cell
     {
@@ -224,7 +224,7 @@ private:
     int m_sizeExponent;
     bool m_storesOneCell;
     PairCounts* m_pairCounts;
-    CellDirectory m_directory;
+    CellHash m_directory;
     NumberedPool<Cell> m_cells;
     NumberedPool<Entry> m_entries;
     std::vector<StoredBox> m_boxes;  ///< by row

@@ -36,7 +36,7 @@ std::uint8_t changesOf(const ProxyView& view)
 }
 }  // namespace
 
-RowGridBackend::RowGridBackend(const GridOptions& options)
+ColumnGridBackend::ColumnGridBackend(const GridOptions& options)
     : m_options(options),
       m_kernels(chooseRowKernels(options.baselineSimd)),
       m_workers(options.threads),
@@ -50,15 +50,15 @@ RowGridBackend::RowGridBackend(const GridOptions& options)
 {
 }
 
-RowGridBackend::~RowGridBackend() = default;
+ColumnGridBackend::~ColumnGridBackend() = default;
 
-void RowGridBackend::restart(const Pairs& known)
+void ColumnGridBackend::restart(const Pairs& known)
 {
     m_known = known;
     m_restarted = true;
 }
 
-Status RowGridBackend::update(const ProxyView& proxies, PairDelta& delta)
+Status ColumnGridBackend::update(const ProxyView& proxies, PairDelta& delta)
 {
     for (unsigned worker = 0; worker < m_workers.threads(); ++worker)
     {
@@ -74,7 +74,7 @@ Status RowGridBackend::update(const ProxyView& proxies, PairDelta& delta)
             writeChanges(delta);
         };
         // At most; what it is on the path that is taken is said there.
-        const double most = proxies.dirtyCount == 0 ? 0.0 : SettlePolicy::kCostOfSettling * proxies.size;
+        const double most = proxies.dirtyCount == 0 ? 0.0 : ModePolicy::kCostOfSettling * proxies.size;
         m_workers.together(most, work);
         countWork();
     }
@@ -90,22 +90,22 @@ Status RowGridBackend::update(const ProxyView& proxies, PairDelta& delta)
     return Status::Ok;
 }
 
-void RowGridBackend::countWork()
+void ColumnGridBackend::countWork()
 {
-    const RowGrid::Work all = m_grid.takeWork();
-    const RowGrid::Work active = m_activeGrid.takeWork();
+    const ColumnGrid::Work all = m_grid.takeWork();
+    const ColumnGrid::Work active = m_activeGrid.takeWork();
     m_stats.candidates += all.tests + active.tests;
     m_stats.cellsVisited = all.visits;
 }
 
 /// Where there are few changes or threads, one thread takes the new pairs and another one those that parted.
-void RowGridBackend::writeChanges(PairDelta& delta)
+void ColumnGridBackend::writeChanges(PairDelta& delta)
 {
     std::size_t count = 0;
     for (unsigned worker = 0; worker < m_workers.threads(); ++worker)
         count += m_added[worker].size() + m_removed[worker].size();
     const bool isShared = m_workers.threads() > 2 && count > kFewChanges;
-    WorkerPool& pool = isShared ? m_workers : m_alone;
+    ParallelLoops& pool = isShared ? m_workers : m_alone;
     const unsigned tasks = isShared || m_workers.threads() == 1 || count < kHardlyAny ? 1u : 2u;
     m_workers.run(tasks,
                   [&](unsigned task)
@@ -122,7 +122,7 @@ void RowGridBackend::writeChanges(PairDelta& delta)
     }
 }
 
-void RowGridBackend::updateOrThrow(const ProxyView& view)
+void ColumnGridBackend::updateOrThrow(const ProxyView& view)
 {
     const bool filterChanged = m_hadFilter != (view.filters != nullptr);
     m_hadFilter = view.filters != nullptr;
@@ -135,7 +135,7 @@ void RowGridBackend::updateOrThrow(const ProxyView& view)
 
     if (m_restarted || hasRefiltered)
     {
-        decide(m_restarted ? "restarted" : "filter words changed", 0, SettlePolicy::kCostOfRefill * view.size,
+        decide(m_restarted ? "restarted" : "filter words changed", 0, ModePolicy::kCostOfRefill * view.size,
                0);
         rebuild(view, m_mode == Mode::Settled && !m_restarted);
     }
@@ -149,8 +149,8 @@ void RowGridBackend::updateOrThrow(const ProxyView& view)
     }
     else if (view.dirtyCount != 0 && shouldSettle(view))
     {
-        decide("most boxes rest", 0, SettlePolicy::kCostOfSettling * view.size,
-               SettlePolicy::kCostOfMoving * view.size);
+        decide("most boxes rest", 0, ModePolicy::kCostOfSettling * view.size,
+               ModePolicy::kCostOfMoving * view.size);
         rebuild(view, true);
     }
     else
@@ -161,7 +161,7 @@ void RowGridBackend::updateOrThrow(const ProxyView& view)
 }
 
 /// Pairs are held by the words that the last update saw.
-void RowGridBackend::rememberWords(const ProxyView& view, bool all)
+void ColumnGridBackend::rememberWords(const ProxyView& view, bool all)
 {
     if (view.filters == nullptr)
     {
@@ -182,7 +182,7 @@ void RowGridBackend::rememberWords(const ProxyView& view, bool all)
 }
 
 /// After restart() rows are those of any table, also of a smaller one that grows later. What rebuild() makes anew is not here.
-void RowGridBackend::forgetRows()
+void ColumnGridBackend::forgetRows()
 {
     m_reference.clear();
     m_states.clear();
@@ -195,7 +195,7 @@ void RowGridBackend::forgetRows()
     m_calmUpdates = 0;
 }
 
-void RowGridBackend::prepareRows(const ProxyView& view, bool hasCreated)
+void ColumnGridBackend::prepareRows(const ProxyView& view, bool hasCreated)
 {
     if (m_reference.size() < view.size)
     {
@@ -212,7 +212,7 @@ void RowGridBackend::prepareRows(const ProxyView& view, bool hasCreated)
 
 /// Whether refilling with shells around the boxes will pay: few boxes left a shell around where they were some
 /// updates ago. Told by a sample; speed alone would not do, since a resting pile jitters fast without going anywhere.
-bool RowGridBackend::shouldSettle(const ProxyView& view)
+bool ColumnGridBackend::shouldSettle(const ProxyView& view)
 {
     if (!m_options.settles || m_options.rebuildFraction == 0.0f)
         return false;
@@ -243,7 +243,7 @@ bool RowGridBackend::shouldSettle(const ProxyView& view)
 }
 
 /// Rows that changed, and had not changed when they were last counted.
-std::uint32_t RowGridBackend::countFreshMovers(const ProxyView& view)
+std::uint32_t ColumnGridBackend::countFreshMovers(const ProxyView& view)
 {
     m_moverStamps.resize(std::max<std::size_t>(m_moverStamps.size(), view.size), 0);
     const std::uint32_t before = m_moverStamp++;
@@ -257,14 +257,14 @@ std::uint32_t RowGridBackend::countFreshMovers(const ProxyView& view)
     return fresh;
 }
 
-void RowGridBackend::forEachCell(const CellVisitor& visit) const
+void ColumnGridBackend::forEachCell(const CellVisitor& visit) const
 {
     m_grid.forEachCell(visit);
     if (m_mode == Mode::Settled && !m_active.empty())
         m_activeGrid.forEachCell(visit);
 }
 
-BackendStats RowGridBackend::stats() const
+BackendStats ColumnGridBackend::stats() const
 {
     BackendStats stats = m_stats;
     stats.entries = m_grid.entryCount();
@@ -280,7 +280,7 @@ BackendStats RowGridBackend::stats() const
                   m_words.capacity() * sizeof(Filter) + m_motions.capacity() * sizeof(float) +
                   m_moverStamps.capacity() * sizeof(std::uint32_t) + m_despite.bytes() + m_oldPairs.bytes() +
                   m_oldKeys.capacity() * sizeof(std::uint64_t) +
-                  (m_apart.capacity() + m_overlapping.capacity() + m_sorted.capacity()) * sizeof(IdPair) +
+                  (m_apart.capacity() + m_overlapping.capacity() + m_sorted.capacity()) * sizeof(RowPair) +
                   m_between.bytes() + m_betweenBoxes.capacity() * sizeof(Aabb) +
                   m_lists.capacity() * sizeof(NeighbourList) +
                   (m_active.capacity() + m_quiet.capacity() + m_escaped.capacity()) * sizeof(std::uint32_t);
@@ -289,7 +289,7 @@ BackendStats RowGridBackend::stats() const
     for (unsigned worker = 0; worker < m_workers.threads(); ++worker)
     {
         stats.bytes += m_added[worker].bytes() + m_removed[worker].bytes() + m_found[worker].bytes() +
-                       m_news[worker].held.bytes() + m_news[worker].apart.capacity() * sizeof(IdPair);
+                       m_news[worker].held.bytes() + m_news[worker].apart.capacity() * sizeof(RowPair);
     }
     return stats;
 }

@@ -34,16 +34,16 @@ class CollectingSink;
 /// tell which did. No list and no hash of all pairs; only while some boxes jump, the pairs of the last update are listed.
 ///
 /// *Settled*: the grid of the last refill stays. Each box has a shell of thickness `m_slack` around its reference
-/// position; while it stays inside, only its watched pairs (SettledPairs) can change. Boxes that leave their shell
+/// position; while it stays inside, only its watched pairs (VerletPairs) can change. Boxes that leave their shell
 /// become *active*: they are paired among themselves by a small grid that is refilled each time, and with the settled
 /// ones by lists of neighbours (NeighbourList), which queries make anew when a box has left its list's reach. When too many are active, the whole is refilled.
 ///
 /// Both are exact: the pair set is that of Backend's definition, bit for bit.
-class RowGridBackend final : public Backend, public CellSource
+class ColumnGridBackend final : public Backend, public CellSource
 {
 public:
-    explicit RowGridBackend(const GridOptions& options);
-    ~RowGridBackend() override;
+    explicit ColumnGridBackend(const GridOptions& options);
+    ~ColumnGridBackend() override;
 
     Status update(const ProxyView& proxies, PairDelta& delta) override;
     void restart(const Pairs& known) override;
@@ -81,7 +81,7 @@ private:
     /// What one thread finds out about pairs in the moving mode, besides m_added and m_removed.
     struct alignas(64) PairNews
     {
-        std::vector<IdPair> apart;           ///< held, overlap with the margin only
+        std::vector<RowPair> apart;          ///< held, overlap with the margin only
         KeyList held;                        ///< overlap and are held; when they are listed
         std::vector<std::uint64_t> despite;  ///< ... although the filter words reject them
         std::vector<std::uint64_t> lifted;   ///< were such, and part
@@ -117,32 +117,32 @@ private:
         m_stats.decision.cost = cost;
         m_stats.decision.otherCost = otherCost;
     }
-    static bool mayEnter(const ProxyView& view, IdPair pair)
+    static bool mayEnter(const ProxyView& view, RowPair pair)
     {
         return view.filters == nullptr || passesFilter(view.filters[pair.a], view.filters[pair.b]);
     }
-    static IdPair rowsOf(std::uint64_t key)
+    static RowPair rowsOf(std::uint64_t key)
     {
         return {static_cast<std::uint32_t>(key >> 32), static_cast<std::uint32_t>(key)};
     }
-    static std::uint64_t idsOf(const ProxyView& view, IdPair pair)
+    static std::uint64_t idsOf(const ProxyView& view, RowPair pair)
     {
         return pairKey(makePair(view.uniqueIds[pair.a], view.uniqueIds[pair.b]));
     }
-    void reportAdded(const ProxyView& view, IdPair pair) { m_added[0].push(idsOf(view, pair)); }
-    void reportRemoved(const ProxyView& view, IdPair pair) { m_removed[0].push(idsOf(view, pair)); }
+    void reportAdded(const ProxyView& view, RowPair pair) { m_added[0].push(idsOf(view, pair)); }
+    void reportRemoved(const ProxyView& view, RowPair pair) { m_removed[0].push(idsOf(view, pair)); }
 
     // moving_update.cpp
     void updateMoving(const ProxyView& view);
     void compareBoxes(const ProxyView& view);
-    static bool isOverlapping(const ProxyView& view, IdPair pair)
+    static bool isOverlapping(const ProxyView& view, RowPair pair)
     {
         const Aabb& a = view.boxes[pair.a];
         const Aabb& b = view.boxes[pair.b];
         return overlapsBranchless(a, b) && isValidBranchless(a) && isValidBranchless(b);
     }
     /// overlapsWithMargin() without branches.
-    static bool isNear(const ProxyView& view, IdPair pair)
+    static bool isNear(const ProxyView& view, RowPair pair)
     {
         const Aabb& a = view.boxes[pair.a];
         const Aabb& b = view.boxes[pair.b];
@@ -160,7 +160,7 @@ private:
 
     // thread_deltas.cpp
     void clearNews();
-    void part(const ProxyView& view, IdPair pair, bool isNear, unsigned worker);
+    void part(const ProxyView& view, RowPair pair, bool isNear, unsigned worker);
     void takeNews();
     void takeHeld(bool isListing);
 
@@ -181,13 +181,13 @@ private:
 
     // column_grid_rebuild.cpp: from any state, by a list of what was held
     void rebuild(const ProxyView& view, bool settle);
-    void sortOldPairs(const std::vector<IdPair>& pairs);
-    void collectHeld(std::vector<IdPair>& held);
-    void collectKnown(const ProxyView& view, std::vector<IdPair>& held);
-    void rebuildMoving(const ProxyView& view, const std::vector<IdPair>& held);
-    void rebuildSettled(const ProxyView& view, const std::vector<IdPair>& held);
-    void watch(const ProxyView& view, const CollectingSink& candidates, const std::vector<IdPair>& held,
-               SettledPairs& pairs);
+    void sortOldPairs(const std::vector<RowPair>& pairs);
+    void collectHeld(std::vector<RowPair>& held);
+    void collectKnown(const ProxyView& view, std::vector<RowPair>& held);
+    void rebuildMoving(const ProxyView& view, const std::vector<RowPair>& held);
+    void rebuildSettled(const ProxyView& view, const std::vector<RowPair>& held);
+    void watch(const ProxyView& view, const CollectingSink& candidates, const std::vector<RowPair>& held,
+               VerletPairs& pairs);
 
     // resting_update.cpp
     SettledOutcome updateSettled(const ProxyView& view);
@@ -196,9 +196,9 @@ private:
     std::uint32_t findEscapedOfAll(const ProxyView& view);
     void activate(std::uint32_t row);
     void updateWatched(const ProxyView& view);
-    void updateAllWatched(const ProxyView& view, SettledPairs& pairs, unsigned worker);
-    bool isSure(const SettledPairs& pairs, const Aabb& a, const Aabb& b) const;
-    void changeWatchedPair(const ProxyView& view, SettledPairs& pairs, std::size_t index, unsigned worker);
+    void updateAllWatched(const ProxyView& view, VerletPairs& pairs, unsigned worker);
+    bool isSure(const VerletPairs& pairs, const Aabb& a, const Aabb& b) const;
+    void changeWatchedPair(const ProxyView& view, VerletPairs& pairs, std::size_t index, unsigned worker);
 
     // awake_boxes.cpp
     void updateActive(const ProxyView& view);
@@ -217,14 +217,14 @@ private:
     void askForList(const ProxyView& view, std::uint32_t index, NeighbourPart& to);
     void makeLists(const ProxyView& view, unsigned part, unsigned worker);
     void compactLists(unsigned part);
-    static void moveList(const SettledPairs& from, NeighbourList& list, SettledPairs& to);
+    static void moveList(const VerletPairs& from, NeighbourList& list, VerletPairs& to);
 
     GridOptions m_options;
-    const RowKernels& m_kernels;
-    WorkerPool m_workers;
-    WorkerPool m_alone;    ///< of a single thread
-    RowGrid m_grid;        ///< everything (moving), or the settled boxes (settled)
-    RowGrid m_activeGrid;  ///< active boxes among themselves
+    const ColumnKernels& m_kernels;
+    ParallelLoops m_workers;
+    ParallelLoops m_alone;    ///< of a single thread
+    ColumnGrid m_grid;        ///< everything (moving), or the settled boxes (settled)
+    ColumnGrid m_activeGrid;  ///< active boxes among themselves
     Mode m_mode = Mode::Moving;
     bool m_restarted = true;
     bool m_hadFilter = false;
@@ -237,7 +237,7 @@ private:
 
     // Moving. Held are the pairs that overlap and pass the filter, and these:
     PairSet m_despite;                         ///< overlap, held although the words reject them by now
-    std::vector<IdPair> m_apart;               ///< overlap with the margin only
+    std::vector<RowPair> m_apart;              ///< overlap with the margin only
     std::vector<std::uint64_t> m_overlapping;  ///< held pairs that overlap, while m_hasOverlapping
     bool m_hasOverlapping = false;
     bool m_isOverlappingSorted = false;  ///< by row, the lower one first
@@ -258,13 +258,13 @@ private:
     float m_slack = 0;  ///< shell thickness
     float m_settledMargin = 0;
     float m_sureGap = 0;  ///< held pairs whose reference boxes are this near stay held inside their shells
-    SettledPairs m_settled;
+    VerletPairs m_settled;
     std::vector<std::uint32_t> m_active;
     std::size_t m_orderedCount = 0;      ///< active boxes when they were ordered along the rows
     std::uint32_t m_orderedAge = 0;      ///< updates since
     std::vector<NeighbourList> m_lists;  ///< [active]
     std::vector<NeighbourPart> m_parts;  ///< of the lists
-    SettledPairs m_between;              ///< pairs of active boxes among themselves, and with unbounded ones
+    VerletPairs m_between;               ///< pairs of active boxes among themselves, and with unbounded ones
     std::vector<Aabb> m_betweenBoxes;    ///< [active] when these pairs were looked for
     std::uint32_t m_betweenAge = 0;      ///< updates since
     std::uint32_t m_betweenWait = 0;     ///< ... until a list that lasts is tried again
@@ -277,7 +277,7 @@ private:
     std::size_t m_quietCount = 0;          ///< ... in any case
     std::vector<std::uint32_t> m_escaped;  ///< rows that left it
     double m_wasted = 0;                   ///< work spent on active boxes that do not move any more
-    SettlePolicy m_policy;
+    ModePolicy m_policy;
 
     std::vector<Aabb> m_anchors;  ///< moving: a sample of the boxes some updates ago
     std::uint32_t m_anchorStride = 1;
@@ -289,7 +289,7 @@ private:
     // Keys by id, [threads]. A pair that comes back, kept by the margin, is among the added ones twice, which cancels.
     std::vector<KeyList> m_added;
     std::vector<KeyList> m_removed;
-    KeySort m_sorts[2];
+    PairSort m_sorts[2];
     BackendStats m_stats;
 };
 }  // namespace cullet

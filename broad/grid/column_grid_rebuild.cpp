@@ -8,7 +8,7 @@
 
 namespace cullet
 {
-void RowGridBackend::collectHeld(std::vector<IdPair>& held)
+void ColumnGridBackend::collectHeld(std::vector<RowPair>& held)
 {
     if (m_mode == Mode::Moving)
     {
@@ -19,14 +19,14 @@ void RowGridBackend::collectHeld(std::vector<IdPair>& held)
             held.push_back(rowsOf(key));
         return;
     }
-    m_settled.forEachHeld([&](IdPair pair) { held.push_back(pair); });
-    m_between.forEachHeld([&](IdPair pair) { held.push_back(pair); });
+    m_settled.forEachHeld([&](RowPair pair) { held.push_back(pair); });
+    m_between.forEachHeld([&](RowPair pair) { held.push_back(pair); });
     for (const NeighbourPart& part : m_parts)
-        part.pairs.forEachHeld([&](IdPair pair) { held.push_back(pair); });
+        part.pairs.forEachHeld([&](RowPair pair) { held.push_back(pair); });
 }
 
 /// Turns the pairs given to restart() into rows; those whose proxies are gone leave at once.
-void RowGridBackend::collectKnown(const ProxyView& view, std::vector<IdPair>& held)
+void ColumnGridBackend::collectKnown(const ProxyView& view, std::vector<RowPair>& held)
 {
     std::vector<std::uint64_t> gone;
     splitKnown(m_known, view, held, gone);
@@ -37,12 +37,12 @@ void RowGridBackend::collectKnown(const ProxyView& view, std::vector<IdPair>& he
     m_known.shrink_to_fit();
 }
 
-void RowGridBackend::sortOldPairs(const std::vector<IdPair>& pairs)
+void ColumnGridBackend::sortOldPairs(const std::vector<RowPair>& pairs)
 {
     for (KeyList& list : m_found)
         list.clear();
     m_found[0].makeRoom(pairs.size());
-    for (const IdPair pair : pairs)
+    for (const RowPair pair : pairs)
         m_found[0].pushIf(PairSet::keyOf(pair.a, pair.b), true);
     m_sorts[0].sort(m_workers, m_found, m_oldKeys);
     m_found[0].clear();
@@ -50,10 +50,10 @@ void RowGridBackend::sortOldPairs(const std::vector<IdPair>& pairs)
     m_oldPairs.take(m_oldKeys);
 }
 
-void RowGridBackend::rebuild(const ProxyView& view, bool settle)
+void ColumnGridBackend::rebuild(const ProxyView& view, bool settle)
 {
-    m_workers.limit((settle ? SettlePolicy::kCostOfSettling : SettlePolicy::kCostOfRefill) * view.size);
-    std::vector<IdPair> held;
+    m_workers.limit((settle ? ModePolicy::kCostOfSettling : ModePolicy::kCostOfRefill) * view.size);
+    std::vector<RowPair> held;
     if (m_restarted)
         collectKnown(view, held);
     else
@@ -83,7 +83,7 @@ void RowGridBackend::rebuild(const ProxyView& view, bool settle)
     ++m_stats.rebuildsTotal;
 }
 
-void RowGridBackend::rebuildMoving(const ProxyView& view, const std::vector<IdPair>& held)
+void ColumnGridBackend::rebuildMoving(const ProxyView& view, const std::vector<RowPair>& held)
 {
     m_mode = Mode::Moving;
     m_stats.path = "rebuild";
@@ -96,7 +96,7 @@ void RowGridBackend::rebuildMoving(const ProxyView& view, const std::vector<IdPa
     m_grid.scan(input, sink, RowUse::Follow);
     m_scannedRows = view.size;
     sink.forEach(
-        [&](IdPair pair)
+        [&](RowPair pair)
         {
             const std::uint64_t key = PairSet::keyOf(pair.a, pair.b);
             const bool passes = mayEnter(view, pair);
@@ -106,7 +106,7 @@ void RowGridBackend::rebuildMoving(const ProxyView& view, const std::vector<IdPa
             if (!wasHeld && passes)
                 reportAdded(view, pair);
         });
-    for (const IdPair pair : held)
+    for (const RowPair pair : held)
     {
         const Aabb& a = view.boxes[pair.a];
         const Aabb& b = view.boxes[pair.b];
@@ -122,7 +122,7 @@ void RowGridBackend::rebuildMoving(const ProxyView& view, const std::vector<IdPa
     }
 }
 
-void RowGridBackend::rebuildSettled(const ProxyView& view, const std::vector<IdPair>& held)
+void ColumnGridBackend::rebuildSettled(const ProxyView& view, const std::vector<RowPair>& held)
 {
     m_mode = Mode::Settled;
     m_stats.path = "settle";
@@ -148,13 +148,13 @@ void RowGridBackend::rebuildSettled(const ProxyView& view, const std::vector<IdP
 /// @param candidates all pairs that may come to overlap
 /// @param held       those of before; which are no candidates were held by the margin alone, farther apart than shells reach
 /// @param pairs      [out] all that may change, and those that are held; sure ones only of settled boxes
-void RowGridBackend::watch(const ProxyView& view, const CollectingSink& candidates,
-                           const std::vector<IdPair>& held, SettledPairs& pairs)
+void ColumnGridBackend::watch(const ProxyView& view, const CollectingSink& candidates,
+                              const std::vector<RowPair>& held, VerletPairs& pairs)
 {
     sortOldPairs(held);
-    std::vector<std::pair<IdPair, SettledPairs::State>> watched;
+    std::vector<std::pair<RowPair, VerletPairs::State>> watched;
     candidates.forEach(
-        [&](IdPair pair)
+        [&](RowPair pair)
         {
             const std::uint64_t key = PairSet::keyOf(pair.a, pair.b);
             const bool wasHeld = m_oldPairs.erase(key);
@@ -165,9 +165,9 @@ void RowGridBackend::watch(const ProxyView& view, const CollectingSink& candidat
             const Aabb& b = view.boxes[pair.b];
             const bool isHeld = overlaps(a, b) || (wasHeld && overlapsWithMargin(a, b, view.margin));
             if (isHeld && isSure(pairs, a, b))
-                pairs.add(pair, SettledPairs::State::Sure);
+                pairs.add(pair, VerletPairs::State::Sure);
             else
-                watched.push_back({pair, isHeld ? SettledPairs::State::Held : SettledPairs::State::Open});
+                watched.push_back({pair, isHeld ? VerletPairs::State::Held : VerletPairs::State::Open});
             if (isHeld && !wasHeld)
                 reportAdded(view, pair);
             if (!isHeld && wasHeld)
@@ -176,10 +176,10 @@ void RowGridBackend::watch(const ProxyView& view, const CollectingSink& candidat
     m_oldPairs.forEach(
         [&](std::uint64_t key)
         {
-            const IdPair pair = rowsOf(key);
+            const RowPair pair = rowsOf(key);
             const bool valid = isValid(view.boxes[pair.a]) && isValid(view.boxes[pair.b]);
             if (valid && overlapsWithMargin(view.boxes[pair.a], view.boxes[pair.b], view.margin))
-                watched.push_back({pair, SettledPairs::State::Held});
+                watched.push_back({pair, VerletPairs::State::Held});
             else
                 reportRemoved(view, pair);
         });

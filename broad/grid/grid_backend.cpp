@@ -18,7 +18,7 @@ class SizedGridBackend final : public Backend, public CellSource
 public:
     explicit SizedGridBackend(const GridOptions& options)
         : m_options(options),
-          m_flat(std::make_unique<FlatBackend>(options.baselineSimd)),
+          m_flat(std::make_unique<SmallWorldBackend>(options.baselineSimd)),
           m_flatLimit(options.flatLimit == GridOptions::kMeasured ? m_flat->worthwhileRows()
                                                                   : options.flatLimit)
     {
@@ -29,7 +29,7 @@ public:
     {
         if (m_flat != nullptr && proxies.size > m_flatLimit)
         {
-            auto grid = std::make_unique<RowGridBackend>(m_options);
+            auto grid = std::make_unique<ColumnGridBackend>(m_options);
             grid->restart(m_flat->heldPairs());
             m_grid = std::move(grid);
             m_flat.reset();
@@ -37,7 +37,7 @@ public:
         // Rows are never given back, so that only a restart can find fewer of them.
         else if (m_isRestarted && m_flat == nullptr && proxies.size <= m_flatLimit)
         {
-            auto flat = std::make_unique<FlatBackend>(m_options.baselineSimd);
+            auto flat = std::make_unique<SmallWorldBackend>(m_options.baselineSimd);
             flat->restart(m_grid->known());
             m_rebuildsBefore += m_grid->stats().rebuildsTotal;
             m_flat = std::move(flat);
@@ -79,8 +79,8 @@ private:
     }
 
     GridOptions m_options;
-    std::unique_ptr<FlatBackend> m_flat;     ///< null while the grid is in use
-    std::unique_ptr<RowGridBackend> m_grid;  ///< null while the flat arrays are
+    std::unique_ptr<SmallWorldBackend> m_flat;  ///< null while the grid is in use
+    std::unique_ptr<ColumnGridBackend> m_grid;  ///< null while the flat arrays are
     std::uint32_t m_flatLimit;
     bool m_isRestarted = false;
     std::uint64_t m_rebuildsBefore = 0;  ///< of grids that flat arrays took over from
@@ -92,7 +92,7 @@ std::unique_ptr<Backend> makeGridBackend(const GridOptions& options)
     if (options.layout == GridLayout::Cells)
         return makeCellGridBackend(options);
     if (options.flatLimit == 0)
-        return std::make_unique<RowGridBackend>(options);
+        return std::make_unique<ColumnGridBackend>(options);
     return std::make_unique<SizedGridBackend>(options);
 }
 }  // namespace cullet

@@ -8,13 +8,13 @@
 
 namespace cullet
 {
-void HeldPairs::restart(const Pairs& known)
+void CandidatePairs::restart(const Pairs& known)
 {
     m_known = known;
     m_held.clear();
 }
 
-void HeldPairs::begin(const ProxyView& proxies)
+void CandidatePairs::begin(const ProxyView& proxies)
 {
     m_testCount = 0;
     m_overlapping.clear();
@@ -24,7 +24,7 @@ void HeldPairs::begin(const ProxyView& proxies)
     m_known = {};
 }
 
-void HeldPairs::addOverlap(const ProxyView& proxies, std::uint32_t a, std::uint32_t b)
+void CandidatePairs::addOverlap(const ProxyView& proxies, std::uint32_t a, std::uint32_t b)
 {
     const std::uint32_t* ids = proxies.uniqueIds;
     if (ids[a] > ids[b])
@@ -32,18 +32,18 @@ void HeldPairs::addOverlap(const ProxyView& proxies, std::uint32_t a, std::uint3
     m_overlapping.push_back({{ids[a], ids[b]}, a, b});
 }
 
-void HeldPairs::finish(const ProxyView& proxies, PairDelta& delta)
+void CandidatePairs::finish(const ProxyView& proxies, PairDelta& delta)
 {
     std::sort(m_overlapping.begin(), m_overlapping.end(),
-              [](const RowPair& a, const RowPair& b) { return a.ids < b.ids; });
-    const auto isSame = [](const RowPair& a, const RowPair& b) { return a.ids == b.ids; };
+              [](const KeyedPair& a, const KeyedPair& b) { return a.ids < b.ids; });
+    const auto isSame = [](const KeyedPair& a, const KeyedPair& b) { return a.ids == b.ids; };
     m_overlapping.erase(std::unique(m_overlapping.begin(), m_overlapping.end(), isSame), m_overlapping.end());
-    const auto mayEnter = [&](const RowPair& pair)
+    const auto mayEnter = [&](const KeyedPair& pair)
     {
         return proxies.filters == nullptr ||
                passesFilter(proxies.filters[pair.firstRow], proxies.filters[pair.secondRow]);
     };
-    const auto mayStay = [&](const RowPair& pair)
+    const auto mayStay = [&](const KeyedPair& pair)
     {
         if (pair.firstRow == kNoRow || pair.secondRow == kNoRow)
             return false;

@@ -13,7 +13,7 @@ namespace cullet
 /// The pairs of a backend that names candidates in each update; does what is the same for all of those.
 ///
 /// In each update: begin(), test() for every candidate, finish(). A pair may be named several times.
-class HeldPairs
+class CandidatePairs
 {
 public:
     /// As Backend::restart().
@@ -34,14 +34,14 @@ public:
 
     std::uint64_t size() const { return m_held.size(); }
     std::uint64_t testCount() const { return m_testCount; }  ///< since begin()
-    std::uint64_t bytes() const { return (m_held.capacity() + m_overlapping.capacity()) * sizeof(RowPair); }
+    std::uint64_t bytes() const { return (m_held.capacity() + m_overlapping.capacity()) * sizeof(KeyedPair); }
 
 private:
     void addOverlap(const ProxyView& proxies, std::uint32_t a, std::uint32_t b);
 
-    Pairs m_known;                       ///< of restart(), until the next update
-    std::vector<RowPair> m_held;         ///< sorted
-    std::vector<RowPair> m_overlapping;  ///< of this update
+    Pairs m_known;                         ///< of restart(), until the next update
+    std::vector<KeyedPair> m_held;         ///< sorted
+    std::vector<KeyedPair> m_overlapping;  ///< of this update
     std::uint64_t m_testCount = 0;
 };
 }  // namespace cullet

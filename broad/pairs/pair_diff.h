@@ -25,7 +25,7 @@ void diffSortedPairs(const Pairs& before, const Pairs& after, PairDelta& delta);
 void applyDelta(Pairs& pairs, const PairDelta& delta);
 
 /// A pair and where its boxes are; for backends that would else look the rows up.
-struct RowPair
+struct KeyedPair
 {
     Pair ids;
     std::uint32_t firstRow;   ///< row of ids.first
@@ -37,14 +37,14 @@ inline Pair idsOf(Pair pair) noexcept
     return pair;
 }
 
-inline Pair idsOf(const RowPair& pair) noexcept
+inline Pair idsOf(const KeyedPair& pair) noexcept
 {
     return pair.ids;
 }
 
 /// One update of a backend that looks for overlaps afresh: applies the rules of Backend to the held pairs.
 ///
-/// @param held        [in, out] vector of pairs held since the last update (Pair or RowPair); sorted by ids, unique
+/// @param held        [in, out] vector of pairs held since the last update (Pair or KeyedPair); sorted by ids, unique
 /// @param overlapping pairs of valid boxes that overlap now; sorted by ids, unique. Pairs of boxes neither of which
 ///                    changed may be left out.
 /// @param mayEnter    bool(pair), asked once for each pair of `overlapping` that is not held: the filter

@@ -115,7 +115,7 @@ void sortByWord(std::uint64_t* keys, std::size_t count, std::uint64_t lowest, st
 }
 }  // namespace
 
-std::size_t KeySort::countOf(const std::vector<KeyList>& lists)
+std::size_t PairSort::countOf(const std::vector<KeyList>& lists)
 {
     std::size_t count = 0;
     for (const KeyList& list : lists)
@@ -131,7 +131,7 @@ void KeyList::trim()
             .swap(m_keys);
 }
 
-bool KeySort::areInOrder(std::vector<KeyList>& lists)
+bool PairSort::areInOrder(std::vector<KeyList>& lists)
 {
     std::uint64_t highest = 0;
     for (KeyList& list : lists)
@@ -144,7 +144,7 @@ bool KeySort::areInOrder(std::vector<KeyList>& lists)
     return true;
 }
 
-KeySort::Cut KeySort::cutOf(std::vector<KeyList>& lists, std::size_t count)
+PairSort::Cut PairSort::cutOf(std::vector<KeyList>& lists, std::size_t count)
 {
     std::uint64_t lowest = ~std::uint64_t{0};
     std::uint64_t highest = 0;
@@ -157,7 +157,7 @@ KeySort::Cut KeySort::cutOf(std::vector<KeyList>& lists, std::size_t count)
     return cutOf(lowest, highest, count);
 }
 
-KeySort::Cut KeySort::cutOf(std::uint64_t lowest, std::uint64_t highest, std::size_t count)
+PairSort::Cut PairSort::cutOf(std::uint64_t lowest, std::uint64_t highest, std::size_t count)
 {
     const std::uint64_t words = (highest >> 32) - (lowest >> 32) + 1;
     if (words < kWordsPerKey * count && words / kMostBuckets < kMostWords / 2)
@@ -174,7 +174,7 @@ KeySort::Cut KeySort::cutOf(std::uint64_t lowest, std::uint64_t highest, std::si
 }
 
 /// Brings the keys of all lists together by bucket; the last list's offsets are the ends of the buckets then.
-void KeySort::part(WorkerPool& workers, const std::vector<KeyList>& lists, const Cut& cut)
+void PairSort::part(ParallelLoops& workers, const std::vector<KeyList>& lists, const Cut& cut)
 {
     const auto tasks = static_cast<unsigned>(lists.size());
     const auto forEachList = [&](auto visit)
@@ -213,7 +213,8 @@ void KeySort::part(WorkerPool& workers, const std::vector<KeyList>& lists, const
 }
 
 /// Buckets are shared out by their keys: upper words are the lower of two ids, so that most have a low one.
-std::uint32_t KeySort::firstBucketOf(const Cut& cut, const std::uint32_t* ends, unsigned task, unsigned tasks)
+std::uint32_t PairSort::firstBucketOf(const Cut& cut, const std::uint32_t* ends, unsigned task,
+                                      unsigned tasks)
 {
     if (task == tasks)
         return cut.buckets;
@@ -222,8 +223,8 @@ std::uint32_t KeySort::firstBucketOf(const Cut& cut, const std::uint32_t* ends, 
 }
 
 /// Sorts inside the buckets.
-void KeySort::sortBuckets(WorkerPool& workers, const Cut& cut, const std::uint32_t* ends,
-                          std::vector<std::uint64_t>& sorted)
+void PairSort::sortBuckets(ParallelLoops& workers, const Cut& cut, const std::uint32_t* ends,
+                           std::vector<std::uint64_t>& sorted)
 {
     const unsigned tasks = workers.tasksFor(sorted.size(), kWriteGrain);
     workers.run(tasks,
@@ -251,7 +252,7 @@ void KeySort::sortBuckets(WorkerPool& workers, const Cut& cut, const std::uint32
                 });
 }
 
-void KeySort::sort(WorkerPool& workers, std::vector<KeyList>& lists, std::vector<std::uint64_t>& sorted)
+void PairSort::sort(ParallelLoops& workers, std::vector<KeyList>& lists, std::vector<std::uint64_t>& sorted)
 {
     const std::size_t count = countOf(lists);
     if (count < kOneBucket)
@@ -260,8 +261,8 @@ void KeySort::sort(WorkerPool& workers, std::vector<KeyList>& lists, std::vector
         sortMany(workers, lists, cutOf(lists, count), sorted);
 }
 
-void KeySort::sortRows(WorkerPool& workers, const std::vector<KeyList>& lists, std::uint32_t rows,
-                       std::vector<std::uint64_t>& sorted)
+void PairSort::sortRows(ParallelLoops& workers, const std::vector<KeyList>& lists, std::uint32_t rows,
+                        std::vector<std::uint64_t>& sorted)
 {
     const std::size_t count = countOf(lists);
     if (count < kOneBucket)
@@ -270,8 +271,8 @@ void KeySort::sortRows(WorkerPool& workers, const std::vector<KeyList>& lists, s
         sortMany(workers, lists, cutOf(0, (std::uint64_t{rows} << 32) - 1, count), sorted);
 }
 
-void KeySort::sortFew(const std::vector<KeyList>& lists, std::size_t count,
-                      std::vector<std::uint64_t>& sorted)
+void PairSort::sortFew(const std::vector<KeyList>& lists, std::size_t count,
+                       std::vector<std::uint64_t>& sorted)
 {
     sorted.resize(count);
     m_parted.resize(count);
@@ -281,8 +282,8 @@ void KeySort::sortFew(const std::vector<KeyList>& lists, std::size_t count,
     sortKeys(m_parted.data(), sorted.data(), count);
 }
 
-void KeySort::sortMany(WorkerPool& workers, const std::vector<KeyList>& lists, const Cut& cut,
-                       std::vector<std::uint64_t>& sorted)
+void PairSort::sortMany(ParallelLoops& workers, const std::vector<KeyList>& lists, const Cut& cut,
+                        std::vector<std::uint64_t>& sorted)
 {
     const std::size_t count = countOf(lists);
     sorted.resize(count);
@@ -294,7 +295,7 @@ void KeySort::sortMany(WorkerPool& workers, const std::vector<KeyList>& lists, c
     trimRoom(m_parted);
 }
 
-void KeySort::write(std::vector<std::uint64_t>& keys, Pairs& pairs)
+void PairSort::write(std::vector<std::uint64_t>& keys, Pairs& pairs)
 {
     m_sorted.resize(keys.size());
     sortKeys(keys.data(), m_sorted.data(), keys.size());

@@ -38,7 +38,7 @@ public:
         m_count += isWanted ? 1u : 0u;
     }
 
-    /// Takes notice of the keys that came since the last call. KeySort sees to it; a thread that has just written some
+    /// Takes notice of the keys that came since the last call. PairSort sees to it; a thread that has just written some
     /// still has them at hand.
     void measure()
     {
@@ -116,20 +116,20 @@ private:
 ///
 /// Cost: O(keys), also for crowded values. Lists that are sorted, and one behind the other, are only copied. Memory is kept
 /// between calls.
-class KeySort
+class PairSort
 {
 public:
     /// @param sorted [out] overwritten with all keys of the lists
-    void sort(WorkerPool& workers, std::vector<KeyList>& lists, std::vector<std::uint64_t>& sorted);
+    void sort(ParallelLoops& workers, std::vector<KeyList>& lists, std::vector<std::uint64_t>& sorted);
 
     /// The same for keys whose words are below `rows`, which need not be looked at for that.
-    void sortRows(WorkerPool& workers, const std::vector<KeyList>& lists, std::uint32_t rows,
+    void sortRows(ParallelLoops& workers, const std::vector<KeyList>& lists, std::uint32_t rows,
                   std::vector<std::uint64_t>& sorted);
 
     /// The same as pairs; a key that the lists hold twice is left out altogether.
     ///
     /// @param pairs [out] overwritten
-    void write(WorkerPool& workers, std::vector<KeyList>& lists, Pairs& pairs);
+    void write(ParallelLoops& workers, std::vector<KeyList>& lists, Pairs& pairs);
 
     /// In the calling thread; doubles stay.
     ///
@@ -161,19 +161,19 @@ private:
 
     static constexpr std::size_t kWriteGrain = 8192;  ///< keys for a thread
 
-    std::vector<Piece> sortedPieces(WorkerPool& workers, std::vector<KeyList>& lists);
-    static void writeParallel(WorkerPool& workers, const std::vector<Piece>& pieces, Pairs& pairs);
+    std::vector<Piece> sortedPieces(ParallelLoops& workers, std::vector<KeyList>& lists);
+    static void writeParallel(ParallelLoops& workers, const std::vector<Piece>& pieces, Pairs& pairs);
     static Cut cutOf(std::vector<KeyList>& lists, std::size_t count);
     static Cut cutOf(std::uint64_t lowest, std::uint64_t highest, std::size_t count);
     void sortFew(const std::vector<KeyList>& lists, std::size_t count, std::vector<std::uint64_t>& sorted);
-    void sortMany(WorkerPool& workers, const std::vector<KeyList>& lists, const Cut& cut,
+    void sortMany(ParallelLoops& workers, const std::vector<KeyList>& lists, const Cut& cut,
                   std::vector<std::uint64_t>& sorted);
     static std::size_t countOf(const std::vector<KeyList>& lists);
     static bool areInOrder(std::vector<KeyList>& lists);
-    void part(WorkerPool& workers, const std::vector<KeyList>& lists, const Cut& cut);
+    void part(ParallelLoops& workers, const std::vector<KeyList>& lists, const Cut& cut);
     static std::uint32_t firstBucketOf(const Cut& cut, const std::uint32_t* ends, unsigned task,
                                        unsigned tasks);
-    void sortBuckets(WorkerPool& workers, const Cut& cut, const std::uint32_t* ends,
+    void sortBuckets(ParallelLoops& workers, const Cut& cut, const std::uint32_t* ends,
                      std::vector<std::uint64_t>& sorted);
 
     std::vector<std::uint64_t> m_parted;  // by bucket

@@ -7,7 +7,7 @@
 
 namespace cullet
 {
-struct KeySort::Piece
+struct PairSort::Piece
 {
     const std::uint64_t* begin;
     const std::uint64_t* end;
@@ -46,7 +46,7 @@ struct KeySort::Piece
 };
 
 /// All keys in order: those of the lists themselves, or sorted ones.
-std::vector<KeySort::Piece> KeySort::sortedPieces(WorkerPool& workers, std::vector<KeyList>& lists)
+std::vector<PairSort::Piece> PairSort::sortedPieces(ParallelLoops& workers, std::vector<KeyList>& lists)
 {
     std::vector<Piece> pieces;
     if (areInOrder(lists))
@@ -66,7 +66,7 @@ std::vector<KeySort::Piece> KeySort::sortedPieces(WorkerPool& workers, std::vect
     return pieces;
 }
 
-void KeySort::write(WorkerPool& workers, std::vector<KeyList>& lists, Pairs& pairs)
+void PairSort::write(ParallelLoops& workers, std::vector<KeyList>& lists, Pairs& pairs)
 {
     const std::vector<Piece> pieces = sortedPieces(workers, lists);
     const std::size_t count = countOf(lists);
@@ -85,7 +85,7 @@ void KeySort::write(WorkerPool& workers, std::vector<KeyList>& lists, Pairs& pai
     trimRoom(m_sorted);
 }
 
-void KeySort::writeParallel(WorkerPool& workers, const std::vector<Piece>& pieces, Pairs& pairs)
+void PairSort::writeParallel(ParallelLoops& workers, const std::vector<Piece>& pieces, Pairs& pairs)
 {
     const auto tasks = static_cast<unsigned>(pieces.size());
     std::vector<std::size_t> ends(pieces.size());

@@ -7,9 +7,9 @@
 
 namespace cullet
 {
-std::vector<RowPair> findRowsOf(const Pairs& known, const ProxyView& proxies)
+std::vector<KeyedPair> findRowsOf(const Pairs& known, const ProxyView& proxies)
 {
-    std::vector<RowPair> pairs;
+    std::vector<KeyedPair> pairs;
     std::unordered_map<std::uint32_t, std::uint32_t> rowOf;
     for (std::uint32_t row = 0; row < proxies.size && !known.empty(); ++row)
     {
@@ -26,10 +26,10 @@ std::vector<RowPair> findRowsOf(const Pairs& known, const ProxyView& proxies)
     return pairs;
 }
 
-void splitKnown(const Pairs& known, const ProxyView& proxies, std::vector<IdPair>& held,
+void splitKnown(const Pairs& known, const ProxyView& proxies, std::vector<RowPair>& held,
                 std::vector<std::uint64_t>& gone)
 {
-    for (const RowPair& pair : findRowsOf(known, proxies))
+    for (const KeyedPair& pair : findRowsOf(known, proxies))
     {
         if (pair.firstRow == kNoRow || pair.secondRow == kNoRow)
             gone.push_back(pairKey(pair.ids));

@@ -15,11 +15,11 @@ namespace cullet
 inline constexpr std::uint32_t kNoRow = std::numeric_limits<std::uint32_t>::max();
 
 /// The rows of pairs given to Backend::restart(); kNoRow for ids without a valid box. O(rows + pairs), none: O(1).
-std::vector<RowPair> findRowsOf(const Pairs& known, const ProxyView& proxies);
+std::vector<KeyedPair> findRowsOf(const Pairs& known, const ProxyView& proxies);
 
 /// The same in two parts: appends the rows of pairs of valid boxes to `held`, and the keys of the others, which have
 /// left, to `gone`.
-void splitKnown(const Pairs& known, const ProxyView& proxies, std::vector<IdPair>& held,
+void splitKnown(const Pairs& known, const ProxyView& proxies, std::vector<RowPair>& held,
                 std::vector<std::uint64_t>& gone);
 
 /// Adds those that have left to other removed pairs, by unique id.

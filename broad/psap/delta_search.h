@@ -39,13 +39,13 @@ struct EnterRow
 /// The pairs of an update: those that had stayed, and those that had entered.
 struct PairsBefore
 {
-    const IdPair* kept;
+    const RowPair* kept;
     const float* depths;  ///< of those that had stayed, as DepthList has it; null: not known
-    const IdPair* added;
+    const RowPair* added;
     const DeltaCounts* counts;
 
     CULLET_HOST_DEVICE bool has(std::uint64_t i) const { return i < counts->kept + counts->added; }
-    CULLET_HOST_DEVICE IdPair at(std::uint64_t i) const
+    CULLET_HOST_DEVICE RowPair at(std::uint64_t i) const
     {
         return i < counts->kept ? kept[i] : added[i - counts->kept];
     }
@@ -76,7 +76,7 @@ struct PartPairs
     template <class Kept, class Removed>
     CULLET_HOST_DEVICE void operator()(const DepthPair& item, Kept& kept, Removed& removed) const
     {
-        const IdPair pair = item.pair;
+        const RowPair pair = item.pair;
         const bool isThere = item.isPair && (pair.a > pair.b ? pair.a : pair.b) < boxCount;
         const float left = depthLeft(item.depth, deeperThan(2 * floatOf(*motion)));
         const bool isDeep = isThere && left > 0;
@@ -191,10 +191,10 @@ public:
         forget();
     }
 
-    const IdPair* kept() const { return m_kept[m_side].data(); }
-    const IdPair* added() const { return m_added[m_side].data(); }
+    const RowPair* kept() const { return m_kept[m_side].data(); }
+    const RowPair* added() const { return m_added[m_side].data(); }
     std::uint64_t addedRoom() const { return m_added[m_side].size(); }
-    const IdPair* removed() const { return m_removed.data(); }
+    const RowPair* removed() const { return m_removed.data(); }
     /// In the executor's memory. While it is at work, there may be more pairs that enter than there is room for.
     const DeltaCounts* countsThere() const { return m_tallies.size() == 0 ? nullptr : &tally()->counts; }
     /// After finish().
@@ -443,9 +443,9 @@ private:
     bool m_isFresh = true;
     Buffer<AlignedBox> m_boxes[2];
     Buffer<Aabb> m_again;  ///< those to be searched again
-    Buffer<IdPair> m_kept[2], m_added[2];
+    Buffer<RowPair> m_kept[2], m_added[2];
     Buffer<float> m_depths[2];  ///< of pairs kept
-    Buffer<IdPair> m_removed;
+    Buffer<RowPair> m_removed;
     Buffer<DeltaTallies> m_tallies;  ///< what was counted the last time tells how many pairs there are
     typename Exec::template Staging<DeltaTallies> m_staged;
 };

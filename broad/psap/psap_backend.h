@@ -146,7 +146,7 @@ private:
         m_rows.forget();
         m_open.noteFree(false);
         m_retestAll = false;
-        std::vector<IdPair> held;
+        std::vector<RowPair> held;
         splitKnown(m_known, view, held, m_vanished);
         m_heldCount = held.size();
         m_exec.reserve(m_held, std::max<std::uint64_t>(m_heldCount, m_options.initialCapacity));
@@ -274,7 +274,7 @@ private:
         m_isKeptListed = andNow;
     }
 
-    void beginNear(const HeldPairs& held, bool isAhead)
+    void beginNear(const PairListView& held, bool isAhead)
     {
         m_exec.beginStage("near pairs");
         buildWithSkins();
@@ -471,7 +471,7 @@ private:
     PsapOptions m_options;
     const char* m_name;
     Exec m_exec;  ///< before the buffers: they live in its memory
-    RowMemory<Exec> m_rows;
+    TableMirror<Exec> m_rows;
     Search<Exec> m_search;
     HeldNear<Exec> m_near;
     BackendStats m_stats;
@@ -488,13 +488,13 @@ private:
     bool m_isHeldListed = true;   ///< in m_held; otherwise only m_near knows the held pairs
     bool m_isKeptListed = false;  ///< those behind this update in m_kept, where near pairs are followed
     Buffer<std::uint64_t> m_listedCounts;  ///< how many there are in both
-    Buffer<IdPair> m_held, m_kept, m_added, m_removed;
+    Buffer<RowPair> m_held, m_kept, m_added, m_removed;
     Buffer<float> m_heldDepths, m_keptDepths;  ///< as DepthList has it
     bool m_areDepthsKnown = false;
     bool m_isMotionKnown = true;  ///< as RowWays tells it
     OpenPairs<Exec> m_open;
     Tallies<Exec> m_tallies;
-    ChangeNames<Exec> m_names;
+    DeltaOutput<Exec> m_names;
     Counters m_counts{};
 };
 }  // namespace cullet::psap

@@ -234,7 +234,7 @@ std::vector<Item> itemsByClass(const Aabb* boxes, const std::vector<ProxyId>& ro
 }
 }  // namespace
 
-void BoxTree::build(const Aabb* boxes, const std::vector<ProxyId>& rows)
+void Bvh::build(const Aabb* boxes, const std::vector<ProxyId>& rows)
 {
     const ClassRanges ranges = rangesOfClasses(boxes, rows);
     std::vector<Item> items = itemsByClass(boxes, rows, ranges);
@@ -267,7 +267,7 @@ void BoxTree::build(const Aabb* boxes, const std::vector<ProxyId>& rows)
 }
 
 /// Asks the memory for the boxes of a leaf some way ahead: neighbours in space are far apart in the table.
-void BoxTree::prefetch(std::uint32_t leaf, const Aabb* boxes) const noexcept
+void Bvh::prefetch(std::uint32_t leaf, const Aabb* boxes) const noexcept
 {
     constexpr std::uint32_t kAhead = 32;  // slots
     for (std::uint32_t slot = 8 * leaf + kAhead; slot < std::min(8 * leaf + kAhead + 8, slotCount()); ++slot)
@@ -277,7 +277,7 @@ void BoxTree::prefetch(std::uint32_t leaf, const Aabb* boxes) const noexcept
     }
 }
 
-void BoxTree::layOut(std::uint32_t slots)
+void Bvh::layOut(std::uint32_t slots)
 {
     m_levelCount = 0;
     std::uint32_t start = 0;
@@ -300,7 +300,7 @@ void BoxTree::layOut(std::uint32_t slots)
 }
 
 /// Reads the boxes of a leaf's rows into its lanes; true when every row there has a valid one.
-bool BoxTree::fillLanes(std::uint32_t leaf, const Aabb* boxes, Aabb& around)
+bool Bvh::fillLanes(std::uint32_t leaf, const Aabb* boxes, Aabb& around)
 {
     const Aabb* lanes[8];
     std::uint32_t held = 0;
@@ -313,14 +313,14 @@ bool BoxTree::fillLanes(std::uint32_t leaf, const Aabb* boxes, Aabb& around)
     return m_kernels.fillNode(lanes, node(0, leaf), around) == held;
 }
 
-void BoxTree::closeLeaf(std::uint32_t leaf, const Aabb& around) noexcept
+void Bvh::closeLeaf(std::uint32_t leaf, const Aabb& around) noexcept
 {
     m_leafArea += halfArea(around);
     setBounds(0, leaf, around);
 }
 
 /// Takes the rows whose boxes do not fit out of a leaf.
-void BoxTree::dropStrays(std::uint32_t leaf, const Aabb* boxes, std::vector<ProxyId>& left)
+void Bvh::dropStrays(std::uint32_t leaf, const Aabb* boxes, std::vector<ProxyId>& left)
 {
     const Aabb limits = limitsOf(leaf);
     for (std::uint32_t slot = 8 * leaf; slot < 8 * leaf + 8; ++slot)
@@ -334,14 +334,14 @@ void BoxTree::dropStrays(std::uint32_t leaf, const Aabb* boxes, std::vector<Prox
     }
 }
 
-Aabb BoxTree::bounds(int level, std::uint32_t index) const noexcept
+Aabb Bvh::bounds(int level, std::uint32_t index) const noexcept
 {
     if (level + 1 == m_levelCount)
         return m_rootBounds;
     return laneBox(m_nodes[m_levelStart[level + 1] + index / 8], index % 8);
 }
 
-bool BoxTree::setBounds(int level, std::uint32_t index, const Aabb& box) noexcept
+bool Bvh::setBounds(int level, std::uint32_t index, const Aabb& box) noexcept
 {
     if (level + 1 == m_levelCount)
     {
@@ -356,7 +356,7 @@ bool BoxTree::setBounds(int level, std::uint32_t index, const Aabb& box) noexcep
 }
 
 /// An empty leaf has limits that contain nothing.
-Aabb BoxTree::limitsOf(std::uint32_t leaf) const noexcept
+Aabb Bvh::limitsOf(std::uint32_t leaf) const noexcept
 {
     Aabb limits = bounds(0, leaf);
     for (int axis = 0; axis < 3; ++axis)
@@ -368,12 +368,12 @@ Aabb BoxTree::limitsOf(std::uint32_t leaf) const noexcept
     return limits;
 }
 
-bool BoxTree::fits(std::uint32_t slot, const Aabb& box) const noexcept
+bool Bvh::fits(std::uint32_t slot, const Aabb& box) const noexcept
 {
     return contains(limitsOf(slot / 8), box);
 }
 
-bool BoxTree::holds(std::uint32_t slot, const Aabb& box) const noexcept
+bool Bvh::holds(std::uint32_t slot, const Aabb& box) const noexcept
 {
     const Aabb stored = laneBox(m_nodes[slot / 8], slot % 8);
     bool isFilled = true;
@@ -382,7 +382,7 @@ bool BoxTree::holds(std::uint32_t slot, const Aabb& box) const noexcept
     return isFilled && contains(stored, box);
 }
 
-void BoxTree::move(std::uint32_t slot, const Aabb& box) noexcept
+void Bvh::move(std::uint32_t slot, const Aabb& box) noexcept
 {
     std::uint32_t index = slot / 8;
     setLane(node(0, index), slot % 8, box);
@@ -392,14 +392,14 @@ void BoxTree::move(std::uint32_t slot, const Aabb& box) noexcept
         index /= 8;
 }
 
-void BoxTree::remove(std::uint32_t slot) noexcept
+void Bvh::remove(std::uint32_t slot) noexcept
 {
     m_rows[slot] = kNoRow;
     --m_rowCount;
     move(slot, kEmptyAabb);
 }
 
-void BoxTree::refit(const Aabb* boxes, std::vector<ProxyId>& left)
+void Bvh::refit(const Aabb* boxes, std::vector<ProxyId>& left)
 {
     m_leafArea = 0.0;
     for (std::uint32_t leaf = 0; leaf < slotCount() / 8; ++leaf)
@@ -417,7 +417,7 @@ void BoxTree::refit(const Aabb* boxes, std::vector<ProxyId>& left)
     refitInner();
 }
 
-void BoxTree::refitInner() noexcept
+void Bvh::refitInner() noexcept
 {
     for (int level = 1; level < m_levelCount; ++level)
     {
@@ -427,7 +427,7 @@ void BoxTree::refitInner() noexcept
     }
 }
 
-std::uint64_t BoxTree::bytes() const noexcept
+std::uint64_t Bvh::bytes() const noexcept
 {
     return m_nodes.capacity() * sizeof(BoxNode) + m_rows.capacity() * sizeof(ProxyId);
 }

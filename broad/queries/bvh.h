@@ -25,12 +25,12 @@ inline constexpr float kTreeReach = 1e15f;
 /// is log8 of the rows whatever the boxes are.
 ///
 /// Memory: 32 bytes per row. One thread at a time changes the tree; any number may traverse it meanwhile nobody does.
-class BoxTree
+class Bvh
 {
 public:
-    explicit BoxTree(const QueryKernels& kernels = queryKernels(false)) : m_kernels(kernels) {}
-    BoxTree(const BoxTree&) = delete;
-    BoxTree& operator=(const BoxTree&) = delete;
+    explicit Bvh(const QueryKernels& kernels = queryKernels(false)) : m_kernels(kernels) {}
+    Bvh(const Bvh&) = delete;
+    Bvh& operator=(const Bvh&) = delete;
 
     /// Replaces the tree by one over `rows`. O(n log n).
     ///

@@ -55,7 +55,7 @@ bool isBounded(const Aabb& box) noexcept
 }
 }  // namespace
 
-void QueryTrees::appendRows(const BoxTree& tree, std::vector<ProxyId>& rows)
+void QueryTrees::appendRows(const Bvh& tree, std::vector<ProxyId>& rows)
 {
     rows.reserve(rows.size() + tree.rowCount());
     for (std::uint32_t slot = 0; slot < tree.slotCount(); ++slot)
@@ -152,7 +152,7 @@ void QueryTrees::moveEach(const ProxyTable& table)
     }
 }
 
-void QueryTrees::moveIn(BoxTree& tree, std::uint32_t slot, ProxyId row, const Aabb& box)
+void QueryTrees::moveIn(Bvh& tree, std::uint32_t slot, ProxyId row, const Aabb& box)
 {
     if (tree.holds(slot, box))
         return;
@@ -247,7 +247,7 @@ void QueryTrees::rebuild(const ProxyTable& table, std::vector<ProxyId> rows)
 ///
 /// @param rows each once; left are those in the tree
 /// @param side gets the others; its tree may be the one that is built
-void QueryTrees::fill(const ProxyTable& table, std::vector<ProxyId>& rows, BoxTree& tree, QuerySide& side)
+void QueryTrees::fill(const ProxyTable& table, std::vector<ProxyId>& rows, Bvh& tree, QuerySide& side)
 {
     side.listed.clear();
     const auto isNotForTree = [&](ProxyId row)
@@ -265,7 +265,7 @@ void QueryTrees::fill(const ProxyTable& table, std::vector<ProxyId>& rows, BoxTr
     m_builtRowsTotal += rows.size();
 }
 
-void QueryTrees::notePlaces(const BoxTree& tree, std::uint32_t firstPlace) noexcept
+void QueryTrees::notePlaces(const Bvh& tree, std::uint32_t firstPlace) noexcept
 {
     for (std::uint32_t slot = 0; slot < tree.slotCount(); ++slot)
     {

@@ -17,7 +17,7 @@ struct QuerySide
 {
     explicit QuerySide(const QueryKernels& kernels) : tree(kernels) {}
 
-    BoxTree tree;
+    Bvh tree;
     std::vector<ProxyId> listed;
     std::uint32_t settledCount = 0;  ///< of the listed rows, those that no tree can take
     bool isTidy = true;              ///< no other row is listed
@@ -63,7 +63,7 @@ public:
     /// Taken for less than it is, so that a frame of many queries after many changes loses little before it is bought.
     static double tidyCost(const QuerySide& side) noexcept;
 
-    const BoxTree& mainTree() const noexcept { return m_main; }
+    const Bvh& mainTree() const noexcept { return m_main; }
     /// The side to read; a query stays with the one that it began with.
     const QuerySide& side() const noexcept { return m_sides[m_current.load(std::memory_order_acquire)]; }
     std::uint64_t buildsTotal() const noexcept { return m_buildsTotal; }
@@ -79,21 +79,21 @@ private:
     static constexpr std::uint32_t kNowhere = 0xFFFFFFFFu;
 
     QuerySide& ownSide() noexcept { return m_sides[m_current.load(std::memory_order_relaxed)]; }
-    static void appendRows(const BoxTree& tree, std::vector<ProxyId>& rows);
+    static void appendRows(const Bvh& tree, std::vector<ProxyId>& rows);
     static void appendRows(const QuerySide& side, std::vector<ProxyId>& rows);
     std::vector<ProxyId> findRows(const ProxyTable& table);
     std::vector<ProxyId> placedRows() const;
     void rebuild(const ProxyTable& table, std::vector<ProxyId> rows);
-    void fill(const ProxyTable& table, std::vector<ProxyId>& rows, BoxTree& tree, QuerySide& side);
-    void notePlaces(const BoxTree& tree, std::uint32_t firstPlace) noexcept;
+    void fill(const ProxyTable& table, std::vector<ProxyId>& rows, Bvh& tree, QuerySide& side);
+    void notePlaces(const Bvh& tree, std::uint32_t firstPlace) noexcept;
     void followChanges(const ProxyTable& table);
     void refit(const ProxyTable& table);
     void moveEach(const ProxyTable& table);
-    void moveIn(BoxTree& tree, std::uint32_t slot, ProxyId row, const Aabb& box);
+    void moveIn(Bvh& tree, std::uint32_t slot, ProxyId row, const Aabb& box);
     void list(ProxyId row, const Aabb& box);
     bool needsRebuild() const noexcept;
 
-    BoxTree m_main;
+    Bvh m_main;
     QuerySide m_sides[2];
     std::atomic<std::uint32_t> m_current{0};
     std::vector<std::uint32_t> m_places;  // by row: where it is

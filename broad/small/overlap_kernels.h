@@ -15,7 +15,7 @@ struct FlatBoxes
 };
 
 /// Tests one box against many at once, in registers of 16, 8 or 4 floats. The bits do not depend on the width.
-struct FlatKernels
+struct OverlapKernels
 {
     const char* name;
     std::uint32_t worthwhileRows;  ///< up to so many boxes, testing all against all beats a grid (measured)
@@ -26,12 +26,12 @@ struct FlatKernels
                          std::uint64_t* bits);
 };
 
-extern const FlatKernels kFlatKernelsBaseline;
+extern const OverlapKernels kFlatKernelsBaseline;
 #if defined(__x86_64__)
-extern const FlatKernels kFlatKernelsAvx2;
-extern const FlatKernels kFlatKernelsAvx512;
+extern const OverlapKernels kFlatKernelsAvx2;
+extern const OverlapKernels kFlatKernelsAvx512;
 #endif
 
 /// The widest that this processor has.
-const FlatKernels& chooseFlatKernels(bool baseline);
+const OverlapKernels& chooseFlatKernels(bool baseline);
 }  // namespace cullet

@@ -4,9 +4,9 @@
 
 namespace cullet
 {
-const FlatKernels kFlatKernelsBaseline = {"baseline", 128, findOverlaps};
+const OverlapKernels kFlatKernelsBaseline = {"baseline", 128, findOverlaps};
 
-const FlatKernels& chooseFlatKernels(bool baseline)
+const OverlapKernels& chooseFlatKernels(bool baseline)
 {
 #if defined(__x86_64__)
     if (!baseline && __builtin_cpu_supports("avx512f") != 0)

@@ -11,13 +11,13 @@
 
 namespace cullet
 {
-void FlatBackend::restart(const Pairs& known)
+void SmallWorldBackend::restart(const Pairs& known)
 {
     m_known = known;
     m_isRestarted = true;
 }
 
-Status FlatBackend::update(const ProxyView& proxies, PairDelta& delta)
+Status SmallWorldBackend::update(const ProxyView& proxies, PairDelta& delta)
 try
 {
     m_added.clear();
@@ -37,7 +37,7 @@ catch (const std::bad_alloc&)
     return Status::OutOfMemory;
 }
 
-void FlatBackend::updateOrThrow(const ProxyView& view)
+void SmallWorldBackend::updateOrThrow(const ProxyView& view)
 {
     // Other rules concern unmoved pairs too.
     const bool areRulesNew = m_hadFilter != (view.filters != nullptr) || m_margin != view.margin;
@@ -72,7 +72,7 @@ void FlatBackend::updateOrThrow(const ProxyView& view)
     m_ids.assign(view.uniqueIds, view.uniqueIds + view.size);
 }
 
-void FlatBackend::updateChanged(const ProxyView& view)
+void SmallWorldBackend::updateChanged(const ProxyView& view)
 {
     if (view.dirtyCount == view.size)
         return updateAll(view);
@@ -81,7 +81,7 @@ void FlatBackend::updateChanged(const ProxyView& view)
         updateRow(view, view.dirty[i], 0);
 }
 
-void FlatBackend::updateAll(const ProxyView& view)
+void SmallWorldBackend::updateAll(const ProxyView& view)
 {
     m_isStale = true;
     loadChanged(view);
@@ -91,7 +91,7 @@ void FlatBackend::updateAll(const ProxyView& view)
 }
 
 /// False, with nothing done, when shells do not pay any more.
-bool FlatBackend::updateInShells(const ProxyView& view)
+bool SmallWorldBackend::updateInShells(const ProxyView& view)
 {
     if (!m_shells.update(view))
         return false;
@@ -102,7 +102,7 @@ bool FlatBackend::updateInShells(const ProxyView& view)
         loadChanged(view);
     for (const std::uint32_t row : m_shells.active())
         updateRow(view, row, 0);
-    for (const IdPair pair : m_shells.watched())
+    for (const RowPair pair : m_shells.watched())
     {
         if (overlapsBranchless(view.boxes[pair.a], view.boxes[pair.b]) != isHeld(pair.a, pair.b))
             examine(view, pair.a, pair.b);
@@ -111,7 +111,7 @@ bool FlatBackend::updateInShells(const ProxyView& view)
     return true;
 }
 
-void FlatBackend::makeShells(const ProxyView& view)
+void SmallWorldBackend::makeShells(const ProxyView& view)
 {
     m_shells.begin(view);
     for (std::uint32_t row = 0; row < view.size; ++row)
@@ -130,7 +130,7 @@ void FlatBackend::makeShells(const ProxyView& view)
     }
 }
 
-void FlatBackend::loadChanged(const ProxyView& view)
+void SmallWorldBackend::loadChanged(const ProxyView& view)
 {
     if (!m_isStale)
     {
@@ -144,7 +144,7 @@ void FlatBackend::loadChanged(const ProxyView& view)
 }
 
 /// Keeps what is held.
-void FlatBackend::makeRoom(std::uint32_t rows)
+void SmallWorldBackend::makeRoom(std::uint32_t rows)
 {
     if (rows <= m_stride)
         return;
@@ -161,18 +161,18 @@ void FlatBackend::makeRoom(std::uint32_t rows)
     m_stride = stride;
 }
 
-void FlatBackend::takeKnown(const ProxyView& view)
+void SmallWorldBackend::takeKnown(const ProxyView& view)
 {
     std::fill(m_limits.begin(), m_limits.end(), std::numeric_limits<float>::quiet_NaN());
     std::fill(m_held.begin(), m_held.end(), 0);
-    std::vector<IdPair> held;
+    std::vector<RowPair> held;
     splitKnown(m_known, view, held, m_removed);
-    for (const IdPair pair : held)
+    for (const RowPair pair : held)
         flip(pair.a, pair.b);
     m_stats.pairs = m_known.size();
 }
 
-void FlatBackend::load(const ProxyView& view, std::uint32_t row)
+void SmallWorldBackend::load(const ProxyView& view, std::uint32_t row)
 {
     const Aabb& box = view.boxes[row];
     const bool valid = isValid(box);
@@ -185,7 +185,7 @@ void FlatBackend::load(const ProxyView& view, std::uint32_t row)
     }
 }
 
-void FlatBackend::updateRow(const ProxyView& view, std::uint32_t row, std::uint32_t firstWord)
+void SmallWorldBackend::updateRow(const ProxyView& view, std::uint32_t row, std::uint32_t firstWord)
 {
     m_kernels.findOverlaps({m_limits.data(), m_stride}, row, 0.0f, firstWord, m_found.data());
     m_found[row / 64] &= ~(std::uint64_t{1} << row % 64);
@@ -200,7 +200,7 @@ void FlatBackend::updateRow(const ProxyView& view, std::uint32_t row, std::uint3
 }
 
 /// A pair that overlaps and is not held, or is held and does not overlap.
-void FlatBackend::examine(const ProxyView& view, std::uint32_t row, std::uint32_t column)
+void SmallWorldBackend::examine(const ProxyView& view, std::uint32_t row, std::uint32_t column)
 {
     const Aabb& a = view.boxes[row];
     const Aabb& b = view.boxes[column];
@@ -214,13 +214,13 @@ void FlatBackend::examine(const ProxyView& view, std::uint32_t row, std::uint32_
     (held ? m_removed : m_added).push_back(pairKey(makePair(view.uniqueIds[row], view.uniqueIds[column])));
 }
 
-void FlatBackend::flip(std::uint32_t row, std::uint32_t column)
+void SmallWorldBackend::flip(std::uint32_t row, std::uint32_t column)
 {
     heldOf(row)[column / 64] ^= std::uint64_t{1} << column % 64;
     heldOf(column)[row / 64] ^= std::uint64_t{1} << row % 64;
 }
 
-Pairs FlatBackend::heldPairs() const
+Pairs SmallWorldBackend::heldPairs() const
 {
     if (m_isRestarted)
         return m_known;
@@ -242,7 +242,7 @@ Pairs FlatBackend::heldPairs() const
     return pairs;
 }
 
-BackendStats FlatBackend::stats() const
+BackendStats SmallWorldBackend::stats() const
 {
     BackendStats stats = m_stats;
     stats.entries = m_ids.size();

@@ -16,14 +16,14 @@ namespace cullet
 ///
 /// Each changed box is tested against all others, 4 to 16 at a time, and the bits found are compared with the bits held.
 /// No structure is kept up to date, so that a few movers cost nothing else. Where most boxes move and stay where they are,
-/// those inside their shells (FlatShells) are not tested.
+/// those inside their shells (SmallWorldSkins) are not tested.
 ///
 /// Cost: changed rows * rows / 16 steps, half of it when all changed. Memory: 54 bytes a row, and rows^2 / 8.
-class FlatBackend final : public Backend
+class SmallWorldBackend final : public Backend
 {
 public:
     /// @param baseline use no instructions beyond the x86-64 baseline
-    explicit FlatBackend(bool baseline) : m_kernels(chooseFlatKernels(baseline)) {}
+    explicit SmallWorldBackend(bool baseline) : m_kernels(chooseFlatKernels(baseline)) {}
 
     Status update(const ProxyView& proxies, PairDelta& delta) override;
     void restart(const Pairs& known) override;
@@ -55,7 +55,7 @@ private:
     }
     void flip(std::uint32_t row, std::uint32_t column);
 
-    const FlatKernels& m_kernels;
+    const OverlapKernels& m_kernels;
     std::uint32_t m_stride = 0;          ///< columns that there is room for, a multiple of 64
     std::vector<float> m_limits;         ///< [6 * stride], see FlatBoxes
     std::vector<std::uint64_t> m_held;   ///< [stride * stride / 64] both halves of the symmetric matrix
@@ -66,10 +66,10 @@ private:
     bool m_hadFilter = false;  ///< the rules of the last update
     float m_margin = 0;
     bool m_isStale = false;  ///< boxes that moved inside their shells were not loaded
-    FlatShells m_shells;
+    SmallWorldSkins m_shells;
     std::vector<std::uint64_t> m_added;    ///< keys
     std::vector<std::uint64_t> m_removed;  ///< keys
-    KeySort m_keySort;
+    PairSort m_keySort;
     BackendStats m_stats;
 };
 }  // namespace cullet

@@ -6,7 +6,7 @@
 
 namespace cullet
 {
-void FlatShells::turnOff() noexcept
+void SmallWorldSkins::turnOff() noexcept
 {
     if (m_isOn)
         m_period = m_age < 4 * kShortestPeriod ? std::min(2 * m_period, kLongestPeriod) : kShortestPeriod;
@@ -17,7 +17,7 @@ void FlatShells::turnOff() noexcept
     m_watched.clear();
 }
 
-bool FlatShells::isCalm(const ProxyView& view)
+bool SmallWorldSkins::isCalm(const ProxyView& view)
 {
     if (++m_age < m_period || view.dirtyCount < view.size / 8 || !(view.margin > 0.0f))
         return false;
@@ -34,7 +34,7 @@ bool FlatShells::isCalm(const ProxyView& view)
     return isCalm;
 }
 
-void FlatShells::begin(const ProxyView& view)
+void SmallWorldSkins::begin(const ProxyView& view)
 {
     m_isOn = true;
     m_age = 0;
@@ -47,14 +47,14 @@ void FlatShells::begin(const ProxyView& view)
     m_watched.clear();
 }
 
-void FlatShells::watch(const ProxyView& view, IdPair pair, bool isHeld)
+void SmallWorldSkins::watch(const ProxyView& view, RowPair pair, bool isHeld)
 {
     const float gap = gapOf(view.boxes[pair.a], view.boxes[pair.b]);
     if (!isHeld || gap > sureGapOf(m_margin, m_slack))
         m_watched.push_back(pair);
 }
 
-bool FlatShells::update(const ProxyView& view)
+bool SmallWorldSkins::update(const ProxyView& view)
 {
     ++m_age;
     for (std::uint32_t row = static_cast<std::uint32_t>(m_reference.size()); row < view.size; ++row)
@@ -75,9 +75,9 @@ bool FlatShells::update(const ProxyView& view)
     return m_spent <= 2 * std::uint64_t{view.size};
 }
 
-std::uint64_t FlatShells::bytes() const noexcept
+std::uint64_t SmallWorldSkins::bytes() const noexcept
 {
     return m_reference.capacity() * sizeof(Aabb) + m_isActive.capacity() +
-           m_active.capacity() * sizeof(std::uint32_t) + m_watched.capacity() * sizeof(IdPair);
+           m_active.capacity() * sizeof(std::uint32_t) + m_watched.capacity() * sizeof(RowPair);
 }
 }  // namespace cullet

@@ -11,7 +11,7 @@
 
 namespace cullet
 {
-/// Tells a FlatBackend which rows need no test, because they stay near where they were, as in a resting pile.
+/// Tells a SmallWorldBackend which rows need no test, because they stay near where they were, as in a resting pile.
 ///
 /// Each box gets a shell of half the margin around its reference position. While two boxes are inside theirs, their
 /// pair can change only if it is *watched*: near touching, or held and near parting. A box that leaves its shell is
@@ -19,12 +19,12 @@ namespace cullet
 ///
 /// Whether shells pay is told by counts: they are made when nine of ten boxes stayed inside one for some updates, and
 /// dropped or made anew when active boxes cost more than that.
-class FlatShells
+class SmallWorldSkins
 {
 public:
     bool isOn() const noexcept { return m_isOn; }
     const std::vector<std::uint32_t>& active() const noexcept { return m_active; }
-    const std::vector<IdPair>& watched() const noexcept { return m_watched; }
+    const std::vector<RowPair>& watched() const noexcept { return m_watched; }
 
     /// No shells, and not before some updates.
     void turnOff() noexcept;
@@ -39,7 +39,7 @@ public:
     float reach() const noexcept { return reachOfShells(m_slack); }
 
     /// Watches a pair that is held or within reach(), unless it is held and can not part.
-    void watch(const ProxyView& view, IdPair pair, bool isHeld);
+    void watch(const ProxyView& view, RowPair pair, bool isHeld);
 
     /// Finds the boxes that left their shells; false when shells do not pay any more. O(changed rows).
     /// @pre the margin is that of begin()
@@ -69,7 +69,7 @@ private:
     std::vector<Aabb> m_reference;         ///< [rows] centres of the shells, or boxes of some updates ago
     std::vector<std::uint8_t> m_isActive;  ///< [rows]
     std::vector<std::uint32_t> m_active;
-    std::vector<IdPair> m_watched;
+    std::vector<RowPair> m_watched;
     std::uint32_t m_age = 0;  ///< updates since shells were made, or since m_reference was taken
     std::uint32_t m_period = kShortestPeriod;
     std::uint64_t m_spent = 0;  ///< tests of active rows since then

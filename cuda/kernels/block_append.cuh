@@ -68,20 +68,20 @@ struct TogetherEmitter
     List list;
 
     /// @param room [kSlots] of the warp
-    __device__ TogetherEmitter(const IdPair* room, const List& whole)
+    __device__ TogetherEmitter(const RowPair* room, const List& whole)
         : buffer(addressInShared(room)), held(0), list(whole)
     {
     }
 
-    __device__ void push(IdPair pair) { list.push(pair); }
+    __device__ void push(RowPair pair) { list.push(pair); }
     __device__ void tested(std::uint64_t) {}
     __device__ bool any(bool isMine) const { return __any_sync(kAll, isMine) != 0; }
-    __device__ void append(bool isMine, IdPair pair, float depth = 0)
+    __device__ void append(bool isMine, RowPair pair, float depth = 0)
     {
         const unsigned lanes = __ballot_sync(kAll, isMine);
         const unsigned k = held + countBefore(lanes);
         if (isMine)
-            storeShared(buffer + sizeof(IdPair) * k, pair);
+            storeShared(buffer + sizeof(RowPair) * k, pair);
         if (kHasDepths && isMine)
             storeShared(depthAt(k), __float_as_uint(depth));
         held += __popc(lanes);
@@ -104,12 +104,12 @@ struct TogetherEmitter
 private:
     __device__ auto bufferedPair() const
     {
-        return [from = buffer](unsigned k) { return loadSharedPair(from + sizeof(IdPair) * k); };
+        return [from = buffer](unsigned k) { return loadSharedPair(from + sizeof(RowPair) * k); };
     }
 
     __device__ std::uint32_t depthAt(unsigned k) const
     {
-        return buffer + sizeof(IdPair) * kRoom + sizeof(float) * k;
+        return buffer + sizeof(RowPair) * kRoom + sizeof(float) * k;
     }
 
     __device__ void flush()
@@ -145,7 +145,7 @@ struct KeepingEmitter : TogetherEmitter<kPairs>
     std::uint32_t firstKept, endOfKept;  ///< of this lane: addresses in shared memory, kStride apart
 
     /// @param room [kMostKept * kEmitThreads] of the block
-    __device__ KeepingEmitter(const IdPair* pairs, const std::uint32_t* room, const PairList& whole)
+    __device__ KeepingEmitter(const RowPair* pairs, const std::uint32_t* room, const PairList& whole)
         : TogetherEmitter<kPairs>(pairs, whole),
           firstKept(addressInShared(room + threadIdx.x)),
           endOfKept(firstKept)

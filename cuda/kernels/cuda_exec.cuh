@@ -467,9 +467,9 @@ private:
     std::uint64_t m_bytes = 0;
     std::uint64_t m_bytesMoved = 0;
     CubScratch m_scratch;
-    PartStream m_parts;
+    ChunkedUpload m_parts;
     SideStream m_side;
     EventMark m_mark;
-    StageClock m_stages;
+    StageTimer m_stages;
 };
 }  // namespace cullet::psap

@@ -143,7 +143,7 @@ __global__ void __launch_bounds__(kSiftThreads, kSiftedBlocks)
     using Emitter = TogetherEmitter<64>;
     constexpr unsigned kWarps = kSiftThreads / 32;
     __shared__ Open queues[kWarps][64];
-    __shared__ alignas(8) IdPair rooms[2][kWarps][Emitter::kRoom];
+    __shared__ alignas(8) RowPair rooms[2][kWarps][Emitter::kRoom];
     __shared__ BlockPlaces<kWarps, 2> places;
     const unsigned ofBlock = threadIdx.x / 32;
     const unsigned lane = threadIdx.x % 32;

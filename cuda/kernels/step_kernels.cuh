@@ -49,11 +49,11 @@ __global__ void __launch_bounds__(kMostThreads)
 /// What a step sees of its list on the GPU: room for some pairs of its warp, which then take one atomic together.
 struct WarpEmitter
 {
-    IdPair* buffer;
+    RowPair* buffer;
     unsigned* count;
     PairList list;
 
-    __device__ void push(IdPair pair)
+    __device__ void push(RowPair pair)
     {
         const unsigned slot = atomicAdd(count, 1u);
         if (slot < kWarpBuffer)
@@ -68,7 +68,7 @@ template <class Step>
 __global__ void __launch_bounds__(kEmitThreads)
     runEmittingStep(std::uint64_t end, const Step step, const PairList list)
 {
-    __shared__ alignas(8) IdPair buffers[kEmitThreads / 32][kWarpBuffer];
+    __shared__ alignas(8) RowPair buffers[kEmitThreads / 32][kWarpBuffer];
     __shared__ unsigned counts[kEmitThreads / 32];
     const unsigned warp = threadIdx.x / 32;
     const unsigned lane = threadIdx.x % 32;
@@ -92,7 +92,7 @@ __global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
     runTogether(std::uint64_t end, const Step step, const PairList list)
 {
     using Emitter = KeepingEmitter<kPairsOfRows>;
-    __shared__ alignas(8) IdPair buffers[kEmitThreads / 32][Emitter::kRoom];
+    __shared__ alignas(8) RowPair buffers[kEmitThreads / 32][Emitter::kRoom];
     __shared__ std::uint32_t kept[Emitter::kMostKept * kEmitThreads];
     Emitter emit(buffers[threadIdx.x / 32], kept, list);
     const std::uint64_t i = static_cast<std::uint64_t>(blockIdx.x) * kEmitThreads + threadIdx.x;
@@ -112,8 +112,8 @@ __global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
     constexpr unsigned kWarps = kEmitThreads / 32;
     using First = TogetherEmitter<32 * (kEach == 1 ? 2 : kEach), DepthList>;
     using Second = TogetherEmitter<64>;
-    __shared__ alignas(8) IdPair ofFirst[kWarps][First::kSlots];
-    __shared__ alignas(8) IdPair ofSecond[kWarps][Second::kRoom];
+    __shared__ alignas(8) RowPair ofFirst[kWarps][First::kSlots];
+    __shared__ alignas(8) RowPair ofSecond[kWarps][Second::kRoom];
     First toFirst(ofFirst[threadIdx.x / 32], first);
     Second toSecond(ofSecond[threadIdx.x / 32], second);
     const std::uint64_t warp = (static_cast<std::uint64_t>(blockIdx.x) * kEmitThreads + threadIdx.x) / 32;
@@ -184,8 +184,8 @@ struct GroupEmitter : GroupedPairs
             finish();
         if (total > kRoom)
             return appendInTurn(bits, pairAt);
-        std::uint32_t to = buffer + sizeof(IdPair) * (held + upTo - count);
-        for (; bits != 0; to += sizeof(IdPair))
+        std::uint32_t to = buffer + sizeof(RowPair) * (held + upTo - count);
+        for (; bits != 0; to += sizeof(RowPair))
         {
             const unsigned k = 31u - __clz(bits);
             storeShared(to, pairAt(k));
@@ -199,7 +199,7 @@ private:
     __device__ void appendInTurn(std::uint32_t bits, const PairAt& pairAt)
     {
         for (; any(bits != 0); bits &= bits - 1)
-            append(bits != 0, bits != 0 ? pairAt(lowestBit(bits)) : IdPair{});
+            append(bits != 0, bits != 0 ? pairAt(lowestBit(bits)) : RowPair{});
     }
 
     /// Ordered as the float is.
@@ -229,7 +229,7 @@ __global__ void __launch_bounds__(kEmitThreads, kGroupedBlocks)
     runGrouped(std::uint64_t end, const Step step, const PairList list)
 {
     using Room = typename Step::Room;
-    __shared__ alignas(8) IdPair buffers[kEmitThreads / 32][GroupedPairs::kRoom];
+    __shared__ alignas(8) RowPair buffers[kEmitThreads / 32][GroupedPairs::kRoom];
     __shared__ Room rooms[kEmitThreads / 32];
     GroupEmitter<Room> emit({buffers[threadIdx.x / 32], list}, &rooms[threadIdx.x / 32]);
     const std::uint64_t i = static_cast<std::uint64_t>(blockIdx.x) * kEmitThreads + threadIdx.x;
@@ -246,7 +246,7 @@ __global__ void __launch_bounds__(kEmitThreads, kDealtBlocks)
     constexpr unsigned kBins = kEmitThreads / kSharers;
     constexpr unsigned kSlots = 16;  // a power of two: the bin and the slot are bits of a number
     static_assert(Step::kMostRoom <= kSlots, "a bin has more slots than there are numbers for");
-    __shared__ alignas(8) IdPair buffers[kEmitThreads / 32][KeepingEmitter<>::kRoom];
+    __shared__ alignas(8) RowPair buffers[kEmitThreads / 32][KeepingEmitter<>::kRoom];
     __shared__ std::uint32_t kept[KeepingEmitter<>::kMostKept * kEmitThreads];
     __shared__ std::uint16_t slots[kBins * Step::kMostRoom];
     __shared__ std::uint32_t slotCount;

@@ -241,7 +241,7 @@ public:
         return SharedMemory::bytesOf<std::uint32_t>(words(shape.cells)) +
                SharedMemory::bytesOf<TileBox>(shape.room) + SharedMemory::bytesOf<std::uint16_t>(shape.room) +
                SharedMemory::bytesOf<std::uint32_t>(kWarps * kWordsPerWarp) +
-               SharedMemory::bytesOf<IdPair>(kWarps * TogetherEmitter<>::kRoom);
+               SharedMemory::bytesOf<RowPair>(kWarps * TogetherEmitter<>::kRoom);
     }
 
     using Scan = cub::BlockScan<std::uint32_t, kThreads, cub::BLOCK_SCAN_WARP_SCANS>;
@@ -253,7 +253,7 @@ public:
           m_ids(memory.take<std::uint16_t>(searching.shape.room)),
           m_ranges(memory.take<std::uint32_t>(kWarps * kWordsPerWarp) + threadIdx.x / 32 * kWordsPerWarp),
           m_hits(m_ranges + kRangeWords),
-          m_pairs(memory.take<IdPair>(kWarps * TogetherEmitter<>::kRoom) +
+          m_pairs(memory.take<RowPair>(kWarps * TogetherEmitter<>::kRoom) +
                   threadIdx.x / 32 * TogetherEmitter<>::kRoom),
           m_records(searching.recordsOf(blockIdx.x))
     {
@@ -433,7 +433,7 @@ private:
     {
         __syncwarp();
         const unsigned lane = threadIdx.x % 32;
-        IdPair pair = {0, 0};
+        RowPair pair = {0, 0};
         bool isPair = false;
         if (lane < hits)
         {
@@ -458,7 +458,7 @@ private:
     std::uint16_t* m_ids;        ///< their records, and axes along which they begin in the tile
     std::uint32_t* m_ranges;     ///< of the warp: kCount for each lane, every 32nd
     std::uint32_t* m_hits;       ///< of the warp: two slots each
-    IdPair* m_pairs;             ///< of the warp
+    RowPair* m_pairs;            ///< of the warp
     const RowRecord* m_records;  ///< of the tile
 };
 

@@ -13,13 +13,13 @@
 namespace cullet::psap
 {
 /// A second stream for copies that come in parts, so that the first one works on a part while the next is on its way.
-class PartStream
+class ChunkedUpload
 {
 public:
-    PartStream() = default;
-    PartStream(const PartStream&) = delete;
-    PartStream& operator=(const PartStream&) = delete;
-    ~PartStream()
+    ChunkedUpload() = default;
+    ChunkedUpload(const ChunkedUpload&) = delete;
+    ChunkedUpload& operator=(const ChunkedUpload&) = delete;
+    ~ChunkedUpload()
     {
         for (const cudaEvent_t event : m_events)
             cudaEventDestroy(event);

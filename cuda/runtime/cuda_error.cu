@@ -10,7 +10,7 @@ namespace cullet
 {
 namespace
 {
-std::atomic<CudaFault> plannedFault{CudaFault::None};
+std::atomic<FaultInjection> plannedFault{FaultInjection::None};
 std::atomic<std::uint64_t> plannedCall{0};
 std::atomic<std::uint64_t> callCount{0};
 std::atomic<bool> hasHappened{false};
@@ -20,9 +20,9 @@ cudaError_t faultOf(std::uint64_t call)
 {
     switch (plannedFault.load(std::memory_order_relaxed))
     {
-        case CudaFault::OutOfMemory:
+        case FaultInjection::OutOfMemory:
             return call == plannedCall ? cudaErrorMemoryAllocation : cudaSuccess;
-        case CudaFault::DeviceLost:
+        case FaultInjection::DeviceLost:
             return call >= plannedCall ? cudaErrorLaunchFailure : cudaSuccess;
         default:
             return cudaSuccess;
@@ -30,9 +30,9 @@ cudaError_t faultOf(std::uint64_t call)
 }
 }  // namespace
 
-void setCudaFault(CudaFault fault, std::uint64_t call) noexcept
+void setCudaFault(FaultInjection fault, std::uint64_t call) noexcept
 {
-    if (fault != CudaFault::None)
+    if (fault != FaultInjection::None)
         hasHappened = false;
     plannedFault = fault;
     plannedCall = call;

@@ -7,7 +7,7 @@
 namespace cullet
 {
 /// What a test makes CUDA answer.
-enum class CudaFault
+enum class FaultInjection
 {
     None,
     OutOfMemory,  ///< that one call says cudaErrorMemoryAllocation
@@ -17,7 +17,7 @@ enum class CudaFault
 /// Lets the `call`-th CUDA call that matters from now on (0: the next) fail without being made. For tests; None ends it.
 ///
 /// Counts the calls of all threads together.
-void setCudaFault(CudaFault fault, std::uint64_t call) noexcept;
+void setCudaFault(FaultInjection fault, std::uint64_t call) noexcept;
 
 /// Whether a call has failed because of the last fault that was not None.
 bool hasCudaFaultHappened() noexcept;

@@ -14,13 +14,13 @@ namespace cullet::psap
 {
 /// Launches that are recorded once for each phase of a search, so that they go to the device in one call.
 template <std::size_t kPhases>
-class RecordedLaunches
+class GraphLaunches
 {
 public:
-    RecordedLaunches() = default;
-    RecordedLaunches(const RecordedLaunches&) = delete;
-    RecordedLaunches& operator=(const RecordedLaunches&) = delete;
-    ~RecordedLaunches() { drop(); }
+    GraphLaunches() = default;
+    GraphLaunches(const GraphLaunches&) = delete;
+    GraphLaunches& operator=(const GraphLaunches&) = delete;
+    ~GraphLaunches() { drop(); }
 
     /// Forgets what was recorded.
     void drop() noexcept

@@ -21,13 +21,13 @@ namespace cullet::psap
 {
 /// Marks the stages of an update on a stream: as NVTX ranges for profilers where the toolkit has NVTX, and with events
 /// where the caller wants times.
-class StageClock
+class StageTimer
 {
 public:
-    explicit StageClock(bool isTiming) : m_isTiming(isTiming) {}
-    StageClock(const StageClock&) = delete;
-    StageClock& operator=(const StageClock&) = delete;
-    ~StageClock()
+    explicit StageTimer(bool isTiming) : m_isTiming(isTiming) {}
+    StageTimer(const StageTimer&) = delete;
+    StageTimer& operator=(const StageTimer&) = delete;
+    ~StageTimer()
     {
         closeRange();
         for (const cudaEvent_t event : m_events)

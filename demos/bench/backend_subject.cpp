@@ -97,7 +97,7 @@ private:
     std::unique_ptr<Backend> m_backend;
     float m_margin;
     int m_threads;
-    WorkerPool m_workers;
+    ParallelLoops m_workers;
     ProxyTable m_table;
     PairDelta m_delta;
     Pairs m_pairs;

@@ -47,8 +47,8 @@ public:
     };
 
     /// @param triangles of a closed convex surface; none has its vertices on one line
-    FaceMerger(const std::vector<Eigen::Vector3d>& points,
-               const std::vector<Triangulation::Triangle>& triangles, double tolerance)
+    FaceMerger(const std::vector<Eigen::Vector3d>& points, const std::vector<Quickhull::Triangle>& triangles,
+               double tolerance)
         : m_points(points),
           m_triangles(triangles),
           m_tolerance(tolerance),
@@ -92,7 +92,7 @@ private:
     {
         std::vector<std::pair<double, std::int32_t>> byArea;
         byArea.reserve(m_triangles.size());
-        for (const Triangulation::Triangle& t : m_triangles)
+        for (const Quickhull::Triangle& t : m_triangles)
         {
             m_normals.push_back(scaledNormal(m_points, t));
             byArea.emplace_back(-m_normals.back().norm(), static_cast<std::int32_t>(byArea.size()));
@@ -144,7 +144,7 @@ private:
     /// Is the growing polygon a disc still if this triangle at its outline joins?
     bool keepsDisc(std::int32_t triangle, std::int32_t face) const
     {
-        const Triangulation::Triangle& t = m_triangles[triangle];
+        const Quickhull::Triangle& t = m_triangles[triangle];
         int sharedCount = 0;
         bool isApexFree = false;
         for (int k = 0; k < 3; ++k)
@@ -173,7 +173,7 @@ private:
 
     void addSides(std::int32_t triangle, Outline& sides) const
     {
-        const Triangulation::Triangle& t = m_triangles[triangle];
+        const Quickhull::Triangle& t = m_triangles[triangle];
         for (int k = 0; k < 3; ++k)
         {
             const std::int32_t across = m_faceOf[t.neighbour[k]];
@@ -322,7 +322,7 @@ private:
     }
 
     const std::vector<Eigen::Vector3d>& m_points;
-    const std::vector<Triangulation::Triangle>& m_triangles;
+    const std::vector<Quickhull::Triangle>& m_triangles;
     const double m_tolerance;
     std::vector<Eigen::Vector3d> m_normals;  ///< by triangle, scaled
     std::vector<std::int32_t> m_faceOf;

@@ -253,7 +253,7 @@ private:
     {
         constexpr double kEpsilon = std::numeric_limits<S>::epsilon();
         const double depth = 16.0 * kEpsilon * m_radius;
-        const Triangulation surface(m_points, seed);
+        const Quickhull surface(m_points, seed);
         const std::vector<std::int32_t> corners = surface.corners();
         m_areAllCorners = static_cast<std::int32_t>(corners.size()) == surface.vertexCount();
         if (m_isOfCorners && !(m_areAllCorners && !SurfacePoints::areAny(m_points, surface, depth)))
@@ -266,7 +266,7 @@ private:
         storeCorners(corners);
     }
 
-    void storeSolid(const Triangulation& surface, const SurfacePoints& extra, double depth)
+    void storeSolid(const Quickhull& surface, const SurfacePoints& extra, double depth)
     {
         constexpr double kEpsilon = std::numeric_limits<S>::epsilon();
         m_areAllCorners = m_areAllCorners && extra.attached().empty();
@@ -300,10 +300,10 @@ private:
         return hull;
     }
 
-    void numberVertices(const Triangulation& surface, const SurfacePoints& extra)
+    void numberVertices(const Quickhull& surface, const SurfacePoints& extra)
     {
         m_vertexOf.assign(m_points.size(), -1);
-        for (const Triangulation::Triangle& t : surface.triangles())
+        for (const Quickhull::Triangle& t : surface.triangles())
         {
             for (const std::int32_t point : t.vertex)
                 m_vertexOf[point] = 0;
@@ -407,13 +407,13 @@ private:
         }
     }
 
-    void storeHierarchy(const Triangulation& surface)
+    void storeHierarchy(const Quickhull& surface)
     {
         std::vector<Eigen::Vector3d> corners;
         for (std::int32_t v = 0; v < m_hull.m_vertexCount; ++v)
             corners.push_back(m_hull.vertex(v).template cast<double>());
         std::vector<DkBuilder::Triangle> triangles;
-        for (const Triangulation::Triangle& t : surface.triangles())
+        for (const Quickhull::Triangle& t : surface.triangles())
             triangles.push_back({m_vertexOf[t.vertex[0]], m_vertexOf[t.vertex[1]], m_vertexOf[t.vertex[2]]});
         m_hull.m_hierarchy = DkBuilder::build(corners, triangles);
     }

@@ -39,7 +39,7 @@ public:
     {
     }
 
-    void run(const Triangulation& surface, const SurfacePoints& extra)
+    void run(const Quickhull& surface, const SurfacePoints& extra)
     {
         storeNatural(surface, extra);
         addArtificial(outwardOf(surface, extra));
@@ -60,9 +60,9 @@ private:
 
     /// Calls see(vertex, neighbour) for all natural neighbours, a vertex's in the order of its list.
     template <class See>
-    void forNatural(const Triangulation& surface, const SurfacePoints& extra, const See& see) const
+    void forNatural(const Quickhull& surface, const SurfacePoints& extra, const See& see) const
     {
-        for (const Triangulation::Triangle& t : surface.triangles())
+        for (const Quickhull::Triangle& t : surface.triangles())
         {
             for (int k = 0; k < 3; ++k)
                 see(m_vertexOf[t.vertex[k]], m_vertexOf[t.vertex[(k + 1) % 3]]);
@@ -79,7 +79,7 @@ private:
         }
     }
 
-    void storeNatural(const Triangulation& surface, const SurfacePoints& extra)
+    void storeNatural(const Quickhull& surface, const SurfacePoints& extra)
     {
         std::vector<std::int32_t>& begin = m_hull.m_neighbourBegin;
         begin.assign(static_cast<std::size_t>(m_hull.m_vertexCount) + 1, 0);
@@ -93,10 +93,10 @@ private:
     }
 
     /// By vertex, normals of any length. Weighted by area: the normal of a sliver is mostly rounding.
-    std::vector<Eigen::Vector3d> outwardOf(const Triangulation& surface, const SurfacePoints& extra) const
+    std::vector<Eigen::Vector3d> outwardOf(const Quickhull& surface, const SurfacePoints& extra) const
     {
         std::vector<Eigen::Vector3d> outward(m_hull.m_vertexCount, Eigen::Vector3d::Zero());
-        for (const Triangulation::Triangle& t : surface.triangles())
+        for (const Quickhull::Triangle& t : surface.triangles())
         {
             const Eigen::Vector3d normal = scaledNormal(m_points, t);
             for (const std::int32_t point : t.vertex)

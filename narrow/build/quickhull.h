@@ -24,7 +24,7 @@ namespace cullet
 /// coplanar facets come out as several triangles in one plane. Points inside or on the surface are left over.
 ///
 /// Cost: O(n log n) as a rule; testCount() counts.
-class Triangulation
+class Quickhull
 {
 public:
     struct Triangle
@@ -35,7 +35,7 @@ public:
 
     /// @param points finite, without duplicates
     /// @param seed   indices of four points that are not coplanar
-    Triangulation(const std::vector<Eigen::Vector3d>& points, std::array<std::int32_t, 4> seed)
+    Quickhull(const std::vector<Eigen::Vector3d>& points, std::array<std::int32_t, 4> seed)
         : m_points(points), m_next(points.size(), kNone), m_edgeFrom(points.size())
     {
         Eigen::Vector3d low = points[seed[0]], high = low;
@@ -321,8 +321,7 @@ private:
 };
 
 /// Outward normal of a triangle, twice its area long; a function of the corners alone, whichever of them the triangle begins with.
-inline Eigen::Vector3d scaledNormal(const std::vector<Eigen::Vector3d>& points,
-                                    const Triangulation::Triangle& t)
+inline Eigen::Vector3d scaledNormal(const std::vector<Eigen::Vector3d>& points, const Quickhull::Triangle& t)
 {
     std::array<std::int32_t, 3> v = t.vertex;
     std::rotate(v.begin(), std::min_element(v.begin(), v.end()), v.end());

@@ -40,8 +40,7 @@ public:
     explicit SurfacePoints(const std::vector<Eigen::Vector3d>& points) : m_points(points), m_depth(0.0) {}
 
     /// @param depth points farther than this from the surface are inside and dropped
-    SurfacePoints(const std::vector<Eigen::Vector3d>& points, const Triangulation& triangulation,
-                  double depth)
+    SurfacePoints(const std::vector<Eigen::Vector3d>& points, const Quickhull& triangulation, double depth)
         : m_points(points), m_slackOf(points.size(), 0.0), m_depth(depth)
     {
         if (triangulation.leftOver().empty())
@@ -55,7 +54,7 @@ public:
     }
 
     /// Whether any of the points that the triangulation left over would be attached.
-    static bool areAny(const std::vector<Eigen::Vector3d>& points, const Triangulation& triangulation,
+    static bool areAny(const std::vector<Eigen::Vector3d>& points, const Quickhull& triangulation,
                        double depth)
     {
         const std::vector<std::int32_t>& left = triangulation.leftOver();

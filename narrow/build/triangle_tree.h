@@ -45,11 +45,11 @@ class TriangleTree
 public:
     /// @param depth the distance, at least 16 spacings of doubles at the farthest coordinate
     TriangleTree(const std::vector<Eigen::Vector3d>& points,
-                 const std::vector<Triangulation::Triangle>& triangles, double depth)
+                 const std::vector<Quickhull::Triangle>& triangles, double depth)
         : m_points(points), m_triangles(triangles), m_depth(depth), m_order(triangles.size())
     {
         m_normals.reserve(triangles.size());
-        for (const Triangulation::Triangle& t : triangles)
+        for (const Quickhull::Triangle& t : triangles)
             m_normals.push_back(scaledNormal(points, t));
         std::iota(m_order.begin(), m_order.end(), 0);
         m_nodes.reserve(triangles.size());
@@ -159,7 +159,7 @@ private:
     }
 
     const std::vector<Eigen::Vector3d>& m_points;
-    const std::vector<Triangulation::Triangle>& m_triangles;
+    const std::vector<Quickhull::Triangle>& m_triangles;
     double m_depth;
     std::vector<Eigen::Vector3d> m_normals;
     std::vector<std::int32_t> m_order;  ///< triangles

@@ -16,17 +16,17 @@
 #include <cstdint>
 #include <utility>
 
-/// A surface into a DepthMemory, and one from support points: those placed anew, or found.
+/// A surface into a EpaCache, and one from support points: those placed anew, or found.
 namespace cullet
 {
 /// Keeps the vertices and faces of a polytope; nothing if they are too many.
 ///
 /// @param supports of the polytope's vertices
 template <class S, class Supports>
-void rememberSurface(const Polytope& polytope, const Supports& supports, DepthMemory& memory)
+void rememberSurface(const Polytope& polytope, const Supports& supports, EpaCache& memory)
 {
     memory.vertexCount = memory.faceCount = 0;
-    if (polytope.faceCount() > DepthMemory::kFaces)
+    if (polytope.faceCount() > EpaCache::kFaces)
         return;
     std::array<std::int16_t, Polytope::kMaxVertices> places;
     std::fill_n(places.begin(), polytope.vertexCount(), std::int16_t(-1));

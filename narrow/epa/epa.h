@@ -42,7 +42,7 @@ template <class S, class A, class B>
 class Penetration
 {
 public:
-    Penetration(const A& a, const B& b, GjkCache<S>& cache, DepthMemory* memory)
+    Penetration(const A& a, const B& b, GjkCache<S>& cache, EpaCache* memory)
         : m_a(a), m_b(b), m_search(a, b), m_cache(cache), m_memory(memory)
     {
     }
@@ -230,7 +230,7 @@ private:
 
     bool expandMemory()
     {
-        DepthMemory& memory = *m_memory;
+        EpaCache& memory = *m_memory;
         for (int i = 0; i < memory.vertexCount; ++i)
         {
             if (memory.verticesA[i] >= m_a.vertexCount() || memory.verticesB[i] >= m_b.vertexCount())
@@ -266,7 +266,7 @@ private:
     bool expandHull()
     {
         const int count = m_isSeparate || !m_search.isFinite() ? 0 : m_memory->vertexCount;
-        std::array<Support, DepthMemory::kVertices> left;
+        std::array<Support, EpaCache::kVertices> left;
         std::copy_n(m_supports.begin(), count, left.begin());
         if (!(spreadFour(left, count) > kFlat * m_search.size2() * size()))
             return false;
@@ -398,7 +398,7 @@ private:
     /// Keeps the surface that proves the depth; if there is no room for it, a smaller one inside that does so too.
     void remember(Polytope& polytope, const PolytopeParts::Face& face)
     {
-        if (polytope.faceCount() > DepthMemory::kFaces)
+        if (polytope.faceCount() > EpaCache::kFaces)
             shrink(polytope, face);
         rememberSurface<S>(polytope, m_supports, *m_memory);
     }
@@ -492,7 +492,7 @@ private:
     const B& m_b;
     Search m_search;
     GjkCache<S>& m_cache;
-    DepthMemory* m_memory;
+    EpaCache* m_memory;
     bool m_isRecalled = false;
     bool m_isChanged = true;  ///< the surface is not the remembered one
     bool m_wantsCorner = false;
@@ -516,7 +516,7 @@ private:
 /// allocation, for round shapes whose centres nearly coincide.
 /// Errors: std::bad_alloc; NotConverged for shapes that are no hulls when the expansion fails, and for inputs that are not finite.
 template <class S, class A, class B>
-PenetrationResult<S> penetration(const A& a, const B& b, GjkCache<S>& cache, DepthMemory* memory = nullptr)
+PenetrationResult<S> penetration(const A& a, const B& b, GjkCache<S>& cache, EpaCache* memory = nullptr)
 {
     return Penetration<S, A, B>(a, b, cache, memory).run();
 }
@@ -526,7 +526,7 @@ PenetrationResult<S> penetration(const A& a, const B& b, GjkCache<S>& cache, Dep
 /// @return NotConverged if that is not enough, or the shapes do not overlap any more; then `memory` is empty
 /// Cost: one support of each shape and the placing of up to eleven points, as long as the closest feature stays.
 template <class S, class A, class B>
-PenetrationResult<S> rememberedPenetration(const A& a, const B& b, GjkCache<S>& cache, DepthMemory& memory)
+PenetrationResult<S> rememberedPenetration(const A& a, const B& b, GjkCache<S>& cache, EpaCache& memory)
 {
     return Penetration<S, A, B>(a, b, cache, &memory).recall();
 }

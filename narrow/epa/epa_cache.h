@@ -11,7 +11,7 @@ namespace cullet
 /// triangles inside of A - B, as vertex pairs. 82 bytes.
 ///
 /// Wherever the shapes have moved, the answer is right or NotConverged; see Penetration.
-struct DepthMemory
+struct EpaCache
 {
     static constexpr int kVertices = 11;
     static constexpr int kFaces = 2 * kVertices - 4;
@@ -32,5 +32,5 @@ struct DepthMemory
     std::uint8_t vertexCount = 0;             ///< 0: nothing is remembered
     std::uint8_t faceCount = 0;
 };
-static_assert(sizeof(DepthMemory) <= 84);
+static_assert(sizeof(EpaCache) <= 84);
 }  // namespace cullet

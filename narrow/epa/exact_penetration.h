@@ -74,7 +74,7 @@ struct PlacedHull
     std::vector<Eigen::Vector3d> vertices;
     std::vector<Eigen::Vector3d> normals;
     std::vector<Edge> edges;
-    GaussArcs arcs;  ///< of the edges
+    GaussMapArcs arcs;  ///< of the edges
 
 private:
     /// Its arc on the Gauss map is a whole circle; without normals it crosses every other.
@@ -109,12 +109,12 @@ public:
             consider(normal);
         for (const Eigen::Vector3d& normal : b.normals)
             consider(normal);
-        GaussArcs::forEachPair(a.arcs, b.arcs,
-                               [&](std::size_t i, std::size_t j)
-                               {
-                                   if (crosses(a.edges[i], b.edges[j]))
-                                       considerEdges(a.edges[i], b.edges[j]);
-                               });
+        GaussMapArcs::forEachPair(a.arcs, b.arcs,
+                                  [&](std::size_t i, std::size_t j)
+                                  {
+                                      if (crosses(a.edges[i], b.edges[j]))
+                                          considerEdges(a.edges[i], b.edges[j]);
+                                  });
     }
 
     double depth() const { return m_depth; }

@@ -13,7 +13,7 @@
 namespace cullet
 {
 /// Arcs of great circles on the unit sphere, in boxes that are sorted along x, to find those of two sets that may cross.
-class GaussArcs
+class GaussMapArcs
 {
 public:
     /// @param from, to ends of an arc of at most half a circle; where one is no unit vector, the arc may be anywhere
@@ -44,7 +44,7 @@ public:
     /// Cost: O(n + m) and one comparison for each pair of boxes that overlap along x, which for arcs as short as those of round
     /// hulls are some n^1.5.
     template <class Found>
-    static void forEachPair(const GaussArcs& a, const GaussArcs& b, const Found& found)
+    static void forEachPair(const GaussMapArcs& a, const GaussMapArcs& b, const Found& found)
     {
         auto i = a.m_boxes.begin(), j = b.m_boxes.begin();
         while (i != a.m_boxes.end() && j != b.m_boxes.end())

@@ -28,7 +28,7 @@ inline namespace CULLET_PRECISION
 ///
 /// Two cores that are farther apart than their bodies have moved since are still apart: a pair whose gap is known needs
 /// two entries of this table, no shape. Bodies are counted by the pairs of one pair cache that watch them. While all of
-/// these pairs are in the cache, their bodies exist; see WatchedPairs. Nothing else is assumed of bodies, and whatever of
+/// these pairs are in the cache, their bodies exist; see MotionTrackedPairs. Nothing else is assumed of bodies, and whatever of
 /// one has changed is found by comparing.
 ///
 /// A body whose motion spares less than a look at a pair for each update, since it or its partners move too fast or are
@@ -52,8 +52,8 @@ public:
     void abandon() noexcept;
     bool isAbandoned(std::uint32_t place) const { return m_slots[place].body == nullptr; }
 
-    WatchedPairs& pairs() { return m_pairs; }
-    const WatchedPairs& pairs() const { return m_pairs; }
+    MotionTrackedPairs& pairs() { return m_pairs; }
+    const MotionTrackedPairs& pairs() const { return m_pairs; }
 
     std::size_t size() const { return m_moved.size(); }
     /// Whether all bodies of a sample are asleep. Then hardly a pair is worth an update. @pre as of update()
@@ -138,7 +138,7 @@ private:
     std::vector<std::uint32_t> m_free;
     std::unordered_map<const btCollisionObject*, std::uint32_t> m_places;
     const btOverlappingPairCache* m_cache = nullptr;
-    WatchedPairs m_pairs;
+    MotionTrackedPairs m_pairs;
 };
 
 /// A lower bound for how much farther apart than needed the cores of a pair are along an axis, from the last proof on.

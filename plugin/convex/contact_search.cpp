@@ -124,7 +124,7 @@ GjkState separation(const ConvexPair& pair, const ConvexCores& cores, btScalar f
 }
 
 Found measure(const ConvexCores& cores, btScalar limit, btScalar far, GjkCache<btScalar>& cache,
-              DepthMemory* memory, Touch& touch, ThreadCounter& exactTotal)
+              EpaCache* memory, Touch& touch, ThreadCounter& exactTotal)
 {
     if (memory != nullptr && memory->vertexCount > 0)
     {

@@ -39,6 +39,6 @@ struct Found
 /// @param touch  [out] valid for Near and Overlapping
 /// @param exactTotal counts depths that only the exact search has found
 Found measure(const ConvexCores& cores, btScalar limit, btScalar far, GjkCache<btScalar>& cache,
-              DepthMemory* memory, Touch& touch, ThreadCounter& exactTotal);
+              EpaCache* memory, Touch& touch, ThreadCounter& exactTotal);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

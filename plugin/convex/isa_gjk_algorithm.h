@@ -113,7 +113,7 @@ private:
     std::uint32_t m_places[2] = {BodyMotions::kNone, BodyMotions::kNone};
     Leeway m_leeway;
     GjkCache<btScalar> m_cache;
-    DepthMemory m_depth;
+    EpaCache m_depth;
     bool m_ownsManifold : 1;
     bool m_closestOnly : 1;
     bool m_hasContacts : 1;  ///< or may have: the manifold is in other hands too

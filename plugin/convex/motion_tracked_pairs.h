@@ -24,7 +24,7 @@ inline namespace CULLET_PRECISION
 ///
 /// An algorithm need not be read again where it was in the last count, unless one of ISA-GJK has come or gone at its address
 /// since: so a pair of another algorithm costs one comparison.
-class WatchedPairs
+class MotionTrackedPairs
 {
 public:
     /// What a pair's algorithm is.

@@ -14,17 +14,17 @@ namespace cullet
 ///
 /// Ids live on pages of 1,024; a page without live ids is given back, so that memory follows the living: 4 bytes per
 /// id of a page in use, 8 bytes per 1,024 ids ever given out. Finding costs two loads.
-class UidDirectory
+class UniqueIdMap
 {
 public:
     static constexpr std::uint32_t kNoRow = ~std::uint32_t{0};
 
-    UidDirectory() = default;
-    ~UidDirectory() { freePages(); }
-    UidDirectory(const UidDirectory&) = delete;
-    UidDirectory& operator=(const UidDirectory&) = delete;
-    UidDirectory(UidDirectory&& other) noexcept : m_pages(std::move(other.m_pages)) {}
-    UidDirectory& operator=(UidDirectory&& other) noexcept
+    UniqueIdMap() = default;
+    ~UniqueIdMap() { freePages(); }
+    UniqueIdMap(const UniqueIdMap&) = delete;
+    UniqueIdMap& operator=(const UniqueIdMap&) = delete;
+    UniqueIdMap(UniqueIdMap&& other) noexcept : m_pages(std::move(other.m_pages)) {}
+    UniqueIdMap& operator=(UniqueIdMap&& other) noexcept
     {
         m_pages.swap(other.m_pages);
         return *this;

@@ -42,7 +42,7 @@ public:
     std::uint32_t first(std::uint32_t id) const noexcept
     {
         const std::uint32_t anchor = m_directory.find(id);
-        return anchor != UidDirectory::kNoRow ? next(kAnchorBit | anchor) : kNone;
+        return anchor != UniqueIdMap::kNoRow ? next(kAnchorBit | anchor) : kNone;
     }
 
     /// Next node of the list, or kNone behind the last one.
@@ -106,7 +106,7 @@ public:
     void dropIfUnused(std::uint32_t id) noexcept
     {
         const std::uint32_t anchor = m_directory.find(id);
-        if (anchor != UidDirectory::kNoRow && isAnchor(m_anchors[anchor].next))
+        if (anchor != UniqueIdMap::kNoRow && isAnchor(m_anchors[anchor].next))
             drop(id, anchor);
     }
 
@@ -210,7 +210,7 @@ private:
     std::uint32_t anchorOf(std::uint32_t id)
     {
         std::uint32_t anchor = m_directory.find(id);
-        if (anchor == UidDirectory::kNoRow)
+        if (anchor == UniqueIdMap::kNoRow)
             anchor = makeAnchor(id);
         return anchor | kAnchorBit;
     }
@@ -271,7 +271,7 @@ private:
     std::size_t m_capacity = 0;  // nodes
     std::uint32_t m_count = 0;   // nodes
     Array<Node> m_anchors;
-    UidDirectory m_directory;           // unique id -> anchor
+    UniqueIdMap m_directory;            // unique id -> anchor
     std::uint32_t m_firstFree = kNone;  // the free anchors are chained by `next`
     std::uint32_t m_freeCount = 0;
 };

@@ -29,7 +29,7 @@ bool encloses(const Aabb& outer, const Aabb& inner) noexcept
 }
 }  // namespace
 
-void PendingPairs::startLeaf(std::uint32_t uniqueId, std::uint32_t row, const Aabb* boxes, float margin)
+void DeferredPairs::startLeaf(std::uint32_t uniqueId, std::uint32_t row, const Aabb* boxes, float margin)
 {
     // A row that waits already keeps its leaf, which its other pairs were asked with.
     if (m_set.hasPairsOf(uniqueId))
@@ -39,23 +39,23 @@ void PendingPairs::startLeaf(std::uint32_t uniqueId, std::uint32_t row, const Aa
     m_leaves[row] = grown(boxes[row], margin);
 }
 
-void PendingPairs::insert(Pair pair, std::uint32_t rowFirst, std::uint32_t rowSecond, Reason reason,
-                          const Aabb* boxes, float margin)
+void DeferredPairs::insert(Pair pair, std::uint32_t rowFirst, std::uint32_t rowSecond, Reason reason,
+                           const Aabb* boxes, float margin)
 {
     startLeaf(pair.first, rowFirst, boxes, margin);
     startLeaf(pair.second, rowSecond, boxes, margin);
     m_set.insert(pair, reason);
 }
 
-bool PendingPairs::isFreshlyRefused(Pair pair, std::uint32_t rowFirst, std::uint32_t rowSecond,
-                                    const Aabb* boxes) const
+bool DeferredPairs::isFreshlyRefused(Pair pair, std::uint32_t rowFirst, std::uint32_t rowSecond,
+                                     const Aabb* boxes) const
 {
     const std::uint32_t index = m_set.find(pair);
-    return index != LinkedPairs::kNone && m_set.tag(index) == kRefused &&
+    return index != PairMap::kNone && m_set.tag(index) == kRefused &&
            encloses(m_leaves[rowFirst], boxes[rowFirst]) && encloses(m_leaves[rowSecond], boxes[rowSecond]);
 }
 
-void PendingPairs::collectDueOf(std::uint32_t uniqueId, bool isAskedAgain, Pairs& due) const
+void DeferredPairs::collectDueOf(std::uint32_t uniqueId, bool isAskedAgain, Pairs& due) const
 {
     m_set.forEachOf(uniqueId,
                     [&](std::uint32_t index)
@@ -65,7 +65,7 @@ void PendingPairs::collectDueOf(std::uint32_t uniqueId, bool isAskedAgain, Pairs
                     });
 }
 
-void PendingPairs::collectDue(const ProxyView& view, Pairs& due)
+void DeferredPairs::collectDue(const ProxyView& view, Pairs& due)
 {
     if (m_set.size() == 0)
         return;
@@ -82,7 +82,7 @@ void PendingPairs::collectDue(const ProxyView& view, Pairs& due)
     }
 }
 
-void PendingPairs::clear()
+void DeferredPairs::clear()
 {
     m_set.clear();
     std::vector<Aabb>().swap(m_leaves);

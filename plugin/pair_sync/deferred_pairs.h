@@ -21,7 +21,7 @@ inline namespace CULLET_PRECISION
 /// anew: when a box leaves the box that it had when asked, grown by the margin, or when a filter word changes.
 ///
 /// Costs nothing for rows that did not change.
-class PendingPairs
+class DeferredPairs
 {
 public:
     enum Reason : std::uint8_t
@@ -54,7 +54,7 @@ private:
     void startLeaf(std::uint32_t uniqueId, std::uint32_t row, const Aabb* boxes, float margin);
     void collectDueOf(std::uint32_t uniqueId, bool isAskedAgain, Pairs& due) const;
 
-    LinkedPairs m_set;
+    PairMap m_set;
     std::vector<Aabb> m_leaves;  // by row, for rows with pairs: the grown box
 };
 }  // namespace CULLET_PRECISION

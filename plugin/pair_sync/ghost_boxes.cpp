@@ -18,7 +18,7 @@ void enclose(Aabb& bounds, const Aabb& box) noexcept
 }
 }  // namespace
 
-std::uint32_t GhostShelf::overlapMask(const Block& block, const Aabb& box) noexcept
+std::uint32_t GhostBoxes::overlapMask(const Block& block, const Aabb& box) noexcept
 {
     std::uint32_t mask = 0;
     for (std::uint32_t lane = 0; lane < kLanes; ++lane)
@@ -32,13 +32,13 @@ std::uint32_t GhostShelf::overlapMask(const Block& block, const Aabb& box) noexc
     return mask;
 }
 
-Aabb GhostShelf::boxAt(const Block& block, std::uint32_t lane) noexcept
+Aabb GhostBoxes::boxAt(const Block& block, std::uint32_t lane) noexcept
 {
     return {{block.min[0][lane], block.min[1][lane], block.min[2][lane]},
             {block.max[0][lane], block.max[1][lane], block.max[2][lane]}};
 }
 
-void GhostShelf::put(std::uint32_t slot, std::uint32_t row, const Aabb& box) noexcept
+void GhostBoxes::put(std::uint32_t slot, std::uint32_t row, const Aabb& box) noexcept
 {
     Block& block = m_blocks[slot / kLanes];
     const std::uint32_t lane = slot % kLanes;
@@ -52,7 +52,7 @@ void GhostShelf::put(std::uint32_t slot, std::uint32_t row, const Aabb& box) noe
     enclose(m_bounds, box);
 }
 
-void GhostShelf::insert(std::uint32_t row, const Aabb& box)
+void GhostBoxes::insert(std::uint32_t row, const Aabb& box)
 {
     if (m_slots.size() <= row)
         m_slots.resize(row + 1 + row / 2, kNone);
@@ -69,12 +69,12 @@ void GhostShelf::insert(std::uint32_t row, const Aabb& box)
     ++m_size;
 }
 
-void GhostShelf::set(std::uint32_t row, const Aabb& box) noexcept
+void GhostBoxes::set(std::uint32_t row, const Aabb& box) noexcept
 {
     put(m_slots[row], row, box);
 }
 
-void GhostShelf::erase(std::uint32_t row) noexcept
+void GhostBoxes::erase(std::uint32_t row) noexcept
 {
     const std::uint32_t hole = m_slots[row];
     const std::uint32_t last = --m_size;
@@ -89,7 +89,7 @@ void GhostShelf::erase(std::uint32_t row) noexcept
     put(last, kNone, kEmptyAabb);
 }
 
-void GhostShelf::tighten() noexcept
+void GhostBoxes::tighten() noexcept
 {
     m_bounds = kEmptyAabb;
     m_blocks.resize((m_size + kLanes - 1) / kLanes);
@@ -102,7 +102,7 @@ void GhostShelf::tighten() noexcept
     }
 }
 
-void GhostShelf::clear()
+void GhostBoxes::clear()
 {
     std::vector<Block>().swap(m_blocks);
     std::vector<std::uint32_t>().swap(m_slots);

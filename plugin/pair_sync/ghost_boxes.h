@@ -13,18 +13,18 @@ namespace cullet
 ///
 /// Eight boxes to a block with the block's bounds, and the bounds of all in front, so that a body far from every ghost
 /// pays one box test. Bounds only grow until tighten(). 28 bytes per ghost and 4 per row.
-class GhostShelf
+class GhostBoxes
 {
 public:
     std::uint32_t size() const noexcept { return m_size; }
     bool isEmpty() const noexcept { return m_size == 0; }
     bool contains(std::uint32_t row) const noexcept { return row < m_slots.size() && m_slots[row] != kNone; }
 
-    /// @pre the row is not on the shelf
+    /// @pre the row is not in the list
     void insert(std::uint32_t row, const Aabb& box);
-    /// @pre the row is on the shelf
+    /// @pre the row is in the list
     void set(std::uint32_t row, const Aabb& box) noexcept;
-    /// @pre the row is on the shelf
+    /// @pre the row is in the list
     void erase(std::uint32_t row) noexcept;
     void clear();
 
@@ -35,7 +35,7 @@ public:
     bool mayTouch(const Aabb& box) const noexcept { return overlaps(m_bounds, box); }
 
     /// Calls visit(row) for every ghost whose box overlaps the (valid) box, if its own is valid: an empty one may be visited too.
-    /// The shelf must not change meanwhile.
+    /// The list must not change meanwhile.
     template <class Visit>
     void forEachOverlap(const Aabb& box, Visit visit) const
     {
@@ -76,7 +76,7 @@ private:
     void put(std::uint32_t slot, std::uint32_t row, const Aabb& box) noexcept;
 
     std::vector<Block> m_blocks;
-    std::vector<std::uint32_t> m_slots;  // by row: place on the shelf, or kNone
+    std::vector<std::uint32_t> m_slots;  // by row: place in the list, or kNone
     std::uint32_t m_size = 0;
     Aabb m_bounds = kEmptyAabb;
 };

@@ -20,47 +20,47 @@ bool isGhost(const Proxy& proxy)
 }
 }  // namespace
 
-void GhostWatch::rescan()
+void GhostPairs::rescan()
 {
     const std::lock_guard<std::mutex> lock(m_rescan);
-    const bool isInstalled = m_keeper.port().hasGhostCallback();
+    const bool isInstalled = m_pairSync.adapter().hasGhostCallback();
     if (isInstalled == m_isWatching.load(std::memory_order_relaxed))
         return;
-    m_shelf.clear();
+    m_ghostBoxes.clear();
     if (isInstalled)
     {
         m_store.forEach(
             [this](const Proxy* proxy, std::uint32_t row)
             {
                 if (isGhost(*proxy))
-                    m_shelf.insert(row, m_store.table().box(row));
+                    m_ghostBoxes.insert(row, m_store.table().box(row));
             });
     }
     m_isWatching.store(isInstalled, std::memory_order_release);
 }
 
-void GhostWatch::add(const Proxy& proxy)
+void GhostPairs::add(const Proxy& proxy)
 {
     if (!m_isWatching.load(std::memory_order_relaxed) || !isGhost(proxy))
         return;
     const std::uint32_t row = ProxyStore::rowOf(&proxy);
-    m_shelf.insert(row, m_store.table().box(row));
+    m_ghostBoxes.insert(row, m_store.table().box(row));
 }
 
-void GhostWatch::remove(const Proxy& proxy)
+void GhostPairs::remove(const Proxy& proxy)
 {
     const std::uint32_t row = ProxyStore::rowOf(&proxy);
-    if (m_shelf.contains(row))
-        m_shelf.erase(row);
+    if (m_ghostBoxes.contains(row))
+        m_ghostBoxes.erase(row);
 }
 
-void GhostWatch::addPairsNear(Proxy& proxy, const QueryIndex& index)
+void GhostPairs::addPairsNear(Proxy& proxy, const QueryIndex& index)
 {
     const std::uint32_t row = ProxyStore::rowOf(&proxy);
     const Aabb& box = m_store.table().box(row);
-    const bool isOneOfThem = m_shelf.contains(row);
+    const bool isOneOfThem = m_ghostBoxes.contains(row);
     if (isOneOfThem)
-        m_shelf.set(row, box);
+        m_ghostBoxes.set(row, box);
     if (!isValid(box))
         return;
     // Taken out of the member, because a callback of the application may move another proxy meanwhile.
@@ -78,7 +78,7 @@ void GhostWatch::addPairsNear(Proxy& proxy, const QueryIndex& index)
     }
     else
     {
-        m_shelf.forEachOverlap(box, note);
+        m_ghostBoxes.forEachOverlap(box, note);
     }
     std::sort(touched.begin(), touched.end());
     const std::uint32_t uniqueId = uniqueIdOf(&proxy);
@@ -86,7 +86,7 @@ void GhostWatch::addPairsNear(Proxy& proxy, const QueryIndex& index)
     {
         Proxy* other = m_store.find(id);
         if (other != nullptr && m_store.find(uniqueId) == &proxy)
-            m_keeper.addAtOnce(proxy, *other);
+            m_pairSync.addAtOnce(proxy, *other);
     }
     m_touched = std::move(touched);
 }

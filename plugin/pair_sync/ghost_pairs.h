@@ -21,17 +21,17 @@ inline namespace CULLET_PRECISION
 ///
 /// Ghosts exist only while a ghost pair callback is installed in the pair cache; without one the client object of a
 /// proxy may be anything and is not looked at. Installing a callback makes ghosts of all ghost objects that are there.
-class GhostWatch
+class GhostPairs
 {
 public:
-    GhostWatch(ProxyStore& store, PairKeeper& keeper) : m_store(store), m_keeper(keeper) {}
+    GhostPairs(ProxyStore& store, PairSync& pairSync) : m_store(store), m_pairSync(pairSync) {}
 
     /// Notices whether a ghost callback came or went. O(1), O(bodies) when one did.
     ///
     /// May run concurrently, from setAabb().
     void look()
     {
-        if (m_keeper.port().hasGhostCallback() != m_isWatching.load(std::memory_order_acquire))
+        if (m_pairSync.adapter().hasGhostCallback() != m_isWatching.load(std::memory_order_acquire))
             rescan();
     }
 
@@ -42,23 +42,23 @@ public:
     /// Adds the pairs with ghosts that the new box of a proxy makes. The index must see the box.
     void addPairs(Proxy& proxy, const QueryIndex& index)
     {
-        if (!m_shelf.isEmpty())
+        if (!m_ghostBoxes.isEmpty())
             addPairsNear(proxy, index);
     }
 
     /// Forgets what bounds of moving ghosts have grown to. To be called once per update.
-    void tighten() noexcept { m_shelf.tighten(); }
+    void tighten() noexcept { m_ghostBoxes.tighten(); }
 
-    std::uint32_t count() const noexcept { return m_shelf.size(); }
-    std::uint64_t bytes() const noexcept { return m_shelf.bytes(); }
+    std::uint32_t count() const noexcept { return m_ghostBoxes.size(); }
+    std::uint64_t bytes() const noexcept { return m_ghostBoxes.bytes(); }
 
 private:
     void rescan();
     void addPairsNear(Proxy& proxy, const QueryIndex& index);
 
     ProxyStore& m_store;
-    PairKeeper& m_keeper;
-    GhostShelf m_shelf;
+    PairSync& m_pairSync;
+    GhostBoxes m_ghostBoxes;
     std::atomic<bool> m_isWatching{false};
     std::mutex m_rescan;
     std::vector<std::uint32_t> m_touched;

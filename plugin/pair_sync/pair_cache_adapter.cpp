@@ -57,7 +57,7 @@ private:
 
 }  // namespace
 
-PairPort::PairPort(btOverlappingPairCache* external)
+PairCacheAdapter::PairCacheAdapter(btOverlappingPairCache* external)
     : m_own(external == nullptr ? std::make_unique<PairCache>() : nullptr),
       m_cache(external == nullptr ? m_own.get() : external),
       m_fast(dynamicCast<PairCache>(m_cache))
@@ -78,7 +78,7 @@ PairPort::PairPort(btOverlappingPairCache* external)
         m_ghosts = m_ghostSlot;
 }
 
-bool PairPort::contains(btBroadphaseProxy& a, btBroadphaseProxy& b) const
+bool PairCacheAdapter::contains(btBroadphaseProxy& a, btBroadphaseProxy& b) const
 {
     if (m_isSorted)
     {
@@ -88,31 +88,31 @@ bool PairPort::contains(btBroadphaseProxy& a, btBroadphaseProxy& b) const
     return m_cache->findPair(&a, &b) != nullptr;
 }
 
-bool PairPort::add(btBroadphaseProxy& a, btBroadphaseProxy& b)
+bool PairCacheAdapter::add(btBroadphaseProxy& a, btBroadphaseProxy& b)
 {
     return (m_fast != nullptr ? m_fast->addPair(&a, &b) : m_cache->addOverlappingPair(&a, &b)) != nullptr;
 }
 
-bool PairPort::addAtOneGo(const std::vector<ProxyPair>& pairs)
+bool PairCacheAdapter::addAtOneGo(const std::vector<ProxyPair>& pairs)
 {
     return m_fast->addPairsUnfiltered(pairs.data(), pairs.size()) == pairs.size();
 }
 
-void PairPort::reserveMore(std::size_t pairCount)
+void PairCacheAdapter::reserveMore(std::size_t pairCount)
 {
     if (m_fast != nullptr)
         m_fast->reserve(static_cast<std::size_t>(count()) + pairCount);
 }
 
 template <class IsRemoved>
-void PairPort::removeLinearly(IsRemoved isRemoved, btDispatcher* dispatcher)
+void PairCacheAdapter::removeLinearly(IsRemoved isRemoved, btDispatcher* dispatcher)
 {
     RemoveIf<IsRemoved> callback(isRemoved, *m_cache, m_ghostSlot != nullptr ? *m_ghostSlot : nullptr,
                                  dispatcher);
     m_cache->processAllOverlappingPairs(&callback, dispatcher);
 }
 
-void PairPort::remove(const Pairs& pairs, const ProxyStore& store, btDispatcher* dispatcher)
+void PairCacheAdapter::remove(const Pairs& pairs, const ProxyStore& store, btDispatcher* dispatcher)
 {
     if (pairs.empty())
         return;
@@ -137,7 +137,7 @@ void PairPort::remove(const Pairs& pairs, const ProxyStore& store, btDispatcher*
     }
 }
 
-void PairPort::removePairsOf(btBroadphaseProxy& proxy, btDispatcher* dispatcher)
+void PairCacheAdapter::removePairsOf(btBroadphaseProxy& proxy, btDispatcher* dispatcher)
 {
     if (m_fast != nullptr)
         return m_fast->removePairsOf(&proxy, dispatcher);

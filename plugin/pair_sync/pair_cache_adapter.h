@@ -20,13 +20,13 @@ inline namespace CULLET_PRECISION
 /// What Bullet's caches need: the hashed one looks the filter up in each addOverlappingPair(); the sorted one neither
 /// removes single pairs nor tells ghosts of removals, and asks the filter when it only searches, so that its pairs are
 /// searched and removed here; the null cache holds nothing, so that there is nothing to do for it.
-class PairPort
+class PairCacheAdapter
 {
 public:
     /// @param external cache of the caller, or null for an own PairCache
-    explicit PairPort(btOverlappingPairCache* external);
-    PairPort(const PairPort&) = delete;
-    PairPort& operator=(const PairPort&) = delete;
+    explicit PairCacheAdapter(btOverlappingPairCache* external);
+    PairCacheAdapter(const PairCacheAdapter&) = delete;
+    PairCacheAdapter& operator=(const PairCacheAdapter&) = delete;
 
     btOverlappingPairCache* cache() const noexcept { return m_cache; }
 

@@ -8,12 +8,12 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-std::uint32_t LinkedPairs::find(Pair pair) const noexcept
+std::uint32_t PairMap::find(Pair pair) const noexcept
 {
     return m_hash.find(hashOfPair(pair), [&](std::uint32_t index) { return m_pairs[index] == pair; });
 }
 
-void LinkedPairs::makeRoom()
+void PairMap::makeRoom()
 {
     const std::size_t more = 2 * m_pairs.size() + 16;
     if (!m_hash.hasRoom())
@@ -26,7 +26,7 @@ void LinkedPairs::makeRoom()
     growRoom(m_tags);
 }
 
-void LinkedPairs::insert(Pair pair, std::uint8_t tag)
+void PairMap::insert(Pair pair, std::uint8_t tag)
 {
     const std::uint32_t found = find(pair);
     if (found != kNone)
@@ -41,7 +41,7 @@ void LinkedPairs::insert(Pair pair, std::uint8_t tag)
     m_tags.push_back(tag);
 }
 
-void LinkedPairs::eraseAt(std::uint32_t index) noexcept
+void PairMap::eraseAt(std::uint32_t index) noexcept
 {
     const auto last = static_cast<std::uint32_t>(m_pairs.size() - 1);
     m_hash.erase(hashOfPair(m_pairs[index]), index);
@@ -58,7 +58,7 @@ void LinkedPairs::eraseAt(std::uint32_t index) noexcept
     m_tags.pop_back();
 }
 
-bool LinkedPairs::erase(Pair pair) noexcept
+bool PairMap::erase(Pair pair) noexcept
 {
     const std::uint32_t index = find(pair);
     if (index == kNone)
@@ -67,13 +67,13 @@ bool LinkedPairs::erase(Pair pair) noexcept
     return true;
 }
 
-void LinkedPairs::eraseAllOf(std::uint32_t id) noexcept
+void PairMap::eraseAllOf(std::uint32_t id) noexcept
 {
     for (std::uint32_t node = m_links.first(id); node != PairLinks::kNone; node = m_links.first(id))
         eraseAt(PairLinks::pairOf(node));
 }
 
-void LinkedPairs::clear() noexcept
+void PairMap::clear() noexcept
 {
     m_pairs.clear();
     m_tags.clear();
@@ -81,7 +81,7 @@ void LinkedPairs::clear() noexcept
     m_links = PairLinks();
 }
 
-std::uint64_t LinkedPairs::bytes() const noexcept
+std::uint64_t PairMap::bytes() const noexcept
 {
     return m_pairs.capacity() * sizeof(Pair) + m_tags.capacity() + m_hash.bytes() + m_links.bytes();
 }

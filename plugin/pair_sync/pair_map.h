@@ -18,7 +18,7 @@ inline namespace CULLET_PRECISION
 ///
 /// Insert, find and erase in O(1); all pairs of an id in O(its pairs). The order is arbitrary but depends on the sequence
 /// of operations only. About 40 bytes per pair.
-class LinkedPairs
+class PairMap
 {
 public:
     static constexpr std::uint32_t kNone = PairHash::kNone;

@@ -59,26 +59,26 @@ private:
 };
 }  // namespace
 
-PairKeeper::PairKeeper(ProxyStore& store, btOverlappingPairCache* cache, std::unique_ptr<Backend> backend,
-                       const BroadphaseOptions& options)
-    : m_options(options), m_store(store), m_port(cache), m_backend(std::move(backend))
+PairSync::PairSync(ProxyStore& store, btOverlappingPairCache* cache, std::unique_ptr<Backend> backend,
+                   const BroadphaseOptions& options)
+    : m_options(options), m_store(store), m_adapter(cache), m_backend(std::move(backend))
 {
 }
 
-void PairKeeper::setBackend(std::unique_ptr<Backend> backend)
+void PairSync::setBackend(std::unique_ptr<Backend> backend)
 {
     m_backend = std::move(backend);
     m_isRestartDue = true;
     m_wasInterrupted = true;
 }
 
-void PairKeeper::update(float margin, btDispatcher* dispatcher)
+void PairSync::update(float margin, btDispatcher* dispatcher)
 {
     if (m_isUpdating)
         return;
     const Scope updating(m_isUpdating);
     ++m_updatesTotal;
-    if (!m_port.storesPairs())
+    if (!m_adapter.storesPairs())
         return skipChanges();
     noticeForeignChanges();
     if (m_filter == nullptr)
@@ -99,7 +99,7 @@ void PairKeeper::update(float margin, btDispatcher* dispatcher)
     m_store.endUpdate();
     applyRemoved(margin, dispatcher);
     applyAdded(margin);
-    m_expectedCount = m_port.count();
+    m_expectedCount = m_adapter.count();
     m_isAllDue = m_wasInterrupted;
     m_isRestartDue = m_wasInterrupted;
     trimRoom(m_delta.added);
@@ -110,9 +110,9 @@ void PairKeeper::update(float margin, btDispatcher* dispatcher)
     trimRoom(m_batch);
 }
 
-void PairKeeper::noticeForeignChanges()
+void PairSync::noticeForeignChanges()
 {
-    const btOverlapFilterCallback* filter = m_port.filterCallback();
+    const btOverlapFilterCallback* filter = m_adapter.filterCallback();
     if (filter != m_filter)
     {
         // Without a callback the backend drops pairs by group and mask, which a callback may let pass.
@@ -122,8 +122,8 @@ void PairKeeper::noticeForeignChanges()
         m_filter = filter;
     }
     // In a restart for another reason, pairs that the application took out cannot be told from those that are new.
-    const std::uint64_t foreignChanges = m_port.foreignChanges();
-    const bool isChanged = m_port.count() != m_expectedCount || foreignChanges != m_foreignChanges;
+    const std::uint64_t foreignChanges = m_adapter.foreignChanges();
+    const bool isChanged = m_adapter.count() != m_expectedCount || foreignChanges != m_foreignChanges;
     m_foreignChanges = foreignChanges;
     if (m_isRestartDue || !isChanged)
         return;
@@ -131,7 +131,7 @@ void PairKeeper::noticeForeignChanges()
     m_isRestartDue = true;
 }
 
-bool PairKeeper::runBackend(const ProxyView& view)
+bool PairSync::runBackend(const ProxyView& view)
 {
     if (m_isRestartDue)
         restartBackend();
@@ -148,7 +148,7 @@ bool PairKeeper::runBackend(const ProxyView& view)
     return false;
 }
 
-void PairKeeper::replaceBackend(Status status)
+void PairSync::replaceBackend(Status status)
 {
     const std::string reason = status == Status::OutOfMemory ? "out of memory" : "device lost";
     const std::string message = std::string("backend '") + m_backend->name() + "' failed (" + reason +
@@ -158,10 +158,10 @@ void PairKeeper::replaceBackend(Status status)
     ++m_fallbacksTotal;
 }
 
-void PairKeeper::restartBackend()
+void PairSync::restartBackend()
 {
     m_scratch.clear();
-    const btBroadphasePairArray& cached = m_port.cache()->getOverlappingPairArray();
+    const btBroadphasePairArray& cached = m_adapter.cache()->getOverlappingPairArray();
     for (int i = 0; i < cached.size(); ++i)
     {
         // A cache that serves another broad phase too holds proxies that are not ours.
@@ -183,7 +183,7 @@ void PairKeeper::restartBackend()
 /// Whether a pair that the backend reports as new, when it has begun anew, was there before and is only missing in the cache.
 ///
 /// Where a box has changed that cannot be known, nor from which place: such a pair comes, lest it be missed.
-bool PairKeeper::isTakenOut(Pair pair, const ProxyView& view) const
+bool PairSync::isTakenOut(Pair pair, const ProxyView& view) const
 {
     const Proxy* first = m_store.find(pair.first);
     const Proxy* second = m_store.find(pair.second);
@@ -191,7 +191,7 @@ bool PairKeeper::isTakenOut(Pair pair, const ProxyView& view) const
            view.changes[ProxyStore::rowOf(second)] == kRowUnchanged;
 }
 
-void PairKeeper::holdBackTakenOut(const ProxyView& view)
+void PairSync::holdBackTakenOut(const ProxyView& view)
 {
     const auto isHeldBack = [&](Pair pair) { return isTakenOut(pair, view); };
     for (const Pair pair : m_delta.added)
@@ -199,14 +199,14 @@ void PairKeeper::holdBackTakenOut(const ProxyView& view)
         if (!isHeldBack(pair))
             continue;
         m_pending.insert(pair, ProxyStore::rowOf(m_store.find(pair.first)),
-                         ProxyStore::rowOf(m_store.find(pair.second)), PendingPairs::kRefused, view.boxes,
+                         ProxyStore::rowOf(m_store.find(pair.second)), DeferredPairs::kRefused, view.boxes,
                          view.margin);
     }
     m_delta.added.erase(std::remove_if(m_delta.added.begin(), m_delta.added.end(), isHeldBack),
                         m_delta.added.end());
 }
 
-void PairKeeper::collectDue(const ProxyView& view, bool areAllDue)
+void PairSync::collectDue(const ProxyView& view, bool areAllDue)
 {
     m_due.clear();
     m_pending.collectDue(view, m_due);
@@ -220,13 +220,13 @@ void PairKeeper::collectDue(const ProxyView& view, bool areAllDue)
 }
 
 /// Whether both boxes are valid: by its numbers an empty one may overlap an infinite one.
-bool PairKeeper::haveBoxes(const Proxy& first, const Proxy& second) const
+bool PairSync::haveBoxes(const Proxy& first, const Proxy& second) const
 {
     const ProxyTable& table = m_store.table();
     return isValid(table.box(ProxyStore::rowOf(&first))) && isValid(table.box(ProxyStore::rowOf(&second)));
 }
 
-bool PairKeeper::areApart(Pair pair, float margin) const
+bool PairSync::areApart(Pair pair, float margin) const
 {
     const Proxy* first = m_store.find(pair.first);
     const Proxy* second = m_store.find(pair.second);
@@ -238,14 +238,14 @@ bool PairKeeper::areApart(Pair pair, float margin) const
 /// Far from the origin a double box may leave another one by much more than the margin before the rounded boxes do so.
 ///
 /// O(pairs) if a box has changed there or may have done so in an update that an exception ended, else nothing.
-void PairKeeper::collectApart(const ProxyView& view, bool areAllDue)
+void PairSync::collectApart(const ProxyView& view, bool areAllDue)
 {
     m_apart.clear();
     if (sizeof(btScalar) == sizeof(float) || !(areAllDue || isAnyCoarse(view)))
         return;
     const auto hasCoarseBox = [&](const btBroadphaseProxy* proxy)
     { return isCoarse(toTableBox(proxy->m_aabbMin, proxy->m_aabbMax), view.margin); };
-    const btBroadphasePairArray& cached = m_port.cache()->getOverlappingPairArray();
+    const btBroadphasePairArray& cached = m_adapter.cache()->getOverlappingPairArray();
     for (int i = 0; i < cached.size(); ++i)
     {
         const btBroadphasePair& pair = cached[i];
@@ -257,7 +257,7 @@ void PairKeeper::collectApart(const ProxyView& view, bool areAllDue)
 }
 
 /// Those that have just been removed from the cache, but not from the backend, wait.
-void PairKeeper::holdApart(float margin)
+void PairSync::holdApart(float margin)
 {
     for (const Pair pair : m_apart)
     {
@@ -269,7 +269,7 @@ void PairKeeper::holdApart(float margin)
     }
 }
 
-void PairKeeper::applyRemoved(float margin, btDispatcher* dispatcher)
+void PairSync::applyRemoved(float margin, btDispatcher* dispatcher)
 {
     holdApart(margin);
     m_scratch = m_apart;
@@ -291,16 +291,16 @@ void PairKeeper::applyRemoved(float margin, btDispatcher* dispatcher)
     // The parts are.
     if (!std::is_sorted(m_scratch.begin(), m_scratch.end()))
         sortUnique(m_scratch);
-    m_port.remove(m_scratch, m_store, dispatcher);
+    m_adapter.remove(m_scratch, m_store, dispatcher);
 }
 
-void PairKeeper::applyAdded(float margin)
+void PairSync::applyAdded(float margin)
 {
     // Both are sorted, and no pair is in both: the backend holds the pending ones already.
     m_scratch.resize(m_due.size() + m_delta.added.size());
     std::merge(m_due.begin(), m_due.end(), m_delta.added.begin(), m_delta.added.end(), m_scratch.begin());
-    m_port.reserveMore(m_scratch.size());
-    if (m_port.canAddAtOneGo())
+    m_adapter.reserveMore(m_scratch.size());
+    if (m_adapter.canAddAtOneGo())
     {
         addAtOneGo(margin);
         return;
@@ -309,7 +309,7 @@ void PairKeeper::applyAdded(float margin)
         tryAdd(pair, margin);
 }
 
-void PairKeeper::addAtOneGo(float margin)
+void PairSync::addAtOneGo(float margin)
 {
     constexpr std::size_t kAhead = 12;  // pairs whose proxies are on their way from memory
     m_batch.clear();
@@ -334,30 +334,30 @@ void PairKeeper::addAtOneGo(float margin)
         }
     }
     // Without memory for all of them the rest comes in the next update, which begins anew.
-    if (!m_port.addAtOneGo(m_batch))
+    if (!m_adapter.addAtOneGo(m_batch))
         m_wasInterrupted = true;
 }
 
 /// Whether the exact boxes overlap, after a callback may have done anything to them.
-bool PairKeeper::overlapNow(const Proxy& first, const Proxy& second) const
+bool PairSync::overlapNow(const Proxy& first, const Proxy& second) const
 {
     return haveBoxes(first, second) && overlapsExactly(first, second);
 }
 
-void PairKeeper::tryAdd(Pair pair, float margin)
+void PairSync::tryAdd(Pair pair, float margin)
 {
     Proxy* first = m_store.find(pair.first);
     Proxy* second = m_store.find(pair.second);
     if (first == nullptr || second == nullptr || m_provisional.erase(pair))
         return;
     const bool isExact = overlapNow(*first, *second);
-    const std::uint64_t withoutMemory = m_port.pairsWithoutMemory();
-    if (isExact && m_port.add(*first, *second))
+    const std::uint64_t withoutMemory = m_adapter.pairsWithoutMemory();
+    if (isExact && m_adapter.add(*first, *second))
     {
         m_pending.erase(pair);
         return;
     }
-    if (m_port.pairsWithoutMemory() != withoutMemory)
+    if (m_adapter.pairsWithoutMemory() != withoutMemory)
     {
         // No callback has refused it: it comes in the next update, which begins anew.
         m_pending.erase(pair);
@@ -369,16 +369,16 @@ void PairKeeper::tryAdd(Pair pair, float margin)
         hold(pair, *first, *second, isExact, margin);
 }
 
-void PairKeeper::hold(Pair pair, const Proxy& first, const Proxy& second, bool isExact, float margin)
+void PairSync::hold(Pair pair, const Proxy& first, const Proxy& second, bool isExact, float margin)
 {
     m_pending.insert(pair, ProxyStore::rowOf(&first), ProxyStore::rowOf(&second),
-                     isExact ? PendingPairs::kRefused : PendingPairs::kNotExact, m_store.table().boxes(),
+                     isExact ? DeferredPairs::kRefused : DeferredPairs::kNotExact, m_store.table().boxes(),
                      margin);
 }
 
-void PairKeeper::addAtOnce(Proxy& a, Proxy& b)
+void PairSync::addAtOnce(Proxy& a, Proxy& b)
 {
-    if (!overlapNow(a, b) || m_port.contains(a, b))
+    if (!overlapNow(a, b) || m_adapter.contains(a, b))
         return;
     Proxy& first = uniqueIdOf(&a) < uniqueIdOf(&b) ? a : b;
     Proxy& second = uniqueIdOf(&a) < uniqueIdOf(&b) ? b : a;
@@ -389,7 +389,7 @@ void PairKeeper::addAtOnce(Proxy& a, Proxy& b)
     const bool isRefiltered = ((table.changes(rowFirst) | table.changes(rowSecond)) & kRowRefiltered) != 0;
     if (!isRefiltered && m_pending.isFreshlyRefused(pair, rowFirst, rowSecond, table.boxes()))
         return;
-    if (!m_port.add(first, second))
+    if (!m_adapter.add(first, second))
         return;
     ++m_expectedCount;
     if (m_pending.erase(pair))
@@ -400,16 +400,16 @@ void PairKeeper::addAtOnce(Proxy& a, Proxy& b)
     m_isRestartDue = wasRestartDue;
 }
 
-void PairKeeper::removePairsOf(Proxy& proxy, btDispatcher* dispatcher)
+void PairSync::removePairsOf(Proxy& proxy, btDispatcher* dispatcher)
 {
-    const int before = m_port.count();
-    m_port.removePairsOf(proxy, dispatcher);
-    m_expectedCount += m_port.count() - before;
+    const int before = m_adapter.count();
+    m_adapter.removePairsOf(proxy, dispatcher);
+    m_expectedCount += m_adapter.count() - before;
     m_pending.eraseAllOf(uniqueIdOf(&proxy));
     m_provisional.eraseAllOf(uniqueIdOf(&proxy));
 }
 
-void PairKeeper::skipChanges()
+void PairSync::skipChanges()
 {
     m_store.table().beginUpdate(0.0f, false);
     m_store.endUpdate();
@@ -419,9 +419,9 @@ void PairKeeper::skipChanges()
     m_wasInterrupted = true;
 }
 
-void PairKeeper::addTo(BroadphaseStats& stats) const
+void PairSync::addTo(BroadphaseStats& stats) const
 {
-    stats.pairs = static_cast<std::uint64_t>(m_port.count());
+    stats.pairs = static_cast<std::uint64_t>(m_adapter.count());
     stats.pendingPairs = m_pending.size();
     stats.provisionalPairs = m_provisional.size();
     stats.updatesTotal = m_updatesTotal;

@@ -20,20 +20,20 @@ inline namespace CULLET_PRECISION
 /// Keeps the pair cache in step with the boxes: runs the backend and applies what changed, in the order of unique ids.
 ///
 /// The pairs of the backend are those of the cache, without the provisional ones (pairs of ghosts, added at once), and
-/// the pending ones (see PendingPairs). Callbacks of the application run while changes are applied and may do anything
+/// the pending ones (see DeferredPairs). Callbacks of the application run while changes are applied and may do anything
 /// to proxies: the table's changes are taken in before, and every proxy is looked up by its id when its turn comes.
 ///
 /// That the application has added pairs to the cache or taken some out is told by cullet's cache, and noticed in others by the
 /// number of pairs. The backend then begins anew from the pairs of the cache: added pairs are removed when their boxes are
 /// apart, and what is new although neither box has changed was taken out, and becomes pending.
-class PairKeeper
+class PairSync
 {
 public:
-    PairKeeper(ProxyStore& store, btOverlappingPairCache* cache, std::unique_ptr<Backend> backend,
-               const BroadphaseOptions& options);
+    PairSync(ProxyStore& store, btOverlappingPairCache* cache, std::unique_ptr<Backend> backend,
+             const BroadphaseOptions& options);
 
-    PairPort& port() noexcept { return m_port; }
-    const PairPort& port() const noexcept { return m_port; }
+    PairCacheAdapter& adapter() noexcept { return m_adapter; }
+    const PairCacheAdapter& adapter() const noexcept { return m_adapter; }
     const Backend& backend() const noexcept { return *m_backend; }
     void setBackend(std::unique_ptr<Backend> backend);
 
@@ -72,10 +72,10 @@ private:
 
     const BroadphaseOptions m_options;
     ProxyStore& m_store;
-    PairPort m_port;
+    PairCacheAdapter m_adapter;
     std::unique_ptr<Backend> m_backend;
-    PendingPairs m_pending;
-    LinkedPairs m_provisional;
+    DeferredPairs m_pending;
+    PairMap m_provisional;
 
     PairDelta m_delta;
     Pairs m_due;    // pending pairs to look at again

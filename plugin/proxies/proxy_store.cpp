@@ -35,7 +35,7 @@ Proxy* ProxyStore::create(const btVector3& aabbMin, const btVector3& aabbMax, vo
 std::uint32_t ProxyStore::nextUniqueId() noexcept
 {
     // 0 is that of free rows.
-    while (m_nextUniqueId == 0 || m_directory.find(m_nextUniqueId) != UidDirectory::kNoRow)
+    while (m_nextUniqueId == 0 || m_directory.find(m_nextUniqueId) != UniqueIdMap::kNoRow)
         ++m_nextUniqueId;
     return m_nextUniqueId;
 }
@@ -75,7 +75,7 @@ void ProxyStore::refreshSomeFilters() noexcept
 Proxy* ProxyStore::find(std::uint32_t uniqueId) const noexcept
 {
     const std::uint32_t row = m_directory.find(uniqueId);
-    return row == UidDirectory::kNoRow ? nullptr : m_pool.at(row);
+    return row == UniqueIdMap::kNoRow ? nullptr : m_pool.at(row);
 }
 
 void ProxyStore::endUpdate() noexcept

@@ -91,7 +91,7 @@ private:
 
     ProxyTable m_table;
     ProxyPool m_pool;
-    UidDirectory m_directory;
+    UniqueIdMap m_directory;
     std::uint32_t m_nextUniqueId;
     std::uint32_t m_quarantinedCount = 0;
     std::uint32_t m_nextFilterRow = 0;

@@ -130,7 +130,7 @@ BroadphaseOptions cudaOptions()
 TEST(CudaBroadphase, TheGridTakesOverFromADeviceThatFails)
 {
     const LogScope log;
-    for (const CudaFault fault : {CudaFault::DeviceLost, CudaFault::OutOfMemory})
+    for (const FaultInjection fault : {FaultInjection::DeviceLost, FaultInjection::OutOfMemory})
     {
         for (const std::uint64_t call : {0u, 3u, 12u})
         {
@@ -145,7 +145,7 @@ TEST(CudaBroadphase, TheGridTakesOverFromADeviceThatFails)
             setCudaFault(fault, call);
             twins.steps(5);
             EXPECT_TRUE(hasCudaFaultHappened());
-            setCudaFault(CudaFault::None, 0);
+            setCudaFault(FaultInjection::None, 0);
             const BroadphaseStats stats = twins.device.stats();
             EXPECT_EQ(twins.backendName(), makeGridBackend()->name());
             EXPECT_EQ(std::string(stats.backendName), makeGridBackend()->name());

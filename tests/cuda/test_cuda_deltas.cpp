@@ -237,7 +237,7 @@ void runFailing(const PsapOptions& options, const std::vector<std::vector<Aabb>>
             EXPECT_EQ(found.addedCount, 0u);
             EXPECT_FALSE(hasFailed);
             hasFailed = true;
-            setCudaFault(CudaFault::None, 0);
+            setCudaFault(FaultInjection::None, 0);
             oracle.forget();
             EXPECT_EQ(program.enqueue(boxes), Status::Ok);
             EXPECT_EQ(program.finder->collect(found), Status::Ok);
@@ -254,7 +254,7 @@ TEST(CudaDeltas, AnyCallMayFailAndThenEverythingEntersAgain)
     for (const PsapOptions& options : {ordered(PsapOrder::Automatic, 1), ordered(PsapOrder::Tiles, 1),
                                        ordered(PsapOrder::Counting), keeping(PsapNearPairs::Never)})
     {
-        for (const CudaFault fault : {CudaFault::OutOfMemory, CudaFault::DeviceLost})
+        for (const FaultInjection fault : {FaultInjection::OutOfMemory, FaultInjection::DeviceLost})
         {
             const std::uint64_t calls =
                 failEachCall(fault, [&](const FaultPlan& plan) { runFailing(options, sets, plan); });

@@ -60,7 +60,7 @@ public:
     /// Without a fault: whether it goes all ways that it may.
     bool followsNear() const { return m_followed > 0; }
 
-    void run(CudaFault fault)
+    void run(FaultInjection fault)
     {
         for (int step = 0; step < m_steps; ++step)
         {
@@ -72,7 +72,7 @@ public:
     }
 
 private:
-    void update(CudaFault fault, int step)
+    void update(FaultInjection fault, int step)
     {
         SCOPED_TRACE("step " + std::to_string(step));
         const ProxyView view = m_table.beginUpdate(0.05f, true);
@@ -82,7 +82,7 @@ private:
         {
             EXPECT_EQ(status, statusOf(fault));
             EXPECT_TRUE(delta.added.empty() && delta.removed.empty());
-            setCudaFault(CudaFault::None, 0);
+            setCudaFault(FaultInjection::None, 0);
             if (m_heir == Heir::Grid)
                 m_backend = makeGridBackend();
             m_backend->restart(m_pairs);
@@ -115,7 +115,8 @@ private:
 };
 
 /// Fails every call of such updates once; returns how many there were.
-std::uint64_t failEveryCall(const PsapOptions& options, CudaFault fault, Heir heir, Motion motion = kAllMove)
+std::uint64_t failEveryCall(const PsapOptions& options, FaultInjection fault, Heir heir,
+                            Motion motion = kAllMove)
 {
     return failEachCall(fault,
                         [&](const FaultPlan& plan)
@@ -132,12 +133,12 @@ class CudaFailuresOfVariants : public testing::TestWithParam<NamedOptions>
 
 TEST_P(CudaFailuresOfVariants, AnyCallMayRunOutOfMemoryAndTheBackendStartsAgain)
 {
-    EXPECT_GT(failEveryCall(GetParam().options, CudaFault::OutOfMemory, Heir::SameBackend), 50u);
+    EXPECT_GT(failEveryCall(GetParam().options, FaultInjection::OutOfMemory, Heir::SameBackend), 50u);
 }
 
 TEST_P(CudaFailuresOfVariants, AnyCallMayLoseTheDeviceAndAnotherBackendGoesOn)
 {
-    EXPECT_GT(failEveryCall(GetParam().options, CudaFault::DeviceLost, Heir::Grid), 50u);
+    EXPECT_GT(failEveryCall(GetParam().options, FaultInjection::DeviceLost, Heir::Grid), 50u);
 }
 
 std::vector<NamedOptions> variantsAndStages()
@@ -154,15 +155,15 @@ INSTANTIATE_TEST_SUITE_P(Cuda, CudaFailuresOfVariants, testing::ValuesIn(variant
 TEST(CudaFailures, AreTriedWhereNearPairsAreFollowed)
 {
     FailingWorld world(keepingNear(), Heir::Grid, kAllMove);
-    world.run(CudaFault::None);
+    world.run(FaultInjection::None);
     EXPECT_TRUE(world.followsNear());
 }
 
 TEST(CudaFailures, AnyCallMayFailWhereTheDeviceReadsTheTable)
 {
-    EXPECT_GT(failEveryCall({}, CudaFault::DeviceLost, Heir::Grid, kSomeMove), 50u);
-    EXPECT_GT(failEveryCall({}, CudaFault::OutOfMemory, Heir::SameBackend, kSomeMove), 50u);
-    EXPECT_GT(failEveryCall({}, CudaFault::DeviceLost, Heir::SameBackend, kMostMove), 50u);
+    EXPECT_GT(failEveryCall({}, FaultInjection::DeviceLost, Heir::Grid, kSomeMove), 50u);
+    EXPECT_GT(failEveryCall({}, FaultInjection::OutOfMemory, Heir::SameBackend, kSomeMove), 50u);
+    EXPECT_GT(failEveryCall({}, FaultInjection::DeviceLost, Heir::SameBackend, kMostMove), 50u);
 }
 }  // namespace
 }  // namespace cullet::test

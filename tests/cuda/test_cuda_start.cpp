@@ -44,7 +44,7 @@ class CudaStart : public testing::TestWithParam<Make>
 
 TEST_P(CudaStart, AnyCallMayFail)
 {
-    for (const CudaFault fault : {CudaFault::OutOfMemory, CudaFault::DeviceLost})
+    for (const FaultInjection fault : {FaultInjection::OutOfMemory, FaultInjection::DeviceLost})
     {
         const std::uint64_t calls = failEachCall(fault,
                                                  [&](const FaultPlan& plan)

@@ -51,7 +51,7 @@ Status search(DevicePairFinder& finder, const DeviceBuffer<Aabb>& boxes, DeviceP
     return status == Status::Ok ? finder.collect(found) : status;
 }
 
-std::uint64_t failEveryCallOfAFinder(PsapOptions options, CudaFault fault)
+std::uint64_t failEveryCallOfAFinder(PsapOptions options, FaultInjection fault)
 {
     options.initialCapacity = 1;
     const Frames frames(framesWithPlan(options, kFrames));
@@ -72,7 +72,7 @@ std::uint64_t failEveryCallOfAFinder(PsapOptions options, CudaFault fault)
                                 if (status != Status::Ok)
                                 {
                                     EXPECT_EQ(status, statusOf(fault));
-                                    setCudaFault(CudaFault::None, 0);
+                                    setCudaFault(FaultInjection::None, 0);
                                     status = search(*finder, boxes, found);
                                 }
                                 ASSERT_EQ(status, Status::Ok);
@@ -87,12 +87,12 @@ class FinderFailures : public testing::TestWithParam<NamedOptions>
 
 TEST_P(FinderFailures, AnyCallMayRunOutOfMemory)
 {
-    EXPECT_GT(failEveryCallOfAFinder(GetParam().options, CudaFault::OutOfMemory), 30u);
+    EXPECT_GT(failEveryCallOfAFinder(GetParam().options, FaultInjection::OutOfMemory), 30u);
 }
 
 TEST_P(FinderFailures, AnyCallMayLoseTheDevice)
 {
-    EXPECT_GT(failEveryCallOfAFinder(GetParam().options, CudaFault::DeviceLost), 30u);
+    EXPECT_GT(failEveryCallOfAFinder(GetParam().options, FaultInjection::DeviceLost), 30u);
 }
 
 INSTANTIATE_TEST_SUITE_P(Cuda, FinderFailures, testing::ValuesIn(allOrders()), nameOf);

@@ -22,7 +22,7 @@ namespace cullet::test
 /// What a search for changes has told of one set of boxes.
 struct FoundDeltas
 {
-    std::vector<IdPair> kept, added, removed;
+    std::vector<RowPair> kept, added, removed;
 };
 
 /// Follows a search for changes from one set of boxes to the next, and compares what it tells with every pair.

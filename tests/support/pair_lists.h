@@ -14,10 +14,10 @@
 namespace cullet::test
 {
 /// Pairs of rows in order, the lower row first, as lists of different algorithms are compared.
-inline Pairs inOrder(const std::vector<IdPair>& rows)
+inline Pairs inOrder(const std::vector<RowPair>& rows)
 {
     Pairs pairs;
-    for (const IdPair pair : rows)
+    for (const RowPair pair : rows)
         pairs.push_back(makePair(pair.a, pair.b));
     std::sort(pairs.begin(), pairs.end());
     return pairs;

@@ -59,7 +59,7 @@ void PairOracle::readBodies(const ProxyView& proxies)
     }
 }
 
-bool PairOracle::stays(IdPair pair, float margin) const
+bool PairOracle::stays(RowPair pair, float margin) const
 {
     const auto first = m_bodies.find(pair.first);
     const auto second = m_bodies.find(pair.second);
@@ -109,7 +109,7 @@ void PairOracle::restart(const Pairs& known)
 Pairs PairOracle::pairs() const
 {
     Pairs list;
-    for (const IdPair& pair : m_pairs)
+    for (const RowPair& pair : m_pairs)
         list.push_back({pair.first, pair.second});
     return list;
 }

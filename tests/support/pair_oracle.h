@@ -20,7 +20,7 @@ namespace cullet::test
 class PairOracle
 {
 public:
-    using IdPair = std::pair<std::uint32_t, std::uint32_t>;
+    using RowPair = std::pair<std::uint32_t, std::uint32_t>;
 
     /// Moves to the view's boxes and returns what changed.
     PairDelta update(const ProxyView& proxies);
@@ -38,9 +38,9 @@ private:
     };
 
     void readBodies(const ProxyView& proxies);
-    bool stays(IdPair pair, float margin) const;
+    bool stays(RowPair pair, float margin) const;
 
     std::map<std::uint32_t, Body> m_bodies;  ///< bodies with a box that can overlap, by id
-    std::set<IdPair> m_pairs;
+    std::set<RowPair> m_pairs;
 };
 }  // namespace cullet::test

@@ -9,7 +9,7 @@ namespace cullet
 {
 /// How boxes fall into cells: tiled faces are moved outward by `grow` and by a few units in their last place, multiplied
 /// and rounded down.
-struct CellRule
+struct CellBounds
 {
     float grow;
     float inverseWidth;
@@ -26,7 +26,7 @@ struct CellFactors
 {
     Float4 above, below, offset;
 
-    explicit CellFactors(const CellRule& rule)
+    explicit CellFactors(const CellBounds& rule)
     {
         constexpr float kUlps = 0x1p-22f;
         const Float4 outward = {-1.0f, 1.0f, -1.0f, 1.0f};
@@ -41,7 +41,7 @@ struct CellFactors
 /// Boxes whose gap is not above twice `grow` share a cell even where `grow` is lost in the rounding of large
 /// coordinates: that is what the units in the last place are for. Every step is monotone in the face, so that a cell is
 /// an interval of floats: see CellEdges.
-inline Int4 cellsOfFaces(Float4 faces, const CellRule& rule) noexcept
+inline Int4 cellsOfFaces(Float4 faces, const CellBounds& rule) noexcept
 {
     const CellFactors factors(rule);
     Float4 cell = faces * (faces < 0.0f ? factors.below : factors.above) + factors.offset;

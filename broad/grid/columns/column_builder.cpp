@@ -10,7 +10,7 @@ namespace cullet
 {
 namespace
 {
-constexpr std::size_t kArrays = 7;  // of a RowSoa
+constexpr std::size_t kArrays = 7;  // of a ColumnSoa
 }
 
 void RowPool::resize(std::size_t entries)
@@ -21,7 +21,7 @@ void RowPool::resize(std::size_t entries)
         m_floats.resize(kArrays * (needed + needed / 4));
 }
 
-RowSoa RowPool::row(std::size_t offset, FlaggedId* ids, std::uint32_t count, bool isBounded)
+ColumnSoa RowPool::row(std::size_t offset, FlaggedId* ids, std::uint32_t count, bool isBounded)
 {
     float* base = m_floats.data() + offset;
     return {base,
@@ -35,7 +35,7 @@ RowSoa RowPool::row(std::size_t offset, FlaggedId* ids, std::uint32_t count, boo
             isBounded ? base + 6 * m_stride : nullptr};
 }
 
-void RowBuilder::build(const RowKernels& kernels, const RowSource& source, RowSoa& row)
+void ColumnBuilder::build(const ColumnKernels& kernels, const RowSource& source, ColumnSoa& row)
 {
     // Whole vectors are read behind the last one.
     if (m_records.size() < 2u * source.count + 4u)
@@ -46,7 +46,7 @@ void RowBuilder::build(const RowKernels& kernels, const RowSource& source, RowSo
     kernels.buildRow(source, {m_records.data(), m_keys.data()}, row);
 }
 
-float longestOf(const RowSoa& row)
+float longestOf(const ColumnSoa& row)
 {
     float longest = 0;
     for (std::uint32_t i = 0; i < row.count; ++i)

@@ -20,7 +20,7 @@ public:
     /// The arrays from `offset` on, with ids elsewhere.
     ///
     /// @param isBounded whether there is to be an array of bounds
-    RowSoa row(std::size_t offset, FlaggedId* ids, std::uint32_t count, bool isBounded = false);
+    ColumnSoa row(std::size_t offset, FlaggedId* ids, std::uint32_t count, bool isBounded = false);
 
     std::uint64_t bytes() const { return m_floats.capacity() * sizeof(float); }
 
@@ -33,13 +33,13 @@ private:
 ///
 /// The order is exact, because the kernels end a scan at the first x0 beyond an interval: a truncated key would lose
 /// pairs.
-class RowBuilder
+class ColumnBuilder
 {
 public:
     /// Lays out the boxes of the ids, and writes the ids back in order.
     ///
     /// @param row [in, out] room for count + 5 boxes and for a multiple of four ids; on return those inside the cell
-    void build(const RowKernels& kernels, const RowSource& source, RowSoa& row);
+    void build(const ColumnKernels& kernels, const RowSource& source, ColumnSoa& row);
 
     std::uint64_t bytes() const
     {
@@ -52,5 +52,5 @@ private:
 };
 
 /// Longest extent along the sweep axis, rounded up.
-float longestOf(const RowSoa& row);
+float longestOf(const ColumnSoa& row);
 }  // namespace cullet

@@ -14,7 +14,7 @@ namespace
 constexpr std::uint32_t kRowsPerTask = 4;
 }
 
-RowGrid::RowGrid(const GridOptions& options, WorkerPool& workers)
+ColumnGrid::ColumnGrid(const GridOptions& options, ParallelLoops& workers)
     : m_options(options),
       m_workers(workers),
       m_kernels(chooseRowKernels(options.baselineSimd)),
@@ -22,7 +22,7 @@ RowGrid::RowGrid(const GridOptions& options, WorkerPool& workers)
 {
 }
 
-Aabb RowGrid::grown(const Aabb& box, float grow)
+Aabb ColumnGrid::grown(const Aabb& box, float grow)
 {
     Aabb result;
     for (int axis = 0; axis < 3; ++axis)
@@ -33,14 +33,15 @@ Aabb RowGrid::grown(const Aabb& box, float grow)
     return result;
 }
 
-void RowGrid::handToSink(void* context, const PairBuffer& found)
+void ColumnGrid::handToSink(void* context, const PairBuffer& found)
 {
     const SinkContext& to = *static_cast<SinkContext*>(context);
     to.sink->take(to.worker, found);
 }
 
-RowSoa RowGrid::buildRow(const RowPass& pass, std::uint32_t row, RowList& list, std::vector<FlaggedId>& ids,
-                         RowPool& pool, std::size_t offset, RowBuilder& builder)
+ColumnSoa ColumnGrid::buildRow(const RowPass& pass, std::uint32_t row, RowList& list,
+                               std::vector<FlaggedId>& ids, RowPool& pool, std::size_t offset,
+                               ColumnBuilder& builder)
 {
     FlaggedId* const own = ids.data() + list.begin;
     const RowSource source = {own,
@@ -52,7 +53,7 @@ RowSoa RowGrid::buildRow(const RowPass& pass, std::uint32_t row, RowList& list, 
                               m_sweepHigh,
                               pass.input.grow,
                               pass.isFollowed ? &edgesOf(row) : nullptr};
-    RowSoa soa = pool.row(offset, own, list.count, pass.input.motions != nullptr);
+    ColumnSoa soa = pool.row(offset, own, list.count, pass.input.motions != nullptr);
     builder.build(m_kernels, source, soa);
     for (std::uint32_t i = 0; soa.bounds != nullptr && i < soa.count; ++i)
         soa.bounds[i] = pass.input.motionFactor * pass.input.motions[soa.id[i] & kIdMask];
@@ -61,7 +62,7 @@ RowSoa RowGrid::buildRow(const RowPass& pass, std::uint32_t row, RowList& list, 
     return soa;
 }
 
-void RowGrid::scanRow(const RowPass& pass, std::uint32_t row, unsigned worker, PairBuffer& out)
+void ColumnGrid::scanRow(const RowPass& pass, std::uint32_t row, unsigned worker, PairBuffer& out)
 {
     RowList& own = m_bold[row];
     const std::uint32_t regularCount = m_regular.empty() ? 0 : m_regular[row].count;
@@ -71,20 +72,20 @@ void RowGrid::scanRow(const RowPass& pass, std::uint32_t row, unsigned worker, P
     const bool isKept = pass.use == RowUse::Query;
     if (!isKept)
         scratch.bold.resize(own.count + 4u);
-    const RowSoa bold = buildRow(pass, row, own, m_boldIds, isKept ? m_kept : scratch.bold,
-                                 isKept ? own.begin : 0, scratch.builder);
+    const ColumnSoa bold = buildRow(pass, row, own, m_boldIds, isKept ? m_kept : scratch.bold,
+                                    isKept ? own.begin : 0, scratch.builder);
     if (isKept)
         m_longest[row] = longestOf(bold);
     m_kernels.scanSelf(bold, out);
     if (regularCount == 0)
         return;
     scratch.regular.resize(regularCount + 4u);
-    const RowSoa regular =
+    const ColumnSoa regular =
         buildRow(pass, row, m_regular[row], m_regularIds, scratch.regular, 0, scratch.builder);
     m_kernels.scanCross(bold, regular, out);
 }
 
-void RowGrid::scanRows(const RowPass& pass)
+void ColumnGrid::scanRows(const RowPass& pass)
 {
     const std::uint32_t rows = m_rows.capacity();
     if (pass.use == RowUse::Query)
@@ -111,7 +112,7 @@ void RowGrid::scanRows(const RowPass& pass)
     scanUnbounded(pass.input, pass.sink);
 }
 
-PairBuffer& RowGrid::prepareBuffer(const GridInput& input, SinkContext& context) const
+PairBuffer& ColumnGrid::prepareBuffer(const GridInput& input, SinkContext& context) const
 {
     PairBuffer& out = *m_scratch[context.worker].buffer;
     out.count = 0;  // a scan that failed leaves some of its pairs behind
@@ -122,7 +123,7 @@ PairBuffer& RowGrid::prepareBuffer(const GridInput& input, SinkContext& context)
     return out;
 }
 
-void RowGrid::scanUnbounded(const GridInput& input, PairSink& sink)
+void ColumnGrid::scanUnbounded(const GridInput& input, PairSink& sink)
 {
     SinkContext context = {&sink, 0};
     PairBuffer& out = prepareBuffer(input, context);
@@ -147,7 +148,7 @@ void RowGrid::scanUnbounded(const GridInput& input, PairSink& sink)
     out.handOn();
 }
 
-void RowGrid::scan(const GridInput& input, PairSink& sink, RowUse use)
+void ColumnGrid::scan(const GridInput& input, PairSink& sink, RowUse use)
 {
     m_isFollowable = false;
     fill(input);
@@ -160,7 +161,7 @@ void RowGrid::scan(const GridInput& input, PairSink& sink, RowUse use)
         learnDensity();
 }
 
-std::uint64_t RowGrid::bytes() const
+std::uint64_t ColumnGrid::bytes() const
 {
     std::uint64_t sum =
         m_rows.bytes() + m_kept.bytes() + (m_bold.capacity() + m_regular.capacity()) * sizeof(RowList) +

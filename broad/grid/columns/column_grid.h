@@ -26,7 +26,7 @@ class PairSink
 public:
     virtual ~PairSink() = default;
 
-    /// @param worker below WorkerPool::threads(); calls with the same worker never run at the same time
+    /// @param worker below ParallelLoops::threads(); calls with the same worker never run at the same time
     virtual void take(unsigned worker, const PairBuffer& found) = 0;
 };
 
@@ -74,13 +74,13 @@ struct alignas(64) GridMotion
 /// reported once, by the row that holds the corner (max of minima) of the two boxes.
 ///
 /// Boxes that reach more than 2^50, or would touch too many cells, are tested against everything instead.
-class RowGrid
+class ColumnGrid
 {
 public:
     /// Boxes that are worth a task of their own where the grid is filled.
     static constexpr std::size_t kTaskGrain = 4096;
 
-    RowGrid(const GridOptions& options, WorkerPool& workers);
+    ColumnGrid(const GridOptions& options, ParallelLoops& workers);
 
     /// Clears the grid, fills it and hands every overlapping pair of the input to the sink, each exactly once.
     ///
@@ -201,7 +201,7 @@ private:
     /// Scratch of one worker of the scanning pass.
     struct alignas(64) Worker
     {
-        RowBuilder builder;
+        ColumnBuilder builder;
         RowPool bold;
         RowPool regular;
         std::unique_ptr<PairBuffer> buffer = std::make_unique<PairBuffer>();
@@ -242,9 +242,9 @@ private:
         const std::int32_t spans = (cells.j1 - cells.j0) | (cells.k1 - cells.k0);
         return spans >= kSquareSide && cellCountOf(cells) > kMostCells;
     }
-    CellRule ruleOf(float grow, std::uint32_t level) const { return {grow, m_plan.inverseWidth[level]}; }
+    CellBounds ruleOf(float grow, std::uint32_t level) const { return {grow, m_plan.inverseWidth[level]}; }
     Float4 tileOf(const Aabb& box) const;
-    TileRange cellsOf(const Aabb& box, const CellRule& rule) const;
+    TileRange cellsOf(const Aabb& box, const CellBounds& rule) const;
     static std::size_t octaveIndex(Float4 tile);
     void recordSize(const Aabb& grown, Task& task) const;
     void sampleInput(const GridInput& input);
@@ -273,8 +273,8 @@ private:
                               std::vector<RowList>& lists, std::vector<FlaggedId>& ids, RowUse use);
     void scanRows(const RowPass& pass);
     void scanRow(const RowPass& pass, std::uint32_t row, unsigned worker, PairBuffer& out);
-    RowSoa buildRow(const RowPass& pass, std::uint32_t row, RowList& list, std::vector<FlaggedId>& ids,
-                    RowPool& pool, std::size_t offset, RowBuilder& builder);
+    ColumnSoa buildRow(const RowPass& pass, std::uint32_t row, RowList& list, std::vector<FlaggedId>& ids,
+                       RowPool& pool, std::size_t offset, ColumnBuilder& builder);
     void compareRange(const MotionSource& source, const std::uint32_t* rows, std::size_t count,
                       GridMotion& motion) const;
     bool followStray(const GridInput& input, const Aabb& before, std::uint32_t id);
@@ -284,12 +284,12 @@ private:
     PairBuffer& prepareBuffer(const GridInput& input, SinkContext& context) const;
     void scanUnbounded(const GridInput& input, PairSink& sink);
     void queryBox(const Aabb& box, FlaggedId id, PairBuffer& out) const;
-    void queryLevel(const RowSoa& query, const Aabb& box, std::uint32_t level, PairBuffer& out) const;
-    void queryRow(const RowSoa& query, std::uint32_t row, PairBuffer& out) const;
+    void queryLevel(const ColumnSoa& query, const Aabb& box, std::uint32_t level, PairBuffer& out) const;
+    void queryRow(const ColumnSoa& query, std::uint32_t row, PairBuffer& out) const;
 
     GridOptions m_options;
-    WorkerPool& m_workers;
-    const RowKernels& m_kernels;
+    ParallelLoops& m_workers;
+    const ColumnKernels& m_kernels;
     GridPlan m_plan;
     SizeHistogram m_planned;  // sizes that the plan was made for
     double m_density = 1;
@@ -297,7 +297,7 @@ private:
     CellWindow m_window;
     float m_sweepLow = 0;  // most boxes begin between the two
     float m_sweepHigh = 0;
-    RowDirectory m_rows;
+    ColumnHash m_rows;
     std::uint32_t m_rowRoom = 256;
     unsigned m_taskCount = 1;
     std::vector<Task> m_tasks;

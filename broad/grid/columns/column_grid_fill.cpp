@@ -46,13 +46,13 @@ std::pair<std::int64_t, std::int64_t> windowOf(std::vector<std::int32_t>& cells)
 }
 }  // namespace
 
-std::int64_t RowGrid::cellCountOf(const TileRange& cells)
+std::int64_t ColumnGrid::cellCountOf(const TileRange& cells)
 {
     return (static_cast<std::int64_t>(cells.j1) - cells.j0 + 1) *
            (static_cast<std::int64_t>(cells.k1) - cells.k0 + 1);
 }
 
-RowGrid::BoxKind RowGrid::kindOf(const Aabb& box, float grow)
+ColumnGrid::BoxKind ColumnGrid::kindOf(const Aabb& box, float grow)
 {
     const Float4 extent = extentsOf(box);
     // NaN, the extent of a box with a NaN and of one that lies at infinity, fails both comparisons.
@@ -61,14 +61,14 @@ RowGrid::BoxKind RowGrid::kindOf(const Aabb& box, float grow)
     return isValid(box) ? BoxKind::Unbounded : BoxKind::Empty;
 }
 
-std::size_t RowGrid::octaveIndex(Float4 tile)
+std::size_t ColumnGrid::octaveIndex(Float4 tile)
 {
     const float larger = std::max(tile[1] - tile[0], tile[3] - tile[2]);
     const std::int32_t octave = std::min(std::max(octaveOf(larger), kLowestOctave), kHighestOctave);
     return static_cast<std::size_t>(octave - kLowestOctave);
 }
 
-void RowGrid::recordSize(const Aabb& grown, Task& task) const
+void ColumnGrid::recordSize(const Aabb& grown, Task& task) const
 {
     const Float4 tile = tileOf(grown);
     SizeHistogram::Bin& bin = task.sizes.bins[octaveIndex(tile)];
@@ -78,20 +78,20 @@ void RowGrid::recordSize(const Aabb& grown, Task& task) const
     bin.sweepSum += kSizeSampling * (grown.max[m_plan.sweepAxis] - grown.min[m_plan.sweepAxis]);
 }
 
-Float4 RowGrid::tileOf(const Aabb& box) const
+Float4 ColumnGrid::tileOf(const Aabb& box) const
 {
     return Float4{box.min[m_plan.tileAxisY], box.max[m_plan.tileAxisY], box.min[m_plan.tileAxisZ],
                   box.max[m_plan.tileAxisZ]};
 }
 
-TileRange RowGrid::cellsOf(const Aabb& box, const CellRule& rule) const
+TileRange ColumnGrid::cellsOf(const Aabb& box, const CellBounds& rule) const
 {
     const Int4 cells = cellsOfFaces(tileOf(box), rule);
     return {cells[0], cells[1], cells[2], cells[3]};
 }
 
 /// Cells of a box at its level; false for one that is empty or goes to the side list.
-bool RowGrid::locateOne(const GridInput& input, std::uint32_t index, Task& task, Located& to) const
+bool ColumnGrid::locateOne(const GridInput& input, std::uint32_t index, Task& task, Located& to) const
 {
     const std::uint32_t id = input.ids != nullptr ? input.ids[index] : index;
     const BoxKind kind = kindOf(input.boxes[id], input.grow);
@@ -110,7 +110,7 @@ bool RowGrid::locateOne(const GridInput& input, std::uint32_t index, Task& task,
     return false;
 }
 
-void RowGrid::sampleSizes(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task) const
+void ColumnGrid::sampleSizes(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task) const
 {
     for (std::uint32_t i = (begin + kSizeSampling - 1) / kSizeSampling * kSizeSampling; i < end;
          i += kSizeSampling)
@@ -124,15 +124,15 @@ void RowGrid::sampleSizes(const GridInput& input, std::uint32_t begin, std::uint
 /// Cells of the boxes from `begin` on, at most a block of them, into `block`; the others on the side list.
 ///
 /// Apart from the insertion, whose branches are hard to predict, this runs at full speed.
-std::uint32_t RowGrid::locate(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task,
-                              Located* block) const
+std::uint32_t ColumnGrid::locate(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task,
+                                 Located* block) const
 {
     sampleSizes(input, begin, end, task);
     std::uint32_t odd[kLocateBlock];
     LocatedCounts counts = {0, 0};
     if (m_plan.levelCount == 1)
     {
-        const CellRule rule = ruleOf(input.reach, 0);
+        const CellBounds rule = ruleOf(input.reach, 0);
         counts = m_kernels.locateBoxes({input.boxes, input.ids, m_plan.sweepAxis, input.grow, rule.grow,
                                         rule.inverseWidth, kLargestExtent - 4.0f * input.grow, kSquareSide},
                                        begin, end, block, odd);
@@ -147,7 +147,7 @@ std::uint32_t RowGrid::locate(const GridInput& input, std::uint32_t begin, std::
     return counts.plain;
 }
 
-bool RowGrid::insertByHash(const Located& box, Task& task)
+bool ColumnGrid::insertByHash(const Located& box, Task& task)
 {
     const TileRange& cells = box.cells;
     for (std::int32_t j = cells.j0; j <= cells.j1; ++j)
@@ -155,7 +155,7 @@ bool RowGrid::insertByHash(const Located& box, Task& task)
         for (std::int32_t k = cells.k0; k <= cells.k1; ++k)
         {
             const std::uint32_t row = m_rows.findOrInsert(packCell(box.level, j, k));
-            if (row == RowDirectory::kNone)
+            if (row == ColumnHash::kNone)
                 return false;
             task.bold.push({row, flagged(box.id, j == cells.j0, k == cells.k0)});
         }
@@ -164,7 +164,7 @@ bool RowGrid::insertByHash(const Located& box, Task& task)
 }
 
 /// Inserts boxes into the cells of their level, and counts the entries of each; false when the directory is full.
-bool RowGrid::insertBold(const Located* block, std::uint32_t count, Task& task)
+bool ColumnGrid::insertBold(const Located* block, std::uint32_t count, Task& task)
 {
     // Copies, and an end of its own: what is written could be members otherwise, to be read again for each box.
     const CellWindow window = m_rows.window();
@@ -203,7 +203,7 @@ bool RowGrid::insertBold(const Located* block, std::uint32_t count, Task& task)
     return true;
 }
 
-void RowGrid::fillBold(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task)
+void ColumnGrid::fillBold(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task)
 {
     Located block[kLocateBlock];
     for (std::uint32_t i = begin; i < end && !task.isFull; i += kLocateBlock)
@@ -214,7 +214,7 @@ void RowGrid::fillBold(const GridInput& input, std::uint32_t begin, std::uint32_
     }
 }
 
-void RowGrid::fillRegular(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task)
+void ColumnGrid::fillRegular(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task)
 {
     for (std::uint32_t i = begin; i < end; ++i)
     {
@@ -234,7 +234,7 @@ void RowGrid::fillRegular(const GridInput& input, std::uint32_t begin, std::uint
                 for (std::int32_t k = cells.k0; k <= cells.k1; ++k)
                 {
                     const std::uint32_t row = m_rows.find(packCell(static_cast<std::int32_t>(level), j, k));
-                    if (row == RowDirectory::kNone)
+                    if (row == ColumnHash::kNone)
                         continue;
                     ++task.regularCount[row];
                     task.regular.push({row, flagged(id, j == cells.j0, k == cells.k0)});
@@ -244,7 +244,7 @@ void RowGrid::fillRegular(const GridInput& input, std::uint32_t begin, std::uint
     }
 }
 
-bool RowGrid::tryFill(const GridInput& input)
+bool ColumnGrid::tryFill(const GridInput& input)
 {
     m_rows.reset(m_rowRoom, m_options.bucketCount, m_window);
     const std::uint32_t rows = m_rows.capacity();
@@ -283,8 +283,8 @@ bool RowGrid::tryFill(const GridInput& input)
 }
 
 /// Cells that most boxes are in; none where a table of them would be large.
-CellWindow RowGrid::chooseWindow(std::vector<std::int32_t>& js, std::vector<std::int32_t>& ks,
-                                 std::uint32_t boxes) const
+CellWindow ColumnGrid::chooseWindow(std::vector<std::int32_t>& js, std::vector<std::int32_t>& ks,
+                                    std::uint32_t boxes) const
 {
     if (m_plan.levelCount != 1 || m_options.bucketCount != 0 || js.empty())
         return {};
@@ -299,7 +299,7 @@ CellWindow RowGrid::chooseWindow(std::vector<std::int32_t>& js, std::vector<std:
 }
 
 /// Learns from some of the boxes where the others are.
-void RowGrid::sampleInput(const GridInput& input)
+void ColumnGrid::sampleInput(const GridInput& input)
 {
     std::vector<std::int32_t> js;
     std::vector<std::int32_t> ks;
@@ -319,12 +319,12 @@ void RowGrid::sampleInput(const GridInput& input)
     std::tie(m_sweepLow, m_sweepHigh) = starts.empty() ? std::pair(0.0f, 0.0f) : usualRange(starts);
 }
 
-bool RowGrid::isForOneThread(std::uint32_t count) const
+bool ColumnGrid::isForOneThread(std::uint32_t count) const
 {
     return m_workers.tasksFor(count, kTaskGrain) == 1;
 }
 
-void RowGrid::fill(const GridInput& input)
+void ColumnGrid::fill(const GridInput& input)
 {
     m_taskCount = m_workers.tasksFor(input.count, kTaskGrain);
     if (m_tasks.size() < m_taskCount)

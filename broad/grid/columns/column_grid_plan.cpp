@@ -13,7 +13,7 @@ namespace
 constexpr std::uint32_t kShortestFollow = 8;
 }
 
-void RowGrid::preparePlan(const GridInput& input)
+void ColumnGrid::preparePlan(const GridInput& input)
 {
     if (m_hasPlan)
         return;
@@ -36,7 +36,7 @@ void RowGrid::preparePlan(const GridInput& input)
     makePlan(input, sizes);
 }
 
-void RowGrid::makePlan(const GridInput& input, const SizeHistogram& sizes)
+void ColumnGrid::makePlan(const GridInput& input, const SizeHistogram& sizes)
 {
     float span[3];
     measureSpans(input.boxes, input.ids, input.count, span);
@@ -46,7 +46,7 @@ void RowGrid::makePlan(const GridInput& input, const SizeHistogram& sizes)
     m_hasPlan = true;
 }
 
-bool RowGrid::isPlanStale(const SizeHistogram& sizes) const
+bool ColumnGrid::isPlanStale(const SizeHistogram& sizes) const
 {
     const std::uint32_t total = sizes.count();
     std::uint32_t moved = 0;
@@ -62,7 +62,7 @@ bool RowGrid::isPlanStale(const SizeHistogram& sizes) const
     return moved > total / 4 + 8;
 }
 
-void RowGrid::learnDensity()
+void ColumnGrid::learnDensity()
 {
     const double entries = static_cast<double>(m_entryCount);
     const double lanes = static_cast<double>(m_testCount) - 6 * entries;

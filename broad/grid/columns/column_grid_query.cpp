@@ -28,11 +28,11 @@ std::uint32_t lowerBound(const float* values, std::uint32_t count, float from)
 }
 }  // namespace
 
-void RowGrid::queryRow(const RowSoa& query, std::uint32_t row, PairBuffer& out) const
+void ColumnGrid::queryRow(const ColumnSoa& query, std::uint32_t row, PairBuffer& out) const
 {
     const std::uint32_t count = m_bold[row].count;
     const std::uint32_t offset = m_bold[row].begin;
-    const RowSoa kept = m_kept.row(offset, m_boldIds.data() + offset, count);
+    const ColumnSoa kept = m_kept.row(offset, m_boldIds.data() + offset, count);
     // No kept interval is longer than m_longest, so none that begins before `from` reaches the query; rounded down.
     float from = query.x0[0] - m_longest[row];
     from -= std::abs(from) * 1e-6f;
@@ -42,7 +42,8 @@ void RowGrid::queryRow(const RowSoa& query, std::uint32_t row, PairBuffer& out) 
         m_kernels.scanOne(query, 0, kept, begin, out);
 }
 
-void RowGrid::queryLevel(const RowSoa& query, const Aabb& box, std::uint32_t level, PairBuffer& out) const
+void ColumnGrid::queryLevel(const ColumnSoa& query, const Aabb& box, std::uint32_t level,
+                            PairBuffer& out) const
 {
     const TileRange cells = cellsOf(box, ruleOf(0.0f, level));
     const std::uint32_t id = query.id[0] & kIdMask;
@@ -68,25 +69,25 @@ void RowGrid::queryLevel(const RowSoa& query, const Aabb& box, std::uint32_t lev
         for (std::int32_t k = cells.k0; k <= cells.k1; ++k)
         {
             const std::uint32_t row = m_rows.find(packCell(static_cast<std::int32_t>(level), j, k));
-            if (row != RowDirectory::kNone)
+            if (row != ColumnHash::kNone)
                 visit(row, j, k);
         }
     }
 }
 
-void RowGrid::queryBox(const Aabb& box, FlaggedId id, PairBuffer& out) const
+void ColumnGrid::queryBox(const Aabb& box, FlaggedId id, PairBuffer& out) const
 {
     // Finite, or the sentinel at the end of a row would count as inside.
     float x0 = box.min[m_plan.sweepAxis];
     float x1 = std::min(box.max[m_plan.sweepAxis], std::numeric_limits<float>::max());
     float y0 = box.min[m_plan.tileAxisY], y1 = box.max[m_plan.tileAxisY];
     float z0 = box.min[m_plan.tileAxisZ], z1 = box.max[m_plan.tileAxisZ];
-    const RowSoa soa = {&x0, &x1, &y0, &y1, &z0, &z1, &id, 1};
+    const ColumnSoa soa = {&x0, &x1, &y0, &y1, &z0, &z1, &id, 1};
     for (std::uint32_t level = 0; level < m_plan.levelCount; ++level)
         queryLevel(soa, box, level, out);
 }
 
-RowGrid::Work RowGrid::takeWork()
+ColumnGrid::Work ColumnGrid::takeWork()
 {
     Work work;
     work.tests = std::exchange(m_testCount, 0);
@@ -98,7 +99,7 @@ RowGrid::Work RowGrid::takeWork()
     return work;
 }
 
-void RowGrid::query(const Aabb* boxes, std::uint32_t count, unsigned worker, PairSink& sink) const
+void ColumnGrid::query(const Aabb* boxes, std::uint32_t count, unsigned worker, PairSink& sink) const
 {
     SinkContext context = {&sink, worker};
     PairBuffer& out = prepareBuffer(GridInput{}, context);
@@ -110,8 +111,8 @@ void RowGrid::query(const Aabb* boxes, std::uint32_t count, unsigned worker, Pai
     out.handOn();
 }
 
-std::vector<std::uint32_t> RowGrid::orderAlongRows(const Aabb* boxes,
-                                                   const std::vector<std::uint32_t>& ids) const
+std::vector<std::uint32_t> ColumnGrid::orderAlongRows(const Aabb* boxes,
+                                                      const std::vector<std::uint32_t>& ids) const
 {
     std::vector<std::tuple<std::uint64_t, float, std::uint32_t>> places;
     places.reserve(ids.size());
@@ -129,7 +130,7 @@ std::vector<std::uint32_t> RowGrid::orderAlongRows(const Aabb* boxes,
     return order;
 }
 
-void RowGrid::forEachCell(const CellVisitor& visit) const
+void ColumnGrid::forEachCell(const CellVisitor& visit) const
 {
     constexpr float kInfinity = std::numeric_limits<float>::infinity();
     for (std::uint32_t row = 0; row < m_rows.capacity(); ++row)

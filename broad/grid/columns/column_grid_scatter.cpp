@@ -21,8 +21,8 @@ std::uint32_t spareRoom(std::uint32_t count, RowUse use)
 }  // namespace
 
 /// Turns per-task counts into lists and moves the ids of every row together; the number of entries.
-std::uint32_t RowGrid::scatterKind(EntryList Task::*entries, std::vector<std::uint32_t> Task::*counts,
-                                   std::vector<RowList>& lists, std::vector<FlaggedId>& ids, RowUse use)
+std::uint32_t ColumnGrid::scatterKind(EntryList Task::*entries, std::vector<std::uint32_t> Task::*counts,
+                                      std::vector<RowList>& lists, std::vector<FlaggedId>& ids, RowUse use)
 {
     const std::uint32_t rows = m_rows.capacity();
     lists.resize(rows);
@@ -61,7 +61,7 @@ std::uint32_t RowGrid::scatterKind(EntryList Task::*entries, std::vector<std::ui
     return sum;
 }
 
-void RowGrid::mergeTasks(RowUse use)
+void ColumnGrid::mergeTasks(RowUse use)
 {
     m_regular.clear();
     m_entryCount = 0;

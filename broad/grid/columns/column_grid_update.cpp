@@ -31,7 +31,7 @@ Float4 floatOfRank(Int4 rank)
 }
 
 /// The lowest finite face that lies in the given cell or a higher one, lane by lane; by bisection.
-Float4 facesFrom(Int4 cells, const CellRule& rule)
+Float4 facesFrom(Int4 cells, const CellBounds& rule)
 {
     constexpr std::int32_t kLargest =
         0x7f7fffff;  // rank of the largest float; the lowest one has -kLargest - 1
@@ -51,8 +51,8 @@ Float4 facesFrom(Int4 cells, const CellRule& rule)
 }  // namespace
 
 /// Block by block, so that a task needs room for the strays of a block only.
-void RowGrid::compareRange(const MotionSource& source, const std::uint32_t* rows, std::size_t count,
-                           GridMotion& motion) const
+void ColumnGrid::compareRange(const MotionSource& source, const std::uint32_t* rows, std::size_t count,
+                              GridMotion& motion) const
 {
     std::array<std::uint32_t, kCompareBlock> strays;
     MotionSums sums = {motion.octaves.data(), strays.data()};
@@ -65,12 +65,12 @@ void RowGrid::compareRange(const MotionSource& source, const std::uint32_t* rows
     motion.largest = sums.largest;
 }
 
-void RowGrid::compare(const Aabb* boxes, const Aabb* before, const std::uint32_t* dirty,
-                      std::uint32_t dirtyCount, float limit, GridMotion& motion, float* motions)
+void ColumnGrid::compare(const Aabb* boxes, const Aabb* before, const std::uint32_t* dirty,
+                         std::uint32_t dirtyCount, float limit, GridMotion& motion, float* motions)
 {
     const unsigned tasks = m_workers.tasksFor(dirtyCount, kCompareGrain);
     m_motions.resize(std::max<std::size_t>(m_motions.size(), tasks));
-    const CellRule rule = ruleOf(m_reach, 0);
+    const CellBounds rule = ruleOf(m_reach, 0);
     const MotionSource source = {boxes, before, m_plan.sweepAxis, rule.grow, rule.inverseWidth,
                                  limit, motions};
     m_workers.run(tasks,
@@ -96,7 +96,7 @@ void RowGrid::compare(const Aabb* boxes, const Aabb* before, const std::uint32_t
 }
 
 /// Each cell's edges are looked for once, by the task that scans the row.
-const CellEdges& RowGrid::edgesOf(std::uint32_t row)
+const CellEdges& ColumnGrid::edgesOf(std::uint32_t row)
 {
     CellEdges& edges = m_edges[row];
     if (m_hasEdges[row] == 0)
@@ -104,7 +104,7 @@ const CellEdges& RowGrid::edgesOf(std::uint32_t row)
         const std::uint64_t cell = m_rows.cell(row);
         const std::int32_t j = cellCoordinateJ(cell);
         const std::int32_t k = cellCoordinateK(cell);
-        const CellRule rule = ruleOf(m_reach, 0);
+        const CellBounds rule = ruleOf(m_reach, 0);
         const Float4 low = facesFrom(Int4{j, j, k, k}, rule);
         const Float4 high = facesFrom(Int4{j + 1, j + 1, k + 1, k + 1}, rule);
         std::memcpy(edges.low, &low, sizeof low);
@@ -114,10 +114,10 @@ const CellEdges& RowGrid::edgesOf(std::uint32_t row)
     return edges;
 }
 
-bool RowGrid::addToRow(std::uint64_t cell, std::uint32_t id)
+bool ColumnGrid::addToRow(std::uint64_t cell, std::uint32_t id)
 {
     const std::uint32_t row = m_rows.findOrInsert(cell);
-    if (row == RowDirectory::kNone)
+    if (row == ColumnHash::kNone)
         return false;
     RowList& list = m_bold[row];
     if (list.count == list.room)
@@ -135,10 +135,10 @@ bool RowGrid::addToRow(std::uint64_t cell, std::uint32_t id)
 }
 
 /// Inserts a stray into the cells that are new to it; false when the grid has to be refilled for it.
-bool RowGrid::followStray(const GridInput& input, const Aabb& before, std::uint32_t id)
+bool ColumnGrid::followStray(const GridInput& input, const Aabb& before, std::uint32_t id)
 {
     const Aabb& box = input.boxes[id];
-    const CellRule rule = ruleOf(input.reach, 0);
+    const CellBounds rule = ruleOf(input.reach, 0);
     const BoxKind kind = kindOf(box, input.grow);
     const TileRange cells = kind == BoxKind::Bounded ? cellsOf(box, rule) : TileRange{0, -1, 0, -1};
     const bool wasUnbounded = std::binary_search(m_unbounded.begin(), m_unbounded.end(), id);
@@ -158,7 +158,7 @@ bool RowGrid::followStray(const GridInput& input, const Aabb& before, std::uint3
     return true;
 }
 
-bool RowGrid::follow(const GridInput& input, const Aabb* before, const std::vector<std::uint32_t>& strays)
+bool ColumnGrid::follow(const GridInput& input, const Aabb* before, const std::vector<std::uint32_t>& strays)
 {
     if (!canFollow(input.reach) || ++m_followedScans > kLongestFollow)
         return false;
@@ -180,7 +180,7 @@ bool RowGrid::follow(const GridInput& input, const Aabb* before, const std::vect
     return true;
 }
 
-void RowGrid::scanFollowed(const GridInput& input, PairSink& sink)
+void ColumnGrid::scanFollowed(const GridInput& input, PairSink& sink)
 {
     scanRows({input, sink, RowUse::Follow, true});
     m_entryCount = 0;
@@ -190,7 +190,7 @@ void RowGrid::scanFollowed(const GridInput& input, PairSink& sink)
         learnDensity();
 }
 
-void RowGrid::scanAgain(const GridInput& input, PairSink& sink)
+void ColumnGrid::scanAgain(const GridInput& input, PairSink& sink)
 {
     scanRows({input, sink, RowUse::Follow, false});
 }

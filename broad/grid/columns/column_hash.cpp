@@ -4,7 +4,7 @@
 
 namespace cullet
 {
-void RowDirectory::reset(std::uint32_t capacity, std::uint32_t bucketCount, const CellWindow& window)
+void ColumnHash::reset(std::uint32_t capacity, std::uint32_t bucketCount, const CellWindow& window)
 {
     m_window = window;
     m_windowCount = window.count();
@@ -24,7 +24,7 @@ void RowDirectory::reset(std::uint32_t capacity, std::uint32_t bucketCount, cons
         m_cells[i].store(0, std::memory_order_relaxed);
 }
 
-std::uint32_t RowDirectory::findOrInsertFrom(std::uint32_t slot, std::uint64_t cell)
+std::uint32_t ColumnHash::findOrInsertFrom(std::uint32_t slot, std::uint64_t cell)
 {
     for (;; slot = (slot + 1) & m_mask)
     {
@@ -46,7 +46,7 @@ std::uint32_t RowDirectory::findOrInsertFrom(std::uint32_t slot, std::uint64_t c
     }
 }
 
-std::uint32_t RowDirectory::find(std::uint64_t cell) const
+std::uint32_t ColumnHash::find(std::uint64_t cell) const
 {
     if (isInWindow(cell))
         return rowInWindow(cell);

@@ -74,7 +74,7 @@ struct CellWindow
 /// Cells of a window need neither hash nor comparison, and the rows of neighbours are near each other: they come first.
 ///
 /// Threads: findOrInsert() may run concurrently with itself; the other members may not run beside it.
-class RowDirectory
+class ColumnHash
 {
 public:
     static constexpr std::uint32_t kNone = 0xffffffffu;

@@ -32,7 +32,7 @@ inline FlaggedId flagged(std::uint32_t id, bool startsY, bool startsZ)
 /// x is the sweep axis, y and z the tiled ones, whatever world axes these are. One sentinel with x0 = +infinity follows
 /// the entries, so that scans need no end test; what lies behind it may be another row, at least kRowPadding readable
 /// entries of anything.
-struct RowSoa
+struct ColumnSoa
 {
     float* x0;
     float* x1;
@@ -68,7 +68,7 @@ struct alignas(64) PairBuffer
     void (*flush)(void* context, const PairBuffer& found) = nullptr;
     void* context = nullptr;
 
-    IdPair pair(std::uint32_t index) const { return {first[index] & kIdMask, second[index] & kIdMask}; }
+    RowPair pair(std::uint32_t index) const { return {first[index] & kIdMask, second[index] & kIdMask}; }
 
     void handOn()
     {
@@ -153,7 +153,7 @@ struct LocateSource
     const std::uint32_t* ids;  ///< rows, or null: 0, 1, ...
     int sweepAxis;
     float grow;                 ///< of the boxes
-    float reach, inverseWidth;  ///< of the cells: CellRule
+    float reach, inverseWidth;  ///< of the cells: CellBounds
     // Boxes that are empty, longer than this, or touch more cells than so many in a row are odd.
     float largestExtent;
     std::int32_t manyCells;
@@ -173,7 +173,7 @@ struct MotionSource
     const Aabb* boxes;   ///< row of the proxy table -> box
     const Aabb* before;  ///< ... and the one of the last scan
     int sweepAxis;
-    float reach, inverseWidth;  ///< of the cells: CellRule
+    float reach, inverseWidth;  ///< of the cells: CellBounds
     float limit;                ///< boxes that moved farther are strays
     float* motions;             ///< [out, rows] how far any face of a box moved; or null
 };
@@ -200,7 +200,7 @@ struct ShellSource
 struct WatchSource
 {
     const Aabb* boxes;           ///< row of the proxy table -> box
-    const IdPair* pairs;         ///< [count] those that are watched among them
+    const RowPair* pairs;        ///< [count] those that are watched among them
     const std::uint8_t* states;  ///< ... and the state of each
     std::uint32_t count;
     /// State -> gap beyond which such a pair changes; of open ones, up to which it does.
@@ -212,24 +212,24 @@ struct WatchSource
 ///
 /// Duplicates over cells are dropped by the owner rule: the cell that holds (max of the y minima, max of the z
 /// minima) reports the pair. Inside a cell that is true exactly when, on both axes, one of the two begins in it.
-struct RowKernels
+struct ColumnKernels
 {
     const char* name;
 
     /// Pairs inside one row. Forward sweep: for each entry, the entries behind it that begin not beyond `near` of its end.
-    void (*scanSelf)(const RowSoa& row, PairBuffer& out);
+    void (*scanSelf)(const ColumnSoa& row, PairBuffer& out);
 
     /// Pairs between two rows of the same cell.
-    void (*scanCross)(const RowSoa& a, const RowSoa& b, PairBuffer& out);
+    void (*scanCross)(const ColumnSoa& a, const ColumnSoa& b, PairBuffer& out);
 
     /// Entries of `row` from `begin` on that are near entry `index` of `query`; ends at the first that begins beyond it.
-    void (*scanOne)(const RowSoa& query, std::uint32_t index, const RowSoa& row, std::uint32_t begin,
+    void (*scanOne)(const ColumnSoa& query, std::uint32_t index, const ColumnSoa& row, std::uint32_t begin,
                     PairBuffer& out);
 
     /// Loads the boxes of a row, sorts them by x0, fast when the ids are nearly in that order, and lays them out for the scans.
     ///
     /// @param row [in, out] room for count + 4 boxes and for whole vectors of four ids; on return its boxes
-    void (*buildRow)(const RowSource& source, const RowScratch& scratch, RowSoa& row);
+    void (*buildRow)(const RowSource& source, const RowScratch& scratch, ColumnSoa& row);
 
     /// Finds the cells of the boxes [begin, end) of the source in a grid of one level.
     ///
@@ -257,12 +257,12 @@ struct RowKernels
                                  std::uint32_t* stirred);
 };
 
-extern const RowKernels kRowKernelsBaseline;
+extern const ColumnKernels kRowKernelsBaseline;
 #if defined(__x86_64__)
-extern const RowKernels kRowKernelsAvx2;
-extern const RowKernels kRowKernelsAvx512;
+extern const ColumnKernels kRowKernelsAvx2;
+extern const ColumnKernels kRowKernelsAvx512;
 #endif
 
 /// The widest set that this processor runs; the baseline one if asked for.
-const RowKernels& chooseRowKernels(bool baseline);
+const ColumnKernels& chooseRowKernels(bool baseline);
 }  // namespace cullet

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <cstring>
 
-// Questions to the histogram of motions that RowGrid::compare() makes.
+// Questions to the histogram of motions that ColumnGrid::compare() makes.
 namespace cullet
 {
 // Share of boxes that may move farther than the reach of the grid; their pairs are told from a list.

@@ -20,7 +20,7 @@ public:
             m_lists[worker].pairs.push_back(found.pair(i));
     }
 
-    void add(IdPair pair) { m_lists[0].pairs.push_back(pair); }
+    void add(RowPair pair) { m_lists[0].pairs.push_back(pair); }
 
     /// Calls visit(pair) for every pair, worker by worker.
     template <class Visit>
@@ -28,7 +28,7 @@ public:
     {
         for (const List& list : m_lists)
         {
-            for (const IdPair pair : list.pairs)
+            for (const RowPair pair : list.pairs)
                 visit(pair);
         }
     }
@@ -36,7 +36,7 @@ public:
 private:
     struct alignas(64) List
     {
-        std::vector<IdPair> pairs;
+        std::vector<RowPair> pairs;
     };
 
     std::vector<List> m_lists;

@@ -29,7 +29,7 @@ inline __m256 joined(Float4 first, Float4 second)
 }
 
 /// cellsOfFaces() of the faces of two boxes.
-inline __m256i cellsOfTwo(__m256 faces, const CellRule& rule)
+inline __m256i cellsOfTwo(__m256 faces, const CellBounds& rule)
 {
     const CellFactors factors(rule);
     const __m256 isBelow = _mm256_cmp_ps(faces, _mm256_setzero_ps(), _CMP_LT_OQ);
@@ -65,7 +65,7 @@ struct LocatedSink
 };
 
 template <int kSweepAxis>
-void locateOne(const LocateSource& source, const CellRule& rule, std::uint32_t index, LocatedSink& sink)
+void locateOne(const LocateSource& source, const CellBounds& rule, std::uint32_t index, LocatedSink& sink)
 {
     const std::uint32_t id = source.id(index);
     const Float4 outward = Float4{-1.0f, 1.0f, -1.0f, 1.0f} * source.grow;
@@ -80,7 +80,7 @@ void locateOne(const LocateSource& source, const CellRule& rule, std::uint32_t i
 
 #if defined(__AVX2__)
 template <int kSweepAxis>
-void locateTwo(const LocateSource& source, const CellRule& rule, std::uint32_t index, LocatedSink& sink)
+void locateTwo(const LocateSource& source, const CellBounds& rule, std::uint32_t index, LocatedSink& sink)
 {
     const std::uint32_t first = source.id(index);
     const std::uint32_t second = source.id(index + 1);
@@ -109,7 +109,7 @@ template <int kSweepAxis>
 LocatedCounts locateAlong(const LocateSource& source, std::uint32_t begin, std::uint32_t end, Located* block,
                           std::uint32_t* odd)
 {
-    const CellRule rule = {source.reach, source.inverseWidth};
+    const CellBounds rule = {source.reach, source.inverseWidth};
     LocatedSink sink = {block, odd};
     std::uint32_t i = begin;
 #if defined(__AVX2__)

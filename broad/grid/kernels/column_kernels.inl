@@ -65,7 +65,7 @@ struct Query
     float bound;
 };
 
-inline Query makeQuery(const RowSoa& row, std::uint32_t i)
+inline Query makeQuery(const ColumnSoa& row, std::uint32_t i)
 {
     return {Lanes::broadcast(row.x0[i]),
             Lanes::broadcast(row.x1[i]),
@@ -93,7 +93,8 @@ inline std::uint32_t hitsOf(Lanes::Value gap, const Query& query, const float* b
 /// Tests the entries of `row` from `begin` on, up to the first that begins farther beyond the query's end than any pair
 /// that is sought.
 template <bool kBounded>
-inline void sweep(const Query& query, FlaggedId id, const RowSoa& row, std::uint32_t begin, PairBuffer& out)
+inline void sweep(const Query& query, FlaggedId id, const ColumnSoa& row, std::uint32_t begin,
+                  PairBuffer& out)
 {
     const Lanes::Value near = Lanes::broadcast(kBounded ? query.bound + 0.5f * out.near : out.near);
     for (std::uint32_t j = begin;; j += Lanes::kWidth)
@@ -120,14 +121,14 @@ inline void sweep(const Query& query, FlaggedId id, const RowSoa& row, std::uint
 }
 
 template <bool kBounded>
-void scanSelfBy(const RowSoa& row, PairBuffer& out)
+void scanSelfBy(const ColumnSoa& row, PairBuffer& out)
 {
     for (std::uint32_t i = 0; i + 1 < row.count; ++i)
         sweep<kBounded>(makeQuery(row, i), row.id[i], row, i + 1, out);
 }
 
 template <bool kBounded>
-void scanCrossBy(const RowSoa& a, const RowSoa& b, PairBuffer& out)
+void scanCrossBy(const ColumnSoa& a, const ColumnSoa& b, PairBuffer& out)
 {
     std::uint32_t i = 0;
     std::uint32_t j = 0;
@@ -147,7 +148,7 @@ void scanCrossBy(const RowSoa& a, const RowSoa& b, PairBuffer& out)
     }
 }
 
-void scanSelf(const RowSoa& row, PairBuffer& out)
+void scanSelf(const ColumnSoa& row, PairBuffer& out)
 {
     if (row.bounds != nullptr)
         scanSelfBy<true>(row, out);
@@ -155,7 +156,7 @@ void scanSelf(const RowSoa& row, PairBuffer& out)
         scanSelfBy<false>(row, out);
 }
 
-void scanCross(const RowSoa& a, const RowSoa& b, PairBuffer& out)
+void scanCross(const ColumnSoa& a, const ColumnSoa& b, PairBuffer& out)
 {
     if (a.bounds != nullptr)
         scanCrossBy<true>(a, b, out);
@@ -163,7 +164,7 @@ void scanCross(const RowSoa& a, const RowSoa& b, PairBuffer& out)
         scanCrossBy<false>(a, b, out);
 }
 
-void scanOne(const RowSoa& query, std::uint32_t index, const RowSoa& row, std::uint32_t begin,
+void scanOne(const ColumnSoa& query, std::uint32_t index, const ColumnSoa& row, std::uint32_t begin,
              PairBuffer& out)
 {
     sweep<false>(makeQuery(query, index), query.id[index], row, begin, out);
@@ -363,7 +364,7 @@ struct Columns
 ///
 /// @param recordAt place in the row -> record, also of up to three behind the last one
 template <class RecordAt>
-void layOut(RowSoa& row, std::uint32_t count, const RecordAt& recordAt)
+void layOut(ColumnSoa& row, std::uint32_t count, const RecordAt& recordAt)
 {
     for (std::uint32_t i = 0; i < count; i += 4)
     {
@@ -388,7 +389,7 @@ void layOut(RowSoa& row, std::uint32_t count, const RecordAt& recordAt)
 /// Boxes in any order, by places evenly spaced over the usual range of all rows; rows that are crowded there, by their own.
 /// Keys are sorted, records stay where they are.
 template <int kSweepAxis, bool kEdges>
-void buildUnsorted(const RowSource& source, const RowScratch& scratch, RowSoa& row)
+void buildUnsorted(const RowSource& source, const RowScratch& scratch, ColumnSoa& row)
 {
     const Places places(source.sweepLow, source.sweepHigh, source.count);
     std::uint32_t offsets[kMostPlaces];
@@ -417,7 +418,7 @@ void buildUnsorted(const RowSource& source, const RowScratch& scratch, RowSoa& r
 }
 
 template <int kSweepAxis, bool kEdges>
-void buildAlong(const RowSource& source, const RowScratch& scratch, RowSoa& row)
+void buildAlong(const RowSource& source, const RowScratch& scratch, ColumnSoa& row)
 {
     if (source.sortedCount == 0 && source.count > kFewRecords)
     {
@@ -435,9 +436,9 @@ void buildAlong(const RowSource& source, const RowScratch& scratch, RowSoa& row)
            [&](std::uint32_t i) -> const RowRecord& { return records[i]; });
 }
 
-void buildRow(const RowSource& source, const RowScratch& scratch, RowSoa& row)
+void buildRow(const RowSource& source, const RowScratch& scratch, ColumnSoa& row)
 {
-    using Build = void (*)(const RowSource&, const RowScratch&, RowSoa&);
+    using Build = void (*)(const RowSource&, const RowScratch&, ColumnSoa&);
     static constexpr Build kBuild[3][2] = {{buildAlong<0, false>, buildAlong<0, true>},
                                            {buildAlong<1, false>, buildAlong<1, true>},
                                            {buildAlong<2, false>, buildAlong<2, true>}};

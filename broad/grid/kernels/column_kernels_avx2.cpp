@@ -9,7 +9,7 @@
 
 namespace cullet
 {
-const RowKernels kRowKernelsAvx2 = {"avx2",      scanSelf,     scanCross,   scanOne,    buildRow,
-                                    locateBoxes, compareBoxes, findOutside, findStirred};
+const ColumnKernels kRowKernelsAvx2 = {"avx2",      scanSelf,     scanCross,   scanOne,    buildRow,
+                                       locateBoxes, compareBoxes, findOutside, findStirred};
 }  // namespace cullet
 #endif  // x86-64

@@ -9,7 +9,7 @@
 
 namespace cullet
 {
-const RowKernels kRowKernelsAvx512 = {"avx512",    scanSelf,     scanCross,   scanOne,    buildRow,
-                                      locateBoxes, compareBoxes, findOutside, findStirred};
+const ColumnKernels kRowKernelsAvx512 = {"avx512",    scanSelf,     scanCross,   scanOne,    buildRow,
+                                         locateBoxes, compareBoxes, findOutside, findStirred};
 }  // namespace cullet
 #endif  // x86-64

@@ -6,10 +6,10 @@
 
 namespace cullet
 {
-const RowKernels kRowKernelsBaseline = {"baseline",  scanSelf,     scanCross,   scanOne,    buildRow,
-                                        locateBoxes, compareBoxes, findOutside, findStirred};
+const ColumnKernels kRowKernelsBaseline = {"baseline",  scanSelf,     scanCross,   scanOne,    buildRow,
+                                           locateBoxes, compareBoxes, findOutside, findStirred};
 
-const RowKernels& chooseRowKernels(bool baseline)
+const ColumnKernels& chooseRowKernels(bool baseline)
 {
 #if defined(__x86_64__)
     if (!baseline && __builtin_cpu_supports("avx512f") != 0)

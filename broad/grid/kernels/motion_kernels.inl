@@ -34,7 +34,7 @@ public:
     }
 
     /// cellsOfFaces() of both at once.
-    bool shareCells(const CellRule& rule) const
+    bool shareCells(const CellBounds& rule) const
     {
         const __m256i lanes = kSweepAxis == 0   ? _mm256_setr_epi32(1, 6, 2, 7, 1, 6, 2, 7)
                               : kSweepAxis == 1 ? _mm256_setr_epi32(2, 7, 0, 3, 2, 7, 0, 3)
@@ -85,7 +85,7 @@ public:
         return std::max(halves[0], halves[1]);
     }
 
-    bool shareCells(const CellRule& rule) const
+    bool shareCells(const CellBounds& rule) const
     {
         return isTrueInAll(cellsOfFaces(m_now.tile, rule) == cellsOfFaces(m_then.tile, rule));
     }
@@ -100,7 +100,7 @@ template <int kSweepAxis>
 void compareAlong(const MotionSource& source, const std::uint32_t* rows, std::uint32_t count,
                   MotionSums& sums)
 {
-    const CellRule rule = {source.reach, source.inverseWidth};
+    const CellBounds rule = {source.reach, source.inverseWidth};
     std::int32_t limit;
     std::memcpy(&limit, &source.limit, sizeof limit);
     std::int32_t largest;

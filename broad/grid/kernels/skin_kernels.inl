@@ -61,10 +61,10 @@ std::uint32_t findStirred(const WatchSource& source, std::uint32_t begin, std::u
     std::uint32_t count = 0;
     for (std::uint32_t i = begin; i < end; ++i)
     {
-        const IdPair ahead = source.pairs[std::min(i + kPairsAhead, source.count - 1)];
+        const RowPair ahead = source.pairs[std::min(i + kPairsAhead, source.count - 1)];
         prefetchBox(source.boxes + ahead.a);
         prefetchBox(source.boxes + ahead.b);
-        const IdPair pair = source.pairs[i];
+        const RowPair pair = source.pairs[i];
         const std::uint8_t state = source.states[i];
         const Aabb& a = source.boxes[pair.a];
         const Aabb& b = source.boxes[pair.b];

@@ -20,7 +20,7 @@ constexpr std::uint32_t kPatience = 32;
 
 /// How far boxes reach into the cells, so that no pair that parts is missed: a power of two that nearly all motions
 /// are below. Boxes that move farther are told apart by a list of pairs.
-void RowGridBackend::chooseReach(const GridMotion& motion, std::uint32_t rows)
+void ColumnGridBackend::chooseReach(const GridMotion& motion, std::uint32_t rows)
 {
     const std::uint32_t octave = std::max(kLeastReach, octaveWorthReaching(motion, rows));
     const bool isEnough = octave <= m_reachOctave;
@@ -33,7 +33,7 @@ void RowGridBackend::chooseReach(const GridMotion& motion, std::uint32_t rows)
 }
 
 /// The lowest that few boxes reach, or the lowest that none does, where more entries cost less than a list of all pairs.
-std::uint32_t RowGridBackend::octaveWorthReaching(const GridMotion& motion, std::uint32_t rows) const
+std::uint32_t ColumnGridBackend::octaveWorthReaching(const GridMotion& motion, std::uint32_t rows) const
 {
     const std::uint32_t few = octaveAbove(motion, rows / kJumperShare);
     const std::uint32_t all = octaveAbove(motion, 0);
@@ -45,7 +45,7 @@ std::uint32_t RowGridBackend::octaveWorthReaching(const GridMotion& motion, std:
 }
 
 /// Room for the motions of all boxes; null where one bound for all tells pairs as well, as far as the last update told.
-float* RowGridBackend::prepareMotions(const ProxyView& view)
+float* ColumnGridBackend::prepareMotions(const ProxyView& view)
 {
     if (!m_areMotionsUneven)
         return nullptr;
@@ -56,7 +56,7 @@ float* RowGridBackend::prepareMotions(const ProxyView& view)
 }
 
 /// Whether cells are wide enough for such a reach.
-bool RowGridBackend::isReachable(std::uint32_t octave) const
+bool ColumnGridBackend::isReachable(std::uint32_t octave) const
 {
     return reachOf(octave) < 0.125f * m_grid.finestWidth();
 }

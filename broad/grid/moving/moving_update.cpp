@@ -29,7 +29,7 @@ std::uint32_t sampleStride(std::uint32_t rows)
     return rows / kJumpSample + 1;
 }
 
-void prefetch(const Aabb* boxes, IdPair pair)
+void prefetch(const Aabb* boxes, RowPair pair)
 {
     prefetchBox(boxes + pair.a);
     prefetchBox(boxes + pair.b);
@@ -39,10 +39,10 @@ void prefetch(const Aabb* boxes, IdPair pair)
 /// Tells from what the grid finds which pairs are new and which part, in the threads of the grid.
 ///
 /// Before and after are compared box by box: no list of all pairs is kept, unless some boxes jump.
-class RowGridBackend::MovingSink final : public PairSink
+class ColumnGridBackend::MovingSink final : public PairSink
 {
 public:
-    MovingSink(RowGridBackend& backend, const ProxyView& view, bool isListing)
+    MovingSink(ColumnGridBackend& backend, const ProxyView& view, bool isListing)
         : m_backend(backend), m_view(view), m_isListing(isListing)
     {
     }
@@ -55,7 +55,7 @@ public:
         for (std::uint32_t i = 0; i < found.count; ++i)
         {
             prefetch(before, found.pair(std::min(i + kPrefetch, found.count - 1)));
-            const IdPair pair = found.pair(i);
+            const RowPair pair = found.pair(i);
             const bool overlapped = overlapsBranchless(before[pair.a], before[pair.b]);
             const bool overlaps = found.gap[i] <= 0.0f;
             if (m_isListing)
@@ -67,14 +67,17 @@ public:
 
 private:
     // Pairs that come back have been looked at by examineApart().
-    bool isHeld(IdPair pair) const
+    bool isHeld(RowPair pair) const
     {
         return mayEnter(m_view, pair) || m_backend.m_despite.contains(PairSet::keyOf(pair.a, pair.b));
     }
 
-    void list(KeyList& held, IdPair pair) const { held.pushIf(PairSet::keyOf(pair.a, pair.b), isHeld(pair)); }
+    void list(KeyList& held, RowPair pair) const
+    {
+        held.pushIf(PairSet::keyOf(pair.a, pair.b), isHeld(pair));
+    }
 
-    void examine(unsigned worker, IdPair pair, float gap)
+    void examine(unsigned worker, RowPair pair, float gap)
     {
         if (gap > 0.0f)
         {
@@ -87,13 +90,13 @@ private:
         }
     }
 
-    RowGridBackend& m_backend;
+    ColumnGridBackend& m_backend;
     const ProxyView& m_view;
     const bool m_isListing;
 };
 
 /// Pairs that overlapped in the last update and were held, by the boxes and filter words of then.
-void RowGridBackend::listOverlapping(std::vector<std::uint64_t>& held)
+void ColumnGridBackend::listOverlapping(std::vector<std::uint64_t>& held)
 {
     held.clear();
     CollectingSink sink(m_workers.threads());
@@ -102,7 +105,7 @@ void RowGridBackend::listOverlapping(std::vector<std::uint64_t>& held)
     input.count = m_scannedRows;
     m_grid.scanAgain(input, sink);
     sink.forEach(
-        [&](IdPair pair)
+        [&](RowPair pair)
         {
             const std::uint64_t key = PairSet::keyOf(pair.a, pair.b);
             if (m_words.empty() || passesFilter(m_words[pair.a], m_words[pair.b]) || m_despite.contains(key))
@@ -112,7 +115,7 @@ void RowGridBackend::listOverlapping(std::vector<std::uint64_t>& held)
 
 /// @param mayFollow whether it is known which boxes came into other cells
 /// @return whether the grid was refilled
-bool RowGridBackend::scanMoving(const ProxyView& view, bool isListing, bool mayFollow, PairSink& sink)
+bool ColumnGridBackend::scanMoving(const ProxyView& view, bool isListing, bool mayFollow, PairSink& sink)
 {
     GridInput input;
     input.boxes = view.boxes;
@@ -141,11 +144,11 @@ bool RowGridBackend::scanMoving(const ProxyView& view, bool isListing, bool mayF
 }
 
 /// Brings the rows up to date if that is possible and expected to cost less than to refill them.
-bool RowGridBackend::follow(const ProxyView& view, const GridInput& input)
+bool ColumnGridBackend::follow(const ProxyView& view, const GridInput& input)
 {
     const std::size_t strays = m_motion.strays.size();
-    const double following = SettlePolicy::kCostOfMoving * view.size + SettlePolicy::kCostOfStray * strays;
-    const double refilling = SettlePolicy::kCostOfRefill * view.size;
+    const double following = ModePolicy::kCostOfMoving * view.size + ModePolicy::kCostOfStray * strays;
+    const double refilling = ModePolicy::kCostOfRefill * view.size;
     if (following > refilling || m_options.rebuildFraction == 0.0f)
     {
         decide("many boxes came into other cells", strays, refilling, following);
@@ -161,7 +164,7 @@ bool RowGridBackend::follow(const ProxyView& view, const GridInput& input)
 }
 
 /// How far the changed boxes moved, and how far they are to reach into the cells hence.
-void RowGridBackend::compareBoxes(const ProxyView& view)
+void ColumnGridBackend::compareBoxes(const ProxyView& view)
 {
     m_comparedOctave = m_reachOctave;
     m_grid.compare(view.boxes, m_reference.data(), view.dirty, view.dirtyCount, reachOf(m_reachOctave),
@@ -169,7 +172,7 @@ void RowGridBackend::compareBoxes(const ProxyView& view)
     chooseReach(m_motion, view.size);
 }
 
-void RowGridBackend::updateMoving(const ProxyView& view)
+void ColumnGridBackend::updateMoving(const ProxyView& view)
 {
     // The margin alone may have changed, so that held pairs that do not overlap are looked at even when nothing moved.
     if (view.dirtyCount == 0 && m_apart.empty())
@@ -179,11 +182,11 @@ void RowGridBackend::updateMoving(const ProxyView& view)
         return;
     }
     const double costOfBox =
-        m_hasJumped ? SettlePolicy::kCostOfRefill + SettlePolicy::kCostOfStray : SettlePolicy::kCostOfMoving;
+        m_hasJumped ? ModePolicy::kCostOfRefill + ModePolicy::kCostOfStray : ModePolicy::kCostOfMoving;
     m_workers.limit(costOfBox * view.size);
     // The first loop comes after some work for one thread then.
     if (m_hasJumped)
-        m_workers.expect(m_workers.tasksFor(view.dirtyCount, RowGrid::kTaskGrain));
+        m_workers.expect(m_workers.tasksFor(view.dirtyCount, ColumnGrid::kTaskGrain));
     const bool areJumping = areStillJumping(view);
     const bool isSure = areJumping || m_isReferenceOld;
     if (!isSure)
@@ -216,7 +219,7 @@ void RowGridBackend::updateMoving(const ProxyView& view)
 }
 
 /// Whether most boxes jump as in the last update, as far as a sample tells: then they need not be compared one by one.
-bool RowGridBackend::areStillJumping(const ProxyView& view)
+bool ColumnGridBackend::areStillJumping(const ProxyView& view)
 {
     if (!m_hasJumped || view.dirtyCount <= view.size / kJumpedShare)
         return false;
@@ -235,14 +238,14 @@ bool RowGridBackend::areStillJumping(const ProxyView& view)
 }
 
 /// While most boxes jump, nothing but the next look at the sample asks for the boxes of before.
-void RowGridBackend::rememberSample(const ProxyView& view)
+void ColumnGridBackend::rememberSample(const ProxyView& view)
 {
     for (std::uint32_t row = 0; row < view.size; row += sampleStride(view.size))
         m_reference[row] = remembered(view.boxes[row]);
     m_isReferenceOld = true;
 }
 
-void RowGridBackend::rememberBoxes(const ProxyView& view)
+void ColumnGridBackend::rememberBoxes(const ProxyView& view)
 {
     const bool areAll = m_isReferenceOld;
     const std::uint32_t count = areAll ? view.size : view.dirtyCount;
@@ -261,7 +264,7 @@ void RowGridBackend::rememberBoxes(const ProxyView& view)
 }
 
 /// What became of the pairs that the margin alone held. Those that overlap again will be found by the scan as new.
-void RowGridBackend::examineApart(const ProxyView& view)
+void ColumnGridBackend::examineApart(const ProxyView& view)
 {
     const unsigned tasks = m_workers.tasksFor(m_apart.size(), kPairGrain);
     m_workers.run(tasks,
@@ -271,7 +274,7 @@ void RowGridBackend::examineApart(const ProxyView& view)
                       for (std::uint32_t i = range.begin; i < range.end; ++i)
                       {
                           prefetch(view.boxes, m_apart[std::min(i + kPrefetch, range.end - 1)]);
-                          const IdPair pair = m_apart[i];
+                          const RowPair pair = m_apart[i];
                           if (!isOverlapping(view, pair))
                               part(view, pair, isNear(view, pair), task);
                           else if (mayEnter(view, pair))
@@ -288,7 +291,7 @@ void RowGridBackend::examineApart(const ProxyView& view)
 }
 
 /// Pairs that overlapped and part, where boxes jumped and so the scan alone would miss them.
-void RowGridBackend::examineOverlapping(const ProxyView& view)
+void ColumnGridBackend::examineOverlapping(const ProxyView& view)
 {
     const unsigned tasks = m_workers.tasksFor(m_overlapping.size(), kPairGrain);
     m_workers.run(tasks,
@@ -298,7 +301,7 @@ void RowGridBackend::examineOverlapping(const ProxyView& view)
                       for (std::uint32_t i = range.begin; i < range.end; ++i)
                       {
                           prefetch(view.boxes, rowsOf(m_overlapping[std::min(i + kPrefetch, range.end - 1)]));
-                          const IdPair pair = rowsOf(m_overlapping[i]);
+                          const RowPair pair = rowsOf(m_overlapping[i]);
                           if (!isOverlapping(view, pair))
                               part(view, pair, isNear(view, pair), task);
                       }

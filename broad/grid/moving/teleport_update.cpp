@@ -28,10 +28,10 @@ std::pair<const std::uint64_t*, const std::uint64_t*> keysOfRows(const std::vect
 }  // namespace
 
 /// Lists the pairs that overlap and are held from now on, in the threads of the grid.
-class RowGridBackend::JumpedSink final : public PairSink
+class ColumnGridBackend::JumpedSink final : public PairSink
 {
 public:
-    JumpedSink(RowGridBackend& backend, const ProxyView& view) : m_backend(backend), m_view(view) {}
+    JumpedSink(ColumnGridBackend& backend, const ProxyView& view) : m_backend(backend), m_view(view) {}
 
     void take(unsigned worker, const PairBuffer& found) override
     {
@@ -39,7 +39,7 @@ public:
         KeyList::Writer writer(list, found.count);
         for (std::uint32_t i = 0; i < found.count; ++i)
         {
-            const IdPair pair = found.pair(i);
+            const RowPair pair = found.pair(i);
             const std::uint64_t key = PairSet::keyOf(pair.a, pair.b);
             // Pairs that come back have been looked at by examineApart().
             writer.pushIf(key, mayEnter(m_view, pair) || m_backend.m_despite.contains(key));
@@ -47,11 +47,11 @@ public:
     }
 
 private:
-    RowGridBackend& m_backend;
+    ColumnGridBackend& m_backend;
     const ProxyView& m_view;
 };
 
-void RowGridBackend::sortOverlapping()
+void ColumnGridBackend::sortOverlapping()
 {
     if (m_isOverlappingSorted)
         return;
@@ -62,7 +62,7 @@ void RowGridBackend::sortOverlapping()
 }
 
 /// Rows are shared out by their found pairs: three of four have their lower row in the first half.
-std::uint32_t RowGridBackend::firstRowOf(const ProxyView& view, unsigned task, unsigned tasks) const
+std::uint32_t ColumnGridBackend::firstRowOf(const ProxyView& view, unsigned task, unsigned tasks) const
 {
     if (task == 0 || task == tasks)
         return task == 0 ? 0 : view.size;
@@ -71,8 +71,8 @@ std::uint32_t RowGridBackend::firstRowOf(const ProxyView& view, unsigned task, u
 
 /// Tells what became of the pairs whose lower row is in [begin, end), from what was found and what overlapped before, both
 /// sorted.
-void RowGridBackend::compareLists(const ProxyView& view, std::uint32_t begin, std::uint32_t end,
-                                  unsigned worker)
+void ColumnGridBackend::compareLists(const ProxyView& view, std::uint32_t begin, std::uint32_t end,
+                                     unsigned worker)
 {
     const auto [old, oldEnd] = keysOfRows(m_overlapping, begin, end);
     partDeparted(view, old, oldEnd, worker);
@@ -92,15 +92,15 @@ void RowGridBackend::compareLists(const ProxyView& view, std::uint32_t begin, st
 }
 
 /// Lets the sorted pairs part that do not overlap any more, and keeps the few that do.
-void RowGridBackend::partDeparted(const ProxyView& view, const std::uint64_t* old, const std::uint64_t* end,
-                                  unsigned worker)
+void ColumnGridBackend::partDeparted(const ProxyView& view, const std::uint64_t* old,
+                                     const std::uint64_t* end, unsigned worker)
 {
     const bool mayLift = !m_despite.isEmpty();
     {
         KeyList::Writer removed(m_removed[worker], static_cast<std::size_t>(end - old));
         for (const std::uint64_t* key = old; key != end; ++key)
         {
-            const IdPair pair = rowsOf(*key);
+            const RowPair pair = rowsOf(*key);
             const std::uint32_t ahead = rowsOf(key[std::min(kPrefetch, end - key - 1)]).b;
             prefetchBox(view.boxes + ahead);
             __builtin_prefetch(view.uniqueIds + ahead);
@@ -116,7 +116,7 @@ void RowGridBackend::partDeparted(const ProxyView& view, const std::uint64_t* ol
 }
 
 /// A pair that overlapped: the few that still do are kept, others stay for the margin or leave.
-void RowGridBackend::takeOld(const ProxyView& view, std::uint64_t key, bool isNear, PairNews& news)
+void ColumnGridBackend::takeOld(const ProxyView& view, std::uint64_t key, bool isNear, PairNews& news)
 {
     if (isNear && isOverlapping(view, rowsOf(key)))
     {
@@ -130,7 +130,7 @@ void RowGridBackend::takeOld(const ProxyView& view, std::uint64_t key, bool isNe
 }
 
 /// @param isSure whether that was told by a sample, so that strays are not known
-void RowGridBackend::updateJumped(const ProxyView& view, bool isSure)
+void ColumnGridBackend::updateJumped(const ProxyView& view, bool isSure)
 {
     for (KeyList& list : m_found)
         list.clear();
@@ -138,8 +138,8 @@ void RowGridBackend::updateJumped(const ProxyView& view, bool isSure)
     JumpedSink sink(*this, view);
     if (isSure)
     {
-        const double refilling = SettlePolicy::kCostOfRefill * view.size;
-        decide("", view.dirtyCount, refilling, refilling + SettlePolicy::kCostOfStray * view.dirtyCount);
+        const double refilling = ModePolicy::kCostOfRefill * view.size;
+        decide("", view.dirtyCount, refilling, refilling + ModePolicy::kCostOfStray * view.dirtyCount);
     }
     m_hasJumped = scanMoving(view, true, !isSure, sink);
     m_stats.decision.reason = "most boxes jumped";

@@ -7,7 +7,7 @@
 
 namespace cullet
 {
-void RowGridBackend::clearNews()
+void ColumnGridBackend::clearNews()
 {
     for (PairNews& news : m_news)
     {
@@ -20,7 +20,7 @@ void RowGridBackend::clearNews()
 }
 
 /// A held pair that does not overlap any more: stays while the margin allows it.
-void RowGridBackend::part(const ProxyView& view, IdPair pair, bool isNear, unsigned worker)
+void ColumnGridBackend::part(const ProxyView& view, RowPair pair, bool isNear, unsigned worker)
 {
     if (!m_despite.isEmpty() && m_despite.contains(PairSet::keyOf(pair.a, pair.b)))
         m_news[worker].lifted.push_back(PairSet::keyOf(pair.a, pair.b));
@@ -31,7 +31,7 @@ void RowGridBackend::part(const ProxyView& view, IdPair pair, bool isNear, unsig
 }
 
 /// Brings together what the threads found out.
-void RowGridBackend::takeNews()
+void ColumnGridBackend::takeNews()
 {
     m_apart.clear();
     for (PairNews& news : m_news)
@@ -46,7 +46,7 @@ void RowGridBackend::takeNews()
 }
 
 /// ... of the pairs that overlap and are held, if they were listed.
-void RowGridBackend::takeHeld(bool isListing)
+void ColumnGridBackend::takeHeld(bool isListing)
 {
     m_overlapping.clear();
     m_hasOverlapping = isListing;

@@ -21,13 +21,13 @@ constexpr std::uint32_t kWait = 16;
 }  // namespace
 
 /// Whether m_between holds all pairs that may change.
-bool RowGridBackend::isBetweenValid() const
+bool ColumnGridBackend::isBetweenValid() const
 {
     return std::none_of(m_parts.begin(), m_parts.end(),
                         [](const NeighbourPart& part) { return part.hasStray || !part.strangers.empty(); });
 }
 
-void RowGridBackend::updateActive(const ProxyView& view)
+void ColumnGridBackend::updateActive(const ProxyView& view)
 {
     const auto count = static_cast<std::uint32_t>(m_active.size());
     const bool isShared = m_workers.tasksFor(count, kQueryGrain) > 1;
@@ -66,7 +66,7 @@ void RowGridBackend::updateActive(const ProxyView& view)
 }
 
 /// As far as the lists of neighbours mostly do. A list does not last where boxes become active in nearly every update, or are fast.
-void RowGridBackend::chooseBetweenReach()
+void ColumnGridBackend::chooseBetweenReach()
 {
     if (m_betweenReach > 0.0f)
         m_betweenWait = m_betweenAge < kWorthUpdates ? kWait : 0;
@@ -85,7 +85,7 @@ void RowGridBackend::chooseBetweenReach()
 
 /// Looks for all pairs of active boxes that can come as long as none of them moves farther than the reach, and for those with
 /// boxes in no row.
-void RowGridBackend::scanBetween(const ProxyView& view, CollectingSink& sink)
+void ColumnGridBackend::scanBetween(const ProxyView& view, CollectingSink& sink)
 {
     GridInput input;
     input.boxes = view.boxes;
@@ -96,7 +96,7 @@ void RowGridBackend::scanBetween(const ProxyView& view, CollectingSink& sink)
     findPairsWithUnbounded(view, sink);
 }
 
-void RowGridBackend::findPairsWithUnbounded(const ProxyView& view, CollectingSink& sink) const
+void ColumnGridBackend::findPairsWithUnbounded(const ProxyView& view, CollectingSink& sink) const
 {
     const float reach = kGrowFactor * std::max(m_betweenReach, m_slack);
     for (const std::uint32_t large : m_grid.unbounded())
@@ -111,13 +111,13 @@ void RowGridBackend::findPairsWithUnbounded(const ProxyView& view, CollectingSin
     }
 }
 
-void RowGridBackend::rebuildBetween(const ProxyView& view, const CollectingSink& sink)
+void ColumnGridBackend::rebuildBetween(const ProxyView& view, const CollectingSink& sink)
 {
     m_betweenBoxes.resize(m_active.size());
     std::transform(m_active.begin(), m_active.end(), m_betweenBoxes.begin(),
                    [&](std::uint32_t row) { return view.boxes[row]; });
-    std::vector<IdPair> held;
-    m_between.forEachHeld([&](IdPair pair) { held.push_back(pair); });
+    std::vector<RowPair> held;
+    m_between.forEachHeld([&](RowPair pair) { held.push_back(pair); });
     for (const NeighbourPart& part : m_parts)
         held.insert(held.end(), part.strangers.begin(), part.strangers.end());
     m_between.clear();

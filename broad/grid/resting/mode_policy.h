@@ -13,7 +13,7 @@ namespace cullet
 ///
 /// A phase that did not pay keeps the grid in moving mode for 32 updates, and for twice as many after each further
 /// failure, at most 256. Counts and no clocks, so that every thread count and machine decides alike.
-class SettlePolicy
+class ModePolicy
 {
 public:
     /// Whether a phase may begin.
@@ -60,7 +60,7 @@ public:
         return kCostOfActive * static_cast<double>(active) + kCostOfQuiet * static_cast<double>(quiet);
     }
 
-    /// Per box, in nanoseconds of a 2023 server core, of which only the ratios matter here; WorkerPool takes them for what they are.
+    /// Per box, in nanoseconds of a 2023 server core, of which only the ratios matter here; ParallelLoops takes them for what they are.
     static constexpr double kCostOfMoving = 60;   ///< in kept rows
     static constexpr double kCostOfStray = 200;   ///< more, for a box that came into other cells of them
     static constexpr double kCostOfRefill = 110;  ///< in rows that are cleared first

@@ -34,10 +34,10 @@ float reachOf(const Aabb& box)
 }  // namespace
 
 /// Puts what a query finds into the lists of the boxes that were asked for.
-class RowGridBackend::NeighbourSink final : public PairSink
+class ColumnGridBackend::NeighbourSink final : public PairSink
 {
 public:
-    NeighbourSink(RowGridBackend& backend, const ProxyView& view, NeighbourPart& part)
+    NeighbourSink(ColumnGridBackend& backend, const ProxyView& view, NeighbourPart& part)
         : m_backend(backend), m_view(view), m_part(part)
     {
     }
@@ -46,7 +46,7 @@ public:
     {
         for (std::uint32_t i = 0; i < found.count; ++i)
         {
-            const IdPair pair = found.pair(i);
+            const RowPair pair = found.pair(i);
             if (m_backend.m_states[pair.b] == RowState::Settled)
                 add(pair.a, pair.b);
         }
@@ -56,7 +56,7 @@ private:
     void add(std::uint32_t query, std::uint32_t row)
     {
         const std::uint32_t index = m_part.stale[query];
-        const IdPair pair = {m_backend.m_active[index], row};
+        const RowPair pair = {m_backend.m_active[index], row};
         const bool wasHeld = m_part.held.erase(std::uint64_t{query} << 32 | row);
         if (!wasHeld && !mayEnter(m_view, pair))
             return;
@@ -64,16 +64,16 @@ private:
         if (list.count == 0)
             list.begin = static_cast<std::uint32_t>(m_part.pairs.size());
         ++list.count;
-        m_part.pairs.add(pair, wasHeld ? SettledPairs::State::Held : SettledPairs::State::Open);
+        m_part.pairs.add(pair, wasHeld ? VerletPairs::State::Held : VerletPairs::State::Open);
     }
 
-    RowGridBackend& m_backend;
+    ColumnGridBackend& m_backend;
     const ProxyView& m_view;
     NeighbourPart& m_part;
 };
 
 /// The active boxes of a part. Those that came last are in the last one.
-TaskRange RowGridBackend::rangeOf(unsigned part) const
+TaskRange ColumnGridBackend::rangeOf(unsigned part) const
 {
     const auto parts = static_cast<unsigned>(m_parts.size());
     TaskRange range(m_orderedCount, part, parts);
@@ -83,7 +83,7 @@ TaskRange RowGridBackend::rangeOf(unsigned part) const
 }
 
 /// Brings the lists of a part up to date, and tells what changed.
-void RowGridBackend::updateLists(const ProxyView& view, unsigned part, unsigned worker)
+void ColumnGridBackend::updateLists(const ProxyView& view, unsigned part, unsigned worker)
 {
     NeighbourPart& to = m_parts[part];
     to.beginUpdate();
@@ -106,22 +106,22 @@ void RowGridBackend::updateLists(const ProxyView& view, unsigned part, unsigned 
 }
 
 /// Pairs with boxes that became active are no longer a matter of lists.
-void RowGridBackend::dropEscaped(NeighbourPart& to) const
+void ColumnGridBackend::dropEscaped(NeighbourPart& to) const
 {
     for (std::size_t i = 0; i < to.pairs.size(); ++i)
     {
-        const IdPair pair = to.pairs.pair(i);
-        if (m_states[pair.b] == RowState::Settled || to.pairs.state(i) == SettledPairs::State::Gone)
+        const RowPair pair = to.pairs.pair(i);
+        if (m_states[pair.b] == RowState::Settled || to.pairs.state(i) == VerletPairs::State::Gone)
             continue;
-        if (to.pairs.state(i) == SettledPairs::State::Held)
+        if (to.pairs.state(i) == VerletPairs::State::Held)
             to.strangers.push_back(pair);
-        to.pairs.setState(i, SettledPairs::State::Gone);
+        to.pairs.setState(i, VerletPairs::State::Gone);
         ++to.goneCount;
     }
 }
 
 /// Prepares to ask for the neighbours of a box, with the pairs that it is held in.
-void RowGridBackend::askForList(const ProxyView& view, std::uint32_t index, NeighbourPart& to)
+void ColumnGridBackend::askForList(const ProxyView& view, std::uint32_t index, NeighbourPart& to)
 {
     const Aabb& box = view.boxes[m_active[index]];
     const std::uint64_t query = to.queries.size();
@@ -129,10 +129,10 @@ void RowGridBackend::askForList(const ProxyView& view, std::uint32_t index, Neig
     const auto first = static_cast<std::ptrdiff_t>(to.keys.size());
     for (std::uint32_t i = list.begin; i < list.begin + list.count; ++i)
     {
-        if (to.pairs.state(i) == SettledPairs::State::Held)
+        if (to.pairs.state(i) == VerletPairs::State::Held)
             to.keys.push_back(query << 32 | to.pairs.pair(i).b);
-        to.goneCount += to.pairs.state(i) == SettledPairs::State::Gone ? 0u : 1u;
-        to.pairs.setState(i, SettledPairs::State::Gone);
+        to.goneCount += to.pairs.state(i) == VerletPairs::State::Gone ? 0u : 1u;
+        to.pairs.setState(i, VerletPairs::State::Gone);
     }
     std::sort(to.keys.begin() + first, to.keys.end());
 
@@ -146,10 +146,10 @@ void RowGridBackend::askForList(const ProxyView& view, std::uint32_t index, Neig
     const float reach = reachOf(box);
     list.reach = isInsideShell(box, list.box, kSlowShare * reach) ? reach : 0.0f;
     list.box = box;
-    to.queries.push_back(RowGrid::grown(box, kGrowFactor * (list.reach + 2.0f * view.margin)));
+    to.queries.push_back(ColumnGrid::grown(box, kGrowFactor * (list.reach + 2.0f * view.margin)));
 }
 
-void RowGridBackend::makeLists(const ProxyView& view, unsigned part, unsigned worker)
+void ColumnGridBackend::makeLists(const ProxyView& view, unsigned part, unsigned worker)
 {
     NeighbourPart& to = m_parts[part];
     if (to.stale.empty())
@@ -162,7 +162,7 @@ void RowGridBackend::makeLists(const ProxyView& view, unsigned part, unsigned wo
     to.held.forEach(
         [&](std::uint64_t key)
         {
-            const IdPair pair = {m_active[to.stale[key >> 32]], static_cast<std::uint32_t>(key)};
+            const RowPair pair = {m_active[to.stale[key >> 32]], static_cast<std::uint32_t>(key)};
             const Aabb& box = view.boxes[pair.a];
             if (isValid(box) && overlapsWithMargin(box, view.boxes[pair.b], view.margin))
                 to.strangers.push_back(pair);
@@ -172,7 +172,7 @@ void RowGridBackend::makeLists(const ProxyView& view, unsigned part, unsigned wo
 }
 
 /// A list of a box that just became active: the settled pairs that it is held in.
-void RowGridBackend::beginList(std::uint32_t row)
+void ColumnGridBackend::beginList(std::uint32_t row)
 {
     NeighbourPart& part = m_parts.back();
     const std::size_t begin = part.pairs.size();
@@ -180,31 +180,31 @@ void RowGridBackend::beginList(std::uint32_t row)
         row,
         [&](std::size_t index)
         {
-            const IdPair pair = m_settled.pair(index);
-            if (m_settled.state(index) != SettledPairs::State::Open)
-                part.pairs.add({row, pair.a == row ? pair.b : pair.a}, SettledPairs::State::Held);
-            m_settled.setState(index, SettledPairs::State::Gone);
+            const RowPair pair = m_settled.pair(index);
+            if (m_settled.state(index) != VerletPairs::State::Open)
+                part.pairs.add({row, pair.a == row ? pair.b : pair.a}, VerletPairs::State::Held);
+            m_settled.setState(index, VerletPairs::State::Gone);
         });
     m_lists.push_back({m_reference[row], NeighbourList::kUnmade, static_cast<std::uint32_t>(begin),
                        static_cast<std::uint32_t>(part.pairs.size() - begin)});
 }
 
 /// Appends what is left of a list.
-void RowGridBackend::moveList(const SettledPairs& from, NeighbourList& list, SettledPairs& to)
+void ColumnGridBackend::moveList(const VerletPairs& from, NeighbourList& list, VerletPairs& to)
 {
     const std::size_t begin = to.size();
     for (std::uint32_t i = list.begin; i < list.begin + list.count; ++i)
     {
-        if (from.state(i) != SettledPairs::State::Gone)
+        if (from.state(i) != VerletPairs::State::Gone)
             to.add(from.pair(i), from.state(i));
     }
     list.begin = static_cast<std::uint32_t>(begin);
     list.count = static_cast<std::uint32_t>(to.size() - begin);
 }
 
-void RowGridBackend::compactLists(unsigned part)
+void ColumnGridBackend::compactLists(unsigned part)
 {
-    SettledPairs pairs;
+    VerletPairs pairs;
     const TaskRange range = rangeOf(part);
     for (std::uint32_t i = range.begin; i < range.end; ++i)
         moveList(m_parts[part].pairs, m_lists[i], pairs);
@@ -213,7 +213,7 @@ void RowGridBackend::compactLists(unsigned part)
 }
 
 /// Orders active boxes along the rows, and deals them out anew.
-void RowGridBackend::orderActive(const ProxyView& view, unsigned parts)
+void ColumnGridBackend::orderActive(const ProxyView& view, unsigned parts)
 {
     std::vector<std::uint32_t> partOf(m_active.size());
     for (unsigned part = 0; part < m_parts.size(); ++part)

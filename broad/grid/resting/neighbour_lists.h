@@ -30,10 +30,10 @@ struct NeighbourList
 /// The lists of some active boxes, which one task at a time brings up to date.
 struct alignas(64) NeighbourPart
 {
-    SettledPairs pairs;
-    std::size_t goneCount = 0;      ///< of these
-    std::vector<IdPair> strangers;  ///< held pairs that came into no list in this update
-    bool hasStray = false;          ///< an active box is not where the list of active pairs knows it
+    VerletPairs pairs;
+    std::size_t goneCount = 0;       ///< of these
+    std::vector<RowPair> strangers;  ///< held pairs that came into no list in this update
+    bool hasStray = false;           ///< an active box is not where the list of active pairs knows it
     // Scratch:
     std::vector<std::uint32_t> stale;  ///< active boxes whose lists have to be made
     std::vector<Aabb> queries;         ///< [stale]
@@ -58,7 +58,7 @@ struct alignas(64) NeighbourPart
 
     std::uint64_t bytes() const
     {
-        return pairs.bytes() + strangers.capacity() * sizeof(IdPair) +
+        return pairs.bytes() + strangers.capacity() * sizeof(RowPair) +
                stale.capacity() * sizeof(std::uint32_t) + queries.capacity() * sizeof(Aabb) +
                keys.capacity() * sizeof(std::uint64_t) + held.bytes();
     }

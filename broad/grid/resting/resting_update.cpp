@@ -20,11 +20,11 @@ constexpr std::uint32_t kManyShare = 4;
 constexpr std::uint32_t kBlock = 512;
 }  // namespace
 
-RowGridBackend::SettledOutcome RowGridBackend::updateSettled(const ProxyView& view)
+ColumnGridBackend::SettledOutcome ColumnGridBackend::updateSettled(const ProxyView& view)
 {
     // What is sure was judged by the margin.
-    const double moving = SettlePolicy::kCostOfMoving * view.size;
-    const double settling = SettlePolicy::kCostOfSettling * view.size;
+    const double moving = ModePolicy::kCostOfMoving * view.size;
+    const double settling = ModePolicy::kCostOfSettling * view.size;
     if (view.margin != m_settledMargin)
     {
         decide("the margin changed", 0, settling, moving);
@@ -39,7 +39,7 @@ RowGridBackend::SettledOutcome RowGridBackend::updateSettled(const ProxyView& vi
     findEscaped(view);
     const double share = m_options.rebuildFraction >= 0 ? m_options.rebuildFraction : kActiveShare;
     const std::size_t active = m_active.size() + m_escaped.size();
-    const double watching = SettlePolicy::costOfPhase(active, m_quietCount);
+    const double watching = ModePolicy::costOfPhase(active, m_quietCount);
     if (static_cast<double>(active) > share * view.size + 8)
     {
         decide("too many boxes left their shells", active, moving, watching);
@@ -64,7 +64,7 @@ RowGridBackend::SettledOutcome RowGridBackend::updateSettled(const ProxyView& vi
 }
 
 /// Sorts the changed rows into those inside their shell and those that must become active.
-void RowGridBackend::findEscaped(const ProxyView& view)
+void ColumnGridBackend::findEscaped(const ProxyView& view)
 {
     m_quiet.clear();
     m_escaped.clear();
@@ -72,11 +72,11 @@ void RowGridBackend::findEscaped(const ProxyView& view)
     m_haveFewChanged = view.dirtyCount <= view.size / kManyShare || !std::isfinite(m_slack);
     const std::uint32_t activeMoves = m_haveFewChanged ? findEscapedOfFew(view) : findEscapedOfAll(view);
     m_quietCount = view.dirtyCount - activeMoves - m_escaped.size();
-    m_wasted += SettlePolicy::kCostOfStranded * static_cast<double>(m_active.size() - activeMoves);
+    m_wasted += ModePolicy::kCostOfStranded * static_cast<double>(m_active.size() - activeMoves);
 }
 
 /// @return changed rows that are active
-std::uint32_t RowGridBackend::findEscapedOfFew(const ProxyView& view)
+std::uint32_t ColumnGridBackend::findEscapedOfFew(const ProxyView& view)
 {
     std::uint32_t activeMoves = 0;
     for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
@@ -96,7 +96,7 @@ std::uint32_t RowGridBackend::findEscapedOfFew(const ProxyView& view)
 
 /// The same where many rows changed: all boxes in a row, changed or not, are compared in less time than those that changed.
 /// New boxes, and those that went, are outside of any shell.
-std::uint32_t RowGridBackend::findEscapedOfAll(const ProxyView& view)
+std::uint32_t ColumnGridBackend::findEscapedOfAll(const ProxyView& view)
 {
     const ShellSource source = {view.boxes, m_reference.data(), m_slack};
     std::array<std::uint32_t, kBlock> outside;
@@ -116,7 +116,7 @@ std::uint32_t RowGridBackend::findEscapedOfAll(const ProxyView& view)
                                                     { return view.changes[row] != kRowUnchanged; }));
 }
 
-void RowGridBackend::activate(std::uint32_t row)
+void ColumnGridBackend::activate(std::uint32_t row)
 {
     beginList(row);
     m_states[row] = RowState::Active;
@@ -124,35 +124,35 @@ void RowGridBackend::activate(std::uint32_t row)
 }
 
 /// Whether a held pair of boxes as they are in their references stays so inside their shells.
-bool RowGridBackend::isSure(const SettledPairs& pairs, const Aabb& a, const Aabb& b) const
+bool ColumnGridBackend::isSure(const VerletPairs& pairs, const Aabb& a, const Aabb& b) const
 {
     return &pairs == &m_settled && gapOf(a, b) <= m_sureGap;
 }
 
 /// Only open and held pairs can change.
-void RowGridBackend::changeWatchedPair(const ProxyView& view, SettledPairs& pairs, std::size_t index,
-                                       unsigned worker)
+void ColumnGridBackend::changeWatchedPair(const ProxyView& view, VerletPairs& pairs, std::size_t index,
+                                          unsigned worker)
 {
-    const SettledPairs::State state = pairs.state(index);
-    const IdPair pair = pairs.pair(index);
+    const VerletPairs::State state = pairs.state(index);
+    const RowPair pair = pairs.pair(index);
     const Aabb& a = view.boxes[pair.a];
     const Aabb& b = view.boxes[pair.b];
     const bool overlap = overlapsBranchless(a, b);
     // An open pair may be one that was held although its filter words had come to reject it: hence the question.
-    if (state == SettledPairs::State::Open && overlap && mayEnter(view, pair))
+    if (state == VerletPairs::State::Open && overlap && mayEnter(view, pair))
     {
         const bool stays = isSure(pairs, m_reference[pair.a], m_reference[pair.b]);
-        pairs.setState(index, stays ? SettledPairs::State::Sure : SettledPairs::State::Held);
+        pairs.setState(index, stays ? VerletPairs::State::Sure : VerletPairs::State::Held);
         m_added[worker].push(idsOf(view, pair));
     }
-    else if (state == SettledPairs::State::Held && !overlap && !overlapsWithMargin(a, b, view.margin))
+    else if (state == VerletPairs::State::Held && !overlap && !overlapsWithMargin(a, b, view.margin))
     {
-        pairs.setState(index, SettledPairs::State::Open);
+        pairs.setState(index, VerletPairs::State::Open);
         m_removed[worker].push(idsOf(view, pair));
     }
 }
 
-void RowGridBackend::updateWatched(const ProxyView& view)
+void ColumnGridBackend::updateWatched(const ProxyView& view)
 {
     // All in a row is faster per pair than box by box.
     if (!m_haveFewChanged)
@@ -175,7 +175,7 @@ void RowGridBackend::updateWatched(const ProxyView& view)
 }
 
 /// Hardly any of them changes, and which one nobody can predict.
-void RowGridBackend::updateAllWatched(const ProxyView& view, SettledPairs& pairs, unsigned worker)
+void ColumnGridBackend::updateAllWatched(const ProxyView& view, VerletPairs& pairs, unsigned worker)
 {
     const WatchSource source = pairs.watchSource(view.boxes, view.margin);
     std::array<std::uint32_t, kBlock> stirred;

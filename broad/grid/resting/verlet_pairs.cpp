@@ -7,7 +7,7 @@
 
 namespace cullet
 {
-void SettledPairs::clear()
+void VerletPairs::clear()
 {
     m_pairs.clear();
     m_states.clear();
@@ -16,7 +16,7 @@ void SettledPairs::clear()
     m_firstWatched = 0;
 }
 
-void SettledPairs::add(IdPair pair, State state)
+void VerletPairs::add(RowPair pair, State state)
 {
     m_pairs.push_back(pair);
     m_states.push_back(state);
@@ -24,10 +24,10 @@ void SettledPairs::add(IdPair pair, State state)
         m_firstWatched = m_pairs.size();
 }
 
-void SettledPairs::finish(std::uint32_t rowCount)
+void VerletPairs::finish(std::uint32_t rowCount)
 {
     m_offsets.assign(rowCount + 1u, 0);
-    for (const IdPair pair : m_pairs)
+    for (const RowPair pair : m_pairs)
     {
         ++m_offsets[pair.a];
         ++m_offsets[pair.b];
@@ -47,14 +47,14 @@ void SettledPairs::finish(std::uint32_t rowCount)
     }
 }
 
-std::size_t SettledPairs::changeableCount() const
+std::size_t VerletPairs::changeableCount() const
 {
     const auto first = m_states.begin() + static_cast<std::ptrdiff_t>(m_firstWatched);
     return static_cast<std::size_t>(
         std::count_if(first, m_states.end(), [](State state) { return isChangeable(state); }));
 }
 
-WatchSource SettledPairs::watchSource(const Aabb* boxes, float margin) const
+WatchSource VerletPairs::watchSource(const Aabb* boxes, float margin) const
 {
     constexpr float kNever = std::numeric_limits<float>::infinity();
     WatchSource source = {boxes,
@@ -68,9 +68,9 @@ WatchSource SettledPairs::watchSource(const Aabb* boxes, float margin) const
     return source;
 }
 
-std::uint64_t SettledPairs::bytes() const
+std::uint64_t VerletPairs::bytes() const
 {
-    return m_pairs.capacity() * sizeof(IdPair) + m_states.capacity() +
+    return m_pairs.capacity() * sizeof(RowPair) + m_states.capacity() +
            (m_offsets.capacity() + m_items.capacity()) * sizeof(std::uint32_t);
 }
 }  // namespace cullet

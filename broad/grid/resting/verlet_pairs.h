@@ -15,7 +15,7 @@ namespace cullet
 /// reference boxes. A *watched* pair may change; it is held or open. Pairs that are not held and can not overlap within
 /// the shells are not listed.
 /// That is a Verlet list with a slack, as in molecular dynamics, made exact.
-class SettledPairs
+class VerletPairs
 {
 public:
     enum class State : std::uint8_t
@@ -29,14 +29,14 @@ public:
     void clear();
 
     /// Adds pairs; all sure ones first. finish() comes after the last.
-    void add(IdPair pair, State state);
+    void add(RowPair pair, State state);
 
     /// Builds the index from rows to their pairs. O(rows + pairs).
     void finish(std::uint32_t rowCount);
 
     std::size_t size() const { return m_pairs.size(); }
     std::size_t firstWatched() const { return m_firstWatched; }
-    IdPair pair(std::size_t index) const { return m_pairs[index]; }
+    RowPair pair(std::size_t index) const { return m_pairs[index]; }
     State state(std::size_t index) const { return m_states[index]; }
     void setState(std::size_t index, State state) { m_states[index] = state; }
 
@@ -76,7 +76,7 @@ public:
 private:
     static bool isChangeable(State state) { return state == State::Open || state == State::Held; }
 
-    std::vector<IdPair> m_pairs;
+    std::vector<RowPair> m_pairs;
     std::vector<State> m_states;
     std::size_t m_firstWatched = 0;
     std::vector<std::uint32_t> m_offsets;  // [rows + 1] into m_items

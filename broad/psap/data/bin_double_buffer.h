@@ -10,7 +10,7 @@ namespace cullet::psap
 {
 /// Two sets of bins or tiles: one is filled and searched, and the search leaves the other one clear for the next update.
 template <class Exec>
-class RowBinSets
+class BinDoubleBuffer
 {
 public:
     /// @param count bins, no fewer than before unless forget() follows

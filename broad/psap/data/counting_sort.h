@@ -83,7 +83,7 @@ struct RowTidying
 struct RowBins
 {
     const Aabb* boxes;
-    const RowPlan* plan;
+    const LevelPlan* plan;
     std::uint32_t* side;  ///< [boxes, out]
     std::uint32_t* sideCount;
 
@@ -258,7 +258,7 @@ CULLET_HOST_DEVICE inline RowRecord loadRecord(const RowRecord* records, std::ui
 struct ScatterRows
 {
     const Aabb* boxes;
-    const RowPlan* plan;
+    const LevelPlan* plan;
     const RowPlace* places;
     const std::uint32_t* binStarts;  ///< [binCapacity + 1] exclusive scan of the counts
     std::uint64_t binCapacity;
@@ -306,7 +306,7 @@ struct FillRowKeys
 struct GatherRows
 {
     const Aabb* boxes;
-    const RowPlan* plan;
+    const LevelPlan* plan;
     const std::uint32_t* keys;  ///< [count] sorted
     const std::uint32_t* rows;
     std::uint64_t count;

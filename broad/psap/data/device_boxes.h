@@ -178,14 +178,14 @@ CULLET_HOST_DEVICE inline float overlapOf(const BoxHalf& a, const BoxHalf& b, bo
 
 /// By how much the boxes of a pair overlap; negative where they do not, or it is not asked for. On a GPU all lanes of a warp
 /// call together: two lanes read the boxes of both their pairs, half each, so that a sector is asked for once.
-CULLET_HOST_DEVICE inline float overlapTogether(const AlignedBox* boxes, IdPair pair, bool isAsked)
+CULLET_HOST_DEVICE inline float overlapTogether(const AlignedBox* boxes, RowPair pair, bool isAsked)
 {
 #ifdef __CUDA_ARCH__
     constexpr unsigned kAll = 0xffffffffu;
     const bool isSecond = threadIdx.x % 2 != 0;
-    const IdPair other = {__shfl_xor_sync(kAll, pair.a, 1), __shfl_xor_sync(kAll, pair.b, 1)};
+    const RowPair other = {__shfl_xor_sync(kAll, pair.a, 1), __shfl_xor_sync(kAll, pair.b, 1)};
     const bool isOtherAsked = __shfl_xor_sync(kAll, isAsked ? 1 : 0, 1) != 0;
-    const auto overlapOfHalves = [&](IdPair asked, bool isWanted)
+    const auto overlapOfHalves = [&](RowPair asked, bool isWanted)
     {
         const std::uint64_t half = isSecond ? 1 : 0;
         return isWanted ? overlapOf(loadHalf(boxes, 2 * std::uint64_t{asked.a} + half),

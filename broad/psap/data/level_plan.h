@@ -59,7 +59,7 @@ private:
     static constexpr std::uint32_t kCrowded = 1u << 31;
 };
 
-struct RowPlan : RowPlanHead
+struct LevelPlan : RowPlanHead
 {
     RowLevel levels[kMostLevels];
 };
@@ -106,7 +106,7 @@ struct PlanRows
     bool isForGroups;
     std::uint64_t binCapacity;
     std::uint32_t number;  ///< of the plan
-    RowPlan* plan;
+    LevelPlan* plan;
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t) const
     {

@@ -42,11 +42,11 @@ struct Tally
 /// A list that many indices append to. The counter runs past the capacity, so that it tells how much room was missing.
 struct PairList
 {
-    IdPair* pairs;
+    RowPair* pairs;
     std::uint64_t capacity;
     std::uint64_t* count;
 
-    CULLET_HOST_DEVICE void push(IdPair pair) const
+    CULLET_HOST_DEVICE void push(RowPair pair) const
     {
         const std::uint64_t slot = claimSlot();
         if (slot < capacity)
@@ -75,7 +75,7 @@ struct PairList
 /// A pair with a depth, or nothing.
 struct DepthPair
 {
-    IdPair pair;
+    RowPair pair;
     float depth;
     bool isPair;
 };
@@ -86,7 +86,7 @@ struct DepthList
     PairList pairs;
     float* depths;  ///< [pairs.capacity]
 
-    CULLET_HOST_DEVICE void push(IdPair pair, float depth) const
+    CULLET_HOST_DEVICE void push(RowPair pair, float depth) const
     {
         const std::uint64_t slot = pairs.claimSlot();
         if (slot >= pairs.capacity)
@@ -99,7 +99,7 @@ struct DepthList
 /// A pair on its way to some lists.
 struct SentPair
 {
-    IdPair pair = {};
+    RowPair pair = {};
     std::uint32_t to = 0;  ///< a bit for each list, list 0 the lowest
 
     CULLET_HOST_DEVICE bool isFor(std::uint32_t list) const { return (to >> list & 1u) != 0; }
@@ -136,7 +136,7 @@ struct LookupTable
 
     CULLET_HOST_DEVICE std::uint64_t limit() const { return (mask + 1) / 2; }
 
-    CULLET_HOST_DEVICE static std::uint64_t keyOf(IdPair pair)
+    CULLET_HOST_DEVICE static std::uint64_t keyOf(RowPair pair)
     {
         return pair.a < pair.b ? static_cast<std::uint64_t>(pair.a) << 32 | pair.b
                                : static_cast<std::uint64_t>(pair.b) << 32 | pair.a;
@@ -149,7 +149,7 @@ struct LookupTable
     }
 
     /// @pre the pair is not in the table
-    CULLET_HOST_DEVICE void insert(IdPair pair) const
+    CULLET_HOST_DEVICE void insert(RowPair pair) const
     {
         if (fetchAdd(count, std::uint64_t{1}) >= limit())
             return;
@@ -159,7 +159,7 @@ struct LookupTable
             slot = (slot + 1) & mask;
     }
 
-    CULLET_HOST_DEVICE bool contains(IdPair pair) const
+    CULLET_HOST_DEVICE bool contains(RowPair pair) const
     {
         if (*count == 0)
             return false;
@@ -194,7 +194,7 @@ CULLET_HOST_DEVICE inline float depthLeft(float depth, float gone)
 }
 
 /// @param filters by row; null: every overlapping pair counts
-CULLET_HOST_DEVICE inline bool passesFilters(const Filter* filters, IdPair pair)
+CULLET_HOST_DEVICE inline bool passesFilters(const Filter* filters, RowPair pair)
 {
     return filters == nullptr || passesFilter(filters[pair.a], filters[pair.b]);
 }
@@ -219,15 +219,15 @@ struct BoxHistory
         return motion != nullptr ? deeperThan(2 * floatOf(*motion)) : kInfinity;
     }
 
-    CULLET_HOST_DEVICE bool passesFilters(IdPair pair) const { return psap::passesFilters(filters, pair); }
+    CULLET_HOST_DEVICE bool passesFilters(RowPair pair) const { return psap::passesFilters(filters, pair); }
 
-    CULLET_HOST_DEVICE unsigned changesOf(IdPair pair) const
+    CULLET_HOST_DEVICE unsigned changesOf(RowPair pair) const
     {
         return static_cast<unsigned>(changes[pair.a]) | changes[pair.b];
     }
 
     /// Whether the old boxes do not tell if an overlapping pair is held.
-    CULLET_HOST_DEVICE bool isOpen(IdPair pair) const
+    CULLET_HOST_DEVICE bool isOpen(RowPair pair) const
     {
         if (retestAll)
             return true;
@@ -247,13 +247,13 @@ struct DepthTest
 
     /// @param depth called: by how much the boxes overlap on every axis, at most
     template <class Depth>
-    CULLET_HOST_DEVICE bool operator()(IdPair pair, const Depth& depth) const
+    CULLET_HOST_DEVICE bool operator()(RowPair pair, const Depth& depth) const
     {
         return !(depth() > deepEnough) && test(pair);
     }
     /// @param ways how far the two boxes have gone, in all
     template <class Depth>
-    CULLET_HOST_DEVICE bool operator()(IdPair pair, float ways, const Depth& depth) const
+    CULLET_HOST_DEVICE bool operator()(RowPair pair, float ways, const Depth& depth) const
     {
         const float own = deeperThan(ways);
         return !(depth() > (own < deepEnough ? own : deepEnough)) && test(pair);
@@ -266,7 +266,7 @@ struct EntryTest
     BoxHistory boxes;
     LookupTable held;  ///< the held pairs that are open
 
-    CULLET_HOST_DEVICE bool operator()(IdPair pair) const
+    CULLET_HOST_DEVICE bool operator()(RowPair pair) const
     {
         return boxes.isOpen(pair) && boxes.passesFilters(pair) && !held.contains(pair);
     }
@@ -280,7 +280,7 @@ struct WasApart
     const AlignedBox* old;
     const std::uint32_t* motion;  ///< as BoxHistory has it
 
-    CULLET_HOST_DEVICE bool operator()(IdPair pair) const
+    CULLET_HOST_DEVICE bool operator()(RowPair pair) const
     {
         return !overlaps(loadBox(old, pair.a), loadBox(old, pair.b));
     }
@@ -291,14 +291,14 @@ struct WasApart
 struct EveryPair
 {
     CULLET_HOST_DEVICE EveryPair ready() const { return *this; }
-    CULLET_HOST_DEVICE bool operator()(IdPair) const { return true; }
+    CULLET_HOST_DEVICE bool operator()(RowPair) const { return true; }
     template <class Depth>
-    CULLET_HOST_DEVICE bool operator()(IdPair, const Depth&) const
+    CULLET_HOST_DEVICE bool operator()(RowPair, const Depth&) const
     {
         return true;
     }
     template <class Depth>
-    CULLET_HOST_DEVICE bool operator()(IdPair, float, const Depth&) const
+    CULLET_HOST_DEVICE bool operator()(RowPair, float, const Depth&) const
     {
         return true;
     }
@@ -328,7 +328,7 @@ inline constexpr RowSpan kAllRows = {0, 0xffffffffu};
 /// there have come. BoxHistory::motion may still lack later rows: it is enough that it covers both rows of a pair.
 struct SettleHeld
 {
-    const IdPair* held;
+    const RowPair* held;
     const float* depths;  ///< as DepthList has it; null: not known
     BoxHistory boxes;
     float margin;
@@ -346,7 +346,7 @@ struct SettleHeld
     template <class Kept, class Removed>
     CULLET_HOST_DEVICE void operator()(const DepthPair& item, Kept& kept, Removed& removed) const
     {
-        const IdPair pair = item.pair;
+        const RowPair pair = item.pair;
         const bool isMine = item.isPair && span.contains(pair.a > pair.b ? pair.a : pair.b);
         float depth = depthLeft(item.depth, boxes.deepEnough());
         const bool isStaying = isMine && (depth > 0 || stays(item, depth));
@@ -358,7 +358,7 @@ private:
     /// @param depth [out]
     CULLET_HOST_DEVICE bool stays(const DepthPair& item, float& depth) const
     {
-        const IdPair pair = item.pair;
+        const RowPair pair = item.pair;
         depth = item.depth;
         if (isLoose && !boxes.retestAll && boxes.changesOf(pair) == 0)
             return true;
@@ -374,7 +374,7 @@ private:
         return true;
     }
 
-    CULLET_HOST_DEVICE bool isLookedUp(IdPair pair, float overlap) const
+    CULLET_HOST_DEVICE bool isLookedUp(RowPair pair, float overlap) const
     {
         // What the search does not find, or finds without asking, it does not look up.
         return overlap >= 0 && !boxes.wereOverlapping(overlap) && boxes.isOpen(pair);

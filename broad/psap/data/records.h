@@ -99,7 +99,7 @@ template <class IsNew, class Tests>
 struct RowPartners
 {
     const RowRecord* records;  ///< and one more
-    const RowPlan* plan;
+    const LevelPlan* plan;
     const Aabb* boxes;
     const std::uint32_t* side;
     IsNew isNew;
@@ -133,7 +133,7 @@ struct RowPartners
     {
         for (std::uint32_t k = begin; k < count; k += step)
         {
-            const IdPair pair = {row, side[k]};
+            const RowPair pair = {row, side[k]};
             if (overlaps(loadBox(boxes, row), loadBox(boxes, pair.b)) && isNew(pair))
                 emit.push(pair);
             emit.tested(1);
@@ -187,7 +187,7 @@ struct RowPartners
     {
         for (std::uint32_t k = 0; emit.any(k < emit.keptCount()); ++k)
         {
-            IdPair pair = {self.back.row, 0};
+            RowPair pair = {self.back.row, 0};
             bool isEntering = k < emit.keptCount();
             if (isEntering)
             {

@@ -24,10 +24,10 @@ struct HostEmitter
     HostEmitter(const HostEmitter& other) : HostEmitter(other.list, other.tests, 0) {}
     ~HostEmitter() { tests->fetch_add(ownTests, std::memory_order_relaxed); }
 
-    void push(IdPair pair) { list.push(pair); }
+    void push(RowPair pair) { list.push(pair); }
     void tested(std::uint64_t count) { ownTests += count; }
     bool any(bool isMine) const { return isMine; }
-    void append(bool isMine, IdPair pair)
+    void append(bool isMine, RowPair pair)
     {
         if (isMine)
             push(pair);
@@ -59,7 +59,7 @@ struct HostDepthEmitter
 {
     DepthList list;
 
-    void append(bool isMine, IdPair pair, float depth)
+    void append(bool isMine, RowPair pair, float depth)
     {
         if (isMine)
             list.push(pair, depth);

@@ -422,7 +422,7 @@ private:
 
     PsapExecutor m_order;
     std::mt19937 m_random;
-    WorkerPool m_workers;
+    ParallelLoops m_workers;
     std::atomic<std::uint64_t> m_tests{0};
     std::uint64_t m_bytes = 0;
 

@@ -22,7 +22,7 @@ __device__ inline void storeShared(std::uint32_t address, std::uint32_t value)
 {
     asm volatile("st.shared.u32 [%0], %1;" ::"r"(address), "r"(value) : "memory");
 }
-__device__ inline void storeShared(std::uint32_t address, IdPair pair)
+__device__ inline void storeShared(std::uint32_t address, RowPair pair)
 {
     asm volatile("st.shared.v2.u32 [%0], {%1, %2};" ::"r"(address), "r"(pair.a), "r"(pair.b) : "memory");
 }

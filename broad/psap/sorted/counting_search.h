@@ -61,7 +61,7 @@ public:
     /// Changes where build() launches something else, or with other memory.
     std::uint32_t launches() const { return m_launches; }
 
-    RowPlanner<Exec>& planner() { return m_planner; }
+    LevelPlanner<Exec>& planner() { return m_planner; }
     std::uint32_t levelCount() const { return m_planner.told().levels; }
     const std::uint32_t* sideCount() const { return &m_totals.data()->sides; }
     std::uint64_t entryCount() const { return m_input.count; }
@@ -189,7 +189,7 @@ private:
     SearchInput m_input{};
     std::uint64_t m_binCapacity = 0;
     std::uint64_t m_plannedCount = 0;
-    RowPlanner<Exec> m_planner;
+    LevelPlanner<Exec> m_planner;
     bool m_isGrouped = false;
     std::uint32_t m_launches = 0;  ///< so many kinds of them
     Buffer<RowPlace> m_places;

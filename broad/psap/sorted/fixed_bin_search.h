@@ -64,7 +64,7 @@ public:
     /// Which of two sets of launches the next update is.
     unsigned nextPhase() const { return m_bins.nextPhase(); }
 
-    RowPlanner<Exec>& planner() { return m_planner; }
+    LevelPlanner<Exec>& planner() { return m_planner; }
     std::uint32_t levelCount() const { return m_planner.told().levels; }
     const std::uint32_t* sideCount() const { return m_bins.sideCount(); }
     std::uint64_t entryCount() const { return m_input.count; }
@@ -119,8 +119,8 @@ private:
     SearchInput m_input{};
     std::uint64_t m_binCapacity = 0;
     std::uint64_t m_plannedCount = 0;
-    RowPlanner<Exec> m_planner;
-    RowBinSets<Exec> m_bins;
+    LevelPlanner<Exec> m_planner;
+    BinDoubleBuffer<Exec> m_bins;
     Buffer<RowRecord> m_records;
     Buffer<std::uint32_t> m_side;
 };

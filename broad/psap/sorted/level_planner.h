@@ -12,11 +12,11 @@ namespace cullet::psap
 /// Makes plans from samples of the boxes, and keeps each for some updates. The first one is there at once; a later one is made
 /// in steps, one an update and beside it, and used when it has come: no update waits for it.
 template <class Exec>
-class RowPlanner
+class LevelPlanner
 {
 public:
     /// @param perBin as PlanRows::perBin
-    RowPlanner(const PsapOptions& options, PsapAxis axis, double perBin)
+    LevelPlanner(const PsapOptions& options, PsapAxis axis, double perBin)
         : m_axis(axis),
           m_cellScale(options.cellScale),
           m_binScale(options.binScale),
@@ -77,7 +77,7 @@ public:
         }
     }
 
-    const RowPlan* plan() const { return m_plans[0].data(); }
+    const LevelPlan* plan() const { return m_plans[0].data(); }
     /// Of the last plan that look() has seen; no levels: none yet.
     ToldPlan told() const { return ToldPlan::of(m_word.seen()); }
     bool hasPlan() const { return m_hasPlan; }
@@ -126,7 +126,7 @@ private:
         m_word.reserve(exec);
     }
 
-    void plan(Exec& exec, RowPlan* to)
+    void plan(Exec& exec, LevelPlan* to)
     {
         ++m_made;
         exec.forEach(
@@ -154,7 +154,7 @@ private:
     Step m_next = Step::Keep;
     Statistics<Exec> m_statistics;
     BoxSample<Exec> m_sample;
-    Buffer<RowPlan> m_plans[2];  ///< in use, and the next one
+    Buffer<LevelPlan> m_plans[2];  ///< in use, and the next one
     ToldWord<Exec> m_word;
 };
 }  // namespace cullet::psap

@@ -68,7 +68,7 @@ CULLET_HOST_DEVICE inline void addIfMeets(std::uint32_t& hits, std::uint32_t bit
 
 /// What the lanes of a group share: records to be tested, in a ring. In three parts, so that lanes one behind the other write
 /// and read side by side.
-struct GroupRoom
+struct WarpScratch
 {
     static constexpr std::uint32_t kTestsTogether = 32;
     static constexpr std::uint32_t kRecords = 2 * kTestsTogether;
@@ -99,7 +99,7 @@ struct GroupRoom
     }
 };
 
-/// Rows of a GroupRoom from one of them on.
+/// Rows of a WarpScratch from one of them on.
 class RowsInRoom
 {
 public:
@@ -139,7 +139,7 @@ struct Teams
 {
     static constexpr std::uint32_t kCount = kLanes < 2 ? 1 : 2;
     static constexpr std::uint32_t kSize = kLanes / kCount;
-    static constexpr std::uint32_t kTurns = GroupRoom::kTestsTogether / kCount;
+    static constexpr std::uint32_t kTurns = WarpScratch::kTestsTogether / kCount;
 
     std::uint32_t lane;
 

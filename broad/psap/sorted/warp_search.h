@@ -21,7 +21,7 @@ namespace cullet::psap
 template <class IsNew>
 struct SearchGroups
 {
-    using Room = GroupRoom;
+    using Room = WarpScratch;
 
     RowPartners<IsNew, TestAtOnce> partners;
     RowOrder order;
@@ -149,7 +149,7 @@ private:
             return chosen;
         };
         const RowsInRoom others(emit.room().rows + first);
-        const auto pairOf = [&](std::uint32_t bit) -> IdPair
+        const auto pairOf = [&](std::uint32_t bit) -> RowPair
         {
             return {ofRecord(bit, [](const RowRecord& record) { return record.back.row; }),
                     others.at(bit % kTurns * kStep)};
@@ -201,7 +201,7 @@ private:
 
     CULLET_HOST_DEVICE Window windowOf(const RowLevel& level, const Region& region) const
     {
-        const RowPlan& plan = *partners.plan;
+        const LevelPlan& plan = *partners.plan;
         const std::uint32_t u0 =
             clampedCell(region.u0 - level.reach, plan.originU, level.inverseU, level.countU);
         const std::uint32_t u1 = clampedCell(region.u1, plan.originU, level.inverseU, level.countU);
@@ -264,13 +264,13 @@ private:
                     const bool isNear = (mine < end) & members.region.meets(other);
                     const std::uint32_t near = emit.ballot(isNear);
                     if (isNear)
-                        emit.room().put((head + waiting + emit.rankIn(near)) % GroupRoom::kRecords, other);
+                        emit.room().put((head + waiting + emit.rankIn(near)) % WarpScratch::kRecords, other);
                     waiting += emit.countOf(near);
-                    if (waiting < GroupRoom::kTestsTogether)
+                    if (waiting < WarpScratch::kTestsTogether)
                         continue;
-                    testWaiting(own, head, GroupRoom::kTestsTogether, wanted, entryTest, emit);
-                    head = (head + GroupRoom::kTestsTogether) % GroupRoom::kRecords;
-                    waiting -= GroupRoom::kTestsTogether;
+                    testWaiting(own, head, WarpScratch::kTestsTogether, wanted, entryTest, emit);
+                    head = (head + WarpScratch::kTestsTogether) % WarpScratch::kRecords;
+                    waiting -= WarpScratch::kTestsTogether;
                 }
             }
         }
@@ -306,6 +306,7 @@ private:
         emit.sync();
     }
     static constexpr std::uint32_t kUnrolled = 4;
-    static_assert(GroupRoom::kTestsTogether % (2 * kUnrolled) == 0, "records behind the room are looked at");
+    static_assert(WarpScratch::kTestsTogether % (2 * kUnrolled) == 0,
+                  "records behind the room are looked at");
 };
 }  // namespace cullet::psap

@@ -251,7 +251,7 @@ struct SweepCell
             if (bits != nullptr && (bits[i] & bits[j]) == 0)
                 continue;
             ++tests;
-            const IdPair pair = {row, rows[j]};
+            const RowPair pair = {row, rows[j]};
             if (overlaps(box, loadBox(boxes, pair.b)) && isOwned(pair, keys[i] >> 32) && isNew(pair))
                 emit.push(pair);
         }
@@ -283,7 +283,7 @@ private:
         return keys[i] >> 32 << 32 | orderedBits(along(loadBox(placed, rows[i]).max, plan->axes.s));
     }
 
-    CULLET_HOST_DEVICE bool isOwned(IdPair pair, std::uint64_t cell) const
+    CULLET_HOST_DEVICE bool isOwned(RowPair pair, std::uint64_t cell) const
     {
         return ownerCell(*plan, loadBox(placed, pair.a), loadBox(placed, pair.b)) == cell;
     }
@@ -309,7 +309,7 @@ struct TestSide
         const Aabb box = loadBox(boxes, row);
         for (std::uint32_t k = 0; k < count; ++k)
         {
-            const IdPair pair = {row, side[k]};
+            const RowPair pair = {row, side[k]};
             // Of two that are both on the list, the lower row reports.
             if ((cellCounts[row] != 0 || row < pair.b) && overlaps(box, loadBox(boxes, pair.b)) &&
                 isNew(pair))

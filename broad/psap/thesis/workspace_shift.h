@@ -66,7 +66,7 @@ struct SweepShifted
                 fetchAdd(falsePairs, std::uint64_t{1});
                 continue;
             }
-            const IdPair pair = {rows[i], rows[j]};
+            const RowPair pair = {rows[i], rows[j]};
             if (static_cast<std::uint32_t>(keys[j]) == cell && ownerCell(*plan, box, other) == cell &&
                 isNew(pair))
                 emit.push(pair);

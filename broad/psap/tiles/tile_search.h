@@ -73,7 +73,7 @@ struct SearchTiles
         if (TileMark::begins(a.back.bin | b.back.bin) != kBeginsThere || !meets(a, b))
             return false;
         const float ways = TileMark::way(a.back.bin) + TileMark::way(b.back.bin);
-        return entryTest(IdPair{a.back.row, b.back.row}, ways, [&] { return overlapOf(a, b); });
+        return entryTest(RowPair{a.back.row, b.back.row}, ways, [&] { return overlapOf(a, b); });
     }
 
     /// Tests a box against the side list, in the tile where it begins.
@@ -224,7 +224,7 @@ private:
     SearchInput m_input{};
     TilePlanner<Exec> m_planner;
     std::uint32_t m_launches = 0;  ///< that there is room for
-    RowBinSets<Exec> m_tiles;
+    BinDoubleBuffer<Exec> m_tiles;
     Buffer<RowRecord> m_records;
     Buffer<std::uint32_t> m_side;
 };

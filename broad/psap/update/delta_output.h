@@ -84,10 +84,10 @@ private:
 /// How many there are, the CPU does not know before they are there: as many are sent for as the last updates had and
 /// some more, so that an update waits for the executor once. Where that was not enough they are sent for again.
 template <class Exec>
-class ChangeNames
+class DeltaOutput
 {
 public:
-    explicit ChangeNames(std::uint64_t initialCapacity)
+    explicit DeltaOutput(std::uint64_t initialCapacity)
         : m_least(std::max<std::uint64_t>(initialCapacity, 1)), m_expected{m_least, m_least}
     {
     }

@@ -45,10 +45,10 @@ struct ChangeCounts
 /// The lists of an update, in an executor's memory.
 struct ChangeLists
 {
-    const IdPair* added;
+    const RowPair* added;
     std::uint64_t addedRoom;
-    const IdPair* removed;
-    IdPair* kept;       ///< the pairs that enter go behind those that stay
+    const RowPair* removed;
+    RowPair* kept;      ///< the pairs that enter go behind those that stay
     float* keptDepths;  ///< 0 for those, not known yet
     std::uint64_t keptRoom;
     LookupTable table;
@@ -147,7 +147,7 @@ struct CloseUpdate
             keys[i] = ~0ull;
             return;
         }
-        const IdPair pair = isRemoved ? lists.removed[k] : lists.added[k];
+        const RowPair pair = isRemoved ? lists.removed[k] : lists.added[k];
         if (!isRemoved && counts.kept + k < lists.keptRoom)
         {
             lists.kept[counts.kept + k] = pair;
@@ -165,7 +165,7 @@ private:
         *lists.next = {};
     }
 
-    CULLET_HOST_DEVICE void name(std::uint64_t i, bool isRemoved, IdPair pair) const
+    CULLET_HOST_DEVICE void name(std::uint64_t i, bool isRemoved, RowPair pair) const
     {
         const std::uint32_t a = lists.uniqueIds[pair.a];
         const std::uint32_t b = lists.uniqueIds[pair.b];

@@ -20,12 +20,12 @@ namespace cullet::psap
 ///
 /// Changed rows come over in parts. Each is put into its place while the next is on its way, or still being packed.
 template <class Exec>
-class RowMemory
+class TableMirror
 {
 public:
     /// @param threads for packing
     /// @param initialCapacity as PsapOptions has it: of a small one, small tables come in parts too
-    RowMemory(unsigned threads, std::uint64_t initialCapacity)
+    TableMirror(unsigned threads, std::uint64_t initialCapacity)
         : m_workers(threads),
           m_tablePart(std::clamp<std::uint64_t>(initialCapacity * kPartOfCapacity, 1, kTablePart))
     {
@@ -96,7 +96,7 @@ private:
     using Buffer = typename Exec::template Buffer<T>;
     template <class T>
     using HostMemory = typename Exec::template Staging<T>;
-    using Staged = typename RowStaging<Exec>::Summary;
+    using Staged = typename UploadStaging<Exec>::Summary;
 
     void reserveRows(Exec& exec, std::uint64_t count)
     {
@@ -211,7 +211,7 @@ private:
         m_staging.reserve(exec, m_dirtyCount, picked != m_dirtyCount);
         if (picked == m_dirtyCount)
             return sendPicked(exec, view, picked, ways);
-        PartOrder parts({picked, m_dirtyCount}, kPackGrain, kTasksPerPart);
+        OrderedParts parts({picked, m_dirtyCount}, kPackGrain, kTasksPerPart);
         Staged all;
         const auto sendAll = [&]
         {
@@ -257,11 +257,11 @@ private:
     }
 
     /// Packs rows on threads and sends each part as soon as it is packed.
-    Staged sendPacked(Exec& exec, const ProxyView& view, PartOrder& parts, const RowWays& ways)
+    Staged sendPacked(Exec& exec, const ProxyView& view, OrderedParts& parts, const RowWays& ways)
     {
         m_summaries.assign(parts.tasks(), {});
         Staged all;
-        const auto send = [&](PartOrder::Range items, unsigned firstTask, unsigned endTask)
+        const auto send = [&](OrderedParts::Range items, unsigned firstTask, unsigned endTask)
         {
             const std::uint64_t count = items.end - items.begin;
             const Staged staged = sumOfTasks(firstTask, endTask);
@@ -274,7 +274,7 @@ private:
         m_workers.run(parts.tasks(),
                       [&](unsigned task, unsigned thread)
                       {
-                          const PartOrder::Range items = parts.itemsOfTask(task);
+                          const OrderedParts::Range items = parts.itemsOfTask(task);
                           m_summaries[task] = stageScattered(view, items);
                           parts.finish(task);
                           if (thread == 0)
@@ -284,7 +284,7 @@ private:
         return all;
     }
 
-    Staged stageScattered(const ProxyView& view, PartOrder::Range items)
+    Staged stageScattered(const ProxyView& view, OrderedParts::Range items)
     {
         if (!m_areRowsTold)
             return m_staging.stageRowsAndBoxes(view, items.begin, items.end);
@@ -369,7 +369,7 @@ private:
     // From a third of the boxes on: on four threads or sixteen, at 16k to a million boxes.
     static constexpr std::uint32_t kDirectShare = 3;
 
-    WorkerPool m_workers;
+    ParallelLoops m_workers;
     std::uint64_t m_tablePart;
     bool m_isFresh = true;
     bool m_hasFilters = false;
@@ -386,7 +386,7 @@ private:
     bool m_dirtyIsAll = false;   ///< all rows were sent in the last update
     bool m_areOld = false;       ///< those that were are old ones already
     std::uint64_t m_dirtyCount = 0;  ///< rows sent then
-    RowStaging<Exec> m_staging;
+    UploadStaging<Exec> m_staging;
     std::vector<Staged> m_summaries;  ///< by task
     Buffer<std::uint32_t> m_dirty;
     Buffer<Aabb> m_newBoxes;

@@ -14,7 +14,7 @@ namespace cullet::psap
 ///
 /// Several threads may pack different rows.
 template <class Exec>
-class RowStaging
+class UploadStaging
 {
 public:
     /// What is known of some changed rows together.

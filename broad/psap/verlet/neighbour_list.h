@@ -37,14 +37,14 @@ public:
         noteSet(boxes);
         return m_policy.choose(boxes);
     }
-    /// The same where lists are made between two sets, as NearPolicy has it.
+    /// The same where lists are made between two sets, as SkinPolicy has it.
     bool follows(std::uint64_t boxes, float thinnest)
     {
         noteSet(boxes);
         return m_policy.follows(boxes, thinnest);
     }
-    NearPolicy& policy() { return m_policy; }
-    const NearPolicy& policy() const { return m_policy; }
+    SkinPolicy& policy() { return m_policy; }
+    const SkinPolicy& policy() const { return m_policy; }
 
     /// Makes room for a list that begins.
     ///
@@ -197,7 +197,7 @@ private:
 
     void giveUp(Exec& exec)
     {
-        m_policy = NearPolicy(PsapNearPairs::Never);
+        m_policy = SkinPolicy(PsapNearPairs::Never);
         exec.release(m_then);
         exec.release(m_grown);
         exec.release(m_pairs);
@@ -221,7 +221,7 @@ private:
             exec.reserve(isHeld, m_pairs.size());
     }
 
-    NearPolicy m_policy;
+    SkinPolicy m_policy;
     std::uint64_t m_initial;
     std::uint64_t m_boxCount = 0;   ///< of the list
     std::uint64_t m_lastCount = 0;  ///< pairs in the last list
@@ -230,7 +230,7 @@ private:
     std::uint64_t m_span = 0;   ///< pairs that there is room for, as launches know it
     Buffer<AlignedBox> m_then;  ///< boxes when the list began, and their skins
     Buffer<Aabb> m_grown;       ///< the same boxes with their skins
-    Buffer<IdPair> m_pairs;
+    Buffer<RowPair> m_pairs;
     Buffer<float> m_closeness;
     Buffer<std::uint8_t> m_isHeld[2];
     bool m_isSampled = false;

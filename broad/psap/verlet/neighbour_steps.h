@@ -111,7 +111,7 @@ inline constexpr std::uint32_t kToRemoved = 1, kToAdded = 2, kToKept = 4;
 /// A near pair, or nothing: two boxes that are surely apart.
 struct NearItem
 {
-    IdPair pair = {};
+    RowPair pair = {};
     float closeness = -kInfinity;
     bool wasHeld = false;
     bool isPair = false;
@@ -144,13 +144,13 @@ struct Sureness
     CULLET_HOST_DEVICE bool isOpen() const { return !areTogether && !areApart; }
     /// The rows to look at: where they need not be, any that others look at too. So a GPU asks for the boxes of several pairs
     /// together, without a branch before each.
-    CULLET_HOST_DEVICE IdPair askFor(IdPair pair) const { return isOpen() ? pair : IdPair{0, 0}; }
+    CULLET_HOST_DEVICE RowPair askFor(RowPair pair) const { return isOpen() ? pair : RowPair{0, 0}; }
 };
 
 /// The near pairs, in an executor's memory.
 struct NearList
 {
-    IdPair* pairs;
+    RowPair* pairs;
     float* closeness;
     std::uint64_t room;
     std::uint64_t* count;
@@ -314,7 +314,7 @@ struct BeginNear
     CULLET_HOST_DEVICE NearVerdict operator()(const NearItem& item) const
     {
         return judgeFirst(item, boxes,
-                          [&](IdPair pair, const Aabb& a, const Aabb& b)
+                          [&](RowPair pair, const Aabb& a, const Aabb& b)
                           {
                               const bool areTogether = overlaps(a, b);
                               return FirstLook{
@@ -354,10 +354,10 @@ struct FollowNear
     }
 
 private:
-    CULLET_HOST_DEVICE bool areTogether(IdPair pair, float closeness) const
+    CULLET_HOST_DEVICE bool areTogether(RowPair pair, float closeness) const
     {
         const Sureness sureness(closeness, sureFrom(floatOf(*stretch)));
-        const IdPair asked = sureness.askFor(pair);
+        const RowPair asked = sureness.askFor(pair);
         const bool meet =
             meets(loadHalf(boxes, 2 * std::uint64_t{asked.a}), loadHalf(boxes, 2 * std::uint64_t{asked.b})) &
             meets(loadHalf(boxes, 2 * std::uint64_t{asked.a} + 1),

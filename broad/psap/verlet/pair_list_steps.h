@@ -20,9 +20,9 @@ struct NearReport
 };
 
 /// Held pairs as a list, of an update that may still be under way.
-struct HeldPairs
+struct PairListView
 {
-    const IdPair* pairs;
+    const RowPair* pairs;
     std::uint64_t room;
     const std::uint64_t* count;  ///< null: as many as there is room for
 
@@ -59,7 +59,7 @@ private:
 /// Puts held pair i into the table where neither boxes nor filter words tell that it is held.
 struct TellApart
 {
-    HeldPairs held;
+    PairListView held;
     const Aabb* boxes;
     const Filter* filters;  ///< as BoxHistory has them
     LookupTable table;
@@ -68,7 +68,7 @@ struct TellApart
     {
         if (!held.has(i))
             return;
-        const IdPair pair = held.pairs[i];
+        const RowPair pair = held.pairs[i];
         if (!overlaps(loadBox(boxes, pair.a), loadBox(boxes, pair.b)) || !passesFilters(filters, pair))
             table.insert(pair);
     }
@@ -90,7 +90,7 @@ struct JudgeNear
         const NearItem item = near.readPair(i);
         const NearVerdict verdict =
             judgeFirst(item, boxes,
-                       [&](IdPair pair, const Aabb& a, const Aabb& b)
+                       [&](RowPair pair, const Aabb& a, const Aabb& b)
                        {
                            const bool areTogether = overlaps(a, b) && passesFilters(filters, pair);
                            return FirstLook{false, areTogether || apart.contains(pair)};
@@ -136,7 +136,7 @@ struct FollowHeld
     /// A pair whose boxes have to be looked at.
     struct alignas(16) Open
     {
-        IdPair pair;
+        RowPair pair;
         std::uint64_t place;  ///< index, and whether it was held in the lowest bit
     };
 
@@ -150,7 +150,7 @@ struct FollowHeld
         // Apart, but within the margin, maybe; or together, but not for a filter that is another now.
         const bool isSure = item.wasHeld ? sureness.areTogether : sureness.areApart;
         const bool isAsked = item.isPair && gone <= kMostStretch && !isSure;
-        return isAsked && mayDiffer(isAsked ? item.pair : IdPair{0, 0});
+        return isAsked && mayDiffer(isAsked ? item.pair : RowPair{0, 0});
     }
     CULLET_HOST_DEVICE void keep(std::uint64_t i, const NearItem& item) const
     {
@@ -174,14 +174,14 @@ struct FollowHeld
     }
 
 private:
-    CULLET_HOST_DEVICE bool isHeldNow(IdPair pair, bool was) const
+    CULLET_HOST_DEVICE bool isHeldNow(RowPair pair, bool was) const
     {
         const Aabb a = loadBox(boxes, pair.a);
         const Aabb b = loadBox(boxes, pair.b);
         return was ? overlapsWithMargin(a, b, margin) : overlaps(a, b) && passesFilters(filters, pair);
     }
 
-    CULLET_HOST_DEVICE bool mayDiffer(IdPair pair) const
+    CULLET_HOST_DEVICE bool mayDiffer(RowPair pair) const
     {
         return sentRows == nullptr || ((bitsFrom(pair.a) | bitsFrom(pair.b)) & 1u) != 0;
     }

@@ -161,7 +161,7 @@ public:
     /// @param isAhead as beginsAhead() said
     /// @param table free and without a count; the same behind this
     template <class Search>
-    void begin(Exec& exec, Search& search, bool isAhead, const HeldPairs& held, const Aabb* boxes,
+    void begin(Exec& exec, Search& search, bool isAhead, const PairListView& held, const Aabb* boxes,
                const Filter* filters, const LookupTable& table)
     {
         m_near.find(exec, search, m_counts.data());

@@ -23,14 +23,14 @@ float quantile(BoxInSample* sample, std::uint64_t count, double share, const Get
 }
 }  // namespace
 
-NearFrame NearPolicy::choose(std::uint64_t boxes)
+NearFrame SkinPolicy::choose(std::uint64_t boxes)
 {
     if (follows(boxes, 0))
         return NearFrame::Follow;
     return isUsed(boxes) ? search() : NearFrame::Search;
 }
 
-bool NearPolicy::follows(std::uint64_t boxes, float thinnest)
+bool SkinPolicy::follows(std::uint64_t boxes, float thinnest)
 {
     m_thinnest = thinnest;
     if (!isUsed(boxes))
@@ -43,7 +43,7 @@ bool NearPolicy::follows(std::uint64_t boxes, float thinnest)
     return m_hasList;
 }
 
-bool NearPolicy::beginsAhead()
+bool SkinPolicy::beginsAhead()
 {
     const float expected = m_stretch + m_step;
     const bool isLast = expected <= kMostStretch && !(expected + m_step <= kMostStretch);
@@ -54,19 +54,19 @@ bool NearPolicy::beginsAhead()
     return search() == NearFrame::Begin;
 }
 
-bool NearPolicy::beginsBehind(std::uint64_t boxes)
+bool SkinPolicy::beginsBehind(std::uint64_t boxes)
 {
     endUnlessLasting();
     return isUsed(boxes) && !m_hasList && search() == NearFrame::Begin;
 }
 
-void NearPolicy::endUnlessLasting()
+void SkinPolicy::endUnlessLasting()
 {
     if (m_hasList && !(m_stretch + m_step <= kMostStretch))
         end(m_stretch + m_step);
 }
 
-NearFrame NearPolicy::search()
+NearFrame SkinPolicy::search()
 {
     if (m_pause != 0)
         --m_pause;
@@ -78,13 +78,13 @@ NearFrame NearPolicy::search()
     return NearFrame::Search;
 }
 
-bool NearPolicy::canBegin() const
+bool SkinPolicy::canBegin() const
 {
     const bool isThin = m_choice == PsapNearPairs::Always || m_thinnest <= kThickest * m_side;
     return m_isSlow && isThin && m_thinnest < kLargest;
 }
 
-void NearPolicy::begin()
+void SkinPolicy::begin()
 {
     if (m_skin < m_thinnest)
         setSkin();
@@ -93,7 +93,7 @@ void NearPolicy::begin()
     m_age = 0;
 }
 
-void NearPolicy::noteSample(BoxInSample* sample, std::uint64_t count)
+void SkinPolicy::noteSample(BoxInSample* sample, std::uint64_t count)
 {
     BoxInSample* const end =
         std::remove_if(sample, sample + count, [](const BoxInSample& box) { return box.side < 0; });
@@ -111,7 +111,7 @@ void NearPolicy::noteSample(BoxInSample* sample, std::uint64_t count)
         m_setsToSample = std::min(m_setsToSample, kSetsAfterJump);
 }
 
-void NearPolicy::noteBegun(std::uint64_t near, std::uint64_t boxes, std::uint64_t pairs)
+void SkinPolicy::noteBegun(std::uint64_t near, std::uint64_t boxes, std::uint64_t pairs)
 {
     // More than thick skins make of boxes of one size: most pairs are of others.
     constexpr std::uint64_t kMostPerPair = 6;
@@ -119,7 +119,7 @@ void NearPolicy::noteBegun(std::uint64_t near, std::uint64_t boxes, std::uint64_
         pause();
 }
 
-void NearPolicy::noteFollowed(float stretch)
+void SkinPolicy::noteFollowed(float stretch)
 {
     if (!(stretch <= kMostStretch))
         return end(stretch);
@@ -130,7 +130,7 @@ void NearPolicy::noteFollowed(float stretch)
 }
 
 /// What is to be learnt from a list that is of no use any more.
-void NearPolicy::end(float stretch)
+void SkinPolicy::end(float stretch)
 {
     // Not what comes, goes or jumps.
     constexpr float kHeldByThicker = 4;
@@ -146,7 +146,7 @@ void NearPolicy::end(float stretch)
     setSkin();
 }
 
-void NearPolicy::setSkin()
+void SkinPolicy::setSkin()
 {
     // Where nearly all rest, those that do not need skins as well.
     const float way = std::max(m_way, kThinnest * m_side / kFirstSets);
@@ -159,7 +159,7 @@ void NearPolicy::setSkin()
     ++m_revision;
 }
 
-void NearPolicy::pause()
+void SkinPolicy::pause()
 {
     if (m_choice == PsapNearPairs::Always)
         return;

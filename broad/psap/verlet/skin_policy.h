@@ -21,10 +21,10 @@ enum class NearFrame
 ///
 /// A list with thick skins is of use for longer, and there is more in it: how thick they are matters little. To begin one takes
 /// a million boxes twice as long as a search, to follow it half as long, so it pays from the second time on.
-class NearPolicy
+class SkinPolicy
 {
 public:
-    explicit NearPolicy(PsapNearPairs choice) : m_choice(choice) {}
+    explicit SkinPolicy(PsapNearPairs choice) : m_choice(choice) {}
 
     /// For the next set of so many boxes; tell what comes of it below.
     NearFrame choose(std::uint64_t boxes);

@@ -10,7 +10,7 @@ namespace cullet
 {
 namespace
 {
-constexpr std::uint64_t kBox = sizeof(Aabb), kPair = sizeof(IdPair), kRow = sizeof(std::uint32_t);
+constexpr std::uint64_t kBox = sizeof(Aabb), kPair = sizeof(RowPair), kRow = sizeof(std::uint32_t);
 constexpr std::uint64_t kRecord = 32;
 constexpr std::uint64_t kFlag = 1, kCloseness = 4;
 

@@ -21,7 +21,7 @@ using Clock = std::chrono::steady_clock;
 class Helper
 {
 public:
-    explicit Helper(TaskCrew& crew)
+    explicit Helper(ForkJoin& crew)
         : m_thread(
               [this, &crew]
               {
@@ -42,7 +42,7 @@ private:
 };
 
 /// A loop of two tasks, each of which waits for the other: only two threads can do it.
-void meet(TaskCrew& crew)
+void meet(ForkJoin& crew)
 {
     std::atomic<int> there{0};
     crew.run(2,
@@ -54,9 +54,9 @@ void meet(TaskCrew& crew)
              });
 }
 
-TEST(TaskCrew, EachTaskOfEachLoopIsDoneOnce)
+TEST(ForkJoin, EachTaskOfEachLoopIsDoneOnce)
 {
-    TaskCrew crew(3);
+    ForkJoin crew(3);
     crew.open();
     Helper first(crew);
     Helper second(crew);
@@ -76,9 +76,9 @@ TEST(TaskCrew, EachTaskOfEachLoopIsDoneOnce)
     crew.close();
 }
 
-TEST(TaskCrew, NobodyWaitsForAHelperThatDoesNotCome)
+TEST(ForkJoin, NobodyWaitsForAHelperThatDoesNotCome)
 {
-    TaskCrew crew(2);
+    ForkJoin crew(2);
     crew.open();
     unsigned count = 0;
     crew.run(5, [&](unsigned task, unsigned) { count += task; });
@@ -90,9 +90,9 @@ TEST(TaskCrew, NobodyWaitsForAHelperThatDoesNotCome)
     crew.close();
 }
 
-TEST(TaskCrew, ThreadsWithoutANumberDoNothing)
+TEST(ForkJoin, ThreadsWithoutANumberDoNothing)
 {
-    TaskCrew crew(2);
+    ForkJoin crew(2);
     crew.open();
     const Helper first(crew), second(crew), third(crew);
     meet(crew);
@@ -114,9 +114,9 @@ TEST(TaskCrew, ThreadsWithoutANumberDoNothing)
     crew.close();
 }
 
-TEST(TaskCrew, FailuresReachTheThreadThatRunsTheLoop)
+TEST(ForkJoin, FailuresReachTheThreadThatRunsTheLoop)
 {
-    TaskCrew crew(2);
+    ForkJoin crew(2);
     crew.open();
     Helper helper(crew);
     for (int loop = 0; loop < 100; ++loop)
@@ -135,9 +135,9 @@ TEST(TaskCrew, FailuresReachTheThreadThatRunsTheLoop)
     crew.close();
 }
 
-TEST(WorkerPool, LoopsTogetherGiveWhatLoopsAloneGive)
+TEST(ParallelLoops, LoopsTogetherGiveWhatLoopsAloneGive)
 {
-    WorkerPool workers(3);
+    ParallelLoops workers(3);
     std::vector<unsigned> counts(1000);
     std::vector<unsigned> owners(3);
     const auto countAll = [&]

@@ -26,12 +26,12 @@ namespace
 {
 constexpr std::chrono::seconds kLongEnough{60};
 
-/// A crew of the process's threads, of as many as a test wants: a WorkerPool has no more than there are cores.
+/// A crew of the process's threads, of as many as a test wants: a ParallelLoops has no more than there are cores.
 class SharedCrew
 {
 public:
     explicit SharedCrew(unsigned threads)
-        : m_count(threads), m_helpers(HelperThreads::shared()), m_crew(threads), m_call(*m_helpers, m_crew)
+        : m_count(threads), m_helpers(ThreadPool::shared()), m_crew(threads), m_call(*m_helpers, m_crew)
     {
     }
 
@@ -60,12 +60,12 @@ public:
 
 private:
     unsigned m_count;
-    std::shared_ptr<HelperThreads> m_helpers;
-    TaskCrew m_crew;
-    HelperThreads::Call m_call;
+    std::shared_ptr<ThreadPool> m_helpers;
+    ForkJoin m_crew;
+    ThreadPool::Call m_call;
 };
 
-TEST(HelperThreads, AsManyComeAsAreCalled)
+TEST(ThreadPool, AsManyComeAsAreCalled)
 {
     SharedCrew two(2);
     SharedCrew five(5);
@@ -76,7 +76,7 @@ TEST(HelperThreads, AsManyComeAsAreCalled)
     }
 }
 
-TEST(HelperThreads, ComeAgainAfterTheyHaveSlept)
+TEST(ThreadPool, ComeAgainAfterTheyHaveSlept)
 {
     SharedCrew crew(3);
     for (int loop = 0; loop < 20; ++loop)
@@ -86,15 +86,15 @@ TEST(HelperThreads, ComeAgainAfterTheyHaveSlept)
     }
 }
 
-TEST(HelperThreads, EndWithTheLastPool)
+TEST(ThreadPool, EndWithTheLastPool)
 {
-    std::weak_ptr<HelperThreads> threads;
+    std::weak_ptr<ThreadPool> threads;
     {
         auto first = std::make_unique<SharedCrew>(3);
         ASSERT_TRUE(first->meet());
-        WorkerPool second(2);
+        ParallelLoops second(2);
         second.run(2, [](unsigned) {});
-        threads = HelperThreads::shared();
+        threads = ThreadPool::shared();
         first.reset();
         EXPECT_FALSE(threads.expired());
     }
@@ -103,7 +103,7 @@ TEST(HelperThreads, EndWithTheLastPool)
     EXPECT_TRUE(later.meet());
 }
 
-TEST(HelperThreads, AreSharedByWorldsOnSeveralThreads)
+TEST(ThreadPool, AreSharedByWorldsOnSeveralThreads)
 {
     constexpr unsigned kWorlds = 4, kLoops = 300, kTasks = 40;
     std::vector<std::thread> worlds;
@@ -113,7 +113,7 @@ TEST(HelperThreads, AreSharedByWorldsOnSeveralThreads)
             [&sums, world]
             {
                 // Some that come and go, too.
-                std::optional<WorkerPool> workers;
+                std::optional<ParallelLoops> workers;
                 for (unsigned loop = 0; loop < kLoops; ++loop)
                 {
                     if (loop % 50 == 0)
@@ -130,18 +130,18 @@ TEST(HelperThreads, AreSharedByWorldsOnSeveralThreads)
         EXPECT_EQ(sum, std::uint64_t{kLoops} * kTasks * (kTasks - 1) / 2);
 }
 
-TEST(HelperThreads, NobodyComesWhereTooManyCall)
+TEST(ThreadPool, NobodyComesWhereTooManyCall)
 {
-    const auto threads = HelperThreads::shared();
-    std::vector<std::unique_ptr<TaskCrew>> crews;
-    std::vector<std::unique_ptr<HelperThreads::Call>> calls;
-    for (std::size_t crew = 0; crew < HelperThreads::kMostCrews; ++crew)
+    const auto threads = ThreadPool::shared();
+    std::vector<std::unique_ptr<ForkJoin>> crews;
+    std::vector<std::unique_ptr<ThreadPool::Call>> calls;
+    for (std::size_t crew = 0; crew < ThreadPool::kMostCrews; ++crew)
     {
-        crews.push_back(std::make_unique<TaskCrew>(2));
+        crews.push_back(std::make_unique<ForkJoin>(2));
         crews.back()->open();
-        calls.push_back(std::make_unique<HelperThreads::Call>(*threads, *crews.back()));
+        calls.push_back(std::make_unique<ThreadPool::Call>(*threads, *crews.back()));
     }
-    WorkerPool workers(2);
+    ParallelLoops workers(2);
     unsigned owners = 0;
     const auto note = [&](unsigned, unsigned thread) { owners |= 1u << thread; };
     workers.run(100, note);
@@ -153,21 +153,21 @@ TEST(HelperThreads, NobodyComesWhereTooManyCall)
     EXPECT_TRUE(later.meet());
 }
 
-TEST(HelperThreads, NobodyComesLaterThanTheCallThatAskedForIt)
+TEST(ThreadPool, NobodyComesLaterThanTheCallThatAskedForIt)
 {
-    HelperThreads threads;
-    TaskCrew closed(2);
+    ThreadPool threads;
+    ForkJoin closed(2);
     for (int loop = 0; loop < 300; ++loop)
     {
         {
-            HelperThreads::Call call(threads, closed);
+            ThreadPool::Call call(threads, closed);
             call.ask(1);
         }
-        TaskCrew crew(2);
+        ForkJoin crew(2);
         crew.open();
         unsigned owners = 0;
         {
-            HelperThreads::Call call(threads, crew);
+            ThreadPool::Call call(threads, crew);
             const auto end = std::chrono::steady_clock::now() + std::chrono::microseconds(50);
             const auto dawdle = [&](unsigned, unsigned thread)
             {
@@ -182,9 +182,9 @@ TEST(HelperThreads, NobodyComesLaterThanTheCallThatAskedForIt)
     }
 }
 
-TEST(HelperThreads, FailuresReachTheCaller)
+TEST(ThreadPool, FailuresReachTheCaller)
 {
-    WorkerPool workers(3);
+    ParallelLoops workers(3);
     const auto fail = [](unsigned task)
     {
         if (task == 5)
@@ -205,14 +205,14 @@ TEST(HelperThreadsDeathTest, AForkedProcessGoesOnAlone)
 {
     SharedCrew crew(3);
     ASSERT_TRUE(crew.meet());
-    auto workers = std::make_unique<WorkerPool>(3);
+    auto workers = std::make_unique<ParallelLoops>(3);
     workers->run(10, [](unsigned) {});
     EXPECT_EXIT(
         {
             unsigned sum = 0;
             workers->run(10, [&](unsigned task) { sum += task; });
             workers.reset();
-            WorkerPool another(3);
+            ParallelLoops another(3);
             another.run(10, [&](unsigned task) { sum += task; });
             std::_Exit(sum == 90 ? 0 : 1);
         },
@@ -234,14 +234,14 @@ void hold(int)
 }
 }  // namespace
 
-TEST(WorkerPool, DoesNotWaitForAHelperThatIsPutAsideBetweenLoops)
+TEST(ParallelLoops, DoesNotWaitForAHelperThatIsPutAsideBetweenLoops)
 {
     ASSERT_NE(std::signal(SIGUSR1, hold), SIG_ERR);
     const unsigned count = std::min(2u, std::thread::hardware_concurrency());
     for (int round = 0; round < 20; ++round)
     {
         isHeld = isReleased = false;
-        WorkerPool workers(2);
+        ParallelLoops workers(2);
         std::atomic<unsigned> here{0};
         pthread_t helper = pthread_self();
         const auto meet = [&](unsigned, unsigned thread)
@@ -270,12 +270,12 @@ TEST(WorkerPool, DoesNotWaitForAHelperThatIsPutAsideBetweenLoops)
 }
 #endif
 
-TEST(WorkerPool, KeepsLoopsOnTheCallingThreadThatAreTooShortForAnother)
+TEST(ParallelLoops, KeepsLoopsOnTheCallingThreadThatAreTooShortForAnother)
 {
-    WorkerPool workers(8);
+    ParallelLoops workers(8);
     std::set<std::thread::id> threads;
     std::set<unsigned> numbers;
-    workers.together(1.9 * WorkerPool::worth,
+    workers.together(1.9 * ParallelLoops::worth,
                      [&]
                      {
                          EXPECT_EQ(workers.tasksFor(1000000, 1), 1u);
@@ -290,18 +290,18 @@ TEST(WorkerPool, KeepsLoopsOnTheCallingThreadThatAreTooShortForAnother)
     EXPECT_EQ(numbers, std::set<unsigned>{0});
 }
 
-TEST(WorkerPool, GivesLoopsAsManyThreadsAsTheirWorkIsWorth)
+TEST(ParallelLoops, GivesLoopsAsManyThreadsAsTheirWorkIsWorth)
 {
-    WorkerPool workers(8);
+    ParallelLoops workers(8);
     const auto expectTasks = [&](unsigned tasks) { EXPECT_EQ(workers.tasksFor(1000000, 1), tasks); };
     expectTasks(8);
-    workers.together(5.5 * WorkerPool::worth,
+    workers.together(5.5 * ParallelLoops::worth,
                      [&]
                      {
                          expectTasks(5);
-                         workers.limit(2 * WorkerPool::worth);
+                         workers.limit(2 * ParallelLoops::worth);
                          expectTasks(2);
-                         workers.limit(100 * WorkerPool::worth);
+                         workers.limit(100 * ParallelLoops::worth);
                          expectTasks(8);
                          workers.limit(0);
                          expectTasks(1);
@@ -312,9 +312,9 @@ TEST(WorkerPool, GivesLoopsAsManyThreadsAsTheirWorkIsWorth)
     expectTasks(8);
 }
 
-TEST(WorkerPool, HasNoMoreThreadsThanTheMachineHasCores)
+TEST(ParallelLoops, HasNoMoreThreadsThanTheMachineHasCores)
 {
-    WorkerPool workers(64);
+    ParallelLoops workers(64);
     std::mutex mutex;
     std::set<std::thread::id> threads;
     for (int loop = 0; loop < 20; ++loop)

@@ -25,7 +25,7 @@ namespace
 {
 using RowPairs = std::set<std::pair<std::uint32_t, std::uint32_t>>;
 
-TEST(CellDirectory, EqualsAMapForEveryStorageAndNumberOfSlots)
+TEST(CellHash, EqualsAMapForEveryStorageAndNumberOfSlots)
 {
     for (const GridStorage storage : {GridStorage::Chained, GridStorage::OpenAddressing, GridStorage::Array})
     {
@@ -34,7 +34,7 @@ TEST(CellDirectory, EqualsAMapForEveryStorageAndNumberOfSlots)
             SCOPED_TRACE("seed 1, storage " + std::to_string(static_cast<int>(storage)) + ", slots " +
                          std::to_string(slotCount));
             Random random(1);
-            CellDirectory directory(storage, slotCount);
+            CellHash directory(storage, slotCount);
             std::map<std::array<std::int32_t, 3>, std::uint32_t> expected;
             std::vector<std::uint32_t> unused(400);
             for (std::uint32_t i = 0; i < 400; ++i)
@@ -46,8 +46,7 @@ TEST(CellDirectory, EqualsAMapForEveryStorageAndNumberOfSlots)
                                          static_cast<std::int32_t>(random.below(9)) - 4,
                                          static_cast<std::int32_t>(random.below(8)) - 4};
                 const auto found = expected.find({cell[0], cell[1], cell[2]});
-                ASSERT_EQ(directory.find(cell),
-                          found == expected.end() ? CellDirectory::kNone : found->second);
+                ASSERT_EQ(directory.find(cell), found == expected.end() ? CellHash::kNone : found->second);
                 if (found != expected.end())
                 {
                     directory.erase(found->second);

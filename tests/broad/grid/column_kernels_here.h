@@ -9,9 +9,9 @@
 namespace cullet::test
 {
 /// The kernels of every instruction set that this processor runs.
-inline std::vector<const RowKernels*> kernelsHere()
+inline std::vector<const ColumnKernels*> kernelsHere()
 {
-    std::vector<const RowKernels*> kernels = {&kRowKernelsBaseline};
+    std::vector<const ColumnKernels*> kernels = {&kRowKernelsBaseline};
 #if defined(__x86_64__)
     if (__builtin_cpu_supports("avx2") != 0)
         kernels.push_back(&kRowKernelsAvx2);

@@ -54,7 +54,7 @@ struct Collector
 /// A row of random boxes, laid out by one set of kernels.
 struct RandomRow
 {
-    RandomRow(const RowKernels& kernels, Random& random, std::uint32_t firstId, std::uint32_t count,
+    RandomRow(const ColumnKernels& kernels, Random& random, std::uint32_t firstId, std::uint32_t count,
               bool isBounded, std::uint32_t sortedCount = 0)
     {
         std::vector<Aabb> boxes(firstId);
@@ -69,8 +69,8 @@ struct RandomRow
         ids.resize(count + 4);
         pool.resize(count + 8);
         soa = pool.row(0, ids.data(), count, isBounded);
-        RowBuilder().build(kernels,
-                           {ids.data(), count, sortedCount, boxes.data(), 0, -30, 30, 0.125f, nullptr}, soa);
+        ColumnBuilder().build(
+            kernels, {ids.data(), count, sortedCount, boxes.data(), 0, -30, 30, 0.125f, nullptr}, soa);
         for (std::uint32_t i = 0; isBounded && i < count; ++i)
             soa.bounds[i] = static_cast<float>(soa.id[i] % 7) * 0.05f;
         // Behind the sentinel there may be anything.
@@ -80,17 +80,17 @@ struct RandomRow
 
     std::vector<FlaggedId> ids;
     RowPool pool;
-    RowSoa soa;
+    ColumnSoa soa;
 };
 
-float gapOf(const RowSoa& a, std::uint32_t i, const RowSoa& b, std::uint32_t j)
+float gapOf(const ColumnSoa& a, std::uint32_t i, const ColumnSoa& b, std::uint32_t j)
 {
     return std::max({b.x0[j] - a.x1[i], a.x0[i] - b.x1[j], b.y0[j] - a.y1[i], a.y0[i] - b.y1[j],
                      b.z0[j] - a.z1[i], a.z0[i] - b.z1[j]});
 }
 
 /// The definition, pair by pair.
-void addIfFound(const RowSoa& a, std::uint32_t i, const RowSoa& b, std::uint32_t j, Collector& out)
+void addIfFound(const ColumnSoa& a, std::uint32_t i, const ColumnSoa& b, std::uint32_t j, Collector& out)
 {
     const float gap = gapOf(a, i, b, j);
     const bool isNear = a.bounds != nullptr ? std::abs(gap) <= a.bounds[i] + b.bounds[j]
@@ -115,7 +115,7 @@ TEST_P(RowKernelSets, FindThePairsOfTheDefinitionWithEveryWidth)
 {
     constexpr std::uint32_t kCounts[] = {2, 3, 15, 16, 17, 33, 700};
     std::size_t hits = 0;
-    for (const RowKernels* kernels : kernelsHere())
+    for (const ColumnKernels* kernels : kernelsHere())
     {
         SCOPED_TRACE(kernels->name);
         Random random(31);
@@ -154,7 +154,7 @@ INSTANTIATE_TEST_SUITE_P(All, RowKernelSets,
 TEST(RowKernelSets, AskedAboutOneBoxFindWhatOverlapsItBehindTheGivenEntry)
 {
     std::size_t hits = 0;
-    for (const RowKernels* kernels : kernelsHere())
+    for (const ColumnKernels* kernels : kernelsHere())
     {
         SCOPED_TRACE(kernels->name);
         Random random(32);
@@ -207,7 +207,7 @@ Aabb randomBox(Random& random)
     return box;
 }
 
-Motions motionsBy(const RowKernels& kernels, int sweepAxis, const std::vector<Aabb>& now,
+Motions motionsBy(const ColumnKernels& kernels, int sweepAxis, const std::vector<Aabb>& now,
                   const std::vector<Aabb>& then)
 {
     std::vector<std::uint32_t> rows;
@@ -246,7 +246,7 @@ TEST(RowKernelSets, TellTheSameOfMotionsWithEveryWidth)
         EXPECT_LT(expected.strays.size(), 2500u);
         EXPECT_GT(expected.largest, 0.9f);
         EXPECT_GT(expected.octaves[255], 100u);
-        for (const RowKernels* kernels : kernelsHere())
+        for (const ColumnKernels* kernels : kernelsHere())
             EXPECT_TRUE(motionsBy(*kernels, axis, now, then) == expected)
                 << kernels->name << ", axis " << axis;
     }
@@ -260,7 +260,7 @@ TEST(RowKernelSets, LocateTheSameWithEveryWidth)
         boxes.push_back(randomBox(random));
     boxes[7].max[2] = boxes[7].min[2] + 1000.0f;
     using Cells = std::vector<std::int32_t>;
-    const auto locatedBy = [&](const RowKernels& kernels, int axis)
+    const auto locatedBy = [&](const ColumnKernels& kernels, int axis)
     {
         std::vector<Located> block(boxes.size());
         std::vector<std::uint32_t> odd(boxes.size());
@@ -282,7 +282,7 @@ TEST(RowKernelSets, LocateTheSameWithEveryWidth)
     for (int axis = 0; axis < 3; ++axis)
     {
         const Cells expected = locatedBy(kRowKernelsBaseline, axis);
-        for (const RowKernels* kernels : kernelsHere())
+        for (const ColumnKernels* kernels : kernelsHere())
             EXPECT_EQ(locatedBy(*kernels, axis), expected) << kernels->name << ", axis " << axis;
     }
 }
@@ -293,7 +293,7 @@ BackendStats statsOfMovers(std::uint32_t movers, int updates)
     GridOptions options;
     options.threads = 1;
     options.rebuildFraction = 1;  // settles at once
-    RowGridBackend grid(options);
+    ColumnGridBackend grid(options);
     ProxyTable table;
     Random random(33);
     for (std::uint32_t i = 0; i < 20000; ++i)

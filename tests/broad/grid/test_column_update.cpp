@@ -71,7 +71,7 @@ protected:
 
 TEST_P(RowFollow, DriftingWorldsThatAreNowAndThenStirredEqualTheOracle)
 {
-    BackendSession session{std::make_unique<RowGridBackend>(GetParam().options)};
+    BackendSession session{std::make_unique<ColumnGridBackend>(GetParam().options)};
     session.margin = 0.0625f;
     RandomWorld world(21, drifting(), session.table);
     std::map<std::string, int> paths;
@@ -98,7 +98,7 @@ TEST_P(RowFollow, DriftingWorldsThatAreNowAndThenStirredEqualTheOracle)
 
 TEST_P(RowFollow, WorldsOfUnevenMotionsEqualTheOracle)
 {
-    BackendSession session{std::make_unique<RowGridBackend>(GetParam().options)};
+    BackendSession session{std::make_unique<ColumnGridBackend>(GetParam().options)};
     session.margin = 0.0625f;
     RandomWorld world(26, drifting(), session.table);
     std::map<std::string, int> paths;
@@ -123,7 +123,7 @@ TEST_P(RowFollow, WorldsInWhichMostBoxesJumpEqualTheOracle)
 {
     GridOptions gridOptions = GetParam().options;
     gridOptions.cellScale = 1;  // cells so narrow that no jump is within their reach
-    BackendSession session{std::make_unique<RowGridBackend>(gridOptions)};
+    BackendSession session{std::make_unique<ColumnGridBackend>(gridOptions)};
     RandomWorld world(25, drifting(), session.table);
     std::map<std::string, int> reasons;
     for (int step = 0; step < 120; ++step)
@@ -177,8 +177,8 @@ TEST(RowFollow, ThreadsReportTheSameWhenWorkIsSharedOut)
     options.halfSide = 30.0f;
     ProxyTable table;
     RandomWorld world(22, options, table);
-    RowGridBackend one(alwaysMoving(1, true));
-    RowGridBackend four(alwaysMoving(4, false));
+    ColumnGridBackend one(alwaysMoving(1, true));
+    ColumnGridBackend four(alwaysMoving(4, false));
     std::size_t changes = 0;
     for (int step = 0; step < 6; ++step)
     {
@@ -194,9 +194,9 @@ TEST(RowFollow, ThreadsReportTheSameWhenActiveBoxesAreSharedOut)
     GridOptions options;
     options.rebuildFraction = 1;  // settles at once, and stays
     options.threads = 1;
-    RowGridBackend one(options);
+    ColumnGridBackend one(options);
     options.threads = 4;
-    RowGridBackend four(options);
+    ColumnGridBackend four(options);
     ProxyTable table;
     Random random(27);
     std::vector<Aabb> boxes;
@@ -232,7 +232,7 @@ TEST(RowFollow, ThreadsReportTheSameWhenActiveBoxesAreSharedOut)
 BackendStats statsOfMotion(GridOptions options, float stride, int updates)
 {
     options.threads = 1;
-    RowGridBackend grid(options);
+    ColumnGridBackend grid(options);
     ProxyTable table;
     Random random(24);
     std::vector<Aabb> boxes;
@@ -300,7 +300,7 @@ int settledUpdatesOf(bool isFresh)
 {
     constexpr std::uint32_t kCount = 5000;
     constexpr std::uint32_t kShares = 20;
-    RowGridBackend grid{GridOptions()};
+    ColumnGridBackend grid{GridOptions()};
     ProxyTable table;
     Random random(28);
     for (std::uint32_t i = 0; i < kCount; ++i)
@@ -372,13 +372,13 @@ Pairs fillLists(Random& random, std::uint32_t ids, std::uint32_t firsts, std::si
     return expected;
 }
 
-TEST(KeySort, ListsAreSortedAndDoublesTakenOut)
+TEST(PairSort, ListsAreSortedAndDoublesTakenOut)
 {
     Random random(26);
-    KeySort sort;
+    PairSort sort;
     for (const int threads : {1, 3})
     {
-        WorkerPool workers(threads);
+        ParallelLoops workers(threads);
         std::vector<KeyList> lists(static_cast<std::size_t>(threads));
         for (const std::size_t count : {0u, 1u, 30u, 1000u, 40000u, 150000u})
         {
@@ -397,10 +397,10 @@ TEST(KeySort, ListsAreSortedAndDoublesTakenOut)
     }
 }
 
-TEST(KeySort, ListsInOrderAreTakenAsTheyAre)
+TEST(PairSort, ListsInOrderAreTakenAsTheyAre)
 {
-    KeySort sort;
-    WorkerPool workers(2);
+    PairSort sort;
+    ParallelLoops workers(2);
     std::vector<KeyList> lists(2);
     Pairs expected;
     for (std::uint32_t i = 0; i < 50000; ++i)
@@ -418,10 +418,10 @@ TEST(KeySort, ListsInOrderAreTakenAsTheyAre)
     EXPECT_EQ(pairs, expected);
 }
 
-TEST(KeySort, EqualsSortingByComparisons)
+TEST(PairSort, EqualsSortingByComparisons)
 {
     Random random(23);
-    KeySort sort;
+    PairSort sort;
     for (const std::size_t count : {0u, 1u, 2u, 383u, 384u, 5000u})
     {
         for (const std::uint32_t ids : {2u, 300u, 70000u, 0xffffffffu})
@@ -439,9 +439,9 @@ TEST(KeySort, EqualsSortingByComparisons)
     }
 }
 
-TEST(SettlePolicy, WaitsLongerEachTimeThatSettlingDidNotPay)
+TEST(ModePolicy, WaitsLongerEachTimeThatSettlingDidNotPay)
 {
-    SettlePolicy policy;
+    ModePolicy policy;
     for (const std::uint32_t wait : {32u, 64u, 128u, 256u, 256u})
     {
         ASSERT_TRUE(policy.mayBegin());

@@ -19,7 +19,7 @@ namespace
 {
 constexpr float kCloudMargin = 0.04f;
 
-std::unique_ptr<Backend> makeRowGrid()
+std::unique_ptr<Backend> makeColumnGrid()
 {
     GridOptions options;
     options.flatLimit = 0;
@@ -67,8 +67,8 @@ std::string wayOfUpdate(Backend& backend, ProxyTable& table, PairDelta& delta)
 /// @return whether the two have settled
 bool expectToGoOnAsNew(Cloud& before, Cloud& after, float way)
 {
-    const std::unique_ptr<Backend> restarted = makeRowGrid();
-    const std::unique_ptr<Backend> fresh = makeRowGrid();
+    const std::unique_ptr<Backend> restarted = makeColumnGrid();
+    const std::unique_ptr<Backend> fresh = makeColumnGrid();
     PairDelta delta, expected;
     for (int step = 0; step < 4; ++step, before.move(way))
     {

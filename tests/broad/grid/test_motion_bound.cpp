@@ -89,7 +89,7 @@ protected:
         return result;
     }
 
-    BackendSession session{std::make_unique<RowGridBackend>(options())};
+    BackendSession session{std::make_unique<ColumnGridBackend>(options())};
     Random random{kSeed};
     std::vector<TouchingPair> pairs;
 };

@@ -160,7 +160,7 @@ TEST_P(NeighbourLists, WanderersAmongRestingBoxesEqualTheOracle)
     GridOptions options;
     options.threads = GetParam().threads;
     options.rebuildFraction = 1;  // settles at once, and stays
-    BackendSession session{std::make_unique<RowGridBackend>(options)};
+    BackendSession session{std::make_unique<ColumnGridBackend>(options)};
     session.margin = GetParam().margin;
     session.useFilter = GetParam().useFilter;
     Wanderers wanderers(session, GetParam().fastest);

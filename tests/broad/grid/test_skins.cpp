@@ -48,7 +48,7 @@ TEST(Shells, KernelsFindTheBoxesOutsideOfTheirs)
         if (random.chance(0.02f))
             boxes.back() = kEmptyAabb;
     }
-    for (const RowKernels* kernels : kernelsHere())
+    for (const ColumnKernels* kernels : kernelsHere())
     {
         for (const std::uint32_t begin : {0u, 5u, 1999u, kCount})
         {
@@ -70,14 +70,14 @@ TEST(Shells, KernelsFindTheBoxesOutsideOfTheirs)
 TEST(Shells, KernelsFindEveryWatchedPairThatChanges)
 {
     constexpr float kMargin = 0.125f;
-    using State = SettledPairs::State;
+    using State = VerletPairs::State;
     Random random(52);
     std::vector<Aabb> boxes;
     for (int i = 0; i < 300; ++i)
         boxes.push_back(randomBox(random, 3));
     boxes[7] = kEmptyAabb;
     boxes[8].max[1] = kInfinity;
-    SettledPairs pairs;
+    VerletPairs pairs;
     pairs.add({0, 1}, State::Sure);
     for (int i = 0; i < 4000; ++i)
     {
@@ -100,7 +100,7 @@ TEST(Shells, KernelsFindEveryWatchedPairThatChanges)
     }
     EXPECT_GT(expected.size(), 1000u);
     EXPECT_LT(expected.size(), 3000u);
-    for (const RowKernels* kernels : kernelsHere())
+    for (const ColumnKernels* kernels : kernelsHere())
     {
         std::vector<std::uint32_t> stirred(end);
         stirred.resize(kernels->findStirred(pairs.watchSource(boxes.data(), kMargin),
@@ -158,7 +158,7 @@ TEST(Shells, UpdatesWhereNearlyAllRestTellEveryChange)
     GridOptions options;
     options.threads = 1;
     options.rebuildFraction = 1;  // settles at once, and stays
-    RowGridBackend grid(options);
+    ColumnGridBackend grid(options);
     const std::unique_ptr<Backend> brute = makeBruteForceBackend();
     RestingHeap heap;
     PairDelta found;

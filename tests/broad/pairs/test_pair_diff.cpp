@@ -81,7 +81,7 @@ TEST(PairDiff, AppliedToTheFirstListGivesTheSecond)
 }
 
 /// updateHeldPairs() in terms of sets, for a filter and a margin that are drawn at random.
-TEST(HeldPairs, EnterByTheFilterAndLeaveByTheMargin)
+TEST(CandidatePairs, EnterByTheFilterAndLeaveByTheMargin)
 {
     SCOPED_TRACE("seed 2");
     Random random(2);

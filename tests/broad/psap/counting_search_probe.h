@@ -109,7 +109,7 @@ private:
     void emit() { m_search.emit(exec, psap::EveryPair{}, {m_found.data(), m_found.size(), &m_count}); }
 
     psap::Search<WatchedExec> m_search;
-    std::vector<IdPair> m_found = std::vector<IdPair>(1u << 20);
+    std::vector<RowPair> m_found = std::vector<RowPair>(1u << 20);
     std::uint64_t m_count = 0;
     bool m_wasFull = false;
 };

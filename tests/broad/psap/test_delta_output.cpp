@@ -19,8 +19,8 @@ namespace cullet::test
 namespace
 {
 using psap::ChangeLists;
-using psap::ChangeNames;
 using psap::Counters;
+using psap::DeltaOutput;
 using psap::LookupTable;
 using psap::OrderBucket;
 using psap::RankChange;
@@ -74,20 +74,20 @@ protected:
     }
 
     /// `count` different pairs of neighbouring rows.
-    std::vector<IdPair> chain(std::uint32_t count, std::uint32_t distance = 1) const
+    std::vector<RowPair> chain(std::uint32_t count, std::uint32_t distance = 1) const
     {
-        std::vector<IdPair> pairs(count);
+        std::vector<RowPair> pairs(count);
         for (std::uint32_t i = 0; i < count; ++i)
             pairs[i] = {i, i + distance};
         return pairs;
     }
 
     /// Pairs of the row with the least id and others.
-    std::vector<IdPair> star(std::uint32_t count) const
+    std::vector<RowPair> star(std::uint32_t count) const
     {
         const auto least =
             static_cast<std::uint32_t>(std::min_element(m_ids.begin(), m_ids.end()) - m_ids.begin());
-        std::vector<IdPair> pairs;
+        std::vector<RowPair> pairs;
         for (std::uint32_t row = 0; pairs.size() < count; ++row)
         {
             if (row != least)
@@ -97,7 +97,7 @@ protected:
     }
 
     /// @param room of the list of pairs that are held
-    void expectNamed(const std::vector<IdPair>& added, const std::vector<IdPair>& removed,
+    void expectNamed(const std::vector<RowPair>& added, const std::vector<RowPair>& removed,
                      std::uint64_t room = 100000)
     {
         const std::uint32_t largest = *std::max_element(m_ids.begin(), m_ids.end());
@@ -109,7 +109,7 @@ protected:
         std::vector<std::uint64_t> slots(64, 5);
         Tally next{};
         next.counters.lists.removed = next.motion = 3;
-        m_held.assign(room, IdPair{0, 0});
+        m_held.assign(room, RowPair{0, 0});
         std::vector<float> depths(room, 7.0f);
         const ChangeLists lists = {added.data(),
                                    added.size(),
@@ -152,13 +152,13 @@ protected:
 
     void recover() { m_names.recover(); }
 
-    std::uint32_t lesserId(IdPair pair) const { return std::min(m_ids[pair.a], m_ids[pair.b]); }
+    std::uint32_t lesserId(RowPair pair) const { return std::min(m_ids[pair.a], m_ids[pair.b]); }
 
 private:
-    Pairs named(const std::vector<IdPair>& pairs) const
+    Pairs named(const std::vector<RowPair>& pairs) const
     {
         Pairs names;
-        for (const IdPair& pair : pairs)
+        for (const RowPair& pair : pairs)
             names.push_back({lesserId(pair), std::max(m_ids[pair.a], m_ids[pair.b])});
         std::sort(names.begin(), names.end());
         return names;
@@ -167,9 +167,9 @@ private:
     std::mt19937 m_random{7};
     std::vector<std::uint32_t> m_ids;
     WatchedExec m_exec{PsapOptions{}};
-    std::vector<IdPair> m_held;
+    std::vector<RowPair> m_held;
     PairDelta m_delta;
-    ChangeNames<WatchedExec> m_names;
+    DeltaOutput<WatchedExec> m_names;
 };
 
 /// Where few changes are expected.
@@ -283,8 +283,8 @@ TEST_F(Names, BucketsAreEmptyAfterAnUpdateThatFailed)
 TEST_F(Names, ChangesOfOtherBoxesThanBeforeAreInOrder)
 {
     // Boxes with large ids, then with small ones, and all.
-    std::vector<IdPair> large, small;
-    for (const IdPair& pair : chain(9000))
+    std::vector<RowPair> large, small;
+    for (const RowPair& pair : chain(9000))
     {
         if (lesserId(pair) > 15000)
             large.push_back(pair);
@@ -303,8 +303,8 @@ TEST_F(Names, ChangesOfOtherBoxesThanBeforeAreInOrder)
 
 TEST_F(Names, AFewSmallerIdsThanBeforeComeFirst)
 {
-    std::vector<IdPair> large, few;
-    for (const IdPair& pair : chain(9000))
+    std::vector<RowPair> large, few;
+    for (const RowPair& pair : chain(9000))
     {
         if (lesserId(pair) > 15000)
             large.push_back(pair);

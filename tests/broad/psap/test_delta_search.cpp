@@ -234,10 +234,10 @@ float depthAfter(int updates, float way, float depth)
 {
     const std::uint32_t motion = bitsOf(way);
     const DeltaCounts counts = {1, 0, 0};
-    const IdPair pair = {0, 1};
+    const RowPair pair = {0, 1};
     for (int update = 0; update < updates; ++update)
     {
-        IdPair kept = {}, removed = {};
+        RowPair kept = {}, removed = {};
         std::uint64_t keptCount = 0, removedCount = 0;
         float left = 0;
         psap::HostExec exec{PsapOptions{}};

@@ -194,7 +194,7 @@ public:
     int voids = 0;
 
 private:
-    psap::NearPolicy m_policy;
+    psap::SkinPolicy m_policy;
     float m_way;
     float m_gone = 0;
     int counts[3] = {};
@@ -247,7 +247,7 @@ private:
             m_policy.forget();
     }
 
-    psap::NearPolicy m_policy;
+    psap::SkinPolicy m_policy;
     float m_way;
     float m_gone = 0;
 };
@@ -349,7 +349,7 @@ TEST(PsapNearPolicy, TriesAgainWhereASceneComesToRest)
 
 TEST(PsapNearPolicy, ASampleWithoutBoxesTellsNothing)
 {
-    psap::NearPolicy policy(PsapNearPairs::Always);
+    psap::SkinPolicy policy(PsapNearPairs::Always);
     std::vector<psap::BoxInSample> none(10, {-1.0f, 0.0f});
     policy.noteSample(none.data(), none.size());
     EXPECT_EQ(policy.choose(100), NearFrame::Search);

@@ -35,7 +35,7 @@ public:
             const psap::PairList& pairs;
             std::uint64_t tests = 0;
 
-            void push(IdPair pair) { pairs.push(pair); }
+            void push(RowPair pair) { pairs.push(pair); }
             void tested(std::uint64_t made) { tests += made; }
         };
         for (std::uint64_t i = 0; i < count; ++i)
@@ -65,7 +65,7 @@ Work searchOnce(const std::vector<Aabb>& boxes, const PsapOptions& options)
     CountingExec exec(options);
     psap::CellSearch<CountingExec> search(options, options.axis);
     search.build(exec, {boxes.data(), boxes.size()});
-    std::vector<IdPair> found(1u << 20);
+    std::vector<RowPair> found(1u << 20);
     std::uint64_t count = 0;
     search.emit(exec, psap::EveryPair{}, {found.data(), found.size(), &count});
     EXPECT_LE(count, found.size());
@@ -106,7 +106,7 @@ Pairs pairsOfRows(const std::vector<Aabb>& boxes, const PsapOptions& options)
 {
     psap::HostExec exec(options);
     psap::RowSearch<psap::HostExec> search(options, options.axis);
-    std::vector<IdPair> found(1u << 18);
+    std::vector<RowPair> found(1u << 18);
     std::uint64_t count = 0;
     // The second time with what the first left behind.
     for (int update = 0; update < 2; ++update)

@@ -17,9 +17,9 @@ namespace cullet::test
 {
 namespace
 {
-TEST(PartOrder, PartsAreTakenInOrderAsSoonAsTheyAreDone)
+TEST(OrderedParts, PartsAreTakenInOrderAsSoonAsTheyAreDone)
 {
-    PartOrder parts({100, 175}, 10, 3);
+    OrderedParts parts({100, 175}, 10, 3);
     ASSERT_EQ(parts.tasks(), 8u);
     EXPECT_EQ(parts.itemsOfTask(0).begin, 100u);
     EXPECT_EQ(parts.itemsOfTask(7).begin, 170u);
@@ -28,7 +28,7 @@ TEST(PartOrder, PartsAreTakenInOrderAsSoonAsTheyAreDone)
     const auto takeReady = [&]
     {
         parts.takeReady(
-            [&](PartOrder::Range items, unsigned first, unsigned end)
+            [&](OrderedParts::Range items, unsigned first, unsigned end)
             {
                 EXPECT_EQ(items.begin, 100 + 10 * first);
                 EXPECT_GT(end, first);
@@ -51,11 +51,11 @@ TEST(PartOrder, PartsAreTakenInOrderAsSoonAsTheyAreDone)
     EXPECT_EQ(taken, all);
 }
 
-TEST(PartOrder, NothingHasNoParts)
+TEST(OrderedParts, NothingHasNoParts)
 {
-    PartOrder parts({5, 5}, 10, 3);
+    OrderedParts parts({5, 5}, 10, 3);
     EXPECT_EQ(parts.tasks(), 0u);
-    parts.takeReady([](PartOrder::Range, unsigned, unsigned) { FAIL(); });
+    parts.takeReady([](OrderedParts::Range, unsigned, unsigned) { FAIL(); });
 }
 
 TEST(ScatteredRows, PairStreamsEqualThoseOfTheGrid)

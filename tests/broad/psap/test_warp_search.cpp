@@ -25,7 +25,7 @@ PsapOptions inGroups(PsapOptions options = {})
 template <class Exec, class IsNew>
 Pairs findWith(Exec& exec, psap::RowSearch<Exec>& search, const std::vector<Aabb>& boxes, const IsNew& isNew)
 {
-    std::vector<IdPair> found(1u << 17);
+    std::vector<RowPair> found(1u << 17);
     std::uint64_t count = 0;
     search.build(exec, {boxes.data(), boxes.size(), &count});
     search.emit(exec, isNew, {found.data(), found.size(), &count});
@@ -56,14 +56,14 @@ Found searchTogether(const std::vector<Aabb>& boxes, const IsNew& isNew, const P
 struct ShallowAndEven
 {
     ShallowAndEven ready() const { return *this; }
-    bool operator()(IdPair pair) const { return (pair.a + pair.b) % 2 == 0; }
+    bool operator()(RowPair pair) const { return (pair.a + pair.b) % 2 == 0; }
     template <class Depth>
-    bool operator()(IdPair pair, const Depth& depth) const
+    bool operator()(RowPair pair, const Depth& depth) const
     {
         return (*this)(pair) && depth() < 0.5f;
     }
     template <class Depth>
-    bool operator()(IdPair pair, float, const Depth& depth) const
+    bool operator()(RowPair pair, float, const Depth& depth) const
     {
         return (*this)(pair, depth);
     }
@@ -169,7 +169,7 @@ TEST(PsapGroups, HaveTheShorterRowsOfCells)
         psap::HostExec exec(options);
         psap::RowSearch<psap::HostExec> search(options, options.axis);
         EXPECT_EQ(findWith(exec, search, boxes, psap::EveryPair{}), everyPair(boxes));
-        const psap::RowPlan& plan = *search.planner().plan();
+        const psap::LevelPlan& plan = *search.planner().plan();
         EXPECT_EQ(plan.axes.s, 0u);
         EXPECT_EQ(plan.axes.u, flat);
         EXPECT_EQ(plan.axes.v, 3 - flat);

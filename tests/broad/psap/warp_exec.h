@@ -98,7 +98,7 @@ private:
 
         Lane(Warp<Room>& warp, std::uint32_t lane) : m_warp(warp), m_lane(lane) {}
 
-        void push(IdPair pair) { m_warp.list.push(pair); }
+        void push(RowPair pair) { m_warp.list.push(pair); }
         void tested(std::uint64_t) {}
         bool any(bool isMine) { return ballot(isMine) != 0; }
 

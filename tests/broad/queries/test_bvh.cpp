@@ -40,7 +40,7 @@ std::vector<Aabb> randomBoxes(std::size_t count, unsigned seed)
     return boxes;
 }
 
-std::vector<ProxyId> find(const BoxTree& tree, const Aabb& box)
+std::vector<ProxyId> find(const Bvh& tree, const Aabb& box)
 {
     TreeCursor cursor;
     cursor.depth = 1;
@@ -55,7 +55,7 @@ std::vector<ProxyId> find(const BoxTree& tree, const Aabb& box)
 }
 
 /// Every row in one slot, every node inside the lane of its parent.
-void expectSound(const BoxTree& tree, const std::vector<Aabb>& boxes)
+void expectSound(const Bvh& tree, const std::vector<Aabb>& boxes)
 {
     std::vector<int> seen(boxes.size(), 0);
     for (std::uint32_t slot = 0; slot < tree.slotCount(); ++slot)
@@ -85,20 +85,20 @@ void expectSound(const BoxTree& tree, const std::vector<Aabb>& boxes)
     }
 }
 
-TEST(BoxTree, HoldsEveryRowOnceForAnyCount)
+TEST(Bvh, HoldsEveryRowOnceForAnyCount)
 {
     for (const std::size_t count : {0, 1, 7, 8, 9, 63, 64, 65, 511, 513, 4097, 20000})
     {
         SCOPED_TRACE(count);
         const std::vector<Aabb> boxes = randomBoxes(count, 21);
-        BoxTree tree;
+        Bvh tree;
         tree.build(boxes.data(), firstRows(count));
         EXPECT_EQ(tree.rowCount(), count);
         expectSound(tree, boxes);
     }
 }
 
-TEST(BoxTree, DepthIsThatOfACompleteTreeWhateverTheBoxesAre)
+TEST(Bvh, DepthIsThatOfACompleteTreeWhateverTheBoxesAre)
 {
     const std::size_t count = 50000;
     std::vector<Aabb> samePoint(count, Aabb{{1, 2, 3}, {1, 2, 3}});
@@ -113,17 +113,17 @@ TEST(BoxTree, DepthIsThatOfACompleteTreeWhateverTheBoxesAre)
     }
     for (const std::vector<Aabb>* boxes : {&samePoint, &line, &twoPlaces})
     {
-        BoxTree tree;
+        Bvh tree;
         tree.build(boxes->data(), firstRows(count));
         EXPECT_EQ(tree.view().levelCount, 6);  // 8^6 > 50,000 > 8^5
         expectSound(tree, *boxes);
     }
 }
 
-TEST(BoxTree, MovesAndRemovalsKeepEveryNodeTight)
+TEST(Bvh, MovesAndRemovalsKeepEveryNodeTight)
 {
     std::vector<Aabb> boxes = randomBoxes(3000, 22);
-    BoxTree tree;
+    Bvh tree;
     tree.build(boxes.data(), firstRows(boxes.size()));
     int moved = 0;
     for (std::uint32_t slot = 0; slot < tree.slotCount(); slot += 3)
@@ -159,10 +159,10 @@ TEST(BoxTree, MovesAndRemovalsKeepEveryNodeTight)
     EXPECT_EQ(find(tree, query), expected);
 }
 
-TEST(BoxTree, ARefitKeepsNeighboursAndLetsFarAwayAndEmptyRowsGo)
+TEST(Bvh, ARefitKeepsNeighboursAndLetsFarAwayAndEmptyRowsGo)
 {
     std::vector<Aabb> boxes = randomBoxes(5000, 23);
-    BoxTree tree;
+    Bvh tree;
     tree.build(boxes.data(), firstRows(boxes.size()));
     for (std::size_t i = 0; i < boxes.size(); ++i)
     {
@@ -181,10 +181,10 @@ TEST(BoxTree, ARefitKeepsNeighboursAndLetsFarAwayAndEmptyRowsGo)
     EXPECT_NEAR(tree.leafArea(), tree.leafAreaAtBuild(), 0.1 * tree.leafAreaAtBuild());
 }
 
-TEST(BoxTree, ASlotHoldsWhatLiesInItsBoxAndFillsHalfOfIt)
+TEST(Bvh, ASlotHoldsWhatLiesInItsBoxAndFillsHalfOfIt)
 {
     const std::vector<Aabb> boxes = {{{0, 0, 0}, {4, 4, 4}}};
-    BoxTree tree;
+    Bvh tree;
     tree.build(boxes.data(), firstRows(1));
     const std::uint32_t slot = 0;
     ASSERT_EQ(tree.rowAt(slot), 0u);
@@ -195,7 +195,7 @@ TEST(BoxTree, ASlotHoldsWhatLiesInItsBoxAndFillsHalfOfIt)
     EXPECT_FALSE(tree.holds(slot, kEmptyAabb));
 }
 
-TEST(BoxTree, ALargeBoxDoesNotSpoilLeavesOfSmallOnes)
+TEST(Bvh, ALargeBoxDoesNotSpoilLeavesOfSmallOnes)
 {
     std::vector<Aabb> boxes;
     for (int i = 0; i < 8000; ++i)
@@ -204,11 +204,11 @@ TEST(BoxTree, ALargeBoxDoesNotSpoilLeavesOfSmallOnes)
                     z = static_cast<float>(i / 400);
         boxes.push_back({{x, y, z}, {x + 0.5f, y + 0.5f, z + 0.5f}});
     }
-    BoxTree smallOnly;
+    Bvh smallOnly;
     smallOnly.build(boxes.data(), firstRows(boxes.size()));
     for (int i = 0; i < 800; ++i)
         boxes.push_back({{-100, -100, -100}, {100, 100, 100}});
-    BoxTree both;
+    Bvh both;
     both.build(boxes.data(), firstRows(boxes.size()));
     const double largeLeaves = 100.0 * 3.0 * 200.0 * 200.0;
     EXPECT_LT(both.leafArea(), 1.1 * (smallOnly.leafArea() + largeLeaves));

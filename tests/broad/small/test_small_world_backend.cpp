@@ -45,11 +45,11 @@ struct RandomColumns
     std::vector<float> limits;
 };
 
-TEST(FlatKernels, EveryWidthFindsTheOverlapsOfThePredicate)
+TEST(OverlapKernels, EveryWidthFindsTheOverlapsOfThePredicate)
 {
     constexpr std::uint32_t kColumns = 192;
     const RandomColumns columns(kColumns);
-    std::vector<const FlatKernels*> kernels = {&kFlatKernelsBaseline};
+    std::vector<const OverlapKernels*> kernels = {&kFlatKernelsBaseline};
 #if defined(__x86_64__)
     if (__builtin_cpu_supports("avx2") != 0)
         kernels.push_back(&kFlatKernelsAvx2);
@@ -57,7 +57,7 @@ TEST(FlatKernels, EveryWidthFindsTheOverlapsOfThePredicate)
         kernels.push_back(&kFlatKernelsAvx512);
 #endif
     std::size_t hits = 0;
-    for (const FlatKernels* kernel : kernels)
+    for (const OverlapKernels* kernel : kernels)
     {
         SCOPED_TRACE(kernel->name);
         for (std::uint32_t row = 0; row < kColumns; ++row)
@@ -110,9 +110,9 @@ private:
     Random m_random{11};
 };
 
-TEST(FlatBackend, JitteringHeapIsWatchedInShellsAndStaysExact)
+TEST(SmallWorldBackend, JitteringHeapIsWatchedInShellsAndStaysExact)
 {
-    BackendSession session(std::make_unique<FlatBackend>(false));
+    BackendSession session(std::make_unique<SmallWorldBackend>(false));
     Heap heap(session);
     std::map<std::string, int> updates;
     std::size_t addedInShells = 0;
@@ -130,9 +130,9 @@ TEST(FlatBackend, JitteringHeapIsWatchedInShellsAndStaysExact)
     EXPECT_LT(session.backend().stats().candidates, 216u * 12u);
 }
 
-TEST(FlatBackend, BoxesThatLeaveTheirShellsComeAndGoExactly)
+TEST(SmallWorldBackend, BoxesThatLeaveTheirShellsComeAndGoExactly)
 {
-    BackendSession session(std::make_unique<FlatBackend>(false));
+    BackendSession session(std::make_unique<SmallWorldBackend>(false));
     Heap heap(session);
     std::map<std::string, int> updates;
     std::vector<ProxyId> late;
@@ -158,9 +158,9 @@ TEST(FlatBackend, BoxesThatLeaveTheirShellsComeAndGoExactly)
     EXPECT_GT(session.removedTotal(), 200u);
 }
 
-TEST(FlatBackend, FindsOthersWhereTheyHaveGoneInsideTheirShells)
+TEST(SmallWorldBackend, FindsOthersWhereTheyHaveGoneInsideTheirShells)
 {
-    BackendSession session(std::make_unique<FlatBackend>(false));
+    BackendSession session(std::make_unique<SmallWorldBackend>(false));
     Heap heap(session);
     for (int step = 0; step < 20; ++step)
     {
@@ -181,7 +181,7 @@ TEST(FlatBackend, FindsOthersWhereTheyHaveGoneInsideTheirShells)
     EXPECT_GE(session.delta().added.size(), 1u);
 }
 
-TEST(FlatBackend, PairsStayWhenTheRowGridTakesOver)
+TEST(SmallWorldBackend, PairsStayWhenTheColumnGridTakesOver)
 {
     GridOptions options;
     options.flatLimit = 100;

@@ -22,16 +22,16 @@ inline void upload(const DeviceBuffer<Aabb>& to, const std::vector<Aabb>& boxes)
     ASSERT_EQ(cudaDeviceSynchronize(), cudaSuccess);
 }
 
-inline std::vector<IdPair> download(const DevicePairs& found)
+inline std::vector<RowPair> download(const DevicePairs& found)
 {
-    std::vector<IdPair> rows(found.count);
-    EXPECT_EQ(cudaMemcpy(rows.data(), found.pairs, rows.size() * sizeof(IdPair), cudaMemcpyDeviceToHost),
+    std::vector<RowPair> rows(found.count);
+    EXPECT_EQ(cudaMemcpy(rows.data(), found.pairs, rows.size() * sizeof(RowPair), cudaMemcpyDeviceToHost),
               cudaSuccess);
     return rows;
 }
 
-inline std::vector<IdPair> findOnDevice(DevicePairFinder& finder, const DeviceBuffer<Aabb>& boxes,
-                                        std::uint64_t count)
+inline std::vector<RowPair> findOnDevice(DevicePairFinder& finder, const DeviceBuffer<Aabb>& boxes,
+                                         std::uint64_t count)
 {
     DevicePairs found;
     EXPECT_EQ(finder.enqueue(boxes.data(), count), Status::Ok);

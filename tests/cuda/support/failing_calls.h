@@ -13,9 +13,9 @@
 namespace cullet::test
 {
 /// What a call that fails so makes of an update or a search.
-inline Status statusOf(CudaFault fault)
+inline Status statusOf(FaultInjection fault)
 {
-    return fault == CudaFault::OutOfMemory ? Status::OutOfMemory : Status::DeviceLost;
+    return fault == FaultInjection::OutOfMemory ? Status::OutOfMemory : Status::DeviceLost;
 }
 
 /// No fault outlives the scope.
@@ -24,13 +24,13 @@ struct FaultEnd
     FaultEnd() = default;
     FaultEnd(const FaultEnd&) = delete;
     FaultEnd& operator=(const FaultEnd&) = delete;
-    ~FaultEnd() { setCudaFault(CudaFault::None, 0); }
+    ~FaultEnd() { setCudaFault(FaultInjection::None, 0); }
 };
 
 /// The call that is to fail, of those after begin().
 struct FaultPlan
 {
-    CudaFault fault;
+    FaultInjection fault;
     std::uint64_t call;
 
     void begin() const { setCudaFault(fault, call); }
@@ -40,7 +40,7 @@ struct FaultPlan
 ///
 /// @param body gets the plan, begins it, and ends the fault when a failure has reached it
 template <class Body>
-std::uint64_t failEachCall(CudaFault fault, const Body& body)
+std::uint64_t failEachCall(FaultInjection fault, const Body& body)
 {
     for (std::uint64_t call = 0;; ++call)
     {

@@ -85,7 +85,7 @@ __global__ void sumPairs(const Aabb* boxes, std::uint32_t count, PairSum* total)
     addTo(total, sum);
 }
 
-__global__ void sumList(const IdPair* pairs, std::uint64_t count, PairSum* total)
+__global__ void sumList(const RowPair* pairs, std::uint64_t count, PairSum* total)
 {
     PairSum sum;
     for (std::uint64_t i = blockIdx.x * kThreads + threadIdx.x; i < count; i += gridDim.x * kThreads)

@@ -52,7 +52,7 @@ double outsideOf(const PosedHull<S>& posed, const Eigen::Vector3d& shift, const 
 }
 
 template <class S>
-PenetrationResult<S> depthOf(const PairScene<S>& scene, GjkCache<S>& cache, DepthMemory& memory,
+PenetrationResult<S> depthOf(const PairScene<S>& scene, GjkCache<S>& cache, EpaCache& memory,
                              DepthTally& tally)
 {
     const PosedHull<S> a = scene.posedA();
@@ -75,7 +75,7 @@ PenetrationResult<S> depthOf(const PairScene<S>& scene, GjkCache<S>& cache, Dept
 }
 
 template <class S>
-void checkDepth(const PairScene<S>& scene, GjkCache<S>& cache, DepthMemory& memory, DepthTally& tally)
+void checkDepth(const PairScene<S>& scene, GjkCache<S>& cache, EpaCache& memory, DepthTally& tally)
 {
     const PosedHull<S> a = scene.posedA();
     const PosedHull<S> b = scene.posedB();
@@ -128,7 +128,7 @@ DepthTally checkDepths(bool isThin, double farAway, int rounds, unsigned seed)
         PairScene<S> scene =
             randomPair(hulls[a], hulls[b], gaps[engine() % std::size(gaps)], farAway, engine);
         GjkCache<S> cache;
-        DepthMemory memory;
+        EpaCache memory;
         checkDepth(scene, cache, memory, tally);
         moveALittle(scene, 0.005, engine);
         checkDepth(scene, cache, memory, tally);

@@ -80,7 +80,7 @@ double leastExtent(const PlacedHull& a, const PlacedHull& b)
 }
 }  // namespace
 
-TEST(GaussArcs, EveryPairThatCrossesIsFoundOnce)
+TEST(GaussMapArcs, EveryPairThatCrossesIsFoundOnce)
 {
     constexpr unsigned kSeed = 20;
     SCOPED_TRACE(kSeed);
@@ -90,7 +90,7 @@ TEST(GaussArcs, EveryPairThatCrossesIsFoundOnce)
     for (int round = 0; round < 20; ++round)
     {
         const std::vector<Arc> first = randomArcs(kArcs, engine), second = randomArcs(kArcs, engine);
-        GaussArcs a, b;
+        GaussMapArcs a, b;
         for (int i = 0; i < kArcs; ++i)
         {
             a.add(first[i].from, first[i].to);
@@ -99,9 +99,9 @@ TEST(GaussArcs, EveryPairThatCrossesIsFoundOnce)
         a.sort();
         b.sort();
         std::set<std::pair<std::size_t, std::size_t>> found;
-        GaussArcs::forEachPair(a, b,
-                               [&](std::size_t i, std::size_t j)
-                               { EXPECT_TRUE(found.emplace(i, j).second) << i << ' ' << j; });
+        GaussMapArcs::forEachPair(a, b,
+                                  [&](std::size_t i, std::size_t j)
+                                  { EXPECT_TRUE(found.emplace(i, j).second) << i << ' ' << j; });
         pairs += static_cast<int>(found.size());
         for (std::size_t i = 0; i < kArcs; ++i)
         {
@@ -118,11 +118,11 @@ TEST(GaussArcs, EveryPairThatCrossesIsFoundOnce)
     EXPECT_LT(pairs, 20 * kArcs * kArcs / 2);
 }
 
-TEST(GaussArcs, AnArcWithoutAnEndMeetsEveryOther)
+TEST(GaussMapArcs, AnArcWithoutAnEndMeetsEveryOther)
 {
     std::mt19937 engine(21);
     constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInfinite = HUGE_VAL;
-    GaussArcs a, b;
+    GaussMapArcs a, b;
     a.add(Eigen::Vector3d::Zero(), Eigen::Vector3d::UnitX());
     a.add(Eigen::Vector3d::UnitY(), Eigen::Vector3d(kNan, 0.0, 0.0));
     a.add(Eigen::Vector3d(0.0, kInfinite, 0.0), Eigen::Vector3d(kNan, kNan, kNan));
@@ -131,8 +131,8 @@ TEST(GaussArcs, AnArcWithoutAnEndMeetsEveryOther)
         b.add(arc.from, arc.to);
     b.sort();
     int found = 0;
-    GaussArcs::forEachPair(a, b, [&](std::size_t, std::size_t) { ++found; });
-    GaussArcs::forEachPair(b, a, [&](std::size_t, std::size_t) { ++found; });
+    GaussMapArcs::forEachPair(a, b, [&](std::size_t, std::size_t) { ++found; });
+    GaussMapArcs::forEachPair(b, a, [&](std::size_t, std::size_t) { ++found; });
     EXPECT_EQ(found, 300);
 }
 
@@ -188,7 +188,7 @@ TEST(ExactPenetration, LooksAtFewPairsOfEdgesOfRoundHulls)
     const PlacedHull placedA(a, Eigen::Vector3d::Zero(), 1.0), placedB(b, Eigen::Vector3d::Zero(), -1.0);
     const MinkowskiDepth sum(placedA, placedB);
     std::int64_t arcPairs = 0;
-    GaussArcs::forEachPair(placedA.arcs, placedB.arcs, [&](std::size_t, std::size_t) { ++arcPairs; });
+    GaussMapArcs::forEachPair(placedA.arcs, placedB.arcs, [&](std::size_t, std::size_t) { ++arcPairs; });
     const auto edges = static_cast<std::int64_t>(placedA.edges.size());
     EXPECT_EQ(edges, 7680);
     EXPECT_GT(arcPairs, edges);

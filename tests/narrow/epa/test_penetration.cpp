@@ -193,7 +193,7 @@ void checkLargePolytope(const Hull<S>& hull, const PosedHull<S>& b)
     double depth = 0.0;
     ASSERT_TRUE(exactPenetration(a, b, normal, depth));
     GjkCache<S> cache;
-    DepthMemory memory;
+    EpaCache memory;
     for (int frame = 0; frame < 2; ++frame)
     {
         const PenetrationResult<S> result = penetration(a, b, cache, &memory);
@@ -248,7 +248,7 @@ void checkMemoryOfAnotherPair()
     const std::vector<Hull<S>> hulls = {hullOf<S>(icoPoints(1)), hullOf<S>(boxPoints(0.5, 0.6, 0.7))};
     std::mt19937 engine(41);
     int usedCount = 0, forgottenCount = 0;
-    DepthMemory memory;
+    EpaCache memory;
     PairScene<S> scene;
     for (int i = 0; i < 2000; ++i)
     {
@@ -296,7 +296,7 @@ void checkMemoryOfPairsThatTurn()
     {
         PairScene<S> scene = randomPair(hulls[pair % 2], hulls[pair / 2 % 2], -0.04, 0.0, engine);
         GjkCache<S> cache;
-        DepthMemory memory;
+        EpaCache memory;
         for (int frame = 0; frame < 30; ++frame)
         {
             SCOPED_TRACE(testing::Message() << "pair " << pair << " frame " << frame);
@@ -368,7 +368,7 @@ void checkTouchingBoxes(double tolerance)
                                 (turn * (away * part)).template cast<S>());
         };
         GjkCache<S> cache;
-        DepthMemory memory;
+        EpaCache memory;
         penetration(tilted, b(closer(engine)), cache, &memory);
         const PosedHull<S> touching = b(1.0);
         const PenetrationResult<S> result = rememberedPenetration(a, touching, cache, memory);
@@ -442,7 +442,7 @@ void checkTrianglesInOnePlane(double lean, int* remembered)
         const Eigen::Vector3d crossing(1 + 0.3 * normal(engine), 0.2 * normal(engine),
                                        1 + 0.3 * normal(engine));
         GjkCache<S> cache;
-        DepthMemory memory;
+        EpaCache memory;
         const PosedHull<S> crossed(other, randomRotation(engine).cast<S>(), crossing.cast<S>());
         penetration(a, crossed, cache, &memory);
         *remembered += memory.vertexCount > 0 ? 1 : 0;
@@ -450,7 +450,7 @@ void checkTrianglesInOnePlane(double lean, int* remembered)
         {
             const PosedHull<S> b(other, leaning.cast<S>(), {S(away), S(0), S(away)});
             GjkCache<S> cacheNow = cache;
-            DepthMemory memoryNow = memory;
+            EpaCache memoryNow = memory;
             EXPECT_EQ(rememberedPenetration(a, b, cacheNow, memoryNow).state, GjkState::NotConverged) << away;
             EXPECT_EQ(memoryNow.vertexCount, 0);
         }

@@ -65,7 +65,7 @@ int checkSize(const Hull<S>& hull, double size)
 {
     const PosedHull<S> a = at(hull, 0, 0, 0), b = at(hull, 0.3 * size, 0.2 * size, 0.1 * size);
     GjkCache<S> cache;
-    DepthMemory memory;
+    EpaCache memory;
     int depths = 0;
     for (int frame = 0; frame < 2; ++frame)
     {
@@ -118,7 +118,7 @@ TEST(PenetrationFaults, ASupportThatIsNotFiniteEndsTheExpansionWithoutAnAnswerOr
             SCOPED_TRACE(testing::Message() << bad << " in call " << badCall);
             const FaultySupport faulty(hull, badCall, bad);
             GjkCache<float> cache;
-            DepthMemory memory;
+            EpaCache memory;
             const PenetrationResult<float> result = penetration(faulty, other, cache, &memory);
             expectDefined(result);
             EXPECT_LT(faulty.calls(), 2000);

@@ -177,7 +177,7 @@ void checkEntries()
         const PosedHull<S> moved(a.hull(), a.basis().template cast<S>(),
                                  (a.origin() + in).template cast<S>());
         ASSERT_EQ(gjkDistance(moved, b, S(0.02), cache).state, GjkState::Overlapping);
-        DepthMemory memory;
+        EpaCache memory;
         const PenetrationResult<S> deep = penetration(moved, b, cache, &memory);
         ASSERT_EQ(deep.state, GjkState::Overlapping);
         EXPECT_EQ(deep.method, PenetrationMethod::Expansion);

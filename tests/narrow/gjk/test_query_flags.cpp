@@ -72,7 +72,7 @@ public:
     void forget()
     {
         m_boolean = m_distance = m_depth = GjkCache<S>();
-        m_memory = DepthMemory();
+        m_memory = EpaCache();
     }
 
 private:
@@ -135,7 +135,7 @@ private:
     }
 
     GjkCache<S> m_boolean, m_distance, m_depth;
-    DepthMemory m_memory;
+    EpaCache m_memory;
 };
 
 /// The same pair, larger or smaller.

@@ -82,7 +82,7 @@ TEST(HullCost, ComparesEachPointWithFewTrianglesWhenThereAreMany)
     {
         SCOPED_TRACE(name + ", seed " + std::to_string(kSeed));
         const Points rounded = asFloats(points);
-        const Triangulation surface(rounded, seedOf(rounded));
+        const Quickhull surface(rounded, seedOf(rounded));
         const SurfacePoints extra(rounded, surface, 16.0 * std::numeric_limits<float>::epsilon());
         // 15 levels, of which a point sees a few facets each.
         EXPECT_LT(surface.testCount(), std::uint64_t(150) * kCount);

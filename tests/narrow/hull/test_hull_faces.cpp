@@ -222,7 +222,7 @@ TEST(FaceMerger, OutlinesAreSimpleForEveryTolerance)
         const Points points =
             i % 2 == 0 ? ellipsoidPoints(5 + upTo(engine, 60), axes, engine())
                        : moved(gridBoxPoints(2 + upTo(engine, 4)), axes.asDiagonal(), {0.0, 0.0, 0.0});
-        const Triangulation surface(points, seedOf(points));
+        const Quickhull surface(points, seedOf(points));
         const FaceMerger merged(points, surface.triangles(), std::pow(10.0, between(engine, -4.0, 0.5)));
         ASSERT_GE(merged.polygons().size(), 2u);
         Faces faces;

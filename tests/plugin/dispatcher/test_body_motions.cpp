@@ -329,14 +329,14 @@ TEST(BodyMotions, ThatAreAbandonedLookAtNoBodyAndFollowItAnewInAnotherPlace)
     EXPECT_EQ(motions.size(), 3u);
 }
 
-TEST(WatchedPairs, KnowAlgorithmsWhereTheyWereUnlessOneAtThatAddressCameOrWent)
+TEST(MotionTrackedPairs, KnowAlgorithmsWhereTheyWereUnlessOneAtThatAddressCameOrWent)
 {
-    using Kind = WatchedPairs::Kind;
+    using Kind = MotionTrackedPairs::Kind;
     // Of which the addresses count only.
     alignas(16) unsigned char memory[6][192];
     const auto algorithm = [&](std::size_t i) { return reinterpret_cast<btCollisionAlgorithm*>(memory[i]); };
     std::vector<btBroadphasePair> pairs(6);
-    WatchedPairs watched;
+    MotionTrackedPairs watched;
     ASSERT_TRUE(watched.makeRoom(pairs.size()));
     EXPECT_EQ(watched.firstUnknown(pairs.data(), 0, pairs.size()), 0u) << "pairs without algorithms";
     const auto learn = [&]

@@ -15,16 +15,16 @@
 
 namespace cullet::test
 {
-using IdPair = std::pair<int, int>;
+using RowPair = std::pair<int, int>;
 
-inline IdPair idsOf(const btBroadphasePair& pair)
+inline RowPair idsOf(const btBroadphasePair& pair)
 {
     return {pair.m_pProxy0->m_uniqueId, pair.m_pProxy1->m_uniqueId};
 }
 
-inline std::vector<IdPair> idsOf(const PairCache& cache)
+inline std::vector<RowPair> idsOf(const PairCache& cache)
 {
-    std::vector<IdPair> ids;
+    std::vector<RowPair> ids;
     const btBroadphasePair* pairs = cache.getOverlappingPairArrayPtr();
     for (int i = 0; i < cache.getNumOverlappingPairs(); ++i)
         ids.push_back(idsOf(pairs[i]));
@@ -141,7 +141,7 @@ public:
         return m_function(pair);
     }
 
-    std::vector<IdPair> visited;
+    std::vector<RowPair> visited;
 
 private:
     std::function<bool(btBroadphasePair&)> m_function;
@@ -172,8 +172,8 @@ public:
         ++forbiddenCalls;
     }
 
-    std::vector<IdPair> added;
-    std::vector<IdPair> removed;
+    std::vector<RowPair> added;
+    std::vector<RowPair> removed;
     btDispatcher* lastDispatcher = nullptr;
     int forbiddenCalls = 0;
     std::function<void(btBroadphaseProxy*, btBroadphaseProxy*)> onAdd;

@@ -93,9 +93,9 @@ TEST(PairCache, MovesTheLastPairIntoTheHole)
     cache.addOverlappingPair(proxies[2], proxies[3]);
     cache.addOverlappingPair(proxies[0], proxies[1]);
     cache.addOverlappingPair(proxies[0], proxies[2]);
-    EXPECT_EQ(idsOf(cache), (std::vector<IdPair>{{3, 4}, {1, 2}, {1, 3}}));
+    EXPECT_EQ(idsOf(cache), (std::vector<RowPair>{{3, 4}, {1, 2}, {1, 3}}));
     cache.removeOverlappingPair(proxies[2], proxies[3], nullptr);
-    EXPECT_EQ(idsOf(cache), (std::vector<IdPair>{{1, 3}, {1, 2}}));
+    EXPECT_EQ(idsOf(cache), (std::vector<RowPair>{{1, 3}, {1, 2}}));
 }
 
 TEST(PairCache, AppliesGroupAndMaskOfBothSidesWithoutACallback)
@@ -207,10 +207,10 @@ TEST(PairCache, TellsGhostsBeforeAPairExistsAndAfterItCanNoLongerBeFound)
     cache.addOverlappingPair(proxies[2], proxies[0])->m_algorithm = dispatcher.makeAlgorithm();
     cache.addOverlappingPair(proxies[0], proxies[2]);
     cache.addOverlappingPair(proxies[1], proxies[2]);
-    EXPECT_EQ(ghosts.added, (std::vector<IdPair>{{1, 3}, {2, 3}}));
+    EXPECT_EQ(ghosts.added, (std::vector<RowPair>{{1, 3}, {2, 3}}));
     cache.removeOverlappingPair(proxies[2], proxies[0], &dispatcher);
     cache.removeOverlappingPair(proxies[2], proxies[0], &dispatcher);
-    EXPECT_EQ(ghosts.removed, (std::vector<IdPair>{{1, 3}}));
+    EXPECT_EQ(ghosts.removed, (std::vector<RowPair>{{1, 3}}));
     EXPECT_EQ(ghosts.lastDispatcher, &dispatcher);
     EXPECT_EQ(calls, 3);
 }
@@ -313,8 +313,8 @@ TEST(PairCache, VisitsTheSwappedInPairNextWhenThePassRemovesOne)
         cache.addOverlappingPair(proxies[0], proxies[i]);
     Visit visit([&](btBroadphasePair& pair) { return pair.m_pProxy1 == proxies[2]; });
     cache.processAllOverlappingPairs(&visit, nullptr);
-    EXPECT_EQ(visit.visited, (std::vector<IdPair>{{1, 2}, {1, 3}, {1, 5}, {1, 4}}));
-    EXPECT_EQ(idsOf(cache), (std::vector<IdPair>{{1, 2}, {1, 5}, {1, 4}}));
+    EXPECT_EQ(visit.visited, (std::vector<RowPair>{{1, 2}, {1, 3}, {1, 5}, {1, 4}}));
+    EXPECT_EQ(idsOf(cache), (std::vector<RowPair>{{1, 2}, {1, 5}, {1, 4}}));
 }
 
 TEST(PairCache, VisitsPairsAddedDuringThePassAtItsEnd)
@@ -354,7 +354,7 @@ TEST(PairCache, GoesOnWhenACallbackRemovesItsOwnPair)
                 return false;
             });
         cache.processAllOverlappingPairs(&visit, nullptr);
-        const std::set<IdPair> distinct(visit.visited.begin(), visit.visited.end());
+        const std::set<RowPair> distinct(visit.visited.begin(), visit.visited.end());
         EXPECT_EQ(visit.visited.size(), 28u);
         EXPECT_EQ(distinct.size(), 28u);
         EXPECT_EQ(cache.getNumOverlappingPairs(), 28 - 6);
@@ -380,7 +380,7 @@ TEST(PairCache, RemovesTheVisitedPairThatTheCallbackMoved)
                 return true;
             });
         cache.processAllOverlappingPairs(&visit, nullptr, isOrdered ? deterministic() : btDispatcherInfo());
-        EXPECT_EQ(idsOf(cache), (std::vector<IdPair>{{1, 3}}));
+        EXPECT_EQ(idsOf(cache), (std::vector<RowPair>{{1, 3}}));
         EXPECT_TRUE(cache.isConsistent());
     }
 }
@@ -406,7 +406,7 @@ TEST(PairCache, VisitsNoPairTwiceWhenCallbacksRemoveEarlierPairs)
             return false;
         });
     cache.processAllOverlappingPairs(&visit, nullptr);
-    const std::set<IdPair> distinct(visit.visited.begin(), visit.visited.end());
+    const std::set<RowPair> distinct(visit.visited.begin(), visit.visited.end());
     EXPECT_EQ(distinct.size(), visit.visited.size());
     EXPECT_GT(removedEarlier, 10u);
     EXPECT_LT(removedEarlier, 100u);
@@ -421,8 +421,8 @@ TEST(PairCache, ProcessesInDescendingOrderOfIdsWhenAskedTo)
     for (const int id : {70000, 3, 1 << 30, 12, 4096, 5000, INT_MAX})
         proxies.add(id);
     addAllPairs(cache, proxies, proxies.size());
-    std::vector<IdPair> expected = idsOf(cache);
-    const std::vector<IdPair> inArray = expected;
+    std::vector<RowPair> expected = idsOf(cache);
+    const std::vector<RowPair> inArray = expected;
     std::sort(expected.rbegin(), expected.rend());
     ASSERT_NE(expected, inArray);
 
@@ -440,16 +440,16 @@ TEST(PairCache, ProcessesInOrderEveryPairThatIsStillThereWhenCallbacksRemove)
     PairCache cache;
     Proxies proxies(30);
     addAllPairs(cache, proxies, 30);
-    std::vector<IdPair> expected = idsOf(cache);
+    std::vector<RowPair> expected = idsOf(cache);
     std::sort(expected.rbegin(), expected.rend());
     // Of the pairs (a, b): a divisible by 3 is removed by the answer, (a, 30) removes (a - 1, 29) ahead of its visit,
     // and whatever is added waits for the next pass.
-    const auto isRemovedAhead = [](IdPair ids) { return ids.second == 29; };
+    const auto isRemovedAhead = [](RowPair ids) { return ids.second == 29; };
     expected.erase(std::remove_if(expected.begin(), expected.end(), isRemovedAhead), expected.end());
     Visit visit(
         [&](btBroadphasePair& pair)
         {
-            const IdPair ids = idsOf(pair);
+            const RowPair ids = idsOf(pair);
             if (ids.second == 30 && ids.first > 1)
                 cache.removePair({static_cast<std::uint32_t>(ids.first - 1), 29}, nullptr);
             if (ids.second == 30)
@@ -460,7 +460,7 @@ TEST(PairCache, ProcessesInOrderEveryPairThatIsStillThereWhenCallbacksRemove)
     cache.processAllOverlappingPairs(&visit, nullptr, deterministic());
     EXPECT_EQ(visit.visited, expected);
     EXPECT_TRUE(cache.isConsistent());
-    for (const IdPair& ids : idsOf(cache))
+    for (const RowPair& ids : idsOf(cache))
         EXPECT_TRUE(ids.first % 3 != 0 || ids.second > 900);
 }
 
@@ -482,7 +482,7 @@ TEST(PairCache, SortsAgainOnlyAfterAChange)
             });
         cache.processAllOverlappingPairs(&outer, nullptr, deterministic());
         cache.processAllOverlappingPairs(&nesting, nullptr, deterministic());
-        std::vector<IdPair> expected = idsOf(cache);
+        std::vector<RowPair> expected = idsOf(cache);
         std::sort(expected.rbegin(), expected.rend());
         EXPECT_EQ(outer.visited, expected);
         EXPECT_EQ(nesting.visited, expected);
@@ -501,7 +501,7 @@ TEST(PairCache, SortsTheArrayWithoutTouchingAlgorithmsOrGhosts)
     FakeDispatcher dispatcher;
     GhostLog ghosts;
     addAllPairs(cache, proxies, 12);
-    std::vector<std::pair<IdPair, btCollisionAlgorithm*>> expected;
+    std::vector<std::pair<RowPair, btCollisionAlgorithm*>> expected;
     for (int i = 0; i < cache.getNumOverlappingPairs(); ++i)
     {
         btBroadphasePair& pair = cache.getOverlappingPairArray()[i];
@@ -541,7 +541,7 @@ TEST(PairCache, StaysUsableWhenACallbackThrows)
     EXPECT_EQ(cache.getNumOverlappingPairs(), 14);
     EXPECT_TRUE(cache.isConsistent());
     cache.sortOverlappingPairs(nullptr);  // would do nothing if the passes above still counted as running
-    const std::vector<IdPair> ids = idsOf(cache);
+    const std::vector<RowPair> ids = idsOf(cache);
     EXPECT_TRUE(std::is_sorted(ids.rbegin(), ids.rend()));
 }
 
@@ -611,8 +611,8 @@ TEST(PairCache, APairWhoseProxyGoesInTheGhostCallbackDoesNotCome)
     };
     EXPECT_NE(cache.addOverlappingPair(proxies[0], proxies[2]), nullptr);
     EXPECT_EQ(cache.addOverlappingPair(proxies[0], proxies[1]), nullptr);
-    EXPECT_EQ(idsOf(cache), (std::vector<IdPair>{{1, 3}}));
-    EXPECT_EQ(ghosts.removed, (std::vector<IdPair>{{1, 2}})) << "told to come, so told to go";
+    EXPECT_EQ(idsOf(cache), (std::vector<RowPair>{{1, 3}}));
+    EXPECT_EQ(ghosts.removed, (std::vector<RowPair>{{1, 2}})) << "told to come, so told to go";
     EXPECT_EQ(ghosts.lastDispatcher, &dispatcher);
     // The pair alone, by its proxies and by its ids.
     for (const bool byIds : {false, true})
@@ -700,8 +700,8 @@ TEST(PairCache, APairIsToldOnceHoweverOftenItIsAddedMeanwhile)
         cache.setInternalGhostPairCallback(&ghosts);
     };
     EXPECT_NE(cache.addOverlappingPair(proxies[0], proxies[1]), nullptr);
-    EXPECT_EQ(ghosts.added, (std::vector<IdPair>{{1, 2}, {1, 3}}));
-    EXPECT_EQ(idsOf(cache), (std::vector<IdPair>{{1, 3}, {1, 2}}));
+    EXPECT_EQ(ghosts.added, (std::vector<RowPair>{{1, 2}, {1, 3}}));
+    EXPECT_EQ(idsOf(cache), (std::vector<RowPair>{{1, 3}, {1, 2}}));
     EXPECT_TRUE(cache.isConsistent());
 }
 

@@ -19,7 +19,7 @@ TEST(PairCacheCallbacks, SortingDoesNothingWhilePairsAreProcessed)
     Proxies proxies(6);
     for (std::size_t i = 1; i < 6; ++i)
         cache.addOverlappingPair(proxies[0], proxies[i]);
-    const std::vector<IdPair> before = idsOf(cache);
+    const std::vector<RowPair> before = idsOf(cache);
     Visit visit(
         [&](btBroadphasePair&)
         {
@@ -30,7 +30,7 @@ TEST(PairCacheCallbacks, SortingDoesNothingWhilePairsAreProcessed)
     cache.processAllOverlappingPairs(&visit, nullptr);
     EXPECT_EQ(visit.visited, before) << "each once, in the order of the array";
     cache.sortOverlappingPairs(nullptr);
-    EXPECT_EQ(idsOf(cache), std::vector<IdPair>(before.rbegin(), before.rend()));
+    EXPECT_EQ(idsOf(cache), std::vector<RowPair>(before.rbegin(), before.rend()));
 }
 
 TEST(PairCacheCallbacks, SortingDoesNothingWhileAPairIsRemoved)
@@ -43,7 +43,7 @@ TEST(PairCacheCallbacks, SortingDoesNothingWhileAPairIsRemoved)
     ghosts.onRemove = [&](btBroadphaseProxy*, btBroadphaseProxy*) { cache.sortOverlappingPairs(nullptr); };
     cache.setInternalGhostPairCallback(&ghosts);
     cache.removeOverlappingPair(proxies[0], proxies[2], nullptr);
-    EXPECT_EQ(idsOf(cache), (std::vector<IdPair>{{1, 2}, {1, 6}, {1, 4}, {1, 5}}));
+    EXPECT_EQ(idsOf(cache), (std::vector<RowPair>{{1, 2}, {1, 6}, {1, 4}, {1, 5}}));
     EXPECT_TRUE(cache.isConsistent());
 }
 

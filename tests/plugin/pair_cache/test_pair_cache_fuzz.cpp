@@ -103,7 +103,7 @@ private:
         return pair;
     }
 
-    static IdPair idsOfProxies(ProxyPair pair)
+    static RowPair idsOfProxies(ProxyPair pair)
     {
         return std::minmax(pair.first->m_uniqueId, pair.second->m_uniqueId);
     }
@@ -136,7 +136,7 @@ private:
     void remove()
     {
         const ProxyPair proxies = probablyKnownPair();
-        const IdPair ids = idsOfProxies(proxies);
+        const RowPair ids = idsOfProxies(proxies);
         const int before = m_cache.getNumOverlappingPairs();
         if (m_random.chance(0.5f))
             m_cache.removeOverlappingPair(proxies.first, proxies.second, &m_dispatcher);
@@ -217,7 +217,7 @@ private:
         if (m_random.chance(0.2f))
         {
             m_cache.sortOverlappingPairs(&m_dispatcher);
-            const std::vector<IdPair> ids = test::idsOf(m_cache);
+            const std::vector<RowPair> ids = test::idsOf(m_cache);
             ASSERT_TRUE(std::is_sorted(ids.rbegin(), ids.rend()));
             ++m_counts["sorted"];
             return;
@@ -225,7 +225,7 @@ private:
         btDispatcherInfo info;
         info.m_deterministicOverlappingPairs = m_random.chance(0.5f);
         const float probability = m_random.chance(0.1f) ? 0.9f : 0.02f;
-        std::vector<IdPair> removed;
+        std::vector<RowPair> removed;
         Visit visit(
             [&](btBroadphasePair& pair)
             {
@@ -242,13 +242,13 @@ private:
         }
         std::sort(visit.visited.begin(), visit.visited.end());
         ASSERT_TRUE(std::equal(visit.visited.begin(), visit.visited.end(), m_model.begin(),
-                               [](const IdPair& ids, const auto& known) { return ids == known.first; }));
-        for (const IdPair& ids : removed)
+                               [](const RowPair& ids, const auto& known) { return ids == known.first; }));
+        for (const RowPair& ids : removed)
             m_model.erase(ids);
         m_counts["removed in a pass"] += removed.size();
     }
 
-    static Pair toPair(IdPair ids)
+    static Pair toPair(RowPair ids)
     {
         return {static_cast<std::uint32_t>(ids.first), static_cast<std::uint32_t>(ids.second)};
     }
@@ -259,8 +259,8 @@ private:
     GhostLog m_ghosts;
     Proxies m_proxies;
     std::vector<btBroadphaseProxy*> m_live;
-    std::map<IdPair, btCollisionAlgorithm*> m_model;
-    std::set<IdPair> m_ghostPairs;
+    std::map<RowPair, btCollisionAlgorithm*> m_model;
+    std::set<RowPair> m_ghostPairs;
     int m_lastId = 0;
     std::size_t m_steps = 0;
     bool m_hasGhosts = false;

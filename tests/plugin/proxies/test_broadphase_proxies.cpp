@@ -292,39 +292,39 @@ TEST(Broadphase, PrintStatsSaysOneLineToTheLogAndNothingToTheConsole)
     EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
-TEST(PairKeeper, KeepsPairsOfIdsThatBulletTakesForNegative)
+TEST(PairSync, KeepsPairsOfIdsThatBulletTakesForNegative)
 {
     for (const std::uint32_t first : {0x7ffffffdu, 0xfffffffdu})
     {
         ProxyStore store(first);
-        PairKeeper keeper(store, nullptr, makeBruteForceBackend(), bruteOptions());
+        PairSync pairSync(store, nullptr, makeBruteForceBackend(), bruteOptions());
         std::vector<Proxy*> cubes;
         for (int i = 0; i < 6; ++i)
             cubes.push_back(
                 store.create(vec(0.1 * i, 0, 0), vec(0.1 * i + 1, 1, 1), nullptr, {1, kAllGroups}));
-        keeper.update(0.05f, nullptr);
-        EXPECT_EQ(keeper.port().count(), 15);
+        pairSync.update(0.05f, nullptr);
+        EXPECT_EQ(pairSync.adapter().count(), 15);
         // The application takes one out: the backend begins anew from the others.
-        keeper.port().cache()->removeOverlappingPair(cubes[0], cubes[1], nullptr);
-        keeper.update(0.05f, nullptr);
-        EXPECT_EQ(keeper.port().count(), 14);
+        pairSync.adapter().cache()->removeOverlappingPair(cubes[0], cubes[1], nullptr);
+        pairSync.update(0.05f, nullptr);
+        EXPECT_EQ(pairSync.adapter().count(), 14);
         BroadphaseStats stats;
-        keeper.addTo(stats);
+        pairSync.addTo(stats);
         EXPECT_EQ(stats.pendingPairs, 1u);
         for (int i = 0; i < 6; ++i)
             store.setBox(cubes[static_cast<std::size_t>(i)], vec(9 * i, 0, 0), vec(9 * i + 1, 1, 1));
-        keeper.addAtOnce(*cubes[0], *cubes[5]);
-        keeper.update(0.05f, nullptr);
-        EXPECT_EQ(keeper.port().count(), 0) << first;
+        pairSync.addAtOnce(*cubes[0], *cubes[5]);
+        pairSync.update(0.05f, nullptr);
+        EXPECT_EQ(pairSync.adapter().count(), 0) << first;
         // At once, and gone with the boxes.
         store.setBox(cubes[5], vec(0, 0, 0), vec(1, 1, 1));
-        keeper.addAtOnce(*cubes[5], *cubes[0]);
-        EXPECT_EQ(keeper.port().count(), 1);
-        keeper.update(0.05f, nullptr);
-        EXPECT_EQ(keeper.port().count(), 1);
+        pairSync.addAtOnce(*cubes[5], *cubes[0]);
+        EXPECT_EQ(pairSync.adapter().count(), 1);
+        pairSync.update(0.05f, nullptr);
+        EXPECT_EQ(pairSync.adapter().count(), 1);
         store.setBox(cubes[5], vec(0, 9, 0), vec(1, 10, 1));
-        keeper.update(0.05f, nullptr);
-        EXPECT_EQ(keeper.port().count(), 0);
+        pairSync.update(0.05f, nullptr);
+        EXPECT_EQ(pairSync.adapter().count(), 0);
     }
 }
 

@@ -107,12 +107,12 @@ inline std::uint64_t hashOf(Pair pair)
 }
 
 /// @param pairs [count] rows, in device memory
-inline std::uint64_t hashOfDevicePairs(const IdPair* pairs, std::uint64_t count)
+inline std::uint64_t hashOfDevicePairs(const RowPair* pairs, std::uint64_t count)
 {
-    std::vector<IdPair> found(count);
-    checkCuda(cudaMemcpy(found.data(), pairs, count * sizeof(IdPair), cudaMemcpyDeviceToHost));
+    std::vector<RowPair> found(count);
+    checkCuda(cudaMemcpy(found.data(), pairs, count * sizeof(RowPair), cudaMemcpyDeviceToHost));
     std::uint64_t hash = 0;
-    for (const IdPair pair : found)
+    for (const RowPair pair : found)
         hash += hashOf(makePair(pair.a, pair.b));
     return hash;
 }
