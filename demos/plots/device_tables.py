@@ -5,7 +5,7 @@
 
 usage: device_tables.py FOLDER                a folder of demos/results: prints every table
        device_tables.py FOLDER --into FILE... puts them in place of those between `<!-- table NAME -->` and `<!-- end -->`
-           e.g. device_tables.py demos/results/nvidia-h200 --into README.md docs/gpu-verification.md docs/results.md
+           e.g. device_tables.py demos/results/nvidia-h200 --into docs/gpu-verification.md docs/results.md
 A table without data stays as it is.
 """
 
