@@ -58,5 +58,11 @@ struct PairDelta
 {
     Pairs added;
     Pairs removed;
+
+    void clear() noexcept
+    {
+        added.clear();
+        removed.clear();
+    }
 };
 }  // namespace cullet

@@ -111,8 +111,7 @@ try
 }
 catch (const std::bad_alloc&)
 {
-    delta.added.clear();
-    delta.removed.clear();
+    delta.clear();
     return Status::OutOfMemory;
 }
 

@@ -168,8 +168,7 @@ try
 {
     m_stats.candidates = m_stats.cellsTouched = m_stats.cellsVisited = 0;
     m_pairs.begin(proxies);
-    delta.added.clear();
-    delta.removed.clear();
+    delta.clear();
     const bool isMarginNew = proxies.margin != m_margin;
     m_margin = proxies.margin;
     if (wantsRebuild(proxies))
@@ -194,8 +193,7 @@ try
 }
 catch (const std::bad_alloc&)
 {
-    delta.added.clear();
-    delta.removed.clear();
+    delta.clear();
     return Status::OutOfMemory;
 }
 

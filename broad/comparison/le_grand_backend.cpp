@@ -113,8 +113,7 @@ void LeGrandBackend::restart(const Pairs& known)
 Status LeGrandBackend::update(const ProxyView& proxies, PairDelta& delta)
 try
 {
-    delta.added.clear();
-    delta.removed.clear();
+    delta.clear();
     m_pairs.begin(proxies);
     m_stats.path = "idle";
     if (!m_isFresh && proxies.dirtyCount == 0 && proxies.margin == m_margin)
@@ -132,8 +131,7 @@ try
 catch (const std::bad_alloc&)
 {
     restart({});
-    delta.added.clear();
-    delta.removed.clear();
+    delta.clear();
     return Status::OutOfMemory;
 }
 

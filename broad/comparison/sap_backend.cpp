@@ -275,8 +275,7 @@ void SapBackend::settlePairs(const ProxyView& proxies, PairDelta& delta)
 Status SapBackend::update(const ProxyView& proxies, PairDelta& delta)
 try
 {
-    delta.added.clear();
-    delta.removed.clear();
+    delta.clear();
     m_vanished.clear();
     m_stats.candidates = 0;
     m_stats.path = "idle";
@@ -297,8 +296,7 @@ try
 catch (const std::bad_alloc&)
 {
     restart({});
-    delta.added.clear();
-    delta.removed.clear();
+    delta.clear();
     return Status::OutOfMemory;
 }
 

@@ -80,8 +80,7 @@ Status ColumnGridBackend::update(const ProxyView& proxies, PairDelta& delta)
     }
     catch (const std::bad_alloc&)
     {
-        delta.added.clear();
-        delta.removed.clear();
+        delta.clear();
         m_restarted = true;
         return Status::OutOfMemory;
     }

@@ -48,8 +48,7 @@ public:
     }
     catch (const std::bad_alloc&)
     {
-        delta.added.clear();
-        delta.removed.clear();
+        delta.clear();
         return Status::OutOfMemory;
     }
 

@@ -9,8 +9,7 @@ namespace cullet
 {
 void diffSortedPairs(const Pairs& before, const Pairs& after, PairDelta& delta)
 {
-    delta.added.clear();
-    delta.removed.clear();
+    delta.clear();
     std::set_difference(after.begin(), after.end(), before.begin(), before.end(),
                         std::back_inserter(delta.added));
     std::set_difference(before.begin(), before.end(), after.begin(), after.end(),

@@ -56,8 +56,7 @@ void updateHeldPairs(AnyPairs& held, const AnyPairs& overlapping, MayEnter mayEn
                      PairDelta& delta)
 {
     using AnyPair = typename AnyPairs::value_type;
-    delta.added.clear();
-    delta.removed.clear();
+    delta.clear();
     AnyPairs entering;
     auto read = held.begin();
     auto write = held.begin();

@@ -73,8 +73,7 @@ public:
         m_near = HeldNear<Exec>(m_options);
         m_names.recover();
         restart({});
-        delta.added.clear();
-        delta.removed.clear();
+        delta.clear();
         return status;
     }
 
@@ -108,8 +107,7 @@ private:
         const bool hasFilters = view.filters != nullptr;
         if (!m_isFresh && view.dirtyCount == 0 && view.margin == m_margin && hasFilters == m_hadFilters)
         {
-            delta.added.clear();
-            delta.removed.clear();
+            delta.clear();
             return;
         }
         m_retestAll = m_hadFilters && !hasFilters;

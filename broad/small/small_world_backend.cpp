@@ -31,8 +31,7 @@ try
 }
 catch (const std::bad_alloc&)
 {
-    delta.added.clear();
-    delta.removed.clear();
+    delta.clear();
     m_isRestarted = true;
     return Status::OutOfMemory;
 }
