@@ -39,10 +39,7 @@ public:
             makeNormalMap();
             m_local = m_normalMap.transpose() * direction;
         }
-        if (fan != nullptr)
-            findFace(*fan);
-        else
-            findFace(vertex >= 0 ? vertex : shape.support(direction, -1).vertex);
+        findFace(vertex >= 0 ? vertex : shape.support(direction, -1).vertex);
     }
 
     /// Of the face's normal with the direction; 0 without a face.
@@ -145,7 +142,18 @@ private:
     void findFace(std::int32_t vertex)
     {
         Best best;
-        const auto faces = m_shape.hull().facesOf(vertex);
+        if (m_fan != nullptr)
+            considerFirst(static_cast<std::int32_t>(m_fan->end() - m_fan->begin()), best);
+        else if (const auto faces = m_shape.hull().facesOf(vertex); faces.size() > 0)
+            considerAll(faces, best);
+        else  // inside a face: a corner of none
+            considerFirst(static_cast<std::int32_t>(m_shape.hull().faces().size()), best);
+        m_face = best.face;
+        m_alignment = best.cosine;
+    }
+
+    void considerAll(const Hull<btScalar>::Span& faces, Best& best) const
+    {
         if (m_isTurnedOnly)
         {
             for (const std::int32_t face : faces)
@@ -156,21 +164,12 @@ private:
             for (const std::int32_t face : faces)
                 consider(face, stretchedCosine(face), best);
         }
-        // A vertex inside a face is no corner of any.
-        for (std::int32_t face = 0;
-             faces.size() == 0 && face < static_cast<std::int32_t>(m_shape.hull().faces().size()); ++face)
-            consider(face, m_isTurnedOnly ? m_local.dot(faceNormal(face)) : stretchedCosine(face), best);
-        m_face = best.face;
-        m_alignment = best.cosine;
     }
 
-    void findFace(const VertexFan<btScalar>& fan)
+    void considerFirst(std::int32_t count, Best& best) const
     {
-        Best best;
-        for (std::int32_t face = 0; face < fan.end() - fan.begin(); ++face)
+        for (std::int32_t face = 0; face < count; ++face)
             consider(face, m_isTurnedOnly ? m_local.dot(faceNormal(face)) : stretchedCosine(face), best);
-        m_face = best.face;
-        m_alignment = best.cosine;
     }
 
     double stretchedCosine(std::int32_t face) const
