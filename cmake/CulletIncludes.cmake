@@ -9,9 +9,9 @@
 
 include_guard(GLOBAL)
 
-set(depends CONFIGURE_DEPENDS)
+set(CULLET_GLOB_AGAIN CONFIGURE_DEPENDS)
 if(CMAKE_SCRIPT_MODE_FILE)  # tests/check_forwarding_headers.cmake
-    set(depends "")
+    set(CULLET_GLOB_AGAIN "")
 else()
     option(CULLET_FORWARDING_HEADERS "Use no symbolic links in the build tree's include folder" OFF)
     mark_as_advanced(CULLET_FORWARDING_HEADERS)
@@ -47,7 +47,7 @@ function(cullet_link_sources path spelling)
         return()
     endif()
     set(folder "${PROJECT_SOURCE_DIR}/${path}")
-    file(GLOB_RECURSE headers ${depends} RELATIVE "${folder}"
+    file(GLOB_RECURSE headers ${CULLET_GLOB_AGAIN} RELATIVE "${folder}"
         "${folder}/*.h" "${folder}/*.inl" "${folder}/*.cuh")
     foreach(header IN LISTS headers)
         cullet_forward_header("${path}/${header}" "${spelling}/${header}")

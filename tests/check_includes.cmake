@@ -4,8 +4,8 @@
 # cmake -DROOT=<source folder> -P check_includes.cmake
 #
 # Holds the arrows between the folders: preload, abi -> plugin; plugin -> broad, narrow, cuda; cuda -> broad; all -> base; broad and
-# narrow know neither Bullet nor CUDA nor each other. And those between the rooms of a folder, see room(). An include in quotes is spelled as after install and names
-# the folder, so that a reader sees the arrow.
+# narrow know neither Bullet nor CUDA nor each other. And those between the rooms of a folder, see room(). An include in quotes is
+# spelled as after install and names the folder, so that a reader sees the arrow.
 
 cmake_minimum_required(VERSION 3.22)
 
