@@ -67,8 +67,14 @@ public:
             return std::move(hull);
         hull.m_kind = HullKind::Cloud;
         builder.reserveVertices(static_cast<std::size_t>(count));
+        double radius2 = 0.0;
         for (std::int32_t i = 0; i < count; ++i)
-            builder.addVertex(usable(points[i]), i);
+        {
+            const Eigen::Vector3d point = usable(points[i]);
+            builder.addVertex(point, i);
+            radius2 = std::max(radius2, point.squaredNorm());
+        }
+        builder.m_radius = std::sqrt(radius2);
         builder.finishVertices();
         return std::move(hull);
     }
@@ -350,7 +356,6 @@ private:
         m_hull.m_lanes.push_back(lanesOf(point));
         m_hull.m_source.push_back(source);
         m_hull.m_centre += point;
-        m_radius2 = std::max(m_radius2, point.squaredNorm());
     }
 
     void finishVertices()
@@ -358,7 +363,8 @@ private:
         m_hull.m_vertexCount = static_cast<std::int32_t>(m_hull.m_x.size());
         m_hull.m_centre /= m_hull.m_vertexCount;
         m_hull.m_centreLanes = lanesOf(m_hull.m_centre);
-        m_hull.m_radius = std::sqrt(m_radius2);
+        // The farthest point is a corner.
+        m_hull.m_radius = m_radius;
         m_hull.m_isCentred = m_hull.m_centre.norm() <= 0.1 * m_hull.m_radius;
         m_hull.m_reach = static_cast<S>(m_hull.m_radius * (1.0 + 2.0 * std::numeric_limits<S>::epsilon()));
         const std::size_t padded = (m_hull.m_x.size() + 7) / 8 * 8;
@@ -428,7 +434,6 @@ private:
     std::vector<std::int32_t> m_source;
     std::vector<std::int32_t> m_vertexOf;  ///< by point; -1 where the point is no vertex
     double m_radius = 0.0;                 ///< of the points
-    double m_radius2 = 0.0;                ///< of the vertices, squared
 };
 
 /// Convex hull of points, with every degenerate input defined by HullKind. Cost: O(n log n) as a rule, and O(n) more for each

@@ -166,7 +166,7 @@ private:
     /// other. Around vertices of very many neighbours, as the tip of a cone, the climb ends before.
     std::int32_t climbCorners(const Vector& way, std::int32_t vertex) const
     {
-        S height = productOf(vertex, way);
+        S height = supportProduct(m_hull, vertex, way);
         std::int32_t productCount = 0;
         for (std::int32_t before = -1; before != vertex && productCount <= kMostProducts;)
         {
@@ -175,19 +175,12 @@ private:
             productCount += neighbours.size();
             for (const std::int32_t u : neighbours)
             {
-                const S h = productOf(u, way);
+                const S h = supportProduct(m_hull, u, way);
                 vertex = h > height ? u : vertex;
                 height = std::max(h, height);
             }
         }
         return vertex;
-    }
-
-    /// As supportProduct(), from one line of the cache.
-    S productOf(std::int32_t vertex, const Vector& way) const
-    {
-        const S* const p = m_hull.lanes(vertex);
-        return p[0] * way[0] + p[1] * way[1] + p[2] * way[2];
     }
 
     /// @param all ends with the natural neighbours

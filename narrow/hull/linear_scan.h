@@ -15,7 +15,9 @@ namespace cullet
 template <class S>
 inline S supportProduct(const Hull<S>& hull, std::int32_t v, const Eigen::Matrix<S, 3, 1>& d)
 {
-    return hull.x()[v] * d[0] + hull.y()[v] * d[1] + hull.z()[v] * d[2];
+    // From one line of the cache.
+    const S* const p = hull.lanes(v);
+    return p[0] * d[0] + p[1] * d[1] + p[2] * d[2];
 }
 
 /// Scan of all vertices. Cost: O(n).

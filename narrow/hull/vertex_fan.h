@@ -31,13 +31,6 @@ struct ClearFace
     double area2;            ///< twice the area
 };
 
-/// Of 16 eps R up to which triangles are merged, with room for the rounding of heights.
-template <class S>
-double clearLevel(const Hull<S>& cloud)
-{
-    return 24.0 * double(std::numeric_limits<S>::epsilon()) * cloud.radius();
-}
-
 /// Whether three points of a Cloud are a face that stands clear of all others.
 ///
 /// HullBuilder merges triangles that are level within 16 eps R. Were the triangle a part of another face, that one's plane
@@ -52,38 +45,36 @@ bool findClearFace(const Hull<S>& cloud, std::array<std::int32_t, 3> corners, Cl
 {
     using Vector = Eigen::Vector3d;
     std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());
-    const auto point = [&](int k) -> Vector
-    { return cloud.vertex(corners[static_cast<std::size_t>(k)]).template cast<double>(); };
-    Vector scaled = scaledNormal(point(0), point(1), point(2));
-    if (scaled.dot(cloud.centre() - point(0)) > 0.0)
+    const auto point = [&](std::int32_t i) -> Vector { return cloud.vertex(i).template cast<double>(); };
+    const Vector a = point(corners[0]);
+    Vector b = point(corners[1]), c = point(corners[2]);
+    Vector scaled = scaledNormal(a, b, c);
+    if (scaled.dot(cloud.centre() - a) > 0.0)
     {
         std::swap(corners[1], corners[2]);
-        scaled = scaledNormal(point(0), point(1), point(2));
+        std::swap(b, c);
+        scaled = scaledNormal(a, b, c);
     }
-    const double longest2 =
-        std::max({(point(1) - point(0)).squaredNorm(), (point(2) - point(1)).squaredNorm(),
-                  (point(0) - point(2)).squaredNorm()});
     face = {corners, unitOf(scaled), scaled.norm()};
-    if (!(face.area2 > 1e-5 * cloud.radius() * std::sqrt(longest2)))
+    const double longest =
+        std::sqrt(std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()}));
+    if (!(face.area2 > 1e-5 * cloud.radius() * longest))
         return false;
-    const double least = face.area2 / std::sqrt(longest2), level = clearLevel(cloud);
+    const double least = face.area2 / longest, height = face.normal.dot(a);
+    // Of 16 eps R, with room for the rounding of heights.
+    const double level = 24.0 * double(std::numeric_limits<S>::epsilon()) * cloud.radius();
     // First with a bound for all, in the lanes of a vector.
     const typename Hull<S>::Vector n = face.normal.template cast<S>();
-    const double height = face.normal.dot(point(0));
     const S low = static_cast<S>(height - level * (1.0 + 2.0 * cloud.radius() / least));
     std::int32_t count = 0;
     for (std::int32_t i = 0; i < cloud.vertexCount(); ++i)
         count += cloud.x()[i] * n[0] + cloud.y()[i] * n[1] + cloud.z()[i] * n[2] > low ? 1 : 0;
-    const auto isClear = [&](std::int32_t i)
-    {
-        const Vector p = cloud.vertex(i).template cast<double>();
-        const double below = height - face.normal.dot(p);
-        return below > level * (1.0 + (p - point(0)).norm() / least) ||
-               std::find(corners.begin(), corners.end(), i) != corners.end();
-    };
     for (std::int32_t i = 0; count > 3 && i < cloud.vertexCount(); ++i)
     {
-        if (!isClear(i))
+        const Vector p = point(i);
+        const double below = height - face.normal.dot(p);
+        const bool isClear = below > level * (1.0 + (p - a).norm() / least);
+        if (!isClear && std::find(corners.begin(), corners.end(), i) == corners.end())
             return false;
     }
     return true;
@@ -141,8 +132,7 @@ private:
 
     static Vector point(const Hull<S>& cloud, std::int32_t i)
     {
-        const S* const v = cloud.lanes(i);
-        return {double(v[0]), double(v[1]), double(v[2])};
+        return cloud.vertex(i).template cast<double>();
     }
 
     static std::int32_t otherThan(std::int32_t vertex, std::int32_t point)
