@@ -8,12 +8,12 @@
 #include "cullet/narrow/epa/level_corner.h"
 #include "cullet/narrow/epa/penetration_result.h"
 #include "cullet/narrow/epa/polytope.h"
+#include "cullet/narrow/epa/seed_tetrahedron.h"
 #include "cullet/narrow/gjk/feature_pair.h"
 #include "cullet/narrow/gjk/gjk.h"
 #include "cullet/narrow/gjk/gjk_search.h"
 #include "cullet/narrow/gjk/gjk_types.h"
 #include "cullet/narrow/hull/moved_shape.h"
-#include "cullet/narrow/math/unit_vector.h"
 
 #include <algorithm>
 #include <array>
@@ -43,7 +43,7 @@ class Penetration
 {
 public:
     Penetration(const A& a, const B& b, GjkCache<S>& cache, EpaCache* memory)
-        : m_a(a), m_b(b), m_search(a, b), m_cache(cache), m_memory(memory)
+        : m_a(a), m_b(b), m_search(a, b), m_cache(cache), m_memory(memory), m_seed(m_search)
     {
     }
 
@@ -52,11 +52,10 @@ public:
         m_result.state = enclose();
         if (m_result.state != GjkState::Overlapping)
             return m_result;
-        Eigen::Vector3d normal;
-        if (completeTetrahedron(normal))
+        if (m_seed.complete())
             enlarge();
         else
-            finishFlat(normal);
+            finishFlat(m_seed.normal());
         if (!isFinite())
             m_result = PenetrationResult<S>();
         return m_result;
@@ -89,8 +88,7 @@ private:
     static constexpr double kMissAccepted = sizeof(S) == sizeof(float) ? 1e-6 : 1e-10;
     /// By so much all other depths are larger where one is the only one; times the size.
     static constexpr double kSureDepth = 4 * kSureTouch;
-    /// Times the size: extents below this have no volume in double.
-    static constexpr double kFlat = 1e-10;
+    static constexpr double kFlat = SeedTetrahedron<Search>::kFlat;
 
     /// A simplex with the origin in it: the remembered tetrahedron, or a search without axis tests.
     GjkState enclose()
@@ -149,72 +147,8 @@ private:
     [[gnu::noinline]] bool expandSeed()
     {
         Polytope polytope(size());
-        wrapPoints(m_seed, 4, polytope, m_supports);
+        wrapPoints(m_seed.points(), 4, polytope, m_supports);
         return expand(polytope, m_supports) || (polytope.isFull() && expandFurther());
-    }
-
-    /// Adds support points until four span space. The origin stays in the hull of the first ones, hence of all.
-    ///
-    /// @param normal [out] unit direction without extent, if false is returned
-    bool completeTetrahedron(Eigen::Vector3d& normal)
-    {
-        int count = m_search.count();
-        for (int i = 0; i < count; ++i)
-            m_seed[i] = m_search.support(i);
-        normal = Eigen::Vector3d::UnitX();
-        if (count == 4)
-            return true;
-        const Support far = farthestAlongAxes();
-        // Not before: what was seen so far may be rounding around the origin.
-        const double flat = kFlat * size();
-        if (count == 1)
-        {
-            if (!((far.w - m_seed[0].w).norm() > flat))
-                return false;
-            m_seed[count++] = far;
-        }
-        if (count == 2)
-        {
-            const Eigen::Vector3d along = unitOf(m_seed[1].w - m_seed[0].w);
-            const Eigen::Vector3d side = along.unitOrthogonal();
-            const Eigen::Vector3d other = along.cross(side);
-            normal = side;
-            if (!addFarthest(count, side, flat) && !addFarthest(count, other, flat))
-                return false;
-        }
-        if (count == 3)
-        {
-            normal = unitOf((m_seed[1].w - m_seed[0].w).cross(m_seed[2].w - m_seed[0].w));
-            return addFarthest(count, normal, flat);
-        }
-        return true;
-    }
-
-    /// Of the support points along the axes, the one farthest from the first point.
-    Support farthestAlongAxes()
-    {
-        Support far = m_seed[0];
-        for (int axis = 0; axis < 6; ++axis)
-        {
-            const Eigen::Vector3d way = Eigen::Vector3d::Unit(axis / 2) * (axis % 2 == 0 ? 1.0 : -1.0);
-            const Support s = m_search.supportAgainst(way);
-            if ((s.w - m_seed[0].w).squaredNorm() > (far.w - m_seed[0].w).squaredNorm())
-                far = s;
-        }
-        return far;
-    }
-
-    /// The support point along +way or -way, whichever is farther from the points so far; their extent along it is 0.
-    bool addFarthest(int& count, const Eigen::Vector3d& way, double flat)
-    {
-        const Support up = m_search.supportAgainst(-way);
-        const Support down = m_search.supportAgainst(way);
-        const double high = way.dot(up.w - m_seed[0].w);
-        const double low = -way.dot(down.w - m_seed[0].w);
-        if (!(std::max(high, low) > flat))
-            return false;
-        m_seed[count++] = high > low ? up : down;
-        return true;
     }
 
     void finishFlat(const Eigen::Vector3d& normal)
@@ -497,7 +431,7 @@ private:
     bool m_isChanged = true;  ///< the surface is not the remembered one
     bool m_wantsCorner = false;
     bool m_isSeparate = false;  ///< an axis was found
-    std::array<Support, 4> m_seed;
+    SeedTetrahedron<Search> m_seed;
     std::array<Support, Polytope::kMaxVertices> m_supports;  ///< of the polytope's vertices
     PenetrationResult<S> m_result;
 };

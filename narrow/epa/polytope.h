@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/narrow/epa/polytope_parts.h"
 #include "cullet/narrow/math/lanes.h"
 
 #include <Eigen/Core>
@@ -15,28 +16,6 @@
 
 namespace cullet
 {
-/// What polytopes of all capacities have in common.
-struct PolytopeParts
-{
-    using Corners = std::array<std::int16_t, 3>;
-
-    struct Face
-    {
-        Eigen::Vector3d scaledNormal;  ///< outward
-        double length;                 ///< of the scaled normal
-        double distance;               ///< of its plane from the origin; at least 0 up to rounding
-        Corners vertex;
-        int index;  ///< among the faces, until the next one changes
-    };
-
-    struct Foot
-    {
-        Corners vertex;
-        Eigen::Vector3d weights;  ///< of the corners: not negative, sum 1
-        double miss;              ///< distance of the point that they make from where it should be
-    };
-};
-
 /// Closed surface of triangles around the origin that grows by points: the state of the expanding polytope algorithm.
 ///
 /// Convex as long as it has grown from a tetrahedron. Fixed capacity: no allocation. add() refuses what would break the

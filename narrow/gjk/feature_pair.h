@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-#include "cullet/narrow/gjk/gjk_types.h"
+#include "cullet/narrow/gjk/vertex_pairs.h"
 #include "cullet/narrow/hull/posed_hull.h"
 #include "cullet/narrow/hull/vertex_fan.h"
 
@@ -20,27 +20,6 @@ namespace cullet
 {
 /// Times the size of two shapes: searches may differ in whether they touch below it, and in which of two depths is less.
 constexpr double kSureTouch = 4e-7;
-
-/// Vertex pairs of a simplex, or of a triangle of A - B.
-struct VertexPairs
-{
-    std::array<std::int32_t, 3> a, b;
-    int count = 0;  ///< 0: not known
-};
-
-/// The simplex of the last search.
-template <class S>
-VertexPairs pairsOf(const GjkCache<S>& cache)
-{
-    VertexPairs pairs;
-    pairs.count = std::min<int>(cache.count, 3);
-    for (std::size_t i = 0; i < 3; ++i)
-    {
-        pairs.a[i] = cache.verticesA[i];
-        pairs.b[i] = cache.verticesB[i];
-    }
-    return pairs;
-}
 
 /// The closest or deepest points of two hulls, from the features that have them: vertex, edge or face of either.
 ///
@@ -74,7 +53,7 @@ public:
     /// @return false if the features are not the only ones; then nothing else is valid
     bool solve(const VertexPairs& pairs, const Eigen::Vector3d& about, bool isDeep)
     {
-        const Ids ofA = distinct(pairs.a, pairs.count), ofB = distinct(pairs.b, pairs.count);
+        const Ids ofA = distinctVertices(pairs.a, pairs.count), ofB = distinctVertices(pairs.b, pairs.count);
         m_isDeep = isDeep;
         m_about = about;
         if (!isKnown(ofA, m_a.shape) || !isKnown(ofB, m_b.shape))
@@ -113,12 +92,7 @@ private:
     using Vector = Eigen::Vector3d;
     using Corners = typename Hull<S>::Span;
 
-    /// Distinct vertices in ascending order.
-    struct Ids
-    {
-        std::array<std::int32_t, 3> id = {-1, -1, -1};
-        int count = 0;
-    };
+    using Ids = DistinctVertices;
 
     /// A hull with its basis in double. Points are relative to the origin of their own hull but for those of pointB().
     struct Side
@@ -142,24 +116,6 @@ private:
     };
 
     static std::size_t at(int i) { return static_cast<std::size_t>(i); }
-
-    static Ids distinct(const std::array<std::int32_t, 3>& from, int count)
-    {
-        Ids ids;
-        for (int i = 0; i < count; ++i)
-        {
-            int place = 0;
-            while (place < ids.count && ids.id[at(place)] < from[at(i)])
-                ++place;
-            if (place < ids.count && ids.id[at(place)] == from[at(i)])
-                continue;
-            for (int k = ids.count; k > place; --k)
-                ids.id[at(k)] = ids.id[at(k - 1)];
-            ids.id[at(place)] = from[at(i)];
-            ++ids.count;
-        }
-        return ids;
-    }
 
     static bool isKnown(const Ids& ids, const Shape& shape)
     {
@@ -299,15 +255,18 @@ private:
     {
         const Hull<S>& hull = side.hull();
         const bool isFlat = hull.kind() == HullKind::Polygon;
-        const Vector local = side.basis.transpose() * direction;
+        const auto isTowards = [&](std::int32_t face)
+        {
+            const Vector& normal = hull.faces()[static_cast<std::size_t>(face)].normal;
+            return (side.basis.transpose() * direction).dot(normal) >= 0.0;
+        };
         for (const std::int32_t face : hull.facesOf(ids.id[0]))
         {
             const Corners corners = hull.faceVertices(face);
             int found = 0;
             for (const std::int32_t corner : corners)
                 found += corner == ids.id[1] || corner == ids.id[2] ? 1 : 0;
-            if (found == 2 &&
-                (!isFlat || local.dot(hull.faces()[static_cast<std::size_t>(face)].normal) >= 0.0))
+            if (found == 2 && (!isFlat || isTowards(face)))
                 return corners;
         }
         return {nullptr, nullptr};

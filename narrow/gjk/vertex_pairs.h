@@ -1,0 +1,61 @@
+// SPDX-FileCopyrightText: the cullet authors
+// SPDX-License-Identifier: Zlib
+#pragma once
+
+#include "cullet/narrow/gjk/gjk_types.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+
+namespace cullet
+{
+/// Vertex pairs of a simplex, or of a triangle of A - B.
+struct VertexPairs
+{
+    std::array<std::int32_t, 3> a, b;
+    int count = 0;  ///< 0: not known
+};
+
+/// Vertices of one shape, each once, in ascending order.
+struct DistinctVertices
+{
+    std::array<std::int32_t, 3> id = {-1, -1, -1};
+    int count = 0;
+};
+
+/// Of the first `count` ids.
+inline DistinctVertices distinctVertices(const std::array<std::int32_t, 3>& from, int count)
+{
+    const auto at = [](int i) { return static_cast<std::size_t>(i); };
+    DistinctVertices ids;
+    for (int i = 0; i < count; ++i)
+    {
+        int place = 0;
+        while (place < ids.count && ids.id[at(place)] < from[at(i)])
+            ++place;
+        if (place < ids.count && ids.id[at(place)] == from[at(i)])
+            continue;
+        for (int k = ids.count; k > place; --k)
+            ids.id[at(k)] = ids.id[at(k - 1)];
+        ids.id[at(place)] = from[at(i)];
+        ++ids.count;
+    }
+    return ids;
+}
+
+/// The simplex of the last search.
+template <class S>
+VertexPairs pairsOf(const GjkCache<S>& cache)
+{
+    VertexPairs pairs;
+    pairs.count = std::min<int>(cache.count, 3);
+    for (std::size_t i = 0; i < 3; ++i)
+    {
+        pairs.a[i] = cache.verticesA[i];
+        pairs.b[i] = cache.verticesB[i];
+    }
+    return pairs;
+}
+}  // namespace cullet
