@@ -213,30 +213,33 @@ TYPED_TEST(FeaturePairTest, GivesTheSameBitsForAVertexOverADiagonal)
     const Hull<S> box = hullOf<S>(boxPoints(1.0, 1.0, 1.0));
     const Hull<S> tip = hullOf<S>({{0, -1, 0}, {1, 1, 0}, {-1, 1, 1}, {-1, 1, -1}});
     const PosedHull<S> a(tip, Matrix::Identity(), {0, S(2.1), 0}), b(box, Matrix::Identity(), {0, 0, 0});
-    std::vector<std::int32_t> top;
-    for (std::int32_t v = 0; v < box.vertexCount(); ++v)
-    {
-        if (box.vertex(v)[1] > 0)
-            top.push_back(v);
-    }
-    ASSERT_EQ(top.size(), 4u);
+    // Two corners of the top, one opposite to the other.
+    const auto cornerAt = [&box](double x, double z) {
+        return supportLinear<S>(box, {static_cast<S>(x), S(3), static_cast<S>(z)});
+    };
     const std::int32_t lowest = a.support({0, -1, 0}, -1).vertex;
-    const std::int32_t across =
-        box.vertex(top[0])[0] * box.vertex(top[1])[0] < 0 && box.vertex(top[0])[2] * box.vertex(top[1])[2] < 0
-            ? top[1]
-        : box.vertex(top[0])[0] * box.vertex(top[2])[0] < 0 &&
-                box.vertex(top[0])[2] * box.vertex(top[2])[2] < 0
-            ? top[2]
-            : top[3];
     VertexPairs diagonal;
     diagonal.count = 2;
     diagonal.a = {lowest, lowest, lowest};
-    diagonal.b = {across, top[0], -1};
+    diagonal.b = {cornerAt(1, 1), cornerAt(-1, -1), -1};
     FeaturePair<S> pair(a, b);
     ASSERT_TRUE(pair.solve(diagonal, {0.0, 0.3, 0.0}, false));
     EXPECT_NEAR(pair.distance(), 0.1, 1e-6);
     EXPECT_EQ(pair.normal(), Eigen::Vector3d(0, 1, 0));
     EXPECT_EQ(pair.vertexA(), lowest);
+    VertexPairs three = diagonal, other = diagonal;
+    three.count = 3;
+    three.b[2] = cornerAt(1, -1);
+    other.b = {cornerAt(1, -1), cornerAt(-1, 1), -1};
+    for (const VertexPairs& pairs : {three, other})
+    {
+        FeaturePair<S> again(a, b);
+        ASSERT_TRUE(again.solve(pairs, {0.0, 0.3, 0.0}, false));
+        EXPECT_EQ(again.distance(), pair.distance());
+        EXPECT_EQ(again.normal(), pair.normal());
+        EXPECT_EQ(again.pointOfB(), pair.pointOfB());
+        EXPECT_EQ(again.vertexB(), pair.vertexB());
+    }
 }
 
 TYPED_TEST(FeaturePairTest, SettlesDepthsThatAreExact)
