@@ -170,8 +170,8 @@ void ProxyTable::setBoxes(const Aabb* boxes, const ProxyId* rows, std::size_t co
         const Float4 back = loadFloat4(boxes[row].min + 2);
         if (isTrueInAll((front == loadFloat4(to[row].min)) & (back == loadFloat4(to[row].min + 2))))
             continue;
-        const bool isBox = isTrueInAll(__builtin_shuffle(front, Int4{0, 1, 2, 2}) <=
-                                       __builtin_shuffle(back, Int4{1, 2, 3, 3}));
+        const bool isBox =
+            isTrueInAll(CULLET_SHUFFLE(front, front, 0, 1, 2, 2) <= CULLET_SHUFFLE(back, back, 1, 2, 3, 3));
         const Aabb& box = isBox ? boxes[row] : kEmptyAabb;
         std::memcpy(&to[row], &box, sizeof box);
         changes[row] = static_cast<std::uint8_t>(changes[row] | kRowMoved);

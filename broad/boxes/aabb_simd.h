@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/base/simd_vector.h"
 #include "cullet/broad/aabb.h"
 #include "cullet/broad/boxes/prefetch_box.h"
 
@@ -11,9 +12,9 @@
 
 namespace cullet
 {
-// One vector register of any baseline, in the compilers' own notation.
-using Float4 = float __attribute__((vector_size(16)));
-using Int4 = std::int32_t __attribute__((vector_size(16)));
+// One vector register of any baseline.
+using Float4 = VectorOf<float, 4>::Type;
+using Int4 = VectorOf<std::int32_t, 4>::Type;
 
 inline Float4 loadFloat4(const float* from) noexcept
 {
@@ -33,13 +34,15 @@ inline bool isTrueInAll(Int4 comparison) noexcept
 /// The minima of a box; lane 3 repeats lane 2.
 inline Float4 minimaOf(const Aabb& box) noexcept
 {
-    return __builtin_shuffle(loadFloat4(box.min), Int4{0, 1, 2, 2});
+    const Float4 low = loadFloat4(box.min);
+    return CULLET_SHUFFLE(low, low, 0, 1, 2, 2);
 }
 
 /// The maxima, likewise. A box is six floats in a row: they are lanes 1..3 of a load from its third one.
 inline Float4 maximaOf(const Aabb& box) noexcept
 {
-    return __builtin_shuffle(loadFloat4(box.min + 2), Int4{1, 2, 3, 3});
+    const Float4 high = loadFloat4(box.min + 2);
+    return CULLET_SHUFFLE(high, high, 1, 2, 3, 3);
 }
 
 inline Float4 extentsOf(const Aabb& box) noexcept

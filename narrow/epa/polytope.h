@@ -234,7 +234,7 @@ private:
 
     static bool hasCorner(const Corners& c, std::int16_t vertex)
     {
-        return (c[0] == vertex) | (c[1] == vertex) | (c[2] == vertex);
+        return (int{c[0] == vertex} | int{c[1] == vertex} | int{c[2] == vertex}) != 0;
     }
 
     bool isEdge(std::int16_t one, std::int16_t other) const

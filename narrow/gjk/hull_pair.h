@@ -210,11 +210,11 @@ private:
     [[gnu::always_inline]] static void sumThreeOfEach(const Vector& x, const Vector& y, const Vector& z,
                                                       Vector& sums)
     {
-        const Vector low = __builtin_shufflevector(x, y, 0, 4, 1, 5);
-        const Vector high = __builtin_shufflevector(x, y, 2, 6, 2, 6);
-        const Vector first = __builtin_shufflevector(low, z, 0, 1, 4, 7);
-        const Vector second = __builtin_shufflevector(low, z, 2, 3, 5, 7);
-        const Vector third = __builtin_shufflevector(high, z, 0, 1, 6, 7);
+        const Vector low = CULLET_SHUFFLE(x, y, 0, 4, 1, 5);
+        const Vector high = CULLET_SHUFFLE(x, y, 2, 6, 2, 6);
+        const Vector first = CULLET_SHUFFLE(low, z, 0, 1, 4, 7);
+        const Vector second = CULLET_SHUFFLE(low, z, 2, 3, 5, 7);
+        const Vector third = CULLET_SHUFFLE(high, z, 0, 1, 6, 7);
         sums = first + second + third;
     }
 

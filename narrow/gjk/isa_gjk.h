@@ -84,8 +84,7 @@ using FourIds = Lanes<float>::Mask;
 /// All at once: what is stored one by one is not there yet for a load of four.
 inline void widenIds(const std::array<std::uint16_t, 4>& narrow, FourIds& wide)
 {
-    typedef std::uint16_t Narrow __attribute__((vector_size(8)));
-    Narrow ids;
+    VectorOf<std::uint16_t, 4>::Type ids;
     std::memcpy(&ids, narrow.data(), sizeof(ids));
     wide = __builtin_convertvector(ids, FourIds);
 }

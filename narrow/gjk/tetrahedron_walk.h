@@ -101,9 +101,9 @@ private:
     template <int kBy>
     [[gnu::always_inline]] static Points turned(const Points& p)
     {
-        return {__builtin_shufflevector(p.x, p.x, kBy, (1 + kBy) & 3, (2 + kBy) & 3, (3 + kBy) & 3),
-                __builtin_shufflevector(p.y, p.y, kBy, (1 + kBy) & 3, (2 + kBy) & 3, (3 + kBy) & 3),
-                __builtin_shufflevector(p.z, p.z, kBy, (1 + kBy) & 3, (2 + kBy) & 3, (3 + kBy) & 3)};
+        return {CULLET_SHUFFLE(p.x, p.x, kBy, (1 + kBy) & 3, (2 + kBy) & 3, (3 + kBy) & 3),
+                CULLET_SHUFFLE(p.y, p.y, kBy, (1 + kBy) & 3, (2 + kBy) & 3, (3 + kBy) & 3),
+                CULLET_SHUFFLE(p.z, p.z, kBy, (1 + kBy) & 3, (2 + kBy) & 3, (3 + kBy) & 3)};
     }
 
     /// Where the origin lies; lane f is of the face opposite to point f.
@@ -207,9 +207,9 @@ private:
             Quad<S>::makePositive(positive.y);
             Quad<S>::makePositive(positive.z);
             const Vector norm = positive.x + positive.y + positive.z + S(3) * d;
-            const Vector ofQ = __builtin_shufflevector(norm, norm, 1, 2, 3, 0);
-            const Vector ofR = __builtin_shufflevector(norm, norm, 2, 3, 0, 1);
-            const Vector ofS = __builtin_shufflevector(norm, norm, 3, 0, 1, 2);
+            const Vector ofQ = CULLET_SHUFFLE(norm, norm, 1, 2, 3, 0);
+            const Vector ofR = CULLET_SHUFFLE(norm, norm, 2, 3, 0, 1);
+            const Vector ofS = CULLET_SHUFFLE(norm, norm, 3, 0, 1, 2);
             const Vector ofRS = ofR * ofS;
             constexpr S kUnderflow = S(16) * std::numeric_limits<S>::min();
             m_doubt = d * (ofRS + ofQ * (ofR + ofS)) + S(3) * kEpsilon * (ofQ * ofRS) + kUnderflow;
@@ -229,13 +229,11 @@ private:
         Quad<S>::load(h.lanes(v[1]), b);
         Quad<S>::load(h.lanes(v[2]), c);
         Quad<S>::load(h.lanes(v[3]), d);
-        const Vector lowAB = __builtin_shufflevector(a, b, 0, 4, 1, 5),
-                     lowCD = __builtin_shufflevector(c, d, 0, 4, 1, 5);
-        const Vector highAB = __builtin_shufflevector(a, b, 2, 6, 3, 7),
-                     highCD = __builtin_shufflevector(c, d, 2, 6, 3, 7);
-        const Vector x = __builtin_shufflevector(lowAB, lowCD, 0, 1, 4, 5);
-        const Vector y = __builtin_shufflevector(lowAB, lowCD, 2, 3, 6, 7);
-        const Vector z = __builtin_shufflevector(highAB, highCD, 0, 1, 4, 5);
+        const Vector lowAB = CULLET_SHUFFLE(a, b, 0, 4, 1, 5), lowCD = CULLET_SHUFFLE(c, d, 0, 4, 1, 5);
+        const Vector highAB = CULLET_SHUFFLE(a, b, 2, 6, 3, 7), highCD = CULLET_SHUFFLE(c, d, 2, 6, 3, 7);
+        const Vector x = CULLET_SHUFFLE(lowAB, lowCD, 0, 1, 4, 5);
+        const Vector y = CULLET_SHUFFLE(lowAB, lowCD, 2, 3, 6, 7);
+        const Vector z = CULLET_SHUFFLE(highAB, highCD, 0, 1, 4, 5);
         const Vector &r = shape.row(0), &s = shape.row(1), &t = shape.row(2);
         return {r[0] * x + r[1] * y + r[2] * z, s[0] * x + s[1] * y + s[2] * z,
                 t[0] * x + t[1] * y + t[2] * z};

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
+#include "cullet/base/simd_vector.h"
+
 #include <cmath>
 #include <cstdint>
 #include <cstring>
@@ -19,9 +21,9 @@ template <class S>
 struct Lanes
 {
     static constexpr int kWidth = static_cast<int>(16 / sizeof(S));
-    using Integer = std::conditional_t<sizeof(S) == 4, std::int32_t, std::int64_t>;
-    typedef S Vector __attribute__((vector_size(16)));
-    typedef Integer Mask __attribute__((vector_size(16)));  ///< what a comparison of two vectors gives
+    using Vector = typename VectorOf<S, kWidth>::Type;
+    using Mask = MaskOf<Vector>;
+    using Integer = LaneOf<Mask>;
 
     static Vector load(const S* p)
     {
@@ -79,8 +81,8 @@ struct Lanes
 template <class S>
 struct Quad
 {
-    typedef S Vector __attribute__((vector_size(4 * sizeof(S))));
-    typedef typename Lanes<S>::Integer Mask __attribute__((vector_size(4 * sizeof(S))));
+    using Vector = typename VectorOf<S, 4>::Type;
+    using Mask = MaskOf<Vector>;
 
     /// @pre p is a multiple of the size
     static void load(const S* p, Vector& v)
@@ -114,7 +116,7 @@ struct Quad
     static typename Lanes<S>::Vector spread(const Vector& v)
     {
         if constexpr (Lanes<S>::kWidth == 4)
-            return __builtin_shufflevector(v, v, kLane, kLane, kLane, kLane);
+            return CULLET_SHUFFLE(v, v, kLane, kLane, kLane, kLane);
         else
             return Lanes<S>::fill(v[kLane]);
     }
@@ -197,7 +199,7 @@ Lanes<double>::Vector widePairOf(const Quad<float>::Vector& a, const Quad<float>
 {
 #ifdef __SSE2__
     // The compiler would take each out of its vector.
-    const auto low = __builtin_shufflevector(a, b, kLane, kLane + 4, kLane, kLane + 4);
+    const auto low = CULLET_SHUFFLE(a, b, kLane, kLane + 4, kLane, kLane + 4);
     return reinterpret_cast<Lanes<double>::Vector>(_mm_cvtps_pd(reinterpret_cast<__m128>(low)));
 #else
     return Lanes<double>::Vector{a[kLane], b[kLane]};
@@ -242,20 +244,20 @@ unsigned quadBits(const typename Quad<S>::Mask& m)
 /// The same vector with lane 1 in the place of lane 0.
 inline Lanes<float>::Vector withoutLaneZero(Lanes<float>::Vector v)
 {
-    return __builtin_shufflevector(v, v, 1, 1, 2, 3);
+    return CULLET_SHUFFLE(v, v, 1, 1, 2, 3);
 }
 
 inline Lanes<double>::Vector withoutLaneZero(Lanes<double>::Vector v)
 {
-    return __builtin_shufflevector(v, v, 1, 1);
+    return CULLET_SHUFFLE(v, v, 1, 1);
 }
 
 /// Largest of the lanes; a NaN lane may or may not be passed over.
 inline float largestLane(Lanes<float>::Vector v)
 {
-    const Lanes<float>::Vector halves = __builtin_shufflevector(v, v, 2, 3, 0, 1);
+    const Lanes<float>::Vector halves = CULLET_SHUFFLE(v, v, 2, 3, 0, 1);
     v = v > halves ? v : halves;
-    const Lanes<float>::Vector pairs = __builtin_shufflevector(v, v, 1, 0, 3, 2);
+    const Lanes<float>::Vector pairs = CULLET_SHUFFLE(v, v, 1, 0, 3, 2);
     v = v > pairs ? v : pairs;
     return v[0];
 }
@@ -265,14 +267,14 @@ inline double largestLane(Lanes<double>::Vector v)
     return v[0] > v[1] ? v[0] : v[1];
 }
 
-inline std::int32_t smallestLane(Lanes<float>::Mask v)
+inline Lanes<float>::Integer smallestLane(Lanes<float>::Mask v)
 {
-    const Lanes<float>::Mask halves = __builtin_shufflevector(v, v, 2, 3, 0, 1);
+    const Lanes<float>::Mask halves = CULLET_SHUFFLE(v, v, 2, 3, 0, 1);
     v = v < halves ? v : halves;
     return v[0] < v[1] ? v[0] : v[1];
 }
 
-inline std::int64_t smallestLane(Lanes<double>::Mask v)
+inline Lanes<double>::Integer smallestLane(Lanes<double>::Mask v)
 {
     return v[0] < v[1] ? v[0] : v[1];
 }

@@ -83,9 +83,8 @@ public:
     {
         const Components& y = m_shape.row(1);
         const Components& z = m_shape.row(2);
-        const Components normal =
-            __builtin_shufflevector(y, y, 1, 2, 0, 3) * __builtin_shufflevector(z, z, 2, 0, 1, 3) -
-            __builtin_shufflevector(y, y, 2, 0, 1, 3) * __builtin_shufflevector(z, z, 1, 2, 0, 3);
+        const Components normal = CULLET_SHUFFLE(y, y, 1, 2, 0, 3) * CULLET_SHUFFLE(z, z, 2, 0, 1, 3) -
+                                  CULLET_SHUFFLE(y, y, 2, 0, 1, 3) * CULLET_SHUFFLE(z, z, 1, 2, 0, 3);
         const Components products = m_shape.row(0) * normal;
         return Quad<btScalar>::sumOfThree(products) < 0;
     }
@@ -106,7 +105,7 @@ private:
         {
             const Components& row = m_shape.row(i);
             squares += row * row;
-            products += row * __builtin_shufflevector(row, row, 1, 2, 0, 3);
+            products += row * CULLET_SHUFFLE(row, row, 1, 2, 0, 3);
         }
         m_scale = double(squareRoot(squares[0]));
         Components skew = squares - squares[0];

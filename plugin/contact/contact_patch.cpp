@@ -80,10 +80,10 @@ private:
     /// @param corners five
     static void addSides(const Components* corners, btScalar turn, btScalar slack, Sides& sides)
     {
-        const Components low = __builtin_shufflevector(corners[0], corners[1], 0, 4, 1, 5);
-        const Components high = __builtin_shufflevector(corners[2], corners[3], 0, 4, 1, 5);
-        const Components x = __builtin_shufflevector(low, high, 0, 1, 4, 5);
-        const Components y = __builtin_shufflevector(low, high, 2, 3, 6, 7);
+        const Components low = CULLET_SHUFFLE(corners[0], corners[1], 0, 4, 1, 5);
+        const Components high = CULLET_SHUFFLE(corners[2], corners[3], 0, 4, 1, 5);
+        const Components x = CULLET_SHUFFLE(low, high, 0, 1, 4, 5);
+        const Components y = CULLET_SHUFFLE(low, high, 2, 3, 6, 7);
         const Components nextX = {x[1], x[2], x[3], corners[4][0]};
         const Components nextY = {y[1], y[2], y[3], corners[4][1]};
         sides.x = (y - nextY) * turn;

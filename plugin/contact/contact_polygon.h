@@ -45,14 +45,14 @@ public:
         read(planeNormal * (isOfA ? -slope : slope), distance);
         if (!isOfA)
             onB -= distance;
-        m_rows[0] = __builtin_shufflevector(m_axes[0], m_axes[1], 0, 4, 1, 5);
-        m_rows[1] = __builtin_shufflevector(onB, distance, 0, 4, 1, 5);
-        const Components ends = __builtin_shufflevector(m_axes[0], m_axes[1], 2, 6, 3, 7);
-        const Components otherEnds = __builtin_shufflevector(onB, distance, 2, 6, 3, 7);
-        m_rows[2] = __builtin_shufflevector(ends, otherEnds, 0, 1, 4, 5);
+        m_rows[0] = CULLET_SHUFFLE(m_axes[0], m_axes[1], 0, 4, 1, 5);
+        m_rows[1] = CULLET_SHUFFLE(onB, distance, 0, 4, 1, 5);
+        const Components ends = CULLET_SHUFFLE(m_axes[0], m_axes[1], 2, 6, 3, 7);
+        const Components otherEnds = CULLET_SHUFFLE(onB, distance, 2, 6, 3, 7);
+        m_rows[2] = CULLET_SHUFFLE(ends, otherEnds, 0, 1, 4, 5);
         const Components low = m_rows[0], high = m_rows[1];
-        m_rows[0] = __builtin_shufflevector(low, high, 0, 1, 4, 5);
-        m_rows[1] = __builtin_shufflevector(low, high, 2, 3, 6, 7);
+        m_rows[0] = CULLET_SHUFFLE(low, high, 0, 1, 4, 5);
+        m_rows[1] = CULLET_SHUFFLE(low, high, 2, 3, 6, 7);
     }
 
     /// Of a vector in world axes.

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #include "cullet/plugin/convex/body_motions.h"
 
+#include "cullet/base/simd_vector.h"
 #include "cullet/plugin/convex/convex_pair.h"
 #include "cullet/plugin/core/prefetch.h"
 
@@ -51,7 +52,7 @@ float skewOf(const Rows& m)
     for (const Components& row : m)
     {
         squares += row * row;
-        products += row * __builtin_shufflevector(row, row, 1, 2, 0, 3);
+        products += row * CULLET_SHUFFLE(row, row, 1, 2, 0, 3);
     }
     // Nine roundings of sums of products that are about 1.
     return static_cast<float>(sumOfMagnitudes(squares) + 2 * sumOfMagnitudes(products)) + 2e-6f;
@@ -74,7 +75,7 @@ bool passPauses(std::uint8_t* pauses)
 /// The unused fourth components count too; at worst they make a motion of nothing.
 bool areSameBits(const btTransform& a, const btTransform& b)
 {
-    typedef std::uint64_t Bits __attribute__((vector_size(16)));
+    using Bits = VectorOf<std::uint64_t, 2>::Type;
     std::array<Bits, sizeof(btTransform) / sizeof(Bits)> x, y;
     std::memcpy(x.data(), &a, sizeof(a));
     std::memcpy(y.data(), &b, sizeof(b));

@@ -65,18 +65,18 @@ struct BoxFaces
         const Float4 high = loadFloat4(box.min + 2);  // z X Y Z
         if (kSweepAxis == 0)
         {
-            tile = __builtin_shuffle(low, high, Int4{1, 6, 2, 7});
-            sweep = __builtin_shuffle(low, high, Int4{0, 3, 0, 3});
+            tile = CULLET_SHUFFLE(low, high, 1, 6, 2, 7);
+            sweep = CULLET_SHUFFLE(low, high, 0, 3, 0, 3);
         }
         else if (kSweepAxis == 1)
         {
-            tile = __builtin_shuffle(low, high, Int4{2, 7, 0, 3});
-            sweep = __builtin_shuffle(low, high, Int4{1, 6, 1, 6});
+            tile = CULLET_SHUFFLE(low, high, 2, 7, 0, 3);
+            sweep = CULLET_SHUFFLE(low, high, 1, 6, 1, 6);
         }
         else
         {
-            tile = __builtin_shuffle(low, high, Int4{0, 3, 1, 6});
-            sweep = __builtin_shuffle(low, high, Int4{2, 7, 2, 7});
+            tile = CULLET_SHUFFLE(low, high, 0, 3, 1, 6);
+            sweep = CULLET_SHUFFLE(low, high, 2, 7, 2, 7);
         }
     }
 };

@@ -72,7 +72,7 @@ void locateOne(const LocateSource& source, const CellBounds& rule, std::uint32_t
     const Aabb& box = source.boxes[id];
     const Int4 cells = cellsOfFaces(BoxFaces<kSweepAxis>(box).tile + outward, rule);
     const Float4 extents = extentsOf(box);
-    const Int4 first = __builtin_shuffle(cells, Int4{0, 0, 2, 2});
+    const Int4 first = CULLET_SHUFFLE(cells, cells, 0, 0, 2, 2);
     sink.put(index, id, cells,
              isTrueInAll((extents >= 0.0f) & (extents <= source.largestExtent) &
                          (cells < first + source.manyCells)));

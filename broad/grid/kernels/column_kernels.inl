@@ -349,14 +349,14 @@ struct Columns
         const Float4 b = loadFloat4(second);
         const Float4 c = loadFloat4(third);
         const Float4 d = loadFloat4(fourth);
-        const Float4 lowAb = __builtin_shuffle(a, b, Int4{0, 4, 1, 5});
-        const Float4 lowCd = __builtin_shuffle(c, d, Int4{0, 4, 1, 5});
-        const Float4 highAb = __builtin_shuffle(a, b, Int4{2, 6, 3, 7});
-        const Float4 highCd = __builtin_shuffle(c, d, Int4{2, 6, 3, 7});
-        c0 = __builtin_shuffle(lowAb, lowCd, Int4{0, 1, 4, 5});
-        c1 = __builtin_shuffle(lowAb, lowCd, Int4{2, 3, 6, 7});
-        c2 = __builtin_shuffle(highAb, highCd, Int4{0, 1, 4, 5});
-        c3 = __builtin_shuffle(highAb, highCd, Int4{2, 3, 6, 7});
+        const Float4 lowAb = CULLET_SHUFFLE(a, b, 0, 4, 1, 5);
+        const Float4 lowCd = CULLET_SHUFFLE(c, d, 0, 4, 1, 5);
+        const Float4 highAb = CULLET_SHUFFLE(a, b, 2, 6, 3, 7);
+        const Float4 highCd = CULLET_SHUFFLE(c, d, 2, 6, 3, 7);
+        c0 = CULLET_SHUFFLE(lowAb, lowCd, 0, 1, 4, 5);
+        c1 = CULLET_SHUFFLE(lowAb, lowCd, 2, 3, 6, 7);
+        c2 = CULLET_SHUFFLE(highAb, highCd, 0, 1, 4, 5);
+        c3 = CULLET_SHUFFLE(highAb, highCd, 2, 3, 6, 7);
     }
 };
 

@@ -81,7 +81,7 @@ public:
     {
         const Int4 both =
             larger(bitsWithoutSign(m_now.tile - m_then.tile), bitsWithoutSign(m_now.sweep - m_then.sweep));
-        const Int4 halves = larger(both, __builtin_shuffle(both, Int4{2, 3, 0, 1}));
+        const Int4 halves = larger(both, CULLET_SHUFFLE(both, both, 2, 3, 0, 1));
         return std::max(halves[0], halves[1]);
     }
 

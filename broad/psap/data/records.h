@@ -62,15 +62,15 @@ struct RowCells
 // Not &&: some comparisons are cheaper than a branch that lanes take apart.
 CULLET_HOST_DEVICE inline bool meets(const RowRecord::Front& a, const RowRecord::Front& b)
 {
-    return (a.s0 <= b.s1) & (b.s0 <= a.s1) & (a.u0 <= b.u1) & (b.u0 <= a.u1);
+    return (int{a.s0 <= b.s1} & int{b.s0 <= a.s1} & int{a.u0 <= b.u1} & int{b.u0 <= a.u1}) != 0;
 }
 CULLET_HOST_DEVICE inline bool meets(const RowRecord::Back& a, const RowRecord::Back& b)
 {
-    return (a.v0 <= b.v1) & (b.v0 <= a.v1);
+    return (int{a.v0 <= b.v1} & int{b.v0 <= a.v1}) != 0;
 }
 CULLET_HOST_DEVICE inline bool meets(const RowRecord& a, const RowRecord& b)
 {
-    return meets(a.front, b.front) & meets(a.back, b.back);
+    return (int{meets(a.front, b.front)} & int{meets(a.back, b.back)}) != 0;
 }
 
 /// How a search tests records: isNear() all that it looks at, isPair() what it kept of them.

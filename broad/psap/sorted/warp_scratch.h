@@ -32,7 +32,8 @@ struct Region
 
     CULLET_HOST_DEVICE bool meets(const RowRecord& record) const
     {
-        return psap::meets({s0, s1, u0, u1}, record.front) & psap::meets({v0, v1, 0, 0}, record.back);
+        return (int{psap::meets({s0, s1, u0, u1}, record.front)} &
+                int{psap::meets({v0, v1, 0, 0}, record.back)}) != 0;
     }
 
     CULLET_HOST_DEVICE bool isLongerThan(float length) const

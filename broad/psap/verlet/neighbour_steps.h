@@ -358,10 +358,9 @@ private:
     {
         const Sureness sureness(closeness, sureFrom(floatOf(*stretch)));
         const RowPair asked = sureness.askFor(pair);
-        const bool meet =
-            meets(loadHalf(boxes, 2 * std::uint64_t{asked.a}), loadHalf(boxes, 2 * std::uint64_t{asked.b})) &
-            meets(loadHalf(boxes, 2 * std::uint64_t{asked.a} + 1),
-                  loadHalf(boxes, 2 * std::uint64_t{asked.b} + 1));
+        const std::uint64_t a = 2 * std::uint64_t{asked.a}, b = 2 * std::uint64_t{asked.b};
+        const bool meet = (int{meets(loadHalf(boxes, a), loadHalf(boxes, b))} &
+                           int{meets(loadHalf(boxes, a + 1), loadHalf(boxes, b + 1))}) != 0;
         return sureness.isOpen() ? meet : sureness.areTogether;
     }
 };
