@@ -14,7 +14,7 @@ namespace cullet::abi
 {
 Aabb BoxArray::at(std::size_t index) const
 {
-    // The caller's stride need not keep floats aligned.
+    // The caller's stride may leave floats unaligned.
     Aabb box;
     std::memcpy(&box, reinterpret_cast<const unsigned char*>(first) + index * stride, sizeof(box));
     return box;
@@ -51,7 +51,7 @@ bool BoxSet::add(BoxArray boxes, std::uint32_t count, std::uint32_t* ids)
                 m_directory.erase(m_table.uniqueId(row));
             m_table.destroy(row);
         }
-        m_nextId += count;  // the backend may have seen some
+        m_nextId += count;  // the backend may already know some of the ids
         throw;
     }
     for (std::uint32_t i = 0; i < count; ++i)
@@ -131,8 +131,8 @@ void BoxSet::update()
 {
     if (m_isRestartDue)
         m_backend->restart(m_pairs);
-    // Lowered at the end: after an exception on the way the backend may know of pairs that m_pairs lacks. The table keeps
-    // its changes, so that the next update finds all that this one would have.
+    // Cleared at the end: after an exception the backend may hold pairs that m_pairs lacks. The table keeps its
+    // changes, so that the next update finds everything that this one would have found.
     m_isRestartDue = true;
     runBackend();
     reserveForDelta();
@@ -149,7 +149,7 @@ void BoxSet::reserveForDelta()
     m_merged.reserve(m_pairs.size() + m_delta.added.size());
 }
 
-/// Two passes over sorted arrays; pairs of a box set are far fewer than the tests that found them. @pre reserveForDelta()
+/// Two passes over sorted arrays, cheap beside the tests that found the pairs. @pre reserveForDelta()
 void BoxSet::applyDelta() noexcept
 {
     if (m_delta.added.empty() && m_delta.removed.empty())

@@ -14,7 +14,7 @@
 
 namespace cullet::abi
 {
-/// Boxes of a caller, six floats each, any number of bytes apart.
+/// Boxes of a caller: six floats each, `stride` bytes apart.
 struct BoxArray
 {
     const float* first;
@@ -23,13 +23,14 @@ struct BoxArray
     Aabb at(std::size_t index) const;
 };
 
-/// A table of boxes with ids, a backend, and the pairs it found. Failures are thrown, with nothing done.
+/// A table of boxes with ids, a backend, and the pairs it found. A failing function throws and leaves boxes and pairs
+/// unchanged.
 class BoxSet
 {
 public:
     BoxSet(std::unique_ptr<Backend> backend, int threads, float margin);
 
-    /// @return whether all boxes can overlap something
+    /// @return false if some boxes are empty and overlap nothing
     bool add(BoxArray boxes, std::uint32_t count, std::uint32_t* ids);
     bool move(const std::uint32_t* ids, BoxArray boxes, std::uint32_t count);
     void setFilters(const std::uint32_t* ids, const cullet_filter* filters, std::uint32_t count);
@@ -59,7 +60,7 @@ private:
     std::uint64_t m_fallbacks = 0;
     PairDelta m_delta;
     Pairs m_pairs;
-    Pairs m_merged;  ///< room that applyDelta() uses again
+    Pairs m_merged;  ///< memory that applyDelta() reuses
     bool m_isRestartDue = false;
 };
 }  // namespace cullet::abi

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Functions of the interface that find pairs of boxes in the memory of the CPU.
+// Functions of the C interface that find pairs of boxes in CPU memory.
 #include "cullet/abi/box_set.h"
 #include "cullet/abi/status.h"
 
@@ -46,7 +46,7 @@ cullet_pairs toPairs(const Pairs& pairs)
     return {reinterpret_cast<const cullet_pair*>(pairs.data()), pairs.size()};
 }
 
-/// Runs `change` unless there is nothing to do, once what all functions that take ids have in common is checked.
+/// Makes the checks that all functions with ids share, and calls `change` if count > 0.
 template <class Change>
 cullet_status withIds(const cullet_box_set* set, const std::uint32_t* ids, std::uint32_t count,
                       const Change& change)

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Functions of the interface that take part in a Bullet world.
+// Functions of the C interface for Bullet worlds.
 #include "cullet/abi/status.h"
 #include "cullet/plugin/broadphase.h"
 #include "cullet/plugin/isa_gjk.h"
@@ -47,7 +47,7 @@ BackendChoice choiceOf(std::int32_t backend)
     }
 }
 
-/// In the interface 0 is the default and a negative margin is none; in Broadphase it is the other way round.
+/// In the C interface 0 is the default and a negative margin is none; in Broadphase it is the other way round.
 btScalar marginOf(double margin)
 {
     require(margin == margin, CULLET_ERROR_ARGUMENT, "margin: NaN");
@@ -65,7 +65,7 @@ BroadphaseOptions toOptions(const cullet_broadphase_options& asked)
     return options;
 }
 
-/// The registration of a dispatcher is the handle; there is nothing to keep beside it.
+/// The handle is the registration itself; it needs no other data.
 const IsaGjkRegistration* registrationOf(const cullet_isa_gjk* handle)
 {
     return reinterpret_cast<const IsaGjkRegistration*>(handle);

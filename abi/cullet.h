@@ -6,21 +6,21 @@
  * cullet for C, and for every language that calls C. Plain C99; installed as <cullet/cullet.h>.
  *
  * Two libraries have this interface: libcullet for Bullet in single precision, libcullet-float64 for Bullet in double
- * precision. They may be linked or opened with dlopen(), also both in one process when opened with RTLD_LOCAL. Once
- * loaded they stay, even after dlclose(), since Bullet may hold functions of theirs.
+ * precision. They may be linked or opened with dlopen(), also both in one process when opened with RTLD_LOCAL. They
+ * stay loaded even after dlclose(), since Bullet may hold pointers to their functions.
  *
  * **Status.** A function that can fail returns a cullet_status: 0 for success; negative for an error, with nothing done
- * and nothing written to out-parameters; positive for success with a remark. cullet_last_error() tells what was wrong
- * in words. No C++ exception leaves a function, and none of Bullet's headers is needed.
+ * and nothing written to out-parameters; positive for success with a remark. cullet_last_error() returns a description
+ * of the error. No C++ exception leaves a function, and none of Bullet's headers is needed.
  *
- * **Structs with a size.** A struct whose first member is `size` is filled with zeros and then given
- * `size = sizeof(that struct)`; a member that stays zero has its default. Later versions append members: a library reads
- * and writes only as much as it and the program know.
+ * **Structs with a size.** A struct whose first member is `size` must be filled with zeros and then given
+ * `size = sizeof(that struct)`; a member that stays zero has its default. Later versions append members: a library
+ * reads and writes only the members that both it and the program have.
  *
- * **Handles** are pointers to incomplete types, made by a `_create` function and given back by its `_destroy`, which
- * ignores NULL. Any other NULL, unless it is allowed in words, is CULLET_ERROR_NULL.
+ * **Handles** are pointers to incomplete types, created by a `_create` function and destroyed by its `_destroy`, which
+ * ignores NULL. Any other NULL, unless it is documented as allowed, is CULLET_ERROR_NULL.
  *
- * **Threads.** Each function says which calls may run at the same time. "Per handle" means: one call at a time on the
+ * **Threads.** Each function documents which calls may run concurrently. "Per handle" means: one call at a time on the
  * same handle, from any thread; different handles are independent.
  */
 
@@ -41,8 +41,8 @@
 #define CULLET_C_API CULLET_C_LINKAGE
 #endif
 
-/** Grows when functions or members are added. A program runs with every library whose cullet_abi_version() is not lower
- *  than this; a change that breaks programs gives the library another file name (its SOVERSION). */
+/** Incremented when functions or members are added. A program runs with every library whose cullet_abi_version() is not
+ *  lower than this; a change that breaks programs gives the library another file name (its SOVERSION). */
 #define CULLET_ABI_VERSION 1
 
 typedef int32_t cullet_status;
@@ -51,33 +51,33 @@ enum
 {
     CULLET_OK = 0,
     CULLET_EMPTY_BOXES = 1,           /**< done; some boxes have min > max or a NaN, and overlap nothing */
-    CULLET_ERROR_NULL = -1,           /**< a pointer is NULL that must not be */
+    CULLET_ERROR_NULL = -1,           /**< a pointer must not be NULL */
     CULLET_ERROR_ARGUMENT = -2,       /**< a value is out of its range */
     CULLET_ERROR_SIZE = -3,           /**< a size or a stride does not fit */
-    CULLET_ERROR_ID = -4,             /**< an id is not in the set, or is named twice */
+    CULLET_ERROR_ID = -4,             /**< an id is not in the set, or is given twice */
     CULLET_ERROR_NOT_FINITE = -5,     /**< a coordinate is NaN or infinite, or beyond 1e60 in a hull */
     CULLET_ERROR_PRECISION = -6,      /**< this library is for the other precision of Bullet */
     CULLET_ERROR_NO_DEVICE = -7,      /**< no usable GPU, or built without CUDA */
-    CULLET_ERROR_DEVICE = -8,         /**< the GPU failed while at work */
+    CULLET_ERROR_DEVICE = -8,         /**< the GPU failed during the work */
     CULLET_ERROR_MEMORY = -9,         /**< out of memory, of the machine or the GPU */
     CULLET_ERROR_NOT_CONVERGED = -10, /**< shapes degenerate beyond double precision */
     CULLET_ERROR_INTERNAL = -11       /**< a bug in cullet; please report the text */
 };
 
-/** Version of the interface that the library has. Any thread. */
+/** Version of the library's interface. Any thread. */
 CULLET_C_API uint32_t cullet_abi_version(void);
 
 /** Version of cullet, such as "0.1.0". Any thread. */
 CULLET_C_API const char* cullet_version(void);
 
-/** Precision of the Bullet that the library works with: 32 or 64. Any thread. */
+/** Precision of the library's Bullet: 32 or 64. Any thread. */
 CULLET_C_API int32_t cullet_precision(void);
 
 /** Name of a status, such as "CULLET_ERROR_NULL"; "unknown" for other numbers. Any thread. */
 CULLET_C_API const char* cullet_status_name(cullet_status status);
 
-/** What the last failed call of this thread found wrong; "" before the first. Valid until the next failed call of the
- *  same thread; calls that succeed leave it alone. Any thread. */
+/** Description of the error in the last failed call of this thread; "" before the first. Valid until the next failed
+ *  call of the same thread; successful calls do not change it. Any thread. */
 CULLET_C_API const char* cullet_last_error(void);
 
 enum
@@ -87,23 +87,23 @@ enum
     CULLET_LOG_ERROR = 2
 };
 
-/** Receives one line; it is called from any thread, and must not call cullet. */
+/** Receives one line of text; may be called from any thread, and must not call cullet. */
 typedef void (*cullet_log_function)(int32_t level, const char* message);
 
-/** Sends messages to a function; NULL: warnings and errors to stderr, as in the beginning. Nothing is logged per update.
- *  Any thread. */
+/** Sets the receiver of messages; NULL: warnings and errors go to stderr, the default. Updates do not log unless a
+ *  backend fails. Any thread. */
 CULLET_C_API void cullet_set_log_function(cullet_log_function function);
 
-/** What finds the pairs. Every backend finds the same. */
+/** The backend that finds the pairs. Every backend finds the same pairs. */
 enum
 {
-    CULLET_BACKEND_AUTO = 0,  /**< the grid; for large Bullet worlds CUDA where a device answers */
+    CULLET_BACKEND_AUTO = 0,  /**< the grid; for large Bullet worlds CUDA, if a device is available */
     CULLET_BACKEND_GRID = 1,  /**< hierarchical grid on the CPU */
     CULLET_BACKEND_BRUTE = 2, /**< every box against every other */
     CULLET_BACKEND_CUDA = 3   /**< a GPU */
 };
 
-/* ---------------------------------------------------------------- broad phase and contacts of a Bullet world -------- */
+/* ---------------------------------------------------------------- broad phase and contacts of a Bullet world ------ */
 
 /** A broad phase for Bullet. */
 typedef struct cullet_broadphase cullet_broadphase;
@@ -121,34 +121,34 @@ typedef struct cullet_broadphase_stats
 {
     uint32_t size;          /**< sizeof(cullet_broadphase_stats) */
     uint32_t bodies;        /**< live proxies */
-    uint32_t ghosts;        /**< of these, ghosts */
+    uint32_t ghosts;        /**< the part of `bodies` that are ghosts */
     uint32_t reserved;      /**< 0 */
     uint64_t pairs;         /**< in the pair cache */
-    uint64_t invalid_boxes; /**< boxes set with a NaN or min > max, since the beginning */
+    uint64_t invalid_boxes; /**< boxes set with a NaN or min > max, since creation */
     uint64_t updates;       /**< calls of calculateOverlappingPairs */
     uint64_t fallbacks;     /**< backends that failed and were replaced by the grid */
     uint64_t bytes;         /**< memory of proxies, tables and lists */
-    const char* backend;    /**< name, as long as the library is loaded */
+    const char* backend;    /**< name, valid as long as the library is loaded */
 } cullet_broadphase_stats;
 
 /**
- * Makes a broad phase.
+ * Creates a broad phase.
  *
  * @param scalar_bytes  sizeof(btScalar) of the program: 4 or 8
  * @param options       NULL: defaults
  * @param broadphase    [out]
- * Errors: CULLET_ERROR_PRECISION if scalar_bytes is the other precision's; NULL, ARGUMENT, SIZE, MEMORY. Without a device
- * CULLET_BACKEND_CUDA gives the grid and a logged warning. Any thread.
+ * Errors: CULLET_ERROR_PRECISION if scalar_bytes is that of the other precision; NULL, ARGUMENT, SIZE, MEMORY. Without
+ * a device CULLET_BACKEND_CUDA uses the grid and logs a warning. Any thread.
  */
 CULLET_C_API cullet_status cullet_broadphase_create(uint32_t scalar_bytes,
                                                     const cullet_broadphase_options* options,
                                                     cullet_broadphase** broadphase);
 
 /**
- * The broad phase as a `btBroadphaseInterface*` of Bullet 3.24, to be given to a world or used by itself; NULL for NULL.
- * It belongs to the handle: do not delete it. The program has to use the same shared Bullet as the library.
+ * The broad phase as a `btBroadphaseInterface*` of Bullet 3.24, for a world or for use on its own; NULL for NULL.
+ * It belongs to the handle: do not delete it. The program must use the same shared Bullet as the library.
  *
- * Threads of the interface: queries run concurrently with each other; everything else one at a time. Per handle.
+ * Threads of the interface: queries may run concurrently; all other calls need exclusive access. Per handle.
  */
 CULLET_C_API void* cullet_broadphase_interface(cullet_broadphase* broadphase);
 
@@ -156,33 +156,33 @@ CULLET_C_API void* cullet_broadphase_interface(cullet_broadphase* broadphase);
 CULLET_C_API cullet_status cullet_broadphase_get_stats(cullet_broadphase* broadphase,
                                                        cullet_broadphase_stats* stats);
 
-/** After the world that uses it; NULL is ignored. Per handle. */
+/** Call after the world that uses it was destroyed; NULL is ignored. Per handle. */
 CULLET_C_API void cullet_broadphase_destroy(cullet_broadphase* broadphase);
 
-/** Counters of ISA-GJK on one dispatcher. It is never destroyed. */
+/** Counters of ISA-GJK on one dispatcher. They are never destroyed. */
 typedef struct cullet_isa_gjk cullet_isa_gjk;
 
 typedef struct cullet_isa_gjk_options
 {
     uint32_t size;   /**< sizeof(cullet_isa_gjk_options) */
-    int32_t box_box; /**< 1: take box against box too; 0: leave it to Bullet */
-    int32_t
-        constant_points; /**< 1: points of hull shapes never change and shapes are never deleted; 0: look */
+    int32_t box_box; /**< 1: use ISA-GJK for box against box too; 0: leave it to Bullet */
+    /** 1: points of hull shapes never change and shapes are never deleted; 0: compare the points in queries */
+    int32_t constant_points;
 } cullet_isa_gjk_options;
 
 typedef struct cullet_isa_gjk_stats
 {
     uint32_t size;          /**< sizeof(cullet_isa_gjk_stats) */
     uint32_t reserved;      /**< 0 */
-    uint64_t separated;     /**< queries that an axis answered */
+    uint64_t separated;     /**< queries in which an axis proved that there is no contact */
     uint64_t touching;      /**< queries that made contacts */
-    uint64_t depths;        /**< of these, with overlapping cores */
-    uint64_t not_converged; /**< queries without an answer, which Bullet got */
-    uint64_t delegated;     /**< queries that Bullet gets as planned */
+    uint64_t depths;        /**< the part of `touching` with overlapping cores */
+    uint64_t not_converged; /**< queries without an answer, left to Bullet */
+    uint64_t delegated;     /**< queries that are left to Bullet by design */
 } cullet_isa_gjk_stats;
 
 /**
- * Lets ISA-GJK make the contacts of convex pairs: once for a dispatcher, before bodies are added.
+ * Lets ISA-GJK make the contacts of convex pairs. Call once per dispatcher, before bodies are added.
  *
  * @param scalar_bytes  sizeof(btScalar) of the program
  * @param dispatcher    `btCollisionDispatcher*`
@@ -198,17 +198,17 @@ CULLET_C_API cullet_status cullet_isa_gjk_register(uint32_t scalar_bytes, void* 
 CULLET_C_API cullet_status cullet_isa_gjk_get_stats(const cullet_isa_gjk* isa_gjk,
                                                     cullet_isa_gjk_stats* stats);
 
-/* ---------------------------------------------------------------- boxes without Bullet ------------------------------ */
+/* ---------------------------------------------------------------- boxes without Bullet ---------------------------- */
 
-/** A set of boxes with ids, and the pairs of them that overlap. */
+/** A set of boxes with ids, and the overlapping pairs of them. */
 typedef struct cullet_box_set cullet_box_set;
 
 typedef struct cullet_box_set_options
 {
     uint32_t size;   /**< sizeof(cullet_box_set_options) */
     int32_t backend; /**< CULLET_BACKEND_AUTO is the grid */
-    int32_t threads; /**< inside an update; 0: as many as the machine has */
-    float margin;    /**< >= 0: a pair leaves when the boxes, each grown by it, no longer overlap */
+    int32_t threads; /**< for updates; 0: as many as the machine has */
+    float margin;    /**< >= 0: a pair is removed when the boxes, each grown by it, no longer overlap */
 } cullet_box_set_options;
 
 /** Ids of two boxes, first < second. */
@@ -239,7 +239,7 @@ typedef struct cullet_box_set_stats
     uint64_t pairs;      /**< after the last update */
     uint64_t fallbacks;  /**< backends that failed and were replaced by the grid */
     uint64_t bytes;      /**< memory of set and backend */
-    const char* backend; /**< name, as long as the library is loaded */
+    const char* backend; /**< name, valid as long as the library is loaded */
 } cullet_box_set_stats;
 
 /** @param options NULL: defaults
@@ -252,41 +252,42 @@ CULLET_C_API void cullet_box_set_destroy(cullet_box_set* set);
 /**
  * Adds boxes.
  *
- * Ids begin at 1, grow by 1 with every box, and are never used again. Boxes are closed: boxes that touch overlap.
+ * Ids start at 1, grow by 1 with every box, and are never reused. Boxes are closed: boxes that touch overlap.
  *
  * @param boxes   six floats each: min x, y, z, max x, y, z; any values, infinities included
  * @param stride  bytes from a box to the next, at least 24; 0: 24
  * @param count   0 is allowed, with NULL pointers
  * @param ids     [count, out]
  * @return CULLET_EMPTY_BOXES if some boxes overlap nothing
- * Errors: NULL, SIZE, ARGUMENT (more than 2^30 boxes, or no id left), MEMORY (the next ids may be higher by `count`). Per
- * handle. Cost: O(count).
+ * Errors: NULL, SIZE, ARGUMENT (more than 2^30 boxes, or no id left), MEMORY (`count` ids may be lost). Per handle.
+ * Cost: O(count).
  */
 CULLET_C_API cullet_status cullet_box_set_add(cullet_box_set* set, const float* boxes, size_t stride,
                                               uint32_t count, uint32_t* ids);
 
-/** Gives boxes new places. An id named twice gets the later one. @return CULLET_EMPTY_BOXES if some overlap nothing
+/** Moves boxes. If an id is given twice, its later box is used. @return CULLET_EMPTY_BOXES if some overlap nothing
  *  Errors: NULL, SIZE, ID. Per handle. Cost: O(count). */
 CULLET_C_API cullet_status cullet_box_set_move(cullet_box_set* set, const uint32_t* ids, const float* boxes,
                                                size_t stride, uint32_t count);
 
-/** Sets filters; in the beginning every box has group 1 and mask -1. They are asked when a pair is about to enter; a pair
- *  that is there stays until its boxes part. Errors: NULL, ID. Per handle. Cost: O(count). */
+/** Sets filters; initially every box has group 1 and mask -1. They are evaluated when a pair is about to enter; an
+ *  existing pair stays until its boxes separate. Errors: NULL, ID. Per handle. Cost: O(count). */
 CULLET_C_API cullet_status cullet_box_set_filter(cullet_box_set* set, const uint32_t* ids,
                                                  const cullet_filter* filters, uint32_t count);
 
-/** Takes boxes out; their pairs leave in the next update. Errors: NULL, ID, MEMORY. Per handle. Cost: O(count log count). */
+/** Removes boxes; the next update removes their pairs. Errors: NULL, ID, MEMORY. Per handle.
+ *  Cost: O(count log count). */
 CULLET_C_API cullet_status cullet_box_set_remove(cullet_box_set* set, const uint32_t* ids, uint32_t count);
 
 /**
- * Finds the pairs of the boxes as they are now.
+ * Finds the pairs of the current boxes.
  *
- * @param added    [out] pairs that came since the last update, sorted by (first, second); may be NULL
- * @param removed  [out] pairs that went, sorted; may be NULL
- * The arrays are valid until the next update or the end of the set.
- * Errors: NULL, MEMORY. After MEMORY the pairs are those of the update before, and the next update that succeeds reports
- * all changes since then. A backend that fails, be it a GPU or for want of memory, is replaced by the grid, with the same
- * pairs and a logged warning. Per handle.
+ * @param added    [out] pairs added since the last update, sorted by (first, second); may be NULL
+ * @param removed  [out] pairs removed since the last update, sorted; may be NULL
+ * The arrays are valid until the next update or the destruction of the set.
+ * Errors: NULL, MEMORY. After MEMORY the pairs are those of the previous update, and the next successful update
+ * reports all changes since then. A backend that fails, because of a GPU or for lack of memory, is replaced by the
+ * grid, with the same pairs and a logged warning. Per handle.
  */
 CULLET_C_API cullet_status cullet_box_set_update(cullet_box_set* set, cullet_pairs* added,
                                                  cullet_pairs* removed);
@@ -297,17 +298,17 @@ CULLET_C_API cullet_status cullet_box_set_pairs(const cullet_box_set* set, culle
 /** Errors: NULL, SIZE. Per handle. */
 CULLET_C_API cullet_status cullet_box_set_get_stats(const cullet_box_set* set, cullet_box_set_stats* stats);
 
-/** Finds pairs of boxes that are in the memory of a GPU, and leaves them there. */
+/** Finds pairs of boxes in GPU memory, and writes the pairs to GPU memory. */
 typedef struct cullet_device_finder cullet_device_finder;
 
 typedef struct cullet_device_finder_options
 {
     uint32_t size;  /**< sizeof(cullet_device_finder_options) */
     int32_t device; /**< CUDA device ordinal */
-    void* stream;   /**< cudaStream_t of that device; NULL: a stream of its own */
+    void* stream;   /**< cudaStream_t of that device; NULL: an own stream */
 } cullet_device_finder_options;
 
-/** @param options NULL: defaults. Errors: NULL, ARGUMENT, SIZE, MEMORY; NO_DEVICE with the reason in words. Any thread. */
+/** @param options NULL: defaults. Errors: NULL, ARGUMENT, SIZE, MEMORY; NO_DEVICE with a reason. Any thread. */
 CULLET_C_API cullet_status cullet_device_finder_create(const cullet_device_finder_options* options,
                                                        cullet_device_finder** finder);
 
@@ -315,43 +316,44 @@ CULLET_C_API cullet_status cullet_device_finder_create(const cullet_device_finde
 CULLET_C_API void cullet_device_finder_destroy(cullet_device_finder* finder);
 
 /**
- * Puts a search on the stream, and does not wait for it.
+ * Enqueues a search on the stream, without waiting for it.
  *
- * @param device_boxes  [6 * count] device memory, boxes without gaps; not to be changed before the collect. NULL if count
- *                      is 0. Memory that is not the device's is a fault that ends its CUDA context.
+ * @param device_boxes  [6 * count] device memory, boxes without gaps; must not change before the collect. NULL if count
+ *                      is 0. Memory that does not belong to the device is a fault that ends its CUDA context.
  * Errors: NULL, DEVICE, MEMORY, ARGUMENT (2^30 boxes or more). Per handle.
  */
 CULLET_C_API cullet_status cullet_device_finder_enqueue(cullet_device_finder* finder,
                                                         const float* device_boxes, uint64_t count);
 
-/** Waits for the search.
+/** Waits for the search and returns its pairs.
  *
- *  @param device_pairs  [out] `data` is device memory, valid until the next enqueue: indices of boxes from 0 on, the lower
- *                       or the higher one first, each pair once, in no order. Boxes with a NaN or min > max have none.
+ *  @param device_pairs  [out] `data` is device memory, valid until the next enqueue: indices of boxes, starting at 0,
+ *                       the lower or the higher one first, each pair once, unordered. Boxes with a NaN or min > max
+ *                       have none.
  *  Errors: NULL, DEVICE, MEMORY, ARGUMENT (the last enqueue failed, or there was none). Per handle. */
 CULLET_C_API cullet_status cullet_device_finder_collect(cullet_device_finder* finder,
                                                         cullet_pairs* device_pairs);
 
-/* ---------------------------------------------------------------- convex hulls -------------------------------------- */
+/* ---------------------------------------------------------------- convex hulls ------------------------------------ */
 
-/** Convex hull of points. It never changes: any number of threads may use one at a time. */
+/** Convex hull of points. It never changes: any number of threads may use it concurrently. */
 typedef struct cullet_hull cullet_hull;
 
-/** What queries of one pair of hulls, in this order, leave for the next, which is faster then. The answers are the same,
- *  but for their last digits. */
+/** State of the queries of one pair of hulls, in this order, which makes the next query faster. It changes only the
+ *  last digits of the results. */
 typedef struct cullet_hull_cache cullet_hull_cache;
 
 /** A point x of a hull is at basis * x + origin in the world. */
 typedef struct cullet_pose
 {
-    double basis[9];  /**< row by row; a rotation, or any matrix that can be inverted */
+    double basis[9];  /**< row-major; a rotation, or any invertible matrix */
     double origin[3]; /**< length unit of the world */
 } cullet_pose;
 
 enum
 {
-    CULLET_SEPARATED = 0,  /**< the distance is larger than was asked for */
-    CULLET_NEAR = 1,       /**< 0 < distance <= the one asked for */
+    CULLET_SEPARATED = 0,  /**< the distance is larger than the requested maximum */
+    CULLET_NEAR = 1,       /**< 0 < distance <= the requested maximum */
     CULLET_OVERLAPPING = 2 /**< the hulls have a point in common */
 };
 
@@ -360,13 +362,13 @@ typedef struct cullet_hull_result
     uint32_t size;     /**< sizeof(cullet_hull_result) */
     int32_t state;     /**< CULLET_SEPARATED, ... */
     double distance;   /**< of the hulls; of overlapping ones 0, or minus the depth */
-    double axis[3];    /**< unit vector from B to A; zero where the query finds none */
-    double point_a[3]; /**< closest or deepest point of A, in the world; zero where the query finds none */
-    double point_b[3]; /**< the same of B; point_a - point_b = distance * axis */
+    double axis[3];    /**< unit vector from B to A; zero if the query computes none */
+    double point_a[3]; /**< closest or deepest point of A, in the world; zero if the query computes none */
+    double point_b[3]; /**< closest or deepest point of B; point_a - point_b = distance * axis */
 } cullet_hull_result;
 
 /**
- * Makes the hull of points: solid, or flat, a segment or a single point where they span no more.
+ * Creates the convex hull of points: a solid, a polygon, a segment or a single point, depending on what they span.
  *
  * @param points  three doubles each
  * @param stride  bytes from a point to the next, at least 24; 0: 24
@@ -379,7 +381,7 @@ CULLET_C_API cullet_status cullet_hull_create(const double* points, size_t strid
 /** Vertices of the hull; 0 for NULL. Any thread. */
 CULLET_C_API uint32_t cullet_hull_vertex_count(const cullet_hull* hull);
 
-/** When no call uses it; NULL is ignored. */
+/** Call when no other call uses it; NULL is ignored. */
 CULLET_C_API void cullet_hull_destroy(cullet_hull* hull);
 
 /** Errors: NULL, MEMORY. Any thread. */
@@ -389,25 +391,25 @@ CULLET_C_API cullet_status cullet_hull_cache_create(cullet_hull_cache** cache);
 CULLET_C_API void cullet_hull_cache_destroy(cullet_hull_cache* cache);
 
 /**
- * Tells whether two hulls have a point in common, by ISA-GJK (van den Bergen 1999).
+ * Tests whether two hulls have a point in common, by ISA-GJK (van den Bergen 1999).
  *
- * @param pose_a, pose_b  NULL: in place
+ * @param pose_a, pose_b  NULL: identity
  * @param cache           NULL: none
  * @param overlaps        [out] 1 or 0
  * @param axis            [3, out] a separating axis from B to A, of any length, or zeros if they overlap; may be NULL
- * Errors: NULL, NOT_FINITE, ARGUMENT (a basis that cannot be inverted), NOT_CONVERGED. Any thread, one call at a time per
- * cache.
+ * Errors: NULL, NOT_FINITE, ARGUMENT (a basis that cannot be inverted), NOT_CONVERGED. Any thread, one call at a time
+ * per cache.
  */
 CULLET_C_API cullet_status cullet_hull_overlap(const cullet_hull* a, const cullet_pose* pose_a,
                                                const cullet_hull* b, const cullet_pose* pose_b,
                                                cullet_hull_cache* cache, int32_t* overlaps, double* axis);
 
 /**
- * Finds the distance of two hulls and their closest points, by GJK.
+ * Computes the distance of two hulls and their closest points, by GJK.
  *
- * @param max_distance  hulls farther apart than this come back as CULLET_SEPARATED as soon as that is certain, with an
- *                      axis but neither distance nor points; INFINITY asks for every distance
- * Overlapping hulls have distance 0, no axis and no points; ask cullet_hull_penetration().
+ * @param max_distance  hulls farther apart than this are reported as CULLET_SEPARATED as soon as that is certain,
+ *                      with an axis but without distance and points; INFINITY computes every distance
+ * Overlapping hulls have distance 0, no axis and no points; see cullet_hull_penetration().
  * Errors and threads: as cullet_hull_overlap(), and ARGUMENT for a negative max_distance or a NaN; SIZE.
  */
 CULLET_C_API cullet_status cullet_hull_distance(const cullet_hull* a, const cullet_pose* pose_a,
@@ -416,10 +418,11 @@ CULLET_C_API cullet_status cullet_hull_distance(const cullet_hull* a, const cull
                                                 cullet_hull_result* result);
 
 /**
- * Finds how deep two hulls overlap, by the expanding polytope algorithm: A moved by -distance * axis only touches B.
+ * Computes the penetration depth of two hulls by the expanding polytope algorithm: A moved by -distance * axis only
+ * touches B.
  *
- * Hulls that do not overlap come back as CULLET_SEPARATED, with distance, axis and points zero.
- * Errors and threads: as cullet_hull_distance(). Cost: some ten times that of a distance.
+ * Hulls that do not overlap are reported as CULLET_SEPARATED, with distance, axis and points zero.
+ * Errors and threads: as cullet_hull_distance(). Cost: about ten times that of a distance.
  */
 CULLET_C_API cullet_status cullet_hull_penetration(const cullet_hull* a, const cullet_pose* pose_a,
                                                    const cullet_hull* b, const cullet_pose* pose_b,

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Functions of the interface that find pairs of boxes in the memory of a GPU.
+// Functions of the C interface that find pairs of boxes in GPU memory.
 #include "cullet/abi/status.h"
 #include "cullet/cuda/device_pairs.h"
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Functions of the interface that query convex hulls; all in double.
+// Functions of the C interface for queries of convex hulls; all in double.
 #include "cullet/abi/status.h"
 #include "cullet/narrow/build/hull_builder.h"
 #include "cullet/narrow/epa/epa.h"
@@ -53,7 +53,7 @@ PosedHull<double> place(const cullet_hull* hull, const cullet_pose* pose)
     return {hull->hull, basis, origin};
 }
 
-/// The cache of the caller, or one that is forgotten.
+/// The cache of the caller, or a temporary one.
 GjkCache<double>& chooseCache(cullet_hull_cache* cache, GjkCache<double>& forgotten)
 {
     return cache != nullptr ? cache->cache : forgotten;
@@ -70,7 +70,7 @@ void store(const Eigen::Vector3d& vector, double* out)
     std::copy_n(vector.data(), 3, out);
 }
 
-/// @param origin of A, which the points are relative to
+/// @param origin of A, to which the points are relative
 void storePoints(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& origin,
                  cullet_hull_result& result)
 {

@@ -13,14 +13,14 @@
 
 namespace cullet::abi
 {
-/// What a function of the interface fails with; the text becomes cullet_last_error().
+/// The exception for errors of the C interface; the text becomes cullet_last_error().
 struct Failure
 {
     cullet_status status;
     std::string text;
 };
 
-/// Keeps the text for the thread. @return status
+/// Stores the text for cullet_last_error() of this thread. @return status
 cullet_status fail(cullet_status status, const char* text) noexcept;
 
 inline void require(bool condition, cullet_status status, const char* text)
@@ -34,7 +34,7 @@ inline void requirePointer(const void* pointer, const char* text)
     require(pointer != nullptr, CULLET_ERROR_NULL, text);
 }
 
-/// Runs the body of a function of the interface and turns what it throws into a status.
+/// Runs the body of a function of the C interface and converts exceptions to a status.
 template <class Body>
 cullet_status guarded(const Body& body) noexcept
 {
@@ -60,9 +60,10 @@ cullet_status guarded(const Body& body) noexcept
     }
 }
 
-/// The options of a caller as this library knows them: members beyond his are zero, those beyond the library's must be.
+/// A copy of the caller's options in this library's version: members that the caller's version lacks are zero, and
+/// members that the library's version lacks must be zero.
 ///
-/// @tparam kFirstSize sizeof(Options) when the struct came into the interface
+/// @tparam kFirstSize sizeof(Options) in the first version that had the struct
 template <std::size_t kFirstSize, class Options>
 Options readOptions(const Options* options)
 {
@@ -84,7 +85,7 @@ void requireResult(const Result* result)
     require(result->size >= kFirstSize, CULLET_ERROR_SIZE, "result: set size to sizeof the struct");
 }
 
-/// Writes as much of a result as the caller has room for. @pre requireResult()
+/// Writes the members of a result that the caller's version has. @pre requireResult()
 template <class Result>
 void writeResult(Result known, Result* result)
 {
@@ -93,7 +94,7 @@ void writeResult(Result known, Result* result)
     std::memcpy(result, &known, size < sizeof(Result) ? size : sizeof(Result));
 }
 
-/// @return threads, or 0 for "as many as the machine has"
+/// @return threads; 0 means as many as the machine has
 inline int checkedThreads(std::int32_t threads)
 {
     require(threads >= 0 && threads <= 4096, CULLET_ERROR_ARGUMENT, "threads: 0 to 4096 expected");

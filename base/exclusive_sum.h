@@ -6,10 +6,10 @@
 
 namespace cullet
 {
-/// Turns counts into exclusive sums; the largest count.
+/// Replaces counts by their exclusive prefix sums; returns the largest count.
 ///
-/// Static, so that each source has its own: of one for all, the linker might take that of a source compiled for instructions
-/// that not every processor has.
+/// Static, so that each source has its own copy: of shared ones, the linker might keep that of a source compiled for
+/// instructions that not every processor has.
 static inline std::uint32_t sumUp(std::uint32_t* counts, std::uint32_t size)
 {
     std::uint32_t sum = 0;

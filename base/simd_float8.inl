@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 
 // Eight floats and the few operations on them that the query kernels need, in the widest registers that the including
-// translation unit is compiled for. Comparisons are false for NaN. Internal linkage, as query_kernels.inl demands.
+// translation unit is compiled for. Comparisons are false for NaN. Internal linkage, as query_kernels.inl requires.
 #include <cstdint>
 
 #if defined(__SSE2__)

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 //
-// `Lanes`: floats in the widest register of the instruction set that the including source is compiled for. To be included
-// by kernels, inside namespace cullet and after <immintrin.h>.
+// `Lanes`: floats in the widest register of the instruction set that the including source is compiled for. To be
+// included by kernels, inside namespace cullet and after <immintrin.h>.
 
 namespace
 {
@@ -17,7 +17,7 @@ struct Lanes
     static void store(float* p, Value v) { _mm512_storeu_ps(p, v); }
     static Value broadcast(float v) { return _mm512_set1_ps(v); }
     static Value subtract(Value a, Value b) { return _mm512_sub_ps(a, b); }
-    // Masked, because GCC 12 takes the undefined operand inside the plain one for a mistake (GCC bug 105593).
+    // Masked, because GCC 12 warns of the undefined operand inside the plain intrinsic (GCC bug 105593).
     static Value larger(Value a, Value b) { return _mm512_mask_max_ps(a, kFull, a, b); }
     static Mask le(Value a, Value b) { return _mm512_cmp_ps_mask(a, b, _CMP_LE_OQ); }
     static Mask both(Mask a, Mask b) { return static_cast<Mask>(a & b); }

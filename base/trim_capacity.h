@@ -6,7 +6,8 @@
 
 namespace cullet
 {
-/// Gives back the room of a vector that serves update after update, when it uses little of what a rare large one took.
+/// Shrinks the capacity of a vector that is reused in every update, when it uses little of what a rare large one
+/// needed.
 template <class Vector>
 void trimRoom(Vector& vector)
 {
@@ -15,7 +16,7 @@ void trimRoom(Vector& vector)
         Vector(vector).swap(vector);
 }
 
-/// Makes room for one more element, so that adding it throws nothing. Amortised O(1).
+/// Reserves capacity for one more element, so that adding it throws nothing. Amortised O(1).
 template <class Vector>
 void growRoom(Vector& vector)
 {

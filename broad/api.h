@@ -4,6 +4,6 @@
 
 /// Marks what users of the shared library may call or derive from; everything else is hidden inside it.
 ///
-/// Goes on whole classes (so that their vtable and type information are one in the process) and on free functions that
-/// are not inline. Templates and inline functions need none.
+/// Used on whole classes (so that their vtable and type information are unique in the process) and on free functions
+/// that are not inline. Templates and inline functions do not need it.
 #define CULLET_API __attribute__((visibility("default")))

@@ -17,9 +17,9 @@ namespace cullet
 {
 /// std::vector of trivially copyable elements, for layouts that a program shares with the library.
 ///
-/// A standard container has another layout where the program is compiled for debug containers (_GLIBCXX_DEBUG) and the library
-/// is not. This one has the same in every mode: three pointers. Member functions do what those of std::vector do, its
-/// iterators are pointers.
+/// A standard container has another layout where the program is compiled for debug containers (_GLIBCXX_DEBUG) and the
+/// library is not. This one has the same in every mode: three pointers. Member functions do what those of std::vector
+/// do, its iterators are pointers.
 ///
 /// @tparam Allocator without state
 template <class T, class Allocator = std::allocator<T>>

@@ -14,8 +14,8 @@
 
 namespace cullet
 {
-/// Outcome of an update. Anything but Ok means: `delta` is empty, the backend's own state is void, and the caller
-/// goes on with another backend (or the same one) after restart().
+/// Outcome of an update. Anything but Ok means: `delta` is empty, the backend's own state is invalid, and the caller
+/// continues with another backend (or the same one) after restart().
 enum class Status
 {
     Ok,
@@ -39,12 +39,12 @@ CULLET_HOST_DEVICE inline bool passesFilter(Filter a, Filter b) noexcept
 enum RowChange : std::uint8_t
 {
     kRowUnchanged = 0,
-    kRowMoved = 1,    ///< the box differs from the one of the last update (or was set and came back to it)
+    kRowMoved = 1,    ///< the box differs from that of the last update (or was set to others and back)
     kRowCreated = 2,  ///< the row holds another proxy than in the last update; it has no pairs yet
     kRowDestroyed =
-        4,  ///< the proxy is gone; its row keeps its id and an empty box until this update is over
+        4,  ///< the proxy was destroyed; its row keeps its id and an empty box until the update ends
     kRowRefiltered =
-        8  ///< group or mask changed: pairs that the old words kept out may enter, none has to leave
+        8  ///< group or mask changed: pairs that the old words excluded may enter, none has to leave
 };
 
 /// Boxes and identities of all proxies, as rows of parallel arrays; valid until the owner changes.
@@ -60,10 +60,10 @@ struct ProxyView
     const std::uint8_t* changes = nullptr;  ///< [size] RowChange bits since the last update
     const std::uint32_t* dirty = nullptr;   ///< [dirtyCount] ascending rows with changes != 0
     std::uint32_t dirtyCount = 0;
-    std::uint8_t anyChanges = 0;  ///< RowChange bits that some of those have; 0: not told
+    std::uint8_t anyChanges = 0;  ///< bitwise or of `changes`; 0: not computed
     /// Rows that `boxes` has memory for, when that is from BoxAllocator, so that a device may lock its pages; else 0.
     std::size_t lockableRows = 0;
-    std::size_t lockableDirty = 0;  ///< the same of `dirty`
+    std::size_t lockableDirty = 0;  ///< rows that `dirty` has such memory for
     float margin = 0.0f;  ///< >= 0; a pair leaves when the boxes grown by it on every side no longer overlap
 };
 
@@ -74,24 +74,25 @@ struct StageTime
     double milliseconds;
 };
 
-/// Why the row grid took its path in the last update.
+/// Why the column grid took its path in the last update.
 ///
-/// Costs are expected work in nanoseconds of a 2023 server core, of which only the ratios matter: they come from counts
-/// and no clock, so that every thread count and machine decides alike.
+/// Costs are expected work in nanoseconds of a 2023 server core, of which only the ratios matter: they are computed
+/// from counts and no clock, so that every thread count and machine decides alike.
 struct GridDecision
 {
     const char* reason = "";  ///< in words
     std::uint32_t strays =
-        0;            ///< boxes that came into other cells, or are outside of their shells (settled mode)
+        0;            ///< boxes that migrated to other columns, or are outside their skins (resting mode)
     double cost = 0;  ///< of the path that was taken
     double otherCost = 0;      ///< of the best one that was not
     float cellWidth = 0;       ///< of the finest level, world units
     double planCost = 0;       ///< of a refill with the levels and widths of the plan
-    double oneLevelCost = 0;   ///< ... with one level of the best width
-    double allLevelsCost = 0;  ///< ... with a level for each octave of sizes, at most eight
+    double oneLevelCost = 0;   ///< of a refill with one level of the best width
+    double allLevelsCost = 0;  ///< of a refill with a level per octave of sizes, at most eight
 };
 
-/// What a backend did, for people and for benchmarks; all numbers are of the last update unless they say total.
+/// What a backend did, for people and for benchmarks; all numbers are of the last update unless their names end in
+/// Total.
 struct BackendStats
 {
     const char* path = "";         ///< which way the last update took, e.g. "idle", "incremental", "rebuild"
@@ -99,18 +100,18 @@ struct BackendStats
     std::uint64_t candidates = 0;  ///< box tests that were made
     std::uint64_t entries = 0;     ///< rows times cells after duplication over cells
     std::uint64_t levels = 0;      ///< grid levels in use
-    std::uint64_t unbounded = 0;   ///< boxes on the side list of unbounded boxes
+    std::uint64_t unbounded = 0;   ///< unbounded boxes, which are in no cell
     std::uint64_t bytes = 0;       ///< memory held, bytes
     std::uint64_t rebuildsTotal = 0;  ///< updates that took the clear-and-rebuild path
-    /// Sweep and prune on an executor: searches that ran once more, since a list, a bin or a tile had too little room.
+    /// Sweep and prune on an executor: searches that were repeated because a list, a bin or a tile was too small.
     std::uint64_t retriesTotal = 0;
-    std::uint64_t cellsTouched = 0;      ///< cells that an id came into or left
+    std::uint64_t cellsTouched = 0;      ///< cells that an id was added to or removed from
     std::uint64_t cellsVisited = 0;      ///< cells that were searched for partners
     std::uint64_t mostTests = 0;         ///< Le Grand's grid: box tests in the fullest cell
     std::uint64_t falsePairs = 0;        ///< shifted sweep and prune: found by rounding alone, and dropped
-    std::uint64_t swaps[3] = {0, 0, 0};  ///< sweep and prune: swaps of neighbouring limits, by axis
+    std::uint64_t swaps[3] = {0, 0, 0};  ///< sweep and prune: swaps of neighbouring endpoints, by axis
     std::uint64_t bytesMoved = 0;        ///< between the memory of the CPU and that of a device
-    GridDecision decision;               ///< rows of the grid
+    GridDecision decision;               ///< of the column grid
     Array<StageTime> stages;             ///< with PsapOptions::timeStages, in order
 };
 
@@ -119,7 +120,7 @@ struct BackendStats
 /// The pair set is defined by the history of boxes alone, so that all backends agree bit for bit:
 /// a pair enters in the update in which both boxes are valid, overlap (closed intervals, overlaps()) and pass the
 /// filter; it leaves in the update in which the boxes no longer overlap with the margin (overlapsWithMargin()) or one
-/// of them is empty. The filter is asked only when a pair is about to enter. Lower id first in each pair.
+/// of them is empty. The filter is evaluated only when a pair is about to enter. Lower id first in each pair.
 ///
 /// Threads: one update at a time; a backend may use threads of its own inside it. Different backends are independent.
 class CULLET_API Backend
@@ -134,9 +135,9 @@ public:
     /// @return Ok, or why the update failed; no exception leaves it
     virtual Status update(const ProxyView& proxies, PairDelta& delta) = 0;
 
-    /// Forgets every row; the next update reads all of them and reports its delta relative to `known`.
+    /// Discards all rows; the next update reads all of them and reports its delta relative to `known`.
     ///
-    /// The next view may be of another table, with fewer rows. What was learned about costs may stay.
+    /// The next view may be of another table, with fewer rows. Estimates of costs may be kept.
     ///
     /// @param known sorted, unique pairs of ids that live in the next view or were destroyed since
     virtual void restart(const Pairs& known) = 0;
@@ -150,20 +151,20 @@ public:
 /// How the hierarchical grid stores its cells.
 enum class GridLayout
 {
-    Rows,  ///< two axes tiled, the third kept sorted inside each cell (a row); the default
-    Cells  ///< the lecture's three-dimensional cells in a hash of buckets, ids stored per cell
+    Rows,  ///< two axes tiled, the third kept sorted inside each cell (a column); the default
+    Cells  ///< three-dimensional cells in a hash of buckets, ids stored per cell: Lesson 04 (docs/references.md)
 };
 
-/// Where the lecture's cells store a box. The pairs are the same.
+/// In which of its cells GridLayout::Cells stores a box. The pairs are the same.
 enum class GridPlacement
 {
-    AllCoarser,  ///< all cells that it touches, at its level and at all coarser ones: the lecture's; Mirtich's second
+    AllCoarser,  ///< all cells that it touches, at its level and at all coarser ones: Lesson 04; Mirtich, second method
     OwnLevel,  ///< all cells that it touches, at its own level: Mirtich 1997, first method
     OnePoint,  ///< the one cell of its lowest corner, at its own level: Ericson 2005, section 7.2
-    OneGrid  ///< all cells that it touches, in one grid whose cells fit the mean box: the lecture's uniform grid
+    OneGrid  ///< all cells that it touches, in one grid whose cells fit the mean box: uniform grid of Lesson 04
 };
 
-/// How the lecture's cells are found. The pairs are the same.
+/// How GridLayout::Cells finds a cell. The pairs are the same.
 enum class GridStorage
 {
     Chained,         ///< hash with a chain for each bucket
@@ -181,20 +182,21 @@ struct GridOptions
     // GridLayout::Cells only, up to countsPairs.
     GridPlacement placement = GridPlacement::AllCoarser;
     GridStorage storage = GridStorage::Chained;
-    /// The lecture's simple update, remove and add, instead of the one that touches changed cells only.
+    /// The simple update of Lesson 04, remove and add, instead of the one that touches changed cells only.
     bool updatesByRemoveAndAdd = false;
     /// Mirtich 1997, second method: count for each pair the cells that it shares, so that a box that stays in its cells
     /// costs its counted pairs and nothing else. For GridPlacement::AllCoarser.
     bool countsPairs = false;
-    /// Row width in units of the largest box of its level; 0: tuned from counted work. Any value gives the same pairs.
+    /// Cell width in units of the largest box of its level; 0: tuned from counted work. Any value gives the same pairs.
     float cellScale = 0.0f;
     /// Fraction of moved rows above which the grid is cleared and rebuilt instead of updated; negative: automatic,
     /// 0: always rebuild, 1: rebuild only when forced to. Any value gives the same pairs.
     float rebuildFraction = -1.0f;
     // GridLayout::Rows only, for comparisons with what the cost model chooses.
-    /// False: no shells around boxes that rest; every update goes over all rows.
+    /// False: no resting mode, that is no skins around boxes that rest; every update processes all rows.
     bool settles = true;
-    /// Levels that the octaves of sizes are joined to, if there are as many; 0: chosen. Any value gives the same pairs.
+    /// Levels that the octaves of sizes are merged into, if there are as many; 0: automatic. Any value gives the same
+    /// pairs.
     std::uint32_t levels = 0;
     /// Slow-path switch for tests and comparisons: use no instructions beyond the x86-64 baseline.
     bool baselineSimd = false;
@@ -204,12 +206,12 @@ struct GridOptions
     std::uint32_t flatLimit = kMeasured;
 };
 
-/// Which of the two searches a sweep-and-prune backend runs. The pairs are the same.
+/// Which search a sweep-and-prune backend runs. The pairs are the same.
 enum class PsapVariant
 {
-    Rows,     ///< the fast one: counting sort into rows of cells, one entry per box, several levels
-    Literal,  ///< as the thesis has it: count, scan, fill, radix sort of (cell, start) keys, sweep
-    Shifted  ///< the same with the thesis's shift by cell x scene length in float, which finds false pairs; they are
+    Rows,     ///< the fast one: sorting into columns, one entry per box, several levels
+    Literal,  ///< as in the thesis: count, scan, fill, radix sort of (cell, start) keys, sweep
+    Shifted  ///< Literal with the thesis's shift by cell x scene length in float, which finds false pairs; they are
              ///< counted (BackendStats::falsePairs) and dropped. Neither bitStrings nor splitWork.
 };
 
@@ -221,11 +223,11 @@ enum class PsapAxis
     Y,
     Z,
     Random,  ///< by the seed, once per backend
-    Principal  ///< the principal component of the centres (Liu et al. 2010); not a world axis. The rows variant takes
+    Principal  ///< the principal component of the centres (Liu et al. 2010); not a world axis. The rows variant uses
                ///< Variance instead.
 };
 
-/// How many cells the literal variant cuts the two other axes into, at least: they are nearly square, in full columns.
+/// How many cells the literal variant divides the two other axes into, at least: they are nearly square, in full lines.
 /// The pairs are the same.
 enum class PsapCells
 {
@@ -234,30 +236,32 @@ enum class PsapCells
     FixedCount,  ///< PsapOptions::cellCount
 };
 
-/// How the rows variant brings the boxes into order. The pairs are the same.
+/// How the rows variant sorts the boxes. The pairs are the same.
 enum class PsapOrder
 {
     /// On a GPU bins for small worlds and tiles for larger ones of one size; else counting below some million boxes,
     /// radix above.
     Automatic,
     Counting,  ///< counts and offsets per bin: random accesses, which are cheap as long as caches hold the bins
-    Radix,     ///< a radix sort of the numbers of the bins
-    Bins,      ///< without counting into bins of fixed room; by counting in updates where one of them is full
-    Tiles  ///< into blocks of space, each sorted and searched by itself; by counting where one of them is full
+    Radix,     ///< a radix sort of the bin numbers
+    Bins,      ///< into bins of fixed capacity, without counting; by counting in updates where a bin is full
+    Tiles  ///< into blocks of space, each sorted and searched by itself; by counting where a block is full
 };
 
-/// How the rows variant looks for partners where boxes are sorted, not put into bins of fixed room. The pairs are the same.
+/// How the rows variant searches for partners where boxes are sorted, not put into bins of fixed capacity. The pairs
+/// are the same.
 enum class PsapRowSearch
 {
-    Automatic,  ///< grouped where boxes are many, and of sizes that take several levels or in many pairs; else each alone
+    Automatic,  ///< Grouped where boxes are many, and of sizes that need several levels or in many pairs; else Alone
     Alone,   ///< each box by itself
-    Grouped  ///< the boxes of a warp together: what is around all of them is read once
+    Grouped  ///< the boxes of a warp cooperatively: their common surroundings are read once
 };
 
-/// Whether pairs that are near are kept, so that updates in which boxes go short ways need no search. The changes are the same.
+/// Whether a neighbour list with skins is kept, so that updates in which boxes move little need no search. The deltas
+/// are the same.
 enum class PsapNearPairs
 {
-    Automatic,  ///< unless it has not paid of late
+    Automatic,  ///< unless it has not paid recently
     Never,
     Always  ///< whether it pays or not
 };
@@ -282,25 +286,25 @@ struct PsapOptions
         false;  ///< literal variant: 8 x 8 second-level cells as bit strings, compared before a test
     bool splitWork = false;  ///< literal variant: long sweeps are cut into parts of 128 tests
     std::uint32_t seed = 1;  ///< for PsapAxis::Random and PsapExecutor::Shuffled
-    /// Rows variant: width of a cell and length of a bin in longest sides of their level; 0: chosen by a cost model. Any
-    /// values give the same pairs.
+    /// Rows variant: width of a cell and length of a bin in units of the longest box side of their level; 0: chosen by
+    /// a cost model. Any values give the same pairs.
     float cellScale = 0.0f;
     float binScale = 0.0f;
-    /// Rows variant: updates until the next plan of cells, bins or tiles is begun; 0: 32, and 256 of tiles. Any value gives the
-    /// same pairs.
+    /// Rows variant: updates until the next plan of cells, bins or tiles is begun; 0: 32, and 256 for tiles. Any value
+    /// gives the same pairs.
     std::uint32_t updatesPerPlan = 0;
     PsapOrder order = PsapOrder::Automatic;              ///< rows variant
     PsapRowSearch rowSearch = PsapRowSearch::Automatic;  ///< rows variant
-    PsapNearPairs nearPairs = PsapNearPairs::Automatic;  ///< where changes are asked for
-    /// Room for pairs, entries and look-ups at the start; every list grows when it has to. Any value gives the same
-    /// pairs (1 forces every growth).
+    PsapNearPairs nearPairs = PsapNearPairs::Automatic;  ///< for updates that report deltas
+    /// Initial capacity for pairs, entries and look-ups; every list grows when needed. Any value gives the same pairs
+    /// (1 forces every growth).
     std::uint32_t initialCapacity = 1024;
     PsapExecutor executor = PsapExecutor::InOrder;  ///< of the backend on the CPU
     /// Threads that pack boxes for the executor, and of PsapExecutor::Threads; 0: as many as the machine has.
     int threads = 0;
     bool timeStages = false;  ///< BackendStats::stages; the device's clock around each stage
-    /// CUDA: threads in a block of the steps whose indices work alone, all of the literal variant's among them; in warps of 32,
-    /// up to 256, or 128 where steps find pairs. 0: the most. Any value gives the same pairs.
+    /// CUDA: threads in a block of the steps whose indices do not cooperate, among them all of the literal variant; in
+    /// warps of 32, up to 256, or 128 where steps find pairs. 0: the maximum. Any value gives the same pairs.
     std::uint32_t blockThreads = 0;
 };
 
@@ -309,7 +313,7 @@ CULLET_API std::unique_ptr<Backend> makeGridBackend(const GridOptions& options =
 /// Tests every pair of boxes in every update: O(n^2), the oracle of the tests, and fine below about 100 boxes.
 CULLET_API std::unique_ptr<Backend> makeBruteForceBackend();
 
-/// Incremental sweep and prune, the lecture's: for comparison, and for scenes that move a little and evenly.
+/// Incremental sweep and prune of Lesson 04: for comparison, and for scenes that move a little and evenly.
 CULLET_API std::unique_ptr<Backend> makeSapBackend();
 
 /// Le Grand's uniform grid (GPU Gems 3) on one thread: for comparison, on boxes of one size.

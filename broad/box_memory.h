@@ -10,18 +10,18 @@
 
 namespace cullet
 {
-/// Called with the address of memory that is about to be given back. No exception may leave it. Any thread.
+/// Called, in any thread, with the address of memory that is about to be freed. No exception may leave it.
 using BoxMemoryRelease = void (*)(const void* memory);
 
-/// One in the process, also when boxes are allocated outside of the shared library.
+/// The callback of the process, the same one when boxes are allocated outside of the shared library.
 CULLET_API inline std::atomic<BoxMemoryRelease>& boxMemoryRelease() noexcept
 {
     static std::atomic<BoxMemoryRelease> release{nullptr};
     return release;
 }
 
-/// Allocates arrays that a device may copy from or to directly: whoever locked the pages of one is told before it goes
-/// away.
+/// Allocates arrays that a device may copy from or to directly: boxMemoryRelease() is called before an array is freed,
+/// so that its pages can be unlocked.
 template <class T>
 struct BoxAllocator
 {

@@ -8,8 +8,9 @@
 #include <string>
 #include <vector>
 
-// Files that hold what a broad phase was told: boxes that come, move and go, frame by frame. docs/recording-format.md
-// describes them byte by byte. The library cullet::box_stream reads and writes them; it needs zlib.
+// Files that record the calls of a broad phase: boxes that are created, set and destroyed, frame by frame.
+// docs/recording-format.md describes them byte by byte. The library cullet::box_stream reads and writes them; it needs
+// zlib.
 namespace cullet
 {
 /// A box in the precision in which it was recorded; a float is kept exactly. Length unit of the recorded world. May be
@@ -28,8 +29,8 @@ struct BoxEvent
         Create = 1,  ///< id, box, group, mask
         Destroy,     ///< id
         Set,         ///< id, box: also a box that is the same as before
-        Filter,      ///< id, group, mask: changed without a call, seen before the next frame
-        Frame        ///< pairs are to be found now
+        Filter,      ///< id, group, mask: changed without a call, detected before the next frame
+        Frame        ///< the broad phase finds the pairs
     };
 
     Kind kind = Kind::Frame;
@@ -46,23 +47,24 @@ enum class StreamPrecision : std::uint8_t
     Double = 8
 };
 
-/// What the head of a file says.
+/// The contents of a file's head.
 struct BoxStreamInfo
 {
     StreamPrecision precision = StreamPrecision::Float;
     std::uint64_t frames = 0;
     std::uint64_t events = 0;  ///< frames included
-    std::uint32_t ids = 0;     ///< every id is below
+    std::uint32_t ids = 0;     ///< every id is below this number
 };
 
 /// Writes a recording. Ids are chosen by the caller: the smallest that no live box has, so that they stay dense.
 ///
-/// Nothing throws but std::bad_alloc. The first failure (a full disk) is kept in error(), and all later calls do nothing.
+/// Nothing throws but std::bad_alloc. The first failure (a full disk) is kept in error(), and all later calls do
+/// nothing.
 /// Cost: O(1) per event, and zlib's fastest compression, per block of at most 1 MiB.
 class BoxStreamWriter
 {
 public:
-    /// Opens the file for writing; error() tells whether it could.
+    /// Opens the file for writing; if that fails, error() is not empty.
     BoxStreamWriter(const std::string& path, StreamPrecision precision);
 
     /// Finishes, if finish() was not called.
@@ -76,7 +78,7 @@ public:
     void filter(std::uint32_t id, std::int32_t group, std::int32_t mask);
     void frame();
 
-    /// Writes what is left and the counts into the head. A file without it is refused by the reader.
+    /// Writes the remaining events, and the counts into the head. The reader refuses a file that was not finished.
     ///
     /// @returns whether everything is in the file
     bool finish();
@@ -91,8 +93,8 @@ private:
     std::unique_ptr<Parts> m;
 };
 
-/// What a reader takes at most. Packed, a block of equal events is a thousandth of itself, so that the length of a file bounds
-/// nothing.
+/// Limits of a reader. A block of equal events can be compressed to a thousandth of its size, so that the length of a
+/// file does not bound its contents.
 struct BoxStreamLimits
 {
     std::uint32_t ids = 1u << 22;          ///< 48 bytes each
@@ -101,22 +103,22 @@ struct BoxStreamLimits
 
 /// Reads a recording and trusts nothing in it: each checksum, length, count and id is checked before it is used.
 ///
-/// Memory: two blocks of 1 MiB, and what is in BoxStreamLimits. What goes beyond these is an error that names the limit.
+/// Memory: two blocks of 1 MiB, and as much as BoxStreamLimits allows. A file beyond a limit is an error that names it.
 class BoxStreamReader
 {
 public:
     enum class Next
     {
         Event,
-        End,   ///< the file ends where it has to
+        End,   ///< the file ends as its head promises
         Error  ///< see error(); the events so far are good
     };
 
-    /// @returns null when the file cannot be opened or its head is not one; `why` is then one line with its name
+    /// @returns null when the file cannot be opened or has no valid head; `why` is then one line with its name
     static std::unique_ptr<BoxStreamReader> open(const std::string& path, std::string& why,
                                                  const BoxStreamLimits& limits = {});
 
-    /// The same from a stream, which errors call `name`.
+    /// Reads from a stream instead, which error messages call `name`.
     static std::unique_ptr<BoxStreamReader> open(std::unique_ptr<std::istream> stream,
                                                  const std::string& name, std::string& why,
                                                  const BoxStreamLimits& limits = {});
@@ -130,8 +132,8 @@ public:
     /// Reads one event into `event`. A Create has a free id, every other kind but Frame a live one.
     Next next(BoxEvent& event);
 
-    /// Replaces `events` by those up to the next Frame, without it. End: no Frame came, `events` holds what is after the
-    /// last one.
+    /// Replaces `events` by those up to the next Frame, without it. End: there is no further Frame; `events` has the
+    /// events after the last one.
     Next nextFrame(std::vector<BoxEvent>& events);
 
     /// One line that names the file, the place and the reason; empty while all is well.

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <cstring>
 
-/// Marks a function that the CPU and the GPU run from the same source. Nothing outside nvcc.
+/// Marks a function that the CPU and the GPU run from the same source. Empty outside nvcc.
 #ifdef __CUDACC__
 #define CULLET_HOST_DEVICE __host__ __device__
 #else
@@ -21,7 +21,7 @@
 
 namespace cullet
 {
-/// Adds to a counter that other indices of the same step add to as well; returns the value before.
+/// Adds atomically to a counter that other indices of the same step also add to; returns the previous value.
 ///
 /// Relaxed: steps of a pipeline are separated by barriers, and no index reads what another one wrote.
 CULLET_HOST_DEVICE inline std::uint32_t fetchAdd(std::uint32_t* counter, std::uint32_t value)
@@ -43,7 +43,7 @@ CULLET_HOST_DEVICE inline std::uint64_t fetchAdd(std::uint64_t* counter, std::ui
 #endif
 }
 
-/// Sets bits of a word that other indices of the same step set bits of as well.
+/// Sets bits atomically of a word in which other indices of the same step also set bits.
 CULLET_HOST_DEVICE inline void setBits(std::uint32_t* word, std::uint32_t bits)
 {
 #ifdef __CUDA_ARCH__
@@ -53,7 +53,7 @@ CULLET_HOST_DEVICE inline void setBits(std::uint32_t* word, std::uint32_t bits)
 #endif
 }
 
-/// Puts `value` where `expected` was; returns what was there. The step is done when that is `expected`.
+/// Stores `value` atomically if the slot contains `expected`; returns the previous value, `expected` on success.
 CULLET_HOST_DEVICE inline std::uint64_t compareExchange(std::uint64_t* slot, std::uint64_t expected,
                                                         std::uint64_t value)
 {
@@ -78,7 +78,7 @@ CULLET_HOST_DEVICE inline std::uint32_t lowestBit(std::uint32_t bits)
 #endif
 }
 
-/// How many bits the number takes: 0 for 0.
+/// Number of bits that represent `number`: 0 for 0.
 CULLET_HOST_DEVICE inline std::uint32_t bitCountOf(std::uint32_t number)
 {
 #ifdef __CUDA_ARCH__

@@ -13,11 +13,11 @@
 
 namespace cullet
 {
-/// Arrays so long share no page with each other, so that a device may lock those of each.
+/// Arrays of at least this size share no page with each other, so that the pages of each can be locked for a device.
 inline constexpr std::size_t kLockableBytes = std::size_t{1} << 16;
 
-/// Memory that the system may back by pages of 2 MiB where it is large: boxes are read in random order, and with pages
-/// of 4 KiB each of a million boxes would cost a walk of the page table too.
+/// Allocator of memory that the system may back by pages of 2 MiB where it is large: boxes are read in random order,
+/// and with pages of 4 KiB each of a million boxes would also cost a page table walk.
 template <class T>
 struct HugeAllocator
 {
@@ -35,7 +35,7 @@ struct HugeAllocator
         void* memory = ::operator new(bytes, std::align_val_t(alignmentFor(bytes)));
 #if defined(__linux__)
         if (bytes >= kLarge)
-            madvise(memory, bytes, MADV_HUGEPAGE);  // a wish: nothing depends on it
+            madvise(memory, bytes, MADV_HUGEPAGE);  // a hint: nothing depends on it
 #endif
         return static_cast<T*>(memory);
     }

@@ -34,7 +34,7 @@ inline bool operator<(Pair a, Pair b) noexcept
 /// The pair of two different ids in the order that Pair demands.
 inline Pair makePair(std::uint32_t a, std::uint32_t b) noexcept
 {
-    // A branch, which is what compilers make of a comparison here, could not be predicted.
+    // Compilers turn a comparison here into a branch, which is not predictable.
     const std::uint32_t swap = (a ^ b) & (0u - static_cast<std::uint32_t>(b < a));
     return {a ^ swap, b ^ swap};
 }
@@ -50,7 +50,7 @@ inline Pair pairOfKey(std::uint64_t key) noexcept
     return {static_cast<std::uint32_t>(key >> 32), static_cast<std::uint32_t>(key)};
 }
 
-/// In memory that a device may write into directly.
+/// List of pairs, in memory that a device may write into directly.
 using Pairs = Array<Pair, BoxAllocator<Pair>>;
 
 /// What changed between two updates of a backend: both lists sorted by (first, second), unique, disjoint.

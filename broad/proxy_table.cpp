@@ -17,16 +17,16 @@ namespace cullet
 {
 namespace
 {
-// Rows whose boxes are on their way from memory.
+// How many rows ahead boxes are prefetched.
 constexpr std::size_t kPrefetch = 16;
-// Share of rows, one in so many, up to which their boxes are read in no order that the processor would foresee.
+// Share of rows, one in so many, up to which the processor does not predict the order in which boxes are read.
 constexpr std::size_t kFewShare = 4;
 
 constexpr std::uint32_t kGroup = 64;
 
-/// A bit for each of 64 bytes: whether it is not zero.
+/// Returns a bit for each of 64 bytes: whether it is not zero.
 ///
-/// @param any [in, out] gets the bits of all of them
+/// @param any [in, out] receives the bitwise or of all bytes
 std::uint64_t bitsOfSetBytes(const std::uint8_t* bytes, std::uint8_t& any)
 {
     std::uint64_t bits = 0;
@@ -54,7 +54,7 @@ std::uint64_t bitsOfSetBytes(const std::uint8_t* bytes, std::uint8_t& any)
     return bits;
 }
 
-/// Writes row for every non-zero byte in [begin, end), ascending; the end of what was written.
+/// Writes the row of every non-zero byte in [begin, end), ascending; returns the end of the output.
 std::uint32_t* listSetBytes(const std::uint8_t* bytes, std::uint32_t begin, std::uint32_t end,
                             std::uint32_t* to, std::uint8_t& any)
 {
@@ -88,14 +88,14 @@ void ProxyTable::unmarkBlock(std::uint32_t block, std::uint8_t reader) noexcept
     m_blocks[block].store(static_cast<std::uint8_t>(marks & ~reader), std::memory_order_relaxed);
 }
 
-/// For a row more than there is.
+/// Makes m_blocks cover one more row.
 void ProxyTable::growBlocks()
 {
     const std::uint32_t needed = (size() >> kBlockShift) + 1;
     if (needed <= m_blockCount)
         return;
     auto blocks = std::make_unique<std::atomic<std::uint8_t>[]>(2 * std::size_t{needed});
-    // std::atomic does not move, so the blocks are copied by hand.
+    // std::atomic cannot be moved, so the blocks are copied one by one.
     for (std::uint32_t i = 0; i < m_blockCount; ++i)
         blocks[i].store(m_blocks[i].load(std::memory_order_relaxed), std::memory_order_relaxed);
     m_blocks.swap(blocks);
@@ -274,7 +274,7 @@ void ProxyTable::collectQueryChanges(Array<ProxyId>& rows)
         for (std::uint32_t block = 0; block << kBlockShift < size(); ++block)
             collectBlock(block, rows);
     }
-    // Released, so that whoever sees the table clean also sees what was made of the changes.
+    // Release: a thread that reads the table as clean also sees what the caller stored before.
     m_queryBlockCount.store(0, std::memory_order_release);
 }
 

@@ -17,19 +17,20 @@ namespace cullet
 {
 using ProxyId = std::uint32_t;
 
-/// The truth about all boxes: float boxes, unique ids, filter words and what changed since the last update.
+/// The authoritative table of all boxes: float boxes, unique ids, filter words and changes since the last update.
 ///
 /// A row (ProxyId) never moves while its proxy lives. A destroyed row keeps its unique id and an empty box until
-/// endUpdate(), because backends still hold its pairs; only then may the row serve another proxy.
+/// endUpdate(), because backends still hold its pairs; only then may the row be reused for another proxy.
 ///
-/// Two independent readers follow the changes: the pair backend (beginUpdate / endUpdate) and the query index
+/// Two independent readers collect the changes: the pair backend (beginUpdate / endUpdate) and the query index
 /// (collectQueryChanges). Marking a row costs two byte stores.
 ///
-/// Threads: setBox() and setBoxes() of *different* rows may run concurrently; everything else is for one thread at a time.
+/// Threads: setBox() and setBoxes() of *different* rows may run concurrently; everything else is for one thread at a
+/// time.
 class CULLET_API ProxyTable
 {
 public:
-    /// The row that the next create() will give, which then throws nothing. May throw std::bad_alloc and then changes
+    /// Returns the row of the next create(), which then throws nothing. May throw std::bad_alloc and then changes
     /// nothing. Amortised O(1).
     ProxyId reserveRow();
 
@@ -47,8 +48,8 @@ public:
         mark(row, kRowMoved);
     }
 
-    /// Sets the boxes of many rows; those that are as they were are not marked. O(count), no allocation. As with setBox(),
-    /// several threads may do so for different rows.
+    /// Sets the boxes of many rows; rows with unchanged boxes are not marked. O(count), no allocation. As with
+    /// setBox(), several threads may set different rows.
     ///
     /// @param boxes row -> box
     /// @param rows  [count] each once
@@ -71,7 +72,7 @@ public:
     /// @param useFilter whether the backend may drop pairs by group and mask (false while a filter callback decides)
     ProxyView beginUpdate(float margin, bool useFilter);
 
-    /// Forgets the changes and frees the quarantined rows. Call it once every backend has seen the view.
+    /// Clears the changes and frees the quarantined rows. To be called after every backend has read the view.
     void endUpdate() noexcept;
 
     /// True when a row changed since the last collectQueryChanges(); safe to read while setBox() runs elsewhere.
@@ -82,15 +83,15 @@ public:
     /// Cost: 128 bytes read for each block of 128 rows with a change; with more than 64 such blocks, O(size / 128) too.
     void collectQueryChanges(Array<ProxyId>& rows);
 
-    /// Empties the table and forgets every change, as if new.
+    /// Removes all rows and changes: the table is as new.
     void clear();
 
     std::uint64_t bytes() const noexcept;
 
 private:
-    static constexpr std::uint32_t kBlockShift = 7;  // 128 rows share one "something changed here" byte
+    static constexpr std::uint32_t kBlockShift = 7;  // 128 rows share one byte of marks
 
-    static constexpr std::uint32_t kFewBlocks = 64;  // listed for queries; of more, all are looked at
+    static constexpr std::uint32_t kFewBlocks = 64;  // listed for queries; if more changed, all are read
 
     static constexpr std::uint8_t kBlockForUpdate = 1;
     static constexpr std::uint8_t kBlockForQueries = 2;
@@ -119,7 +120,7 @@ private:
     /// Two threads that mark a block at the same time may list it twice; it is collected once.
     void listForQueries(std::uint32_t index) noexcept
     {
-        // Looked at first: an addition alone would take the line from other threads for each block.
+        // Read first: an unconditional addition would take the cache line from other threads for each block.
         if (m_queryBlockCount.load(std::memory_order_relaxed) > kFewBlocks)
             return;
         const std::uint32_t at = m_queryBlockCount.fetch_add(1, std::memory_order_relaxed);
@@ -140,14 +141,14 @@ private:
     Array<Filter> m_filters;
     Array<std::uint8_t> m_changes;
     Array<std::uint8_t> m_queryChanges;
-    /// Which readers have changes to see in each 128 rows.
+    /// For each 128 rows, the readers that have not collected their changes.
     std::unique_ptr<std::atomic<std::uint8_t>[]> m_blocks;
     std::uint32_t m_blockCount = 0;
-    std::atomic<std::uint32_t> m_queryBlockCount{0};  // blocks listed; above kFewBlocks, there are others too
+    std::atomic<std::uint32_t> m_queryBlockCount{0};  // blocks listed; above kFewBlocks, some are not listed
     std::array<std::atomic<std::uint32_t>, kFewBlocks> m_queryBlocks{};
-    Array<ProxyId, BoxAllocator<ProxyId>> m_dirty;  // room for all rows, of which m_dirtyCount are in use
+    Array<ProxyId, BoxAllocator<ProxyId>> m_dirty;  // size for all rows, of which m_dirtyCount are in use
     std::uint32_t m_dirtyCount = 0;
-    // Both have room for all rows, so that neither destroy() nor endUpdate() needs memory.
+    // Both have capacity for all rows, so that neither destroy() nor endUpdate() allocates.
     Array<ProxyId> m_free;
     Array<ProxyId> m_quarantine;
     std::uint32_t m_liveCount = 0;

@@ -16,7 +16,7 @@ namespace
 {
 using namespace psap;
 
-/// Calls `body`; `forget` after a failure, when nothing is at work any more.
+/// Calls `body`. After a failure waits for all work and calls `forget`.
 template <class Body, class Forget>
 Status guarded(CudaExec& exec, const Body& body, const Forget& forget)
 {
@@ -142,7 +142,7 @@ private:
     }
 
     PsapOptions m_options;
-    CudaExec m_exec;  ///< before the buffers: they live in its memory
+    CudaExec m_exec;  ///< declared before the buffers, which use its memory
     Search<CudaExec> m_search;
     SearchInput m_input{};
     bool m_hasSearch = false;
@@ -228,7 +228,7 @@ private:
         m_search.planAhead(m_exec);
     }
 
-    /// Sees to it that the last search has found everything.
+    /// Completes the last search, repeating it where a list was too short.
     void finish()
     {
         if (m_isFinished)
@@ -240,13 +240,13 @@ private:
     }
 
     PsapOptions m_options;
-    CudaExec m_exec;  ///< before the buffers: they live in its memory
+    CudaExec m_exec;  ///< declared before the buffers, which use its memory
     DeltaSearch<CudaExec> m_search;
     bool m_isFinished = true;
     GraphLaunches<DeltaSearch<CudaExec>::kPhases> m_launches;
 };
 
-/// @tparam Made with options and a stream
+/// @tparam Made class that is constructed with options and a stream
 template <class Finder, class Made>
 std::unique_ptr<Finder> make(const PsapOptions& options, CUstream_st* stream, std::string* why)
 {

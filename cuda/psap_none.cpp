@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Takes the place of the CUDA sources in a build without CUDA.
+// Replaces the CUDA sources in a build without CUDA.
 
 #include "cullet/broad/backend.h"
 #include "cullet/cuda/device_pairs.h"

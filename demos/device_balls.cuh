@@ -12,7 +12,7 @@
 #include <cstdlib>
 #include <stdexcept>
 
-// Balls that live on the GPU, for the programs that search their pairs there.
+// Balls in device memory, for the programs that find their pairs there.
 namespace cullet
 {
 inline constexpr unsigned kThreads = 256;
@@ -30,7 +30,7 @@ T* allocate(std::uint64_t count)
     return static_cast<T*>(memory);
 }
 
-/// A number in [0, 1) of a ball, the same in every frame.
+/// A number in [0, 1) for a ball, constant over all frames.
 __device__ inline float fractionOf(std::uint32_t ball, std::uint32_t stream)
 {
     std::uint32_t bits = ball * 2654435761u ^ stream * 2246822519u;
@@ -39,7 +39,7 @@ __device__ inline float fractionOf(std::uint32_t ball, std::uint32_t stream)
     return static_cast<float>((bits ^ bits >> 16) >> 8) / 16777216.0f;
 }
 
-/// Balls of radius 1 go back and forth between the walls.
+/// Moves balls of radius 1 back and forth between the walls.
 __global__ void __launch_bounds__(kThreads) fly(std::uint32_t count, float side, float time, Aabb* boxes)
 {
     const std::uint32_t ball = blockIdx.x * kThreads + threadIdx.x;
@@ -55,7 +55,7 @@ __global__ void __launch_bounds__(kThreads) fly(std::uint32_t count, float side,
     }
 }
 
-/// Runs a program whose argument is how many balls there are; they are 100,000 otherwise.
+/// Runs a program whose argument is the number of balls, by default 100,000.
 inline int mainWithBalls(const char* program, int argc, char** argv, void (*run)(std::uint32_t))
 {
     try

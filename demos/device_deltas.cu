@@ -1,12 +1,11 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// cullet_device_deltas [BODIES]: changes of the pairs of a simulation that lives on the GPU.
+// cullet_device_deltas [BODIES]: pair changes of a simulation on the GPU.
 //
-// Balls fly through a box on the device, and each knows how many neighbours it has. In every frame one kernel moves them,
-// DeviceDeltaFinder finds which pairs enter and which leave, and another kernel adds and subtracts those. Nothing is
-// fetched and nobody waits, but every tenth frame to print something; then all neighbours are counted anew as well, to
-// see that nothing was lost.
+// Balls fly through a box on the device, and the number of neighbours of each is stored. In every frame one kernel
+// moves them, DeviceDeltaFinder finds the entering and leaving pairs, and another kernel adds and subtracts those. The
+// CPU fetches results and waits only in every tenth frame, to print; then all neighbours are counted again as a check.
 
 #include "cullet/cuda/device_pairs.h"
 #include "cullet/demos/device_balls.cuh"
@@ -21,7 +20,7 @@ namespace
 using namespace cullet;
 
 constexpr int kFrames = 100;
-constexpr unsigned kBlocks = 256;  // how many pairs there are, the CPU does not know: each thread does some
+constexpr unsigned kBlocks = 256;  // the number of pairs is unknown to the CPU: grid-stride loop
 
 __device__ std::uint64_t threadOfAll()
 {
@@ -34,7 +33,7 @@ __device__ void add(unsigned* neighbours, RowPair pair, unsigned what)
     atomicAdd(&neighbours[pair.b], what);
 }
 
-/// @param missed [out] whether there was not room for all changes, so that only collect() tells them
+/// @param missed [out] whether the list was too short for all changes, so that only collect() returns them
 __global__ void __launch_bounds__(kThreads)
     follow(DeviceDeltasAhead found, unsigned* neighbours, unsigned* missed)
 {
@@ -57,7 +56,7 @@ __global__ void __launch_bounds__(kThreads)
         add(neighbours, pairs[i], 1u);
 }
 
-/// The neighbours of each ball.
+/// The number of neighbours of each ball.
 class Neighbours
 {
 public:
@@ -85,9 +84,9 @@ public:
         checkCuda(cudaGetLastError());
     }
 
-    /// Counts them anew, and compares; where a list was too short the new counts are taken.
+    /// Counts the neighbours from scratch and compares; if a list was too short, adopts the new counts.
     ///
-    /// @return whether one was
+    /// @return whether a list was too short
     bool compare(const DeviceDeltas& found)
     {
         checkCuda(cudaMemsetAsync(m_counted, 0, m_balls * sizeof(unsigned), m_stream));

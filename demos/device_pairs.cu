@@ -1,11 +1,11 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// cullet_device_pairs [BODIES]: a broad phase for a simulation that lives on the GPU.
+// cullet_device_pairs [BODIES]: a broad phase for a simulation on the GPU.
 //
 // Balls fly through a box on the device. In every frame one kernel moves them and writes their boxes, DevicePairFinder
-// finds the overlapping pairs, and another kernel counts the neighbours of each ball from them. All of it is put on one
-// stream; nothing but the number of pairs ever comes to the CPU. cullet_device_deltas does without that too.
+// finds the overlapping pairs, and another kernel counts the neighbours of each ball from them. All of it runs on one
+// stream; the CPU reads only the number of pairs. cullet_device_deltas avoids that, too.
 
 #include "cullet/cuda/device_pairs.h"
 #include "cullet/demos/device_balls.cuh"

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// A Bullet program with cullet: a pile of boxes falls on a plane. Against stock Bullet two lines differ, marked with (*).
+// A Bullet program with cullet: a pile of boxes falls on a plane. Against stock Bullet two lines differ, marked with
+// (*).
 
 #include "cullet/plugin/broadphase.h"  // (*) <cullet/plugin/broadphase.h> outside of this source tree
 

@@ -33,14 +33,14 @@ struct Broadphase::Parts
     {
     }
 
-    /// Lets another backend take over where that is faster.
+    /// Replaces the backend where another one is faster for this number of bodies.
     void chooseBackend()
     {
         if (std::unique_ptr<Backend> next = chooser.choose(pairSync.backend(), store.table().liveCount()))
             pairSync.setBackend(std::move(next));
     }
 
-    /// The part of setAabb() that has something to do; apart, so that the usual call saves no registers.
+    /// The slow path of setAabb(). Not inlined, so that the usual call saves no registers.
     [[gnu::noinline]] void change(Proxy& proxy, const btVector3& aabbMin, const btVector3& aabbMax)
     {
         store.refreshFilter(&proxy);
@@ -51,7 +51,7 @@ struct Broadphase::Parts
         ghosts.addPairs(proxy, *index);
     }
 
-    /// Adds a proxy to the ghosts that it is one of, and its pairs with ghosts.
+    /// Adds a ghost to the ghost list, and the pairs of a proxy with ghosts.
     void addToGhosts(Proxy& proxy)
     {
         ghosts.add(proxy);
@@ -60,7 +60,7 @@ struct Broadphase::Parts
 
     void destroy(Proxy& proxy, btDispatcher* dispatcher)
     {
-        // First, so that callbacks of the removals neither find it nor make new pairs of it.
+        // Hidden first, so that callbacks of the removals neither find the proxy nor add pairs of it.
         store.hide(&proxy);
         pairSync.removePairsOf(proxy, dispatcher);
         ghosts.remove(proxy);
@@ -77,7 +77,7 @@ struct Broadphase::Parts
 
 namespace
 {
-/// Destroyed proxies may wait for the next update up to this number, or up to the number of the living.
+/// Destroyed proxies may await the next update up to this number, or up to the number of live proxies.
 constexpr std::uint32_t kSmallQuarantine = 1024;
 
 Proxy* toProxy(btBroadphaseProxy* proxy)
@@ -85,13 +85,13 @@ Proxy* toProxy(btBroadphaseProxy* proxy)
     return static_cast<Proxy*>(proxy);
 }
 
-/// Written so that a NaN becomes 0.
+/// The comparison maps a NaN to 0.
 float toMargin(btScalar margin)
 {
     return margin > 0 ? static_cast<float>(margin) : 0.0f;
 }
 
-/// The backend; the grid in place of one that could not be made.
+/// Returns the backend, or the grid if it is null.
 std::unique_ptr<Backend> orFallback(std::unique_ptr<Backend> backend, const BroadphaseOptions& options)
 {
     if (backend != nullptr)
@@ -131,7 +131,7 @@ btBroadphaseProxy* Broadphase::createProxy(const btVector3& aabbMin, const btVec
     }
     catch (...)
     {
-        // Nobody will ever know the proxy. A callback may have destroyed it before it threw.
+        // The caller never receives the proxy. A callback may have destroyed it before the exception.
         if (m->store.find(uniqueId) == proxy)
             m->destroy(*proxy, dispatcher);
         throw;
@@ -145,7 +145,7 @@ void Broadphase::destroyProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher
     CULLET_ASSERT(m->store.find(uniqueIdOf(own)) == own,
                   "destroy a proxy once, in the broad phase that made it");
     m->destroy(*own, dispatcher);
-    // A world that is only asked for rays never updates.
+    // A world that only answers ray queries never updates.
     if (m->store.quarantinedCount() <= std::max(kSmallQuarantine, m->store.table().liveCount()))
         return;
     try
@@ -154,7 +154,7 @@ void Broadphase::destroyProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher
     }
     catch (const std::bad_alloc&)
     {
-        // The proxy is gone; the next one that goes tries again.
+        // The proxy is destroyed; the next destroyProxy() tries again.
     }
 }
 
@@ -282,7 +282,7 @@ void Broadphase::setBackend(std::unique_ptr<Backend> backend)
         return;
     }
     m->pairSync.setBackend(std::move(backend));
-    // The chooser knows its backend by the address, which another one may be given later.
+    // The chooser identifies its backend by the address, which a later backend may reuse.
     m->chooser = BackendChooser();
 }
 

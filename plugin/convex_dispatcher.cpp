@@ -22,17 +22,17 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// Pairs per task: some ten microseconds of work.
+/// Pairs per task: about ten microseconds of work.
 constexpr std::size_t kGrain = 256;
 
-/// Nanoseconds for the motion of a body, for a pair, and more for one whose shapes are tested: about as many as in the last
-/// dispatch.
+/// Nanoseconds for the motion of a body, for a pair, and additionally for a pair whose shapes are tested; the number of
+/// tests is that of the last dispatch.
 constexpr double kCostOfBody = 30, kCostOfPair = 8, kCostOfTest = 100;
 
-/// Pairs between the first touch of a pair's memory and its use.
+/// Pairs between the prefetch of a pair's memory and its use.
 constexpr std::size_t kAhead = 12;
 
-/// The algorithm and the proxies of a pair that comes later; the bodies of one that comes sooner.
+/// Prefetches the algorithm and the proxies of one pair, and the bodies of an earlier one.
 [[gnu::always_inline]] inline void prefetch(const btBroadphasePair& later, const btBroadphasePair& sooner)
 {
     prefetchBytes(later.m_algorithm, 0, sizeof(IsaGjkAlgorithm));
@@ -42,7 +42,7 @@ constexpr std::size_t kAhead = 12;
     prefetchBody(sooner.m_pProxy1->m_clientObject);
 }
 
-/// Null for a pair of another algorithm, or of another dispatcher's.
+/// Null for a pair with another algorithm, or with one of another dispatcher.
 IsaGjkAlgorithm* isaGjkOf(const btBroadphasePair& pair, const btDispatcher& dispatcher)
 {
     if (pair.m_algorithm == nullptr || !isExactly<IsaGjkAlgorithm>(*pair.m_algorithm))
@@ -67,7 +67,7 @@ catch (const std::exception&)
     return false;
 }
 
-/// Shapes do not change while it lives; what a callback throws ends it too.
+/// Scope of a pass, during which shapes do not change; an exception of a callback ends it too.
 class PassScope
 {
 public:
@@ -80,7 +80,7 @@ private:
     IsaGjkRegistration& m_isaGjk;
 };
 
-/// Bullet's path knows at once that there is nothing to do for two sleepers.
+/// Bullet's path returns at once for a pair of sleeping bodies.
 bool areAsleep(const btCollisionObject& a, const btCollisionObject& b)
 {
     return !a.isActive() && !b.isActive();
@@ -119,7 +119,7 @@ private:
         return place < idle.size() && pair.m_algorithm != nullptr && idle[place] == pair.m_algorithm;
     }
     bool isForBullet() const { return m_dispatcher.getNearCallback() == m_dispatcher.m_ownNearCallback; }
-    /// What Bullet's near callback asks first, without its calls.
+    /// The first test of Bullet's near callback, without its calls.
     bool isAsleep(const btBroadphasePair& pair) const
     {
         return !m_mayOverrule && isForBullet() && areAsleep(bodyOf(pair.m_pProxy0), bodyOf(pair.m_pProxy1));
@@ -136,7 +136,7 @@ private:
     Dispatcher& m_dispatcher;
     const btBroadphasePair* m_pairs;
     const btDispatcherInfo& m_info;
-    bool m_mayOverrule;  ///< needsCollision()
+    bool m_mayOverrule;  ///< a derived class may override needsCollision()
 };
 
 Dispatcher::Dispatcher(btCollisionConfiguration* configuration, const DispatcherOptions& options)
@@ -145,7 +145,7 @@ Dispatcher::Dispatcher(btCollisionConfiguration* configuration, const Dispatcher
       m_workers(std::make_unique<ParallelLoops>(options.threads)),
       m_ownNearCallback(getNearCallback())
 {
-    // Of a dispatcher that was at this address before: no pair of it is left.
+    // The registration may be left from an earlier dispatcher at this address, whose pairs no longer exist.
     m_isaGjk.motions().clear();
 }
 
@@ -171,10 +171,10 @@ void Dispatcher::dispatchAllCollisionPairs(btOverlappingPairCache* pairCache, co
     pairCache->processAllOverlappingPairs(&callback, dispatcher, info);
 }
 
-/// For pairs that do not watch their bodies.
+/// Creates the algorithms of new pairs, for a pair cache whose pairs do not track their bodies.
 ///
-/// @param asked [out] places of the pairs of ISA-GJK
-/// @return false without memory
+/// @param asked [out] indices of the pairs of ISA-GJK
+/// @return false if out of memory
 bool Dispatcher::makeAlgorithms(btBroadphasePair* pairs, std::size_t count, std::vector<std::uint32_t>& asked)
 {
     if (!makeRoom(asked, count))
@@ -187,10 +187,10 @@ bool Dispatcher::makeAlgorithms(btBroadphasePair* pairs, std::size_t count, std:
     return true;
 }
 
-/// What the near callback would do for a new pair, as far as the algorithm; only for those that may be idle at once. Some of
-/// Bullet's own algorithms make their manifolds when they are made, so that they have to wait for their turn.
+/// Creates the algorithm of a new pair as the near callback would, but only if the pair may be idle at once. Some of
+/// Bullet's own algorithms create their manifolds in their constructors; they must be created in Bullet's order.
 ///
-/// @return that, if it is an IsaGjkAlgorithm
+/// @return the algorithm if it is an IsaGjkAlgorithm, else null
 IsaGjkAlgorithm* Dispatcher::makeAlgorithm(btBroadphasePair& pair)
 {
     btCollisionObject &a = bodyOf(pair.m_pProxy0), &b = bodyOf(pair.m_pProxy1);
@@ -208,9 +208,9 @@ IsaGjkAlgorithm* Dispatcher::makeAlgorithm(btBroadphasePair& pair)
     return algorithm;
 }
 
-/// Leaves behind that every body that is watched exists, since a pair of the array watches it.
+/// Afterwards every tracked body exists, since a pair of the array tracks it.
 ///
-/// @return false without memory
+/// @return false if out of memory
 bool Dispatcher::makeAndWatch(btBroadphasePair* pairs, std::size_t count)
 {
     const MotionTrackedPairs& watched = m_isaGjk.motions().pairs();
@@ -222,7 +222,7 @@ bool Dispatcher::makeAndWatch(btBroadphasePair* pairs, std::size_t count)
     return learn(pairs, count);
 }
 
-/// Makes known of each pair in the array whether it watches.
+/// Determines for each pair in the array whether it tracks its bodies.
 bool Dispatcher::learn(btBroadphasePair* pairs, std::size_t count)
 {
     MotionTrackedPairs& watched = m_isaGjk.motions().pairs();
@@ -246,7 +246,7 @@ bool Dispatcher::learn(btBroadphasePair* pairs, std::size_t count)
     m_isaGjk.motions().pairs().note(place, pair.m_algorithm, algorithm != nullptr ? ofIsaGjk : Kind::Other);
 }
 
-/// After pairs that watch have left the array with their algorithms, perhaps with bodies.
+/// Tracks all bodies anew, after tracked pairs have left the array together with their algorithms and maybe bodies.
 void Dispatcher::watchAnew(btBroadphasePair* pairs, std::size_t count)
 {
     m_isaGjk.motions().abandon();
@@ -258,7 +258,7 @@ void Dispatcher::watchAnew(btBroadphasePair* pairs, std::size_t count)
     }
 }
 
-/// As in btCollisionDispatcher::getNewManifold().
+/// The threshold that btCollisionDispatcher::getNewManifold() would use.
 btScalar Dispatcher::breakingThresholdOf(const btCollisionObject& a, const btCollisionObject& b) const
 {
     if ((m_dispatcherFlags & CD_USE_RELATIVE_CONTACT_BREAKING_THRESHOLD) == 0)
@@ -267,7 +267,7 @@ btScalar Dispatcher::breakingThresholdOf(const btCollisionObject& a, const btCol
                  b.getCollisionShape()->getContactBreakingThreshold(gContactBreakingThreshold));
 }
 
-/// Calls body(begin, end) for parts of [0, count), on all threads.
+/// Calls body(begin, end) for parts of [0, count) on all threads.
 template <class Body>
 void Dispatcher::forAll(std::size_t count, const Body& body)
 {
@@ -315,7 +315,7 @@ void Dispatcher::findIdlePairs(btBroadphasePair* pairs, std::size_t count, bool 
     }
 }
 
-/// Pairs miss it until it has ended, and the search for idle pairs too.
+/// m_isUpdateMissing is true until both this update and the search for idle pairs have ended.
 void Dispatcher::updateMotions()
 {
     const bool isGap = std::exchange(m_isUpdateMissing, true);
@@ -324,7 +324,7 @@ void Dispatcher::updateMotions()
            [&](std::size_t begin, std::size_t end) { motions.update(begin, end, m_isaGjk.pass(), isGap); });
 }
 
-/// @param asked places of the pairs of ISA-GJK in the array
+/// @param asked indices of the pairs of ISA-GJK in the array
 void Dispatcher::findIdle(const btBroadphasePair* pairs, std::size_t count,
                           const std::vector<std::uint32_t>& asked)
 {

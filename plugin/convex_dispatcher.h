@@ -18,29 +18,29 @@ class IsaGjkAlgorithm;
 
 struct DispatcherOptions
 {
-    /// Most threads of the search for idle pairs, which has as many as its work is worth; 0: as many as the machine has.
-    /// Contacts never depend on it.
+    /// Upper limit for the threads that search for idle pairs; fewer are used for little work. 0: as many as the
+    /// machine has. Contacts never depend on it.
     int threads = 0;
     IsaGjkOptions isaGjk;
 };
 
-/// Takes the place of btCollisionDispatcher, with ISA-GJK registered: finds the pairs that are still too far apart for
-/// contacts on several threads, and lets Bullet's ordinary path handle the others one by one.
+/// Replaces btCollisionDispatcher, with ISA-GJK registered: finds the pairs that are still too far apart for contacts
+/// on several threads, and passes the others to Bullet's ordinary path one by one.
 ///
-/// Only what is known to change nothing is left out: pairs whose algorithm is an IsaGjkAlgorithm without contacts, whose
-/// shapes were too far apart in the last step, or are new, and are too far apart now. The threads read bodies and shapes
-/// and write to these algorithms only, so that a Bullet library without thread support will do. Contacts, callbacks and
-/// their order are the same for any number of threads.
+/// A pair is left out only if its dispatch would change nothing: its algorithm is an IsaGjkAlgorithm without contacts,
+/// its shapes were too far apart in the last step, or the pair is new, and they are too far apart now. The threads read
+/// bodies and shapes and write to these algorithms only, so a Bullet library without thread support suffices. Contacts,
+/// callbacks and their order are the same for any number of threads.
 ///
-/// A pair of ISA-GJK has no manifold before its shapes come close, unless a body is kinematic, or becomes so: Bullet makes one for
-/// every pair of overlapping boxes, and its islands and solver walk over all of them. All other manifolds are there in the order in
-/// which btCollisionDispatcher makes them: a world of pairs that Bullet has algorithms of its own for (boxes; spheres and capsules;
-/// compounds and planes with these) has the same bits with both. A callback during the dispatch that moves a body has its effect
-/// on idle pairs in the next step.
+/// A pair of ISA-GJK gets no manifold before its shapes are close, unless a body is or becomes kinematic; Bullet
+/// creates one for every pair of overlapping boxes, and its islands and solver visit all of them. All other manifolds
+/// are created in the order of btCollisionDispatcher: a world of pairs for which Bullet has special algorithms (boxes;
+/// spheres and capsules; compounds and planes with these) gives the same bits with both dispatchers. If a callback
+/// moves a body during the dispatch, idle pairs react in the next step.
 ///
 /// With a near callback of the application, or DISPATCH_CONTINUOUS, every pair takes Bullet's path.
-/// Shapes of its pairs must not be edited during a dispatch, nor made anew in the memory of another that was one of these.
-/// Callbacks may do both to other shapes, and ask about them by contactTest() and contactPairTest().
+/// During a dispatch, shapes of its pairs must not be edited, nor may a new shape be created at the address of one of
+/// them. Callbacks may do both with other shapes, and may pass them to contactTest() and contactPairTest().
 class CULLET_API Dispatcher : public btCollisionDispatcher
 {
 public:
@@ -52,12 +52,12 @@ public:
                                    btDispatcher* dispatcher) override;
 
     IsaGjkStats stats() const { return m_isaGjk.stats(); }
-    /// Pairs that the last dispatch left out.
+    /// Number of pairs that the last dispatch left out.
     std::uint64_t idlePairs() const { return m_idlePairs; }
-    /// Of these, pairs known to be apart by how little their bodies have moved, without a look at their shapes; none in a
-    /// dispatch in which hardly a body is awake. May differ from run to run with several threads: what a body's motion has
-    /// spared is counted without locks, and bodies whose motion spares little are left alone for a while. Neither contacts nor
-    /// idlePairs() depend on it.
+    /// The part of idlePairs() that the motion bounds of the bodies proved separated, without access to their shapes.
+    /// 0 in a dispatch in which hardly any body is awake. May differ between runs with several threads: the use of a
+    /// body's motion is counted without locks, and bodies whose motion is of little use are paused for some updates.
+    /// Neither contacts nor idlePairs() depend on it.
     std::uint64_t stillPairs() const { return m_stillPairs; }
 
 private:
@@ -84,12 +84,13 @@ private:
     IsaGjkRegistration& m_isaGjk;
     std::unique_ptr<ParallelLoops> m_workers;
     btNearCallback m_ownNearCallback;
-    /// By place in the pair array: the algorithm if the pair is idle, else null. The pointer tells that the place still
-    /// belongs to the pair, since callbacks may remove bodies during the dispatch.
+    /// By index in the pair array: the algorithm if the pair is idle, else null. The pointer shows whether the entry
+    /// still belongs to the pair, since callbacks may remove bodies during the dispatch.
     Array<const btCollisionAlgorithm*> m_idle;
     std::uint64_t m_idlePairs = 0, m_stillPairs = 0, m_testedPairs = 0;
-    bool m_isUpdateMissing = false;  ///< of some pair, with the motions of its bodies
-    bool m_asksInTurn = false;       ///< whether pairs are idle is found when Bullet comes to them
+    /// Some pair, or the motions of its bodies, missed an update.
+    bool m_isUpdateMissing = false;
+    bool m_asksInTurn = false;  ///< each pair is tested when Bullet processes it, not in advance
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

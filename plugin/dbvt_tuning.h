@@ -13,14 +13,15 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// The public fields and calls by which applications tune btDbvtBroadphase, so that they compile with Broadphase in its place.
+/// The public fields and functions by which applications tune btDbvtBroadphase, so that they compile with Broadphase.
 ///
-/// They have no effect: there are no trees to balance and no velocity to guess, pairs come in calculateOverlappingPairs() as
-/// with m_deferedcollide, and none waits for removal. Fields keep what is written to them; their first values are Bullet's.
+/// They have no effect: there are no trees to balance, no velocity prediction and no deferred removal, and pairs are
+/// found in calculateOverlappingPairs(), as with m_deferedcollide. Fields store what is written to them; their initial
+/// values are Bullet's.
 ///
-/// The trees themselves (m_sets, m_stageRoots, m_rayTestStacks) are not here, since a walk over empty ones would find nothing
-/// without a word: aabbTest() and rayTest() answer such questions. Neither is m_releasepaircache: a pair cache that was handed
-/// in stays the application's.
+/// The trees themselves (m_sets, m_stageRoots, m_rayTestStacks) are missing on purpose: a traversal of empty trees
+/// would silently find nothing. Use aabbTest() and rayTest() instead. m_releasepaircache is missing too: a pair cache
+/// of the application always stays the application's.
 struct DbvtTuning
 {
     enum

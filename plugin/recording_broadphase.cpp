@@ -26,7 +26,7 @@ StreamBox streamBox(const btVector3& low, const btVector3& high)
     return box;
 }
 
-/// A live proxy as the file knows it.
+/// The last recorded state of a live proxy.
 struct Known
 {
     const btBroadphaseProxy* proxy = nullptr;  ///< null: the id is free
@@ -104,7 +104,7 @@ btBroadphaseProxy* RecordingBroadphase::createProxy(const btVector3& aabbMin, co
 {
     btBroadphaseProxy* proxy = m->inner.createProxy(aabbMin, aabbMax, shapeType, userPtr,
                                                     collisionFilterGroup, collisionFilterMask, dispatcher);
-    // An axis sweep that is full has none to give.
+    // btAxisSweep3 returns null when it is full.
     if (proxy == nullptr)
         return nullptr;
     const std::uint32_t id = m->takeId();

@@ -14,25 +14,25 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// Writes everything that another broad phase is told into a file, for `cullet replay` and `cullet verify`.
+/// Records the calls of another broad phase in a file, for `cullet replay` and `cullet verify`.
 ///
-/// Stands between a Bullet world and any broad phase, which it calls with the same arguments and whose answers it
-/// returns, so that the world runs as it does without:
+/// Sits between a Bullet world and any broad phase and forwards all calls and results, so that the world runs as it
+/// does without it:
 ///
 ///     btDbvtBroadphase dbvt;                                       // or any other
-///     cullet::RecordingBroadphase broadphase(dbvt, "scene.cbx");   // goes to the world in its place
+///     cullet::RecordingBroadphase broadphase(dbvt, "scene.cbx");   // give this one to the world
 ///
-/// Recorded are boxes, filter words and the moments at which pairs are searched, not ray and box queries. Filter words
-/// that the application writes into a proxy are seen in the next calculateOverlappingPairs(). The library
-/// cullet::recording (cullet::recording-float64) has this class; it needs zlib.
+/// The file contains boxes, filter words and the times of pair searches, but no ray and box queries. A filter word that
+/// the application writes into a proxy is recorded in the next calculateOverlappingPairs(). The class is in the library
+/// cullet::recording (cullet::recording-float64), which needs zlib.
 ///
-/// Threads: as the inner broad phase, but one thread at a time for everything that changes something.
-/// Errors: no exception but std::bad_alloc; see error(). When the file cannot be written, the world goes on without it.
+/// Threads: as for the inner broad phase, but every call that changes something needs exclusive access.
+/// Errors: no exception but std::bad_alloc; see error(). If the file cannot be written, the world runs on unrecorded.
 /// Cost: a hash look-up and 5 to 61 bytes, compressed, for each call; O(live proxies) for calculateOverlappingPairs().
 class RecordingBroadphase final : public btBroadphaseInterface
 {
 public:
-    /// @param inner does the work; must outlive this object, and be without proxies
+    /// @param inner the broad phase that does the work; must outlive this object, and have no proxies yet
     RecordingBroadphase(btBroadphaseInterface& inner, const std::string& path);
 
     /// Finishes the file if finish() was not called.
@@ -40,14 +40,14 @@ public:
     RecordingBroadphase(const RecordingBroadphase&) = delete;
     RecordingBroadphase& operator=(const RecordingBroadphase&) = delete;
 
-    /// Closes the file; what comes after is not recorded. Call it before the world is taken apart, or the file has that
-    /// too. Returns whether the recording is complete.
+    /// Closes the file; later calls are not recorded. Call it before the world is destroyed, or the file also contains
+    /// the destruction. Returns whether the recording is complete.
     bool finish();
 
-    /// One line with the file and the reason; empty while all is well.
+    /// One line with the file and the reason; empty if there was no error.
     const std::string& error() const noexcept;
 
-    /// Calls of calculateOverlappingPairs() recorded.
+    /// Number of recorded calls of calculateOverlappingPairs().
     std::uint64_t frames() const noexcept;
 
     btBroadphaseProxy* createProxy(const btVector3& aabbMin, const btVector3& aabbMax, int shapeType,

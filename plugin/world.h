@@ -16,13 +16,13 @@ inline namespace CULLET_PRECISION
 /// `btDiscreteDynamicsWorld world(...)`, with the same constructors.
 ///
 /// Boxes, pairs, deactivated bodies, warnings and so the simulation are the same as with Base, bit for bit, with any
-/// number of threads and any broad phase; WorldBoxes tells which shapes the threads leave to the caller's.
+/// number of threads and any broad phase; WorldBoxes lists the shapes that are handled on the calling thread.
 ///
 /// @tparam Base btCollisionWorld, btDiscreteDynamicsWorld, btSimpleDynamicsWorld, btMultiBodyDynamicsWorld, a soft or
 ///              deformable world, or a class of the application that inherits updateAabbs() from one of these
 ///
-/// Threads: as Base. During updateAabbs() no other thread may change bodies or shapes, which holds for Base already.
-/// Callbacks of the broad phase may add and remove bodies meanwhile, and must not move those that are there.
+/// Threads: as for Base. During updateAabbs() no other thread may change bodies or shapes, which holds for Base too.
+/// Callbacks of the broad phase may add and remove bodies during the call, but must not move existing ones.
 template <class Base>
 class World : public Base
 {
@@ -38,7 +38,7 @@ public:
             Base::updateAabbs();
     }
 
-    /// What the last updateAabbs() of 512 objects or more did; below, it is Base's own.
+    /// Statistics of the last updateAabbs() with at least 512 objects; with fewer, Base::updateAabbs() runs.
     const WorldBoxesStats& updateStats() const { return m_boxes.stats(); }
 
 private:

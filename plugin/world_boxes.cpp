@@ -20,15 +20,15 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// Objects between the first touch of an object's proxy and its use; the object itself comes as many sooner. Memory is
-/// what an update waits for: a third of its time on one thread.
+/// Objects between the prefetch of an object's proxy and its use; the object itself is prefetched twice as early. Cache
+/// misses are a third of the time of an update on one thread.
 constexpr std::size_t kAhead = 8;
 
-/// Nanoseconds for an object at rest, and more for one whose box is computed, which is foretold by the last update.
+/// Nanoseconds per resting object, and additionally per computed box; the number of boxes is that of the last update.
 constexpr double kCostOfObject = 8, kCostOfBox = 45;
 
-/// Transforms, handle, shape, flags and activation are in the first lines of an object. Inlined, because GCC drops calls
-/// of functions that do nothing but prefetch.
+/// Transforms, handle, shape, flags and activation state are in the first cache lines of an object. Inlined, because
+/// GCC removes calls of functions that do nothing but prefetch.
 [[gnu::always_inline]] inline void prefetchObject(const btCollisionObject* object)
 {
     constexpr std::size_t kUsed = 2 * sizeof(btTransform) + 10 * sizeof(btVector3);
@@ -52,16 +52,16 @@ struct WorldBoxes::Parts
     struct Box
     {
         btVector3 min, max;
-        int proxyId = 0;  ///< where it is left to set
+        int proxyId = 0;  ///< set if the box is not in the broad phase yet
     };
 
-    /// What is left to do for an object after the parallel loop.
+    /// The remaining work for an object after the parallel loop.
     enum class Rest : std::uint8_t
     {
         Nothing,
-        Set,    ///< its box is computed
-        Whole,  ///< everything, on the calling thread
-        Done    ///< its box is set
+        Set,    ///< setAabb() with the computed box
+        Whole,  ///< the whole update, on the calling thread
+        Done    ///< none: setAabb() was called in the parallel loop
     };
 
     bool update(btCollisionWorld& world, BoxRule rule);
@@ -72,11 +72,11 @@ struct WorldBoxes::Parts
     std::unique_ptr<ParallelLoops> workers = std::make_unique<ParallelLoops>(0);
     std::vector<Box> boxes;
     std::vector<Rest> rest;
-    std::vector<btCollisionObject*> objects;  ///< of boxes and rest; maybe gone since
+    std::vector<btCollisionObject*> objects;  ///< indexed like boxes; callbacks may have removed some
     WorldBoxesStats stats;
 };
 
-/// What the world's settings are during one update.
+/// The settings of the world during one update.
 class WorldBoxes::Job
 {
     using Box = Parts::Box;
@@ -100,7 +100,7 @@ public:
 
     bool setsConcurrently() const { return m_setter != nullptr; }
 
-    /// The part of an object's update that is safe on any thread.
+    /// Does the part of an object's update that is safe on any thread.
     Rest run(btCollisionObject& object, Box& box) const
     {
         const Rest rest = m_rule == BoxRule::Simple ? computeSimple(object, box) : compute(object, box);
@@ -115,7 +115,7 @@ public:
         return Rest::Done;
     }
 
-    /// Everything, as Bullet does it.
+    /// Updates an object on the calling thread, with the same calls as Bullet.
     void runWhole(btCollisionObject& object) const
     {
         if (m_rule == BoxRule::Collision)
@@ -137,8 +137,8 @@ public:
     const btCollisionObjectArray& objects;
 
 private:
-    /// btCollisionWorld::updateSingleAabb() without its last part. Oversized boxes are left to it, since it deactivates
-    /// the body and warns.
+    /// btCollisionWorld::updateSingleAabb() up to the computed box. Oversized boxes are left to that function, since it
+    /// deactivates the body and prints a warning.
     Rest compute(const btCollisionObject& object, Box& box) const
     {
         if (!m_all && !object.isActive())
@@ -181,7 +181,7 @@ private:
     bool m_all;
     bool m_continuous;
     btVector3 m_threshold;
-    Broadphase* m_setter = nullptr;  ///< null: boxes are set by the calling thread
+    Broadphase* m_setter = nullptr;  ///< null: the calling thread sets the boxes
 };
 
 WorldBoxes::WorldBoxes() : m(std::make_unique<Parts>()) {}
@@ -223,7 +223,7 @@ bool WorldBoxes::Parts::update(btCollisionWorld& world, BoxRule rule)
             rest[i] = job.run(*objects[i], boxes[i]);
         }
     };
-    // More tasks than threads, since shapes differ in cost.
+    // More tasks than threads, since the cost varies between shapes.
     const auto tasks = static_cast<unsigned>((count + kGrain - 1) / kGrain);
     const double work = kCostOfObject * double(count) + kCostOfBox * double(stats.parallelBoxes);
     workers->together(work, [&] { workers->run(tasks, runTask); });
@@ -244,7 +244,7 @@ void WorldBoxes::Parts::finish(const Job& job)
             break;
         apply(job, object, rest[i], boxes[i]);
     }
-    // A callback of the broad phase has added or removed objects: what was computed may be of others than are there now.
+    // A callback of the broad phase has added or removed objects, so the computed boxes may belong to other objects.
     for (; i < sizeNow(); ++i)
     {
         btCollisionObject& object = *job.objects[static_cast<int>(i)];
@@ -254,15 +254,15 @@ void WorldBoxes::Parts::finish(const Job& job)
     }
 }
 
-/// Whether an object is the one that had this index before callbacks. One that is new may have its address, but Bullet and
-/// cullet give proxies new ids.
+/// Whether an index still holds the same object as before the callbacks. A new object may have the same address, but
+/// Bullet and cullet give each proxy a new id.
 bool WorldBoxes::Parts::isStillOf(const btCollisionObject& object, std::size_t index) const
 {
     return &object == objects[index] &&
            (rest[index] != Rest::Set || object.getBroadphaseHandle()->m_uniqueId == boxes[index].proxyId);
 }
 
-/// Does the rest for an object, of which nothing may be left afterwards.
+/// Does the remaining work for an object. Its callbacks may destroy the object.
 void WorldBoxes::Parts::apply(const Job& job, btCollisionObject& object, Rest left, const Box& box)
 {
     stats.parallelBoxes += left == Rest::Set || left == Rest::Done;

@@ -15,38 +15,39 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// Which boxes a world brings up to date, and how.
+/// Which boxes a world updates, and how.
 enum class BoxRule : std::uint8_t
 {
-    Collision,  ///< btCollisionWorld::updateAabbs(), which all worlds but one inherit
+    Collision,  ///< btCollisionWorld::updateAabbs(), which all worlds but btSimpleDynamicsWorld inherit
     Simple      ///< btSimpleDynamicsWorld::updateAabbs(): active bodies, without threshold and prediction
 };
 
-/// What the last update did.
+/// Counters of the last update.
 struct WorldBoxesStats
 {
-    std::uint64_t parallelBoxes = 0;  ///< boxes computed on the threads
-    std::uint64_t serialBoxes =
-        0;  ///< boxes of shapes that are not known to be safe there, and oversized ones
-    bool hasParallelSets = false;  ///< the broad phase took the boxes from the threads, too
+    std::uint64_t parallelBoxes = 0;  ///< boxes computed in the parallel loop
+    /// Boxes computed on the calling thread: oversized ones, and those of shapes without a thread-safe getAabb().
+    std::uint64_t serialBoxes = 0;
+    bool hasParallelSets = false;  ///< the parallel loop called setAabb() too
 };
 
-/// Brings the boxes of all objects of a world up to date on several threads: the work behind World<Base>.
+/// Updates the boxes of all objects of a world on several threads; the implementation of World<Base>.
 ///
-/// The threads only read objects and shapes, so that a Bullet library without thread support will do. A box is computed
-/// there when its shape is exactly of one of Bullet's classes whose getAabb() writes to nothing: box, sphere, capsule,
-/// cylinder, cone, convex hull, multi-sphere, triangle, tetrahedron, convex mesh, compound, plane, triangle mesh, scaled
-/// mesh, terrain and the empty shape. All others are handled one by one on the calling thread: shapes of the application,
-/// those derived from Bullet's, those that ask another shape (Minkowski sum, uniform scaling, 2D hull), GImpact meshes
-/// and soft bodies.
+/// The threads only read objects and shapes, so a Bullet library without thread support suffices. A thread computes a
+/// box if its shape is exactly of one of Bullet's classes whose getAabb() is free of writes: box, sphere, capsule,
+/// cylinder, cone, convex hull, multi-sphere, triangle, tetrahedron, convex mesh, compound, plane, triangle mesh,
+/// scaled mesh, terrain and the empty shape. The calling thread handles all others one by one: shapes of the
+/// application, classes derived from Bullet's, shapes that call another shape (Minkowski sum, uniform scaling, 2D
+/// hull), GImpact meshes and soft bodies.
 ///
-/// cullet::Broadphase takes boxes from the threads directly while it has no ghosts; any other broad phase gets them
-/// from the calling thread, by ascending index, as from Bullet. Its callbacks may add and remove objects then: those that
-/// come after are handled one by one, as Bullet does it.
+/// The threads call setAabb() of a cullet::Broadphase directly while it has no ghosts. Any other broad phase is called
+/// from the calling thread only, by ascending index, as by Bullet. Its callbacks may then add and remove objects;
+/// objects after the first changed index are handled one by one, as by Bullet.
 class CULLET_API WorldBoxes
 {
 public:
-    /// Objects per task. Below two of them Bullet's own function is as fast. Several threads are worth it from some 8,000 boxes.
+    /// Objects per task. With fewer than two tasks Bullet's own function is as fast; several threads pay from about
+    /// 8,000 boxes on.
     static constexpr std::size_t kGrain = 256;
 
     WorldBoxes();
@@ -55,9 +56,9 @@ public:
     /// @param threads 0: as many as the machine has
     void setThreads(int threads);
 
-    /// Does what the world's own updateAabbs() does, bit for bit.
+    /// Does the same as the world's own updateAabbs(), bit for bit.
     ///
-    /// @return false: nothing was done, because there are too few objects for it to pay
+    /// @return false: nothing was done, because there are too few objects for several threads
     bool update(btCollisionWorld& world, BoxRule rule);
 
     const WorldBoxesStats& stats() const;

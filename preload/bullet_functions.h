@@ -4,7 +4,8 @@
 
 #include <cstddef>
 
-// The names that C++ cannot spell: constructors and destructors, of complete objects (1) and of base classes (2).
+// Mangled names of constructors and destructors, of complete objects (1) and of base classes (2), which have no
+// address in C++.
 #define CULLET_CONSTRUCT "_ZN16btDbvtBroadphaseC1EP22btOverlappingPairCache"
 #define CULLET_CONSTRUCT_BASE "_ZN16btDbvtBroadphaseC2EP22btOverlappingPairCache"
 #define CULLET_DELETE "_ZN16btDbvtBroadphaseD0Ev"
@@ -15,7 +16,7 @@
 
 namespace cullet::preload
 {
-/// The functions of Bullet that the preloaded library stands before.
+/// The functions of Bullet that the preloaded library interposes.
 enum class Function
 {
     Construct,
@@ -46,7 +47,7 @@ enum class Function
 
 inline constexpr std::size_t kFunctionCount = static_cast<std::size_t>(Function::Count);
 
-/// Names in the library, in the order of Function. They are the same in both precisions.
+/// Symbol names in the order of Function. They are the same in both precisions.
 inline constexpr const char* kFunctionNames[kFunctionCount] = {
     CULLET_CONSTRUCT,
     CULLET_CONSTRUCT_BASE,

@@ -16,8 +16,8 @@ namespace cullet::preload
 {
 namespace
 {
-/// Entries are never taken out. No lock: a thread may come here from a constructor of a library that is being opened,
-/// with the dynamic linker's lock, while another one waits for that lock in dlopen() below.
+/// Entries are never removed. No lock: a constructor of a library that is being opened may run this code while it holds
+/// the dynamic linker's lock, for which another thread may be waiting in dlopen() below.
 std::atomic<BulletLibrary*> g_libraries{nullptr};
 
 struct Place
@@ -35,13 +35,13 @@ Place placeOf(const void* address)
     return {info.dli_fbase, map->l_name};
 }
 
-/// Handle of a library that is in the process already; null for the program itself.
+/// Handle of a library that is already loaded; null for the program itself.
 void* handleOf(const Place& place)
 {
     return place.path[0] == '\0' ? nullptr : dlopen(place.path, RTLD_LAZY | RTLD_NOLOAD);
 }
 
-/// A function as the dynamic linker would have bound it for the caller if nothing were preloaded.
+/// The function that the dynamic linker would have bound for the caller without the preloaded library.
 void* boundFor(const void* caller, const char* name)
 {
     if (void* global = dlsym(RTLD_NEXT, name))
@@ -57,7 +57,7 @@ enum class Precision
     Double
 };
 
-/// By the size of a variable of type btScalar.
+/// Determines the precision by the size of a variable of type btScalar.
 Precision precisionOf(void* handle)
 {
     const void* margin = dlsym(handle, "gDbvtMargin");
@@ -73,7 +73,7 @@ Precision precisionOf(void* handle)
     return symbol->st_size == sizeof(double) ? Precision::Double : Precision::Unknown;
 }
 
-/// Null, with a message, if this Bullet has to be left as it is.
+/// Null, with a message, if this Bullet cannot be replaced.
 const Implementation* implementationFor(void* handle, const void* constructor, const char* path)
 {
     const Precision precision = precisionOf(handle);
@@ -90,7 +90,7 @@ const Implementation* implementationFor(void* handle, const void* constructor, c
         say("%s; Bullet is left as it is", dlerror());
         return nullptr;
     }
-    // Layout and inlined functions are those of the headers that cullet was compiled with.
+    // cullet was compiled with the layout and inlined functions of the headers of exactly this library.
     if (dlsym(own, CULLET_CONSTRUCT) != constructor)
     {
         say("%s: not the Bullet library that cullet was built for; left as it is", path);
@@ -107,7 +107,7 @@ BulletLibrary* find(const void* base)
     return library;
 }
 
-/// Another thread may have been faster.
+/// Adds a library to the list, unless another thread has added it first.
 BulletLibrary* publish(BulletLibrary* library)
 {
     BulletLibrary* first = g_libraries.load(std::memory_order_acquire);

@@ -7,31 +7,31 @@
 
 namespace cullet::preload
 {
-/// A library of this process that has Bullet's functions in it.
+/// A library of this process that contains Bullet's functions.
 struct BulletLibrary
 {
-    const void* base = nullptr;  ///< where it is mapped
+    const void* base = nullptr;  ///< load address
     void* functions[kFunctionCount] = {};
-    const Implementation* implementation = nullptr;  ///< null: this Bullet is left as it is
+    const Implementation* implementation = nullptr;  ///< null: this Bullet is not replaced
     BulletLibrary* next = nullptr;
 };
 
-/// The Bullet that `caller` would have reached without the preloaded library: the first one of the process's global
-/// scope, else the one that the caller's own library depends on. Finds it, and the implementation of its precision, when
-/// it is first asked. Ends the process if there is none, since the caller cannot go on.
+/// The Bullet to which `caller` would be bound without the preloaded library: the first one in the process's global
+/// scope, otherwise the one that the caller's own library depends on. The first call finds it, and the implementation
+/// of its precision. Ends the process if there is none, since the caller cannot continue.
 ///
 /// @param caller an address in the code of the caller
 const BulletLibrary& libraryFor(const void* caller);
 
-/// The same for calls about an object whose constructor has gone through libraryFor(): fast with one Bullet.
+/// libraryFor() for calls on an object whose constructor has already called it; fast if there is one Bullet.
 const BulletLibrary& knownLibraryFor(const void* caller);
 
-/// The first one of all that libraryFor() has found; the others follow by `next`.
+/// The head of the list of all libraries that libraryFor() has found, linked by `next`.
 const BulletLibrary* knownLibraries();
 
-/// Where the library or program that has this address in it is mapped.
+/// Load address of the library or program that contains an address.
 const void* baseOf(const void* address);
 
-/// CULLET_DISABLE is set, to something other than 0.
+/// Whether CULLET_DISABLE is set to something other than 0.
 bool isDisabled();
 }  // namespace cullet::preload

@@ -20,7 +20,7 @@ namespace cullet::preload
 {
 namespace
 {
-/// A tree for queries alone: in btAxisSweep3, or in programs that walk it.
+/// Whether the broad phase is only used as a tree for queries: in btAxisSweep3, or in programs that traverse it.
 bool isOnlyATree(btOverlappingPairCache* cache)
 {
     return dynamicCast<btNullPairCache>(cache) != nullptr;
@@ -44,7 +44,7 @@ bool construct(void* memory, void* pairCache, bool needsTrees)
     }
 }
 
-/// Whether hulls have Bullet's algorithm, and not one of the program's.
+/// Whether hulls have Bullet's algorithm, not one of the program.
 bool hasStockAlgorithm(btCollisionDispatcher& dispatcher)
 {
     auto* function = dispatcher.getCollisionConfiguration()->getCollisionAlgorithmCreateFunc(

@@ -4,21 +4,21 @@
 
 namespace cullet::preload
 {
-/// What the library of one precision does for the one that is preloaded, which knows no precision. No function throws.
+/// The functions of one precision's library for the preloaded library, which is independent of precision. None throws.
 struct Implementation
 {
-    /// Makes a stand-in for a btDbvtBroadphase.
+    /// Creates a stand-in for a btDbvtBroadphase.
     ///
-    /// @param memory sizeof(btDbvtBroadphase) bytes of the program's
-    /// @param cache  the btOverlappingPairCache of the program's, or null
-    /// @param needsTrees the program may look into the public trees
-    /// @return false: the memory is as it was, and Bullet's constructor has to run
+    /// @param memory sizeof(btDbvtBroadphase) bytes of the program
+    /// @param cache  the program's btOverlappingPairCache, or null
+    /// @param needsTrees the program may read the public trees
+    /// @return false: the memory is unchanged, and Bullet's constructor must run
     bool (*construct)(void* memory, void* cache, bool needsTrees);
 
-    /// Registers ISA-GJK with a btCollisionDispatcher that Bullet's constructor has made.
+    /// Registers ISA-GJK with a btCollisionDispatcher after Bullet's constructor.
     void (*adopt)(void* dispatcher);
 
-    /// Says on stderr what happened so far, if the environment asks for it.
+    /// Writes the statistics to stderr, if the environment requires it.
     void (*summarise)();
 };
 

@@ -1,11 +1,13 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// The functions of Bullet that a program finds here first. Constructors decide whether cullet takes over. All others are
-// here because a compiler that knows the type of an object calls them past its virtual table, and because the table in
-// Bullet's library leads to them too; they tell a stand-in from Bullet's own object by its table.
+// The functions of Bullet that a program binds to this library first. Constructors decide whether cullet takes over.
+// The others are necessary because a compiler that knows the type of an object calls them without its virtual table,
+// and because the table in Bullet's library refers to them too; they distinguish a stand-in from Bullet's own object
+// by its table.
 //
-// Objects cross as addresses only, so that the code is the same for both precisions; Bullet's headers give the names.
+// Objects are passed as addresses only, so that the code is the same for both precisions; Bullet's headers only declare
+// the names.
 
 #include "cullet/preload/bullet_library.h"
 #include "cullet/preload/message.h"
@@ -13,7 +15,7 @@
 
 #include <atomic>
 
-// Also where everything else is hidden.
+// Exported although the default visibility is hidden.
 #pragma GCC visibility push(default)
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #pragma GCC visibility pop
@@ -27,7 +29,7 @@ using cullet::preload::BulletLibrary;
 using cullet::preload::Function;
 using cullet::preload::Implementation;
 
-/// Virtual tables of the stand-ins, one per precision; null until there is one.
+/// Virtual tables of the stand-ins, one per precision; null until one was created.
 std::atomic<const void*> g_standInTables[2];
 
 const void* tableOf(const void* object)
@@ -49,7 +51,7 @@ void rememberTable(const void* table)
         g_standInTables[1].store(table);
 }
 
-/// The object by its virtual functions.
+/// The object, for calls of its virtual functions.
 btBroadphaseInterface& standIn(void* object)
 {
     return *static_cast<btBroadphaseInterface*>(static_cast<btDbvtBroadphase*>(object));
@@ -100,7 +102,7 @@ CULLET_EXPORT void culletConstructBase(void* self, void* cache)
     const void* caller = CULLET_CALLER;
     const BulletLibrary& bullet = cullet::preload::libraryFor(caller);
     const Implementation* own = bullet.implementation;
-    // The stand-in is a derived class itself.
+    // The stand-in itself derives from btDbvtBroadphase.
     if (own != nullptr && cullet::preload::baseOf(caller) != cullet::preload::baseOf(own))
         sayDerivedOnce();
     call<void>(bullet, Function::ConstructBase, self, cache);
@@ -144,7 +146,7 @@ CULLET_EXPORT void culletConstructBaseDispatcher(void* self,
                                                  void* configuration) asm(CULLET_CONSTRUCT_BASE_DISPATCHER);
 CULLET_EXPORT void culletConstructBaseDispatcher(void* self, void* configuration)
 {
-    // What the derived class registers in its own constructor comes later, and wins.
+    // A derived class registers its own algorithms later, in its constructor, which overrides these.
     const BulletLibrary& bullet = cullet::preload::libraryFor(CULLET_CALLER);
     call<void>(bullet, Function::ConstructBaseDispatcher, self, configuration);
     if (bullet.implementation != nullptr)
@@ -286,7 +288,7 @@ void btDbvtBroadphase::resetPool(btDispatcher* dispatcher)
 
 namespace
 {
-/// After main() and all that the program has registered with atexit().
+/// Runs after main() and all handlers that the program has registered with atexit().
 __attribute__((destructor)) void summarise()
 {
     for (const BulletLibrary* bullet = cullet::preload::knownLibraries(); bullet != nullptr;

@@ -8,7 +8,7 @@
 
 namespace cullet::preload
 {
-/// One line on stderr, past the program's own buffers, with the process it is about.
+/// Writes one line with the process id to stderr, bypassing the program's own buffers.
 [[gnu::format(printf, 1, 2)]] inline void say(const char* format, ...)
 {
     char text[512];

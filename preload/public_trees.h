@@ -10,17 +10,17 @@ struct btBroadphaseProxy;
 
 namespace cullet::preload
 {
-/// Keeps the public tree of a btDbvtBroadphase filled for a program that walks it by itself, to cull by a camera's
+/// Keeps the public tree of a btDbvtBroadphase up to date for a program that traverses it, to cull by a camera's
 /// frustum for example. The program casts the data of a leaf to btBroadphaseProxy*.
 ///
-/// Costs what Bullet's own tree costs, so that it is there only when asked for.
+/// Costs as much as Bullet's own tree, so it is created only if required.
 class PublicTrees
 {
 public:
-    /// @param tree empty, outlives this
+    /// @param tree empty; must outlive this object
     explicit PublicTrees(btDbvt& tree) : m_tree(tree) {}
 
-    /// Boxes are those of the proxy.
+    /// The leaf of each proxy has the box of the proxy.
     void insert(btBroadphaseProxy& proxy);
     void update(btBroadphaseProxy& proxy);
     void remove(const btBroadphaseProxy& proxy);

@@ -11,7 +11,7 @@ namespace cullet::preload
 {
 namespace
 {
-/// What a variable says, if it says 0 or 1.
+/// The value of a variable, if it is 0 or 1.
 std::optional<bool> readFlag(const char* name)
 {
     const char* value = std::getenv(name);

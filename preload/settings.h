@@ -9,17 +9,17 @@
 
 namespace cullet::preload
 {
-/// What the environment asks for; see docs/drop-in.md.
+/// The settings from the environment; see docs/drop-in.md.
 struct Settings
 {
     bool replacesBroadphase = true;   ///< CULLET_BACKEND is not dbvt
     bool replacesNarrowPhase = true;  ///< CULLET_NARROW is not 0
-    std::optional<bool> fillsTrees;   ///< CULLET_TREES; else as the program seems to need them
+    std::optional<bool> fillsTrees;   ///< CULLET_TREES; otherwise set if the program seems to need them
     bool hasSummary = false;          ///< CULLET_STATS
     BroadphaseOptions broadphase;
     IsaGjkOptions narrowPhase;  ///< CULLET_PATCH_POINTS
 };
 
-/// Read from the environment in the first call, which says on stderr what it does not understand.
+/// Read from the environment in the first call, which reports invalid values on stderr.
 const Settings& settings();
 }  // namespace cullet::preload

@@ -16,7 +16,7 @@ StandIn::StandIn(std::unique_ptr<Parts> parts) : btDbvtBroadphase(parts->broadph
     begin(parts->counts, parts->broadphase);
     if (parts->fillsTrees)
         parts->trees = std::make_unique<PublicTrees>(m_sets[DYNAMIC_SET]);
-    // The spare node of a tree that stays empty: a pointer that nobody but the tree itself looks at.
+    // The spare node of a tree that stays empty: only the tree itself would read this pointer.
     m_sets[FIXED_SET].m_free = reinterpret_cast<btDbvtNode*>(parts.release());
 }
 

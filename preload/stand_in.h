@@ -13,16 +13,15 @@
 
 namespace cullet::preload
 {
-/// A btDbvtBroadphase of the same size whose virtual functions lead to a cullet::Broadphase.
+/// A btDbvtBroadphase of the same size whose virtual functions call a cullet::Broadphase.
 ///
-/// It lives in memory that the program has taken for Bullet's type. Its public fields are what Bullet's constructor
-/// leaves there: m_paircache is the pair cache in use, the trees are empty unless somebody needs them (see
-/// PublicTrees), all others are read by
-/// nobody.
+/// It is created in memory that the program has allocated for Bullet's type. Its public fields have the values that
+/// Bullet's constructor stores: m_paircache is the pair cache in use, the trees are empty unless the program needs them
+/// (see PublicTrees), and no code reads the others.
 class StandIn final : public btDbvtBroadphase
 {
 public:
-    /// What does not fit into Bullet's type.
+    /// The data that does not fit into Bullet's type.
     struct Parts
     {
         Parts(btOverlappingPairCache* cache, const Settings& settings, bool needsTrees)

@@ -10,28 +10,27 @@
 
 namespace cullet::preload
 {
-/// What one broad phase did, or several together.
+/// Counts of one broad phase, or sums over several.
 struct BroadphaseCounts
 {
-    std::atomic<std::uint64_t> queries{0};  ///< rays, sweeps and boxes; these may come from several threads
+    std::atomic<std::uint64_t> queries{0};  ///< rays, sweeps and boxes; several threads may count
     std::uint64_t updates = 0;
-    std::uint64_t bodies = 0;  ///< living ones
+    std::uint64_t bodies = 0;  ///< live proxies
     std::uint64_t mostBodies = 0;
     std::uint64_t mostPairs = 0;
-    double updateSeconds = 0;  ///< 0 unless a summary is asked for
+    double updateSeconds = 0;  ///< 0 unless a summary is enabled
 };
 
-/// The counts of `counts`, whose broad phase is `broadphase`, are part of the summary until end().
+/// Makes `counts` and `broadphase`, to which they belong, a part of the summary.
 void begin(const BroadphaseCounts& counts, const Broadphase& broadphase);
 
-/// To be called before they are destroyed; they stay part of the summary.
+/// Call before `counts` and their broad phase are destroyed; the values stay part of the summary.
 void end(const BroadphaseCounts& counts);
 
-/// To be called before ISA-GJK is registered with a dispatcher, which sets the counters of an earlier one at the same
-/// address to zero.
+/// Call before ISA-GJK is registered with a dispatcher, which resets the counters of an earlier one at its address.
 void beforeRegistration(const btCollisionDispatcher& dispatcher);
 void afterRegistration(const btCollisionDispatcher& dispatcher, const IsaGjkRegistration& isaGjk);
 
-/// Writes all that is known to stderr.
+/// Writes the summary of all broad phases and dispatchers to stderr.
 void writeSummary();
 }  // namespace cullet::preload

@@ -12,7 +12,7 @@ namespace cullet::preload
 {
 namespace
 {
-/// The table of names that a library exports and needs.
+/// The symbol table of a library: names that it exports and imports.
 struct Symbols
 {
     const ElfW(Sym) * first = nullptr;
@@ -35,7 +35,7 @@ Symbols symbolsOf(const link_map& map)
     return result;
 }
 
-/// A member of btDbvt or a class inside it; btDbvtBroadphase has another length before its name.
+/// Whether a mangled name is a member of btDbvt or of a class inside it; btDbvtBroadphase has another length prefix.
 bool isOfTrees(const char* name)
 {
     return std::strstr(name, "N6btDbvt") != nullptr || std::strstr(name, "NK6btDbvt") != nullptr;
@@ -51,8 +51,8 @@ bool namesTrees(const void* address)
     const Symbols symbols = symbolsOf(*map);
     if (symbols.first == nullptr || symbols.names == nullptr)
         return false;
-    // The number of symbols stands nowhere. Linkers put the names behind them; what may lie between the two is read as
-    // symbols without harm.
+    // The number of symbols is not stored anywhere. Linkers place the names after them; bytes between the two are read
+    // as symbols without harm.
     const auto* end = reinterpret_cast<const ElfW(Sym)*>(symbols.names);
     for (const ElfW(Sym)* symbol = symbols.first; symbol + 1 <= end; ++symbol)
     {

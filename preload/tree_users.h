@@ -4,8 +4,8 @@
 
 namespace cullet::preload
 {
-/// Whether the library or program that has this address in it names a function or a class of btDbvt, which the trees
-/// of DBVT are: it may look into the public trees of its broad phases then. Only names that the dynamic linker sees
-/// count; a program that follows the nodes by hand has none.
+/// Whether the library or program that contains an address refers to a function or a class inside btDbvt, the type of
+/// Bullet's public trees: it may then traverse the trees of its broad phases. Only names in the dynamic symbol table
+/// are found; a program that follows the nodes by hand has none.
 bool namesTrees(const void* address);
 }  // namespace cullet::preload

@@ -36,7 +36,7 @@ void ForkJoin::begin(unsigned tasks, const void* body, Call call)
     m_left.store(loop * kLoop + tasks, std::memory_order_release);
 }
 
-/// Takes one task and does it; false when all are taken.
+/// Takes one task and runs it; returns false when all are taken.
 bool ForkJoin::takeTask(unsigned thread)
 {
     std::uint64_t left = m_left.load(std::memory_order_acquire);
@@ -46,7 +46,7 @@ bool ForkJoin::takeTask(unsigned thread)
             return false;
     } while (
         !m_left.compare_exchange_weak(left, left - 1, std::memory_order_acq_rel, std::memory_order_acquire));
-    // From here to the count of tasks done the loop is the one of `left`.
+    // Until this task is counted as done, the loop is the one of `left`.
     try
     {
         m_call(m_body, m_tasks - static_cast<unsigned>(left % kLoop), thread);
@@ -69,7 +69,7 @@ void ForkJoin::finish()
         std::rethrow_exception(std::exchange(m_failure, nullptr));
 }
 
-/// 0 where all are taken.
+/// Takes a free thread number; returns 0 if there is none.
 unsigned ForkJoin::takeNumber()
 {
     for (unsigned thread = 1; thread < m_threads; ++thread)

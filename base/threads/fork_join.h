@@ -9,25 +9,25 @@
 
 namespace cullet
 {
-/// Threads that stay for several loops, so that these take one fork and join together.
+/// A parallel region of several loops with one fork and join.
 ///
-/// One thread, the first, runs loops one after the other. Others that help() take tasks of the loop that is there; between loops
-/// they look out for the next one for a fraction of a millisecond and leave then. Nobody waits for a thread that did not come,
-/// nor for one that is put to sleep outside of a task: the first alone would do all of it.
+/// The first thread runs loops one after the other. Threads in help() take tasks of the current loop; between loops
+/// they spin for a fraction of a millisecond, and leave if no loop follows. No loop waits for a thread that has not
+/// joined, nor for one that was descheduled outside of a task: the first thread alone would run all tasks.
 class ForkJoin
 {
 public:
-    /// @param threads with the first one, whose number is 0
+    /// @param threads their number, including the first one, which has the number 0
     explicit ForkJoin(unsigned threads) : m_threads(threads), m_isHere(new std::atomic<bool>[threads])
     {
         for (unsigned thread = 0; thread < threads; ++thread)
             m_isHere[thread].store(false, std::memory_order_relaxed);
     }
 
-    /// Calls body(task, thread) for task in [0, tasks), each once, in the calling thread and in those that help. Loops do not
-    /// nest.
+    /// Calls body(task, thread) for task in [0, tasks), each once, in the calling thread and in threads in help().
+    /// Loops do not nest.
     ///
-    /// @param callHelpers called when there is something to do for them
+    /// @param callHelpers called once tasks can be taken
     template <class Body, class CallHelpers>
     void run(unsigned tasks, const Body& body, const CallHelpers& callHelpers)
     {
@@ -49,23 +49,23 @@ public:
     /// Whether a loop is running; for the threads that run it.
     bool isRunning() const { return m_isRunning; }
 
-    /// Before the loops.
+    /// To be called before the loops.
     void open() { m_isOpen.store(true, std::memory_order_relaxed); }
 
-    /// No loop will follow before the next open().
+    /// Ends the region: no loop follows before the next open().
     void close() { m_isOpen.store(false, std::memory_order_release); }
 
-    /// Takes tasks until close() or until no loop came for a while. In some other thread; more than there are numbers for
-    /// leave at once.
+    /// Runs tasks until close(), or until no loop began for a while. For other threads than the first one; returns at
+    /// once if all thread numbers are taken.
     void help();
 
-    /// So many looks whoever looks out for something takes before it does something else, about a microsecond each.
+    /// How often a waiting thread spins before it does something else, about a microsecond each time.
     static constexpr unsigned kPatience = 64;
 
-    /// A moment for the thread of this core that is waited for. Others are let in later: who yields on a busy machine is away for
-    /// milliseconds.
+    /// Pauses a spinning thread, for the benefit of the other thread of its core. It yields only after kPatience
+    /// times: on a busy machine, a thread that yields is descheduled for milliseconds.
     ///
-    /// @param look how many there were before
+    /// @param look how often the thread has spun before
     static void rest(unsigned look);
 
 private:
@@ -78,7 +78,7 @@ private:
 
     static constexpr std::uint64_t kLoop = std::uint64_t{1} << 32;
 
-    // Written between loops only, and read by who has taken a task.
+    // Written between loops only, and read by threads that have taken a task.
     const void* m_body = nullptr;
     Call m_call = nullptr;
     unsigned m_tasks = 0;
@@ -87,7 +87,7 @@ private:
     unsigned m_threads;
     std::unique_ptr<std::atomic<bool>[]> m_isHere;  ///< [threads]
     alignas(64) std::atomic<std::uint64_t> m_left{
-        0};  ///< number of the loop, and tasks that nobody has taken
+        0};  ///< number of the loop times kLoop, plus the number of tasks that are not taken yet
     alignas(64) std::atomic<unsigned> m_done{0};
     std::atomic<bool> m_isOpen{false};
     std::atomic<bool> m_hasFailed{false};

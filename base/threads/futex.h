@@ -16,19 +16,20 @@
 
 namespace cullet
 {
-/// A number that threads sleep on until it is another one. On Linux one system call wakes any number of them: with a condition
-/// variable they would wait for its mutex one after the other.
+/// A number that threads can sleep on until it changes. On Linux one system call wakes any number of threads: with a
+/// condition variable they would wait for its mutex one after the other.
 class Futex
 {
 public:
     std::uint32_t value() const { return m_word.load(std::memory_order_acquire); }
 
-    /// Sleeps while the number is `seen`; may return sooner.
+    /// Sleeps while the number is `seen`; may return earlier.
     void sleep(std::uint32_t seen)
     {
 #if defined(__linux__)
         static_assert(sizeof(m_word) == sizeof(std::uint32_t), "the kernel looks at four bytes");
-        // Counted before the kernel compares the number: who changes it and finds nobody counted need not call the kernel.
+        // Counted before the kernel compares the number: a thread that changes it and then reads a count of 0 need not
+        // call the kernel.
         m_sleepers.fetch_add(1);
         syscall(SYS_futex, &m_word, FUTEX_WAIT_PRIVATE, seen, nullptr, nullptr, 0);
         m_sleepers.fetch_sub(1);
@@ -38,7 +39,7 @@ public:
 #endif
     }
 
-    /// Changes the number and wakes at least so many sleepers, if there are as many.
+    /// Changes the number and wakes at least `sleepers` threads, if as many sleep.
     void wake(unsigned sleepers)
     {
 #if defined(__linux__)

@@ -9,7 +9,8 @@
 
 namespace cullet
 {
-/// Tasks that threads do in any order, handed on in parts, in order: each part when all of its tasks are done.
+/// Tasks that threads finish in any order, delivered in order in parts of several tasks: each part when all of its
+/// tasks are finished.
 class OrderedParts
 {
 public:
@@ -36,10 +37,11 @@ public:
 
     Range itemsOfTask(unsigned task) const { return itemsOfTasks(task, task + 1); }
 
-    /// That task is done. Any thread.
+    /// Reports a task as finished. Any thread.
     void finish(unsigned task) { m_done[task / m_tasksPerPart].fetch_add(1, std::memory_order_release); }
 
-    /// Calls take(items, first task, end of tasks) for each part that is ready and has not been taken. One thread.
+    /// Calls take(items, first task, end of tasks) for each finished part that has not been delivered, in order. One
+    /// thread.
     template <class Take>
     void takeReady(const Take& take)
     {
@@ -66,6 +68,6 @@ private:
     unsigned m_tasks;
     unsigned m_parts;
     unsigned m_taken = 0;
-    std::unique_ptr<std::atomic<unsigned>[]> m_done;  ///< tasks, by part
+    std::unique_ptr<std::atomic<unsigned>[]> m_done;  ///< finished tasks, by part
 };
 }  // namespace cullet

@@ -14,16 +14,17 @@
 
 namespace cullet
 {
-/// Runs loops on at most a fixed number of threads: the calling one and ThreadPool. With one thread none is ever started.
+/// Runs loops on at most a fixed number of threads: the calling one and ThreadPool. With one thread none is ever
+/// started.
 ///
-/// More threads than the machine has cores share the work out among as many lists, and are no more than there are cores.
-/// One loop or together() at a time.
+/// A number above that of the machine's cores divides the work into as many lists, on as many threads as cores. One
+/// loop or together() at a time.
 class ParallelLoops
 {
 public:
-    /// Nanoseconds of work for which one more thread is worth its call. It comes 15 to 60 microseconds after it is called, or
-    /// much later on a machine that is shared, and leaves what it wrote in the cache of another core. Tests of what threads do to
-    /// each other lower it for the whole program, before any loop: only speed depends on it.
+    /// Nanoseconds of work per thread for which waking the thread pays. A thread joins 15 to 60 microseconds after it
+    /// is requested, or much later on a shared machine, and its output is in the cache of another core. Tests of data
+    /// races lower this number for the whole program, before any loop: only speed depends on it.
     static inline double worth = 2e5;
 
     /// @param threads 0: as many as the machine has
@@ -34,16 +35,16 @@ public:
 
     unsigned threads() const { return m_threads; }
 
-    /// How many tasks to cut `items` into so that each has at least `grain` of them; at most as many as there may be threads.
+    /// Number of tasks into which to divide `items`, so that each has at least `grain` of them; at most one per thread.
     unsigned tasksFor(std::size_t items, std::size_t grain) const
     {
         const std::size_t useful = items / grain;
         return useful < 2 ? 1u : static_cast<unsigned>(std::min<std::size_t>(useful, m_limit));
     }
 
-    /// Calls body(task), or body(task, thread), for task in [0, tasks), each once, tasks in any order on any thread. Numbers of
-    /// threads are below threads(), and those that run at the same time differ. A loop inside of a task of another one is done
-    /// by the thread of that, as 0.
+    /// Calls body(task), or body(task, thread), for task in [0, tasks), each once, tasks in any order on any thread.
+    /// Thread numbers are below threads(), and concurrent threads have different ones. A loop inside a task of another
+    /// loop is run by the thread of that task, with the number 0.
     template <class Body>
     void run(unsigned tasks, const Body& body)
     {
@@ -83,8 +84,9 @@ public:
         body();
     }
 
-    /// The same for loops that take one thread so many nanoseconds, by counts of what they do and never by a clock: they have
-    /// the threads that are worth it.
+    /// Calls body(); the loops that it runs share one fork and join, on as many threads as their work pays for.
+    ///
+    /// @param work nanoseconds that one thread would need, estimated by counts of operations and never by a clock
     template <class Body>
     void together(double work, const Body& body)
     {
@@ -92,10 +94,11 @@ public:
         together(body);
     }
 
-    /// Inside of together() with an upper bound of the work: what the loops from here on take.
+    /// Inside together() with an upper bound of the work: sets the work of the loops that follow.
     void limit(double work) { m_limit = threadsFor(work); }
 
-    /// Inside of together(): calls the threads for loops of so many tasks that will come soon, since they take a while.
+    /// Inside together(): requests the threads for loops of `tasks` tasks that follow soon, since threads join with a
+    /// delay.
     void expect(unsigned tasks)
     {
         if (m_isTogether)
@@ -103,7 +106,7 @@ public:
     }
 
 private:
-    /// Opens the crew, and closes it when the loops are over or one has failed.
+    /// Opens the ForkJoin, and closes it when the loops are over or one has failed.
     class Together
     {
     public:
@@ -125,7 +128,7 @@ private:
         ParallelLoops& m_pool;
     };
 
-    /// Lets loops have fewer threads while it lives.
+    /// Limits the threads of loops while it lives.
     class Limit
     {
     public:
@@ -141,7 +144,7 @@ private:
 
     static unsigned cores()
     {
-        // Asked once: it takes a system call.
+        // Queried once: it takes a system call.
         static const unsigned known = std::max(1u, std::thread::hardware_concurrency());
         return known;
     }
@@ -168,7 +171,7 @@ private:
     }
 
     unsigned m_threads;
-    unsigned m_limit;  ///< of the threads for the loops that come
+    unsigned m_limit;  ///< threads of the loops that follow, at most
     bool m_isTogether = false;
     std::unique_ptr<ForkJoin> m_crew;
     std::shared_ptr<ThreadPool> m_helpers;

@@ -32,7 +32,7 @@ std::shared_ptr<ThreadPool> ThreadPool::shared()
         std::mutex mutex;
         std::weak_ptr<ThreadPool> threads;
     };
-    // Never destroyed: a static object may have a world.
+    // Never destroyed: a static object may own a world.
     static Shared& all = *new Shared;
     const std::lock_guard<std::mutex> lock(all.mutex);
     std::shared_ptr<ThreadPool> threads = all.threads.lock();
@@ -54,7 +54,7 @@ ThreadPool::~ThreadPool()
         m_process == thisProcess() ? thread.join() : thread.detach();
 }
 
-/// More threads, if there are fewer; as many as the system has.
+/// Starts threads until there are `count`, or as many as the system allows.
 void ThreadPool::grow(unsigned count)
 {
     if (m_count.load(std::memory_order_relaxed) >= count || m_process != thisProcess())
@@ -68,7 +68,7 @@ void ThreadPool::grow(unsigned count)
     catch (const std::exception&)  // no thread, or no memory for one
     {
     }
-    // Not tried again and again where there are no more.
+    // Stored even if threads are missing, so that further calls do not try again.
     m_count.store(std::max(m_count.load(std::memory_order_relaxed), count), std::memory_order_relaxed);
 }
 
@@ -81,7 +81,7 @@ void ThreadPool::work()
             return;
         if (joinSome())
             continue;
-        // Where one update's loops are over those of the next may be near.
+        // The loops of the next update may begin soon after those of the last one.
         unsigned look = 0;
         while (look < ForkJoin::kPatience && m_calls.value() == seen)
             ForkJoin::rest(look++);
@@ -90,7 +90,7 @@ void ThreadPool::work()
     }
 }
 
-/// Joins a crew that calls, and returns when that needs it no more; false where none does.
+/// Joins a ForkJoin that requests threads, and returns when it has left that; returns false if none requests threads.
 bool ThreadPool::joinSome()
 {
     const std::size_t used = m_usedSlots.load(std::memory_order_acquire);
@@ -140,7 +140,7 @@ ThreadPool::Call::~Call()
     if (m_slot == nullptr)
         return;
     end();
-    // Those of the process that this one was forked from never leave.
+    // Threads of the process that this one was forked from never leave.
     const bool hasThreads = m_threads.m_process == thisProcess();
     for (unsigned look = 0; hasThreads && m_slot->state.load(std::memory_order_acquire) != 0; ++look)
         ForkJoin::rest(look);
@@ -159,7 +159,7 @@ void ThreadPool::Call::ask(unsigned helpers)
     if (m_slot == nullptr)
         return;
     helpers = std::min(helpers, kMostThreads);
-    // Whoever is called is there or comes: only this thread calls.
+    // Every requested thread has joined or will join: only this thread requests threads.
     const std::uint32_t state = m_slot->state.load(std::memory_order_relaxed);
     const unsigned known = state / kCalled + state % kCalled;
     if (known >= helpers)

@@ -16,13 +16,15 @@ namespace cullet
 {
 class ForkJoin;
 
-/// Threads of the process that sleep until some update has loops for several threads. All that are called are woken at once, by
-/// the caller: where they wake each other in turn, they come when a short update is over.
+/// Threads of the process that sleep until some update has loops for several threads. The caller wakes all requested
+/// threads at once: if they woke each other in turn, they would join after a short update is over.
 ///
-/// All worlds share them, so that several have no more threads than one. No loop waits for a thread that is somewhere else.
+/// All worlds share the threads, so that several worlds have no more of them than one. No loop waits for a thread that
+/// is busy elsewhere.
 class ThreadPool
 {
-    /// A crew that threads may join while it lives. In `state` how many more are called, in the upper half, and how many are there.
+    /// A ForkJoin that threads may join while it is registered. `state` has the number of requested threads that have
+    /// not joined in its upper half, and the number of joined threads in its lower half.
     struct alignas(64) Slot
     {
         std::atomic<bool> isTaken{false};
@@ -31,10 +33,10 @@ class ThreadPool
     };
 
 public:
-    /// Crews that threads can join; others are alone.
+    /// ForkJoin objects that threads can join; further ones run on their first thread alone.
     static constexpr std::size_t kMostCrews = 1024;
 
-    /// Those of the process. They end with their last owner.
+    /// The pool of the process. It is destroyed with its last owner.
     static std::shared_ptr<ThreadPool> shared();
 
     ThreadPool();
@@ -42,20 +44,20 @@ public:
     ThreadPool(const ThreadPool&) = delete;
     ThreadPool& operator=(const ThreadPool&) = delete;
 
-    /// Lets threads join a crew.
+    /// Registers a ForkJoin, so that threads can join it.
     class Call
     {
     public:
         Call(ThreadPool& threads, ForkJoin& crew);
-        /// Returns when all that came have left. The crew is closed.
+        /// Returns when all threads that joined have left. @pre the ForkJoin is closed
         ~Call();
         Call(const Call&) = delete;
         Call& operator=(const Call&) = delete;
 
-        /// Calls threads until so many are there or on their way.
+        /// Requests threads, until `helpers` have joined or are about to join.
         void ask(unsigned helpers);
-        /// Those that have not come need not come. One that is there leaves the closed crew when it runs again: the system may
-        /// have put it aside, for which no update waits.
+        /// Cancels the requests for threads that have not joined. A joined thread leaves the closed ForkJoin when it
+        /// runs again: the system may have descheduled it, and no update waits for that.
         void end();
 
     private:
@@ -73,12 +75,12 @@ private:
     Slot* takeSlot();
 
     std::array<Slot, kMostCrews> m_slots;
-    std::atomic<std::size_t> m_usedSlots{0};  ///< the first ones
+    std::atomic<std::size_t> m_usedSlots{0};  ///< slots of which any was ever taken: the first ones
     Futex m_calls;
     std::atomic<bool> m_isOver{false};
     std::mutex m_growing;
     std::atomic<unsigned> m_count{0};
     std::vector<std::thread> m_threads;
-    long m_process;  ///< that has them: a forked one has none
+    long m_process;  ///< the process of the threads: a forked process has none
 };
 }  // namespace cullet

@@ -38,7 +38,7 @@ inline Float4 minimaOf(const Aabb& box) noexcept
     return CULLET_SHUFFLE(low, low, 0, 1, 2, 2);
 }
 
-/// The maxima, likewise. A box is six floats in a row: they are lanes 1..3 of a load from its third one.
+/// The maxima of a box; lane 3 repeats lane 2. They are lanes 1 to 3 of a load from the third of the box's six floats.
 inline Float4 maximaOf(const Aabb& box) noexcept
 {
     const Float4 high = loadFloat4(box.min + 2);
@@ -62,7 +62,7 @@ inline bool overlapsBranchless(const Aabb& a, const Aabb& b) noexcept
     return isTrueInAll((minimaOf(a) <= maximaOf(b)) & (minimaOf(b) <= maximaOf(a)));
 }
 
-/// From the maxima of one box to the minima of the other, per axis.
+/// Per axis, the signed distance from the maximum of `first` to the minimum of `second`.
 inline Float4 gapsBehind(const Aabb& first, const Aabb& second) noexcept
 {
     return minimaOf(second) - maximaOf(first);
@@ -76,7 +76,7 @@ inline bool isTrueInAny(Int4 comparison) noexcept
     return (halves[0] | halves[1]) != 0;
 }
 
-/// Whether some axis shows that boxes are farther apart than the margin allows; of empty boxes, any answer.
+/// Whether boxes are farther apart than twice the margin on some axis. The result for empty boxes is unspecified.
 inline bool areFarApart(const Aabb& a, const Aabb& b, float margin) noexcept
 {
     return isTrueInAny((gapsBehind(a, b) > 2.0f * margin) | (gapsBehind(b, a) > 2.0f * margin));
@@ -103,9 +103,9 @@ inline float gapOf(const Aabb& a, const Aabb& b) noexcept
     return gap;
 }
 
-/// Whether no face of the box is farther than `slack` from where it is in the reference.
+/// Whether each face of the box is at most `slack` from the same face of the reference.
 ///
-/// Equal infinities differ by NaN, hence the second chance: a face that did not move is inside.
+/// inf - inf is NaN, so equal faces are compared separately.
 inline bool isInsideShell(const Aabb& box, const Aabb& reference, float slack) noexcept
 {
     const float* const now = box.min;
@@ -119,15 +119,15 @@ inline bool isInsideShell(const Aabb& box, const Aabb& reference, float slack) n
                        isNear(loadFloat4(now + 2), loadFloat4(then + 2)));
 }
 
-/// How far apart two boxes may be at their references and still touch inside their shells. A little more than twice the
-/// slack, for the rounding of differences.
+/// How far apart two reference boxes may be while their boxes can touch inside their skins: a little more than twice
+/// the skin, for the rounding of differences.
 inline float reachOfShells(float slack) noexcept
 {
     return 2.0002f * slack;
 }
 
-/// Up to which gap of the references a held pair stays held (overlapsWithMargin()) inside the shells. A little less than
-/// it could be, for the same reason.
+/// Up to which gap of the reference boxes a held pair stays held (overlapsWithMargin()) while both boxes are inside
+/// their skins. A little less than the exact bound, for the rounding of differences.
 inline float sureGapOf(float margin, float slack) noexcept
 {
     return 1.9999f * margin - reachOfShells(slack);

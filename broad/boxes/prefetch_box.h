@@ -6,7 +6,7 @@
 
 namespace cullet
 {
-/// Brings a box on its way from memory; one in four is in two cache lines.
+/// Prefetches a box; one box in four straddles two cache lines.
 inline void prefetchBox(const Aabb* box) noexcept
 {
     __builtin_prefetch(box->min);

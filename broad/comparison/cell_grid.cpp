@@ -11,7 +11,7 @@ namespace
 {
 constexpr int kCellBits = 30;  // kLastCell is 2^30
 
-/// Largest extent of a box. In double: the rounded float difference of two powers of two could be a third.
+/// Largest extent of a box. In double: the float difference of two powers of two may round to a third power of two.
 double sizeOf(const Aabb& box) noexcept
 {
     double size = 0;
@@ -20,7 +20,7 @@ double sizeOf(const Aabb& box) noexcept
     return size;
 }
 
-/// Largest distance of a face from the planes through the origin.
+/// Largest absolute coordinate of a box.
 float reachOf(const Aabb& box) noexcept
 {
     float reach = 0;
@@ -99,8 +99,8 @@ CellRange CellGrid::searchRange(const Aabb& box, int level) const noexcept
     Aabb reach = box;
     if (m_options.placement == GridPlacement::OnePoint)
     {
-        // No box of the level is longer than this, so that lowest corners lie no further below. Rounding is monotone:
-        // a float that is not below the exact difference is not below the rounded one.
+        // No box of the level is longer than this, so the lowest corner of an overlapping box lies at most this far
+        // below. Rounding is monotone: a float that is not below the exact difference is not below the rounded one.
         const float longest = roundUpToFloat(std::ldexp(m_options.b, level));
         for (float& coordinate : reach.min)
             coordinate -= longest;
@@ -147,7 +147,8 @@ void CellGrid::removeFromSideList(std::uint32_t row)
 
 void CellGrid::addAtLevel(std::uint32_t row, const Aabb& box, int level)
 {
-    // Before the row has its level: a grid that appears now takes in all finer rows, and this one comes below.
+    // The row gets its level only afterwards: a new grid inserts all rows of finer levels, and this row is inserted
+    // below.
     if (level != kUnbounded)
         ++levelWithGrid(level).boldCount;
     m_boxes[row] = {box, level, 0};

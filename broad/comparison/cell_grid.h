@@ -14,13 +14,13 @@ namespace cullet
 {
 struct CellGridOptions
 {
-    /// a and b of the lecture: a box belongs to the grid of cell size s with a < size / s <= b. For b = 2 a there is
-    /// exactly one; for b > 2 a a box takes the finest and stays there while the rule holds.
+    /// a and b of Lesson 04 (docs/references.md): a box belongs to the grid of cell size s with a < size / s <= b. For
+    /// b = 2 a exactly one grid fits; for b > 2 a a box is stored in the finest and stays there while the rule holds.
     /// Needs 0 < 2 a <= b <= 8 (at b = 8 a box touches up to 9^3 cells).
     double a = 0.5;
     double b = 1.0;
     std::uint32_t bucketCount = 0;       ///< n of each grid's hash, see UniformGrid
-    bool updatesByRemoveAndAdd = false;  ///< the lecture's simple update instead of the one of changed cells
+    bool updatesByRemoveAndAdd = false;  ///< the simple update of Lesson 04, not that of changed cells
     GridStorage storage = GridStorage::Chained;
     GridPlacement placement = GridPlacement::AllCoarser;
     /// Keep the pairs that share cells, for forEachCounted(). Needs GridPlacement::AllCoarser.
@@ -31,23 +31,23 @@ struct CellGridOptions
 /// CellGrid::kFinestLevel to CellGrid::kCoarsestLevel, or CellGrid::kUnbounded.
 int levelOfBox(const Aabb& box, double b) noexcept;
 
-/// The level for GridPlacement::OneGrid: cells at least as large as the mean box times 1 / b, whose numbers do not saturate.
-/// Of boxes that are all invalid or unbounded: CellGrid::kFinestLevel.
+/// The level for GridPlacement::OneGrid: cells at least as large as the mean box times 1 / b, whose numbers do not
+/// saturate. If all boxes are invalid or unbounded: CellGrid::kFinestLevel.
 int levelOfMeanBox(const Aabb* boxes, std::uint32_t count, double b) noexcept;
 
 /// Hierarchical uniform grid: one UniformGrid for each resolution in use, cell sizes 2^level.
 ///
-/// "Hierarchical Uniform Grid" of Lecture 4, Broad Phase. Res(A) there is -level here, size is the largest extent. A box
-/// is stored bold in the grid of its own level and regular in all coarser grids; two boxes are reported in the coarser
-/// of their levels, bold x bold or bold x regular, exactly once. Grids appear with their first bold id and go in
+/// "Hierarchical Uniform Grid" of Lesson 04. Res(A) there is -level here, size is the largest extent. A box is stored
+/// bold in the grid of its own level and regular in all coarser grids; two boxes are reported in the coarser of their
+/// levels, bold x bold or bold x regular, exactly once. A grid is created with its first bold id and destroyed in
 /// dropUnusedLevels().
 ///
 /// The level has bounds: kFinestLevel, and cells so large that cell numbers do not saturate (a point 10^9 away from the
-/// origin has a level as if it were about 1 large). Boxes that reach infinity or need more than kCoarsestLevel are
-/// *unbounded*: they are kept on a side list and reported with everybody.
+/// origin gets the level of a box of size 1, about). Boxes that extend to infinity or need more than kCoarsestLevel are
+/// *unbounded*: they are stored in a list and paired with all other boxes.
 ///
-/// With GridPlacement::OneGrid there is one level for all, setCommonLevel(), and boxes of more than kMostCells cells count as
-/// unbounded.
+/// With GridPlacement::OneGrid all boxes have one level, setCommonLevel(), and boxes of more than kMostCells cells
+/// count as unbounded.
 ///
 /// Cost: a box touches at most 8 cells in each grid (a = 0.5, b = 1). A new level costs O(boxes of finer levels).
 class CellGrid
@@ -55,23 +55,23 @@ class CellGrid
 public:
     static constexpr int kFinestLevel = -149;
     static constexpr int kCoarsestLevel = 127;
-    static constexpr int kUnbounded = kCoarsestLevel + 1;  ///< level of boxes on the side list
+    static constexpr int kUnbounded = kCoarsestLevel + 1;  ///< level of unbounded boxes
     static constexpr int kAbsent = kCoarsestLevel + 2;     ///< level of rows without a box
     static constexpr double kMostCells = 4096;             ///< of a box, with GridPlacement::OneGrid
 
     struct Counters
     {
         std::uint64_t levels = 0;
-        std::uint64_t unbounded = 0;     ///< boxes on the side list
+        std::uint64_t unbounded = 0;     ///< unbounded boxes
         std::uint64_t cells = 0;         ///< over all levels
         std::uint64_t ids = 0;           ///< over all cells of all levels, bold and regular
-        std::uint64_t touchedTotal = 0;  ///< as in UniformGrid; of levels that were dropped too
-        std::uint64_t visitedTotal = 0;  ///< likewise
+        std::uint64_t touchedTotal = 0;  ///< as in UniformGrid; dropped levels included
+        std::uint64_t visitedTotal = 0;  ///< as in UniformGrid; dropped levels included
     };
 
     explicit CellGrid(const CellGridOptions& options = {});
 
-    /// The one level of GridPlacement::OneGrid. @pre there is no box in the grid
+    /// Sets the one level of GridPlacement::OneGrid. @pre there is no box in the grid
     void setCommonLevel(int level) noexcept { m_commonLevel = level; }
 
     /// Level of a valid box that is not in the grid yet.
@@ -100,13 +100,14 @@ public:
     template <class Visit>
     void forEachNeighbour(std::uint32_t row, Visit visit) const;
 
-    /// The same for rows of its own level and of coarser ones, and for unbounded ones: searching from all rows finds all
-    /// pairs. Each pair of one level is found from both sides. For placements that store a box at one level only.
+    /// Calls visit(other) for the other rows that may overlap the row's box and are unbounded, of its level or of a
+    /// coarser one: searching from all rows finds all pairs, those of one level from both of their rows. For placements
+    /// that store a box at one level only.
     template <class Visit>
     void forEachNeighbourAbove(std::uint32_t row, Visit visit) const;
 
-    /// Calls visit(a, b) exactly once for every two rows that share cells, in any order. Those on the side list are not
-    /// among them. Needs CellGridOptions::countsPairs.
+    /// Calls visit(a, b) exactly once for every two rows that share cells, in any order. Unbounded rows share none.
+    /// Needs CellGridOptions::countsPairs.
     template <class Visit>
     void forEachCounted(Visit visit) const
     {
@@ -131,7 +132,7 @@ private:
     {
         Aabb box = kEmptyAabb;
         int level = kAbsent;
-        std::uint32_t sidePlace = 0;  ///< index in the side list, if unbounded
+        std::uint32_t sidePlace = 0;  ///< index in m_unbounded, if unbounded
     };
 
     struct Level
@@ -167,7 +168,7 @@ private:
     int m_commonLevel = kFinestLevel;
     std::vector<StoredBox> m_boxes;                ///< by row
     std::vector<std::unique_ptr<Level>> m_levels;  ///< in use, fine to coarse
-    std::vector<std::uint32_t> m_unbounded;        ///< rows
+    std::vector<std::uint32_t> m_unbounded;        ///< rows of unbounded boxes
     PairCounts m_pairCounts;
     std::uint64_t m_touchedInDropped = 0;
     std::uint64_t m_visitedInDropped = 0;
@@ -201,7 +202,8 @@ void CellGrid::forEachNeighbour(std::uint32_t row, Visit visit) const
         const UniformGrid& grid = level->grid;
         if (sharesCells())
         {
-            // In its own grid the box is bold and meets all ids; in coarser ones it is regular and meets the bold ones.
+            // The box is bold in its own grid and pairs with all ids there; in coarser grids it is regular and pairs
+            // with bold ids.
             if (stores(grid, own))
                 grid.forEachSharing(row, grid.sizeExponent() > own, visit);
             continue;

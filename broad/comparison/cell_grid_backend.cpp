@@ -9,7 +9,8 @@ namespace cullet
 {
 namespace
 {
-// Where the two ways cost the same depends on the sizes: near 1 for equal boxes, near 0.35 for sizes over three decades.
+// The fraction at which rebuild and update cost the same depends on the sizes: near 1 for equal boxes, near 0.35 for
+// sizes over three decades.
 constexpr double kAutomaticRebuildFraction = 0.5;
 constexpr float kSmallestCellScale = 0.125f;  // cells of an eighth of the box: up to 9^3 of them for a box
 
@@ -21,8 +22,8 @@ CellGridOptions cellGridOptions(const GridOptions& options)
     result.placement = options.placement;
     result.updatesByRemoveAndAdd = options.updatesByRemoveAndAdd;
     result.countsPairs = options.countsPairs && options.placement == GridPlacement::AllCoarser;
-    // Boxes of up to half a cell, stored in one: partners lie in at most 2 x 2 x 2 cells of their own level. In one grid
-    // for all sizes many boxes are larger than the mean.
+    // Boxes of up to half a cell, stored in one: partners lie in at most 2 x 2 x 2 cells of their own level. In one
+    // grid for all sizes many boxes are larger than the mean.
     const bool isWide =
         options.placement == GridPlacement::OnePoint || options.placement == GridPlacement::OneGrid;
     const float automatic = isWide ? 2.0f : 1.0f;
@@ -65,8 +66,8 @@ void CellGridBackend::forEachPartner(std::uint32_t row, Visit visit) const
         m_grid.forEachNeighbour(row, visit);
 }
 
-/// Each box meets those of its own level and of coarser ones: where boxes are stored at one level only, a large box would
-/// have to look into very many small cells.
+/// Pairs each box with the boxes of its own level and of coarser levels: where boxes are stored at one level only, a
+/// large box would have to search very many small cells.
 void CellGridBackend::searchUpwards(const ProxyView& proxies)
 {
     for (std::uint32_t row = 0; row < proxies.size; ++row)
@@ -94,7 +95,7 @@ void CellGridBackend::rebuild(const ProxyView& proxies)
         if (!isValid(proxies.boxes[row]))
             continue;
         m_grid.addBox(row, proxies.boxes[row]);
-        // Each box meets those that were added before it.
+        // Each box is paired with the boxes that were added before it.
         if (!m_searchesUpwards)
             forEachPartner(row, [&](std::uint32_t other) { m_pairs.test(proxies, row, other); });
     }
@@ -131,7 +132,7 @@ void CellGridBackend::updateChangedRows(const ProxyView& proxies)
         const std::uint32_t row = proxies.dirty[i];
         if (m_grid.level(row) == CellGrid::kAbsent)
             continue;
-        // Two changed rows find each other twice: the one with the lower number counts.
+        // A pair of two changed rows is found twice: the search from the lower row tests it.
         forEachPartner(row,
                        [&](std::uint32_t other)
                        {

@@ -12,11 +12,12 @@
 
 namespace cullet
 {
-/// The lecture's grid as a backend: clear first, fast second. What makeGridBackend() returns for GridLayout::Cells.
+/// The hierarchical grid of Lesson 04 (docs/references.md) as a backend, written for clarity more than for speed.
+/// makeGridBackend() returns it for GridLayout::Cells.
 ///
 /// Uses the options of its layout and bucketCount, cellScale (cells of cellScale times the largest box of the level, at
-/// least 1/8; 0: 1, or 2 for GridPlacement::OnePoint; for GridPlacement::OneGrid cellScale, or 2, times the mean box, chosen
-/// in each rebuild) and rebuildFraction; runs on one thread.
+/// least 1/8; 0: 1, or 2 for GridPlacement::OnePoint; for GridPlacement::OneGrid cellScale, or 2, times the mean box,
+/// chosen in each rebuild) and rebuildFraction; runs on one thread.
 ///
 /// Cost: O(rows that changed and their neighbours, plus pairs held) or, when more than rebuildFraction of the rows
 /// changed, O(rows and their neighbours).
@@ -48,7 +49,7 @@ private:
     bool m_hasOneGrid;
     bool m_searchesUpwards;  ///< in a rebuild
     double m_rebuildFraction;
-    bool m_isFresh = true;  ///< the grid is void until the next rebuild
+    bool m_isFresh = true;  ///< the grid is invalid until the next rebuild
     float m_margin = 0.0f;  ///< of the last update
     CandidatePairs m_pairs;
     std::uint64_t m_touchedBefore = 0;  ///< counters of the grid at the end of the last update

@@ -6,8 +6,8 @@ namespace cullet
 {
 namespace
 {
-// First number of slots, and odd as all later ones (2n + 1): an odd modulus looks at all bits of the hash, while the low
-// bits of the products, which a power of two would take, depend on the low bits of i, j, k only.
+// First number of slots, odd as all later ones (2n + 1): an odd modulus depends on all bits of the hash, while a power
+// of two would select the low bits of the products, which depend on the low bits of i, j, k only.
 constexpr std::uint32_t kFirstSlotCount = 31;
 }  // namespace
 
@@ -45,7 +45,7 @@ std::uint32_t CellHash::find(const CellNumber& cell) const
 
 void CellHash::insert(const CellNumber& cell, std::uint32_t place)
 {
-    // Open addressing needs room between its cells.
+    // Open addressing needs free slots between its cells.
     if (m_isGrowing &&
         (m_storage == GridStorage::OpenAddressing ? 2 * m_count + 2 : m_count) >= m_slots.size())
         grow();
@@ -90,7 +90,8 @@ void CellHash::unlink(std::uint32_t place)
     *link = m_keys[place].next;
 }
 
-/// Moves cells that were probed past a slot back into it, so that no tombstones gather.
+/// Backward-shift deletion: moves cells that were probed past the free slot back into it, so that no tombstones
+/// accumulate.
 void CellHash::closeUp(std::uint32_t hole)
 {
     const std::uint32_t count = static_cast<std::uint32_t>(m_slots.size());

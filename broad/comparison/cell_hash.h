@@ -22,23 +22,23 @@ inline std::uint32_t cellHash(const CellNumber& cell) noexcept
            static_cast<std::uint32_t>(cell[2]) * 83492791u;
 }
 
-/// Finds the places of cells, which the owner keeps under small integers of its own.
+/// Maps cells to their places: small integers that the owner assigns.
 ///
 /// Cell numbers are compared, so that any number of slots gives the same answers.
 ///
-/// Cost: all O(1) while the hash spreads; the number of slots grows with the number of cells.
+/// Cost: O(1) each while the hash values are spread; the number of slots grows with the number of cells.
 class CellHash
 {
 public:
     static constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
-    /// @param slotCount slots; 0: as many as needed. Open addressing takes it for the start only.
+    /// @param slotCount slots; 0: as many as needed. For open addressing it is the initial number only.
     CellHash(GridStorage storage, std::uint32_t slotCount);
 
     /// The place of a cell, or kNone.
     std::uint32_t find(const CellNumber& cell) const;
 
-    /// @pre the cell is not there, and no other one has the place
+    /// @pre the cell has no place yet, and no other cell has this place
     void insert(const CellNumber& cell, std::uint32_t place);
 
     /// @pre a cell has the place
@@ -47,7 +47,7 @@ public:
     /// The cell that has a place.
     const CellNumber& cellAt(std::uint32_t place) const { return m_keys[place].cell; }
 
-    /// Calls visit(cell) for every cell, in no particular order; visit() must not change the directory.
+    /// Calls visit(cell) for every cell, in no particular order; visit() must not change the hash.
     template <class Visit>
     void forEach(Visit visit) const
     {

@@ -15,7 +15,7 @@ constexpr std::size_t kMostCells = 8;
 constexpr std::uint64_t kUnused = ~0ull;  // cell id 0xFFFFFFFF
 constexpr std::uint32_t kAllBits = 7;
 
-/// Cell id: ten bits of the number on each axis. Cells a thousand apart share it, which costs tests only.
+/// Cell id: ten bits of the number on each axis. Cells 1,024 apart share an id, which only costs tests.
 std::uint64_t idOf(const CellNumber& cell)
 {
     constexpr std::uint32_t kMask = 1023;
@@ -25,7 +25,7 @@ std::uint64_t idOf(const CellNumber& cell)
 }
 }  // namespace
 
-/// The level whose cells are no smaller than any bounded box; sorts out the others.
+/// Returns the level whose cells are no smaller than any bounded box; lists bounded and unbounded boxes.
 int LeGrandBackend::chooseLevel(const ProxyView& proxies)
 {
     m_rows.clear();

@@ -13,12 +13,13 @@ namespace cullet
 /// The uniform grid of Le Grand 2007, "Broad-Phase Collision Detection with CUDA" (GPU Gems 3, chapter 32), on the CPU.
 ///
 /// Cells are as large as the largest box, so that a box lies in at most eight: an array of 8 N cell ids, unused ones
-/// 0xFFFFFFFF, is sorted, and its transitions begin the cells. Control bits beside the id of a box say on which axes it
-/// begins in the cell; a pair is tested in the one cell in which, on each axis, one of the two begins. That takes the
-/// place of the article's passes over cells that are no neighbours, which keep a pair from being handled twice.
+/// 0xFFFFFFFF, is sorted, and its transitions begin the cells. Control bits beside the id of a box store the axes on
+/// which it begins in the cell; a pair is tested in the one cell in which, on each axis, one of the two boxes begins.
+/// This replaces the article's passes over cells that are not neighbours, which prevent that a pair is handled twice.
 ///
-/// For boxes of one size: the largest one decides for all, and a cell is one piece of work (BackendStats::mostTests).
-/// Boxes without bounds are tested against all. One thread; every update starts afresh.
+/// For boxes of one size: the largest box sets the size of all cells, and a cell is one piece of work
+/// (BackendStats::mostTests). Unbounded boxes are tested against all others. One thread; every update rebuilds the
+/// cells.
 ///
 /// Cost: O(n log n + pairs of boxes that share a cell)
 class LeGrandBackend final : public Backend
@@ -37,8 +38,8 @@ private:
     void testSideList(const ProxyView& proxies);
 
     CandidatePairs m_pairs;
-    std::vector<std::uint32_t> m_rows;   ///< bounded boxes
-    std::vector<std::uint32_t> m_side;   ///< unbounded ones
+    std::vector<std::uint32_t> m_rows;   ///< rows of bounded boxes
+    std::vector<std::uint32_t> m_side;   ///< rows of unbounded boxes
     std::vector<std::uint64_t> m_cells;  ///< [8 * rows] cell id << 32 | index in m_rows << 3 | control bits
     bool m_isFresh = true;
     float m_margin = 0.0f;  ///< of the last update

@@ -9,8 +9,8 @@
 
 namespace cullet
 {
-/// How many times each pair of table rows was counted: open addressing with linear probing. A pair is there while its
-/// count is not 0. All O(1), but for forEach().
+/// Counts of pairs of table rows: a hash table with open addressing and linear probing. It contains a pair while the
+/// count of that pair is not 0. All O(1) except forEach().
 class PairCounts
 {
 public:
@@ -25,7 +25,7 @@ public:
         ++m_used;
     }
 
-    /// @pre the pair is there
+    /// @pre the count of the pair is not 0
     void subtract(std::uint32_t a, std::uint32_t b)
     {
         const std::size_t place = find(keyOf(a, b));
@@ -107,7 +107,7 @@ private:
         }
     }
 
-    std::vector<Slot> m_slots;  ///< a power of two
+    std::vector<Slot> m_slots;  ///< their number is 0 or a power of two
     std::size_t m_used = 0;
 };
 }  // namespace cullet

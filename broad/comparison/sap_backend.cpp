@@ -53,7 +53,7 @@ void SapBackend::restart(const Pairs& known)
     m_isFresh = true;
 }
 
-/// Forgets every box and takes over the pairs given to restart().
+/// Discards all boxes and holds the pairs given to restart().
 void SapBackend::begin(const ProxyView& proxies)
 {
     for (LimitList& axis : m_axes)
@@ -61,7 +61,7 @@ void SapBackend::begin(const ProxyView& proxies)
     m_boxes.clear();
     m_overlapping.reset(0);
     m_held.reset(m_known.size());
-    // An update that failed leaves some of its own behind.
+    // An update that failed may have left entries in these.
     m_open.clear();
     m_touched.clear();
     m_openNew.clear();
@@ -146,7 +146,7 @@ void SapBackend::moveBox(std::uint32_t row, const Aabb& box)
         axis.move(row, box, onEvent);
 }
 
-/// How many tests a sweep over an axis would take, by counting the open intervals.
+/// Returns how many tests a sweep over an axis would make, by counting the open intervals.
 std::uint64_t SapBackend::countTestsAlong(const LimitList& axis) const
 {
     std::uint64_t open[2] = {0, 0};  // old, new
@@ -176,7 +176,7 @@ void SapBackend::testOpen(std::uint32_t row, const OpenIntervals& open)
     }
 }
 
-/// Pairs the new boxes: "when adding a new start to the set, report all boxes of the set".
+/// Finds the pairs of the new boxes: "when adding a new start to the set, report all boxes of the set" (Lesson 04).
 void SapBackend::sweep(const LimitList& axis)
 {
     m_openPlaces.resize(m_boxes.size());
@@ -235,7 +235,7 @@ void SapBackend::applyChanges(const ProxyView& proxies)
     insertComing(proxies);
 }
 
-/// Applies the rules of Backend to the pairs that changed and to those that are held or kept out against geometry.
+/// Applies the rules of Backend to the pairs whose overlap changed, and to those held or excluded despite their boxes.
 void SapBackend::settlePairs(const ProxyView& proxies, PairDelta& delta)
 {
     m_touched.insert(m_touched.end(), m_open.begin(), m_open.end());

@@ -12,16 +12,17 @@
 
 namespace cullet
 {
-/// Incremental sweep and prune, as in Lecture 4, "Sweep & Prune": limits sorted on three axes, changed by insertion sort.
+/// Incremental sweep and prune of Lesson 04 (docs/references.md), "Sweep & Prune": endpoints sorted on three axes,
+/// updated by insertion sort.
 ///
-/// A box that still overlaps its old place is moved limit by limit; where an overlap begins on one axis, the two boxes
-/// are compared on all three. Boxes that appear, or jump out of their old place, come in one batch: their limits are
-/// merged, and one sweep over the axis with the fewest tests pairs them, keeping the set of open intervals. Infinite
-/// boxes are ordinary ones, empty boxes have no limits. One thread.
+/// A box that still overlaps its last box is moved endpoint by endpoint; where an overlap begins on one axis, the two
+/// boxes are compared on all three. Boxes that are created or teleport are inserted in one batch: their endpoints are
+/// merged, and one sweep over the axis with the fewest tests finds their pairs, with the set of open intervals.
+/// Infinite boxes need no special case, empty boxes have no endpoints. One thread.
 ///
-/// Cost: O(limits passed) for coherent motion. That grows with the number of boxes at the same height, so that a pile
-/// that settles along an axis is the bad case (BackendStats::swaps shows it); O(boxes + new boxes * open intervals) for
-/// a batch.
+/// Cost: O(endpoints passed) for coherent motion. That grows with the number of boxes at the same height, so that a
+/// pile that comes to rest along an axis is the bad case (BackendStats::swaps shows it). A batch is
+/// O(boxes + new boxes * open intervals).
 class SapBackend final : public Backend
 {
 public:
@@ -31,7 +32,7 @@ public:
     BackendStats stats() const override;
 
 private:
-    /// Boxes whose interval contains the place that a sweep has reached, with copies of the boxes side by side.
+    /// Boxes whose interval contains the position that a sweep has reached, with copies of the boxes in one array.
     struct OpenIntervals
     {
         std::vector<std::uint32_t> rows;
@@ -55,14 +56,14 @@ private:
     void settlePairs(const ProxyView& proxies, PairDelta& delta);
 
     std::array<LimitList, 3> m_axes = {LimitList(0), LimitList(1), LimitList(2)};
-    std::vector<Aabb> m_boxes;  ///< by row, as in the lists; empty when not there
+    std::vector<Aabb> m_boxes;  ///< by row, as in the endpoint lists; empty if in none
     PairSet m_overlapping;      ///< pairs of rows that overlap now
     PairSet m_held;             ///< pairs of rows that have been reported
-    /// Pairs in just one of the two sets: held by the margin alone, or kept out by the filter.
+    /// Pairs in just one of the two sets: held by the margin alone, or excluded by the filter.
     std::vector<std::uint64_t> m_open;
-    std::vector<std::uint64_t> m_touched;  ///< pairs that came into or left m_overlapping in this update
+    std::vector<std::uint64_t> m_touched;  ///< pairs that entered or left m_overlapping in this update
 
-    // Rows by what happens to them in this update.
+    // Changed rows of this update, by what happens to their endpoints.
     std::vector<std::uint32_t> m_moving, m_leaving, m_coming;
     std::vector<std::uint8_t> m_isLeaving, m_isComing;  ///< by row
     OpenIntervals m_openNew, m_openOld;
@@ -70,7 +71,7 @@ private:
 
     bool m_isFresh = true;
     float m_margin = 0.0f;  ///< of the last update
-    Pairs m_known;          ///< of restart(), until the next update
+    Pairs m_known;          ///< given to restart(), until the next update
     Pairs m_vanished;
     BackendStats m_stats;
 };

@@ -9,14 +9,14 @@
 
 namespace cullet
 {
-/// Which end of its interval a limit is; the start comes first where two limits are equal, so that intervals are closed.
+/// Which end of its interval an endpoint is; a start precedes an end of equal value, so that intervals are closed.
 enum class LimitSide : std::uint8_t
 {
     Start,
     End
 };
 
-/// What a swap of two neighbouring limits of different boxes means for the two intervals.
+/// Effect of a swap of two neighbouring endpoints of different boxes on the two intervals.
 enum class LimitEvent : std::uint8_t
 {
     Nothing,
@@ -24,7 +24,7 @@ enum class LimitEvent : std::uint8_t
     OverlapEnds
 };
 
-/// The eight swap cases of Lecture 4, "SAP - Incremental Update": `moving` passes over `passed`.
+/// The eight swap cases of Lesson 04, "SAP - Incremental Update": `moving` passes over `passed`.
 constexpr LimitEvent limitEvent(LimitSide moving, bool movesRight, LimitSide passed) noexcept
 {
     if (moving == passed)
@@ -32,7 +32,7 @@ constexpr LimitEvent limitEvent(LimitSide moving, bool movesRight, LimitSide pas
     return (moving == LimitSide::End) == movesRight ? LimitEvent::OverlapBegins : LimitEvent::OverlapEnds;
 }
 
-/// The sorted limits of all boxes on one axis.
+/// The sorted endpoints of all boxes on one axis.
 class LimitList
 {
 public:
@@ -58,7 +58,7 @@ public:
     std::uint64_t swapsTotal() const noexcept { return m_swapsTotal; }
     std::uint64_t bytes() const noexcept;
 
-    /// Adds boxes: sorts their limits and merges them with the others. Reports nothing. O(all + new log new).
+    /// Adds boxes: sorts their endpoints and merges them with the others. Reports nothing. O(all + new log new).
     ///
     /// @param rows  none of them in the list, each < 2^31
     /// @param boxes by row; valid for `rows`
@@ -69,10 +69,10 @@ public:
 
     void clear();
 
-    /// Moves the limits of a box by insertion sort. O(limits passed).
+    /// Moves the endpoints of a box by insertion sort. O(endpoints passed).
     ///
-    /// The box grows before it shrinks, so that its own limits never meet and each limit passes another once at most:
-    /// an overlap that ends in between, to begin again, is never reported.
+    /// The box grows before it shrinks, so that its own endpoints never meet and each endpoint passes another once at
+    /// most: an overlap that ends only to begin again is never reported.
     /// @param onEvent void(other row, LimitEvent), called for each change but LimitEvent::Nothing
     template <class OnEvent>
     void move(std::uint32_t row, const Aabb& box, OnEvent onEvent)
@@ -87,7 +87,7 @@ public:
             moveRight(start, onEvent);
         if (end.value < limitOf(end).value)
             moveLeft(end, onEvent);
-        // Whatever is equal but for the sign of a zero.
+        // Zeros of different signs compare equal and were not moved.
         m_limits[m_places[start.rowAndSide]] = start;
         m_limits[m_places[end.rowAndSide]] = end;
     }

@@ -8,7 +8,7 @@ namespace cullet
 {
 std::int32_t cellOf(float x, int sizeExponent) noexcept
 {
-    // Exact: a double holds every float times every power of two in question.
+    // Exact: a double represents every float times every admissible power of two.
     const double position = std::floor(std::ldexp(static_cast<double>(x), -sizeExponent));
     if (!(position > -kLastCell))
         return -kLastCell;

@@ -13,7 +13,7 @@
 
 namespace cullet
 {
-/// Cell numbers of a grid end here on both sides; whatever lies further out is counted to the last cell.
+/// Largest absolute cell number on an axis; coordinates farther out belong to the last cell.
 inline constexpr std::int32_t kLastCell = 1 << 30;
 
 /// Tiling function T on one axis: floor(x / 2^sizeExponent), saturated to +-kLastCell.
@@ -63,7 +63,7 @@ bool operator==(const CellRange& a, const CellRange& b) noexcept;
 /// Cells of a valid box.
 CellRange cellsOf(const Aabb& box, int sizeExponent) noexcept;
 
-/// Objects in a pool, addressed by number; freed ones are used again.
+/// Pool of objects addressed by number; freed numbers are reused.
 template <class T>
 struct NumberedPool
 {
@@ -98,16 +98,16 @@ struct NumberedPool
 
 /// Unbounded uniform grid of cubic cells that keeps in each cell the ids of the boxes that touch it.
 ///
-/// "Uniform Grid" and "Spatial Hashing" of Lecture 4, Broad Phase. Only cells with ids exist; they are found by
+/// "Uniform Grid" and "Spatial Hashing" of Lesson 04 (docs/references.md). Only cells with ids exist; they are found by
 /// cellHash() mod n in buckets (chains), and the cell numbers are compared, so that n = 1 works too. An id is either
-/// *bold* (the grid has the resolution of its box) or *regular* (its box is smaller and lives in a finer grid too); a
+/// *bold* (the grid has the resolution of its box) or *regular* (its box is smaller and also stored in a finer grid); a
 /// grid used on its own has bold ids only.
 ///
 /// Two boxes may share many cells. They are reported only in the *owner cell*, the one with the larger of the two
-/// lowest cell numbers on each axis: it is among the shared ones, so each pair comes exactly once without a pair set.
+/// lowest cell numbers on each axis: it is a shared cell, so each pair is reported exactly once without a pair set.
 ///
-/// Cost: addBox, removeBox and updateBox are O(cells of the box). A box much larger than a cell touches (extent / size)^3
-/// cells: use CellGrid for mixed sizes, and never add an infinite box.
+/// Cost: addBox, removeBox and updateBox are O(cells of the box). A box much larger than a cell touches
+/// (extent / size)^3 cells: use CellGrid for mixed sizes, and never add an infinite box.
 class UniformGrid
 {
 public:
@@ -132,7 +132,7 @@ public:
         GridStorage storage = GridStorage::Chained;
         bool storesOneCell = false;  ///< only the cell of the lowest corner
         PairCounts* pairCounts =
-            nullptr;  ///< not owned; counts the cells that pairs share, but those of regular ids
+            nullptr;  ///< not owned; counts the cells that pairs share, except two regular ids
     };
 
     /// @param sizeExponent binary logarithm of the cell size
@@ -164,7 +164,7 @@ public:
     /// Removes the id from all cells. @pre the row is in the grid
     void removeBox(std::uint32_t row);
 
-    /// Moves the id: touches only the cells that the box enters or leaves. @pre the row is in the grid
+    /// Moves the id: changes only the cells that the box enters or leaves. @pre the row is in the grid
     void updateBox(std::uint32_t row, const Aabb& box);
 
     void clear();
@@ -190,7 +190,7 @@ private:
         std::uint32_t firstEntry[2];  ///< list of regular and list of bold ids, by Mark
     };
 
-    /// One id in one cell; in the list of its cell (both ways) and in the list of its box.
+    /// One id in one cell, linked into the list of its cell (doubly) and the list of its box.
     struct Entry
     {
         std::uint32_t rowAndMark;  ///< row << 1 | mark
@@ -283,7 +283,7 @@ void UniformGrid::forEachInRange(const CellRange& cells, Visit visit) const
                               visit(row);
                       });
     };
-    // A large box has more cells than there are.
+    // A large box may cover more cells than exist.
     if (cells.count() > static_cast<double>(m_cells.usedCount()))
         m_directory.forEach([&](const CellNumber& cell) { cells.contains(cell) ? visitCell(cell) : void(); });
     else

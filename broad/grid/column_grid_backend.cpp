@@ -10,20 +10,20 @@ namespace cullet
 {
 namespace
 {
-// Updates that a settled grid has to last to be worth its refill.
+// Calm updates before resting mode begins: it has to last to be worth its refill.
 constexpr std::uint32_t kQuietUpdates = 4;
 constexpr std::uint32_t kAnchorSample = 256;
-// Share of boxes, one in so many, that may begin to move in an update: more of them fill the settled mode with active boxes
-// before it has paid for its refill.
+// One box in so many may begin to move in an update. More of them would fill the resting mode with awake boxes before
+// it has paid for its refill.
 constexpr std::uint32_t kFreshShare = 64;
-constexpr std::size_t kFewChanges = 65536;  // new and parted pairs
+constexpr std::size_t kFewChanges = 65536;  // added and removed pairs
 constexpr std::size_t kHardlyAny = 1024;
 
-/// What happened to any row.
+/// Union of the RowChange bits of all rows.
 std::uint8_t changesOf(const ProxyView& view)
 {
     std::uint8_t changes = 0;
-    // Rows that did not change have no bits, and reading all in order is faster than picking many.
+    // Unchanged rows have no bits, and reading all rows in order is faster than reading many single ones.
     if (view.dirtyCount > view.size / 8)
     {
         for (std::uint32_t row = 0; row < view.size; ++row)
@@ -73,7 +73,7 @@ Status ColumnGridBackend::update(const ProxyView& proxies, PairDelta& delta)
             updateOrThrow(proxies);
             writeChanges(delta);
         };
-        // At most; what it is on the path that is taken is said there.
+        // An upper bound; the path that is taken sets its own limit.
         const double most = proxies.dirtyCount == 0 ? 0.0 : ModePolicy::kCostOfSettling * proxies.size;
         m_workers.together(most, work);
         countWork();
@@ -97,7 +97,7 @@ void ColumnGridBackend::countWork()
     m_stats.cellsVisited = all.visits;
 }
 
-/// Where there are few changes or threads, one thread takes the new pairs and another one those that parted.
+/// Where there are few changes or threads, one thread sorts the added pairs and another one the removed pairs.
 void ColumnGridBackend::writeChanges(PairDelta& delta)
 {
     std::size_t count = 0;
@@ -159,7 +159,7 @@ void ColumnGridBackend::updateOrThrow(const ProxyView& view)
     rememberWords(view, isNewToWords || m_words.size() < view.size);
 }
 
-/// Pairs are held by the words that the last update saw.
+/// Stores the filter words of this update, which listOverlapping() needs in a later one.
 void ColumnGridBackend::rememberWords(const ProxyView& view, bool all)
 {
     if (view.filters == nullptr)
@@ -180,7 +180,8 @@ void ColumnGridBackend::rememberWords(const ProxyView& view, bool all)
     }
 }
 
-/// After restart() rows are those of any table, also of a smaller one that grows later. What rebuild() makes anew is not here.
+/// Clears the state by row: after restart() the rows are those of any table, also of a smaller one that grows later.
+/// State that rebuild() makes anew is not cleared here.
 void ColumnGridBackend::forgetRows()
 {
     m_reference.clear();
@@ -209,8 +210,8 @@ void ColumnGridBackend::prepareRows(const ProxyView& view, bool hasCreated)
     }
 }
 
-/// Whether refilling with shells around the boxes will pay: few boxes left a shell around where they were some
-/// updates ago. Told by a sample; speed alone would not do, since a resting pile jitters fast without going anywhere.
+/// Whether a refill with skins around the boxes will pay: in a sample, few boxes left a skin around where they were
+/// some updates ago. Speed is no criterion, since a resting pile jitters fast without going anywhere.
 bool ColumnGridBackend::shouldSettle(const ProxyView& view)
 {
     if (!m_options.settles || m_options.rebuildFraction == 0.0f)
@@ -241,7 +242,7 @@ bool ColumnGridBackend::shouldSettle(const ProxyView& view)
     return false;
 }
 
-/// Rows that changed, and had not changed when they were last counted.
+/// Number of rows that changed, and had not changed in the last count.
 std::uint32_t ColumnGridBackend::countFreshMovers(const ProxyView& view)
 {
     m_moverStamps.resize(std::max<std::size_t>(m_moverStamps.size(), view.size), 0);

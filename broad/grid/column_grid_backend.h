@@ -24,21 +24,21 @@ namespace cullet
 {
 class CollectingSink;
 
-/// The production CPU backend: the row grid plus what makes unmoved and slowly moving boxes nearly free.
+/// The production CPU backend: a column grid with a mode in which unmoved and slowly moving boxes are nearly free.
 ///
-/// It is in one of two modes.
+/// *Moving mode*: every update sweeps all columns of the grid. It is cleared and refilled ("clear and rehash when
+/// many move", thesis 5.1.1) only when too many boxes migrated to other cells. The grid reports the pairs whose gap
+/// or depth is within the motion since the last update, since no other pair can have changed; their previous and
+/// current boxes are compared. There is no list and no hash of all pairs; only while some boxes teleport, the pairs
+/// of the last update are listed.
 ///
-/// *Moving*: every update goes over all rows of the grid; it is cleared and refilled ("clear and rehash when many move",
-/// thesis 5.1.1) only when too many boxes came into other cells. Changes are told geometrically: the grid reports the
-/// pairs that are so near to touching that the motion since the last update can have changed them, and the boxes of then
-/// tell which did. No list and no hash of all pairs; only while some boxes jump, the pairs of the last update are listed.
+/// *Resting mode*: the grid of the last refill is frozen. Each box has a skin of thickness `m_slack` around its
+/// reference position; while it stays inside, only its changeable pairs (VerletPairs) can change. A box that leaves
+/// its skin becomes *awake*. A second, small grid pairs awake boxes with each other, and neighbour lists
+/// (NeighbourList) pair them with resting ones; a query makes a list anew when its box has left the skin of the list.
+/// When too many boxes are awake, the whole grid is refilled.
 ///
-/// *Settled*: the grid of the last refill stays. Each box has a shell of thickness `m_slack` around its reference
-/// position; while it stays inside, only its watched pairs (VerletPairs) can change. Boxes that leave their shell
-/// become *active*: they are paired among themselves by a small grid that is refilled each time, and with the settled
-/// ones by lists of neighbours (NeighbourList), which queries make anew when a box has left its list's reach. When too many are active, the whole is refilled.
-///
-/// Both are exact: the pair set is that of Backend's definition, bit for bit.
+/// Both modes are exact: the pair set is that of Backend's definition, bit for bit.
 class ColumnGridBackend final : public Backend, public CellSource
 {
 public:
@@ -63,9 +63,9 @@ private:
 
     enum class RowState : std::uint8_t
     {
-        Absent,   ///< no box, or none that the settled grid knows
-        Settled,  ///< inside its shell
-        Active    ///< left its shell, or new
+        Absent,   ///< no box, or none in the frozen grid
+        Settled,  ///< inside its skin
+        Active    ///< left its skin, or was created
     };
 
     enum class SettledOutcome : std::uint8_t
@@ -78,30 +78,30 @@ private:
     class JumpedSink;
     class NeighbourSink;
 
-    /// What one thread finds out about pairs in the moving mode, besides m_added and m_removed.
+    /// Changes of pairs that one thread records in moving mode, besides m_added and m_removed.
     struct alignas(64) PairNews
     {
-        std::vector<RowPair> apart;          ///< held, overlap with the margin only
-        KeyList held;                        ///< overlap and are held; when they are listed
-        std::vector<std::uint64_t> despite;  ///< ... although the filter words reject them
-        std::vector<std::uint64_t> lifted;   ///< were such, and part
-        std::vector<std::uint64_t> kept;     ///< when most boxes jumped: overlap as before
+        std::vector<RowPair> apart;          ///< hysteresis pairs: held, overlap with the margin only
+        KeyList held;                        ///< overlap and are held; while they are listed
+        std::vector<std::uint64_t> despite;  ///< overlap and are held although the filter words reject them
+        std::vector<std::uint64_t> lifted;   ///< exempt from the filter so far, no longer overlap
+        std::vector<std::uint64_t> kept;     ///< when most boxes teleported: overlap as before
     };
 
-    /// Octave of the smallest reach: 2^-63, so that its multiples are no denormals, which are slow.
+    /// Octave of the smallest motion bound: 2^-63, so that its multiples are no denormals, which are slow.
     static constexpr std::uint32_t kLeastReach = 64;
 
-    /// A little more than the slack covers the rounding of sums and differences.
+    /// Boxes are enlarged by a little more than the skin, for the rounding of sums and differences.
     static constexpr float kGrowFactor = 1.0001f;
 
-    /// A box as it is remembered: an empty one as one that no comparison holds for, not even with an infinite box.
+    /// The box, or NaN for an empty one: no comparison holds for NaN, not even with an infinite box.
     static Aabb remembered(const Aabb& box)
     {
         constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
         return isValidBranchless(box) ? box : Aabb{{kNan, kNan, kNan}, {kNan, kNan, kNan}};
     }
 
-    // column_grid_backend.cpp: what every update does, and which way it goes
+    // column_grid_backend.cpp: common steps of all updates, and the choice of the mode
     void updateOrThrow(const ProxyView& view);
     void writeChanges(PairDelta& delta);
     void countWork();
@@ -170,7 +170,7 @@ private:
     bool isReachable(std::uint32_t octave) const;
     float* prepareMotions(const ProxyView& view);
 
-    // teleport_update.cpp: the same when most boxes jumped
+    // teleport_update.cpp: moving mode when most boxes teleported
     void updateJumped(const ProxyView& view, bool isSure);
     void sortOverlapping();
     std::uint32_t firstRowOf(const ProxyView& view, unsigned task, unsigned tasks) const;
@@ -179,7 +179,7 @@ private:
                       unsigned worker);
     void takeOld(const ProxyView& view, std::uint64_t key, bool isNear, PairNews& news);
 
-    // column_grid_rebuild.cpp: from any state, by a list of what was held
+    // column_grid_rebuild.cpp: refill from any state, with a list of the held pairs
     void rebuild(const ProxyView& view, bool settle);
     void sortOldPairs(const std::vector<RowPair>& pairs);
     void collectHeld(std::vector<RowPair>& held);
@@ -222,71 +222,72 @@ private:
     GridOptions m_options;
     const ColumnKernels& m_kernels;
     ParallelLoops m_workers;
-    ParallelLoops m_alone;    ///< of a single thread
-    ColumnGrid m_grid;        ///< everything (moving), or the settled boxes (settled)
-    ColumnGrid m_activeGrid;  ///< active boxes among themselves
+    ParallelLoops m_alone;    ///< a single thread
+    ColumnGrid m_grid;        ///< all boxes (moving mode), or the resting ones (resting mode)
+    ColumnGrid m_activeGrid;  ///< pairs of awake boxes
     Mode m_mode = Mode::Moving;
     bool m_restarted = true;
     bool m_hadFilter = false;
     Pairs m_known;  ///< pairs handed over by restart()
     HugeVector<Aabb>
-        m_reference;  ///< [rows] boxes of the last update (moving), or centre of the shell (settled)
-    std::vector<RowState> m_states;  ///< [rows] meaningful when settled
+        m_reference;  ///< [rows] boxes of the last update (moving mode), or centres of the skins (resting mode)
+    std::vector<RowState> m_states;  ///< [rows] valid in resting mode
 
     std::vector<Filter> m_words;  ///< [rows] filter words as of the last update; empty without filter
 
-    // Moving. Held are the pairs that overlap and pass the filter, and these:
-    PairSet m_despite;                         ///< overlap, held although the words reject them by now
-    std::vector<RowPair> m_apart;              ///< overlap with the margin only
+    // Moving mode. The pair set has the pairs that overlap and pass the filter, and these:
+    PairSet m_despite;                         ///< overlap, held although the filter words reject them by now
+    std::vector<RowPair> m_apart;              ///< hysteresis pairs: overlap with the margin only
     std::vector<std::uint64_t> m_overlapping;  ///< held pairs that overlap, while m_hasOverlapping
     bool m_hasOverlapping = false;
     bool m_isOverlappingSorted = false;  ///< by row, the lower one first
-    bool m_isReferenceOld = false;       ///< m_reference is not of the last update, but for a sample
-    bool m_hasJumped = false;            ///< most boxes did in the last update, so that the grid was refilled
-    std::vector<KeyList> m_found;  ///< [threads] when most boxes jumped: pairs that overlap and are held
-    std::vector<std::uint64_t> m_sorted;  ///< the same, what m_overlapping is to be
+    bool m_isReferenceOld = false;       ///< m_reference is not of the last update, except for a sample
+    bool m_hasJumped = false;            ///< most boxes teleported in the last update; the grid was refilled
+    std::vector<KeyList> m_found;  ///< [threads] when most boxes teleported: pairs that overlap and are held
+    std::vector<std::uint64_t> m_sorted;  ///< the pairs of m_found, sorted; the next m_overlapping
     std::vector<PairNews> m_news;         ///< [threads]
     GridMotion m_motion;
     std::vector<float>
         m_motions;  ///< [rows] while motions differ much: how far each box moved in this update
     bool m_areMotionsUneven = false;               ///< in the last update; see prepareMotions()
     std::uint32_t m_reachOctave = kLeastReach;     ///< see chooseReach()
-    std::uint32_t m_comparedOctave = kLeastReach;  ///< that m_motion was measured with
+    std::uint32_t m_comparedOctave = kLeastReach;  ///< m_reachOctave that m_motion was measured with
     std::uint32_t m_calmUpdates = 0;
     std::uint32_t m_scannedRows = 0;  ///< rows of the table in the last scan
 
-    float m_slack = 0;  ///< shell thickness
+    float m_slack = 0;  ///< thickness of the skins in resting mode
     float m_settledMargin = 0;
-    float m_sureGap = 0;  ///< held pairs whose reference boxes are this near stay held inside their shells
+    float m_sureGap = 0;  ///< held pairs whose reference boxes have at most this gap are persistent
     VerletPairs m_settled;
     std::vector<std::uint32_t> m_active;
-    std::size_t m_orderedCount = 0;      ///< active boxes when they were ordered along the rows
-    std::uint32_t m_orderedAge = 0;      ///< updates since
-    std::vector<NeighbourList> m_lists;  ///< [active]
-    std::vector<NeighbourPart> m_parts;  ///< of the lists
-    VerletPairs m_between;               ///< pairs of active boxes among themselves, and with unbounded ones
-    std::vector<Aabb> m_betweenBoxes;    ///< [active] when these pairs were looked for
-    std::uint32_t m_betweenAge = 0;      ///< updates since
-    std::uint32_t m_betweenWait = 0;     ///< ... until a list that lasts is tried again
-    float m_betweenReach = 0;            ///< how far each box may move from there
-    // Of refills and of m_between:
+    std::size_t m_orderedCount = 0;      ///< awake boxes when they were ordered along the columns
+    std::uint32_t m_orderedAge = 0;      ///< updates since the ordering
+    std::vector<NeighbourList> m_lists;  ///< [m_active]
+    std::vector<NeighbourPart> m_parts;  ///< the lists, divided for tasks
+    VerletPairs m_between;               ///< pairs of awake boxes with each other, and with unbounded boxes
+    std::vector<Aabb> m_betweenBoxes;    ///< [m_active] boxes when m_between was made
+    std::uint32_t m_betweenAge = 0;      ///< updates since m_between was made
+    std::uint32_t m_betweenWait = 0;     ///< updates until m_between gets a skin again
+    float m_betweenReach = 0;            ///< skin of m_between: how far each box may move
+    // Memory of refills and of rebuildBetween():
     SortedPairs m_oldPairs;
-    std::vector<std::uint64_t> m_oldKeys;  // memory for those that come next
+    std::vector<std::uint64_t> m_oldKeys;  // memory for the next m_oldPairs
     bool m_haveFewChanged = true;
-    std::vector<std::uint32_t> m_quiet;    ///< rows that moved inside their shell, while few changed
-    std::size_t m_quietCount = 0;          ///< ... in any case
-    std::vector<std::uint32_t> m_escaped;  ///< rows that left it
-    double m_wasted = 0;                   ///< work spent on active boxes that do not move any more
+    std::vector<std::uint32_t> m_quiet;    ///< rows that moved inside their skin; filled if m_haveFewChanged
+    std::size_t m_quietCount = 0;          ///< rows that moved inside their skin
+    std::vector<std::uint32_t> m_escaped;  ///< rows that left their skin
+    double m_wasted = 0;                   ///< work spent on awake boxes that do not move any more
     ModePolicy m_policy;
 
-    std::vector<Aabb> m_anchors;  ///< moving: a sample of the boxes some updates ago
+    std::vector<Aabb> m_anchors;  ///< moving mode: a sample of the boxes some updates ago
     std::uint32_t m_anchorStride = 1;
     std::uint32_t m_anchorAge = 0;
     std::vector<std::uint32_t>
-        m_moverStamps;               ///< [rows] of the last count in which each had changed; while few do
-    std::uint32_t m_moverStamp = 1;  ///< ... of the last count
+        m_moverStamps;               ///< [rows] stamp of the last count in which each had changed, if few do
+    std::uint32_t m_moverStamp = 1;  ///< stamp of the last count
 
-    // Keys by id, [threads]. A pair that comes back, kept by the margin, is among the added ones twice, which cancels.
+    // [threads] keys by unique ids. A hysteresis pair that overlaps again is among the added ones twice, which
+    // cancels.
     std::vector<KeyList> m_added;
     std::vector<KeyList> m_removed;
     PairSort m_sorts[2];

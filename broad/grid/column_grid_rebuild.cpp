@@ -25,7 +25,7 @@ void ColumnGridBackend::collectHeld(std::vector<RowPair>& held)
         part.pairs.forEachHeld([&](RowPair pair) { held.push_back(pair); });
 }
 
-/// Turns the pairs given to restart() into rows; those whose proxies are gone leave at once.
+/// Turns the pairs given to restart() into rows; pairs of destroyed proxies are removed at once.
 void ColumnGridBackend::collectKnown(const ProxyView& view, std::vector<RowPair>& held)
 {
     std::vector<std::uint64_t> gone;
@@ -143,11 +143,11 @@ void ColumnGridBackend::rebuildSettled(const ProxyView& view, const std::vector<
     m_settled.finish(view.size);
 }
 
-/// Sorts pairs by what they are now.
+/// Classifies pairs by their current boxes.
 ///
 /// @param candidates all pairs that may come to overlap
-/// @param held       those of before; which are no candidates were held by the margin alone, farther apart than shells reach
-/// @param pairs      [out] all that may change, and those that are held; sure ones only of settled boxes
+/// @param held       held pairs so far; those that are no candidates are hysteresis pairs with a gap beyond the skins
+/// @param pairs      [out] all pairs that may change or are held; persistent ones only of resting boxes
 void ColumnGridBackend::watch(const ProxyView& view, const CollectingSink& candidates,
                               const std::vector<RowPair>& held, VerletPairs& pairs)
 {

@@ -12,7 +12,8 @@ namespace cullet
 {
 namespace
 {
-/// The default grid: flat arrays while there are a few hundred rows, the row grid from then on, until a restart finds few rows.
+/// The default grid: a SmallWorldBackend up to a few hundred rows, then a ColumnGridBackend until a restart with few
+/// rows.
 class SizedGridBackend final : public Backend, public CellSource
 {
 public:
@@ -34,7 +35,7 @@ public:
             m_grid = std::move(grid);
             m_flat.reset();
         }
-        // Rows are never given back, so that only a restart can find fewer of them.
+        // A ProxyTable never shrinks, so that only a restart can have fewer rows.
         else if (m_isRestarted && m_flat == nullptr && proxies.size <= m_flatLimit)
         {
             auto flat = std::make_unique<SmallWorldBackend>(m_options.baselineSimd);
@@ -79,10 +80,10 @@ private:
 
     GridOptions m_options;
     std::unique_ptr<SmallWorldBackend> m_flat;  ///< null while the grid is in use
-    std::unique_ptr<ColumnGridBackend> m_grid;  ///< null while the flat arrays are
+    std::unique_ptr<ColumnGridBackend> m_grid;  ///< null while m_flat is in use
     std::uint32_t m_flatLimit;
     bool m_isRestarted = false;
-    std::uint64_t m_rebuildsBefore = 0;  ///< of grids that flat arrays took over from
+    std::uint64_t m_rebuildsBefore = 0;  ///< rebuilds of grids that a SmallWorldBackend replaced
 };
 }  // namespace
 

@@ -10,13 +10,13 @@
 
 namespace cullet
 {
-/// The pairs of a backend that names candidates in each update; does what is the same for all of those.
+/// The held pairs of a backend that lists candidates in each update, and the steps that all such backends share.
 ///
-/// In each update: begin(), test() for every candidate, finish(). A pair may be named several times.
+/// In each update: begin(), test() for every candidate, finish(). A pair may be tested several times.
 class CandidatePairs
 {
 public:
-    /// As Backend::restart().
+    /// See Backend::restart().
     void restart(const Pairs& known);
 
     void begin(const ProxyView& proxies);
@@ -39,9 +39,9 @@ public:
 private:
     void addOverlap(const ProxyView& proxies, std::uint32_t a, std::uint32_t b);
 
-    Pairs m_known;                         ///< of restart(), until the next update
-    std::vector<KeyedPair> m_held;         ///< sorted
-    std::vector<KeyedPair> m_overlapping;  ///< of this update
+    Pairs m_known;                         ///< given to restart(), until the next update
+    std::vector<KeyedPair> m_held;         ///< held pairs, sorted
+    std::vector<KeyedPair> m_overlapping;  ///< overlapping pairs of this update
     std::uint64_t m_testCount = 0;
 };
 }  // namespace cullet

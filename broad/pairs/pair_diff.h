@@ -10,7 +10,7 @@
 
 namespace cullet
 {
-/// Writes what turns the pair list `before` into `after`.
+/// Writes the delta that turns the pair list `before` into `after`.
 ///
 /// @param before,after sorted, unique
 /// @param delta        [out] overwritten; neither list may be part of it
@@ -24,7 +24,7 @@ void diffSortedPairs(const Pairs& before, const Pairs& after, PairDelta& delta);
 /// Cost: O(pairs + delta)
 void applyDelta(Pairs& pairs, const PairDelta& delta);
 
-/// A pair and where its boxes are; for backends that would else look the rows up.
+/// A pair and the rows of its boxes, for backends that would otherwise have to search for the rows.
 struct KeyedPair
 {
     Pair ids;
@@ -42,13 +42,13 @@ inline Pair idsOf(const KeyedPair& pair) noexcept
     return pair.ids;
 }
 
-/// One update of a backend that looks for overlaps afresh: applies the rules of Backend to the held pairs.
+/// One update of a backend that finds all overlaps anew: applies the rules of Backend to the held pairs.
 ///
 /// @param held        [in, out] vector of pairs held since the last update (Pair or KeyedPair); sorted by ids, unique
 /// @param overlapping pairs of valid boxes that overlap now; sorted by ids, unique. Pairs of boxes neither of which
 ///                    changed may be left out.
-/// @param mayEnter    bool(pair), asked once for each pair of `overlapping` that is not held: the filter
-/// @param mayStay     bool(pair), asked once for each held pair that is not in `overlapping`: the margin
+/// @param mayEnter    bool(pair), called once for each pair of `overlapping` that is not held: the filter
+/// @param mayStay     bool(pair), called once for each held pair that is not in `overlapping`: the margin
 /// @param delta       [out] overwritten; sorted, unique, disjoint
 /// Cost: O(held + overlapping)
 template <class AnyPairs, class MayEnter, class MayStay>

@@ -15,7 +15,7 @@ class PairSet
 public:
     static std::uint64_t keyOf(std::uint32_t a, std::uint32_t b) { return pairKey(makePair(a, b)); }
 
-    /// Empties the set and makes room for `count` pairs.
+    /// Empties the set and allocates memory for `count` pairs.
     void reset(std::size_t count)
     {
         std::size_t capacity = 16;
@@ -58,7 +58,7 @@ public:
 
     bool contains(std::uint64_t key) const { return m_count != 0 && m_slots[find(key)] == key; }
 
-    /// Removes the key and tells whether it was there. Entries behind it close up, so that no tombstones gather.
+    /// Removes the key and returns whether the set contained it. Backward-shift deletion leaves no tombstones.
     bool erase(std::uint64_t key)
     {
         if (m_count == 0)
@@ -82,7 +82,7 @@ public:
     std::uint64_t bytes() const { return m_slots.capacity() * sizeof(std::uint64_t); }
 
 private:
-    static constexpr std::uint64_t kFree = ~0ull;  // no row has this number
+    static constexpr std::uint64_t kFree = ~0ull;  // not the key of any pair
 
     std::size_t home(std::uint64_t key) const
     {

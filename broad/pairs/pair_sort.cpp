@@ -12,10 +12,10 @@ namespace cullet
 namespace
 {
 constexpr std::size_t kFewKeys = 24;      // sorted by insertion
-constexpr std::size_t kOneBucket = 1024;  // keys that are not distributed among threads
+constexpr std::size_t kOneBucket = 1024;  // fewer keys are not distributed among threads
 constexpr std::size_t kKeysPerBucket = 128;
-constexpr std::size_t kWordsPerKey = 4;     // up to so many upper words are counted one by one
-constexpr std::uint32_t kMostWords = 2048;  // of a bucket
+constexpr std::size_t kWordsPerKey = 4;     // range of upper words, per key, up to which each word is counted
+constexpr std::uint32_t kMostWords = 2048;  // upper words of a bucket
 constexpr std::uint32_t kMostBuckets = 2048;
 constexpr std::uint32_t kMostDigits = 2048;
 
@@ -27,7 +27,7 @@ std::uint32_t powerOfTwoFrom(std::size_t value, std::uint32_t most)
     return power;
 }
 
-/// By how much values below or equal `range` are shifted to come below `count`, a power of two above 1.
+/// Right shift that makes all values up to `range` smaller than `count`, a power of two above 1.
 std::uint32_t shiftFor(std::uint64_t range, std::uint32_t count)
 {
     std::uint32_t shift = 0;
@@ -50,7 +50,7 @@ void sortByInsertion(std::uint64_t* keys, std::size_t count)
 
 void sortKeys(std::uint64_t* from, std::uint64_t* to, std::size_t count);
 
-/// Sorts the digits that got more keys than an insertion sort is for.
+/// Sorts the keys of each digit that has too many keys for an insertion sort.
 void sortFullDigits(std::uint64_t* from, std::uint64_t* to, const std::uint32_t* ends, std::uint32_t digits)
 {
     std::uint32_t begin = 0;
@@ -96,8 +96,8 @@ void sortKeys(std::uint64_t* from, std::uint64_t* to, std::size_t count)
     sortByInsertion(to, count);
 }
 
-/// Sorts keys in their place whose upper words are among `words` from that of `lowest` on, about as many as keys: each word
-/// is a digit.
+/// Sorts keys in place. Their upper words are in a range of `words` that begins at the upper word of `lowest`, about as
+/// many words as keys: each word is a digit.
 void sortByWord(std::uint64_t* keys, std::size_t count, std::uint64_t lowest, std::uint32_t words)
 {
     std::uint64_t copy[kMostWords];
@@ -173,7 +173,7 @@ PairSort::Cut PairSort::cutOf(std::uint64_t lowest, std::uint64_t highest, std::
     return {lowest, shiftFor(highest - lowest, buckets), buckets, false};
 }
 
-/// Brings the keys of all lists together by bucket; the last list's offsets are the ends of the buckets then.
+/// Distributes the keys of all lists over the buckets; afterwards, the offsets of the last list are the bucket ends.
 void PairSort::part(ParallelLoops& workers, const std::vector<KeyList>& lists, const Cut& cut)
 {
     const auto tasks = static_cast<unsigned>(lists.size());
@@ -212,7 +212,8 @@ void PairSort::part(ParallelLoops& workers, const std::vector<KeyList>& lists, c
         });
 }
 
-/// Buckets are shared out by their keys: upper words are the lower of two ids, so that most have a low one.
+/// First bucket of a task. Tasks get equal numbers of keys, not of buckets: the upper word is the lower of two ids, so
+/// low buckets have most keys.
 std::uint32_t PairSort::firstBucketOf(const Cut& cut, const std::uint32_t* ends, unsigned task,
                                       unsigned tasks)
 {

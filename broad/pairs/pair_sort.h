@@ -24,22 +24,22 @@ public:
         m_isSorted = true;
     }
 
-    /// Before as many calls of pushIf().
+    /// Reserves memory for `count` calls of pushIf().
     void makeRoom(std::size_t count)
     {
         if (m_count + count >= m_keys.size())
             m_keys.resize(2 * m_keys.size() + count + 64);
     }
 
-    /// Writes in any case, without a branch; the key counts if `isWanted`.
+    /// Appends the key if `isWanted`, without a branch: the key is written in any case.
     void pushIf(std::uint64_t key, bool isWanted)
     {
         m_keys[m_count] = key;
         m_count += isWanted ? 1u : 0u;
     }
 
-    /// Takes notice of the keys that came since the last call. PairSort sees to it; a thread that has just written some
-    /// still has them at hand.
+    /// Updates lowest(), highest() and isSorted() by the keys added since the last call. PairSort calls it; the thread
+    /// that added the keys may call it earlier, while they are in its cache.
     void measure()
     {
         std::uint64_t lowest = m_lowest;
@@ -64,11 +64,11 @@ public:
         pushIf(key, true);
     }
 
-    /// Writes keys behind the others, and keeps the end to itself meanwhile: a count in memory would be read again after each.
+    /// Appends keys and keeps the end in a local pointer: a count in memory would be reloaded after each key.
     class Writer
     {
     public:
-        /// @param most keys to be written; the list is to be left alone until the writer is gone
+        /// @param most keys to append at most; the list must not be used while the writer lives
         Writer(KeyList& list, std::size_t most) : m_list(list)
         {
             list.makeRoom(most);
@@ -93,11 +93,11 @@ public:
     const std::uint64_t* end() const { return m_keys.data() + m_count; }
     std::size_t size() const { return m_count; }
     // Of the keys up to the last call of measure():
-    std::uint64_t lowest() const { return m_lowest; }    ///< of no keys: the largest number
-    std::uint64_t highest() const { return m_highest; }  ///< of no keys: 0
-    bool isSorted() const { return m_isSorted; }         ///< ascending, none twice
+    std::uint64_t lowest() const { return m_lowest; }    ///< without keys: the largest number
+    std::uint64_t highest() const { return m_highest; }  ///< without keys: 0
+    bool isSorted() const { return m_isSorted; }         ///< ascending, unique
 
-    /// Gives back room that is hardly used.
+    /// Frees the memory if little of it is used.
     void trim();
     std::uint64_t bytes() const { return m_keys.capacity() * sizeof(std::uint64_t); }
 
@@ -110,28 +110,28 @@ private:
     bool m_isSorted = true;
 };
 
-/// Sorts keys of pairs: distributes them evenly by value, over buckets in parallel and then inside each bucket, until an
-/// insertion sort is left. Where about as many rows as keys occur, each or few rows are a bucket. The result does not depend on
-/// the number of threads or lists.
+/// Sorts keys of pairs: distributes them evenly by value, over buckets in parallel and then inside each bucket, until
+/// an insertion sort completes the order. Where about as many rows as keys occur, a bucket is one row or a few. The
+/// result does not depend on the number of threads or lists.
 ///
-/// Cost: O(keys), also for crowded values. Lists that are sorted, and one behind the other, are only copied. Memory is kept
-/// between calls.
+/// Cost: O(keys), also for clustered values. Lists that are sorted, each above the one before, are only copied. Memory
+/// is kept between calls.
 class PairSort
 {
 public:
     /// @param sorted [out] overwritten with all keys of the lists
     void sort(ParallelLoops& workers, std::vector<KeyList>& lists, std::vector<std::uint64_t>& sorted);
 
-    /// The same for keys whose words are below `rows`, which need not be looked at for that.
+    /// Sorts keys whose words are below `rows`: their range need not be measured.
     void sortRows(ParallelLoops& workers, const std::vector<KeyList>& lists, std::uint32_t rows,
                   std::vector<std::uint64_t>& sorted);
 
-    /// The same as pairs; a key that the lists hold twice is left out altogether.
+    /// Writes the sorted keys as pairs; a key that occurs twice in the lists is omitted altogether.
     ///
     /// @param pairs [out] overwritten
     void write(ParallelLoops& workers, std::vector<KeyList>& lists, Pairs& pairs);
 
-    /// In the calling thread; doubles stay.
+    /// Writes the sorted keys as pairs, in the calling thread; keeps duplicates.
     ///
     /// @param keys  [in, out] contents are lost
     /// @param pairs [out] overwritten
@@ -143,13 +143,13 @@ public:
     }
 
 private:
-    /// How values are cut into buckets.
+    /// Maps keys to buckets.
     struct Cut
     {
         std::uint64_t lowest;
         std::uint32_t shift;
         std::uint32_t buckets;
-        bool isOfWords;  ///< a bucket has whole upper words, up to kMostWords
+        bool isOfWords;  ///< a bucket covers whole upper words, up to kMostWords
 
         std::size_t bucketOf(std::uint64_t key) const
         {
@@ -157,9 +157,9 @@ private:
         }
     };
 
-    struct Piece;  ///< of keys in order
+    struct Piece;  ///< a range of sorted keys
 
-    static constexpr std::size_t kWriteGrain = 8192;  ///< keys for a thread
+    static constexpr std::size_t kWriteGrain = 8192;  ///< keys per task, at least
 
     std::vector<Piece> sortedPieces(ParallelLoops& workers, std::vector<KeyList>& lists);
     static void writeParallel(ParallelLoops& workers, const std::vector<Piece>& pieces, Pairs& pairs);
@@ -176,9 +176,8 @@ private:
     void sortBuckets(ParallelLoops& workers, const Cut& cut, const std::uint32_t* ends,
                      std::vector<std::uint64_t>& sorted);
 
-    std::vector<std::uint64_t> m_parted;  // by bucket
+    std::vector<std::uint64_t> m_parted;  // keys by bucket
     std::vector<std::uint64_t> m_sorted;
-    std::vector<std::uint32_t>
-        m_offsets;  // [lists][buckets] where the next key of a list goes; in the end, ends
+    std::vector<std::uint32_t> m_offsets;  // [lists][buckets] index of the next key, finally the end
 };
 }  // namespace cullet

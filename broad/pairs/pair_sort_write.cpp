@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 //
-// Sorted keys as pairs, without those that are there twice.
+// Writes sorted keys as pairs, without the keys that occur twice.
 #include "cullet/base/trim_capacity.h"
 #include "cullet/broad/pairs/pair_sort.h"
 
@@ -11,16 +11,16 @@ struct PairSort::Piece
 {
     const std::uint64_t* begin;
     const std::uint64_t* end;
-    const std::uint64_t* first;  ///< of all that are in order
+    const std::uint64_t* first;  ///< begin of all keys in order, not only of this piece
     const std::uint64_t* last;
-    bool areSingle;  ///< known before
+    bool areSingle;  ///< no key occurs twice
 
     bool isSingle(const std::uint64_t* key) const
     {
         return (key == first || key[-1] != *key) && (key + 1 == last || key[1] != *key);
     }
 
-    /// Keys that differ from both neighbours.
+    /// Number of keys that differ from both neighbours.
     std::size_t countSingle() const
     {
         if (areSingle)
@@ -31,7 +31,7 @@ struct PairSort::Piece
         return count;
     }
 
-    /// Writes those; the end of what was written.
+    /// Writes the keys that differ from both neighbours; returns the end of the output.
     Pair* writeSingle(Pair* to) const
     {
         if (areSingle)
@@ -45,7 +45,7 @@ struct PairSort::Piece
     }
 };
 
-/// All keys in order: those of the lists themselves, or sorted ones.
+/// Returns all keys in order: the lists themselves if they are sorted, else pieces of a sorted copy.
 std::vector<PairSort::Piece> PairSort::sortedPieces(ParallelLoops& workers, std::vector<KeyList>& lists)
 {
     std::vector<Piece> pieces;

@@ -14,14 +14,15 @@ namespace cullet
 {
 inline constexpr std::uint32_t kNoRow = std::numeric_limits<std::uint32_t>::max();
 
-/// The rows of pairs given to Backend::restart(); kNoRow for ids without a valid box. O(rows + pairs), none: O(1).
+/// Finds the rows of pairs given to Backend::restart(); kNoRow for ids without a valid box. O(rows + pairs); O(1)
+/// without pairs.
 std::vector<KeyedPair> findRowsOf(const Pairs& known, const ProxyView& proxies);
 
-/// The same in two parts: appends the rows of pairs of valid boxes to `held`, and the keys of the others, which have
-/// left, to `gone`.
+/// Splits pairs given to Backend::restart(): appends the rows of pairs of valid boxes to `held`, and the keys of the
+/// other pairs to `gone`.
 void splitKnown(const Pairs& known, const ProxyView& proxies, std::vector<RowPair>& held,
                 std::vector<std::uint64_t>& gone);
 
-/// Adds those that have left to other removed pairs, by unique id.
+/// Adds the pairs of the keys in `gone` to `removed`, and sorts it by unique ids.
 void addGone(const std::vector<std::uint64_t>& gone, Pairs& removed);
 }  // namespace cullet

@@ -9,14 +9,14 @@
 
 namespace cullet
 {
-/// Pairs of rows in order of their keys, the first row in the upper half, that are ticked off one by one.
+/// Sorted keys of row pairs, the first row in the upper half, from which pairs are erased one by one.
 ///
-/// Cost: O(1) a question where keys are spread, for which their range is cut evenly into about as many parts as there are pairs;
-/// O(log pairs) in any case.
+/// Cost: O(1) per lookup where keys are spread, because their range is divided evenly into about as many parts as there
+/// are pairs; O(log pairs) in any case.
 class SortedPairs
 {
 public:
-    /// @param keys ascending, none twice; takes them and gives back other memory
+    /// @param keys [in, out] ascending, unique; swapped into the object, unspecified afterwards
     void take(std::vector<std::uint64_t>& keys)
     {
         m_keys.swap(keys);
@@ -24,14 +24,14 @@ public:
         cut();
     }
 
-    /// Whether the pair is there and has not been ticked off.
+    /// Whether the pair was given to take() and has not been erased.
     bool contains(std::uint64_t key) const
     {
         const std::size_t place = placeOf(key);
         return place != m_keys.size() && m_isGone[place] == 0;
     }
 
-    /// Ticks the pair off and tells whether contains() held.
+    /// Erases the pair and returns whether it was contained.
     bool erase(std::uint64_t key)
     {
         const std::size_t place = placeOf(key);
@@ -41,7 +41,7 @@ public:
         return true;
     }
 
-    /// Calls visit(key) for every pair that has not been ticked off.
+    /// Calls visit(key) for every pair that has not been erased.
     template <class Visit>
     void forEach(Visit visit) const
     {
@@ -83,7 +83,7 @@ private:
         return static_cast<std::size_t>((key - m_keys.front()) >> m_shift);
     }
 
-    /// Of a key that is not there: behind the last one.
+    /// Index of a key in m_keys; the size of m_keys if the key is absent.
     std::size_t placeOf(std::uint64_t key) const
     {
         if (m_keys.empty() || key < m_keys.front() || key > m_keys.back())
@@ -98,6 +98,6 @@ private:
     std::vector<std::uint64_t> m_keys;
     std::vector<std::uint8_t> m_isGone;   // [keys]
     std::vector<std::uint32_t> m_begins;  // [parts + 1] first key of each part
-    std::uint32_t m_shift = 0;            // from a key, less the lowest one, to its part
+    std::uint32_t m_shift = 0;            // from a key, less the lowest key, to its part
 };
 }  // namespace cullet

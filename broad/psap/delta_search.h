@@ -9,26 +9,26 @@
 #include <algorithm>
 #include <cstdint>
 
-/// What changes in the pairs of boxes that are in an executor's memory already, told without a sort: the old boxes decide
-/// what enters, the held pairs what leaves.
+/// The changes of the pairs of boxes that are in an executor's memory, found without a sort: the old boxes decide
+/// which pairs enter, the held pairs which leave.
 namespace cullet::psap
 {
-/// What an update has counted, in an executor's memory.
+/// Counters of an update, in an executor's memory.
 struct DeltaTally
 {
     DeltaCounts counts;
-    /// As BoxHistory::motion, apart from what others count.
+    /// As BoxHistory::motion, in a cache line of its own.
     alignas(128) std::uint32_t motion;
 };
 
-/// The same of an update and of the one before, and of the near pairs.
+/// The counters of this update and of the previous one, and of the neighbour list.
 struct DeltaTallies
 {
     DeltaTally sides[2];
     NearCounts near;
 };
 
-/// Makes a row one that had no box.
+/// Clears the old box of a row that did not exist before.
 struct EnterRow
 {
     AlignedBox* old;
@@ -36,11 +36,11 @@ struct EnterRow
     CULLET_HOST_DEVICE void operator()(std::uint64_t row) const { storeCopy(old, row, nowhere()); }
 };
 
-/// The pairs of an update: those that had stayed, and those that had entered.
+/// The pairs of the previous update: those that stayed, and those that entered.
 struct PairsBefore
 {
     const RowPair* kept;
-    const float* depths;  ///< of those that had stayed, as DepthList has it; null: not known
+    const float* depths;  ///< of the pairs that stayed, as in DepthList; null: unknown
     const RowPair* added;
     const DeltaCounts* counts;
 
@@ -49,20 +49,20 @@ struct PairsBefore
     {
         return i < counts->kept ? kept[i] : added[i - counts->kept];
     }
-    /// 0: not known
+    /// A lower bound of the depth of pair i; 0: unknown.
     CULLET_HOST_DEVICE float depthOf(std::uint64_t i) const
     {
         return depths != nullptr && i < counts->kept ? depths[i] : 0.0f;
     }
 };
 
-/// Decides whether pair i stays. Boxes that overlapped by more than they have gone since are not looked at.
+/// Decides whether pair i stays. The boxes of a pair whose depth exceeds the motion are not loaded.
 struct PartPairs
 {
     PairsBefore before;
     const AlignedBox* boxes;
     std::uint64_t boxCount;
-    const std::uint32_t* motion;  ///< as BoxHistory has it
+    const std::uint32_t* motion;  ///< as BoxHistory::motion
 
     CULLET_HOST_DEVICE DepthPair read(std::uint64_t i) const
     {
@@ -71,8 +71,8 @@ struct PartPairs
         return {before.at(i), before.depthOf(i), true};
     }
 
-    /// @param kept    receives the pair when it stays
-    /// @param removed receives it when it leaves
+    /// @param kept    list of the pairs that stay
+    /// @param removed list of the pairs that leave
     template <class Kept, class Removed>
     CULLET_HOST_DEVICE void operator()(const DepthPair& item, Kept& kept, Removed& removed) const
     {
@@ -87,11 +87,11 @@ struct PartPairs
     }
 };
 
-/// Searches for what changes from one set of boxes to the next, with one of the searches, on one executor.
+/// Finds the changes from one set of boxes to the next, with one of the searches, on one executor.
 ///
-/// An update is prepare(), which may allocate, then launch(), which only launches; later, when the executor is done with
-/// both, finish(). Its pairs are in two lists, those that stay and those that enter, so that none is moved, sorted or
-/// compared with others.
+/// An update is prepare(), which may allocate, and launch(), which only launches; finish() follows when the executor
+/// has completed both. The pairs are in two lists, those that stay and those that enter, so that no pair is moved,
+/// sorted or compared with others.
 template <class Exec>
 class DeltaSearch
 {
@@ -101,10 +101,10 @@ public:
     {
     }
 
-    /// Makes room for the next update.
+    /// Reserves memory for the next update.
     ///
     /// @param boxes [count] in the executor's memory
-    /// @return whether that and the boxes are where they were; what was recorded before is void otherwise
+    /// @return whether all memory and the boxes have their old addresses; otherwise recorded launches are void
     bool prepare(Exec& exec, const Aabb* boxes, std::uint64_t count)
     {
         const bool isSame = boxes == m_boxesOfCaller && count == m_count && count == m_oldCount;
@@ -123,7 +123,7 @@ public:
     {
         if (m_frame == NearFrame::Follow)
             return true;
-        // A list mostly begins where another one has been followed.
+        // In most cases a list begins where another one was followed.
         const bool isUsual = (m_frameBefore == NearFrame::Follow) == (m_frame == NearFrame::Begin);
         return isUsual && m_search.isRepeatable(exec, m_input);
     }
@@ -136,25 +136,25 @@ public:
         findChanges(exec);
         download(exec);
     }
-    /// After launch() or what is in place of it.
+    /// To be called after launch(), or after the recorded launches that replace it.
     void planAhead(Exec& exec)
     {
         m_search.planAhead(exec);
         m_near.sample(exec, copies(), m_count);
     }
-    /// In place of launch(), where what it launches has been launched in another way.
+    /// Counts an update that replayed recorded launches in place of launch().
     void countRepeat()
     {
         if (m_frame != NearFrame::Follow)
             m_search.countRepeat();
     }
 
-    /// Searches again with more room as long as the list was too short; then the counts are right.
+    /// Repeats the search with more room as long as a list was too short, after which the counts are right.
     ///
-    /// The caller's boxes may be others by now.
+    /// The caller's boxes may have changed.
     ///
-    /// @pre the executor is done with launch()
-    /// @return whether nothing had to be done again
+    /// @pre the executor has completed launch()
+    /// @return whether nothing had to be repeated
     bool finish(Exec& exec)
     {
         bool wasComplete = true;
@@ -174,7 +174,7 @@ public:
         return wasComplete;
     }
 
-    /// The next update has nothing to compare with.
+    /// Discards the pairs: the next update starts without any.
     void forget()
     {
         m_counts = {};
@@ -183,7 +183,7 @@ public:
         m_near.policy().forget();
         m_isFresh = true;
     }
-    /// The same after a failure: half of what the search remembers may never have happened.
+    /// forget() after a failure: the search may have recorded steps that never ran.
     void recover(const PsapOptions& options)
     {
         m_search = Search<Exec>(options);
@@ -195,9 +195,9 @@ public:
     const RowPair* added() const { return m_added[m_side].data(); }
     std::uint64_t addedRoom() const { return m_added[m_side].size(); }
     const RowPair* removed() const { return m_removed.data(); }
-    /// In the executor's memory. While it is at work, there may be more pairs that enter than there is room for.
+    /// In the executor's memory. Until finish(), more pairs may have entered than there is room for.
     const DeltaCounts* countsThere() const { return m_tallies.size() == 0 ? nullptr : &tally()->counts; }
-    /// After finish().
+    /// Valid after finish().
     const DeltaCounts& counts() const { return m_counts; }
 
     static constexpr unsigned kPhases = 2 * (2 * Search<Exec>::kPhases + 1);
@@ -209,9 +209,9 @@ public:
                                                              : 2 * Search<Exec>::kPhases;
         return 2 * phase + m_side;
     }
-    /// Changes where what a phase launches is not what it did before.
+    /// Changes when the launches of a phase change.
     std::uint32_t launches() const { return m_search.launches() + m_near.launches(); }
-    /// What the last update did.
+    /// Mode of the last update.
     NearFrame frame() const { return m_frame; }
 
 private:
@@ -232,7 +232,7 @@ private:
     {
         return {m_kept[m_side].data(), m_kept[m_side].size(), &tally()->counts.kept};
     }
-    /// Depths of pairs that were followed are not kept.
+    /// Where the list is followed, depths of pairs are not kept.
     DepthList keptDepths() const { return {keptList(), m_depths[m_side].data()}; }
     PairList addedList() const
     {
@@ -242,7 +242,7 @@ private:
     PairLists<3> sentLists() const { return {{removedList(), addedList(), keptList()}}; }
     WasApart wasApart() const { return {m_boxes[1 - m_side].data(), &tally()->motion}; }
 
-    /// @return whether there was enough
+    /// @return whether the memory was sufficient
     bool makeRoom(Exec& exec)
     {
         const std::uint64_t bytes = exec.bytes();
@@ -293,7 +293,7 @@ private:
         }
     }
 
-    /// Without near pairs.
+    /// Finds the changes without a neighbour list.
     void search(Exec& exec)
     {
         m_search.build(exec, m_input);
@@ -301,7 +301,7 @@ private:
         m_search.emit(exec, wasApart(), addedList());
     }
 
-    /// Finds the near pairs, and what has changed.
+    /// Makes a new neighbour list, and finds the changes.
     void begin(Exec& exec)
     {
         exec.clear(nearCounts(), 1);
@@ -312,7 +312,7 @@ private:
         judge(exec);
     }
 
-    /// Says of each near pair whether it overlaps.
+    /// Tests for each pair of a new list whether it overlaps.
     void judge(Exec& exec)
     {
         exec.forEachSent(m_near.room(),
@@ -342,14 +342,14 @@ private:
         const float* depths = m_frameBefore == NearFrame::Follow ? nullptr : m_depths[1 - m_side].data();
         const PairsBefore before = {m_kept[1 - m_side].data(), depths, m_added[1 - m_side].data(),
                                     &tallyBefore()->counts};
-        // As many indices as fit, so that the launch is the same where there are more pairs.
+        // The capacity instead of the count, so that the launch does not depend on the number of pairs.
         exec.forEachParted(m_kept[1 - m_side].size() + m_added[1 - m_side].size(),
                            PartPairs{before, now(), m_count, &tally()->motion}, keptDepths(), removedList());
     }
 
     void download(Exec& exec) { exec.download(m_staged.data(), m_tallies.data(), 1); }
 
-    /// The boxes of this update in a form that can be searched. The caller's may have changed.
+    /// The boxes of this update in a searchable format, since the caller's boxes may have changed.
     const Aabb* boxesAgain(Exec& exec)
     {
         exec.reserve(m_again, m_count);
@@ -357,7 +357,7 @@ private:
         return m_again.data();
     }
 
-    /// In place of following near pairs that do not tell everything any more.
+    /// Searches where boxes have left their skins, so that the neighbour list is incomplete.
     void searchInstead(Exec& exec)
     {
         m_boxesOfCaller = boxesAgain(exec);
@@ -410,7 +410,7 @@ private:
         m_search.emit(exec, wasApart(), addedList());
     }
 
-    /// Where there is no memory for one.
+    /// Searches where there is no memory for a neighbour list.
     void searchWithoutList(Exec& exec)
     {
         m_frame = NearFrame::Search;
@@ -436,17 +436,17 @@ private:
     NearFrame m_frame = NearFrame::Search, m_frameBefore = NearFrame::Search;
     SearchInput m_input{};
     const Aabb* m_boxesOfCaller = nullptr;
-    std::uint64_t m_count = 0;  ///< boxes
+    std::uint64_t m_count = 0;  ///< number of boxes
     DeltaCounts m_counts{};
-    std::uint64_t m_oldCount = 0;  ///< boxes of the last update
-    unsigned m_side = 0;           ///< of the boxes and pairs of this update
+    std::uint64_t m_oldCount = 0;  ///< boxes of the previous update
+    unsigned m_side = 0;           ///< index of this update's boxes and pairs
     bool m_isFresh = true;
     Buffer<AlignedBox> m_boxes[2];
-    Buffer<Aabb> m_again;  ///< those to be searched again
+    Buffer<Aabb> m_again;  ///< boxes for a repeated search
     Buffer<RowPair> m_kept[2], m_added[2];
-    Buffer<float> m_depths[2];  ///< of pairs kept
+    Buffer<float> m_depths[2];  ///< depths of kept pairs
     Buffer<RowPair> m_removed;
-    Buffer<DeltaTallies> m_tallies;  ///< what was counted the last time tells how many pairs there are
+    Buffer<DeltaTallies> m_tallies;  ///< the previous counts say how many pairs there are
     typename Exec::template Staging<DeltaTallies> m_staged;
 };
 }  // namespace cullet::psap

@@ -24,10 +24,12 @@ namespace cullet::psap
 {
 /// Keeps the pair set of a proxy table up to date with one of the searches, on one executor.
 ///
-/// In the executor's memory live the boxes of this update and of the last one and the held pairs, as rows. An update
-/// sends the changed rows, settles the held pairs and searches, or follows near pairs instead of both, and brings back the
-/// pairs that enter and those that leave; it waits for the executor once, but where a list was too short. Lists of near pairs
-/// are made behind an update, which does not wait for them.
+/// The executor's memory holds the boxes of this update and of the previous one, and the held pairs, as rows. An
+/// update uploads the changed rows, settles the held pairs (tests whether each stays) and searches, or it follows the
+/// neighbour list instead of both. Then it downloads the pairs that enter and those that leave. It waits for the
+/// executor once, and again only where a list was too short. The next neighbour list is made asynchronously after an
+/// update.
+///
 /// The order in which pairs are found may differ from run to run; deltas are sorted by unique id.
 template <class Exec>
 class PsapBackend final : public Backend
@@ -68,7 +70,7 @@ public:
         {
         }
         m_exec.drain();
-        // Half of what the search remembers may never have happened.
+        // The search may have recorded steps that never ran.
         m_search = Search<Exec>(m_options);
         m_near = HeldNear<Exec>(m_options);
         m_names.recover();
@@ -138,7 +140,7 @@ private:
         m_tallies.noteEmptied();
     }
 
-    /// Forgets every row and takes over the pairs given to restart().
+    /// Discards all rows and adopts the pairs given to restart().
     void begin(const ProxyView& view)
     {
         m_rows.forget();
@@ -153,7 +155,7 @@ private:
         m_areDepthsKnown = false;
     }
 
-    /// Empties the lists of this update, and makes room where it can be known.
+    /// Empties the lists of this update, and reserves them as far as their sizes are known.
     void prepareLists()
     {
         const std::uint64_t initial = m_options.initialCapacity;
@@ -169,24 +171,24 @@ private:
         m_isKeptListed = false;
     }
 
-    /// Does what can be done with the rows before `end`, which are in place, while others are on their way.
+    /// Settles the held pairs of the rows before `end`, which are in place, while later rows are being uploaded.
     void workAhead(const ProxyView& view, std::uint64_t end)
     {
         if (m_near.isFollowed())
-            return;  // that takes as long for some of the pairs as for all
-        // Filter words follow behind the boxes; pairs of those that have changed are open whatever they are.
+            return;  // the list takes as long for some of the pairs as for all
+        // Filter words are uploaded after the boxes; pairs whose filter words have changed are always undecided.
         if (view.filters != nullptr && !m_hadFilters)
             return;
-        // Not before half of what was missing has come: each time takes a look at all held pairs.
+        // Only once half of the missing rows are in place: each call reads all held pairs.
         if (view.size - end > (view.size - m_rowsSettled) / 2)
             return;
         settle(view.margin, {m_rowsSettled, static_cast<std::uint32_t>(end) - 1});
         m_rowsSettled = static_cast<std::uint32_t>(end);
     }
 
-    /// Tells the changes by near pairs.
+    /// Finds the changes with the neighbour list.
     ///
-    /// @return whether that could be done; otherwise nothing has been
+    /// @return whether that succeeded; if not, the update has not changed anything
     bool followNear(const ProxyView& view, PairDelta& delta)
     {
         m_stats.path = "near pairs";
@@ -195,7 +197,7 @@ private:
         planAhead();
         m_exec.beginStage("deltas");
         m_names.enqueue(m_exec, lists(), m_rows.largestId(), delta);
-        m_open.noteFree(true);  // nothing has been looked up
+        m_open.noteFree(true);  // nothing has been inserted
         m_exec.mark();
         beginNearAhead();
         m_exec.awaitMark();
@@ -211,7 +213,7 @@ private:
             follow(view.margin);
             fetchAgain(delta);
         }
-        // Where there was not room for all that are held, the list that was begun knows too little.
+        // Where m_kept was too short for all held pairs, the list that was begun from it is incomplete.
         return !m_isKeptListed || heldBehind() <= m_kept.size() || searchInstead();
     }
 
@@ -226,24 +228,24 @@ private:
 
     void follow(float margin)
     {
-        // Otherwise pairs may leave or enter whose boxes are where they were.
+        // Otherwise pairs may leave or enter although their boxes have not moved.
         const bool areOthersKept = margin >= m_margin && !m_retestAll;
         m_near.follow(m_exec, m_rows.now(), m_rows.filters(), areOthersKept ? m_rows.sentRows() : nullptr,
                       margin, heldLists());
     }
 
-    /// Makes a list of near pairs for the next updates where this one is the last that the list is good for. Launched
-    /// while the CPU would wait for the changes otherwise, which do not wait for it.
+    /// Begins the next neighbour list where this update is the last one for the current list. Launched before the CPU
+    /// waits for the changes, whose download does not wait for it.
     void beginNearAhead()
     {
         if (!m_near.beginsAhead())
             return;
-        // Those before this update too, should it be searched after all: the list that knows them goes.
+        // Also the pairs before this update, in case it has to be searched: the list that stores them is discarded.
         listHeld(true);
         if (m_near.grow(m_exec, rows(), m_rows.count()))
             beginNear({m_kept.data(), m_kept.size(), m_listedCounts.data() + 1}, true);
     }
-    /// The same behind an update that has been taken.
+    /// Begins the next neighbour list after an update whose changes have been collected.
     void beginNearBehind()
     {
         if (!m_near.beginsBehind(m_rows.count()))
@@ -256,9 +258,9 @@ private:
         m_near.useNext(m_heldCount);
     }
 
-    /// Lists the pairs that were held before this update in m_held, where only near pairs tell of them.
+    /// Lists the pairs held before this update in m_held, where only the neighbour list stores them.
     ///
-    /// @param andNow and those of this update, which follows near pairs, in m_kept
+    /// @param alsoCurrent also lists the pairs held after this update, which follows the neighbour list, in m_kept
     void listHeld(bool andNow = false)
     {
         if (m_isHeldListed && !andNow)
@@ -294,7 +296,7 @@ private:
         m_search.build(m_exec, {m_near.grown(), m_rows.count(), nullptr, m_heldCount});
     }
 
-    /// Settles the held pairs and searches.
+    /// Settles the held pairs and searches for pairs that enter.
     void searchChanges(const ProxyView& view, PairDelta& delta)
     {
         m_stats.path = "rebuild";
@@ -312,7 +314,7 @@ private:
         repeatUntilComplete(view, delta);
     }
 
-    /// Searches again, with more room, as long as a list was too short.
+    /// Repeats the search with more room, as long as a list was too short.
     void repeatUntilComplete(const ProxyView& view, PairDelta& delta)
     {
         while (m_counts.lists.lookups > table().limit())
@@ -335,7 +337,7 @@ private:
         }
     }
 
-    /// After the last step that finds pairs.
+    /// Advances the next plan, and samples boxes for the skins. To be called after the last step that finds pairs.
     void planAhead()
     {
         m_search.planAhead(m_exec);
@@ -372,9 +374,9 @@ private:
                 m_rows.changes(), m_retestAll,  tellsMotion ? &m_tallies.current()->motion : nullptr};
     }
 
-    /// Settles the held pairs whose later row is in the span.
+    /// Settles the held pairs whose higher row is in the span.
     ///
-    /// @pre the table is free, and the counts are 0, but for what other spans have left there
+    /// @pre the table is empty and the counts are 0, except for what other spans have added
     void settle(float margin, RowSpan span)
     {
         const HeldLists lists = heldLists();
@@ -421,7 +423,7 @@ private:
 
     void takeCounts() { m_counts = m_names.counters(); }
 
-    /// Takes the changes and puts together the new held pairs.
+    /// Collects the changes and assembles the new held pairs.
     void takeChanges(PairDelta& delta)
     {
         m_names.take(m_exec, lists(), m_rows.largestId(), makeRoomForHeld(), delta);
@@ -437,7 +439,7 @@ private:
         m_stats.candidates = m_exec.takeTestCount();
     }
 
-    /// @return whether there was too little, and what was put there may be incomplete
+    /// @return whether m_kept was too short, so that its contents may be incomplete
     bool makeRoomForHeld()
     {
         const std::uint64_t kept = m_counts.lists.kept;
@@ -468,7 +470,7 @@ private:
 
     PsapOptions m_options;
     const char* m_name;
-    Exec m_exec;  ///< before the buffers: they live in its memory
+    Exec m_exec;  ///< declared before the buffers, which use its memory
     TableMirror<Exec> m_rows;
     Search<Exec> m_search;
     HeldNear<Exec> m_near;
@@ -476,20 +478,20 @@ private:
 
     bool m_isFresh = true;
     Pairs m_known;                          ///< pairs handed over by restart()
-    std::vector<std::uint64_t> m_vanished;  ///< those of them whose proxies are gone
+    std::vector<std::uint64_t> m_vanished;  ///< ids of known pairs whose proxies no longer exist
     bool m_hadFilters = false;
     bool m_retestAll = false;
     float m_margin = 0;
 
-    std::uint32_t m_rowsSettled = 0;  ///< before these, while others are on their way
+    std::uint32_t m_rowsSettled = 0;  ///< rows settled before the upload is complete
     std::uint64_t m_heldCount = 0;
-    bool m_isHeldListed = true;   ///< in m_held; otherwise only m_near knows the held pairs
-    bool m_isKeptListed = false;  ///< those behind this update in m_kept, where near pairs are followed
-    Buffer<std::uint64_t> m_listedCounts;  ///< how many there are in both
+    bool m_isHeldListed = true;   ///< held pairs are in m_held; otherwise only in m_neighbours
+    bool m_isKeptListed = false;  ///< pairs held after this update are in m_kept
+    Buffer<std::uint64_t> m_listedCounts;  ///< numbers of pairs in both
     Buffer<RowPair> m_held, m_kept, m_added, m_removed;
-    Buffer<float> m_heldDepths, m_keptDepths;  ///< as DepthList has it
+    Buffer<float> m_heldDepths, m_keptDepths;  ///< as in DepthList
     bool m_areDepthsKnown = false;
-    bool m_isMotionKnown = true;  ///< as RowWays tells it
+    bool m_isMotionKnown = true;  ///< BoxHistory::motion is complete
     OpenPairs<Exec> m_open;
     Tallies<Exec> m_tallies;
     DeltaOutput<Exec> m_names;

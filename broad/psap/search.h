@@ -11,15 +11,17 @@
 
 /// The order of the steps, for any executor.
 ///
-/// An executor has: Buffer<T> with data() and size(); reserve(buffer, n), which may discard; upload, download, copy,
-/// clear, wait, mark and awaitMark; forEach(n, functor); forEachEmitting(n, functor, list); forEachTogether(n, functor, list);
-/// forEachParted(n, functor, list, list); forEachSent(n, functor, lists); forEachSifted(n, functor, lists); forEachGrouped(n, functor, list); forEachDealt<sharers>(bins, functor, list);
-/// placeInTiles(functor); searchTiles(functor, list); canSearchTiles(shape); hasSpareLanes; scan; scanLargest; sortPairs;
-/// sortKeys. Steps run one after the other, but for those of aside(body): they come after what was there at the last fork(), and
-/// only what follows join(), or isAsideDone(), comes after them. HostExec and CudaExec are executors.
+/// An executor has: Buffer<T> with data() and size(); reserve(buffer, n), which may discard the contents; upload,
+/// download, copy, clear, wait, mark and awaitMark; forEach(n, functor); forEachAppend(n, functor, list);
+/// forEachAppendWarp(n, functor, list); forEachPartition(n, functor, list, list); forEachMultiAppend(n, functor,
+/// lists); forEachCompacted(n, functor, lists); forEachWarp(n, functor, list); forEachBinSlot<sharers>(bins, functor,
+/// list); placeInTiles(functor); searchTiles(functor, list); canSearchTiles(shape); hasSpareLanes; scan; scanLargest;
+/// sortPairs; sortKeys. Steps run one after the other, except those of onSideStream(body): they run after all that
+/// was launched before the last fork(), and only what follows join(), or a true isSideStreamDone(), runs after them.
+/// HostExec and CudaExec are executors.
 namespace cullet::psap
 {
-/// One of the searches, as the options and the number of boxes say.
+/// The search that the options and the number of boxes choose.
 template <class Exec>
 class Search
 {
@@ -34,8 +36,8 @@ public:
     {
     }
 
-    /// To be called before each build() or repetition: what the executor has told until now counts, and plans that are ready
-    /// are taken.
+    /// Collects the results of the executor and adopts finished plans. To be called before each build() or
+    /// repetition.
     void look(Exec& exec)
     {
         m_rows.planner().look(exec);
@@ -43,7 +45,8 @@ public:
         m_tiles.planner().look(exec);
     }
 
-    /// To be called after each emit() or repetition, before the boxes change: works on the next plan beside it.
+    /// Takes a step towards the next plan on the side stream. To be called after each emit() or repetition, before
+    /// the boxes change.
     void planAhead(Exec& exec)
     {
         forPlanners(exec, [&](auto& planner) { planner.planAhead(exec, m_input); });
@@ -61,22 +64,23 @@ public:
         visit(*this, [&](auto& search) { search.build(exec, input); });
     }
 
-    /// Again, where emit() found kSpilled pairs.
+    /// Repeats the search with a counting sort, where emit() reported kOverflowed.
     ///
-    /// @param boxes those of build(), which may lie somewhere else by now
+    /// @param boxes the boxes of build(), possibly at another address
     void buildByCounting(Exec& exec, const Aabb* boxes)
     {
         m_input.boxes = boxes;
-        // The next plan of tiles knows better, but not what this one of some frames ago did not.
+        // Where the plan of tiles was young, another one would fail too. An old plan was made for earlier boxes, so
+        // that a new one may fit.
         const bool isWaiting = m_way == Way::Tiles ? m_tiles.noteSpill() : true;
         m_updatesByCounting = m_order == PsapOrder::Automatic && isWaiting ? kUpdatesByCounting : 0;
         m_way = Way::Rows;
-        // Boxes have come or grown: a plan for those of before may take a thousand times as long.
+        // Boxes were added or have grown: with the old plan the search may take a thousand times as long.
         m_rows.planner().forget();
         m_rows.build(exec, m_input);
     }
 
-    /// The next boxes are of other sizes.
+    /// Discards all plans, since the next boxes have other sizes.
     void forgetPlans()
     {
         m_rows.planner().forget();
@@ -85,15 +89,15 @@ public:
         m_updatesByCounting = 0;
     }
 
-    /// @param isNew EveryPair, or another test
+    /// @param isNew EveryPair, or another entry test
     template <class IsNew>
     void emit(Exec& exec, const IsNew& isNew, const PairList& pairs)
     {
         visit(*this, [&](auto& search) { search.emit(exec, isNew, pairs); });
     }
 
-    /// Whether the next build() of as many boxes makes the same launches as an earlier one of the same nextPhase(), without
-    /// allocation or wait.
+    /// Whether the next build() of the same number of boxes makes the same launches as an earlier one with the same
+    /// nextPhase(), without allocation or wait.
     bool isRepeatable(const Exec& exec, const SearchInput& input) const
     {
         const Way next = nextWay(exec, input);
@@ -103,7 +107,7 @@ public:
                (m_way == Way::Rows ? m_rows.isRepeatable(input) : m_bins.isRepeatable());
     }
 
-    /// Counts a repetition that happened without build().
+    /// Counts an update that repeated recorded launches instead of calling build().
     void countRepeat()
     {
         countUpdate();
@@ -118,7 +122,7 @@ public:
     {
         return m_way == Way::Rows ? 0 : m_way == Way::Bins ? 1 + m_bins.nextPhase() : 3 + m_tiles.nextPhase();
     }
-    /// Changes where what a phase launches is not what it did before.
+    /// Changes when the launches of a phase change.
     std::uint32_t launches() const { return m_rows.launches() + m_tiles.launches(); }
 
     const std::uint32_t* sideCount() const
@@ -137,10 +141,10 @@ private:
         Cells,
         Rows,
         Bins,
-        Tiles  ///< or rows, where there is no plan, or none that is worth it
+        Tiles  ///< or Rows, where no plan exists or none pays
     };
 
-    /// What `body` returns for the search of this update.
+    /// Calls `body` with the search of this update and returns its result.
     template <class Self, class Body>
     static auto visit(Self& self, const Body& body)
     {
@@ -157,7 +161,7 @@ private:
         }
     }
 
-    /// Calls body(planner) for those whose plans an update like the last one asks for.
+    /// Calls body(planner) for each planner whose plan an update like the last one would use.
     template <class Body>
     void forPlanners(const Exec& exec, const Body& body)
     {
@@ -170,9 +174,9 @@ private:
     }
 
     static constexpr std::uint64_t kMostBoxesInBins = 1u << 16;
-    static constexpr std::uint64_t kMostWorkOfOneSize = 5u << 15;  // boxes and pairs
+    static constexpr std::uint64_t kMostWorkOfOneSize = 5u << 15;  // sum of boxes and pairs
     static constexpr std::uint64_t kMostWork = 1u << 15;
-    // After a bin or a tile was full: trying in vain costs half an update.
+    // Updates with a counting sort after a bin or a tile was full: a failed attempt costs half an update.
     static constexpr std::uint32_t kUpdatesByCounting = 256;
 
     Way nextWay(const Exec& exec, const SearchInput& input) const
@@ -195,12 +199,12 @@ private:
                                                input.count > kMostBoxesInBins && m_updatesByCounting == 0);
     }
 
-    /// Whether the steps saved cost more than what bins of fixed room cost: cache for empty places, and more of them around
-    /// a box, which is worst where there are many pairs or many sizes.
+    /// Whether bins of fixed room save more than they cost. They save steps, and cost cache for empty places and more
+    /// bins around a box, above all with many pairs or many sizes.
     bool isForBins(const SearchInput& input) const
     {
         const std::uint32_t levels = m_way == Way::Bins ? m_bins.levelCount() : m_rows.levelCount();
-        const bool isOfOneSize = levels <= 2;  // the last one is empty
+        const bool isOfOneSize = levels <= 2;  // the last one is the overflow level
         return input.count <= kMostBoxesInBins &&
                input.count + input.expectedPairs <= (isOfOneSize ? kMostWorkOfOneSize : kMostWork);
     }
@@ -227,7 +231,7 @@ private:
     bool m_isLiteral;
     SearchInput m_input{};
     Way m_way = Way::Rows;
-    std::uint32_t m_updatesByCounting = 0;  ///< before bins or tiles are tried again
+    std::uint32_t m_updatesByCounting = 0;  ///< updates until bins or tiles are tried again
     CellSearch<Exec> m_cells;
     RowSearch<Exec> m_rows;
     BinSearch<Exec> m_bins;

@@ -9,8 +9,9 @@ namespace cullet
 {
 namespace
 {
-/// Boxes whose sizes share these octaves share leaves. Measured on sizes over three decades: one octave costs queries up
-/// to twice, four no more than none would; without classes a few huge boxes enlarge every node above small ones.
+/// Boxes whose sizes share these octaves share leaves. Measured on sizes over three decades: with one octave queries
+/// cost up to twice as much, with four no more than with none; without classes a few huge boxes enlarge every node
+/// above small ones.
 constexpr int kOctavesPerClass = 4;
 
 struct Item
@@ -79,7 +80,7 @@ void setLane(BoxNode& node, std::uint32_t lane, const Aabb& box) noexcept
 /// The axis along which the centres spread most; -1 when they are all one point.
 int widestAxis(const Item* begin, const Item* end) noexcept
 {
-    // Two accumulators per bound: the chain of minima is what this loop waits for.
+    // Two accumulators per bound: the latency of the chain of minima limits this loop.
     Extent even;
     Extent odd;
     const Item* item = begin;
@@ -128,7 +129,7 @@ float pivotOf(const Item* begin, const Item* end, int axis) noexcept
                     medianOf(key(6), key(7), key(8)));
 }
 
-/// std::nth_element by one coordinate. Quickselect; after too many rounds, the standard one with its bound.
+/// std::nth_element by one coordinate: quickselect, and after too many rounds the standard function, for its bound.
 void selectByAxis(Item* begin, Item* nth, Item* end, int axis) noexcept
 {
     for (int round = 0; end - begin > 8 && round < 40; ++round)
@@ -137,7 +138,7 @@ void selectByAxis(Item* begin, Item* nth, Item* end, int axis) noexcept
         Item* low = partition(begin, end, [=](const Item& item) { return item.centre[axis] < pivot; });
         if (low == begin)
         {
-            // The pivot is the least key: all its equals may go at once, however many there are.
+            // The pivot is the lowest key: all equal keys are moved at once, however many there are.
             low = partition(begin, end, [=](const Item& item) { return item.centre[axis] <= pivot; });
             if (nth < low)
                 return;
@@ -183,7 +184,7 @@ int sizeClass(const Aabb& box) noexcept
 }
 constexpr int kSizeClasses = 256 / kOctavesPerClass;
 
-/// Which slots the boxes of each class get.
+/// Slots of the boxes of each class.
 struct ClassRanges
 {
     int group[kSizeClasses];                // the range that a class belongs to
@@ -193,7 +194,7 @@ struct ClassRanges
     std::uint32_t slots = 0;
 };
 
-/// Classes with too few boxes for a few leaves join the next larger one.
+/// Merges classes with too few boxes for a few leaves into the next larger class.
 ClassRanges rangesOfClasses(const Aabb* boxes, const std::vector<ProxyId>& rows)
 {
     constexpr std::uint32_t kFewest = 64;
@@ -266,7 +267,7 @@ void Bvh::build(const Aabb* boxes, const std::vector<ProxyId>& rows)
         ranges.slots == 0 ? 0.0f : static_cast<float>(std::sqrt(m_leafArea / (3.0 * (ranges.slots / 8))));
 }
 
-/// Asks the memory for the boxes of a leaf some way ahead: neighbours in space are far apart in the table.
+/// Prefetches the boxes of a later leaf: neighbours in space are far apart in the table.
 void Bvh::prefetch(std::uint32_t leaf, const Aabb* boxes) const noexcept
 {
     constexpr std::uint32_t kAhead = 32;  // slots
@@ -299,7 +300,7 @@ void Bvh::layOut(std::uint32_t slots)
     m_view.rows = m_rows.data();
 }
 
-/// Reads the boxes of a leaf's rows into its lanes; true when every row there has a valid one.
+/// Reads the boxes of a leaf's rows into its lanes; returns true if all of its rows have valid boxes.
 bool Bvh::fillLanes(std::uint32_t leaf, const Aabb* boxes, Aabb& around)
 {
     const Aabb* lanes[8];
@@ -319,7 +320,7 @@ void Bvh::closeLeaf(std::uint32_t leaf, const Aabb& around) noexcept
     setBounds(0, leaf, around);
 }
 
-/// Takes the rows whose boxes do not fit out of a leaf.
+/// Removes the rows whose boxes do not fit from a leaf.
 void Bvh::dropStrays(std::uint32_t leaf, const Aabb* boxes, std::vector<ProxyId>& left)
 {
     const Aabb limits = limitsOf(leaf);

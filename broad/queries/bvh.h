@@ -11,20 +11,21 @@
 
 namespace cullet
 {
-/// A lane of a leaf that holds no row.
+/// Value of a leaf's lane without a row.
 inline constexpr ProxyId kNoRow = 0xFFFFFFFFu;
 
-/// Boxes beyond this (Bullet's static planes reach 1e18) do not belong into a tree: each node above them would meet
-/// every query.
+/// Boxes with coordinates beyond this (Bullet's static planes extend to 1e18) are not stored in a tree: every query
+/// would enter each node above them.
 inline constexpr float kTreeReach = 1e15f;
 
 /// Eight-wide tree of boxes over some rows of a table; complete, so that it needs no links.
 ///
-/// Children are found by medians (a k-d tree with eight children per node), separately for boxes of different orders
-/// of magnitude, so that a large box spoils no leaf of small ones. Ranks, not coordinates, decide the shape: the depth
-/// is log8 of the rows whatever the boxes are.
+/// Children are separated by medians (a k-d tree with eight children per node), separately for boxes of different
+/// orders of magnitude, so that a large box does not enlarge a leaf of small ones. Ranks, not coordinates, decide the
+/// shape: the depth is log8 of the rows whatever the boxes are.
 ///
-/// Memory: 32 bytes per row. One thread at a time changes the tree; any number may traverse it meanwhile nobody does.
+/// Memory: 32 bytes per row. One thread at a time may modify the tree; any number of threads may traverse it while no
+/// thread modifies it.
 class Bvh
 {
 public:
@@ -42,8 +43,8 @@ public:
     std::uint32_t slotCount() const noexcept { return static_cast<std::uint32_t>(m_rows.size()); }
     ProxyId rowAt(std::uint32_t slot) const noexcept { return m_rows[slot]; }
 
-    /// True when a box may stay in a slot without spoiling its leaf: it is valid, bounded and lies
-    /// within the leaf's box grown by about its own size.
+    /// True when a box may stay in a slot without enlarging its leaf too much: it is valid, bounded and lies within the
+    /// leaf's box grown by about its own size.
     bool fits(std::uint32_t slot, const Aabb& box) const noexcept;
 
     /// True when a valid box lies within what is stored for the slot and fills half of it or more on each axis. O(1).
@@ -60,7 +61,7 @@ public:
     /// @param left [out] rows that left are appended
     void refit(const Aabb* boxes, std::vector<ProxyId>& left);
 
-    /// Sum of the half areas of all leaves, and the value that build() found: the measure of wear.
+    /// Sum of the half areas of all leaves, and its value after build(): their ratio measures how the tree degrades.
     double leafArea() const noexcept { return m_leafArea; }
     double leafAreaAtBuild() const noexcept { return m_leafAreaAtBuild; }
     std::uint32_t rowCount() const noexcept { return m_rowCount; }
@@ -90,6 +91,6 @@ private:
     Aabb m_rootBounds = kEmptyAabb;
     double m_leafArea = 0.0;
     double m_leafAreaAtBuild = 0.0;
-    float m_reach = 0.0f;  // mean leaf size: what a box may stick out of a leaf that is smaller
+    float m_reach = 0.0f;  // mean leaf size: how far a box may extend beyond a smaller leaf
 };
 }  // namespace cullet

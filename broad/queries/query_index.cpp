@@ -21,8 +21,8 @@ constexpr Aabb kEverywhere = {{-INFINITY, -INFINITY, -INFINITY}, {INFINITY, INFI
 constexpr double kLargest = 1e30;
 constexpr double kSmallestInverse = 1e-30;
 constexpr double kLongest = 1e20;
-/// The inverse of a direction component that is next to nothing. Times the side of the box of a plane in Bullet's double build,
-/// 1e30, it is still a float, and raises no flag of an overflow.
+/// Largest inverse of a direction component. Times the extent of a plane's box in Bullet's double build, 1e30, it still
+/// fits into a float and raises no overflow flag.
 constexpr double kSteepest = 1e8;
 
 /// Prepares one axis of a ray; false when float slabs cannot bound it.
@@ -43,7 +43,8 @@ bool prepareAxis(const RaySegment& segment, int axis, RayQuery& ray) noexcept
     double slack = reach * (8.0 / 16777216.0) + FLT_MIN;
     if (std::abs(inverse) > kSteepest)
     {
-        // Parallel: inside means any lambda, outside none. A distance that at this inverse is beyond the ray's end stands for both.
+        // Parallel: the ray is inside for every lambda or for none. A distance that is beyond the ray's end at this
+        // inverse represents both.
         inverse = std::copysign(kSteepest, inverse);
         slack += 2.0 * std::abs(segment.lambdaMax) / kSteepest;
     }
@@ -71,7 +72,7 @@ bool hitsNothing(const RaySegment& segment) noexcept
            std::isnan(segment.lambdaMax);
 }
 
-/// The part of a box that bounded boxes can meet; finite, so that the empty lanes of a tree stay out.
+/// The part of a box that bounded boxes can overlap; finite, so that the empty lanes of a tree do not overlap it.
 Aabb finitePart(const Aabb& box) noexcept
 {
     Aabb part;
@@ -83,12 +84,12 @@ Aabb finitePart(const Aabb& box) noexcept
     return part;
 }
 
-/// Ski rental: work is rented until it has cost as much as what makes it needless, which then is bought.
+/// Ski rental: an update that would save scans is postponed until the scans have cost as much as the update.
 class Rent
 {
 public:
     void add(std::uint64_t rows) noexcept { m_total.fetch_add(rows, std::memory_order_relaxed); }
-    /// What was added since the last purchase.
+    /// Rows scanned since the last update that they paid for.
     double due() const noexcept
     {
         return static_cast<double>(total() - m_settled.load(std::memory_order_relaxed));
@@ -123,18 +124,18 @@ struct QueryIndex::State
     const QueryMode mode;
     const QueryKernels& kernels;
     QueryTrees trees{kernels};
-    std::mutex mutex;  // held by the one thread that changes the trees
-    // False before the first sync and while one runs; otherwise the trees are as the table was when it was last clean.
+    std::mutex mutex;  // locked by the one thread that changes the trees
+    // False before the first sync and during one; otherwise the trees match the table as it was when last clean.
     std::atomic<bool> isReady{false};
-    Rent scans;      // of all rows, instead of a sync
-    Rent listScans;  // of the listed rows, instead of tidying
+    Rent scans;      // rows of whole scans, instead of a sync
+    Rent listScans;  // rows of list scans, instead of tidy()
     std::atomic<double> syncCostPerRow{QueryTrees::kFirstSyncCost};
 };
 
-/// True when the trees may be read. The table cannot become dirty while queries run, so the answer stays true.
+/// True when the trees may be read. The table cannot become dirty while queries run, so the result stays true.
 ///
-/// refresh() lowers isReady before the table, with release, becomes clean. Who sees the clean table, with acquire,
-/// therefore sees isReady low, or high again with the finished trees behind it.
+/// refresh() clears isReady before the table becomes clean (release). A thread that reads the table as clean (acquire)
+/// therefore reads isReady as false, or as true again after the trees are finished.
 bool QueryIndex::State::isFresh() const noexcept
 {
     if (table.hasQueryChanges())
@@ -142,11 +143,11 @@ bool QueryIndex::State::isFresh() const noexcept
     return isReady.load(std::memory_order_acquire);
 }
 
-/// Brings the trees up to date; false when another thread is at it (and this one had better scan) or memory is short.
+/// Updates the trees; returns false if another thread is updating them, where a scan is faster, or memory is short.
 bool QueryIndex::State::refresh()
 {
     std::unique_lock<std::mutex> lock(mutex, std::defer_lock);
-    // After a few changes it takes longer to scan all rows than to wait for the other.
+    // After a few changes, a scan of all rows takes longer than waiting for the other thread.
     if (syncCost() < table.size())
         lock.lock();
     else if (!lock.try_lock())
@@ -181,7 +182,7 @@ bool QueryIndex::State::paysToSync() const noexcept
     return scans.due() + table.size() > syncCost();
 }
 
-/// For a query that is about to read the trees, and finds rows on the list that a tree could hold.
+/// Called by a query that is about to read the trees while rows are listed that a tree could store.
 void QueryIndex::State::tidyIfItPays()
 {
     listScans.add(trees.side().listed.size());
@@ -197,7 +198,7 @@ void QueryIndex::State::tidyIfItPays()
     }
     catch (const std::bad_alloc&)
     {
-        // The list serves as well.
+        // Queries continue with the list.
     }
 }
 

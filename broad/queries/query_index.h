@@ -14,24 +14,24 @@ namespace cullet
 {
 struct QuerySide;
 
-/// A ray, or a box swept along a ray, in world space; the parameters of Bullet's box test as they are.
+/// A ray, or a box swept along a ray, in world space: the unchanged parameters of Bullet's box test.
 ///
-/// A box [min, max] is hit when the ray meets [min - growMax, max - growMin] with an entry before lambdaMax and an exit
-/// behind 0 (slab test, per axis (plane - origin) * inverseDirection).
+/// A box [min, max] is hit when the ray intersects [min - growMax, max - growMin] with an entry before lambdaMax and an
+/// exit after 0 (slab test, per axis (plane - origin) * inverseDirection).
 struct RaySegment
 {
     double origin[3];
     /// 1 / direction; +-1e18, +-1e30 or infinite along an axis to which the ray is parallel.
     double inverseDirection[3];
-    double lambdaMax;  ///< length in units of the direction; 0 asks for boxes around the origin
+    double lambdaMax;  ///< length in units of the direction; 0 finds boxes around the origin
     double growMin[3] = {0.0, 0.0, 0.0};  ///< lower corner of the swept box relative to the origin
     double growMax[3] = {0.0, 0.0, 0.0};  ///< upper corner; need not be -growMin
 };
 
-/// How a QueryIndex answers; the rows that it visits are candidates for the same set in every mode.
+/// How a QueryIndex finds rows; the rows that it visits are candidates for the same set in every mode.
 enum class QueryMode
 {
-    Automatic,  ///< scans while few queries come, the trees when they pay for their upkeep
+    Automatic,  ///< scans while queries are few, uses the trees when that pays for their updates
     Scan,       ///< always scans all boxes
     Tree        ///< always brings the trees up to date first
 };
@@ -43,14 +43,14 @@ struct QueryOptions
     bool baselineSimd = false;
 };
 
-/// Where a query stands; lives on the stack of the caller, so that queries nest and run side by side.
+/// Position of a query; stored on the stack of the caller, so that queries can nest and run concurrently.
 struct QueryCursor
 {
     enum class Stage
     {
         Main,    ///< the tree over most rows
-        Beside,  ///< the small tree over rows that came or jumped since the big one was built
-        Listed,  ///< rows that came or jumped since then too, and those that reach beyond every tree
+        Beside,  ///< the second tree, over rows created or teleported since the main one was built
+        Listed,  ///< further rows created or teleported since then, and rows too large for trees
         Scan,    ///< all rows, without a tree
         Done
     };
@@ -59,11 +59,11 @@ struct QueryCursor
     std::uint32_t position = 0;
     TreeCursor tree;
     Aabb box;
-    Aabb finiteBox;  ///< what of `box` a bounded box can meet
+    Aabb finiteBox;  ///< the part of `box` that bounded boxes can overlap
     RayQuery ray;
-    const QuerySide* side = nullptr;  ///< what there is beside the main tree
+    const QuerySide* side = nullptr;  ///< rows outside the main tree
 
-    /// Begins a stage; above the root stands a node whose only child is the root.
+    /// Begins a stage, at a virtual node above the root whose only child is the root.
     void enter(Stage next) noexcept
     {
         stage = next;
@@ -74,15 +74,17 @@ struct QueryCursor
     }
 };
 
-/// Finds the rows of a ProxyTable that a box or a ray may touch, always by the boxes that the table holds right now.
+/// Finds the rows of a ProxyTable that a box or a ray may touch, always by the current boxes of the table.
 ///
-/// Candidates are a superset of the exact answer: the caller tests the exact box. Each row comes at most once; empty
-/// boxes never come. The order depends only on the history of the table and of the queries, as long as one thread asks.
+/// Candidates are a superset of the exact result: the caller tests the exact box. Each row is visited at most once,
+/// rows with empty boxes never. If one thread runs all queries, the order depends only on the history of the table and
+/// of the queries.
 ///
-/// Changes of the table cost nothing here. The first query after a few changes takes them into a tree of boxes, O(log n)
-/// each; boxes that came or jumped go on a list, which queries scan until that has cost as much as a small tree over
-/// them. After many changes, the first queries scan all boxes, until they have cost as much as bringing the tree up to
-/// date. So no history costs more than about twice the better of two ways. Boxes that reach beyond 1e15 stay on the list.
+/// Changes of the table cost nothing here. The first query after a few changes applies them to a tree of boxes, each in
+/// O(log n); boxes that were created or teleported are put on a list, which queries scan until that has cost as much as
+/// a small tree over them. After many changes, the first queries scan all boxes, until that has cost as much as
+/// updating the tree. So no history costs more than about twice the better of the two. Boxes that extend beyond 1e15
+/// stay on the list.
 ///
 /// Threads: any number of queries at the same time, also from inside visit(), as long as the table does not change
 /// meanwhile. One index per table, because it consumes ProxyTable::collectQueryChanges().
@@ -118,11 +120,12 @@ public:
     /// Memory held beside the table, bytes.
     std::uint64_t bytes() const;
 
-    /// Times that the tree was built anew, and times that it took in changes.
+    /// Times that the tree was rebuilt, and times that it was updated.
     std::uint64_t buildsTotal() const;
     std::uint64_t syncsTotal() const;
 
-    /// Rows that queries tested one by one, other than those that are always listed; and rows that went into new trees.
+    /// Rows that queries tested one by one, other than those that are always listed; and rows that were put into new
+    /// trees.
     std::uint64_t scannedRowsTotal() const;
     std::uint64_t builtRowsTotal() const;
 

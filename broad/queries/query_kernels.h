@@ -18,9 +18,9 @@ struct alignas(64) BoxNode
 
 /// A ray prepared for conservative float slab tests; made by prepareRay().
 ///
-/// A box is a candidate when, with the near and far plane of every axis as the sign of `inverse` says,
+/// A box is a candidate when, with the near and far plane of every axis chosen by the sign of `inverse`,
 /// max((near - nearOrigin) * inverse) <= lambdaMax, min((far - farOrigin) * inverse) >= 0 and
-/// max(near) <= min(far) * (1 + slack). The origins carry the growth of the boxes and the rounding errors.
+/// max(near) <= min(far) * (1 + slack). The origins include the growth of the boxes and the rounding errors.
 struct RayQuery
 {
     float nearOrigin[3];
@@ -32,12 +32,13 @@ struct RayQuery
 /// Levels of a tree over all rows that 32 bits can count: 8^11 > 2^32. The bound of the traversal stack.
 inline constexpr int kMaxTreeLevels = 11;
 
-/// Where a traversal stands: per level from above the root down one node and its children still to be visited.
+/// Position of a traversal: per level, from a virtual node above the root down, one node and its children still to
+/// visit.
 struct TreeCursor
 {
     std::uint32_t nodes[kMaxTreeLevels + 1];
     std::uint32_t pending[kMaxTreeLevels + 1];
-    int depth;  ///< open levels; 0: nothing is left
+    int depth;  ///< levels in use; 0: the traversal is over
 };
 
 /// A complete tree of eight-lane nodes as the kernels see it: child i of node n is node 8 n + i of the level below.
@@ -61,8 +62,9 @@ struct ScanView
 
 /// The inner loops of the queries for one instruction set. All sets give the same rows in the same order.
 ///
-/// Each call of a query goes on where the cursor or `position` says, writes at most kQueryBatch rows and returns their number; zero means that
-/// the query is over. Nothing is allocated and nothing shared is written, so calls may run concurrently and nested.
+/// Each call of a query continues at the cursor or `position`, writes at most kQueryBatch rows and returns their
+/// number; zero means that the query is over. Nothing is allocated and nothing shared is written, so calls may run
+/// concurrently and nested.
 struct QueryKernels
 {
     std::uint32_t (*treeOverlap)(const BoxTreeView&, const Aabb&, TreeCursor&, std::uint32_t* rows);

@@ -20,7 +20,7 @@ struct Lanes
     Float8 plane(int i) const { return planes[i]; }
 };
 
-/// Eight boxes in a node, loaded plane by plane as the test asks.
+/// Eight boxes in a node, each plane loaded when the test needs it.
 struct NodeLanes
 {
     const BoxNode& node;
@@ -51,7 +51,7 @@ inline Lanes gather(const Aabb* const* boxes)
              {_mm256_shuffle_ps(yz01, yz23, 0xEE)}}};
 }
 #elif defined(__SSE2__)
-/// The same in two halves of four boxes.
+/// Turns eight boxes of six floats into six planes of eight, in two halves of four boxes.
 inline Lanes gather(const Aabb* const* boxes)
 {
     __m128 planes[2][6];
@@ -98,7 +98,7 @@ inline std::uint32_t validLanes(const Lanes& lanes)
                 (lanes.plane(2) <= lanes.plane(5)));
 }
 
-/// The smallest box around eight.
+/// The smallest box around eight boxes.
 inline Aabb unite(const Aabb* const* boxes)
 {
     Aabb bounds;
@@ -210,7 +210,7 @@ private:
     int m_far[3];
 };
 
-/// Depth first from where the cursor stands, until the batch could overflow or the tree is done.
+/// Traverses a tree depth first from the cursor on, until the batch could overflow or the traversal is over.
 template <class Test>
 std::uint32_t traverse(const BoxTreeView& tree, const Test& test, TreeCursor& cursor, std::uint32_t* rows)
 {
@@ -243,7 +243,7 @@ std::uint32_t traverse(const BoxTreeView& tree, const Test& test, TreeCursor& cu
     return count;
 }
 
-/// Eight boxes at a time from `position` on, until the batch could overflow or the last box is done.
+/// Tests eight boxes at a time from `position` on, until the batch could overflow or all boxes are tested.
 template <class Test>
 std::uint32_t scan(const ScanView& view, const Test& test, std::uint32_t& position, std::uint32_t* rows)
 {
@@ -259,7 +259,7 @@ std::uint32_t scan(const ScanView& view, const Test& test, std::uint32_t& positi
         }
         const Lanes planes = gather(boxes);
         std::uint32_t hits = test(planes) & (0xFFu >> (8 - lanes));
-        // An empty box passes when the question reaches infinity.
+        // An empty box passes the test if the query extends to infinity.
         if (hits != 0)
             hits &= validLanes(planes);
         for (; hits != 0; hits &= hits - 1)

@@ -8,26 +8,26 @@ namespace cullet
 {
 namespace
 {
-// Costs in the time of scanning one box (about 0.6 ns on a quiet core), measured on 100,000 boxes.
+// Costs in units of scanning one box (about 0.6 ns on an otherwise idle machine), measured on 100,000 boxes.
 constexpr double kCollectCost = 0.2;                       // per row of the table, when many changed
 constexpr double kMoveCost = 60.0;                         // per changed row, one by one
 constexpr double kRefitCost = 8.0;                         // per row of the tree, all at once
 constexpr double kBuildCost = QueryTrees::kFirstSyncCost;  // per row
 
-/// More changed rows than this share of the tree are cheaper to take in all at once.
+/// If more than this share of the tree's rows changed, one in so many, a refit is cheaper than single updates.
 constexpr std::uint32_t kRefitShare = 8;
-/// So few are taken in one by one even if the tree is empty.
+/// Up to this many changed rows are updated one by one even if the tree is empty.
 constexpr std::uint32_t kFewRows = 8;
 
-/// A worn tree is built anew after so many refits, a very worn one at the first: building costs as much as about ten. Of
-/// a refit, single changes count as the share that they cost; a few rows that run far wear a tree out between them, and
-/// must not have it built again and again.
+/// A degraded tree is rebuilt after kRefitsBetweenBuilds refits, a very degraded one after kFewestRefits: a build costs
+/// as much as about ten refits. Single changes count as the share of a refit that they cost; a few rows that move far
+/// can degrade a tree on their own, and must not cause one rebuild after the other.
 constexpr double kRefitsBetweenBuilds = 10.0;
 constexpr double kFewestRefits = 1.0 / 16.0;
 constexpr double kWorn = 1.4;
 constexpr double kVeryWorn = 3.0;
 
-/// Of a table with fewer live rows than this share, the rows to build with are gathered from the trees.
+/// If fewer rows of the table are live than this share, one in so many, a rebuild collects its rows from the trees.
 constexpr std::uint32_t kSparseShare = 16;
 
 double buildCost(const QuerySide& side) noexcept
@@ -35,7 +35,7 @@ double buildCost(const QuerySide& side) noexcept
     return kBuildCost * (side.tree.rowCount() + static_cast<double>(side.listed.size()));
 }
 
-/// Room for a few steps of a slow body, so that not each of them changes the tree.
+/// Enlarges a box for a few steps of a slow body, so that not every step changes the tree.
 Aabb padded(Aabb box) noexcept
 {
     constexpr float kShare = 1.0f / 8.0f;
@@ -87,14 +87,14 @@ double QueryTrees::expectedSyncCost(const ProxyTable& table) const noexcept
 
 void QueryTrees::sync(ProxyTable& table)
 {
-    // Until the end nothing is built: an exception on the way must not leave half of the changes behind. A table that
+    // m_isBuilt stays false until the end: after an exception the trees have only some of the changes. A table that
     // shrank was cleared.
     const bool wasBuilt = m_isBuilt && table.size() >= m_places.size();
     m_isBuilt = false;
     ++m_syncsTotal;
     table.collectQueryChanges(m_changed);
     m_changedCount = wasBuilt ? static_cast<std::uint32_t>(m_changed.size())
-                              : 0;  // that all rows are new says nothing about the next time
+                              : 0;  // that all rows are new does not predict the next changes
     if (wasBuilt)
         followChanges(table);
     else
@@ -116,7 +116,7 @@ void QueryTrees::followChanges(const ProxyTable& table)
         tidy(table);
 }
 
-/// Takes all changes in at once. Rows of the side's tree are left to tidy(), which looks at all of them.
+/// Applies all changes by one refit of the main tree; tidy() applies those of the second tree.
 void QueryTrees::refit(const ProxyTable& table)
 {
     m_refitsSinceBuild += 1.0;
@@ -166,7 +166,7 @@ void QueryTrees::moveIn(Bvh& tree, std::uint32_t slot, ProxyId row, const Aabb& 
     list(row, box);
 }
 
-/// Lists a row that is in no tree. One that is listed stays there, whatever became of its box.
+/// Lists a row that is in no tree. A listed row stays listed, whatever its box is now.
 void QueryTrees::list(ProxyId row, const Aabb& box)
 {
     QuerySide& side = ownSide();
@@ -207,7 +207,7 @@ void QueryTrees::tidy(const ProxyTable& table)
     m_isBuilt = true;
 }
 
-/// Forgets where the rows are and finds those that have a box.
+/// Resets the places of all rows and returns the rows with valid boxes.
 std::vector<ProxyId> QueryTrees::findRows(const ProxyTable& table)
 {
     m_places.assign(table.size(), kNowhere);
@@ -221,7 +221,7 @@ std::vector<ProxyId> QueryTrees::findRows(const ProxyTable& table)
     return rows;
 }
 
-/// The rows that are anywhere.
+/// Returns the rows that are in a tree or listed.
 std::vector<ProxyId> QueryTrees::placedRows() const
 {
     std::vector<ProxyId> rows;
@@ -235,7 +235,7 @@ void QueryTrees::rebuild(const ProxyTable& table, std::vector<ProxyId> rows)
     for (QuerySide& side : m_sides)
     {
         side.tree.build(table.boxes(), {});
-        std::vector<ProxyId>().swap(side.listed);  // after many changes it was long
+        std::vector<ProxyId>().swap(side.listed);  // frees it: after many changes it was long
     }
     fill(table, rows, m_main, ownSide());
     notePlaces(m_main, 0);
@@ -243,10 +243,10 @@ void QueryTrees::rebuild(const ProxyTable& table, std::vector<ProxyId> rows)
     ++m_buildsTotal;
 }
 
-/// Builds a tree of those of `rows` that it can take, and lists the others.
+/// Builds a tree of those of `rows` that it can store, and lists the others.
 ///
-/// @param rows each once; left are those in the tree
-/// @param side gets the others; its tree may be the one that is built
+/// @param rows [in, out] each once; afterwards those in the tree
+/// @param side [out] its list receives the others; its tree may be the one that is built
 void QueryTrees::fill(const ProxyTable& table, std::vector<ProxyId>& rows, Bvh& tree, QuerySide& side)
 {
     side.listed.clear();

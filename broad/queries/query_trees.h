@@ -12,25 +12,27 @@
 
 namespace cullet
 {
-/// The rows beside the main tree of a QueryIndex. Those on the list may have become empty since.
+/// The rows of a QueryIndex outside its main tree: a second tree and a list. Boxes of listed rows may have become
+/// empty.
 struct QuerySide
 {
     explicit QuerySide(const QueryKernels& kernels) : tree(kernels) {}
 
     Bvh tree;
     std::vector<ProxyId> listed;
-    std::uint32_t settledCount = 0;  ///< of the listed rows, those that no tree can take
-    bool isTidy = true;              ///< no other row is listed
+    std::uint32_t settledCount = 0;  ///< listed rows that no tree can store
+    bool isTidy = true;              ///< no other row is listed, and the tree has the current boxes
 };
 
-/// The trees behind a QueryIndex and their upkeep; each row with a valid box is in exactly one of three places.
+/// The trees of a QueryIndex and their updates; each row with a valid box is in exactly one of three places.
 ///
-/// Most rows are in the main tree. Rows that came or jumped since it was built are beside it: a few on a list, to be
-/// tested one by one, the others in a second tree. Rows that reach beyond kTreeReach are on the list too. So a change
-/// costs no more than a way up a tree, and the list is cleared into the second tree when its scans have cost as much.
+/// Most rows are in the main tree. Rows that were created or teleported since it was built are outside of it: a few on
+/// a list, to be tested one by one, the others in a second tree. Rows that extend beyond kTreeReach are on
+/// the list too. So a change costs no more than the path to the root of a tree, and the list is moved into the second
+/// tree when scans of the list have cost as much.
 ///
-/// Not synchronised: whoever calls sync() sees to it that nobody reads meanwhile, and that one thread at a time calls
-/// sync() or tidy().
+/// Not synchronised: the caller ensures that no thread reads during sync(), and that one thread at a time calls sync()
+/// or tidy().
 class QueryTrees
 {
 public:
@@ -39,42 +41,45 @@ public:
     {
     }
 
-    /// Takes in the changes of the table since the last call.
+    /// Applies the changes of the table since the last call.
     ///
-    /// Cost: sixty scanned boxes per changed row, or about ten per row of the table if that is less; a building (O(n log n))
-    /// when enough rows came, went or wandered since the last. If it throws (std::bad_alloc), the next call builds everything anew.
+    /// Cost: sixty scanned boxes per changed row, or about ten per row of the table if that is less; a rebuild,
+    /// O(n log n), after enough rows were created, destroyed or moved far since the last one. If it throws
+    /// (std::bad_alloc), the next call rebuilds everything.
     void sync(ProxyTable& table);
 
-    /// Puts the listed rows into a new second tree. O(m log m) for m rows beside the main tree.
+    /// Puts the listed rows into a new second tree. O(m log m) for m rows outside the main tree.
     ///
-    /// Others may read the trees meanwhile, provided that the table is as it was at the last sync(): there are two
-    /// sides, and the one that they read stays as it is. It is tidied once at most between two calls of sync().
-    /// If it throws (std::bad_alloc), readers notice nothing, and the next sync() builds everything anew.
+    /// Other threads may read the trees meanwhile, provided that the table has not changed since the last sync():
+    /// second tree and list are double-buffered, and the copy that is being read does not change. One call at most
+    /// between two calls of sync(). If it throws (std::bad_alloc), readers are not affected, and the next sync()
+    /// rebuilds everything.
     void tidy(const ProxyTable& table);
 
-    /// Estimate of what the next sync() costs if as much changed as before the last one, in scanned boxes.
+    /// Estimated cost of the next sync(), in scanned boxes, if as many rows change as before the last one.
     double expectedSyncCost(const ProxyTable& table) const noexcept;
 
-    /// What the first costs for each live row.
+    /// Cost of the first sync() per live row, in scanned boxes.
     static constexpr double kFirstSyncCost = 70.0;
 
-    /// What tidy() costs, in tests of listed rows: these are dearer than those of a scan, because they wait for memory.
+    /// Cost of tidy() in tests of listed rows, which are slower than those of a scan because they wait
+    /// for memory.
     ///
-    /// Taken for less than it is, so that a frame of many queries after many changes loses little before it is bought.
+    /// Underestimated, so that a frame of many queries after many changes loses little before that call.
     static double tidyCost(const QuerySide& side) noexcept;
 
     const Bvh& mainTree() const noexcept { return m_main; }
-    /// The side to read; a query stays with the one that it began with.
+    /// The copy to read; a query uses the same copy from its begin to its end.
     const QuerySide& side() const noexcept { return m_sides[m_current.load(std::memory_order_acquire)]; }
     std::uint64_t buildsTotal() const noexcept { return m_buildsTotal; }
     std::uint64_t syncsTotal() const noexcept { return m_syncsTotal; }
-    /// Rows that went into new trees.
+    /// Rows that were put into new trees.
     std::uint64_t builtRowsTotal() const noexcept { return m_builtRowsTotal; }
     std::uint64_t bytes() const noexcept;
 
 private:
-    // Values of m_places; below them are slots of the main tree.
-    static constexpr std::uint32_t kInSideTree = 0xE0000000u;  // and above: slots of the side's tree
+    // Values of m_places; smaller values are slots of the main tree.
+    static constexpr std::uint32_t kInSideTree = 0xE0000000u;  // and above: slots of the second tree
     static constexpr std::uint32_t kListed = 0xFFFFFFFEu;
     static constexpr std::uint32_t kNowhere = 0xFFFFFFFFu;
 
@@ -96,7 +101,7 @@ private:
     Bvh m_main;
     QuerySide m_sides[2];
     std::atomic<std::uint32_t> m_current{0};
-    std::vector<std::uint32_t> m_places;  // by row: where it is
+    std::vector<std::uint32_t> m_places;  // by row: slot, kListed or kNowhere
     Array<ProxyId> m_changed;
     std::vector<ProxyId> m_left;
     std::uint32_t m_changedCount = 0;

@@ -9,12 +9,12 @@ namespace cullet::box_stream
 {
 namespace
 {
-// As PNG's: a byte above 127, a name, and the line ends that a transfer as text would change.
+// As in PNG: a byte above 127, a name, and the line ends that a transfer as text would change.
 constexpr std::uint8_t kMagic[8] = {0x89, 'C', 'B', 'X', '\r', '\n', 0x1a, '\n'};
 constexpr std::uint32_t kVersion = 1;
 constexpr std::uint32_t kByteOrder = 0x01020304;
 constexpr std::uint8_t kZlib = 1;
-constexpr std::size_t kHeadChecked = kHeadSize - 4;  ///< the checksum comes last
+constexpr std::size_t kHeadChecked = kHeadSize - 4;  ///< all but the checksum at the end
 constexpr std::size_t kBlockChecksumAt = 12;
 
 std::uint32_t checksum(const std::uint8_t* bytes, std::size_t count)
@@ -22,7 +22,7 @@ std::uint32_t checksum(const std::uint8_t* bytes, std::size_t count)
     return static_cast<std::uint32_t>(crc32(crc32(0, nullptr, 0), bytes, static_cast<uInt>(count)));
 }
 
-/// Over the two lengths and the packed bytes: everything of a block but its mark and the checksum itself.
+/// Checksum of the two lengths and the packed bytes: of the whole block except its mark and the checksum itself.
 std::uint32_t blockChecksum(const Bytes& block)
 {
     const std::uint32_t head = checksum(block.data(), kBlockChecksumAt);
@@ -131,7 +131,7 @@ Bytes packBlock(const Bytes& events)
 {
     uLongf packedSize = compressBound(static_cast<uLong>(events.size()));
     Bytes block(kBlockHeadSize + packedSize);
-    // Cannot fail: the buffer is as large as it ever needs.
+    // Cannot fail: the buffer has the largest size that zlib needs.
     compress2(block.data() + kBlockHeadSize, &packedSize, events.data(), static_cast<uLong>(events.size()),
               Z_BEST_SPEED);
     block.resize(kBlockHeadSize + packedSize);
@@ -141,7 +141,7 @@ Bytes packBlock(const Bytes& events)
     put(head, packedSize, 4);
     std::memcpy(block.data(), head.data(), head.size());
     put(head, blockChecksum(block), 4);
-    // Again, now with the checksum.
+    // The head is copied again, now with the checksum.
     std::memcpy(block.data(), head.data(), head.size());
     return block;
 }

@@ -23,7 +23,7 @@ constexpr std::size_t kBlockHeadSize = 16;
 constexpr std::size_t kMaxBlock = std::size_t(1) << 20;  ///< bytes of a block before compression
 constexpr std::uint64_t kUnknownCount = ~std::uint64_t(0);
 
-/// First byte of an event. Set comes in two forms.
+/// First byte of an event. SetSame is Set with an unchanged box.
 enum class Code : std::uint8_t
 {
     Create = 1,
@@ -52,7 +52,7 @@ std::string decodeHead(const std::uint8_t* bytes, BoxStreamInfo& info);
 /// Compresses events into a block with its head. @pre events.size() <= kMaxBlock
 Bytes packBlock(const Bytes& events);
 
-/// What the head of a block promises.
+/// The sizes stored in the head of a block.
 struct BlockHead
 {
     std::size_t unpackedSize = 0;

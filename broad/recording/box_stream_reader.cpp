@@ -53,7 +53,7 @@ struct BoxStreamReader::Parts
         return value;
     }
 
-    /// Bytes of an event after its code; nothing for an unknown code, which is told from Frame before.
+    /// Bytes of an event after its code; 0 for Frame. The caller has rejected unknown codes.
     std::size_t sizeOf(Code code) const
     {
         const std::size_t box = 6 * static_cast<std::size_t>(info.precision);

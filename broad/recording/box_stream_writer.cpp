@@ -42,7 +42,7 @@ struct BoxStreamWriter::Parts
 
     void begin(Code code)
     {
-        // An event is never cut: the largest takes 61 bytes.
+        // An event is never split between blocks: the largest has 61 bytes.
         if (events.size() + 64 > kMaxBlock)
             writeBlock();
         events.push_back(static_cast<std::uint8_t>(code));
@@ -52,13 +52,13 @@ struct BoxStreamWriter::Parts
     void begin(Code code, std::uint32_t id)
     {
         begin(code);
-        // The id after the last one is a row of zeros, which packs best.
+        // The id after the last one is stored as zeros, which compress best.
         put(events, std::uint32_t(id - lastId - 1), 4);
         lastId = id;
         info.ids = std::max(info.ids, id + 1);
     }
 
-    /// Bits that differ from the last box of the id.
+    /// Appends the bits that differ from the last box of the id.
     void putBox(std::uint32_t id, const BoxBits& bits)
     {
         for (std::size_t i = 0; i < bits.size(); ++i)

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 //
-// Body of the flat kernels; each including source is compiled for another instruction set. Each value is rounded once,
-// so every width finds the same pairs.
+// Body of the overlap kernels; each including source is compiled for another instruction set. Each value is rounded
+// once, so every width finds the same pairs.
 #include "cullet/broad/small/overlap_kernels.h"
 
 #if defined(__SSE2__)
@@ -15,7 +15,7 @@ namespace cullet
 
 namespace
 {
-/// The box of one row in all lanes, and what it is tested against.
+/// The box of one row in all lanes, and the arrays of boxes that it is tested against.
 class FlatQuery
 {
 public:
@@ -26,7 +26,7 @@ public:
             m_box[limit] = Lanes::broadcast(*at(limit, row) + (limit % 2 == 0 ? -growth : growth));
     }
 
-    /// Overlaps with the Lanes::kWidth boxes from `column` on.
+    /// Returns a bit for each of the Lanes::kWidth boxes from `column` on: whether it overlaps the box.
     std::uint32_t test(std::uint32_t column) const
     {
         return Lanes::bits(

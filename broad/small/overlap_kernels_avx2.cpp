@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 //
-// Compiled with -mavx2; entered only where the processor has it.
+// Compiled with -mavx2; called only where the processor has it.
 #if defined(__x86_64__)
 #include "cullet/broad/small/overlap_kernels.inl"
 

@@ -38,7 +38,7 @@ catch (const std::bad_alloc&)
 
 void SmallWorldBackend::updateOrThrow(const ProxyView& view)
 {
-    // Other rules concern unmoved pairs too.
+    // A new filter or margin affects pairs of unmoved boxes too.
     const bool areRulesNew = m_hadFilter != (view.filters != nullptr) || m_margin != view.margin;
     m_stats.candidates = 0;
     makeRoom(view.size);
@@ -84,12 +84,12 @@ void SmallWorldBackend::updateAll(const ProxyView& view)
 {
     m_isStale = true;
     loadChanged(view);
-    // The columns before a row have met it already.
+    // The rows before this one have been tested against it already.
     for (std::uint32_t row = 0; row < view.size; ++row)
         updateRow(view, row, row / 64);
 }
 
-/// False, with nothing done, when shells do not pay any more.
+/// Returns false, with no pair updated, when skins do not pay any more.
 bool SmallWorldBackend::updateInShells(const ProxyView& view)
 {
     if (!m_shells.update(view))
@@ -142,7 +142,7 @@ void SmallWorldBackend::loadChanged(const ProxyView& view)
     m_isStale = false;
 }
 
-/// Keeps what is held.
+/// Enlarges the arrays and the matrix, and keeps their contents.
 void SmallWorldBackend::makeRoom(std::uint32_t rows)
 {
     if (rows <= m_stride)
@@ -198,7 +198,7 @@ void SmallWorldBackend::updateRow(const ProxyView& view, std::uint32_t row, std:
     m_stats.candidates += 64 * (words - firstWord);
 }
 
-/// A pair that overlaps and is not held, or is held and does not overlap.
+/// Updates a pair that overlaps and is not held, or is held and does not overlap.
 void SmallWorldBackend::examine(const ProxyView& view, std::uint32_t row, std::uint32_t column)
 {
     const Aabb& a = view.boxes[row];

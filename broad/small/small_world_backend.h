@@ -12,11 +12,11 @@
 
 namespace cullet
 {
-/// All boxes in six flat arrays and the pairs as a matrix of bits: what is fastest for a few hundred boxes.
+/// All boxes in six arrays and the held pairs as a bit matrix: the fastest method for a few hundred boxes.
 ///
-/// Each changed box is tested against all others, 4 to 16 at a time, and the bits found are compared with the bits held.
-/// No structure is kept up to date, so that a few movers cost nothing else. Where most boxes move and stay where they are,
-/// those inside their shells (SmallWorldSkins) are not tested.
+/// Each changed box is tested against all others, 4 to 16 at a time, and the bits found are compared with the bits
+/// held. No further structure has to be updated, so a few moving boxes cost nothing else. Where most boxes move but
+/// stay close to where they are, boxes inside their skins (SmallWorldSkins) are not tested.
 ///
 /// Cost: changed rows * rows / 16 steps, half of it when all changed. Memory: 54 bytes a row, and rows^2 / 8.
 class SmallWorldBackend final : public Backend
@@ -56,16 +56,16 @@ private:
     void flip(std::uint32_t row, std::uint32_t column);
 
     const OverlapKernels& m_kernels;
-    std::uint32_t m_stride = 0;          ///< columns that there is room for, a multiple of 64
+    std::uint32_t m_stride = 0;          ///< rows that the arrays have memory for, a multiple of 64
     std::vector<float> m_limits;         ///< [6 * stride], see FlatBoxes
     std::vector<std::uint64_t> m_held;   ///< [stride * stride / 64] both halves of the symmetric matrix
-    std::vector<std::uint64_t> m_found;  ///< [stride / 64] overlaps of the row at hand
+    std::vector<std::uint64_t> m_found;  ///< [stride / 64] overlaps of the row that is being tested
     std::vector<std::uint32_t> m_ids;    ///< [rows] as of the last update
     Pairs m_known;                       ///< given to restart()
     bool m_isRestarted = true;
-    bool m_hadFilter = false;  ///< the rules of the last update
+    bool m_hadFilter = false;  ///< whether the last update had filters
     float m_margin = 0;
-    bool m_isStale = false;  ///< boxes that moved inside their shells were not loaded
+    bool m_isStale = false;  ///< boxes that moved inside their skins were not loaded
     SmallWorldSkins m_shells;
     std::vector<std::uint64_t> m_added;    ///< keys
     std::vector<std::uint64_t> m_removed;  ///< keys

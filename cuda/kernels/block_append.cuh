@@ -13,9 +13,9 @@ namespace cullet::psap
 {
 inline constexpr unsigned kEmitThreads = 128;
 
-/// Writes pairs that a warp holds in shared memory to a list, as far as there is room; all its lanes call.
+/// Writes pairs of a warp from shared memory to a list, as far as the list has room; all lanes of the warp call.
 ///
-/// @param pairAt(k) gives the k-th as it lies in memory: as two numbers, it would be written twice
+/// @param pairAt(k) returns pair k as a uint2: as two numbers, it would be stored in two steps
 template <class PairAt>
 __device__ void writeTogether(const PairList& list, std::uint64_t place, unsigned count, const PairAt& pairAt)
 {
@@ -27,9 +27,9 @@ __device__ void writeTogether(const PairList& list, std::uint64_t place, unsigne
     }
 }
 
-/// The same for the next places.
+/// Appends pairs of a warp to a list; all its lanes call.
 ///
-/// @return where the first one was put
+/// @return place of the first pair
 template <class PairAt>
 __device__ std::uint64_t appendTogether(const PairList& list, unsigned count, const PairAt& pairAt)
 {
@@ -41,7 +41,8 @@ __device__ std::uint64_t appendTogether(const PairList& list, unsigned count, co
     return place;
 }
 
-/// How many of some lanes of a warp come before this one. A special register tells which: no other is kept for that.
+/// Number of the given lanes that precede this one. The mask of preceding lanes is a special register, so that it
+/// needs no other one.
 __device__ inline std::uint32_t countBefore(std::uint32_t lanes)
 {
     std::uint32_t before = 0;
@@ -49,10 +50,10 @@ __device__ inline std::uint32_t countBefore(std::uint32_t lanes)
     return __popc(lanes & before);
 }
 
-/// What a step sees of its list on the GPU where the lanes of a warp go together: no lane asks for a place, the votes of
-/// all tell it. A full buffer is written out, so that a small one is enough and more of the cache is left.
+/// The emitter of steps whose lanes append together: a ballot gives each lane its place in the buffer of the warp. A
+/// full buffer is written to the list, so that a small one suffices, which leaves more of the L1 cache.
 ///
-/// @tparam kPairs that a warp has room for
+/// @tparam kPairs capacity of the buffer of a warp
 /// @tparam List   PairList, or DepthList
 template <unsigned kPairs = 128, class List = PairList>
 struct TogetherEmitter
@@ -60,14 +61,14 @@ struct TogetherEmitter
     static constexpr bool kHasDepths = std::is_same_v<List, DepthList>;
     static constexpr unsigned kRoom = kPairs;
     static constexpr unsigned kSlots =
-        kHasDepths ? kRoom + kRoom / 2 : kRoom;  ///< that they take, with depths
+        kHasDepths ? kRoom + kRoom / 2 : kRoom;  ///< size in pairs, including depths
     static constexpr unsigned kAll = 0xffffffffu;
 
     std::uint32_t buffer;  ///< [kRoom] pairs of the warp, then their depths: an address in shared memory
-    unsigned held;         ///< in the buffer, the same in all lanes
+    unsigned held;         ///< number of pairs in the buffer, the same in all lanes
     List list;
 
-    /// @param room [kSlots] of the warp
+    /// @param room [kSlots] buffer of the warp
     __device__ TogetherEmitter(const RowPair* room, const List& whole)
         : buffer(addressInShared(room)), held(0), list(whole)
     {
@@ -88,13 +89,13 @@ struct TogetherEmitter
         if (held > kRoom - 32)
             flush();
     }
-    /// Writes out what there is.
+    /// Writes the rest of the buffer to the list.
     __device__ void finish()
     {
         if (held != 0)
             flush();
     }
-    /// The same, to places that somebody has asked for.
+    /// As finish(), to places that have been claimed already.
     __device__ void finishAt(std::uint64_t place)
     {
         __syncwarp();
@@ -135,16 +136,16 @@ private:
     __device__ static const PairList& pairsOf(const DepthList& pairs) { return pairs.pairs; }
 };
 
-/// The same for a step that keeps some of what it finds for a while.
+/// A BallotEmitter with a buffer of candidates for each lane.
 template <unsigned kPairs = 128>
 struct KeepingEmitter : TogetherEmitter<kPairs>
 {
     static constexpr std::uint32_t kMostKept = 8;
     static constexpr std::uint32_t kStride = sizeof(std::uint32_t) * kEmitThreads;
 
-    std::uint32_t firstKept, endOfKept;  ///< of this lane: addresses in shared memory, kStride apart
+    std::uint32_t firstKept, endOfKept;  ///< buffer of the lane: addresses in shared memory, kStride apart
 
-    /// @param room [kMostKept * kEmitThreads] of the block
+    /// @param room [kMostKept * kEmitThreads] buffers of the block
     __device__ KeepingEmitter(const RowPair* pairs, const std::uint32_t* room, const PairList& whole)
         : TogetherEmitter<kPairs>(pairs, whole),
           firstKept(addressInShared(room + threadIdx.x)),
@@ -163,8 +164,8 @@ struct KeepingEmitter : TogetherEmitter<kPairs>
     __device__ std::uint32_t kept(std::uint32_t k) const { return loadShared(firstKept + k * kStride); }
     __device__ void dropKept() { endOfKept = firstKept; }
 
-    /// Appends the pairs of `row` and what this lane keeps, which are rows. All have their places at once, so that none is held
-    /// back for more.
+    /// Appends the pairs of `row` and each kept row of this lane. The warp claims places for all of them at once, so
+    /// that no lane waits for others that have more.
     __device__ void appendKept(std::uint32_t row)
     {
         const std::uint32_t count = keptCount();

@@ -29,7 +29,7 @@ namespace cullet::psap
 {
 /// Runs the steps of a pipeline on one CUDA device, on one stream.
 ///
-/// Every call is checked and throws ExecutorFailure. Nothing waits but wait() and uploadNow().
+/// Every call is checked and throws ExecutorFailure. Only wait() and uploadAndWait() wait.
 class CudaExec
 {
 public:
@@ -38,7 +38,7 @@ public:
     template <class T>
     using Staging = PinnedBuffer<T>;
 
-    /// Makes the executor's device the current one of this thread, and puts the old one back.
+    /// Makes the executor's device the current one of this thread, and restores the previous one.
     class Use
     {
     public:
@@ -56,7 +56,7 @@ public:
         int m_before = 0;
     };
 
-    /// @param stream runs there; null: on a stream of its own
+    /// @param stream stream for all work; null: a stream of its own
     explicit CudaExec(const PsapOptions& options, cudaStream_t stream = nullptr)
         : m_device(options.device),
           m_stream(stream),
@@ -88,13 +88,13 @@ public:
 
     cudaStream_t stream() const { return m_stream; }
 
-    /// Makes room for at least `count` elements. What was there may be lost.
+    /// Makes room for at least `count` elements. Does not preserve the contents.
     template <class T, class Memory>
     void reserve(ExecutorBuffer<T, Memory>& buffer, std::uint64_t count)
     {
         if (count <= buffer.size())
             return;
-        // Growing by half at least: worlds grow body by body. Nothing on a stream may still use the old memory.
+        // Grows by at least a half: worlds grow body by body. No stream may still use the old memory.
         const std::uint64_t room = std::max(count, buffer.size() + buffer.size() / 2);
         if (buffer.size() != 0)
         {
@@ -104,7 +104,7 @@ public:
         buffer.allocate(room, &m_bytes);
     }
 
-    /// The same, but the first `used` elements stay.
+    /// As reserve(), but preserves the first `used` elements.
     template <class T>
     void reserveKeeping(DeviceBuffer<T>& buffer, std::uint64_t count, std::uint64_t used)
     {
@@ -117,7 +117,7 @@ public:
         buffer = std::move(larger);
     }
 
-    /// Gives memory back that nothing launched from now on uses.
+    /// Frees memory that no work launched from now on uses.
     template <class T, class Memory>
     void release(ExecutorBuffer<T, Memory>& buffer)
     {
@@ -137,8 +137,8 @@ public:
         transfer(to, from, count * sizeof(T), cudaMemcpyHostToDevice);
         m_bytesMoved += count * sizeof(T);
     }
-    /// Whether upload() may read that memory directly and download() write there, with nobody else changing it before the next
-    /// wait().
+    /// Whether upload() may read that memory directly, and download() write it. Nothing else may change it before the
+    /// next wait().
     ///
     /// @param memory [count] from BoxAllocator
     template <class T>
@@ -146,8 +146,8 @@ public:
     {
         return lockPages(memory, count * sizeof(T));
     }
-    /// Uploads in parts, on a stream of their own: what is launched meanwhile does not wait for them, nor they for what was
-    /// launched since the last wait(), which must not use that memory.
+    /// Uploads in parts, on a stream of their own. Work launched meanwhile does not wait for them. They do not wait
+    /// for work launched since the last wait(), which must not use that memory.
     template <class T>
     void uploadParts(T* to, const T* from, std::uint64_t count, std::uint64_t part)
     {
@@ -161,15 +161,15 @@ public:
         }
         m_bytesMoved += count * sizeof(T);
     }
-    /// Locked memory of the CPU as steps may read it, until the next wait().
+    /// The address at which steps may read locked memory of the CPU until the next wait().
     ///
-    /// @param count read in one launch
+    /// @param count number of elements that one launch reads, for the statistics
     template <class T>
     const T* mapped(const T* memory, std::uint64_t count)
     {
         return mappedForWriting(const_cast<T*>(memory), count);
     }
-    /// The same for what steps write.
+    /// The address at which steps may write locked memory of the CPU until the next wait().
     template <class T>
     T* mappedForWriting(T* memory, std::uint64_t count = 1)
     {
@@ -178,9 +178,9 @@ public:
         CULLET_CUDA_TRY(cudaHostGetDevicePointer(&address, memory, 0));
         return static_cast<T*>(address);
     }
-    /// What is launched from now on waits for that part.
+    /// Makes all work launched from now on wait for that part.
     void awaitPart(std::uint64_t part) { m_parts.await(m_stream, part); }
-    /// From any memory of the CPU, which may change as soon as this returns.
+    /// Uploads from any memory of the CPU, which may change as soon as this returns.
     template <class T>
     void uploadNow(T* to, const T* from, std::uint64_t count)
     {
@@ -201,7 +201,8 @@ public:
     }
     void wait() { CULLET_CUDA_TRY(cudaStreamSynchronize(m_stream)); }
 
-    /// Runs steps on a stream of their own, after what was there at the last fork(), beside what follows, for some updates maybe.
+    /// Runs steps on the side stream: after all that was launched before the last fork(), concurrently with what is
+    /// launched later, possibly for several updates.
     void fork() { m_side.fork(m_stream); }
     template <class Body>
     void aside(const Body& body)
@@ -209,15 +210,15 @@ public:
         const Elsewhere elsewhere(m_stream, m_side.stream());
         body();
     }
-    /// What follows waits for them.
+    /// Makes all work launched from now on wait for the side stream.
     void join() { m_side.join(m_stream); }
     bool isAsideDone() const { return m_side.isDone(); }
 
-    /// awaitMark() waits for what the stream was given before this, and for nothing behind it.
+    /// awaitMark() waits for all that was launched before mark(), and for nothing after it.
     void mark() { m_mark.record(m_stream); }
     void awaitMark() { m_mark.wait(); }
 
-    /// Waits for what a failed update has left behind, so that it does not write into the next one.
+    /// Waits for the work of a failed update, so that it does not write into the next one.
     void drain() noexcept
     {
         cudaStreamSynchronize(m_stream);
@@ -226,9 +227,9 @@ public:
         cudaGetLastError();
     }
 
-    /// What the stream gets from now on belongs to the stage; null: to none.
+    /// Begins a stage, which all later work on the stream belongs to; null: no stage.
     void beginStage(const char* name) { m_stages.begin(name, m_stream); }
-    /// Forgets the stages of an update that failed.
+    /// Discards the stages of a failed update.
     void dropStages() noexcept { m_stages.drop(); }
     /// The stages since the last call; waits for them.
     void takeStages(Array<StageTime>& stages) { m_stages.take(stages); }
@@ -241,7 +242,7 @@ public:
     template <class Step>
     void forEachFrom(std::uint64_t begin, std::uint64_t end, const Step& step)
     {
-        // Steps of some indices run beside others, and should take no more of their registers than they need.
+        // Steps with few indices run beside others, and should use no more registers than necessary.
         if (begin < end)
             launch(runStep<Step>, end - begin, end - begin <= 32 ? 32 : m_blockThreads, begin, end, step);
     }
@@ -266,7 +267,7 @@ public:
 
     void placeInTiles(const PlaceInTiles& step)
     {
-        // With more tiles, more boxes for each of them; in a small world enough blocks for the device.
+        // With more tiles, more boxes per block; in a small world enough blocks for the device.
         if (step.shape.tiles > kFewTiles)
             placeByBlocks<1024, 4, 1>(step);
         else if (step.count <= kFewBoxes)
@@ -300,7 +301,7 @@ public:
     template <class Step>
     void forEachParted(std::uint64_t count, const Step& step, const DepthList& first, const PairList& second)
     {
-        // Fewer have no time to lose, and multiprocessors to spare.
+        // Below this, one item per lane: latency counts, and there are idle multiprocessors.
         if (count < kManyShort)
             launch(runParted<1, Step>, count, kEmitThreads, count, step, first, second);
         else
@@ -321,7 +322,7 @@ public:
     template <class Step>
     void forEachSifted(std::uint64_t count, const Step& step, const PairLists<2>& lists)
     {
-        // As many warps as there is room for: each has its own that wait.
+        // As many warps as the device holds at once: each queues its undecided items.
         const std::uint64_t lanes = (count + kEachSifted - 1) / kEachSifted;
         const std::uint64_t most = std::uint64_t{m_multiprocessors} * kSiftedBlocks * kSiftThreads;
         launch(runSifted<kEachSifted, Step>, std::min(lanes, most), kSiftThreads, count, step, lists);
@@ -388,12 +389,12 @@ public:
     }
 
     std::uint64_t bytes() const { return m_bytes; }
-    /// Between CPU and device, since the last call.
+    /// Bytes copied between CPU and device since the last call.
     std::uint64_t takeBytesMoved() { return std::exchange(m_bytesMoved, 0); }
     std::uint64_t takeTestCount() { return 0; }  ///< not counted here: it would cost time
 
 private:
-    /// Makes a stream another one for a while.
+    /// Replaces a stream by another one until the end of the scope.
     class Elsewhere
     {
     public:
@@ -410,7 +411,7 @@ private:
         cudaStream_t m_before;
     };
 
-    /// Whole warps, as many as a block may have. @param asked 0: the most
+    /// Threads of a block, in whole warps. @param asked requested number; 0: the most
     static unsigned blockThreads(std::uint32_t asked)
     {
         return asked == 0 ? kMostThreads : std::clamp(asked / 32 * 32, 32u, kMostThreads);
@@ -443,7 +444,7 @@ private:
     static constexpr std::uint64_t kManyShort = 1u << 18;
     static constexpr std::uint32_t kFewTiles = 2048;
     static constexpr std::uint64_t kFewBoxes = 3u << 16;
-    static constexpr std::uint32_t kStaticShared = 1024;  ///< at most, beside what a launch asks for
+    static constexpr std::uint32_t kStaticShared = 1024;  ///< static shared memory of a kernel, at most
 
     template <unsigned kThreads, unsigned kPerThread, unsigned kBlocks>
     void placeByBlocks(const PlaceInTiles& step)
@@ -461,7 +462,7 @@ private:
     cudaStream_t m_stream;
     cudaStream_t m_ownStream = nullptr;
     unsigned m_blockThreads;
-    std::uint32_t m_sharedBytes = 0;  ///< that a block may have
+    std::uint32_t m_sharedBytes = 0;  ///< most shared memory of a block
     std::uint32_t m_multiprocessors = 0;
     bool m_canLaunchEarly = false;
     std::uint64_t m_bytes = 0;

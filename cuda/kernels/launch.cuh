@@ -8,16 +8,16 @@
 
 #include <cstdint>
 
-/// How kernels are put on a stream.
+/// Functions that launch kernels on a stream.
 namespace cullet::psap
 {
-/// As many as it takes for a thread per index.
+/// Number of blocks for a thread per index.
 inline unsigned blocksFor(std::uint64_t indices, unsigned threads)
 {
     return static_cast<unsigned>((indices + threads - 1) / threads);
 }
 
-/// A thread per index; no launch for none.
+/// Launches a thread per index; launches nothing for no index.
 template <class... Parameters, class... Arguments>
 void launch(cudaStream_t stream, void (*kernel)(Parameters...), std::uint64_t indices, unsigned threads,
             const Arguments&... arguments)
@@ -28,9 +28,9 @@ void launch(cudaStream_t stream, void (*kernel)(Parameters...), std::uint64_t in
     CULLET_CUDA_TRY(cudaGetLastError());
 }
 
-/// Blocks with some shared memory.
+/// Launches blocks with dynamic shared memory.
 ///
-/// @param bytes of it for each
+/// @param bytes shared memory of a block
 template <class... Parameters, class... Arguments>
 void launchShared(cudaStream_t stream, void (*kernel)(Parameters...), std::uint64_t blocks, unsigned threads,
                   std::uint32_t bytes, const Arguments&... arguments)
@@ -41,7 +41,7 @@ void launchShared(cudaStream_t stream, void (*kernel)(Parameters...), std::uint6
     CULLET_CUDA_TRY(cudaGetLastError());
 }
 
-/// Whether a device and its driver know launchEarly(), recorded too.
+/// Whether device and driver support launchDependent(), also in a recorded graph.
 inline bool canLaunchEarly(int device)
 {
     int driver = 0;
@@ -51,10 +51,10 @@ inline bool canLaunchEarly(int device)
     return CUDART_VERSION >= 12030 && driver >= 12030 && major >= 9;
 }
 
-/// As launch(), for a kernel that calls awaitBefore(): its blocks come onto the device as soon as all of the launch before are
-/// there or gone (programmatic dependent launch), instead of when it is over.
+/// As launch(), for a kernel that calls syncGridDependency(). Its blocks start as soon as all blocks of the previous
+/// launch have started or ended (programmatic dependent launch), instead of when that launch is complete.
 ///
-/// @pre canLaunchEarly()
+/// @pre canLaunchDependent()
 template <class... Parameters, class... Arguments>
 void launchEarly(cudaStream_t stream, void (*kernel)(Parameters...), std::uint64_t indices, unsigned threads,
                  const Arguments&... arguments)
@@ -77,7 +77,8 @@ void launchEarly(cudaStream_t stream, void (*kernel)(Parameters...), std::uint64
 #endif
 }
 
-/// In a kernel: waits until all launched before it is over and can be read, as before any kernel that was not launched early.
+/// In a kernel: waits until all previous launches are complete and their results visible, as at the start of any
+/// kernel not launched by launchDependent().
 __device__ inline void awaitBefore()
 {
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900
@@ -85,7 +86,7 @@ __device__ inline void awaitBefore()
 #endif
 }
 
-/// In a kernel: this block does not keep the blocks of a launchEarly() behind it from coming.
+/// In a kernel: lets the blocks of a following launchDependent() start, as far as this block is concerned.
 __device__ inline void letNextStart()
 {
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 900

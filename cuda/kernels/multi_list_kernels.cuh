@@ -7,31 +7,31 @@
 
 #include <cstdint>
 
-/// The kernels that run a step for each index that sends pairs to several lists, whose blocks ask for places together.
+/// The kernels for steps that append pairs to several lists. The warps of a block claim places together.
 namespace cullet::psap
 {
-inline constexpr unsigned kSentBlocks = 8;  ///< on a multiprocessor
-/// Threads of a block that sifts: the more, the fewer ask for places.
+inline constexpr unsigned kSentBlocks = 8;  ///< blocks per multiprocessor
+/// Threads of a block of runCompacted(): the more, the fewer atomics.
 inline constexpr unsigned kSiftThreads = 256;
-/// On a multiprocessor: Turing's holds 1,024 threads, later ones 1,536 and more.
+/// Blocks per multiprocessor: Turing's holds 1,024 threads, later ones 1,536 and more.
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ < 800
 inline constexpr unsigned kSiftedBlocks = 4;
 #else
 inline constexpr unsigned kSiftedBlocks = 6;
 #endif
 
-/// Places in some lists for the pairs of a block, which asks for all of them together: the device serves those who ask for places in one
-/// list one after the other.
+/// Places in several lists for the pairs of a block, claimed together: atomics on the counter of a list are served
+/// one after the other.
 template <unsigned kWarps, std::uint32_t kLists>
 struct BlockPlaces
 {
-    std::uint32_t counts[kLists][kWarps];  ///< of the warps before
+    std::uint32_t counts[kLists][kWarps];  ///< pairs of the previous warps
     std::uint64_t firsts[kLists];
 
-    /// By all of the block. @param own pairs of the warp, for each list
+    /// Called by all threads of the block. @param own pairs of the warp, for each list
     __device__ void claim(const std::uint32_t (&own)[kLists], const PairLists<kLists>& lists)
     {
-        // Not by an index, here and below: that would put the arrays into memory.
+        // Unrolled instead of indexed, here and below: indexing would place the arrays in local memory.
 #pragma unroll
         for (unsigned list = 0; list < kLists; ++list)
         {
@@ -58,7 +58,7 @@ private:
         return count;
     }
 
-    /// By a lane for each list: one after the other would wait for each answer.
+    /// Called by one lane for each list, so that the atomics overlap.
     __device__ void claimFor(unsigned list, std::uint64_t* count)
     {
         std::uint32_t total = 0;
@@ -72,10 +72,10 @@ private:
     }
 };
 
-/// Runs a step for each index that sends a pair to some of two or three lists, or to none. A block asks for places in all lists together, and reads
-/// what its lanes need of all their pairs before it waits for any of it.
+/// Runs a step for each index; its verdict appends a pair to some of two or three lists. A block claims places in all
+/// lists together, and loads what its lanes need for all their pairs before it uses any of it.
 ///
-/// @tparam kEach pairs of a lane
+/// @tparam kPerLane pairs of a lane
 template <unsigned kEach, class Step, std::uint32_t kLists>
 __global__ void __launch_bounds__(kEmitThreads, kSentBlocks)
     runSent(std::uint64_t end, const Step step, const PairLists<kLists> lists)
@@ -96,7 +96,7 @@ __global__ void __launch_bounds__(kEmitThreads, kSentBlocks)
 #pragma unroll
     for (unsigned k = 0; k < kEach; ++k)
         verdicts[k] = step(items[k]);
-        // Not before: what is stored might be what others are to read.
+        // Not earlier: other indices might still read what is stored.
 #pragma unroll
     for (unsigned k = 0; k < kEach; ++k)
     {
@@ -131,10 +131,10 @@ __global__ void __launch_bounds__(kEmitThreads, kSentBlocks)
     }
 }
 
-/// The same for a step that sends few pairs, to two lists, and most of whose indices are done at once: those that take longer wait
-/// until the warp has one for each lane.
+/// As runMultiAppend(), for a step that appends few pairs to two lists and decides most indices at once. The
+/// undecided ones are compacted: the warp queues them until it has one for each lane.
 ///
-/// @tparam kEach indices of a lane that are read together
+/// @tparam kPerLane indices of a lane that are loaded together
 template <unsigned kEach, class Step>
 __global__ void __launch_bounds__(kSiftThreads, kSiftedBlocks)
     runSifted(std::uint64_t end, const Step step, const PairLists<2> lists)

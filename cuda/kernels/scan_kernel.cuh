@@ -6,17 +6,18 @@
 
 #include <cstdint>
 
-/// The kernel that sums up what one block can.
+/// The kernel for scans that fit into one block.
 namespace cullet::psap
 {
 inline constexpr unsigned kScanThreads = 1024;
-/// One block sums up so many in the time that CUB's two launches take to start.
+/// One block scans so many elements in the time that CUB's two launches take to start.
 inline constexpr unsigned kMostPerThread = 16;
 inline constexpr std::uint64_t kMostInBlock = kMostPerThread * kScanThreads;
 
-/// out[i] = sum of in[0 .. i-1]. Each warp has a part, whose lanes lie side by side; it asks for all of it before it waits.
+/// out[i] = sum of in[0 .. i-1]. Each warp has a contiguous part, whose elements are interleaved over its lanes; it
+/// loads all of them before it uses any.
 ///
-/// @tparam kEach of a thread
+/// @tparam kPerLane elements of a thread
 template <unsigned kEach, class T>
 __global__ void __launch_bounds__(kScanThreads) scanInBlock(const T* in, T* out, unsigned count)
 {

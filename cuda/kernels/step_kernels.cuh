@@ -12,8 +12,9 @@
 /// The kernels that run a step for each index.
 namespace cullet::psap
 {
-inline constexpr unsigned kMostThreads = 256;  ///< in a block of runStep()
-/// On a multiprocessor: more lanes to wait with, fewer registers. Turing's holds 1,024 threads, later ones 1,536 and more.
+inline constexpr unsigned kMostThreads = 256;  ///< of a block of runStep()
+/// Blocks per multiprocessor: more warps to hide latency, fewer registers. Turing's holds 1,024 threads, later ones
+/// 1,536 and more.
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ < 800
 inline constexpr unsigned kTogetherBlocks = 8;
 inline constexpr unsigned kGroupedBlocks = 8;
@@ -21,14 +22,14 @@ inline constexpr unsigned kGroupedBlocks = 8;
 inline constexpr unsigned kTogetherBlocks = 12;
 inline constexpr unsigned kGroupedBlocks = 10;
 #endif
-/// More registers, where a small world's blocks run all at once.
+/// Fewer blocks, and so more registers, where all blocks of a small world run at once.
 inline constexpr unsigned kDealtBlocks = 8;
-/// Pairs that a warp of a search by rows has room for: more make it ask for places less often, and leave less of the cache.
+/// Capacity of the buffer of a warp, in pairs: a larger one needs fewer atomics, and leaves less L1 cache.
 inline constexpr unsigned kPairsOfRows = 192;
 inline constexpr unsigned kPairsOfGroups = 192;
-inline constexpr unsigned kWarpBuffer = 384;  ///< pairs that a warp keeps before they go to the list
+inline constexpr unsigned kWarpBuffer = 384;  ///< capacity of the buffer of a warp, in pairs
 
-/// Whether a launch behind the step may come early, as the step itself says.
+/// Whether a launch after the step may start early, as declared by the step.
 template <class Step, class = void>
 inline constexpr bool kLetsNextStart = false;
 template <class Step>
@@ -46,7 +47,8 @@ __global__ void __launch_bounds__(kMostThreads)
         step(i);
 }
 
-/// What a step sees of its list on the GPU: room for some pairs of its warp, which then take one atomic together.
+/// The emitter of steps whose lanes append independently: a buffer in shared memory, whose pairs are appended to the
+/// list with one atomic per warp.
 struct WarpEmitter
 {
     RowPair* buffer;
@@ -100,11 +102,11 @@ __global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
     emit.finish();
 }
 
-/// The same for a step with two lists, so short that most of it would be asking for places: the device serves those who ask
-/// for places in one list one after the other, in more than a nanosecond.
+/// As runAppendWarp(), for a step with two lists that is so short that atomics would dominate: atomics on the counter
+/// of a list are served one after the other, each in more than a nanosecond.
 ///
-/// @tparam kEach indices that a lane takes, every 32nd: a warp has room for as many pairs of the first list. Of the second
-///         there are mostly few.
+/// @tparam kPerLane indices of a lane, 32 apart. The buffer of a warp holds as many pairs of the first list; the
+///     second list usually gets few pairs.
 template <unsigned kEach, class Step>
 __global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
     runParted(std::uint64_t end, const Step step, const DepthList first, const PairList second)
@@ -135,13 +137,13 @@ __global__ void __launch_bounds__(kEmitThreads, kTogetherBlocks)
 
 using GroupedPairs = TogetherEmitter<kPairsOfGroups>;
 
-/// The same where the lanes of a warp are a group.
+/// The emitter of steps whose lanes cooperate.
 template <class Room>
 struct GroupEmitter : GroupedPairs
 {
     static constexpr std::uint32_t kLanes = 32;
 
-    Room* shared;  ///< of the warp
+    Room* shared;  ///< scratch memory of the warp
 
     __device__ GroupEmitter(const GroupedPairs& emitter, Room* room) : GroupedPairs(emitter), shared(room) {}
 
@@ -173,7 +175,8 @@ struct GroupEmitter : GroupedPairs
         return fromOrdered(leastOf(ordered(value)));
     }
 
-    /// Appends pairAt(k) for the bits k of each lane. Lanes write theirs side by side, so that none waits for a vote on each.
+    /// Appends pairAt(k) for each bit k that is set, in each lane. Lanes write their pairs to consecutive places,
+    /// without a ballot for each pair.
     template <class PairAt>
     __device__ void appendEach(std::uint32_t bits, const PairAt& pairAt)
     {
@@ -202,7 +205,7 @@ private:
             append(bits != 0, bits != 0 ? pairAt(lowestBit(bits)) : RowPair{});
     }
 
-    /// Ordered as the float is.
+    /// The bits of a float as an integer with the same order.
     __device__ static int ordered(float value)
     {
         const int bits = __float_as_int(value);
@@ -237,8 +240,8 @@ __global__ void __launch_bounds__(kEmitThreads, kGroupedBlocks)
     emit.finish();
 }
 
-/// The same where a block deals out the slots of as many bins as it has lanes for: most bins have none or one, and lanes
-/// that keep to a bin would wait for those with more.
+/// As runAppendWarp(), for bins: a block distributes the slots of its bins over its lanes. Most bins have no record
+/// or one, and lanes with a bin each would wait for those with more.
 template <std::uint32_t kSharers, class Step>
 __global__ void __launch_bounds__(kEmitThreads, kDealtBlocks)
     runDealt(std::uint32_t bins, const Step step, const PairList list)
@@ -261,7 +264,7 @@ __global__ void __launch_bounds__(kEmitThreads, kDealtBlocks)
     awaitBefore();
     KeepingEmitter<> emit(buffers[threadIdx.x / 32], kept, list);
 
-    // In any order: a scan would take more instructions, of which every warp has only some hundred to do.
+    // In any order: a scan would take more instructions, and each warp executes only some hundred.
     const std::uint32_t count = isBin ? step.countOf(bin) : 0;
     const std::uint32_t first = count != 0 ? atomicAdd(&slotCount, count) : 0;
 #pragma unroll 1

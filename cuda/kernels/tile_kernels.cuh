@@ -9,11 +9,11 @@
 
 #include <cstdint>
 
-/// The steps of the search with tiles, a block of threads for some thousand boxes or for a tile. The shared memory that
-/// they take depends on the plan.
+/// The kernels of the search with tiles: a block of threads processes some thousand boxes, or a tile. Their dynamic
+/// shared memory depends on the plan.
 namespace cullet::psap
 {
-/// Shared memory, dealt out from the front.
+/// Allocates from a block of shared memory, front to back.
 class SharedMemory
 {
 public:
@@ -37,8 +37,9 @@ private:
     unsigned char* m_bytes;
 };
 
-/// Puts kThreads * kPerThread boxes into their tiles: ranks them by tile in shared memory, asks each tile for as many places
-/// as it needs, and writes. First each box where it begins, then those that reach farther, all threads together.
+/// Writes kThreads * kPerThread boxes into their tiles: ranks them by tile in shared memory, claims as many places in
+/// each tile as necessary, and writes. First each box in the tile where it begins, after that the boxes that extend
+/// into further tiles, distributed over all threads.
 template <unsigned kThreads, unsigned kPerThread>
 class TilePlacing
 {
@@ -49,8 +50,8 @@ public:
     /// A record of a box in a tile where it does not begin.
     struct alignas(8) Extra
     {
-        std::uint32_t place;  ///< tile and rank
-        std::uint32_t code;   ///< number among those that reach farther, and axes along which it begins
+        std::uint32_t place;  ///< tile, and rank in it
+        std::uint32_t code;   ///< index in m_wide, and axes along which the box begins in the tile
     };
 
     static std::uint32_t sharedBytes(std::uint32_t tiles)
@@ -116,8 +117,8 @@ private:
         }
     }
 
-    /// The same axes. Known to be the same for all boxes, each order of them would get a loop of its own, thousands of
-    /// instructions.
+    /// The same axes, hidden from the compiler. It would otherwise generate a loop of thousands of instructions for
+    /// each order of the axes.
     __device__ static Axes unforeseen(Axes axes)
     {
         asm volatile("" : "+r"(axes.s), "+r"(axes.u), "+r"(axes.v));
@@ -204,15 +205,15 @@ private:
     }
 
     const PlaceInTiles& m_step;
-    std::uint8_t* m_ofStep;   ///< as TilePlan has it
-    std::uint32_t* m_counts;  ///< [tiles] records of the block
-    std::uint32_t* m_bases;   ///< [tiles] where the block's records begin
-    std::uint32_t* m_found;   ///< boxes that reach farther, and records that they take there
+    std::uint8_t* m_ofStep;   ///< copy of TilePlan::ofStep
+    std::uint32_t* m_counts;  ///< [tiles] number of the block's records
+    std::uint32_t* m_bases;   ///< [tiles] first place of the block's records
+    std::uint32_t* m_found;   ///< number of boxes in several tiles, and of their further records
     Extra* m_extras;
-    RowRecord* m_wide;  ///< boxes that reach farther
+    RowRecord* m_wide;  ///< boxes in several tiles
 };
 
-/// Warps on a multiprocessor, for which registers are limited. Turing's holds 32, later ones 48 and more.
+/// Warps per multiprocessor, which limits the registers. Turing's holds 32, later ones 48 and more.
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ < 800
 inline constexpr unsigned kTileWarps = 32;
 #else
@@ -227,8 +228,8 @@ __global__ void __launch_bounds__(kThreads, kBlocks) placeInTiles(const PlaceInT
     TilePlacing<kThreads, kPerThread>(step, SharedMemory(tileMemory))();
 }
 
-/// Searches a tile: sorts its boxes by cell in shared memory, then goes through what is around each of them there. Boxes
-/// that may meet are put in a queue of the warp, and looked at exactly when there are as many as it has lanes.
+/// Searches a tile: sorts its boxes by cell in shared memory, and tests each against the boxes around it there. Pairs
+/// that may overlap are queued by the warp, and tested exactly as soon as there is one for each lane.
 template <class Step, unsigned kThreads, unsigned kPerThread>
 class TileSearching
 {
@@ -282,13 +283,13 @@ public:
 
 private:
     static constexpr std::uint32_t kRangeWords = 32 * TileRanges::kCount;
-    static constexpr std::uint32_t kHits = 64;  ///< 31 wait, and as many as there are lanes come
+    static constexpr std::uint32_t kHits = 64;  ///< 31 may remain, and each lane adds one
     static constexpr std::uint32_t kWordsPerWarp = kRangeWords + kHits;
     static constexpr unsigned kAll = 0xffffffffu;
     static constexpr unsigned kBeginsShift = 13;
     static_assert(kMostRoom <= 1u << kBeginsShift, "a record's number and where it begins have 16 bits");
 
-    /// Two cells in a word, and a start behind the last one.
+    /// Words for the cells, two per word, and one more start.
     CULLET_HOST_DEVICE static std::uint32_t words(std::uint32_t cells) { return cells / 2 + 1; }
 
     __device__ const std::uint16_t* starts() const { return reinterpret_cast<const std::uint16_t*>(m_words); }
@@ -323,7 +324,7 @@ private:
         __syncthreads();
     }
 
-    /// @return the cell and how many came before
+    /// @return the cell, and the number of earlier boxes in it
     __device__ std::uint32_t rank(std::uint32_t cell)
     {
         const bool isOdd = cell % 2 != 0;
@@ -331,10 +332,10 @@ private:
         return cell << 16 | (isOdd ? before >> 16 : before & 0xffffu);
     }
 
-    /// Makes starts of the counts.
+    /// Exclusive scan of the counts.
     __device__ void scan(std::uint32_t cellWords, typename Scan::TempStorage& scratch)
     {
-        // Odd, so that threads begin in different banks.
+        // Odd, so that threads access different banks.
         const std::uint32_t part = (cellWords + kThreads - 1) / kThreads | 1u;
         const std::uint32_t first = threadIdx.x * part;
         const std::uint32_t last = first + part < cellWords ? first + part : cellWords;
@@ -392,9 +393,9 @@ private:
             report(held, entryTest, emit);
     }
 
-    /// Those that hold something, one after the other.
+    /// Stores the non-empty ranges of a lane.
     ///
-    /// @return how many
+    /// @return their number
     __device__ std::uint32_t keepFilled(const TileRanges& ranges, unsigned lane)
     {
         std::uint32_t filled = 0;
@@ -415,7 +416,7 @@ private:
         held += __popc(lanes);
     }
 
-    /// Forgets the first hits, one for each lane.
+    /// Removes the first 32 hits.
     __device__ void dropHits(std::uint32_t& held)
     {
         const unsigned lane = threadIdx.x % 32;
@@ -427,7 +428,7 @@ private:
         __syncwarp();
     }
 
-    /// Appends the pairs among the first hits.
+    /// Appends the pairs among the first hits of the queue.
     template <class Test>
     __device__ void report(std::uint32_t hits, const Test& entryTest, TogetherEmitter<>& emit) const
     {
@@ -453,10 +454,10 @@ private:
     }
 
     const Step& m_step;
-    std::uint32_t* m_words;      ///< counts of the cells, then where they start: two in a word
-    TileBox* m_boxes;            ///< by cell
-    std::uint16_t* m_ids;        ///< their records, and axes along which they begin in the tile
-    std::uint32_t* m_ranges;     ///< of the warp: kCount for each lane, every 32nd
+    std::uint32_t* m_words;      ///< counts of the cells, later their first boxes: two per word
+    TileBox* m_boxes;            ///< sorted by cell
+    std::uint16_t* m_ids;        ///< index of each box's record, and axes along which it begins in the tile
+    std::uint32_t* m_ranges;     ///< of the warp: kCount for each lane, 32 apart
     std::uint32_t* m_hits;       ///< of the warp: two slots each
     RowPair* m_pairs;            ///< of the warp
     const RowRecord* m_records;  ///< of the tile

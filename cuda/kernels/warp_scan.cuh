@@ -6,7 +6,7 @@
 
 namespace cullet::psap
 {
-/// Sum of the values of the lanes up to this one; all of a warp call.
+/// Sum of the values of all lanes up to this one; all lanes of a warp call.
 template <class T>
 __device__ T sumUpToLane(T value)
 {
@@ -18,7 +18,7 @@ __device__ T sumUpToLane(T value)
     }
     return value;
 }
-/// By a shuffle that says whether there is such a lane, as CUDA's function does not.
+/// With a shuffle that also returns whether the source lane exists, which CUDA's function does not.
 __device__ inline std::uint32_t sumUpToLane(std::uint32_t value)
 {
 #pragma unroll

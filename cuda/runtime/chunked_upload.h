@@ -12,7 +12,8 @@
 
 namespace cullet::psap
 {
-/// A second stream for copies that come in parts, so that the first one works on a part while the next is on its way.
+/// Copies in parts on a stream of their own, so that the first stream can process a part while the next one is
+/// copied.
 class ChunkedUpload
 {
 public:
@@ -28,9 +29,9 @@ public:
         cudaGetLastError();
     }
 
-    /// The parts wait for nothing that `user` has been given, but where they are on that stream itself.
+    /// Begins a series of parts. They do not wait for earlier work on `user`, unless they use that stream itself.
     ///
-    /// @param isApart false: on that stream itself, which costs no events
+    /// @param hasOwnStream false: the parts use `user` itself, which costs no events
     void begin(cudaStream_t user, bool isApart)
     {
         m_count = 0;
@@ -40,24 +41,24 @@ public:
         m_stream = isApart ? m_own : user;
     }
 
-    /// Where the next part is to be copied.
+    /// The stream on which the next part is to be copied.
     cudaStream_t stream() const { return m_stream; }
 
-    /// That part has been enqueued.
+    /// Marks the end of a part, after its copy has been enqueued.
     void end()
     {
         if (m_isApart)
             record(m_own);
     }
 
-    /// What `user` gets from now on waits for that part.
+    /// Makes all later work on `user` wait for that part.
     void await(cudaStream_t user, std::uint64_t part)
     {
         if (m_isApart)
             CULLET_CUDA_TRY(cudaStreamWaitEvent(user, m_events[part], 0));
     }
 
-    /// Waits for all of it, whether it went well or not.
+    /// Waits for all parts, and ignores errors.
     void drain() noexcept
     {
         if (m_own != nullptr)
@@ -80,7 +81,7 @@ private:
     cudaStream_t m_own = nullptr;
     cudaStream_t m_stream = nullptr;
     bool m_isApart = false;
-    std::vector<cudaEvent_t> m_events;  ///< of each part
+    std::vector<cudaEvent_t> m_events;  ///< one per part
     std::size_t m_count = 0;            ///< recorded since begin()
 };
 }  // namespace cullet::psap

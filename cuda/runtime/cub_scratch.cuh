@@ -16,7 +16,7 @@
 
 namespace cullet::psap
 {
-/// CUB's own changed its name between versions.
+/// Maximum. CUB's own functor changed its name between versions.
 struct Larger
 {
     template <class T>
@@ -26,17 +26,17 @@ struct Larger
     }
 };
 
-/// What CUB counts a long scan in: in an int before 2.7, of CUDA 12.8.
+/// Type of the number of elements in a long scan: int before CUB 2.7, of CUDA 12.8.
 using LongScan = std::conditional_t<(CUB_VERSION >= 200700), std::uint64_t, int>;
 
-/// The scratch memory that CUB asks for.
+/// The temporary memory of CUB.
 class CubScratch
 {
 public:
     /// Calls body(scratch, bytes, n).
     ///
-    /// @tparam Long counts what an int, which is faster, does not
-    /// @param exec  reserves the memory
+    /// @tparam Long type of n where an int, which is faster, is too small
+    /// @param exec  allocates the memory
     template <class Long, class Exec, class Body>
     void call(Exec& exec, std::uint64_t count, const Body& body)
     {
@@ -50,7 +50,7 @@ public:
     }
 
 private:
-    /// CUB asks twice: how much scratch memory, then with it.
+    /// Calls CUB twice: to query the size of its temporary memory, and with that memory.
     template <class Exec, class Count, class Body>
     void callWith(Exec& exec, Count count, const Body& body)
     {

@@ -14,10 +14,10 @@ namespace cullet
 namespace
 {
 
-// Compute capability times ten of the oldest device this build has code for; the build system says.
+// Compute capability times ten of the oldest device that this build has code for; set by the build system.
 constexpr int kOldestArchitecture = CULLET_CUDA_OLDEST_ARCHITECTURE;
 
-/// How many devices this process sees; 0, and why.
+/// Number of devices visible to this process; for 0 also the reason.
 int deviceCount(std::string* reason)
 {
     int count = 0;
@@ -72,7 +72,7 @@ bool isChosenUsable(int device, std::string* reason)
     return false;
 }
 
-/// What `probe` says, and why not; leaves no error behind.
+/// Returns the result of `probe`, and the reason where it is false. Leaves no CUDA error behind.
 template <class Probe>
 bool answer(std::string* why, const Probe& probe) noexcept
 {

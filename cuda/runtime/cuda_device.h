@@ -11,15 +11,15 @@
 namespace cullet
 {
 
-/// Says whether the CUDA runtime finds a device that this build has code for.
+/// Whether the CUDA runtime finds a device that this build has code for.
 ///
 /// Makes no context and leaves no CUDA error behind; safe to call on a machine without a driver.
 ///
-/// @param why  [out, may be null] the reason in words when the answer is no; otherwise unchanged
+/// @param why  [out, may be null] the reason in words when the result is false; otherwise unchanged
 /// Errors: none
 bool cudaDeviceUsable(std::string* why) noexcept;
 
-/// The same of one device.
+/// Whether this build can use that device.
 ///
 /// @param device ordinal; any number
 bool cudaDeviceUsable(int device, std::string* why) noexcept;
@@ -27,8 +27,8 @@ bool cudaDeviceUsable(int device, std::string* why) noexcept;
 /// Why a device that is usable has failed to start, in words.
 std::string whyNotStarted(int device, const psap::ExecutorFailure& failure);
 
-/// What `make` returns, or null with the reason in words in `*why`, which may be null: the device cannot be used, `make` has
-/// thrown ExecutorFailure, or memory is short.
+/// Returns the result of `make`, or null with the reason in words in `*why`, which may be null: the device cannot be
+/// used, `make` has thrown ExecutorFailure, or memory is short.
 template <class Make>
 auto makeOnDevice(int device, std::string* why, const Make& make) -> decltype(make())
 {

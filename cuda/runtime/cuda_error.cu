@@ -15,7 +15,7 @@ std::atomic<std::uint64_t> plannedCall{0};
 std::atomic<std::uint64_t> callCount{0};
 std::atomic<bool> hasHappened{false};
 
-/// What the planned fault makes of that call.
+/// Result of that call under the planned fault.
 cudaError_t faultOf(std::uint64_t call)
 {
     switch (plannedFault.load(std::memory_order_relaxed))

@@ -6,7 +6,7 @@
 
 namespace cullet
 {
-/// The fault that a test wants at this call, or cudaSuccess. Counts the call.
+/// The fault that a test has planned for this call, or cudaSuccess. Counts the call.
 cudaError_t takeCudaFault() noexcept;
 
 /// Throws psap::ExecutorFailure unless `error` is cudaSuccess. Clears the runtime's remembered error, so that a later,
@@ -14,7 +14,8 @@ cudaError_t takeCudaFault() noexcept;
 void throwIfFailed(cudaError_t error, const char* call);
 }  // namespace cullet
 
-/// What the call says, or the fault that a test wants there; then it is not made. For calls that need not succeed.
+/// Result of the call, or the fault that a test has planned for it; the call is then not made. For calls that may
+/// fail.
 #define CULLET_CUDA_ASK(call)                                      \
     [&]() -> cudaError_t                                           \
     {                                                              \
@@ -22,5 +23,5 @@ void throwIfFailed(cudaError_t error, const char* call);
         return culletFault != cudaSuccess ? culletFault : (call);  \
     }()
 
-/// The one way in which this library calls CUDA where a failure matters.
+/// Makes a CUDA call that must succeed. All such calls of the library use it.
 #define CULLET_CUDA_TRY(call) ::cullet::throwIfFailed(CULLET_CUDA_ASK(call), #call)

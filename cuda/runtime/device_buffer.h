@@ -12,7 +12,8 @@
 
 namespace cullet
 {
-// Giving back is not checked: it happens after failures too, and at exit, when the driver may be gone already.
+// deallocate() does not check for errors: it also runs after failures and at exit, when the driver may have been
+// unloaded.
 struct DeviceMemory
 {
     static constexpr std::size_t kAlignment = 256;

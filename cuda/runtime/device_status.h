@@ -11,11 +11,12 @@ namespace cullet
 /// Why there is no CUDA device at all, in words.
 ///
 /// @param error   of the first call
-/// @param driver  the newest CUDA that the driver supports, as CUDA packs versions: 11.8 is 11080; 0: there is no driver
-/// @param runtime the CUDA of this build
+/// @param driver  newest CUDA version that the driver supports, as CUDA packs versions: 11.8 is 11080; 0: there is no
+///     driver
+/// @param runtime CUDA version of this build
 std::string whyNoDevice(cudaError_t error, int driver, int runtime);
 
-/// What a device says of itself.
+/// Properties of a device, as the runtime reports them.
 struct DeviceTraits
 {
     int architecture;  ///< compute capability times ten

@@ -8,7 +8,7 @@
 
 namespace cullet::psap
 {
-/// A place in the work of a stream that the CPU or other streams can wait for.
+/// A point in the work of a stream for which the CPU or other streams can wait.
 class EventMark
 {
 public:
@@ -29,7 +29,7 @@ public:
         CULLET_CUDA_TRY(cudaEventRecord(m_event, stream));
     }
     void wait() { CULLET_CUDA_TRY(cudaEventSynchronize(m_event)); }
-    /// What that stream gets from now on waits.
+    /// Makes all later work on that stream wait for this point.
     void holdUp(cudaStream_t stream) { CULLET_CUDA_TRY(cudaStreamWaitEvent(stream, m_event, 0)); }
 
 private:

@@ -6,15 +6,15 @@
 
 namespace cullet
 {
-/// What a test makes CUDA answer.
+/// The fault that a test injects into CUDA calls.
 enum class FaultInjection
 {
     None,
-    OutOfMemory,  ///< that one call says cudaErrorMemoryAllocation
-    DeviceLost    ///< that call and all later ones say cudaErrorLaunchFailure
+    OutOfMemory,  ///< one call returns cudaErrorMemoryAllocation
+    DeviceLost    ///< one call and all later ones return cudaErrorLaunchFailure
 };
 
-/// Lets the `call`-th CUDA call that matters from now on (0: the next) fail without being made. For tests; None ends it.
+/// Makes the `call`-th checked CUDA call from now on (0: the next) fail without being made. For tests; None ends it.
 ///
 /// Counts the calls of all threads together.
 void setCudaFault(FaultInjection fault, std::uint64_t call) noexcept;

@@ -12,7 +12,7 @@
 
 namespace cullet::psap
 {
-/// Launches that are recorded once for each phase of a search, so that they go to the device in one call.
+/// CUDA graphs of the launches of a search, recorded once for each phase, so that one call launches them all.
 template <std::size_t kPhases>
 class GraphLaunches
 {
@@ -22,7 +22,7 @@ public:
     GraphLaunches& operator=(const GraphLaunches&) = delete;
     ~GraphLaunches() { drop(); }
 
-    /// Forgets what was recorded.
+    /// Discards all recorded graphs.
     void drop() noexcept
     {
         for (cudaGraphExec_t& graph : m_graphs)
@@ -33,10 +33,10 @@ public:
         }
     }
 
-    /// Launches what `body` launches, which is called when that phase has not been recorded yet.
+    /// Launches the graph of a phase. Where there is none, records it by calling `body`.
     ///
-    /// @param version of all phases: what was recorded of another one is void
-    /// @return whether it had been recorded, so that `body` was not called
+    /// @param version version of the launches of all phases: graphs of another version are discarded
+    /// @return whether the graph existed, so that `body` was not called
     template <class Body>
     bool launch(cudaStream_t stream, unsigned phase, std::uint32_t version, const Body& body)
     {
@@ -51,7 +51,8 @@ public:
     }
 
 private:
-    /// Records what a stream is given. It ends with the recording, whatever fails: a stream must not go on with it.
+    /// Records the work of a stream. The destructor ends the recording after a failure too, since the stream cannot
+    /// be used otherwise.
     class Recording
     {
     public:

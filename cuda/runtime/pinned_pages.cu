@@ -13,10 +13,10 @@ namespace cullet
 {
 namespace
 {
-// Locking takes as long as copying a few megabytes, once for an array; packing 64 KiB in each update takes longer.
+// Locking takes as long as copying a few megabytes, once per array; packing 64 KiB in each update takes longer.
 constexpr std::uint64_t kFewestBytes = kLockableBytes;
 
-/// What is locked, or could not be, by address.
+/// The memory that is locked, or could not be locked, by address.
 class PageLocks
 {
 public:
@@ -24,7 +24,7 @@ public:
     {
         const std::lock_guard<std::mutex> guard(m_mutex);
         const auto known = m_locks.find(memory);
-        // What could not be locked once, is not tried in each update.
+        // Memory that could not be locked is not tried again in each update.
         if (known != m_locks.end() && known->second.bytes >= bytes)
             return known->second.isLocked;
         if (known != m_locks.end())
@@ -65,7 +65,7 @@ private:
     Locks m_locks;
 };
 
-/// Never destroyed: arrays may be given back by destructors of static objects.
+/// Never destroyed: destructors of static objects may free arrays.
 PageLocks& pageLocks()
 {
     static PageLocks* locks = new PageLocks;

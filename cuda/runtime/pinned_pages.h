@@ -6,11 +6,11 @@
 
 namespace cullet
 {
-/// Locks the pages of memory from BoxAllocator until it is given back, so that the device copies from it at full speed.
+/// Locks the pages of memory from BoxAllocator until it is freed, so that the device copies it at full speed.
 ///
-/// @param bytes all of the memory, or more of it than the last time
-/// @return false where that cannot be done, which is no failure: the caller then copies by way of locked memory of its
-///         own. Small arrays are not locked: that would cost more than it saves.
+/// @param bytes all of the memory, or more of it than in the last call
+/// @return false where locking fails, which is no error: the caller then copies through locked memory of its own.
+///     Small arrays are not locked, since that would cost more than it saves.
 /// Threads: any
 bool lockPages(const void* memory, std::uint64_t bytes) noexcept;
 }  // namespace cullet

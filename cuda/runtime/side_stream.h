@@ -9,7 +9,7 @@
 
 namespace cullet::psap
 {
-/// A second stream for what runs beside the first one.
+/// A second stream for work that runs concurrently with the first one.
 class SideStream
 {
 public:
@@ -23,16 +23,16 @@ public:
         cudaGetLastError();
     }
 
-    /// What this one gets from now on comes after all that `user` has been given.
+    /// Makes all later work on this stream wait for all earlier work on `user`.
     ///
-    /// @pre join(), which makes this one: that takes longer than many an update
+    /// @pre join(), which creates this stream; that takes longer than many an update
     void fork(cudaStream_t user)
     {
         m_fork.record(user);
         m_fork.holdUp(m_own);
     }
 
-    /// What `user` gets from now on comes after all that this one has been given.
+    /// Makes all later work on `user` wait for all earlier work on this stream.
     void join(cudaStream_t user)
     {
         if (m_own == nullptr)
@@ -43,7 +43,7 @@ public:
 
     cudaStream_t stream() const { return m_own; }
 
-    /// Whether all that this one has been given is done.
+    /// Whether all work on this stream is complete.
     bool isDone() const
     {
         const cudaError_t state = CULLET_CUDA_ASK(cudaStreamQuery(m_own));
@@ -57,7 +57,7 @@ public:
         if (m_own != nullptr)
             CULLET_CUDA_TRY(cudaStreamSynchronize(m_own));
     }
-    /// Waits for all of it, whether it went well or not.
+    /// Waits for all work, and ignores errors.
     void drain() noexcept
     {
         if (m_own != nullptr)

@@ -35,7 +35,7 @@ public:
         cudaGetLastError();
     }
 
-    /// What the stream gets from now on belongs to the stage; null: to none.
+    /// Begins a stage, which all later work on the stream belongs to; null: no stage.
     void begin(const char* name, cudaStream_t stream)
     {
         closeRange();
@@ -53,7 +53,8 @@ public:
         m_names.clear();
     }
 
-    /// The times of the stages since the last call, each up to the beginning of the next. Waits for the last one.
+    /// The durations of the stages since the last call, each up to the beginning of the next one. Waits for the last
+    /// one.
     void take(Array<StageTime>& stages)
     {
         stages.clear();
@@ -81,7 +82,7 @@ private:
         m_names.push_back(name);
     }
 
-    /// One that an exception left open counts too.
+    /// Ends the current NVTX range, also one that an exception has interrupted.
     void closeRange()
     {
 #ifdef CULLET_HAS_NVTX

@@ -16,9 +16,9 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-constexpr std::size_t kSetGrain = 8192;  // boxes that a thread hands over
+constexpr std::size_t kSetGrain = 8192;  // boxes that a thread sets at a time
 
-/// Unique ids are rows + 1. Boxes are handed over by as many threads as the backend has.
+/// Unique ids are rows + 1. Boxes are set by as many threads as the backend has.
 class BackendSubject : public Subject
 {
 public:

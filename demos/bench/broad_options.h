@@ -23,15 +23,15 @@ struct BroadOptions
     std::vector<std::string> ids = {"random"};
     std::string through = "backend";
     int threads = 0;
-    float margin = 0.05f;  ///< of pairs that are held, cullet's backends; Bullet's own has its global
+    float margin = 0.05f;  ///< of held pairs, for cullet's backends; Bullet's broad phase has a global one
     int frames = 0;        ///< timed frames; 0: 12, or 10 from 200,000 bodies on
     int warmup = -1;       ///< frames before; negative: 12, or 4 from 200,000 bodies on
     double budget = 60.0;  ///< seconds that one backend may take in one case before its frames are cut short
     std::uint64_t seed = 12345;
-    bool resend = false;         ///< hand over every box in every frame, also those that did not move
-    bool perFrame = false;       ///< a row for each timed frame too
+    bool resend = false;         ///< set every box in every frame, also unmoved ones
+    bool perFrame = false;       ///< also a row for each timed frame
     std::uint32_t queries = 0;   ///< per frame, for the scene "queries"; 0: 1, 100 and 100,000
-    TraceFile* trace = nullptr;  ///< gets setBoxes and findPairs of every frame, also those to warm up
+    TraceFile* trace = nullptr;  ///< receives setBoxes and findPairs of every frame, warm-up included
     bool quiet = false;
 };
 
@@ -54,7 +54,7 @@ Json makeRow(const std::string& benchmark, const BroadCase& benchCase, const Sub
 /// Adds the measured columns: pairs, median_ms, p90_ms, min_ms, hash, mean_ms.
 void addMeasurement(Json& row, const PairDigest& digest, const std::vector<double>& milliseconds);
 
-/// Adds the columns of what an update counted: tests, entries, cells_touched, cells_visited, most_tests, false_pairs,
+/// Adds the columns of an update's counters: tests, entries, cells_touched, cells_visited, most_tests, false_pairs,
 /// swaps_x, swaps_y, swaps_z.
 void addCounters(Json& row, const BackendStats& counters);
 

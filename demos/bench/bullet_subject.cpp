@@ -45,7 +45,7 @@ BulletSubject::BulletSubject(const SubjectRequest& request) : m_broadphase(makeB
 
 BulletSubject::~BulletSubject()
 {
-    // Pairs first, from the end: Bullet's cache scans all pairs for each proxy that goes.
+    // Pairs first, from the end: Bullet's cache scans all pairs for each proxy that is destroyed.
     btOverlappingPairCache& cache = *broadphase().getOverlappingPairCache();
     while (cache.getNumOverlappingPairs() > 0)
     {
@@ -69,7 +69,7 @@ void BulletSubject::create(const Aabb* boxes, std::size_t count)
     const MarginScope margin(m_broadphase.margin);
     for (std::size_t i = 0; i < count; ++i)
     {
-        // A row, not an address: nothing follows it.
+        // A row, not an address: it is never dereferenced.
         void* client = reinterpret_cast<void*>(m_proxies.size() + 1);  // NOLINT(performance-no-int-to-ptr)
         m_proxies.push_back(broadphase().createProxy(toVector(boxes[i].min), toVector(boxes[i].max), 0,
                                                      client, 1, -1, nullptr));

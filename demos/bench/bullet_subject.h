@@ -13,8 +13,8 @@ inline namespace CULLET_PRECISION
 {
 btVector3 toVector(const float* coordinates);
 
-/// A broad phase behind Bullet's interface, without a world: proxies that know their row, and a null dispatcher, as
-/// nothing has an algorithm.
+/// A broad phase behind Bullet's interface, without a world: proxies that store their row, and a null dispatcher, as no
+/// pair has an algorithm.
 class BulletSubject : public Subject
 {
 public:

@@ -14,10 +14,10 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// Pairs per body that the balanced partner of a scene has in which nearly all bodies overlap each other.
+/// Pairs per body of the balanced partner of a scene in which nearly all bodies overlap each other.
 constexpr double kDensePairs = 32.0;
 
-/// Scenes of boxScenes() that nothing divides.
+/// Scenes of boxScenes() that no partition divides well.
 struct Extreme
 {
     const char* name;
@@ -27,7 +27,7 @@ struct Extreme
 constexpr Extreme kExtremes[] = {{"cell", 0.7}, {"line", 0},  {"diagonal", 0},
                                  {"point", 1},  {"cover", 0}, {"decades", 0}};
 
-/// As many bodies as the partner has; fewer where those have more pairs among them than can be spread evenly.
+/// Number of bodies: that of the partner; fewer where their pairs would be too many for an even spread.
 std::uint32_t bodiesOf(const Extreme& extreme, std::uint32_t bodies)
 {
     if (extreme.overlapping == 0)

@@ -25,7 +25,7 @@ constexpr std::uint32_t kManyBodies = 200000;
 constexpr std::uint32_t kMostExactlyChecked = 150000;
 constexpr int kFewestTimedFrames = 3;
 
-/// A backend under measurement and what it has shown so far.
+/// A backend under measurement and its results so far.
 struct Runner
 {
     SubjectRequest request;
@@ -38,14 +38,14 @@ struct Runner
     PairDigest digest;
     int digestFrame = 0;  ///< of the scene, counted from its start
     int checks = 0;
-    int wrongChecks = 0;  ///< of a rival; a wrong broad phase of Bullet's or ours ends the run
+    int wrongChecks = 0;  ///< of a rival; wrong pairs of Bullet's or cullet's broad phase end the run
     std::string path;
     BackendStats counters;  ///< of the last timed frame
     std::vector<Json> frameRows;
     TraceLane trace;
 };
 
-/// The pairs of one frame that every backend has to show.
+/// The reference pairs of one frame.
 class Referee
 {
 public:
@@ -133,7 +133,7 @@ public:
         m_runners.push_back(std::move(runner));
     }
 
-    /// Goes on to the next frame of the scene, if any backend still has frames to do.
+    /// Advances the scene by a frame, if any backend still has frames to run.
     void runFrame()
     {
         if (isOver())
@@ -156,7 +156,7 @@ public:
 
     int framesPlanned() const { return m_timedFrames + m_warmFrames; }
 
-    /// The rows of all backends that were timed; they are of no use afterwards.
+    /// The rows of all timed backends, which are unusable afterwards.
     std::vector<Json> report()
     {
         std::vector<Json> rows;
@@ -250,7 +250,7 @@ private:
         runner.frameRows.push_back(std::move(row));
     }
 
-    /// Bytes that the subject gives back to malloc when it goes.
+    /// Bytes that the subject returns to malloc when it is destroyed.
     static std::uint64_t releaseAndMeasure(Runner& runner)
     {
         runner.subject->releaseBookkeeping();

@@ -21,7 +21,7 @@ Made makeCells(Change change)
     return makeGridBackend(options);
 }
 
-/// @param width of a cell in mean boxes; 0: chosen
+/// @param width of a cell in mean boxes; 0: automatic
 Made makeUniform(double width)
 {
     return makeCells(
@@ -63,7 +63,7 @@ Made makeGrid(int threads, Change change)
     return makeGridBackend(options);
 }
 
-/// A choice of the cost model fixed by the user.
+/// A grid with a choice of its cost model fixed by the user.
 NamedBackend fixedWidth(const char* name, const char* what, float scale)
 {
     return {name, what, [scale](int threads) {
@@ -108,7 +108,7 @@ void setCells(PsapOptions& options, double count)
     options.cellCount = static_cast<std::uint32_t>(std::min(std::max(count, 1.0), 1e9));
 }
 
-/// The number behind the colon.
+/// The number after the colon.
 double numberOf(const std::string& name)
 {
     const std::string text = name.substr(name.find(':') + 1);
@@ -120,7 +120,7 @@ double numberOf(const std::string& name)
     return number;
 }
 
-// Cells as many as Liu et al. take for scenes of this size, and enough for the shift to show its rounding.
+// The number of cells of Liu et al. for scenes of this size; enough for the shift to show its rounding.
 constexpr std::uint32_t kSomeCells = 1024;
 }  // namespace
 

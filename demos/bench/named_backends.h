@@ -11,19 +11,20 @@
 
 namespace cullet
 {
-/// A backend with options, as `bench broad` knows it.
+/// A backend with options, by its name in `bench broad`.
 struct NamedBackend
 {
     const char* name;
     const char* summary;
-    /// @param threads 0: as many as the machine has; null or std::runtime_error when it cannot run here
+    /// @param threads 0: as many as the machine has; returns null or throws std::runtime_error if the backend cannot
+    ///                run here
     std::function<std::unique_ptr<Backend>(int threads)> make;
 };
 
 /// Every backend without a number, the default one first.
 const std::vector<NamedBackend>& namedBackends();
 
-/// A backend whose name ends in a number of the user's: "psap-cells:900".
+/// A backend whose name ends in a number chosen by the user: "psap-cells:900".
 struct NumberedBackend
 {
     const char* name;  ///< ends in ":N"
@@ -33,17 +34,17 @@ struct NumberedBackend
 
 const std::vector<NumberedBackend>& numberedBackends();
 
-/// The name as the lists have it: "psap-cells:900" becomes "psap-cells:N".
+/// The name in the lists: "psap-cells:900" becomes "psap-cells:N".
 std::string listedName(const std::string& name);
 
 /// @param threads as in NamedBackend::make
-/// @return null when it cannot run here, or there is no such backend
-/// @throws std::invalid_argument for a number that is none or not positive; std::runtime_error as in NamedBackend::make
+/// @return null if the backend cannot run here or does not exist
+/// @throws std::invalid_argument for an invalid or non-positive number; std::runtime_error as NamedBackend::make
 std::unique_ptr<Backend> makeBackend(const std::string& name, int threads);
 
-/// What "ablation" stands for: all CPU backends but brute force.
+/// Expansion of "ablation": all CPU backends but brute force.
 std::vector<std::string> ablationNames();
 
-/// What "choices" stands for: the grid, and the grid with one of the choices of its cost model fixed.
+/// Expansion of "choices": the grid, and the grid with one of the choices of its cost model fixed.
 std::vector<std::string> choiceNames();
 }  // namespace cullet

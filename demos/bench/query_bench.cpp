@@ -24,7 +24,7 @@ namespace
 constexpr int kWarmFrames = 2;
 constexpr int kTimedFrames = 7;
 constexpr float kReach = 20.0f;  ///< length of a ray or sweep
-constexpr float kHalf = 0.5f;    ///< half edge of a swept or asked box
+constexpr float kHalf = 0.5f;    ///< half edge of a swept or queried box
 
 enum class Kind
 {
@@ -47,11 +47,11 @@ struct Query
     btVector3 to;
 };
 
-/// Counts what a broad phase reports, and on demand digests the hits whose exact box is hit.
+/// Counts the reported proxies, and on demand digests those whose exact box is hit.
 class Hits : public btBroadphaseRayCallback
 {
 public:
-    /// As btCollisionWorld::rayTest sets the fields up.
+    /// Sets the fields as btCollisionWorld::rayTest does.
     void aim(std::uint32_t query, const Query& ray, btScalar half)
     {
         m_query = query;
@@ -186,7 +186,7 @@ struct QueryRunner
     TraceLane trace;
 };
 
-/// One kind of query at one number per frame, on a scene at rest or moving.
+/// One kind of query at one number per frame, on a resting or moving scene.
 class QueryBench
 {
 public:

@@ -15,9 +15,10 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// A broad phase in a benchmark, fed with rows of float boxes. Rows are created in order from 0.
+/// A broad phase in a benchmark, which receives rows of float boxes. Rows are created in order from 0.
 ///
-/// Only the members marked "timed" may be expensive to the result: they do what a user pays for, and nothing else.
+/// The members marked "timed" do exactly the work that a user of the broad phase pays for; the other members are
+/// outside of the timing.
 class Subject
 {
 public:
@@ -26,7 +27,7 @@ public:
     /// Appends bodies. Timed.
     virtual void create(const Aabb* boxes, std::size_t count) = 0;
 
-    /// Hands over the boxes of these rows. Timed.
+    /// Sets the boxes of these rows. Timed.
     virtual void setBoxes(const std::vector<Aabb>& boxes, const std::vector<std::uint32_t>& rows) = 0;
 
     /// Removes one body. Timed.
@@ -37,29 +38,29 @@ public:
 
     /// The pairs that overlap exactly now, by row; not timed.
     ///
-    /// @param boxes as handed over last
+    /// @param boxes the boxes last set
     virtual PairDigest digest(const std::vector<Aabb>& boxes) = 0;
 
-    /// Called after findPairs() and outside of the timing, for bookkeeping of the benchmark's own.
+    /// Called after findPairs() and outside of the timing, for bookkeeping of the benchmark.
     virtual void settle() {}
 
-    /// Frees what settle() has gathered, and whatever else no user of the broad phase has; the subject is of no use
-    /// afterwards. Makes the memory that the subject itself holds measurable.
+    /// Frees the data gathered by settle(), and all other memory that is not the broad phase's, so that the memory of
+    /// the broad phase can be measured. The subject is unusable afterwards.
     virtual void releaseBookkeeping() {}
 
-    /// Pairs held: a margin or laziness may keep more than overlap.
+    /// Held pairs; a margin or lazy removal may keep more than the overlapping ones.
     virtual std::uint64_t heldPairs() = 0;
 
     virtual int threads() const = 0;
 
-    /// Which way the last update took, for backends that have several; may be empty.
+    /// The path that the last update took, for backends with several; may be empty.
     virtual std::string path() const = 0;
 
-    /// What the last update counted; zeros for those that are measured through Bullet.
+    /// Counters of the last update; zeros for subjects measured through Bullet.
     virtual BackendStats counters() const { return {}; }
 };
 
-/// Where the measured interface is.
+/// The measured interface.
 enum class Through
 {
     Backend,  ///< proxy table and Backend::update: arrays of boxes in, deltas out
@@ -70,9 +71,8 @@ struct SubjectInfo
 {
     const char* name;
     const char* summary;
-    bool
-        hasBackend;  ///< exists without Bullet; the others are measured through Bullet always, but for rivals
-    const char* package = nullptr;  ///< a rival: another library's broad phase; where to get that
+    bool hasBackend;                ///< else measured through Bullet, except rivals
+    const char* package = nullptr;  ///< for a rival, another library's broad phase: where to get it
     bool isBuilt = true;            ///< false: this program was built without it
 };
 
@@ -82,22 +82,22 @@ struct SubjectRequest
 {
     std::string name;
     Through through = Through::Backend;
-    int threads = 0;  ///< 0: as many as the machine has
-    float margin =
-        0.05f;  ///< of the interface to backends; Bullet's default, so that both interfaces do the same work
+    int threads = 0;       ///< 0: as many as the machine has
+    float margin = 0.05f;  ///< for backends; Bullet's default, for equal work
     std::uint32_t bodies = 0;
-    ExactBox bounds;  ///< that no box ever leaves
+    ExactBox bounds;  ///< that contain all boxes at all times
 };
 
-/// Whether this is another library's broad phase (demos/rivals), which has an interface of its own.
+/// Whether this is another library's broad phase (demos/rivals), which has its own interface.
 bool isRival(const std::string& name);
 
-/// Whether such a subject would be measured through Bullet.
+/// Whether the subject is measured through Bullet.
 bool isThroughBullet(const SubjectRequest& request);
 
 /// Makes a subject.
 ///
-/// @throws std::invalid_argument for an unknown name, listing the known ones; std::runtime_error when it cannot run here
+/// @throws std::invalid_argument for an unknown name, listing the known ones; std::runtime_error if the subject cannot
+/// run here
 std::unique_ptr<Subject> makeSubject(const SubjectRequest& request);
 
 std::unique_ptr<Subject> makeBackendSubject(const SubjectRequest& request);

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Updates of a grid and nothing else, for profilers: `cullet_updates SCENE BODIES grid|cells WARMUP FRAMES`. What is to be
-// profiled is the function measuredUpdate(); it uses only what every version of the broad phase has, so that this file
-// compiles with old ones too (demos/results/profiles).
+// Updates of a grid only, for profilers: `cullet_updates SCENE BODIES grid|cells WARMUP FRAMES`. The function to
+// profile is measuredUpdate(). This file uses only interfaces that every version of the broad phase has, so that it
+// compiles with old versions, too (demos/results/profiles).
 
 #include "cullet/broad/backend.h"
 #include "cullet/broad/proxy_table.h"

@@ -55,7 +55,7 @@ std::vector<WorldRunner> makeRunners(const WorldOptions& options)
     return runners;
 }
 
-/// A row of the picture for each world.
+/// Adds a row of the trace for each world.
 void traceSteps(const WorldOptions& options, std::vector<WorldRunner>& runners)
 {
     for (WorldRunner& runner : runners)

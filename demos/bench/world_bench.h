@@ -26,12 +26,12 @@ struct StepWindow
 struct WorldOptions
 {
     std::string scene = "boxes";
-    WorldSceneOptions world;  ///< its backend, narrow and update are not read, its bodies never sleep
+    WorldSceneOptions world;  ///< its backend, narrow and update are ignored; bodies never sleep
     std::vector<std::string> backends = {"auto", "dbvt"};
     std::vector<std::string> narrow = {"bullet"};   ///< each with each backend
-    std::vector<std::string> updates = {"bullet"};  ///< each with each of these
+    std::vector<std::string> updates = {"bullet"};  ///< each with each backend and narrow phase
     std::vector<StepWindow> windows = {{"falling", 20, 30}, {"settled", 180, 200}};
-    TraceFile* trace = nullptr;  ///< gets the phases of all steps
+    TraceFile* trace = nullptr;  ///< receives the phases of all steps
     bool quiet = false;
 };
 

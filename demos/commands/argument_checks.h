@@ -7,7 +7,7 @@
 
 namespace cullet
 {
-/// A number from `low` to `high`. CLI::Range takes NaN too, and is for whole numbers.
+/// A number from `low` to `high`. CLI::Range accepts NaN, and is for whole numbers.
 inline CLI::Validator numberIn(double low, double high)
 {
     const auto check = [low, high](const std::string& text)
@@ -21,7 +21,7 @@ inline CLI::Validator numberIn(double low, double high)
     return CLI::Validator(check, "");
 }
 
-/// Whole numbers without a sign; CLI11 wraps -1 round to a large one.
+/// Whole numbers without a sign; CLI11 would convert -1 to a large number.
 inline CLI::Validator notNegative()
 {
     const auto check = [](const std::string& text)

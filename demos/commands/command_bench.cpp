@@ -59,7 +59,7 @@ void requireKnownScene(const std::string& name)
     throw ProgramError(kExitUsage, "unknown scene '" + name + "'; known: " + known);
 }
 
-/// Throws for an unknown backend and for one that cannot run here, before anything is measured.
+/// Throws for an unknown backend and for one that cannot run here, before any measurement.
 void requireBackends(const BroadOptions& options)
 {
     const BroadCase smallest = {options, "", 1, false};
@@ -120,7 +120,7 @@ void runCases(const BroadOptions& options, bool hasBodies, ResultFile& file)
     }
 }
 
-/// Puts the names that `word` stands for in its place.
+/// Replaces `word` by the names that it stands for.
 void expandWord(std::vector<std::string>& names, const std::string& word, const std::vector<std::string>& all)
 {
     const auto found = std::find(names.begin(), names.end(), word);
@@ -181,7 +181,7 @@ StepWindow parseWindow(const std::string& name, const std::string& text)
     return window;
 }
 
-/// `cullet bench world` as the user wrote it.
+/// The options of `cullet bench world` before parsing.
 struct WorldCommand
 {
     SceneArguments scene;

@@ -8,7 +8,7 @@
 
 #include <string>
 
-// What the subcommands of `cullet bench` share.
+// Functions shared by the subcommands of `cullet bench`.
 namespace cullet
 {
 struct FileOptions

@@ -15,9 +15,9 @@ namespace cullet
 {
 namespace
 {
-/// Leaves out the libraries that this program was built without, and says so.
+/// Removes the libraries that this program was built without, with a message.
 ///
-/// @throws ProgramError (kExitUnavailable) when none is left
+/// @throws ProgramError (kExitUnavailable) if none remains
 void leaveOutMissing(std::vector<std::string>& algorithms)
 {
     std::string missing;

@@ -25,7 +25,7 @@ struct FigureCommand
     FigureOptions options;
 };
 
-/// Throws for a name that no figure has, listing those that one has.
+/// Throws for an unknown figure name, listing the known ones.
 void requireKnown(const std::vector<std::string>& names)
 {
     std::string known;
@@ -64,7 +64,7 @@ void makeFolder(const std::string& path)
         throw ProgramError(kExitOutput, "folder '" + path + "': " + error.message());
 }
 
-/// Measures one figure into its own file and adds the rows to those of all.
+/// Measures one figure into its own file and appends its rows to `all`.
 ///
 /// @return whether there is something to draw
 bool measureFigure(const FigureInfo& figure, const FigureCommand& command, ResultFile& all)

@@ -16,7 +16,7 @@ namespace cullet
 {
 namespace
 {
-/// Ends the help of a command and of its own commands with the exit codes.
+/// Appends the exit codes to the help of a command and of its subcommands.
 void explainExitCodes(CLI::App& command)
 {
     const std::string footer = command.get_footer();
@@ -25,7 +25,7 @@ void explainExitCodes(CLI::App& command)
         explainExitCodes(*inner);
 }
 
-/// Throws for a command that there is not, listing those that there are; CLI11 would only say that one is missing.
+/// Throws for an unknown command, listing the known ones; CLI11 would only report that a command is missing.
 void requireKnownCommand(const CLI::App& app, int argc, char** argv, int at)
 {
     const std::vector<const CLI::App*> known = app.get_subcommands(nullptr);

@@ -54,7 +54,7 @@ Json record(const RecordOptions& options, const WorldSceneOptions& world, TraceF
             progress.show(step + 1);
         }
     }
-    // Before the world is taken apart.
+    // Finishes before the world is destroyed.
     recorder.finish();
     requireGood(recorder);
     return {{"benchmark", "record"},       {"scene", options.scene.scene},

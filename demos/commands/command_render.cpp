@@ -47,7 +47,7 @@ void parseSize(RenderOptions& options)
         throw std::invalid_argument("--size takes WIDTHxHEIGHT, 16 to 4096 pixels each, not " + options.size);
 }
 
-/// A folder for frames that nobody asked to keep; gone with this object.
+/// A folder for temporary frames; its destructor deletes it.
 class TemporaryFolder
 {
 public:
@@ -69,7 +69,7 @@ public:
     std::string path;
 };
 
-/// Finds mistakes before minutes of work.
+/// Reports mistakes before minutes of work.
 void checkOutputs(const RenderOptions& options)
 {
     const bool wantsPictures = !options.folder.empty() || !options.animation.empty();
@@ -116,7 +116,7 @@ void paintFrames(const RenderOptions& options, const Film& film, const std::stri
                   writePng(image, framePath(folder, number));
                   progress.show(number + 1);
               });
-    // What an earlier and longer film left there would be joined to this one.
+    // Frames that an earlier, longer film left there would be joined to this film.
     for (std::size_t number = film.frames.size(); std::filesystem::remove(framePath(folder, number));)
         ++number;
 }

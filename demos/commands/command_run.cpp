@@ -39,7 +39,7 @@ std::vector<std::string> namesOf(const std::vector<DropPart>& parts)
     return names;
 }
 
-/// The columns: those that were asked for, else all that differ from the one before.
+/// The columns: the requested ones, else all that differ from their predecessor.
 std::vector<DropPart> chooseParts(const RunOptions& options)
 {
     const bool fixed = options.drop.fixedNarrow;

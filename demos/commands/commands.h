@@ -5,7 +5,7 @@
 #include <functional>
 #include <vector>
 
-// CLI11 takes seconds to compile.
+// A forward declaration, since CLI11 takes seconds to compile.
 namespace CLI
 {
 class App;
@@ -13,10 +13,10 @@ class App;
 
 namespace cullet
 {
-/// What the chosen subcommand does; returns an ExitCode.
+/// The action of the chosen subcommand; returns an ExitCode.
 using Action = std::function<int()>;
 
-/// Adds one subcommand to the program and sets `chosen` when the user asks for it.
+/// Adds one subcommand to the program; sets `chosen` if the user selects it.
 using AddCommand = void (*)(CLI::App& program, Action& chosen);
 
 void addRunCommand(CLI::App& program, Action& chosen);
@@ -28,7 +28,7 @@ void addVerifyCommand(CLI::App& program, Action& chosen);
 void addListCommand(CLI::App& program, Action& chosen);
 void addRenderCommand(CLI::App& program, Action& chosen);
 
-/// What main() of a program with these subcommands does; returns an ExitCode, and writes to stderr what went wrong.
+/// The body of main() of a program with these subcommands; returns an ExitCode, and writes errors to stderr.
 ///
 /// @param examples lines of the help, each with its line break
 int runCommandLine(int argc, char** argv, const std::vector<AddCommand>& commands, const char* examples);

@@ -13,7 +13,7 @@ namespace cullet
 {
 namespace
 {
-/// The meshes of Debian's package glmark2-data that are there.
+/// The installed meshes of Debian's package glmark2-data.
 std::vector<std::string> findDefaultMeshes()
 {
     std::vector<std::string> found;

@@ -27,9 +27,9 @@ void addSceneArguments(CLI::App& command, SceneArguments& arguments);
 /// Adds --backend and --narrow, one of each.
 void addPhaseArguments(CLI::App& command, SceneArguments& arguments);
 
-/// What makeWorldScene() takes: reads the meshes and prints a line for each.
+/// The options of makeWorldScene(): reads the meshes and prints a line for each.
 ///
-/// @throws std::invalid_argument for an unknown scene, listing the known ones; ProgramError (kExitInput) for a mesh that
-///         cannot be read
+/// @throws std::invalid_argument for an unknown scene, listing the known ones; ProgramError (kExitInput) for a mesh
+///         that cannot be read
 WorldSceneOptions resolveScene(const SceneArguments& arguments);
 }  // namespace cullet

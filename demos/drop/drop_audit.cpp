@@ -35,7 +35,7 @@ void LockStepAuditor::audit(const std::vector<WorldSnapshot>& snapshots, AuditCo
 {
     for (const auto& [proxies, pairs] : snapshots)
     {
-        // Bodies have come, gone or changed places.
+        // Bodies were created, removed or renumbered.
         if (!m_cullet->fits(proxies))
             makeShadows(proxies);
         const bool isSame = m_dbvt->update(proxies) == pairs;

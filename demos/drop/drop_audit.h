@@ -12,28 +12,28 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// What an audit needs of a world at the end of a step.
+/// The data of a world at the end of a step that an audit needs.
 struct WorldSnapshot
 {
     std::vector<AuditedProxy> proxies;
-    PairDigest pairs;  ///< those of the pair cache whose boxes overlap
+    PairDigest pairs;  ///< pairs of the pair cache whose boxes overlap
 };
 
 WorldSnapshot snapshotOf(WorldScene& world);
 
-/// Counts for a world how often its pairs are the exact ones.
+/// Counts how often the pairs of a world are the exact ones.
 void auditExact(const std::vector<WorldSnapshot>& snapshots, AuditCount& count);
 
-/// Gives the boxes of one world to DBVT and to cullet's broad phase, beside that world.
+/// Runs DBVT and cullet's broad phase on the boxes of one world, in parallel to that world.
 class LockStepAuditor
 {
 public:
-    /// @param options have to live longer
+    /// @param options must outlive this object
     LockStepAuditor(const DropOptions& options, WorldScene& world);
 
     void audit(const std::vector<WorldSnapshot>& snapshots, AuditCount& count);
 
-    /// Sets the bytes of every contender's broad phase. Nothing can be audited afterwards.
+    /// Sets the bytes of every contender's broad phase. The auditor is unusable afterwards.
     void measureMemory(std::vector<ContenderResult>& contenders);
 
 private:

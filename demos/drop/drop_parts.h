@@ -11,7 +11,7 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// What a world has of cullet; each part comes on top of those before it.
+/// The parts of cullet that a world uses; each part includes the previous ones.
 enum class DropPart
 {
     Stock,       ///< Bullet with btDbvtBroadphase as shipped
@@ -33,10 +33,10 @@ std::vector<DropPart> dropPartsNamed(const std::vector<std::string>& names);
 /// The options of the world with this part: its broad phase, narrow phase and update of the boxes.
 ///
 /// @param scene       backend: the broad phase of all parts but stock
-/// @param fixedNarrow scene.narrow holds for every part
+/// @param fixedNarrow use scene.narrow for every part
 WorldSceneOptions optionsOf(DropPart part, const WorldSceneOptions& scene, bool fixedNarrow);
 
-/// What stands above the part's column, at most 16 letters; the broad phase by its name where it is none of cullet's.
+/// Title of the part's column, at most 16 characters; a broad phase that is not cullet's is named.
 std::string titleOf(DropPart part, const NamedBroadphase& broadphase);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -17,7 +17,7 @@ namespace
 {
 using Contenders = std::vector<ContenderResult>;
 
-/// Where samplesOf() has the whole step.
+/// Index of the whole step in samplesOf().
 constexpr std::size_t kStepSample = kPhaseCount + 1;
 
 std::size_t commonSteps(const Contenders& contenders)
@@ -28,7 +28,7 @@ std::size_t commonSteps(const Contenders& contenders)
     return steps;
 }
 
-/// Those steps only that every world has done: when a run is interrupted, the others have no counterpart.
+/// Keeps only the steps that every world has run; in an interrupted run some worlds have more.
 Contenders withCommonSteps(Contenders contenders)
 {
     const std::size_t steps = commonSteps(contenders);
@@ -40,7 +40,7 @@ Contenders withCommonSteps(Contenders contenders)
     return contenders;
 }
 
-/// "    3.80x": how many times as fast `value` is as `first`; blanks in the first column.
+/// "    3.80x": the speedup of `value` over `first`; blanks in the first column.
 std::string ratioOf(double first, double value, bool isFirst)
 {
     if (isFirst || !(value > 0.0))
@@ -120,7 +120,7 @@ void printAudits(const DropResult& result)
     std::printf("%s: %s\n", line.c_str(), result.agrees() ? "agree" : "DISAGREE");
 }
 
-/// The one line for those who read no table.
+/// Prints a one-line summary of the table.
 void printSentence(const Contenders& contenders)
 {
     const ContenderResult& first = contenders.front();

@@ -8,7 +8,7 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// Prints the worlds side by side, and what the last one takes in place of the first on stdout.
+/// Prints the worlds side by side, and compares the times of the last and the first one on stdout.
 void printReport(const DropOptions& options, const DropResult& result);
 
 /// Adds a row per contender and StepSample, in the form of all benchmarks.

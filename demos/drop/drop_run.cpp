@@ -15,11 +15,11 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// Steps of one world before it is the next one's turn. Long enough to warm the caches up, short enough for all to see
-/// the same load of the machine.
+/// Steps of one world before the next world's turn. Long enough to warm the caches, short enough that all worlds run
+/// under the same load of the machine.
 constexpr std::uint32_t kBlock = 5;
 
-/// A world and what is known of it.
+/// A world and its results.
 struct Contender
 {
     std::unique_ptr<WorldScene> world;
@@ -37,7 +37,7 @@ Contender makeContender(const DropOptions& options, DropPart part)
     return contender;
 }
 
-/// Copies what an audit needs behind each step that is due, so that the comparing does not stand between two steps.
+/// Takes a snapshot after each step to be audited, so that the comparison does not run between two steps.
 void runBlock(const DropOptions& options, std::uint32_t steps, Contender& contender)
 {
     contender.snapshots.clear();
@@ -108,7 +108,7 @@ private:
         return contenders;
     }
 
-    /// The first world with cullet's broad phase, where there is one: its boxes go into both broad phases.
+    /// The first world with cullet's broad phase, if any: its boxes are given to both broad phases.
     Contender& shadowed()
     {
         const bool isStock = m_contenders.front().result.part == DropPart::Stock;
@@ -122,7 +122,7 @@ private:
             m_lockStep.audit(contender.snapshots, m_result.lockStep);
     }
 
-    /// An interrupted run gets its comparison too, but for a world that has not looked for pairs yet.
+    /// Audits an interrupted run, except worlds that have not computed pairs yet.
     void auditInterrupted()
     {
         for (Contender& contender : m_contenders)

@@ -22,11 +22,11 @@ struct DropOptions
                                    DropPart::World};
     std::uint32_t steps = 180;
     std::uint32_t auditEvery = 20;  ///< steps between two comparisons of the pairs; 0: never
-    TraceFile* trace = nullptr;     ///< gets the phases of all steps
+    TraceFile* trace = nullptr;     ///< receives the phases of all steps
     bool quiet = false;
 };
 
-/// How often two things that have to be equal were equal.
+/// How often two values that must be equal were equal.
 struct AuditCount
 {
     std::uint32_t audits = 0;
@@ -40,12 +40,12 @@ struct AuditCount
     bool agrees() const { return equal == audits; }
 };
 
-/// What one of the worlds showed.
+/// Results of one of the worlds.
 struct ContenderResult
 {
     DropPart part = DropPart::Stock;
     std::string title;
-    std::string backend;  ///< that it really ran
+    std::string backend;  ///< that was actually used
     bool isCullet = false;
     std::string narrow;
     std::string update;
@@ -64,7 +64,7 @@ struct ContenderResult
 struct DropResult
 {
     std::vector<ContenderResult> contenders;  ///< at least one, in the order of the parts
-    AuditCount lockStep;  ///< DBVT and cullet anew on the boxes of one world against that world's pairs
+    AuditCount lockStep;  ///< DBVT and cullet, fresh, on one world's boxes against that world's pairs
     AuditCount update;    ///< the world with cullet::World against the one without it, bit by bit
     std::uint32_t bodies = 0;
     bool interrupted = false;
@@ -74,7 +74,7 @@ struct DropResult
 
 /// Steps a world for each part in alternating blocks of steps, and compares their pairs.
 ///
-/// Stops early, with what it has, when the user interrupts.
+/// Stops early, with the results so far, when the user interrupts.
 ///
 /// @throws std::invalid_argument for an unknown scene or backend
 DropResult runDrop(const DropOptions& options);

@@ -90,7 +90,7 @@ ShadowBroadphase::ShadowBroadphase(NamedBroadphase broadphase, const std::vector
     const MarginScope margin(m_broadphase.margin);
     for (const AuditedProxy& proxy : proxies)
     {
-        // The row stands where a world puts the object; without a ghost callback nobody follows it.
+        // The row replaces the object pointer; without a ghost callback it is never dereferenced.
         void* row = reinterpret_cast<void*>(m_proxies.size() + 1);  // NOLINT(performance-no-int-to-ptr)
         m_proxies.push_back(m_broadphase.broadphase->createProxy(
             toBullet(proxy.box.min), toBullet(proxy.box.max), 0, row, proxy.group, proxy.mask, nullptr));
@@ -131,7 +131,7 @@ std::uint64_t ShadowBroadphase::pairCount()
 
 void ShadowBroadphase::release()
 {
-    // Pairs first, from the end: Bullet's cache scans all pairs for each proxy that goes.
+    // Pairs first, from the end: Bullet's cache scans all pairs for each proxy that is destroyed.
     btOverlappingPairCache& cache = *m_broadphase.broadphase->getOverlappingPairCache();
     while (cache.getNumOverlappingPairs() > 0)
     {

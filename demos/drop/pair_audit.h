@@ -15,7 +15,7 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// Box and filter words of one proxy; a row of an audit is the object's place in its world.
+/// Box and filter words of one proxy; a row of an audit is the object's index in its world.
 struct AuditedProxy
 {
     ExactBox box;
@@ -29,27 +29,27 @@ std::vector<AuditedProxy> collectProxies(const btCollisionWorld& world);
 /// The pairs that a perfect broad phase reports for these proxies: overlapping boxes whose filter words agree.
 PairDigest digestExact(const std::vector<AuditedProxy>& proxies);
 
-/// The pairs of a world's pair cache whose boxes overlap now, by row. Pairs that a margin keeps are left out.
+/// The pairs of a world's pair cache whose boxes overlap now, by row. Pairs kept by a margin are excluded.
 PairDigest digestCache(btCollisionWorld& world);
 
-/// A second broad phase, without a world, that is fed with the boxes of a world: two of them see the same boxes even
-/// when the worlds that use such broad phases have drifted apart.
+/// A broad phase without a world that receives the boxes of a world: two of them have the same boxes even when the
+/// worlds that use such broad phases have diverged.
 class ShadowBroadphase
 {
 public:
     ShadowBroadphase(NamedBroadphase broadphase, const std::vector<AuditedProxy>& proxies);
     ~ShadowBroadphase();
 
-    /// Whether these are the proxies that it was made with, with other boxes.
+    /// Whether these proxies match those of the constructor except for their boxes.
     bool fits(const std::vector<AuditedProxy>& proxies) const;
 
-    /// Takes over the boxes and returns the pairs whose boxes overlap now.
+    /// Sets the boxes and returns the overlapping pairs.
     PairDigest update(const std::vector<AuditedProxy>& proxies);
 
     std::uint64_t pairCount();
 
-    /// Frees the broad phase and returns the bytes that this gave back to malloc: proxies, tree or grid, and pair cache,
-    /// without algorithms and contacts. Memory on a GPU is not in it. The object is of no use afterwards.
+    /// Frees the broad phase and returns the bytes returned to malloc: proxies, tree or grid, and pair cache, without
+    /// algorithms and contacts. GPU memory is not included. The object is unusable afterwards.
     std::uint64_t releaseAndMeasure();
 
 private:

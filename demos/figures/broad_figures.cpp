@@ -12,7 +12,7 @@
 #include <map>
 #include <thread>
 
-// The figures that are made of `bench broad`: each case is measured by runFramesBench(), with its checks of the pairs.
+// The figures from `bench broad`: runFramesBench() measures each case and checks the pairs.
 namespace cullet
 {
 inline namespace CULLET_PRECISION
@@ -21,7 +21,7 @@ namespace
 {
 using Names = std::vector<std::string>;
 
-/// Cubes, so that they are evenly spaced on the thesis's cubic axis.
+/// Cubic numbers, which are evenly spaced on the thesis's cubic axis.
 const std::vector<std::uint32_t> kCubes = {1000,   8000,   27000,   64000,   125000,
                                            216000, 512000, 1000000, 4096000, 16777216};
 
@@ -102,7 +102,7 @@ struct Line
     double slope() const { return (count * sumXY - sumX * sumY) / (count * sumXX - sumX * sumX); }
 };
 
-/// The CPU's time, which is the steadier one for one thread, except where a GPU is waited for.
+/// CPU time, which varies less for one thread; wall time for a GPU.
 double timeOf(const Json& row)
 {
     return row[row["backend"] == "cuda" ? "median_ms" : "cpu_median_ms"].get<double>();
@@ -186,12 +186,12 @@ void measureCellSize(const FigureOptions& options, ResultFile& file)
             edges[cellsOfEdge("psap-cells:", side, edge * kBoxSide)] = edge;
             edges[numbered("grid-rows:", edge)] = edge;
         }
-        // Its cells are powers of two.
+        // Cell widths of the backend are powers of two.
         for (const double edge : {1.0, 2.0, 4.0, 8.0})
             edges[numbered("uniform:", edge)] = edge;
         measureWidths(options, "W1", bodies, edges, file);
     }
-    // What one size of cells is bad at: sizes over three decades, and boxes that are dense in places.
+    // Hard cases for one cell size: box sizes over three decades, and locally dense boxes.
     const std::vector<std::uint32_t> sizes = sizesOf(options, {4000, 16000}, 16000, 16000);
     if (sizes.empty())
         return;

@@ -19,19 +19,19 @@ struct FigureOptions
 {
     bool quick = false;                 ///< smaller worlds and fewer frames
     std::vector<std::uint32_t> bodies;  ///< instead of the figure's own sizes; ascending
-    std::uint32_t most = 0;             ///< leaves out larger worlds; 0: a limit of the figure's own
+    std::uint32_t most = 0;             ///< skips larger worlds; 0: the figure's own limit
     double budget = 100;                ///< seconds for each figure, see FigureClock; 0: as long as it takes
     std::uint64_t seed = 12345;
-    TraceFile* trace = nullptr;  ///< gets the phases of all frames and steps; figure 11 has none
+    TraceFile* trace = nullptr;  ///< receives the phases of all frames and steps; figure 11 has none
     bool quiet = false;
 };
 
-/// A figure: what it measures goes into one result file, which demos/plots/plot.py draws.
+/// A figure: its measurements form one result file, which demos/plots/plot.py draws.
 struct FigureInfo
 {
     const char* name;
     const char* summary;
-    /// Stops early, with what it has, when the user interrupts.
+    /// Stops early, with the results so far, when the user interrupts.
     void (*measure)(const FigureOptions& options, ResultFile& file);
 };
 
@@ -50,20 +50,20 @@ bool hasCudaDevice();
 /// The sizes of worlds that a figure measures.
 ///
 /// @param own   the figure's own, ascending
-/// @param quick those of them that --quick keeps are not larger
-/// @param most  the figure's own limit where no GPU answers
+/// @param quick largest size with --quick
+/// @param most  the figure's own limit without a GPU
 std::vector<std::uint32_t> sizesOf(const FigureOptions& options, const std::vector<std::uint32_t>& own,
                                    std::uint32_t quick, std::uint32_t most);
 
-/// Tells a figure, whose worlds grow, when to stop: at the user's interrupt, and where the next world would not be done
-/// within the budget if it took as long per body as the last one. The first is always measured.
+/// Determines when a figure with growing worlds has to stop: at the user's interrupt, and when the next world would
+/// exceed the budget at the last world's time per body. The first world is always measured.
 class FigureClock
 {
 public:
     /// @param share of the budget that this clock has
     FigureClock(const FigureOptions& options, const char* name, double share = 1.0);
 
-    /// To be asked before each world; says on stderr what is left out.
+    /// To be called before each world; reports skipped worlds on stderr.
     bool hasTimeFor(std::uint32_t bodies);
 
 private:
@@ -76,7 +76,7 @@ private:
     std::uint32_t m_lastBodies = 0;
 };
 
-// What the figures show is told in docs/results.md.
+// docs/results.md explains the figures.
 
 void measureFigure10(const FigureOptions& options, ResultFile& file);
 void measureFigure11(const FigureOptions& options, ResultFile& file);

@@ -4,7 +4,7 @@
 #include "cullet/demos/bench/world_bench.h"
 #include "cullet/demos/figures/figure.h"
 
-// The figures that are made of `bench narrow` and `bench world`.
+// The figures from `bench narrow` and `bench world`.
 namespace cullet
 {
 inline namespace CULLET_PRECISION
@@ -37,7 +37,7 @@ void measurePhases(const FigureOptions& options, ResultFile& file)
     world.windows = {{"falling", 20, 30}, {"settled", 180, 200}};
     if (options.quick)
         world.windows = {{"falling", 5, 10}, {"settled", 50, 60}};
-    // The largest worlds for which there is time; the smaller ones tell how long they take.
+    // Keeps the largest worlds that fit the budget; the smaller ones predict their times.
     std::vector<Json> rows;
     FigureClock clock(options, "phases", 2.5);
     for (const std::uint32_t bodies : sizesOf(options, {1000, 8000}, 1000, 8000))

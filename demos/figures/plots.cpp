@@ -12,7 +12,7 @@ namespace cullet
 {
 namespace
 {
-// Not the python3 of PATH: Debian's, which sees Debian's packages.
+// Debian's python3 instead of the one in PATH, since it finds Debian's packages.
 constexpr const char* kPython = "/usr/bin/python3";
 constexpr const char* kScript = CULLET_DEMOS_FOLDER "/plots/plot.py";
 

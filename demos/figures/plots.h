@@ -11,6 +11,6 @@ namespace cullet
 /// source tree that this program was built from.
 ///
 /// @param names file names without ending
-/// @return whether the plots were drawn; if not, the reason and what to do about it are on stderr
+/// @return whether the plots were drawn; if not, the reason and a remedy are on stderr
 bool drawFigures(const std::string& folder, const std::vector<std::string>& names);
 }  // namespace cullet

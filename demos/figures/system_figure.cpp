@@ -27,7 +27,7 @@ namespace
 {
 constexpr float kMargin = 0.05f;  // Bullet's default
 
-/// The thesis's bodies: spheres of 80 triangles, each turned at random.
+/// The thesis's bodies: spheres of 80 triangles, randomly rotated.
 class Spheres
 {
 public:
@@ -55,10 +55,10 @@ struct Configuration
     const char* name;
     const char* broad;
     SupportMethod support;
-    bool isWarm;  ///< a pair remembers its last query
+    bool isWarm;  ///< a pair keeps the state of its last query
 };
 
-/// A broad phase that keeps the list of its pairs, and a narrow phase that asks each of them.
+/// A broad phase with a pair list, and a narrow phase that queries each pair.
 class System
 {
 public:
@@ -87,7 +87,7 @@ public:
         for (const std::uint32_t row : scene.moved())
             m_table.setBox(row, scene.boxes()[row]);
         updatePairs();
-        // One thread, so that the CPU's time is the steadier one, except where a GPU is waited for.
+        // CPU time varies less with one thread; wall time for a GPU.
         const bool isOnGpu = std::string(m_configuration.broad) == "cuda";
         const double broadTime = isOnGpu ? broad.wallMs() : broad.cpuMs();
         const auto middle = TraceFile::Clock::now();
@@ -118,7 +118,7 @@ private:
         m_pairs.swap(m_next);
     }
 
-    /// The caches of the last frame's pairs go with those that are still there.
+    /// Moves the caches of pairs of the last frame to the pairs that persist.
     void followPairs()
     {
         m_nextCaches.assign(m_pairs.size(), {});

@@ -19,7 +19,7 @@ MILLION = 1 << 20
 CASES = [("16k", "W1", 1 << 14, 0.014), ("64k", "W1", 1 << 16, 0.016), ("1M", "W1", MILLION, 0.095),
          ("16M", "W1", 1 << 24, 1.5), ("W2 1M", "W2", MILLION, 0.22), ("W3 1M", "W3", MILLION, 0.17)]
 WITH_FLAT = [*CASES, ("all at one x, 1M", "flat", MILLION, None)]
-# Rivals were measured with as many, which is 5 % fewer.
+# Number of bodies of the rivals' measurements, 5 % fewer.
 BODIES_OF_RIVALS = {MILLION: 1000000, 1 << 24: 16000000}
 DELTA_CASES = [("1M", "W1", MILLION, 0.13), ("16M", "W1", 1 << 24, 2.3)]
 CHANGES = [("boxes drift, means", "rows-deltas"), ("... every frame searched", "rows-deltas-searched"),
@@ -43,7 +43,7 @@ VARIANTS = [
     ("tiles", "rows-tiles"),
     ("**as chosen**", "rows"),
 ]
-# Of updates that search, and of those that follow near pairs.
+# Stages of updates that search, and of updates that use a neighbour list.
 STAGES = [("upload", "searched-"), ("sort", "searched-"), ("settle", "searched-"), ("search", "searched-"), ("follow", ""),
           ("deltas", "searched-")]
 EXTREMES = [("W1", "uniform"), ("flat", "all at one x"), ("flat-y", "all at one y"), ("flat-z", "all at one z"),

@@ -11,7 +11,7 @@ import csv
 import os
 import sys
 
-# What, scene, bodies, file, best rival, goals for one and two threads, ms.
+# Label, scene, bodies, file, best rival, goals for one and two threads, ms.
 GOALS = [
     ("W1, 4k", "W1", 4000, "goals", ".33", ".24", "-"),
     ("W1, 16k", "W1", 16000, "goals", "1.76", ".95", ".75"),

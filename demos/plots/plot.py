@@ -20,7 +20,7 @@ except ImportError:
     sys.exit("plot.py: no matplotlib for this Python (Debian: apt install python3-matplotlib, then /usr/bin/python3)")
 
 matplotlib.use("Agg")
-matplotlib.rcParams["svg.hashsalt"] = "cullet"  # the same bytes in every run
+matplotlib.rcParams["svg.hashsalt"] = "cullet"  # reproducible bytes in every run
 import matplotlib.pyplot as plt
 
 import figures

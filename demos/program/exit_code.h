@@ -7,7 +7,7 @@
 
 namespace cullet
 {
-/// What the program `cullet` tells its caller.
+/// Exit codes of the program `cullet`.
 enum ExitCode : int
 {
     kExitOk = 0,
@@ -17,14 +17,14 @@ enum ExitCode : int
     kExitOutput = 4,        ///< a file cannot be written
     kExitUnavailable =
         5,  ///< no such device, no timings from a debug build, or no program of the other precision
-    kExitInterrupted = 130  ///< Ctrl-C; what was measured until then has been printed and written
+    kExitInterrupted = 130  ///< Ctrl-C; the results so far were printed and written
 };
 
 inline constexpr const char* kExitCodeHelp =
     "Exit codes: 0 ok, 1 the pairs disagree, 2 usage, 3 input file, 4 output file, 5 not available here, "
     "130 interrupted (what was measured is printed)";
 
-/// A problem that ends the program: one line for the user, and the code.
+/// An error that ends the program: a one-line message and the exit code.
 class ProgramError : public std::runtime_error
 {
 public:

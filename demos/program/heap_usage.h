@@ -6,9 +6,9 @@
 
 namespace cullet
 {
-/// Bytes that the process has got from malloc and not given back, with malloc's own overhead; mapped blocks included.
+/// Bytes allocated by malloc and not freed, including malloc's overhead and mapped blocks.
 ///
-/// The memory of a structure is the difference that freeing it makes. Costs up to milliseconds (it walks the free
-/// lists), and nothing while it is not asked.
+/// The memory of a structure is the difference across freeing it. A call takes up to milliseconds (malloc walks its
+/// free lists).
 std::uint64_t heapBytesInUse();
 }  // namespace cullet

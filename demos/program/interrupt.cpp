@@ -10,7 +10,8 @@ namespace cullet
 {
 namespace
 {
-// `timeout` and job runners send a signal to the process and again to its group, microseconds later: one request.
+// `timeout` and job runners send a signal to the process and again to its group, microseconds later: these count as one
+// request.
 constexpr std::int64_t kSameRequestNanoseconds = 200'000'000;
 
 volatile std::sig_atomic_t interruptCount = 0;

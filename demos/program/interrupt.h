@@ -4,9 +4,10 @@
 
 namespace cullet
 {
-/// Makes the first Ctrl-C (SIGINT) or SIGTERM a request; another one, more than 0.2 s later, ends the program as usual.
+/// Turns the first Ctrl-C (SIGINT) or SIGTERM into a request to stop; another one, more than 0.2 s later, ends the
+/// program as usual.
 void catchInterrupts();
 
-/// True once the user asked to stop. Long loops ask between steps and finish with what they have.
+/// True once the user asked to stop. Long loops test this between steps and finish with the results so far.
 bool isInterrupted() noexcept;
 }  // namespace cullet

@@ -15,7 +15,7 @@ namespace cullet
 {
 namespace
 {
-/// The value of the first line "key : value" of a file of /proc; empty when there is none.
+/// The value of the first line "key : value" of a file of /proc; empty if there is none.
 std::string readField(const std::string& path, const std::string& key)
 {
     std::ifstream file(path);

@@ -6,11 +6,11 @@
 
 namespace cullet
 {
-/// What a timing depends on, for people and for result files.
+/// Description of the machine, on which timings depend.
 struct Machine
 {
     std::string cpu;
-    std::string instructions;  ///< widest that cullet's kernels find here: AVX-512, AVX2 or baseline
+    std::string instructions;  ///< widest that cullet's kernels use here: AVX-512, AVX2 or baseline
     int cores = 0;             ///< logical ones that this process may use
     double memoryGib = 0.0;
     std::string gpu;  ///< model, or empty when the NVIDIA driver shows none
@@ -21,13 +21,13 @@ struct Machine
 
 Machine describeMachine();
 
-/// One line of text.
+/// The description in one line.
 std::string toLine(const Machine& machine);
 
-/// Git commit of the sources that were built; "-dirty" follows when tracked files differed from it, and it is
-/// "unknown" outside a git checkout.
+/// Git commit of the built sources, with the suffix "-dirty" if tracked files differed from it; "unknown" outside a git
+/// checkout.
 const char* builtCommit() noexcept;
 
-/// True when assertions are compiled in, so that timings mean nothing.
+/// True with assertions compiled in, which makes timings meaningless.
 bool isDebugBuild() noexcept;
 }  // namespace cullet

@@ -21,10 +21,10 @@ public:
     Progress(const Progress&) = delete;
     Progress& operator=(const Progress&) = delete;
 
-    /// Says that `done` of the steps are over. Redraws ten times a second at most.
+    /// Reports that `done` of the steps are complete. Redraws at most ten times a second.
     void show(std::uint64_t done);
 
-    /// Says that one more step is over.
+    /// Reports that one more step is complete.
     void advance() { show(++m_done); }
 
 private:
@@ -32,12 +32,12 @@ private:
 
     std::string m_label;
     std::uint64_t m_total;
-    std::uint64_t m_done = 0;  ///< by advance()
+    std::uint64_t m_done = 0;  ///< counted by advance()
     bool m_enabled;
     Clock::time_point m_start;
     Clock::time_point m_drawn;
 };
 
-/// "1:05" or "2:03:00"; "--:--" for a time that is not known (negative).
+/// "1:05" or "2:03:00"; "--:--" for an unknown time (negative).
 std::string formatDuration(double seconds);
 }  // namespace cullet

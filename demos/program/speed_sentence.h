@@ -7,8 +7,8 @@
 
 namespace cullet
 {
-/// "A step takes 18 ms instead of 68: 3.8 times as fast", "1.3 times as long" or "as long, within 5 %"; empty when one
-/// of the times is not above zero.
+/// "A step takes 18 ms instead of 68: 3.8 times as fast", "1.3 times as long" or "as long, within 5 %"; empty if one of
+/// the times is not positive.
 ///
 /// Two significant digits, and up to four where the two times would look equal.
 std::string compareSteps(double milliseconds, double insteadOf);

@@ -79,7 +79,7 @@ def pairs_by_comparing_all(ids, boxes):
 
 def main():
     random = numpy.random.default_rng(1)
-    # Rows of eight floats, of which a box takes six: strides are as the caller has them.
+    # Rows of eight floats, of which a box uses six: the caller chooses the strides.
     table = numpy.zeros((1000, 8), numpy.float32)
     boxes = table[:, :6]
     boxes[:, :3] = random.uniform(0, 20, (1000, 3))

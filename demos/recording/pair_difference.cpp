@@ -14,7 +14,7 @@ namespace
 std::string describeBox(std::uint32_t id, const RecordedBoxes::Box& box)
 {
     char text[400];
-    // As many digits as tell any two coordinates apart.
+    // Enough digits to distinguish any two coordinates.
     std::snprintf(text, sizeof(text),
                   "\n  box %u: (%.17g, %.17g, %.17g) to (%.17g, %.17g, %.17g), group %d, mask %d", id,
                   box.box.min[0], box.box.min[1], box.box.min[2], box.box.max[0], box.box.max[1],

@@ -22,18 +22,18 @@ private:
     std::uint64_t m_value = 0;
 };
 
-/// Sorted pairs and who found them.
+/// Sorted pairs and the name of the backend that found them.
 struct NamedPairs
 {
     std::string name;
     const Pairs* pairs;
 };
 
-/// The first pair that one has and the other has not, with frame and boxes, in words; empty when they are equal.
+/// Describes the first pair that only one of two sets has, with frame and boxes; empty if they are equal.
 std::string describeDifference(std::uint64_t frame, const NamedPairs& one, const NamedPairs& other,
                                const RecordedBoxes& boxes);
 
-/// How many frames of the recording the options ask for.
+/// Number of frames of the recording to play by the options.
 std::uint64_t framesToPlay(const ReplayOptions& options, const RecordingSummary& summary);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

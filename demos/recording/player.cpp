@@ -17,7 +17,7 @@ btVector3 toVector(const double* coordinates)
     return btVector3(btScalar(coordinates[0]), btScalar(coordinates[1]), btScalar(coordinates[2]));
 }
 
-/// Proxies know their id; the dispatcher is null, as nothing has an algorithm.
+/// Proxies store their id; the dispatcher is null, as no pair has an algorithm.
 class BroadphasePlayer : public Player
 {
 public:
@@ -25,7 +25,7 @@ public:
 
     ~BroadphasePlayer() override
     {
-        // Pairs first, from the end: Bullet's cache scans all pairs for each proxy that goes.
+        // Pairs first, from the end: Bullet's cache scans all pairs for each proxy that is destroyed.
         btOverlappingPairCache& cache = *inner().getOverlappingPairCache();
         while (cache.getNumOverlappingPairs() > 0)
         {
@@ -85,7 +85,7 @@ private:
 
     void requireBox(const BoxEvent& event) const
     {
-        // Bullet's own trees and arrays have no place for a box that is none.
+        // Bullet's own trees and arrays cannot store an invalid box.
         if (m_broadphase.cullet == nullptr && !isValid(event.box))
             throw ProgramError(kExitInput, "box " + std::to_string(event.id) +
                                                " of the recording is empty or not a number; '" + name() +
@@ -122,7 +122,7 @@ private:
     {
         if (event.id >= m_proxies.size())
             m_proxies.resize(event.id + 1);
-        // An id, not an address: nothing follows it.
+        // An id, not an address: it is never dereferenced.
         void* client =
             reinterpret_cast<void*>(std::uintptr_t(event.id) + 1);  // NOLINT(performance-no-int-to-ptr)
         m_proxies[event.id] = inner().createProxy(toVector(event.box.min), toVector(event.box.max), 0, client,

@@ -13,7 +13,7 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// Something that finds the pairs of a recording.
+/// Interface of a broad phase that plays a recording.
 class Player
 {
 public:
@@ -22,25 +22,26 @@ public:
     virtual const std::string& name() const = 0;
     virtual int threads() const = 0;
 
-    /// Hands over the events before a frame. Timed.
+    /// Applies the events before a frame. Timed.
     virtual void apply(const std::vector<BoxEvent>& events) = 0;
 
     /// Finds the pairs. Timed.
     virtual void findPairs() = 0;
 
-    /// The pairs of ids that are held and are pairs of these boxes now, sorted. A margin may keep more.
+    /// The held pairs of ids that are pairs of these boxes now, sorted. A margin may keep more pairs.
     virtual Pairs pairs(const RecordedBoxes& boxes) = 0;
 
-    /// Pairs held, those that a margin keeps included.
+    /// Held pairs, including those kept by a margin.
     virtual std::uint64_t heldPairs() = 0;
 };
 
-/// A broad phase by name (broadphaseNames()) behind Bullet's interface; "exact": the referee, all pairs anew by a sweep.
+/// A broad phase by name (broadphaseNames()) behind Bullet's interface; "exact": the reference, all pairs by a sweep in
+/// each frame.
 ///
-/// @throws std::invalid_argument for an unknown name; std::runtime_error when it cannot run here
+/// @throws std::invalid_argument for an unknown name; std::runtime_error if it cannot run here
 std::unique_ptr<Player> makePlayer(const std::string& name, int threads, const RecordingSummary& summary);
 
-/// One for each name.
+/// A player for each name.
 std::vector<std::unique_ptr<Player>> makePlayers(const std::vector<std::string>& names, int threads,
                                                  const RecordingSummary& summary);
 }  // namespace CULLET_PRECISION

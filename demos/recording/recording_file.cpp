@@ -36,14 +36,14 @@ ExactBox toExactBox(const StreamBox& box)
     return {{box.min[0], box.min[1], box.min[2]}, {box.max[0], box.max[1], box.max[2]}};
 }
 
-/// Grows `bounds` by a box; coordinates without bound do not count.
+/// Grows `bounds` by a box; unbounded coordinates are ignored.
 void include(ExactBox& bounds, const StreamBox& box)
 {
     if (!isValid(box))
         return;
     for (int axis = 0; axis < 3; ++axis)
     {
-        // What Bullet gives a plane is finite, but no size of a world.
+        // The box that Bullet gives a plane is finite, but larger than any world.
         constexpr double kUnbounded = 1e17;
         if (std::fabs(box.min[axis]) < kUnbounded)
             bounds.min[axis] = std::min(bounds.min[axis], box.min[axis]);

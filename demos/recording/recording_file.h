@@ -13,16 +13,16 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// What is in a recording, after all of it was read and found good.
+/// Contents of a recording that was completely read and checked.
 struct RecordingSummary
 {
     BoxStreamInfo info;
     std::uint32_t mostBoxes = 0;  ///< alive at once
-    ExactBox bounds = {};         ///< of all finite boxes; zero when there is none
+    ExactBox bounds = {};         ///< of all finite boxes; zero if there is none
     bool isRounded = false;       ///< boxes of a double recording are rounded outward to this program's float
 };
 
-/// A recording frame by frame, in the precision of this program.
+/// Reads a recording frame by frame, in the precision of this program.
 ///
 /// @throws ProgramError (kExitInput) from every member for a file that is missing, truncated or corrupt
 class RecordingFile
@@ -30,7 +30,7 @@ class RecordingFile
 public:
     explicit RecordingFile(std::string path);
 
-    /// Reads all of the file once, so that nothing is measured before the last byte was checked, and begins again.
+    /// Reads the whole file once, so that every byte is checked before any measurement, and rewinds.
     RecordingSummary summarise();
 
     /// Replaces `events` by those of the next frame; false at the end.
@@ -49,7 +49,7 @@ class RecordedBoxes
 public:
     struct Box
     {
-        ExactBox box = {{1, 1, 1}, {-1, -1, -1}};  ///< empty when no box is alive
+        ExactBox box = {{1, 1, 1}, {-1, -1, -1}};  ///< empty if no box is alive
         std::int32_t group = 0;
         std::int32_t mask = 0;
     };
@@ -58,10 +58,10 @@ public:
 
     const Box& at(std::uint32_t id) const { return m_boxes[id]; }
 
-    /// Boxes overlap as closed intervals and filter words agree, now.
+    /// Whether the boxes overlap as closed intervals and the filter words agree now.
     bool arePair(std::uint32_t a, std::uint32_t b) const;
 
-    /// All such pairs of ids, sorted, by the sweep that the demos check with.
+    /// All pairs of arePair(), sorted, by the reference sweep of the demos.
     Pairs exactPairs() const;
 
     std::uint32_t aliveCount() const noexcept { return m_alive; }

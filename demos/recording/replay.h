@@ -28,23 +28,23 @@ struct ReplayOptions
 struct ReplayResult
 {
     std::uint64_t frames = 0;
-    /// What differed first, in words; empty when all found the same pairs in all frames.
+    /// Description of the first difference; empty if all players found the same pairs in all frames.
     std::string difference;
 };
 
-/// Prints what is in a recording.
+/// Prints the summary of a recording.
 void printSummary(const std::string& path, const RecordingSummary& summary);
 
-/// Plays a recording to all backends, frame by frame in turns, and adds rows "replay.setAabb" (everything handed over),
+/// Plays a recording to all backends, frame by frame in turns, and adds rows "replay.setAabb" (all events applied),
 /// "replay.calculateOverlappingPairs" and "replay.frame" (both) for each, in the form of all benchmarks.
 ///
 /// `hash` is over the overlapping pairs of all frames; the pair sets are compared, outside of the times, in each frame.
-/// Stops early, with what it has, when the user interrupts.
-/// @param trace gets every frame; null: none
+/// Stops early, with the results so far, when the user interrupts.
+/// @param trace receives every frame; null: none
 ReplayResult runReplay(const ReplayOptions& options, ResultFile& file, TraceFile* trace = nullptr);
 
 /// Compares the overlapping pairs of all players with those of the first, in each frame, and stops at the first
-/// difference: frame, pair, who has it, and both boxes. Prints and adds a row "verify" for each player.
+/// difference: frame, pair, the player that has it, and both boxes. Prints and adds a row "verify" for each player.
 ReplayResult runVerify(const ReplayOptions& options, RecordingFile& recording,
                        const std::vector<std::unique_ptr<Player>>& players, ResultFile& file,
                        TraceFile* trace = nullptr);

@@ -24,7 +24,7 @@ float radiusOf(const DrawMesh& mesh)
     return std::sqrt(squared);
 }
 
-/// Places of the bodies that are to be in the picture, at most some hundred thousand.
+/// Positions of the bodies to frame, at most some hundred thousand.
 class Subjects
 {
 public:
@@ -125,7 +125,7 @@ Ball boundsOf(const std::vector<Ball>& balls)
     return bounds;
 }
 
-/// A unit vector for the eye seen from the target.
+/// Unit vector from the target to the eye.
 Eigen::Vector3f directionTo(const Eigen::Vector3f& up, float yawDegrees, float pitchDegrees)
 {
     constexpr float kDegree = 0.017453293f;
@@ -139,7 +139,7 @@ Eigen::Vector3f directionTo(const Eigen::Vector3f& up, float yawDegrees, float p
     return std::cos(pitch) * (std::cos(yaw) * front + std::sin(yaw) * side) + std::sin(pitch) * up;
 }
 
-/// How far the eye has to be for the balls to be in the picture.
+/// Distance of the eye at which the balls are in the picture.
 float distanceFor(const std::vector<Ball>& balls, const Camera& camera, const Eigen::Vector3f& toEye,
                   float aspect)
 {
@@ -194,7 +194,7 @@ std::vector<Camera> aimCameras(const Film& film, const CameraWish& wish, float a
     {
         const float share = static_cast<float>(frame) / static_cast<float>(film.frames.size());
         const Eigen::Vector3f toEye = directionTo(film.up, wish.yaw + wish.orbit * share, wish.pitch);
-        // An orbit at one distance, the one of the first frame with some room.
+        // An orbit at a constant distance: that of the first frame and an allowance.
         if (frame == 0)
             distance =
                 distanceFor(balls, camera, toEye, aspect) * (wish.orbit == 0 ? 1.04f : 1.15f) / wish.zoom;

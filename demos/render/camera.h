@@ -10,17 +10,17 @@
 
 namespace cullet
 {
-/// Where the picture is taken from.
+/// Position and view of a camera.
 struct Camera
 {
     Eigen::Vector3f eye;
     Eigen::Vector3f target;
     Eigen::Vector3f up;        ///< unit length
     float fieldOfView = 0.6f;  ///< radians, vertical
-    float radius = 1;  ///< of the sphere around `target` that holds what is framed, length unit of the scene
+    float radius = 1;          ///< of the framed sphere around `target`, length unit of the scene
 };
 
-/// Where an automatic camera stands.
+/// Parameters of an automatic camera.
 struct CameraWish
 {
     float yaw = 32;            ///< degrees around the up axis
@@ -35,9 +35,9 @@ struct CameraWish
 /// @throws std::invalid_argument
 CameraWish parseCamera(const std::vector<float>& numbers);
 
-/// Cameras that show the bodies that move in a film, or all if none does, from start to end: one for each frame.
+/// Cameras, one for each frame, that show the bodies that move in a film, or all bodies if none moves.
 ///
-/// Of the places of bodies, 1 in 100 may lie outside, so that one body that flies away does not spoil the picture.
+/// 1 in 100 positions of bodies may lie outside, so that a body that flies away does not spoil the picture.
 /// @param aspect width / height
 std::vector<Camera> aimCameras(const Film& film, const CameraWish& wish, float aspect);
 }  // namespace cullet

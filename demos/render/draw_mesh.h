@@ -16,7 +16,7 @@ struct DrawMesh
     std::vector<Eigen::Vector3f> normals;  ///< [positions.size()] unit length
     std::vector<std::uint32_t> triangles;  ///< three indices each
 
-    /// A triangle with vertices of its own and its face normal; one without area is left out.
+    /// Adds a triangle with its own vertices and its face normal; one without area is skipped.
     void addFlatTriangle(const Eigen::Vector3f& a, const Eigen::Vector3f& b, const Eigen::Vector3f& c);
 
     void append(const DrawMesh& other);
@@ -32,9 +32,9 @@ struct OutlinePoint
     Eigen::Vector2f normal;
 };
 
-/// The body that an outline sweeps around an axis (0, 1 or 2), smooth around it.
+/// The surface of revolution of an outline about an axis (0, 1 or 2), with smooth normals.
 ///
-/// @param outline from the lowest to the highest point; a crease is the same place twice with two normals
+/// @param outline from the lowest to the highest point; a crease is a point given twice with different normals
 DrawMesh makeRevolvedMesh(const std::vector<OutlinePoint>& outline, int axis, int sides);
 
 /// Half of a circle, from pole to pole, its upper half moved up and its lower half moved down by halfHeight.

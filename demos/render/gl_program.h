@@ -13,7 +13,7 @@
 
 namespace cullet
 {
-/// A linked program of the current context, which frees it.
+/// A linked program, which is freed with the current context.
 class GlProgram
 {
 public:

@@ -22,7 +22,7 @@ constexpr int kSamples = 3;  // along each side of a pixel
 constexpr int kShadowSize = 2048;
 constexpr float kWallOpacity = 0.06f;
 
-/// What the graphics memory has of a body.
+/// Data of a body in graphics memory.
 struct Instance
 {
     float place[3], scale[3], rotation[4], color[4], hasGrid;
@@ -61,7 +61,7 @@ Context makeContext(std::vector<std::uint8_t>& buffer, int width, int height)
     return context;
 }
 
-/// A shade of its own for each body, so that neighbours can be told apart.
+/// A different shade for each body, so that neighbours are distinguishable.
 float shadeOf(std::uint32_t body)
 {
     const std::uint32_t mixed = (body + 1) * 2654435769u;
@@ -84,7 +84,7 @@ struct Painter::Parts
     Image takeImage() const;
 
     const Film& film;
-    int width, height;  ///< of the samples
+    int width, height;  ///< in samples
     std::vector<std::uint8_t> buffer;
     Context context;
     GlProgram bodyProgram, depthProgram, backdropProgram, lineProgram;
@@ -185,7 +185,7 @@ void Painter::Parts::sortBodies(const FilmState& state, const Camera& camera)
         std::copy_n(body.pose.rotation.data(), 4, instance.rotation);
         std::copy_n(color.data(), 4, instance.color);
         instance.hasGrid = isStatic ? 1.0f : 0.0f;
-        // Floors and walls would put everything in the shade.
+        // Floors and walls would shade the whole scene.
         const bool casts = !isStatic || body.mesh != Film::kCube;
         (color.w() < 1 ? translucent : casts ? casters : solid)[body.mesh].push_back(instance);
     }
@@ -270,7 +270,7 @@ void Painter::Parts::drawScene(const Camera& camera, const Eigen::Matrix4f& toSc
     glDisable(GL_BLEND);
 }
 
-/// Lines in front of everything, and faintly those behind bodies.
+/// Draws lines over bodies; lines behind bodies are faint.
 void Painter::Parts::drawLines(const std::vector<FilmLine>& lines, const Eigen::Matrix4f& toScreen)
 {
     if (lines.empty())

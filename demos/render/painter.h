@@ -12,24 +12,25 @@ namespace cullet
 {
 /// Draws frames of a film without a display, by Mesa's software renderer (OSMesa).
 ///
-/// Lit by a sun with shadows and a sky; floors carry a grid of lines as wide as a power of ten or its half. Static boxes between
-/// the eye and what is framed are painted nearly transparent. Edges are smooth: each pixel is the mean of 9 samples. The
-/// same film gives the same picture in every run; other processors and versions of Mesa differ in the last bits.
+/// Lit by a sun with shadows and a sky; floors show a grid of lines whose spacing is a power of ten or its half. Static
+/// boxes between the eye and the framed bodies are painted nearly transparent. Edges are antialiased: each pixel is the
+/// mean of 9 samples. A film gives the same picture in every run; processors and versions of Mesa differ in the last
+/// bits.
 ///
-/// Cost: about 0.15 s of one core for 480 x 270 pixels, and half a microsecond a triangle.
+/// Cost: about 0.15 s of one core for 480 x 270 pixels, and half a microsecond per triangle.
 class Painter
 {
 public:
     static constexpr int kMostPixels = 4096;  ///< width and height of a picture
 
     /// @param film must outlive the painter
-    /// @throws std::runtime_error when there is no renderer in this build, or when it does not start
+    /// @throws std::runtime_error if this build has no renderer, or it does not start
     Painter(const Film& film, int width, int height);
     ~Painter();
     Painter(const Painter&) = delete;
     Painter& operator=(const Painter&) = delete;
 
-    /// @param frame of the film, with all bodies as `state` has them
+    /// @param frame of the film, with the bodies of `state`
     Image paint(const FilmFrame& frame, const FilmState& state, const Camera& camera);
 
 private:
@@ -40,7 +41,7 @@ private:
 /// Whether this build has a renderer.
 bool hasPainter();
 
-/// All frames of a film; calls take(image, number of the frame).
+/// Paints all frames of a film; calls take(image, number of the frame).
 template <class Take>
 void paintFilm(const Film& film, int width, int height, const CameraWish& wish, Take take)
 {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// What there is where OSMesa was not found when this was built.
+// The painter of a build without OSMesa.
 #include "cullet/demos/program/exit_code.h"
 #include "cullet/demos/render/painter.h"
 

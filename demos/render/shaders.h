@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-/// The programs of the painter, in GLSL 3.30.
+/// The shader programs of the painter, in GLSL 3.30.
 namespace cullet
 {
 inline constexpr const char* kBodyVertexShader = R"(#version 330 core
@@ -33,7 +33,7 @@ inline constexpr const char* kDepthFragmentShader = R"(#version 330 core
 void main() {}
 )";
 
-/// What the body and the backdrop program share.
+/// Code shared by the body and the backdrop program.
 inline constexpr const char* kBackdrop = R"(#version 330 core
 uniform float height;
 vec3 backdrop()

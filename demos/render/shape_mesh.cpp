@@ -57,7 +57,7 @@ DrawMesh makePolyhedronMesh(const btPolyhedralConvexShape& shape)
     for (int i = 0; i < shape.getNumVertices(); ++i)
         shape.getVertex(i, points[static_cast<std::size_t>(i)]);
     DrawMesh mesh = makeHullMesh(points);
-    // The corners of a box have it already.
+    // The corners of a box include the margin already.
     if (shape.getShapeType() != BOX_SHAPE_PROXYTYPE)
         grow(mesh, f(shape.getMargin()));
     return mesh;

@@ -25,12 +25,12 @@ DrawMesh makeHullMesh(const std::vector<btVector3>& points);
 
 /// The surface of a shape in its own frame.
 ///
-/// Polyhedra are grown by their collision margin about their centre, since that is where they touch; other convex shapes without a form of their
-/// own are the hull of some hundred support points; of a shape of triangles, each is one; of an endless plane, a square
-/// of `planeSize`. Empty for shapes without a surface.
+/// Polyhedra are grown by their collision margin about their centre, since they touch at the margin. Other convex
+/// shapes without a special case are the hull of some hundred support points; triangle meshes are shown as they are, an
+/// infinite plane as a square of `planeSize`. Empty for shapes without a surface.
 DrawMesh makeShapeMesh(const btCollisionShape& shape, btScalar planeSize);
 
-/// The meshes of the shapes of a film, each made once. A shape must live and stay as it is as long as this object.
+/// The meshes of the shapes of a film, each made once. Shapes must outlive this object unchanged.
 class ShapeMeshes
 {
 public:
@@ -42,7 +42,7 @@ public:
 
     explicit ShapeMeshes(Film& film) : m_film(film) {}
 
-    /// @param planeSize edge of the square for an endless plane
+    /// @param planeSize edge of the square for an infinite plane
     Look look(const btCollisionShape& shape, btScalar planeSize);
 
 private:

@@ -35,7 +35,7 @@ Eigen::Matrix4f perspective(float fieldOfView, float aspect, float near, float f
     return matrix;
 }
 
-/// Whether the segment meets the cube of a pose.
+/// Whether a segment intersects the cube of a pose.
 bool meetsCube(const BodyPose& pose, const Eigen::Vector3f& from, const Eigen::Vector3f& to)
 {
     const Eigen::Matrix3f back = Eigen::Quaternionf(pose.rotation).conjugate().toRotationMatrix();

@@ -9,7 +9,7 @@ namespace cullet
 {
 namespace
 {
-/// Keeps nothing from frame to frame; on pointers to boxes, as its manual advises, so that the boxes stay in place.
+/// Has no state between frames; works on pointers to boxes, as CGAL's manual advises, so that the boxes are not moved.
 class CgalRival : public Rival
 {
 public:

@@ -20,7 +20,7 @@ public:
             throw std::runtime_error("embree: no device");
         m_scene = rtcNewScene(m_device);
         rtcSetSceneFlags(m_scene, RTC_SCENE_FLAG_DYNAMIC);
-        // The fast builder, for trees that are built anew in each frame.
+        // The fast builder, for trees that are rebuilt in each frame.
         rtcSetSceneBuildQuality(m_scene, RTC_BUILD_QUALITY_LOW);
         m_geometry = rtcNewGeometry(m_device, RTC_GEOMETRY_TYPE_USER);
         rtcSetGeometryBuildQuality(m_geometry, RTC_BUILD_QUALITY_LOW);
@@ -76,7 +76,7 @@ private:
         bounds.upper_z = box.max[2];
     }
 
-    /// Gets candidates from all threads, each pair in both orders and each box with itself.
+    /// Called from all threads with candidates: each pair in both orders, and each box with itself.
     static void collect(void* self, RTCCollision* candidates, unsigned count)
     {
         EmbreeRival& rival = *static_cast<EmbreeRival*>(self);

@@ -20,7 +20,7 @@ fcl::Vector3d toFcl(const float* corner)
     return {corner[0], corner[1], corner[2]};
 }
 
-/// In double, the scalar of the library as packaged; it holds every float.
+/// In double, the scalar of the packaged library, which represents every float.
 struct Fcl
 {
     using Base = fcl::CollisionObjectd;

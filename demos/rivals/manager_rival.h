@@ -11,11 +11,11 @@
 
 namespace cullet
 {
-/// A collision manager of FCL, or of Coal, which descends from it.
+/// A collision manager of FCL, or of Coal, its fork.
 ///
-/// The objects get their boxes directly: a user's way, over a transform and the box of a geometry, costs more and rounds
-/// the box. `Library` has the types Object (constructible without arguments, with setBox()) and Manager, and
-/// static void collide(Manager&, Pairs&), which reads the row from an object's user data.
+/// Boxes are set directly: the usual interface, a transform and the box of a geometry, costs more and rounds the box.
+/// `Library` has the types Object (constructible without arguments, with setBox()) and Manager, and static void
+/// collide(Manager&, Pairs&), which reads the row from an object's user data.
 template <class Library>
 class ManagerRival : public Rival
 {
@@ -34,7 +34,7 @@ public:
         {
             Object& object = m_objects.emplace_back();
             object.setBox(boxes[i]);
-            // A row, not an address: nothing follows it.
+            // A row, not an address: it is never dereferenced.
             object.setUserData(reinterpret_cast<void*>(m_objects.size() - 1));  // NOLINT
             added.push_back(&object);
         }
@@ -49,7 +49,7 @@ public:
             m_objects[row].setBox(boxes[row]);
             m_moved.push_back(&m_objects[row]);
         }
-        // One update of everything refits a tree in one pass; the other one treats each object alone.
+        // An update of all objects refits the tree in one pass; the other overload updates objects one by one.
         if (m_moved.size() == m_manager->size())
             m_manager->update();
         else

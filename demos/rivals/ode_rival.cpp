@@ -79,7 +79,7 @@ public:
         {
             const Aabb& box = boxes[row];
             bodyOf(m_geoms[row]).box = box;
-            // The position is of no interest; setting it tells the space that the geometry has moved.
+            // The position is unused; setting it marks the geometry as moved in the space.
             dGeomSetPosition(m_geoms[row], dReal(box.min[0]), dReal(box.min[1]), dReal(box.min[2]));
         }
     }

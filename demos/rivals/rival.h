@@ -13,7 +13,7 @@
 namespace cullet
 {
 /// A broad phase of another library behind one interface, fed with rows of float boxes. Rows are created in order from
-/// 0. Its pairs are a fresh list in each frame, since none of these libraries tells what has changed.
+/// 0. Its pairs are a complete list in each frame, since none of these libraries reports changes.
 class Rival
 {
 public:
@@ -22,7 +22,7 @@ public:
     virtual void create(const Aabb* boxes, std::size_t count) = 0;
     virtual void setBoxes(const std::vector<Aabb>& boxes, const std::vector<std::uint32_t>& rows) = 0;
 
-    /// Takes one body out for good.
+    /// Removes one body permanently.
     virtual void remove(std::uint32_t row) = 0;
 
     /// Appends the pairs of rows that the library reports now, each once, in any order.
@@ -32,8 +32,8 @@ public:
 struct RivalRequest
 {
     std::string name;
-    Aabb bounds;  ///< that no box ever leaves
-    int threads;  ///< > 0; for those that have several
+    Aabb bounds;  ///< that contain all boxes at all times
+    int threads;  ///< > 0; for libraries that use several
 };
 
 struct RivalInfo
@@ -43,21 +43,21 @@ struct RivalInfo
     const char* package;  ///< where to get the library
     bool hasThreads;
     std::unique_ptr<Rival> (*make)(
-        const RivalRequest& request);  ///< null: the library was not there at build time
+        const RivalRequest& request);  ///< null: the library was not found at build time
 };
 
-/// Every rival that this source knows, also those that this program was built without.
+/// Every supported rival, including those that this program was built without.
 const std::vector<RivalInfo>& rivals();
 
 /// The rival of that name, or null.
 const RivalInfo* findRival(const std::string& name);
 
-/// What "rivals" stands for: those that this program was built with.
+/// Expansion of "rivals": those that this program was built with.
 std::vector<std::string> builtRivals();
 
 /// Makes a rival.
 ///
-/// @throws std::runtime_error when this program was built without it, naming the package
+/// @throws std::runtime_error if this program was built without it, naming the package
 std::unique_ptr<Rival> makeRival(const RivalRequest& request);
 
 std::unique_ptr<Rival> makeCgalRival(const RivalRequest& request);

@@ -24,13 +24,13 @@ Aabb boxOf(const Ball& ball) noexcept;
 /// Random direction times `speed`, by rejection: no trigonometry, hence the same bits everywhere.
 void setRandomVelocity(Ball& ball, float speed, SplitMix64& random) noexcept;
 
-/// One frame of straight flight in a cube from the origin to `side`; a ball whose centre has left it turns back.
+/// One frame of straight flight in a cube from the origin to `side`; a ball whose centre has left the cube turns back.
 void flyAndBounce(Ball& ball, float side) noexcept;
 
 /// Half an edge between `least` and 10^`decades` times that, each decade as likely as any other. Computed in double and
-/// rounded once, so that the last bit of the C library's exp does not show.
+/// rounded once, so that the last bit of the C library's exp has no effect.
 float logUniform(double least, float decades, SplitMix64& random) noexcept;
 
-/// Puts balls in the order of their ids: along a Morton curve of 2^10 cells a side, or shuffled.
+/// Sorts balls into the order of their ids: along a Morton curve of 2^10 cells per side, or shuffled.
 void orderBalls(std::vector<Ball>& balls, const BoxSceneOptions& options);
 }  // namespace cullet

@@ -14,13 +14,13 @@ namespace cullet
 struct BoxSceneOptions
 {
     std::uint32_t bodies = 65536;
-    /// Rows along a Morton curve at the start instead of in random order. Trees profit from it, so that a fair
-    /// comparison shows both.
+    /// Initial rows along a Morton curve instead of in random order. Trees profit from it, so a fair comparison shows
+    /// both.
     bool sortedIds = false;
     std::uint64_t seed = 12345;
 };
 
-/// A sequence of frames of float boxes without physics: what a broad phase is fed with.
+/// A sequence of frames of float boxes without physics: input for a broad phase.
 ///
 /// Deterministic: the same options give the same boxes on every machine. Row = position in boxes(), for the whole
 /// life of the scene.
@@ -29,13 +29,13 @@ class BoxScene
 public:
     virtual ~BoxScene() = default;
 
-    /// The boxes of the current frame. Before the first step(): the start.
+    /// The boxes of the current frame; before the first step(), the initial ones.
     const std::vector<Aabb>& boxes() const noexcept { return m_boxes; }
 
     /// Rows that the last step() moved, ascending; empty before the first.
     const std::vector<std::uint32_t>& moved() const noexcept { return m_moved; }
 
-    /// Goes on to the next frame. O(moved bodies).
+    /// Advances to the next frame. O(moved bodies).
     virtual void step() = 0;
 
 protected:
@@ -50,7 +50,7 @@ struct BoxSceneInfo
     std::unique_ptr<BoxScene> (*make)(const BoxSceneOptions&);
 };
 
-/// Every scene, in the order in which people should read them.
+/// Every scene, in reading order.
 const std::vector<BoxSceneInfo>& boxScenes();
 
 /// The scene of that name (case matters), or null.

@@ -35,7 +35,7 @@ inline bool operator!=(const PairDigest& a, const PairDigest& b) noexcept
     return !(a == b);
 }
 
-/// A box in the wider of Bullet's two precisions; floats convert to it exactly.
+/// A box in double, to which floats convert exactly.
 struct ExactBox
 {
     double min[3];
@@ -50,9 +50,9 @@ inline bool overlaps(const ExactBox& a, const ExactBox& b) noexcept
            a.min[2] <= b.max[2] && b.min[2] <= a.max[2];
 }
 
-/// All pairs of rows whose closed boxes overlap, sorted: the referee of the demos and benchmarks.
+/// All pairs of rows whose closed boxes overlap, sorted: the reference of the demos and benchmarks.
 ///
-/// Sort by min x and sweep, written without any code of the backends. O(n log n + pairs of overlapping x intervals).
-/// Inverted boxes and boxes with a NaN overlap nothing.
+/// Sort by min x and sweep, sharing no code with the backends. O(n log n + pairs of overlapping x intervals). Inverted
+/// boxes and boxes with a NaN overlap nothing.
 Pairs findExactPairs(const std::vector<ExactBox>& boxes);
 }  // namespace cullet

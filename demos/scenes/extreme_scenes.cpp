@@ -16,7 +16,7 @@ namespace
 constexpr float kSlowest = 0.05f;
 constexpr float kFastest = 0.1f;
 
-/// Balls that all fly in a cube from the origin to `side`.
+/// Balls that fly in a cube from the origin to `side`.
 class RoomScene : public BoxScene
 {
 public:
@@ -115,7 +115,7 @@ std::unique_ptr<BoxScene> makeCoverScene(const BoxSceneOptions& options)
 {
     const float side = sideFor(options, 32.0f);
     std::vector<Ball> balls = uniformBalls(options, side);
-    balls.front().half = side + 2.0f;  // wherever in the room its centre is
+    balls.front().half = side + 2.0f;  // covers the room from any centre in it
     return std::make_unique<RoomScene>(std::move(balls), side, options);
 }
 
@@ -135,8 +135,8 @@ std::unique_ptr<BoxScene> makeSixDecadesScene(const BoxSceneOptions& options)
 
 std::unique_ptr<BoxScene> makeBalancedScene(const BoxSceneOptions& options, double pairs)
 {
-    // Two of n places, uniform in a room of side s, are within an edge e of each other along one axis with the probability
-    // 1 - (1 - e / s)^2.
+    // Two positions, uniform in a room of side s, are within an edge e of each other along one axis with the
+    // probability 1 - (1 - e / s)^2.
     constexpr double kEdge = 2.0;
     const double bodies = options.bodies;
     const double share = std::min(pairs / std::max(0.5 * bodies * (bodies - 1.0), 1.0), 1.0);

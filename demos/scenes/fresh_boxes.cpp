@@ -40,7 +40,7 @@ std::vector<Aabb> flatAlong(int axis, std::uint32_t count, std::uint64_t seed)
                    });
 }
 
-/// @param half half(random) is asked after the place
+/// @param half half(random) is called after place(random)
 template <class Half>
 std::vector<Aabb> scattered(std::uint32_t count, std::uint64_t seed, float volume, const Half& half)
 {

@@ -9,7 +9,7 @@
 
 namespace cullet
 {
-// The boxes of one frame, other ones for each seed: what broad phases on GPUs are compared on.
+// The boxes of one frame, different for each seed: the workloads on which GPU broad phases are compared.
 
 /// W1: spheres of radius 1, constant density, about one pair per body.
 std::vector<Aabb> uniformBoxes(std::uint32_t count, std::uint64_t seed);
@@ -31,7 +31,7 @@ std::vector<Aabb> boxesOnOneLine(std::uint32_t count, std::uint64_t seed);
 /// W1, but the first box covers all others.
 std::vector<Aabb> boxesUnderOne(std::uint32_t count, std::uint64_t seed);
 
-/// A scene of such boxes.
+/// A scene whose boxes are new in each frame.
 struct FreshScene
 {
     const char* name;

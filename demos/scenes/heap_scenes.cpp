@@ -17,11 +17,11 @@ constexpr float kPi = 3.14159265f;
 struct HeapShape
 {
     float spacing;      ///< between neighbours of a layer
-    float layerHeight;  ///< between layers; below 1, so that unit boxes overlap those below
-    float disorder;     ///< how far a body may stand from its lattice point, sideways
+    float layerHeight;  ///< between layers; below 1, so that unit boxes overlap the layer below
+    float disorder;     ///< largest horizontal distance of a body from its lattice point
 };
 
-/// Adds the bodies of one layer, a disc of radius `radius`, while there is room for `count` in all.
+/// Adds the bodies of one layer, a disc of radius `radius`, up to `count` bodies in total.
 void addLayer(std::vector<Ball>& balls, const HeapShape& shape, float radius, float height, std::size_t count,
               SplitMix64& random)
 {
@@ -54,18 +54,18 @@ std::vector<Ball> makeHeap(const BoxSceneOptions& options, const HeapShape& shap
     for (int layer = 0; balls.size() < options.bodies; ++layer)
     {
         const float height = static_cast<float>(layer) * shape.layerHeight;
-        // The tip may come out a few bodies short; they pile up in a column on top.
+        // The cone may be a few bodies short; they form a column on top.
         const float radius = std::fmax(base - height / kSlope, shape.spacing);
         addLayer(balls, shape, radius, height + 0.5f, options.bodies, random);
     }
     return balls;
 }
 
-/// Bodies that fall straight down onto their places in a heap and jitter there.
+/// Bodies that fall vertically onto their places in a heap and jitter there.
 class SettlingScene : public BoxScene
 {
 public:
-    /// @param balls where they start, kHighest above their places at most
+    /// @param balls initial positions, at most kHighest above their places
     SettlingScene(std::vector<Ball> balls, SplitMix64 random) : m_rest(std::move(balls)), m_random(random)
     {
         for (Ball& ball : m_rest)
@@ -76,7 +76,7 @@ public:
         }
     }
 
-    /// How far above its place a body starts: drawn from the place, so that the order of ids changes nothing.
+    /// Initial height of a body above its place, drawn from the place, so that the order of ids has no effect.
     static float startHeight(const Ball& ball)
     {
         const std::uint64_t place = static_cast<std::uint64_t>(bitsOf(ball.centre[0])) << 32;

@@ -15,8 +15,8 @@ inline std::uint64_t splitMix(std::uint64_t value) noexcept
     return value ^ (value >> 31);
 }
 
-/// Random numbers that are the same on every machine and with every standard library (the distributions of <random>
-/// are not): Steele, Lea and Flood 2014, "Fast Splittable Pseudorandom Number Generators".
+/// Random numbers that are equal on every machine and with every standard library (the distributions of <random> are
+/// not): Steele, Lea and Flood 2014, "Fast Splittable Pseudorandom Number Generators".
 class SplitMix64
 {
 public:

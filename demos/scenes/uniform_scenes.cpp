@@ -17,7 +17,7 @@ constexpr float kTwoSizesVolume = 20000.0f;
 constexpr float kSlowest = 0.05f;
 constexpr float kFastest = 0.1f;
 
-/// Balls in a cube from the origin to `side`, and the way they move.
+/// Balls in a cube from the origin to `side`, and their motion.
 class FieldScene : public BoxScene
 {
 public:
@@ -54,7 +54,7 @@ protected:
         m_boxes[row] = boxOf(m_balls[row]);
     }
 
-    /// `count` different rows, ascending. Partial Fisher-Yates on a lasting permutation: O(count log count).
+    /// `count` different rows, ascending. Partial Fisher-Yates on a persistent permutation: O(count log count).
     std::vector<std::uint32_t> sampleRows(std::size_t count)
     {
         if (m_permutation.empty())
@@ -76,7 +76,7 @@ protected:
     std::vector<std::uint32_t> m_permutation;
 };
 
-/// A fixed set of movers that fly.
+/// A fixed set of flying bodies.
 class FlyingScene : public FieldScene
 {
 public:

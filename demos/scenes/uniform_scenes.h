@@ -27,9 +27,9 @@ std::unique_ptr<BoxScene> makeFreshMoversScene(const BoxSceneOptions& options);
 /// The uniform scene of which a fresh tenth moves in each frame.
 std::unique_ptr<BoxScene> makeFreshTenthScene(const BoxSceneOptions& options);
 
-/// The uniform scene in which every body jumps to a new random place in each frame.
+/// The uniform scene in which every body teleports to a new random position in each frame.
 std::unique_ptr<BoxScene> makeTeleportScene(const BoxSceneOptions& options);
 
-/// The uniform scene at rest, but for at most 100 movers.
+/// The uniform scene at rest, except at most 100 moving bodies.
 std::unique_ptr<BoxScene> makeHundredMoversScene(const BoxSceneOptions& options);
 }  // namespace cullet

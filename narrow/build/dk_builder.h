@@ -18,15 +18,16 @@ namespace cullet
 {
 /// Builds a DkHierarchy from the triangulated surface of a convex hull.
 ///
-/// The hole that a vertex leaves is filled ear by ear: a triangle of three neighbours in a row with no other neighbour
-/// above it. A vertex whose hole cannot be filled so stays; so do its neighbours at that level. The surface is a sphere
-/// at each step whatever the coordinates are, and convex up to coplanar neighbours. Cost: O(n).
+/// The hole of a removed vertex is filled by ear clipping: an ear is a triangle of three consecutive neighbours with no
+/// other neighbour above it. A vertex whose hole cannot be filled is kept; neighbours of a removed vertex are kept at
+/// that level. The surface is a topological sphere at each step for any coordinates, and convex up to coplanar
+/// neighbours. Cost: O(n).
 class DkBuilder
 {
 public:
     using Triangle = std::array<std::int32_t, 3>;
 
-    /// @param points    [n] of which those without a triangle are left out
+    /// @param points    [n]; points without a triangle are ignored
     /// @param triangles counter-clockwise from outside
     static DkHierarchy build(const std::vector<Eigen::Vector3d>& points,
                              const std::vector<Triangle>& triangles)
@@ -41,7 +42,7 @@ private:
     static constexpr std::size_t kTop = 16;
     static constexpr std::size_t kDegree = 8;
 
-    /// The other corners of a triangle at a vertex, counter-clockwise.
+    /// The edge opposite to a vertex in one of its triangles, counter-clockwise.
     struct Wing
     {
         std::int32_t from, to;
@@ -127,7 +128,7 @@ private:
         return ring;
     }
 
-    /// @return nothing if there is no ear at some stage
+    /// @return empty if some stage has no ear
     std::vector<Triangle> fillOf(std::int32_t v, std::vector<std::int32_t> ring) const
     {
         std::vector<Triangle> fill;
@@ -145,7 +146,7 @@ private:
         return fill;
     }
 
-    /// The corner and those before and after it.
+    /// A corner of the ring with its predecessor and successor.
     static Triangle earOf(const std::vector<std::int32_t>& ring, std::size_t corner)
     {
         const std::size_t n = ring.size();
@@ -155,7 +156,7 @@ private:
     bool isEar(std::int32_t v, const std::vector<std::int32_t>& ring, std::size_t corner) const
     {
         const auto [a, b, c] = earOf(ring, corner);
-        // A second edge between the same vertices would spoil the rings of both.
+        // A second edge between the same vertices would break the rings of both.
         const bool isEdge = std::any_of(m_wings[a].begin(), m_wings[a].end(),
                                         [c = c](const Wing& w) { return w.from == c || w.to == c; });
         if (isEdge || !looksOutward(v, a, b, c))
@@ -203,7 +204,7 @@ private:
     const std::vector<Eigen::Vector3d>& m_points;
     std::vector<std::vector<Wing>> m_wings;
     std::vector<std::vector<Loss>> m_losses;  ///< by vertex, levels ascending
-    std::vector<std::int32_t> m_height;       ///< by vertex: levels of which it is part, but for the coarsest
+    std::vector<std::int32_t> m_height;       ///< by vertex: levels that contain it, without the coarsest
     std::vector<std::int32_t> m_alive;
     std::vector<bool> m_isLocked;
     std::int32_t m_level = 0;

@@ -17,18 +17,18 @@
 
 namespace cullet
 {
-/// Joins the triangles of a convex surface that lie in one plane to polygons.
+/// Merges coplanar triangles of a convex surface to polygons.
 ///
-/// A polygon grows from its largest triangle over neighbours that look to the same side and all of whose corners are
-/// within `tolerance` of that triangle's plane, so the error does not add up along a curved surface. Slivers end up in
-/// a larger neighbour.
+/// A polygon grows from its largest triangle over neighbours that face the same side and all of whose corners are
+/// within `tolerance` of that triangle's plane, so the error does not accumulate along a curved surface. Slivers are
+/// merged into a larger neighbour.
 ///
-/// A triangle that would make a polygon touch itself stays out, so every outline is a simple closed walk, whatever the
-/// points: a polygon and a triangle on a sphere have a disc as their union if they meet in one edge and no other vertex,
-/// or in two edges. The triangles of a disc are all reached so, in any order.
+/// A triangle that would make a polygon touch itself is not merged, so every outline is a simple closed walk for any
+/// points: on a sphere the union of a polygon and a triangle is a disc if they meet in one edge and no other vertex, or
+/// in two edges. All triangles of a disc can be added this way, in any order.
 ///
-/// Vertices that touch fewer than three polygons and lie inside an edge are left out of the outlines, of both polygons
-/// at once; except where fewer than three would be left.
+/// Vertices of fewer than three polygons that lie inside an edge are removed from the outlines of both polygons, unless
+/// fewer than three would remain.
 class FaceMerger
 {
 public:
@@ -36,7 +36,7 @@ public:
     {
         Eigen::Vector3d normal;  ///< unit, of the largest triangle
         std::int32_t
-            begin;  ///< of its corners in corners(): counter-clockwise from outside; three or more, each once
+            begin;  ///< of its corners in corners(): counter-clockwise from outside, at least three, distinct
         std::int32_t count;
     };
 
@@ -46,7 +46,7 @@ public:
         std::int32_t from, to, left, right;
     };
 
-    /// @param triangles of a closed convex surface; none has its vertices on one line
+    /// @param triangles of a closed convex surface; none is collinear
     FaceMerger(const std::vector<Eigen::Vector3d>& points, const std::vector<Quickhull::Triangle>& triangles,
                double tolerance)
         : m_points(points),
@@ -72,7 +72,7 @@ public:
     }
 
     const std::vector<Polygon>& polygons() const { return m_polygons; }
-    /// Of all polygons, one after the other.
+    /// Corners of all polygons, concatenated.
     const std::vector<std::int32_t>& corners() const { return m_corners; }
     const std::vector<Edge>& edges() const { return m_edges; }
 
@@ -87,7 +87,7 @@ private:
     };
     using Outline = std::vector<Side>;  ///< in the order of a walk
 
-    /// Triangles by area; of equal ones the first is first.
+    /// Triangles by descending area, equal ones in their order.
     std::vector<std::int32_t> largestFirst()
     {
         std::vector<std::pair<double, std::int32_t>> byArea;
@@ -141,7 +141,7 @@ private:
                            { return std::abs(normal.dot(m_points[v] - origin)) <= m_tolerance; });
     }
 
-    /// Is the growing polygon a disc still if this triangle at its outline joins?
+    /// Whether the growing polygon remains a disc with this triangle at its outline.
     bool keepsDisc(std::int32_t triangle, std::int32_t face) const
     {
         const Quickhull::Triangle& t = m_triangles[triangle];
@@ -201,7 +201,7 @@ private:
 
     std::size_t outlineBegin(std::size_t face) const { return face == 0 ? 0 : m_outlineEnd[face - 1]; }
 
-    /// Polygons at a vertex = outline sides that start there.
+    /// Marks vertices of three or more polygons; the polygons at a vertex are the outline sides that start there.
     void markJunctions()
     {
         std::vector<std::int32_t> valence(m_points.size(), 0);
@@ -209,13 +209,13 @@ private:
             m_isCorner[side.from] = ++valence[side.from] >= 3;
     }
 
-    /// Marks where an outline bends between two polygons, and three corners at least.
+    /// Marks where an outline bends between two polygons, and at least three corners.
     void markBends(std::size_t face)
     {
         const auto isMarked = [this](const Side& side) { return m_isCorner[side.from] != 0; };
         const Side* const begin = &m_sides[outlineBegin(face)];
         const Side* const end = m_sides.data() + m_outlineEnd[face];
-        // As in most faces of a round hull.
+        // This holds for most faces of a round hull.
         if (std::all_of(begin, end, isMarked))
             return;
         Outline outline(begin, end);
@@ -246,8 +246,8 @@ private:
             markThird(outline);
     }
 
-    /// Splits a run until all vertices of a part are near the line between its ends. Two vertices that are level with two
-    /// planes at a right angle are within 2 sqrt(2) tolerances of each other, across.
+    /// Splits a run until all vertices of a part are near the line between its ends. The points within the tolerance of
+    /// two perpendicular planes span 2 sqrt(2) tolerances across their common line.
     void markBetween(const Outline& outline, std::size_t begin, std::size_t end)
     {
         const auto [middle, distance] = farthest(outline, begin, end);
@@ -258,7 +258,7 @@ private:
         markBetween(outline, middle, end);
     }
 
-    /// On a polygon with two corners: the vertex farthest from the line between them.
+    /// Marks the vertex farthest from the line between the two corners of a polygon.
     void markThird(const Outline& outline)
     {
         std::size_t second = 1;
@@ -270,8 +270,8 @@ private:
         m_isCorner[outline[before.second > after.second ? before.first : after.first].from] = 1;
     }
 
-    /// The vertex strictly between two of an outline that is farthest from the segment between them, and how far; -1 if
-    /// there is none.
+    /// The vertex strictly between two vertices of an outline that is farthest from their segment, and its distance; -1
+    /// if there is none.
     std::pair<std::size_t, double> farthest(const Outline& outline, std::size_t begin, std::size_t end) const
     {
         const Eigen::Vector3d& from = m_points[outline[begin].from];
@@ -326,8 +326,8 @@ private:
     const double m_tolerance;
     std::vector<Eigen::Vector3d> m_normals;  ///< by triangle, scaled
     std::vector<std::int32_t> m_faceOf;
-    std::vector<std::int32_t> m_touchedBy;  ///< by point: the last polygon that a triangle there has joined
-    std::vector<std::int32_t> m_sideFrom;   ///< by point: the last side that began there
+    std::vector<std::int32_t> m_touchedBy;  ///< by point: last polygon that received a triangle there
+    std::vector<std::int32_t> m_sideFrom;   ///< by point: the last side that starts there
     std::vector<char> m_isCorner;           ///< by point
     std::vector<std::int32_t> m_members;    ///< triangles, by polygon
     std::vector<std::size_t> m_memberEnd;   ///< by polygon

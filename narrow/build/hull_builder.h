@@ -28,12 +28,13 @@ namespace cullet
 /// Builds a Hull from points; use makeHull().
 ///
 /// Tolerances, relative to the largest distance R of a point from the origin, eps the spacing of S at 1:
-///  * 16 eps R: points at most so deep below the surface stay vertices. The rounded product of a point deeper than
-///    3 eps R is never the largest, since a product's error is at most 1.5 eps R |d|; the rest covers thin triangles.
-///  * 16 eps R: triangles at most so far out of a plane are merged into one face.
+/// * 16 eps R: points at most this deep below the surface become vertices. The rounded product of a point deeper than 3
+///    eps R is never the largest, since the error of a product is at most 1.5 eps R |d|; the rest covers thin
+///    triangles.
+/// * 16 eps R: triangles at most this far from a plane are merged into one face.
 ///
-/// Fourth powers of coordinates have to be numbers, and products of three exact. So in double, points beyond kLargest are
-/// refused as those that are not finite, and coordinates below kSmallest count as 0; float has neither.
+/// Fourth powers of coordinates must not overflow, and products of three must be exact. So in double, points beyond
+/// kLargest count as not finite, and coordinates below kSmallest as 0; float has neither.
 template <class S>
 class HullBuilder
 {
@@ -49,7 +50,7 @@ public:
         return std::move(builder.m_hull);
     }
 
-    /// The hull of the corners of that.
+    /// build(...).corners(), see makeCornerHull().
     static Hull<S> buildCorners(const Vector* points, std::int32_t count)
     {
         HullBuilder builder;
@@ -58,7 +59,7 @@ public:
         return builder.m_hull.m_corners ? *builder.m_hull.m_corners : std::move(builder.m_hull);
     }
 
-    /// All points, unexamined.
+    /// A hull of kind Cloud, of all points.
     static Hull<S> buildCloud(const Vector* points, std::int32_t count)
     {
         HullBuilder builder;
@@ -82,7 +83,7 @@ public:
 private:
     static constexpr double kLargest = 1e60, kSmallest = 1e-60;
 
-    /// False if there are none, or one is not finite; then the hull is of that kind.
+    /// False if there are no points, or one is not finite; the kind of the hull then says which.
     bool areUsable(const Vector* points, std::int32_t count)
     {
         for (std::int32_t i = 0; i < count; ++i)
@@ -185,7 +186,7 @@ private:
         return -1;
     }
 
-    /// Four points that span space, as far apart as a greedy choice gets; exact tests decide what the points span.
+    /// Four points that span space, chosen greedily to be far apart; exact tests determine the kind.
     HullKind findSeed(std::array<std::int32_t, 4>& seed) const
     {
         if (pointCount() == 1)
@@ -215,7 +216,7 @@ private:
         m_hull.m_vertexFaceBegin.assign(m_points.size() + 1, 0);
     }
 
-    /// The corners of a flat set, by Andrew's monotone chain; turns are seen from a point off the plane.
+    /// Finds the corners of a coplanar set by Andrew's monotone chain; a point off the plane orients the turns.
     void buildPolygon(const std::array<std::int32_t, 4>& seed)
     {
         const Eigen::Vector3d& a = m_points[seed[0]];
@@ -280,7 +281,7 @@ private:
         numberVertices(surface, extra);
         storeVertices();
         storeFaces(FaceMerger(m_points, surface.triangles(), depth));
-        // 4 E = 6 eps R |d|; the rest covers the rounding of the band itself.
+        // 4 E = 6 eps R |d|; the surplus covers the rounding of the band itself.
         m_hull.m_tieBand = static_cast<S>((6.5 * kEpsilon * m_radius + extra.slack()) * 1.01);
         NeighbourBuilder<S>(m_hull, m_points, m_vertexOf, m_areAllCorners).run(surface, extra);
         if (m_extra == HullExtra::Hierarchy)
@@ -363,7 +364,7 @@ private:
         m_hull.m_vertexCount = static_cast<std::int32_t>(m_hull.m_x.size());
         m_hull.m_centre /= m_hull.m_vertexCount;
         m_hull.m_centreLanes = lanesOf(m_hull.m_centre);
-        // The farthest point is a corner.
+        // The farthest point is a corner, so the radius of the points is that of the vertices.
         m_hull.m_radius = m_radius;
         m_hull.m_isCentred = m_hull.m_centre.norm() <= 0.1 * m_hull.m_radius;
         m_hull.m_reach = static_cast<S>(m_hull.m_radius * (1.0 + 2.0 * std::numeric_limits<S>::epsilon()));
@@ -428,7 +429,7 @@ private:
 
     Hull<S> m_hull;
     HullExtra m_extra = HullExtra::None;
-    bool m_isOfCorners = false;  ///< nothing but corners() is wanted
+    bool m_isOfCorners = false;  ///< only corners() is needed
     bool m_areAllCorners = false;
     std::vector<Eigen::Vector3d> m_points;
     std::vector<std::int32_t> m_source;
@@ -436,8 +437,8 @@ private:
     double m_radius = 0.0;                 ///< of the points
 };
 
-/// Convex hull of points, with every degenerate input defined by HullKind. Cost: O(n log n) as a rule, and O(n) more for each
-/// artificial neighbour of a hull that has more vertices than corners, where it lies in a face which climbs have to scan; 2 ms
+/// Convex hull of points; HullKind defines every degenerate input. Cost: usually O(n log n), and O(n) more for each
+/// artificial neighbour of a hull with more vertices than corners, if it lies in a face that a climb must scan; 2 ms
 /// for 1,000 points on a sphere.
 template <class S>
 Hull<S> makeHull(const Eigen::Matrix<S, 3, 1>* points, std::int32_t count, HullExtra extra = HullExtra::None)
@@ -445,15 +446,15 @@ Hull<S> makeHull(const Eigen::Matrix<S, 3, 1>* points, std::int32_t count, HullE
     return HullBuilder<S>::build(points, count, extra);
 }
 
-/// Points as a hull that is only good for support searches, by scans: what they find is as far along a direction as what they find
-/// in makeHull(points), but for rounding. Cost: O(n), 20 ns a point.
+/// Points as a hull for support searches only, by scans: the support is as far along a direction as that of
+/// makeHull(points), up to rounding. Cost: O(n), 20 ns per point.
 template <class S>
 Hull<S> makeCloud(const std::vector<Eigen::Matrix<S, 3, 1>>& points)
 {
     return HullBuilder<S>::buildCloud(points.data(), static_cast<std::int32_t>(points.size()));
 }
 
-/// makeHull(points).corners(), at half the cost where some points are on the surface and no corners.
+/// makeHull(points).corners(), at half the cost if some points on the surface are no corners.
 template <class S>
 Hull<S> makeCornerHull(const std::vector<Eigen::Matrix<S, 3, 1>>& points)
 {

@@ -19,13 +19,14 @@
 
 namespace cullet
 {
-/// The part of HullBuilder that makes a hull ready for climbing: neighbours, their blocks, and the table of start vertices.
+/// The part of HullBuilder that makes a hull ready for climbing: neighbours, their blocks, and the table of start
+/// vertices.
 template <class S>
 class NeighbourBuilder
 {
 public:
-    /// @param hull     its vertices and tie band are known
-    /// @param points   given ones, without duplicates
+    /// @param hull     has its vertices and tie band
+    /// @param points   the given points without duplicates
     /// @param vertexOf by point; -1 where the point is no vertex
     /// @param areAllCorners no vertex lies inside a face or an edge
     NeighbourBuilder(Hull<S>& hull, const std::vector<Eigen::Vector3d>& points,
@@ -51,14 +52,14 @@ public:
 private:
     using Vector = Eigen::Matrix<S, 3, 1>;
 
-    /// Up to this many vertices every processor scans rather than to use the table.
+    /// Up to this many vertices every processor scans instead of using the table.
     static constexpr std::int32_t kMostWithoutTable = leastLinearSupportMaximum<S>();
     /// Up to this many vertices a scan is cheaper than a climb.
     static constexpr std::int32_t kMostScanned = 256;
-    /// Of a search among corners.
+    /// Limit of climbCorners().
     static constexpr std::int32_t kMostProducts = 4096;
 
-    /// Calls see(vertex, neighbour) for all natural neighbours, a vertex's in the order of its list.
+    /// Calls see(vertex, neighbour) for all natural neighbours, those of a vertex in the order of its list.
     template <class See>
     void forNatural(const Quickhull& surface, const SurfacePoints& extra, const See& see) const
     {
@@ -92,7 +93,7 @@ private:
                    { m_hull.m_neighbours[m_hull.m_naturalEnd[v]++] = neighbour; });
     }
 
-    /// By vertex, normals of any length. Weighted by area: the normal of a sliver is mostly rounding.
+    /// Outward normals by vertex, of any length. Weighted by area, since the normal of a sliver is mostly rounding.
     std::vector<Eigen::Vector3d> outwardOf(const Quickhull& surface, const SurfacePoints& extra) const
     {
         std::vector<Eigen::Vector3d> outward(m_hull.m_vertexCount, Eigen::Vector3d::Zero());
@@ -107,7 +108,7 @@ private:
         return outward;
     }
 
-    /// The artificial ones are found by climbing over the natural ones.
+    /// Adds artificial neighbours, which are found by climbing over the natural ones.
     void addArtificial(const std::vector<Eigen::Vector3d>& outward)
     {
         constexpr std::size_t kUsual = 10;
@@ -132,7 +133,7 @@ private:
         m_hull.m_naturalEnd.swap(naturalEnd);
     }
 
-    /// The support vertex; a climb takes few steps, since the answer for a direction nearby is known.
+    /// The support vertex; a climb takes few steps, since it starts from the answer for a similar direction.
     std::int32_t farthest(const Vector& way)
     {
         if (m_hull.vertexCount() <= kMostScanned)
@@ -147,7 +148,8 @@ private:
         return m_areAllCorners ? climbCorners(way, start) : supportClimb(m_hull, way, start).vertex;
     }
 
-    /// The answers for the centres of all cells, each from that of the cell beside: row by row, to and fro.
+    /// Finds the answers for the centres of all cells, each from the answer of an adjacent cell, in boustrophedon
+    /// order.
     void findAnswers()
     {
         std::int32_t last = 0;
@@ -162,8 +164,8 @@ private:
         }
     }
 
-    /// A vertex that no neighbour is higher than: the support vertex, or one that is level with it up to rounding. A corner needs no
-    /// other. Around vertices of very many neighbours, as the tip of a cone, the climb ends before.
+    /// Climbs to a local maximum: the support vertex, or a vertex level with it up to rounding, which suffices for a
+    /// corner. Around vertices with very many neighbours, as the tip of a cone, the climb ends early.
     std::int32_t climbCorners(const Vector& way, std::int32_t vertex) const
     {
         S height = supportProduct(m_hull, vertex, way);
@@ -189,10 +191,10 @@ private:
     {
         const auto begin = static_cast<std::ptrdiff_t>(all.size()) - m_hull.naturalNeighbours(v).size();
         const Eigen::Vector3d normal = unitOf(outward);
-        // Normals around a vertex of a shape without thickness may add up to nothing: then all ways lead to vertex 0.
+        // The normals around a vertex of a very thin shape may cancel: then all directions are 0 and give vertex 0.
         const Eigen::Vector3d side = normal.isZero(0.0) ? normal : Eigen::Vector3d(normal.unitOrthogonal());
         const Eigen::Vector3d front = normal.cross(side);
-        // The opposite vertex first; then, to fill the last block, those that lie far to the sides.
+        // The opposite vertex first; then, to fill the last block, the vertices far to the sides.
         const std::array<Eigen::Vector3d, 8> ways = {
             -normal, side - normal, -side - normal, front - normal, -front - normal, side, -side, front};
         const auto isBlockFull = [&] { return (static_cast<std::ptrdiff_t>(all.size()) - begin) % 7 == 0; };
@@ -209,7 +211,7 @@ private:
 
     void storeBlocks()
     {
-        // Most have one, and most of the others two.
+        // Most vertices have one block, and most of the others two.
         m_hull.m_blocks.reserve(m_hull.m_neighbours.size() / 5);
         m_hull.m_blocks.resize(m_hull.m_vertexCount);
         m_hull.m_blockCount = m_hull.m_vertexCount;
@@ -261,7 +263,7 @@ private:
     const std::vector<Eigen::Vector3d>& m_points;
     const std::vector<std::int32_t>& m_vertexOf;
     bool m_areAllCorners;
-    int m_cells;                          ///< see cubeCell(); four directions a vertex, a few answers a cell
+    int m_cells;  ///< for cubeCell(); four directions per vertex, few answers per cell
     std::vector<std::int32_t> m_answers;  ///< by cell: the last one found
 };
 }  // namespace cullet

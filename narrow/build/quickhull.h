@@ -20,10 +20,10 @@ namespace cullet
 /// Triangulated surface of the convex hull of a point set that spans space: quickhull with exact predicates.
 ///
 /// Barber, Dobkin and Huhdanpaa 1996, "The Quickhull Algorithm for Convex Hulls", with two differences: the sign of
-/// every orientation is exact, so no facet is ever concave; a point in the plane of a facet does not see it, so that
-/// coplanar facets come out as several triangles in one plane. Points inside or on the surface are left over.
+/// every orientation is exact, so no facet is ever concave; a facet is not visible from a point in its plane, so that
+/// coplanar facets remain several triangles in one plane. Points inside or on the surface are left over.
 ///
-/// Cost: O(n log n) as a rule; testCount() counts.
+/// Cost: usually O(n log n); see testCount().
 class Quickhull
 {
 public:
@@ -48,7 +48,7 @@ public:
         start(seed);
         for (std::size_t face = 0; face < m_work.size(); ++face)
         {
-            // A live face keeps its points until one of them replaces it, by faces that come later in the list.
+            // A live face keeps its points until one of them replaces it by faces further down the list.
             if (m_work[face].isAlive && m_work[face].first != kNone)
                 insertFarthest(static_cast<std::int32_t>(face));
         }
@@ -69,8 +69,8 @@ public:
     /// Points that were compared with the plane of a facet.
     std::uint64_t testCount() const { return m_testCount; }
 
-    /// Points that are extreme, ascending. A vertex inside an edge of the hull has two planes around it and edges between
-    /// them on two sides only, one inside a face has none; exact.
+    /// Points that are extreme, ascending. A vertex inside an edge of the hull has only two edges between different
+    /// planes, a vertex inside a face none; the test is exact.
     std::vector<std::int32_t> corners() const
     {
         std::vector<std::int32_t> bends(m_points.size(), 0);
@@ -79,7 +79,7 @@ public:
             const Triangle& t = m_triangles[i];
             for (int k = 0; k < 3; ++k)
             {
-                // The other triangle counts the rest of the edges.
+                // Each edge is counted by the triangle with the lower index.
                 if (t.neighbour[k] < static_cast<std::int32_t>(i))
                     continue;
                 const std::int32_t from = t.vertex[k], to = t.vertex[(k + 1) % 3];
@@ -109,9 +109,9 @@ private:
     {
         Triangle triangle;
         Eigen::Vector3d normal;  ///< rounded
-        double bound;            ///< a larger rounded height of any point has the right sign
+        double bound;            ///< a rounded height larger than this has the right sign
         double farthestHeight = 0.0;
-        // Points that see it, linked by m_next.
+        // The outside set: points from which the face is visible, linked by m_next.
         std::int32_t first = kNone, last = kNone, farthest = kNone;
         bool isAlive = true;
         bool isVisible = false;
@@ -122,7 +122,7 @@ private:
         std::int32_t from, to, outer;
     };
 
-    /// Of a point over the plane, rounded, times the length of the normal.
+    /// Rounded height of a point over the plane, times the length of the normal.
     double heightOver(const Face& face, std::int32_t point) const
     {
         return face.normal.dot(m_points[point] - m_points[face.triangle.vertex[0]]);
@@ -168,12 +168,12 @@ private:
             const int k = (i + 2) % 3;
             permanent += m_extent[i] * (std::abs(ab[j] * ac[k]) + std::abs(ab[k] * ac[j]));
         }
-        // As in orientation(), for all points at once.
+        // The bound of orientation(), for all points at once.
         face.bound = 1e-15 * permanent;
         m_work.push_back(face);
     }
 
-    /// Gives a point to the first face that it sees, from `firstFace` on, if there is one.
+    /// Adds a point to the outside set of the first visible face from `firstFace` on, if there is one.
     void distribute(std::int32_t point, std::size_t firstFace)
     {
         for (std::size_t i = firstFace; i < m_work.size(); ++i)
@@ -219,7 +219,7 @@ private:
         }
     }
 
-    /// Faces from a point to the horizon.
+    /// Adds the cone of faces from a point to the horizon.
     void addCone(std::int32_t point, std::int32_t firstNew)
     {
         const std::int32_t count = static_cast<std::int32_t>(m_horizon.size());
@@ -238,7 +238,7 @@ private:
         }
     }
 
-    /// The faces that a point sees.
+    /// Collects the faces that are visible from a point.
     void collectVisible(std::int32_t first, std::int32_t point)
     {
         m_visible.assign(1, first);
@@ -256,7 +256,7 @@ private:
         }
     }
 
-    /// The closed walk of edges between what the new point sees and what it does not, from the lowest vertex on.
+    /// Collects the closed walk of edges between visible and other faces, from the lowest vertex on.
     void collectHorizon()
     {
         m_edges.clear();
@@ -289,7 +289,8 @@ private:
             place[i] = static_cast<std::int32_t>(m_triangles.size());
             m_triangles.push_back(m_work[i].triangle);
         }
-        // Not only points that saw no face: a vertex all of whose triangles were replaced is none any more.
+        // Left over are not only points from which no face was visible, but also vertices all of whose triangles were
+        // replaced.
         std::vector<char> isVertex(m_points.size(), 0);
         for (Triangle& triangle : m_triangles)
         {
@@ -312,7 +313,7 @@ private:
     Eigen::Vector3d m_extent;  ///< of the box around all points
     std::vector<Face> m_work;
     std::vector<std::int32_t> m_next;      ///< by point
-    std::vector<std::int32_t> m_edgeFrom;  ///< by point: the last edge of a horizon that began there
+    std::vector<std::int32_t> m_edgeFrom;  ///< by point: the last edge of a horizon that started there
     std::vector<std::int32_t> m_visible;
     std::vector<HorizonEdge> m_edges, m_horizon;
     std::uint64_t m_testCount = 0;
@@ -320,7 +321,8 @@ private:
     std::vector<std::int32_t> m_leftOver;
 };
 
-/// Outward normal of a triangle, twice its area long; a function of the corners alone, whichever of them the triangle begins with.
+/// Outward normal of a triangle, twice its area long; a function of the corners alone, independent of their cyclic
+/// order.
 inline Eigen::Vector3d scaledNormal(const std::vector<Eigen::Vector3d>& points, const Quickhull::Triangle& t)
 {
     std::array<std::int32_t, 3> v = t.vertex;

@@ -15,17 +15,17 @@
 
 namespace cullet
 {
-/// Hangs points that the triangulation left over, but that lie on the surface up to rounding, under its triangles.
+/// Attaches points that the triangulation left over, but that lie on the surface up to rounding, to its triangles.
 ///
-/// Each such point gets the corners of the pieces of triangles that contain it as neighbours, of two if it lies on an edge, and
-/// splits them for those after it, so that a fine grid in one plane stays a graph of low degree. What a triangle was split into
-/// is a tree; a point goes down to the pieces that contain it.
+/// The neighbours of such a point are the corners of the pieces of triangles that contain it, two pieces if it lies on
+/// an edge. It splits these pieces for later points, so that a fine grid in one plane stays a graph of low degree. The
+/// pieces of a triangle form a tree, in which a point descends to the pieces that contain it.
 ///
-/// A point on an edge splits what is on both sides of it in two, not in three: pieces without area would contain whatever comes on
-/// that edge later, each of them, and their number would double with every point.
+/// A point on an edge splits the piece on each side of it in two, not in three: pieces without area would each contain
+/// every later point on that edge, and their number would double with every point.
 ///
-/// Cost: O((k + t) log(k + t)) as a rule for k points and t triangles; testCount() counts. Where all is within rounding, as in
-/// a needle, a point is compared with all pieces there.
+/// Cost: usually O((k + t) log(k + t)) for k points and t triangles; see testCount(). Where all is within rounding, as
+/// in a needle, a point is compared with all pieces there.
 class SurfacePoints
 {
 public:
@@ -33,13 +33,13 @@ public:
     {
         std::int32_t point;
         std::vector<std::int32_t> corners;  ///< without duplicates
-        Eigen::Vector3d normal;             ///< outward, sum of the triangles' weighted by area
+        Eigen::Vector3d normal;             ///< outward, sum of the triangles' normals weighted by area
     };
 
     /// Attaches no point.
     explicit SurfacePoints(const std::vector<Eigen::Vector3d>& points) : m_points(points), m_depth(0.0) {}
 
-    /// @param depth points farther than this from the surface are inside and dropped
+    /// @param depth points farther than this from the surface are inside and ignored
     SurfacePoints(const std::vector<Eigen::Vector3d>& points, const Quickhull& triangulation, double depth)
         : m_points(points), m_slackOf(points.size(), 0.0), m_depth(depth)
     {
@@ -77,12 +77,12 @@ private:
     struct Piece
     {
         std::array<std::int32_t, 3> corners;
-        Eigen::Vector3d normal;  ///< of the triangle that was split, as long as that is large
-        std::size_t parts = 0;   ///< the first one; 0: it is whole
+        Eigen::Vector3d normal;  ///< normal of the original triangle, as long as twice its area
+        std::size_t parts = 0;   ///< the first part; 0: not split
         std::size_t partCount = 0;
     };
 
-    /// A piece, and how far a point is from it.
+    /// A piece, and its distance from a point.
     struct Place
     {
         double distance;
@@ -94,10 +94,10 @@ private:
         }
     };
 
-    // Where all is within rounding, as in a needle, there are as many as there are pieces.
+    // Where all is within rounding, as in a needle, all pieces may contain the point.
     static constexpr std::size_t kMostPlaces = 4;
 
-    /// In an order that follows no line of them, so that trees do not become lists.
+    /// Points in pseudo-random order, which keeps the trees balanced.
     static std::vector<std::int32_t> scattered(std::vector<std::int32_t> points)
     {
         const auto hash = [](std::int32_t point)
@@ -126,7 +126,7 @@ private:
                          });
         if (nearest.piece == m_pieces.size())
             return;
-        // Pieces reach as far as their triangle only up to rounding.
+        // The pieces cover their triangle only up to rounding.
         if (places.empty())
             places.push_back(nearestPiece(nearest, point));
         std::sort(places.begin(), places.end());
@@ -140,7 +140,7 @@ private:
         m_slack = std::max(m_slack, m_slackOf[point]);
     }
 
-    /// Appends the whole pieces below a place that contain the point.
+    /// Appends the unsplit pieces below a place that contain the point.
     void findPieces(const Place& place, std::int32_t point, std::vector<Place>& places)
     {
         std::vector<Place> open = {place};
@@ -185,7 +185,7 @@ private:
                 m_pieces.push_back({{corner, next, added.point}, piece.normal});
         }
         added.normal += piece.normal;
-        // On all three it is the piece that is as small as rounding, and stays whole.
+        // A point on all three edges means that the piece is as small as rounding; it is not split.
         if (m_pieces.size() == parts)
             return;
         m_pieces[place.piece].parts = parts;

@@ -18,8 +18,8 @@
 
 namespace cullet
 {
-/// Distance between a point and a triangle. Through weights of the corners, so that a sliver, whose normal is mostly
-/// rounding, can make it too large but never too small.
+/// Distance between a point and a triangle. Computed from the weights of the corners, so that for a sliver, whose
+/// normal is mostly rounding, it may be too large but never too small.
 inline double distanceToTriangle(const std::vector<Eigen::Vector3d>& points,
                                  const std::array<std::int32_t, 3>& triangle, const Eigen::Vector3d& point)
 {
@@ -38,8 +38,8 @@ inline double distanceToTriangle(const std::vector<Eigen::Vector3d>& points,
     return std::min(edge, (w[0] * corners[0] + w[1] * corners[1] + w[2] * corners[2]).norm());
 }
 
-/// Finds the triangles of a closed convex surface that are within a distance of a point: a tree of boxes, and the planes of
-/// the triangles. Cost: O(t log t) to build, O(log t + found) a search as a rule; testCount() counts.
+/// Finds the triangles of a closed convex surface that are within a distance of a point: a tree of boxes, and the
+/// planes of the triangles. Cost: O(t log t) to build, usually O(log t + found) per search; see testCount().
 class TriangleTree
 {
 public:
@@ -57,13 +57,14 @@ public:
         build(0, 0, static_cast<std::int32_t>(m_order.size()));
     }
 
-    /// Outward, as scaledNormal() gives them, by triangle.
+    /// scaledNormal() by triangle, outward.
     const std::vector<Eigen::Vector3d>& normals() const { return m_normals; }
 
     /// Boxes and triangles that were compared with a point.
     std::uint64_t testCount() const { return m_testCount; }
 
-    /// Calls found(triangle, distance) for all triangles that are not farther away than the depth, in some order.
+    /// Calls found(triangle, distance) for all triangles that are not farther away than the depth, in unspecified
+    /// order.
     template <class Found>
     void forEachNear(const Eigen::Vector3d& point, const Found& found)
     {
@@ -104,7 +105,7 @@ private:
     };
 
     static constexpr std::int32_t kLeaf = 4;
-    /// Of depths: whatever is farther away is so after rounding, too.
+    /// Times the depth: what is farther away than this is farther away after rounding, too.
     static constexpr double kRoom = 8.0;
 
     void build(std::int32_t index, std::int32_t begin, std::int32_t end)

@@ -16,10 +16,10 @@
 #include <cstdint>
 #include <utility>
 
-/// A surface into a EpaCache, and one from support points: those placed anew, or found.
+/// Conversions from a polytope to an EpaCache and from support points to a polytope.
 namespace cullet
 {
-/// Keeps the vertices and faces of a polytope; nothing if they are too many.
+/// Stores the vertices and faces of a polytope in the cache; empties the cache if there are too many.
 ///
 /// @param supports of the polytope's vertices
 template <class S, class Supports>
@@ -48,7 +48,7 @@ void rememberSurface(const Polytope& polytope, const Supports& supports, EpaCach
     memory.faceCount = static_cast<std::uint8_t>(polytope.faceCount());
 }
 
-/// Adds those of support points `first` to `count` that are outside of a polytope.
+/// Adds the support points from `first` to `count` that lie outside of a polytope.
 ///
 /// @param supports [out] of the polytope's vertices
 template <class Points, class P, class Supports>
@@ -73,10 +73,10 @@ void wrapPoints(const Points& points, int count, P& polytope, Supports& supports
     addPoints(points, 4, count, polytope, supports);
 }
 
-/// Brings four support points that span space to the front: any, the farthest from it, the farthest from the line through
-/// both, and the farthest from the plane through the three.
+/// Moves four support points that span space to the front: the first, the one farthest from it, the one farthest from
+/// the line through both, and the one farthest from the plane through the three.
 ///
-/// @return six times the volume between them; 0 for fewer than four points
+/// @return six times the volume of their tetrahedron; 0 for fewer than four points
 template <class Points>
 double spreadFour(Points& points, int count)
 {

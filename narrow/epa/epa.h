@@ -28,16 +28,17 @@ namespace cullet
 {
 /// Expanding polytope algorithm on one pair.
 ///
-/// **The remembered surface.** Its corners are pairs of vertices, which are points of A - B wherever the shapes are now. If
-/// the origin is on the inner side of every triangle, by more than rounding, the tetrahedra between it and them cover all
-/// directions, as the surface is closed; so no plane separates the origin from the corners, the tetrahedra are parts of
-/// A - B, which is convex, and A - B contains the ball around the origin up to the closest plane of a triangle: the depth is
-/// at least that distance, just as in a polytope. The dual gap bounds it from above. So one support proves the depth as long
-/// as the closest triangle stays one of the surface of A - B; otherwise the expansion goes on from there.
+/// **The cached surface.** Its corners are pairs of vertices, which are points of A - B in any pose. If the origin is
+/// on the inner side of every triangle, by more than rounding, the tetrahedra between the origin and the triangles
+/// cover all directions, as the surface is closed; so no plane separates the origin from the corners, the tetrahedra
+/// are parts of A - B, which is convex, and A - B contains the ball around the origin up to the closest plane of a
+/// triangle: the depth is at least that distance, just as in a polytope. The dual gap bounds it from above. So one
+/// support proves the depth while the closest triangle stays on the surface of A - B; otherwise the expansion continues
+/// from the cached surface.
 ///
-/// If the origin is within rounding of a plane, its side proves nothing: a surface that has become flat has the origin in
-/// all its planes, however far apart the shapes are in there. Then it is the deepest point that proves the contact: a point
-/// of A - B, as a mean of corners, where the ray along the normal leaves, is the origin but for the gap.
+/// If the origin is within rounding of a plane, its side proves nothing: a surface that has become flat has the origin
+/// in all its planes, however far apart the shapes are within that plane. Then the deepest point proves the contact:
+/// the point of A - B where the ray along the normal leaves, a mean of corners, is the origin up to the gap.
 template <class S, class A, class B>
 class Penetration
 {
@@ -61,7 +62,7 @@ public:
         return m_result;
     }
 
-    /// From the remembered surface only. Forgets it if that is of no use, and the state is NotConverged.
+    /// Expands the cached surface only. If that proves nothing, empties the cache and returns NotConverged.
     PenetrationResult<S> recall()
     {
         m_isRecalled = true;
@@ -80,17 +81,17 @@ private:
     using Search = GjkSearch<A, B>;
     using Support = typename Search::Support;
 
-    /// The certified gap up to which an expansion goes on, and up to which it is accepted when it cannot; times the size. By
-    /// the precision of the answer.
+    /// The certified gap, times the size, down to which an expansion continues, and up to which a stalled expansion is
+    /// accepted. They depend on the precision of the answer.
     static constexpr double kGapWanted = sizeof(S) == sizeof(float) ? 1e-7 : 1e-12;
     static constexpr double kGapAccepted = sizeof(S) == sizeof(float) ? 1e-5 : 1e-10;
     /// How far the deepest point of the surface may be from the ray along the normal; times the size.
     static constexpr double kMissAccepted = sizeof(S) == sizeof(float) ? 1e-6 : 1e-10;
-    /// By so much all other depths are larger where one is the only one; times the size.
+    /// A depth is unique where all other depths are larger by this, times the size.
     static constexpr double kSureDepth = 4 * kSureTouch;
     static constexpr double kFlat = SeedTetrahedron<Search>::kFlat;
 
-    /// A simplex with the origin in it: the remembered tetrahedron, or a search without axis tests.
+    /// Finds a simplex that contains the origin: the cached tetrahedron, or the result of a search without axis tests.
     GjkState enclose()
     {
         if (!(m_cache.count == 4 && m_search.seed(m_cache, nullptr)))
@@ -119,22 +120,23 @@ private:
 
     double size() const { return std::sqrt(m_search.size2()); }
 
-    /// A double may be too large for S. That of B depends on all other numbers.
+    /// A double may be too large for S. pointB depends on all other numbers of the result.
     bool isFinite() const { return m_result.pointB.allFinite(); }
 
-    /// From the tetrahedron, in one of four ways.
+    /// Finds the depth from the tetrahedron: by expansion with or without a corner, with more capacity, or exactly.
     void enlarge()
     {
         const bool hasCorner = m_wantsCorner = hasCorners();
         bool isProved = expandSeed();
-        // A corner may break the surface: where edges of A and B are parallel, some of its points are in line.
+        // The points of a corner may break the surface: where edges of A and B are parallel, some of them are
+        // collinear.
         if (!isProved && hasCorner && !m_wantsCorner)
             isProved = expandSeed();
         if (!isProved)
             solveExactly();
     }
 
-    /// Hulls whose graphs may be used.
+    /// Whether both shapes are hulls whose graphs may be used.
     bool hasCorners() const
     {
         if constexpr (HasVertexAmong<A, B>::value)
@@ -143,7 +145,7 @@ private:
             return false;
     }
 
-    /// Out of line, so that its polytope is on the stack once.
+    /// Not inlined, so that the stack frame has one polytope.
     [[gnu::noinline]] bool expandSeed()
     {
         Polytope polytope(size());
@@ -154,10 +156,10 @@ private:
     void finishFlat(const Eigen::Vector3d& normal)
     {
         m_result.method = PenetrationMethod::Flat;
-        // Products of coordinates below 1e-160 vanish; of so small a shape any direction is as good.
+        // Products of coordinates below 1e-160 underflow to zero; any direction is as good for so small a shape.
         m_result.axis =
             (normal.isZero(0.0) ? Eigen::Vector3d(Eigen::Vector3d::UnitX()) : normal).template cast<S>();
-        // The points of both shapes where the search found them to touch.
+        // The point where the search found the shapes to touch.
         m_result.pointA = m_search.pointOfA().template cast<S>();
         m_result.pointB = m_result.pointA;
     }
@@ -185,7 +187,7 @@ private:
         return expand(polytope, m_supports);
     }
 
-    /// A corner whose faces are likely the closest, so that next to nothing is left to expand.
+    /// Adds the points of a corner whose faces are likely the closest, so that little is left to expand.
     template <class P, class Supports>
     void addCorner(P& polytope, Supports& supports)
     {
@@ -196,7 +198,8 @@ private:
         }
     }
 
-    /// The same from the convex hull of the remembered points, where their surface has dents that no point closes.
+    /// expandMemory() from the convex hull of the cached points, for a cached surface with dents that no support point
+    /// closes.
     bool expandHull()
     {
         const int count = m_isSeparate || !m_search.isFinite() ? 0 : m_memory->vertexCount;
@@ -210,8 +213,8 @@ private:
         return expand(polytope, m_supports);
     }
 
-    /// The same with more room, from the points that have filled the first polytope: round shapes whose centres nearly
-    /// coincide have as many corners at about the depth as there are. Throws std::bad_alloc.
+    /// expandSeed() with more capacity, from the points that have filled the first polytope: where the centres of round
+    /// shapes nearly coincide, all of their corners are at about the same depth. Throws std::bad_alloc.
     bool expandFurther()
     {
         struct Surface
@@ -242,7 +245,8 @@ private:
                 m_isRecalled ? m_search.supportAgainst(-face.scaledNormal, corner.vertexA, corner.vertexB)
                              : m_search.supportAgainst(-face.scaledNormal);
             const double gap = face.scaledNormal.dot(s.w) / face.length - face.distance;
-            // Beyond a face of the remembered surface, but perhaps not of the shapes'. A NaN makes the comparison false.
+            // The origin is beyond a face of the cached surface, but perhaps not of A - B. A NaN makes the comparison
+            // false.
             m_isSeparate = isOutside && !(face.scaledNormal.dot(s.w) > 0.0);
             if (m_isSeparate)
                 return false;
@@ -288,7 +292,7 @@ private:
         m_result.method = PenetrationMethod::Expansion;
         if (m_isRecalled)
             rememberTriangle(face, -normal, along);
-        // The surface of a large one cannot be made small enough.
+        // The surface of a large polytope cannot be made small enough for the cache.
         if constexpr (std::is_same_v<P, Polytope>)
         {
             if (m_memory != nullptr && m_isChanged)
@@ -301,9 +305,9 @@ private:
     template <class P, class Supports>
     bool findPoints(P& polytope, const Supports& supports, const PolytopeParts::Face& face, double gap)
     {
-        // The gap is only as good as the support, which was found in S.
+        // The gap is only as accurate as the support, which was found in S.
         const PolytopeParts::Foot foot = polytope.footOf(face, gap + kGapAccepted * size());
-        // Not on slivers that are mostly rounding. A NaN makes the comparison false.
+        // False for slivers that are mostly rounding. A NaN makes the comparison false.
         const bool isOnRay = foot.miss <= gap + kMissAccepted * size();
         if (!isOnRay && m_isRecalled)
             return false;
@@ -315,7 +319,7 @@ private:
         return true;
     }
 
-    /// For the query that finds the shapes apart again.
+    /// Stores the closest triangle in the GjkCache, where a distance query begins once the shapes have separated.
     void rememberTriangle(const PolytopeParts::Face& face, const Eigen::Vector3d& axis, const Support& along)
     {
         m_cache.state = GjkState::Overlapping;
@@ -329,7 +333,8 @@ private:
         Search::rememberAxis(axis, along.vertexA, along.vertexB, m_cache);
     }
 
-    /// Keeps the surface that proves the depth; if there is no room for it, a smaller one inside that does so too.
+    /// Stores the surface that proves the depth; if it is too large for the cache, a smaller surface inside of it that
+    /// proves the depth too.
     void remember(Polytope& polytope, const PolytopeParts::Face& face)
     {
         if (polytope.faceCount() > EpaCache::kFaces)
@@ -337,7 +342,8 @@ private:
         rememberSurface<S>(polytope, m_supports, *m_memory);
     }
 
-    /// With some room to move, so that what is cut off does not come into the way in the next query.
+    /// Removes vertices farther from the origin than the depth and some allowance, so that the shapes may move before
+    /// the next query reaches the cut.
     void shrink(Polytope& polytope, const PolytopeParts::Face& face)
     {
         const double reach = 1.2 * face.distance + 0.005 * size();
@@ -348,7 +354,7 @@ private:
         }
     }
 
-    /// @param normal outer normal of A - B, along which B comes out
+    /// @param normal outer normal of A - B: the direction along which B leaves A
     /// @param along support along the normal
     void store(const Eigen::Vector3d& normal, double depth, double gap, const Support& along)
     {
@@ -359,7 +365,7 @@ private:
         m_result.axis = (-normal).template cast<S>();
     }
 
-    /// What is found by the features of a face, which the way to it has no part in.
+    /// Computes the answer from the features of a face alone, so that it does not depend on the path of the search.
     template <class Supports>
     bool settle(const PolytopeParts::Face& face, const Supports& supports)
     {
@@ -409,13 +415,13 @@ private:
         m_result.method = PenetrationMethod::Exact;
     }
 
-    /// A point of A that touches B once A has been moved out.
+    /// The point of A that touches B once A has been moved out by the depth.
     ///
-    /// @param otherwise the answer if it is not found
+    /// @param otherwise returned if no such point is found
     Eigen::Vector3d touchAfter(const Eigen::Vector3d& axis, double depth,
                                const Eigen::Vector3d& otherwise) const
     {
-        // A little farther, so that there is a gap, and its closest points are those that touch.
+        // A is moved a little farther, so that there is a gap, whose closest points are the touching ones.
         const MovedShape<A> out(m_a, axis * (depth + 1e-3 * size()));
         GjkCache<double> cache;
         const GjkResult<double> near = gjkDistance(out, m_b, std::numeric_limits<double>::infinity(), cache);
@@ -428,9 +434,9 @@ private:
     GjkCache<S>& m_cache;
     EpaCache* m_memory;
     bool m_isRecalled = false;
-    bool m_isChanged = true;  ///< the surface is not the remembered one
+    bool m_isChanged = true;  ///< the surface differs from the cached one
     bool m_wantsCorner = false;
-    bool m_isSeparate = false;  ///< an axis was found
+    bool m_isSeparate = false;  ///< a separating axis was found
     SeedTetrahedron<Search> m_seed;
     std::array<Support, Polytope::kMaxVertices> m_supports;  ///< of the polytope's vertices
     PenetrationResult<S> m_result;
@@ -439,26 +445,29 @@ private:
 /// Penetration depth and deepest points of two overlapping convex shapes.
 ///
 /// Van den Bergen 2001, "Proximity Queries and Penetration Depth Computation on 3D Game Objects" (EPA), in double,
-/// started from the tetrahedron that the cache remembers and, for hulls, the corner along the remembered axis with its
-/// most level edges (level_corner.h). Two more differences: an answer counts only with its dual gap, the support along the normal
-/// minus the distance of the closest face, which bounds the error from both sides; and without such a proof all faces and
-/// pairs of edges are examined (exact_penetration.h, hulls only).
+/// started from the tetrahedron in the cache and, for hulls, the corner along the cached axis with its most level edges
+/// (level_corner.h). Two more differences: an answer needs its dual gap, the support along the normal minus the
+/// distance of the closest face, which bounds the error from both sides; and without that proof all faces and pairs of
+/// edges are examined (exact_penetration.h, hulls only).
 ///
-/// @param cache of this pair in this order, best after a query that said Overlapping
-/// @param memory of this pair in this order, or null: gets what rememberedPenetration() starts from
-/// Cost: about one support of each shape and a scan of the polytope's faces per point, none to 60 points; up to 2,048, and an
-/// allocation, for round shapes whose centres nearly coincide.
-/// Errors: std::bad_alloc; NotConverged for shapes that are no hulls when the expansion fails, and for inputs that are not finite.
+/// @param cache of this pair in this order, best after a query that returned Overlapping
+/// @param memory of this pair in this order, or null: receives the surface from which rememberedPenetration() starts
+/// Cost: about one support of each shape and a scan of the polytope's faces per point, none to 60 points; up to 2,048,
+/// and an allocation, for round shapes whose centres nearly coincide.
+/// Errors: std::bad_alloc; NotConverged for shapes that are no hulls when the expansion fails, and for inputs that are
+/// not finite.
 template <class S, class A, class B>
 PenetrationResult<S> penetration(const A& a, const B& b, GjkCache<S>& cache, EpaCache* memory = nullptr)
 {
     return Penetration<S, A, B>(a, b, cache, memory).run();
 }
 
-/// The same from what the last query left in `memory`, without a query that says Overlapping before.
+/// penetration() from the surface that the last query stored in `memory`, without a preceding query that returned
+/// Overlapping.
 ///
-/// @return NotConverged if that is not enough, or the shapes do not overlap any more; then `memory` is empty
-/// Cost: one support of each shape and the placing of up to eleven points, as long as the closest feature stays.
+/// @return NotConverged if the surface proves no depth, or the shapes no longer overlap; then `memory` is empty
+/// Cost: one support of each shape and the transformation of up to eleven points, while the closest feature stays the
+/// same.
 template <class S, class A, class B>
 PenetrationResult<S> rememberedPenetration(const A& a, const B& b, GjkCache<S>& cache, EpaCache& memory)
 {

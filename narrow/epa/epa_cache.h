@@ -7,10 +7,10 @@
 
 namespace cullet
 {
-/// What a depth query remembers for the next one between the same two shapes in the same order: a closed surface of
+/// The state that a depth query keeps for the next query of the same two shapes in the same order: a closed surface of
 /// triangles inside of A - B, as vertex pairs. 82 bytes.
 ///
-/// Wherever the shapes have moved, the answer is right or NotConverged; see Penetration.
+/// The answer is right or NotConverged wherever the shapes have moved; see Penetration.
 struct EpaCache
 {
     static constexpr int kVertices = 11;
@@ -29,7 +29,7 @@ struct EpaCache
 
     std::array<std::uint16_t, kVertices> verticesA, verticesB;
     std::array<std::uint16_t, kFaces> faces;  ///< three corners of four bits, counter-clockwise from outside
-    std::uint8_t vertexCount = 0;             ///< 0: nothing is remembered
+    std::uint8_t vertexCount = 0;             ///< 0: the cache is empty
     std::uint8_t faceCount = 0;
 };
 static_assert(sizeof(EpaCache) <= 84);

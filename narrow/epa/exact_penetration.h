@@ -26,7 +26,7 @@ struct PlacedHull
     struct Edge
     {
         Eigen::Vector3d point, direction;
-        Eigen::Vector3d left, right;  ///< outer normals of the faces on its sides; 0 without any
+        Eigen::Vector3d left, right;  ///< outer normals of the faces on its sides; 0 without faces
     };
 
     template <class S>
@@ -37,7 +37,7 @@ struct PlacedHull
         const Hull<S>& hull = posed.hull();
         for (std::int32_t v = 0; v < hull.vertexCount(); ++v)
             vertices.push_back(sign * (posed.point(v) + shift));
-        // Normals turn with the cofactors of the basis, and keep their side under a mirrored one.
+        // Normals transform with the cofactors of the basis, and stay outward under a mirrored basis.
         const Eigen::Matrix3d& m = posed.basis();
         Eigen::Matrix3d cofactors;
         cofactors << m.col(1).cross(m.col(2)), m.col(2).cross(m.col(0)), m.col(0).cross(m.col(1));
@@ -57,7 +57,7 @@ struct PlacedHull
         arcs.sort();
     }
 
-    /// Not more than extent(), and nearly as much, without a scan.
+    /// A lower bound of extent(), nearly as large, without a scan.
     double leastExtent(const Eigen::Vector3d& direction) const
     {
         return direction.dot(vertices[static_cast<std::size_t>(m_farthest(direction))]);
@@ -77,7 +77,7 @@ struct PlacedHull
     GaussMapArcs arcs;  ///< of the edges
 
 private:
-    /// Its arc on the Gauss map is a whole circle; without normals it crosses every other.
+    /// The arc of a segment on the Gauss map is a whole circle; an edge without normals crosses every other edge.
     void addSegment()
     {
         const auto farthestFrom = [&](const Eigen::Vector3d& point)
@@ -96,10 +96,10 @@ private:
 /// Smallest extent of the Minkowski sum of two placed hulls over all outer normals of its faces.
 ///
 /// The faces of the sum are those of either hull, and one per pair of edges whose arcs cross on the Gauss map
-/// (Gregorius 2013, "The Separating Axis Test between Convex Polyhedra", Game Developers Conference); arcs that may cross are
-/// found by boxes (gauss_map_arcs.h). The extent of any direction is an upper bound of the depth; so a wrong crossing can be
-/// ignored as long as extents are taken over all vertices. The merged faces of Hull are level within 16 eps of its radius,
-/// and so is the result.
+/// (Gregorius 2013, "The Separating Axis Test between Convex Polyhedra", Game Developers Conference); arcs that may
+/// cross are found by boxes (gauss_map_arcs.h). The extent of any direction is an upper bound of the depth; so a
+/// falsely reported crossing does no harm as long as extents are taken over all vertices. The merged faces of Hull are
+/// flat within 16 eps of its radius, so the result is accurate to that.
 class MinkowskiDepth
 {
 public:
@@ -123,7 +123,7 @@ public:
 private:
     void consider(const Eigen::Vector3d& normal)
     {
-        // A face that the basis flattens to a line has no normal; those around the line have.
+        // A face that the basis flattens to a line has no normal; the faces around the line have one.
         if (normal.isZero(0.0) || m_a.leastExtent(normal) + m_b.leastExtent(normal) >= m_depth)
             return;
         const double extent = m_a.extent(normal) + m_b.extent(normal);
@@ -155,21 +155,21 @@ private:
             return;
         const Eigen::Vector3d normal = scaled / length;
         const double side = normal.dot(ea.left + ea.right + eb.left + eb.right);
-        // Segments, and polygons, whose normals are opposite, have a face on both sides.
+        // Segments and polygons, whose normals are opposite, have a face on both sides.
         if (side > -kNoSide)
             considerAt(normal, ea.point + eb.point);
         if (side < kNoSide)
             considerAt(-normal, ea.point + eb.point);
     }
 
-    /// @param point of the sum on the face, if the arcs do cross there
+    /// @param point of the sum on the face, if the arcs cross
     void considerAt(const Eigen::Vector3d& normal, const Eigen::Vector3d& point)
     {
         if (normal.dot(point) < m_depth)
             consider(normal);
     }
 
-    /// Products of a normal with a sum of unit normals so small may be rounding.
+    /// Products of a normal and a sum of unit normals below this may be rounding.
     static constexpr double kNoSide = 1e-6;
 
     const PlacedHull& m_a;
@@ -181,11 +181,12 @@ private:
 /// Depth of two overlapping hulls by examining all faces and edge pairs: the fallback, and the reference of tests.
 ///
 /// @param normal [out] unit outer normal of A - B in world axes at the point closest to the origin
-/// @pre the hulls overlap; the depth of separated hulls comes out negative or not, and means nothing
-/// @return false if the Minkowski difference has no face of this kind (points and parallel segments), or the faces of a hull are
-///         not known
-/// Cost: for round hulls of V vertices some V^1.5 comparisons of boxes, and as many supports as there are faces: 0.05 ms for two of
-/// 42 vertices, 7 ms of 2,562, 43 ms of 10,242 (EPYC, Zen 4); O(E^2) where all edges cross on the Gauss map. Allocates.
+/// @pre the hulls overlap; the depth of separated hulls has any sign and no meaning
+/// @return false if the Minkowski difference has no such face (points and parallel segments), or the faces of a hull
+///         are unknown
+/// Cost: for round hulls of V vertices some V^1.5 comparisons of boxes, and as many supports as there are faces: 0.05
+/// ms for two of 42 vertices, 7 ms of 2,562, 43 ms of 10,242 (EPYC, Zen 4); O(E^2) where all edges cross on the Gauss
+/// map. Allocates.
 template <class S>
 bool exactPenetration(const PosedHull<S>& a, const PosedHull<S>& b, Eigen::Vector3d& normal, double& depth)
 {
@@ -199,7 +200,7 @@ bool exactPenetration(const PosedHull<S>& a, const PosedHull<S>& b, Eigen::Vecto
     return std::isfinite(depth);
 }
 
-/// Shapes without faces have no exact answer.
+/// Shapes without faces have no exact depth.
 template <class A, class B>
 bool exactPenetration(const A&, const B&, Eigen::Vector3d&, double&)
 {

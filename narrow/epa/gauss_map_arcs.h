@@ -12,11 +12,11 @@
 
 namespace cullet
 {
-/// Arcs of great circles on the unit sphere, in boxes that are sorted along x, to find those of two sets that may cross.
+/// Arcs of great circles on the unit sphere, in boxes sorted along x, to find the arcs of two sets that may cross.
 class GaussMapArcs
 {
 public:
-    /// @param from, to ends of an arc of at most half a circle; where one is no unit vector, the arc may be anywhere
+    /// @param from, to ends of an arc of at most half a circle; without unit length its box covers the whole sphere
     void add(const Eigen::Vector3d& from, const Eigen::Vector3d& to)
     {
         Box box;
@@ -25,7 +25,8 @@ public:
         box.high = Eigen::Vector3d::Constant(2.0);
         if (isUnit(from) && isUnit(to))
         {
-            // An arc leaves the box of its ends by its height over the chord c at most, 1 - sqrt(1 - c^2 / 4) < c^2 / 4.
+            // An arc exceeds the box of its ends by at most its height over the chord c,
+            // 1 - sqrt(1 - c^2 / 4) < c^2 / 4.
             const double height = 0.25 * (to - from).squaredNorm() + kRounding;
             box.low = from.cwiseMin(to).array() - height;
             box.high = from.cwiseMax(to).array() + height;
@@ -40,9 +41,10 @@ public:
                   [](const Box& p, const Box& q) { return p.low[0] < q.low[0]; });
     }
 
-    /// Calls found(i, j) for arcs i of a and j of b, numbered in the order of add(), whose boxes overlap: once for each pair.
-    /// Cost: O(n + m) and one comparison for each pair of boxes that overlap along x, which for arcs as short as those of round
-    /// hulls are some n^1.5.
+    /// Calls found(i, j) for arcs i of a and j of b, numbered in the order of add(), whose boxes overlap: once for each
+    /// pair.
+    /// Cost: O(n + m) and one comparison for each pair of boxes that overlap along x, which for arcs as short as those
+    /// of round hulls are some n^1.5.
     template <class Found>
     static void forEachPair(const GaussMapArcs& a, const GaussMapArcs& b, const Found& found)
     {
@@ -77,7 +79,7 @@ private:
         std::size_t arc;
     };
 
-    /// False for a NaN, by which nothing can be sorted.
+    /// False for a NaN, which would break the sort.
     static bool isUnit(const Eigen::Vector3d& v)
     {
         const double length2 = v.squaredNorm();

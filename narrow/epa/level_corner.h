@@ -14,14 +14,14 @@
 
 namespace cullet
 {
-/// The ends of the edges at a support vertex that are most level with it: those that the faces across the direction most
-/// likely have for corners. Up to three, the most level first. Cost: once through the neighbours of the vertex.
+/// The ends of the edges at a support vertex that are most perpendicular to the direction, which are likely corners of
+/// the face there. Up to three, the most level first. Cost: one pass over the neighbours of the vertex.
 class LevelNeighbours
 {
 public:
     static constexpr int kMost = 3;
 
-    /// @param vertex    of a hull that has neighbours
+    /// @param vertex    of a hull that has a graph
     /// @param direction world axes, any length; the vertex is the support along it
     template <class S>
     LevelNeighbours(const PosedHull<S>& shape, std::int32_t vertex, const Eigen::Vector3d& direction)
@@ -33,7 +33,7 @@ public:
         {
             const Eigen::Vector3d edge = corner - hull.vertex(neighbour).template cast<double>();
             const double fall = local.dot(edge);
-            // With the sign of the fall, which rounding may turn.
+            // The square keeps the sign of the fall, which rounding may flip.
             insert({fall * std::abs(fall) / edge.squaredNorm(), neighbour});
         }
     }
@@ -48,7 +48,7 @@ private:
         std::int32_t vertex;
     };
 
-    /// Before all that are steeper; the steepest of too many falls off.
+    /// Inserts an end before all steeper ones; drops the steepest if there are too many.
     void insert(const End& end)
     {
         int place = m_count;
@@ -63,8 +63,8 @@ private:
     std::array<End, kMost + 1> m_ends = {};
 };
 
-/// A corner of A - B and the ends of its most level edges: support point along the remembered axis, else along the line
-/// between the centres. Where shapes have come to overlap, it is in the faces around there that they are closest to being apart.
+/// A corner of A - B and the ends of its most level edges: the support point along the cached axis, else along the line
+/// between the centres. Where shapes have just begun to overlap, the face of the least depth is likely at that corner.
 template <class Search>
 struct LevelCorner
 {

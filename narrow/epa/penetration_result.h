@@ -24,7 +24,8 @@ struct PenetrationResult
 {
     using Vector = Eigen::Matrix<S, 3, 1>;
 
-    /// Overlapping, and all else is valid; or what the distance query would say, and nothing else is.
+    /// Overlapping, and all other members are valid; or the state that the distance query would return, and no other
+    /// member is valid.
     GjkState state = GjkState::NotConverged;
     PenetrationMethod method = PenetrationMethod::None;
     std::int32_t iterations = 0;   ///< points added to the polytope
@@ -33,9 +34,9 @@ struct PenetrationResult
     Vector axis = Vector::Zero();  ///< unit, from B to A, world axes: A moved by depth * axis only touches
     Vector pointA = Vector::Zero();  ///< deepest point of A, world axes, relative to the origin of A
     Vector pointB = Vector::Zero();  ///< deepest point of B, same frame; pointB - pointA = depth * axis
-    std::int32_t vertexA = -1;       ///< support vertex of A against the axis, -1: not known
-    std::int32_t vertexB = -1;       ///< support vertex of B along the axis, -1: not known
-    /// No other axis has so little depth, and all of this depends on shapes and poses alone: see FeaturePair.
+    std::int32_t vertexA = -1;       ///< support vertex of A against the axis, -1: unknown
+    std::int32_t vertexB = -1;       ///< support vertex of B along the axis, -1: unknown
+    /// No other axis has so little depth, and the result depends on shapes and poses alone: see FeaturePair.
     bool isSettled = false;
 };
 }  // namespace cullet

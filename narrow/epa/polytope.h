@@ -18,8 +18,8 @@ namespace cullet
 {
 /// Closed surface of triangles around the origin that grows by points: the state of the expanding polytope algorithm.
 ///
-/// Convex as long as it has grown from a tetrahedron. Fixed capacity: no allocation. add() refuses what would break the
-/// surface, and the caller has to find its answer in another way.
+/// Convex if it has grown from a tetrahedron. Fixed capacity: no allocation. add() refuses a point that would break the
+/// surface; the caller then needs another algorithm.
 ///
 /// @tparam Capacity most vertices; a multiple of 64
 template <int Capacity>
@@ -29,12 +29,12 @@ public:
     static constexpr int kMaxVertices = Capacity;
     static constexpr int kMaxFaces = 2 * kMaxVertices;
 
-    /// No points yet.
+    /// A polytope without points.
     ///
     /// @param size unit of the tolerances
     explicit BasicPolytope(double size) : m_tolerance(1e-13 * size) {}
 
-    /// Four points that are not coplanar, around the origin.
+    /// Starts from four points that are not coplanar, with the origin inside.
     void setTetrahedron(const std::array<Eigen::Vector3d, 4>& tetrahedron)
     {
         for (const Eigen::Vector3d& point : tetrahedron)
@@ -48,13 +48,13 @@ public:
         addFaces({{{2, j, 3}, {i, 2, 3}}}, 2);
     }
 
-    /// A corner of faces to come.
+    /// Adds a vertex for faces that are added later.
     void addVertex(const Eigen::Vector3d& point) { m_vertices[m_vertexCount++] = point; }
 
     using TwoFaces = std::array<Corners, 2>;
 
-    /// @param faces counter-clockwise from outside; the caller sees to it that the faces close the surface
-    /// @param count 1 or 2 of them; the others are any
+    /// @param faces counter-clockwise from outside; the caller guarantees that the faces close the surface
+    /// @param count 1 or 2; with 1 the second face is ignored
     void addFaces(const TwoFaces& faces, int count)
     {
         setFaces(m_faceCount, faces);
@@ -62,7 +62,7 @@ public:
     }
 
     bool isValid() const { return m_isValid; }
-    /// All that keeps it from growing is its capacity.
+    /// The capacity alone keeps the polytope from growing.
     bool isFull() const { return m_isValid && m_vertexCount == kMaxVertices; }
     int vertexCount() const { return m_vertexCount; }
     int faceCount() const { return m_faceCount; }
@@ -76,7 +76,7 @@ public:
         return {scaled, length, scaled.dot(m_vertices[m_corners[best][0]]) / length, m_corners[best], best};
     }
 
-    /// Whether all faces that are as close to the origin as a distance are in one plane with the closest one.
+    /// Whether all faces up to a distance from the origin lie in the plane of the closest face.
     bool isAlone(const Face& face, double distance) const
     {
         constexpr double kParallel2 = 1e-20;
@@ -94,7 +94,8 @@ public:
     }
 
     /// Adds a point outside of the surface.
-    /// @return its index, or -1 if the polytope is full, the point sees no face, or the surface would break or has broken
+    /// @return its index, or -1 if the polytope is full, no face is visible from the point, or the surface breaks or is
+    /// broken
     int add(const Eigen::Vector3d& point)
     {
         const int vertex = m_vertexCount;
@@ -105,10 +106,10 @@ public:
         return m_isValid ? vertex : -1;
     }
 
-    /// Takes a face out of a dent: the edge to the neighbour that rises most above it is turned, so that it joins the other two
-    /// corners of both. The surface stays closed.
+    /// Repairs a dent by an edge flip: the edge shared with the neighbour that rises most above the face is replaced by
+    /// the one that joins the other two corners of both. The surface stays closed.
     ///
-    /// @return false if no neighbour rises, or the new faces would not both be farther from the origin than this one
+    /// @return false if no neighbour rises, or not both new faces would be farther from the origin than the old face
     bool lift(const Face& face)
     {
         const Neighbour risen = highestNeighbour(face);
@@ -128,7 +129,7 @@ public:
         return true;
     }
 
-    /// Takes out a vertex and closes the hole with a fan, if no new face is closer to the origin than the root of
+    /// Removes a vertex and closes the hole with a fan, if no new face is closer to the origin than the root of
     /// `square`. The surface stays closed and around the origin; it need not stay convex.
     bool removeVertex(std::int16_t vertex, double square)
     {
@@ -155,11 +156,12 @@ public:
         return false;
     }
 
-    /// Where the ray from the origin along the normal of the closest face leaves the surface. That may be in another face:
-    /// of several in one plane, as two edges make, rounding decides which is the closest. Of the faces that it may be in, the
-    /// one whose point is the nearest to the foot of the plane: a face along the ray has weights, too, made of rounding.
+    /// Where the ray from the origin along the normal of the closest face leaves the surface. That may be in another
+    /// face: of several in one plane, as a pair of edges makes them, rounding decides which is the closest. Of all
+    /// candidate faces, the one whose point is nearest to the foot on the plane is returned: a face parallel to the ray
+    /// also has weights, which are mostly rounding.
     ///
-    /// @param slack the surface is there at most so much farther away than the plane of the face
+    /// @param slack bounds how much farther away the surface is there than the plane of the face
     Foot footOf(const Face& face, double slack) const
     {
         Foot best = footIn(face.vertex, face);
@@ -177,12 +179,12 @@ public:
     }
 
 private:
-    /// A face is too thin for its normal to mean anything below this square of a sine: mostly rounding.
+    /// A face whose squared sine is below this is too thin: its normal is mostly rounding.
     static constexpr double kThinnest = 1e-24;
-    /// Times the tolerance of planes: a foot so near is the right one but for rounding.
+    /// A foot within this, times the tolerance of planes, is the right one up to rounding.
     static constexpr double kNoMiss = 1e3;
 
-    /// The point of a face where a ray along the normal of the closest one meets its plane, or one of its border.
+    /// The point of a face where the ray along the normal of the closest face meets its plane, clamped to the face.
     Foot footIn(const Corners& vertex, const Face& closest) const
     {
         const Eigen::Vector3d& a = m_vertices[vertex[0]];
@@ -190,7 +192,7 @@ private:
         const Eigen::Vector3d& c = m_vertices[vertex[2]];
         const Eigen::Vector3d& ray = closest.scaledNormal;
         const Eigen::Vector3d w(ray.dot(b.cross(c)), ray.dot(c.cross(a)), ray.dot(a.cross(b)));
-        // Not by a face that the ray enters by.
+        // The ray does not leave through a face that it enters by.
         if (!(w.sum() > 0.0))
             return {vertex, Eigen::Vector3d::Constant(1.0 / 3.0), std::numeric_limits<double>::infinity()};
         const Eigen::Vector3d inside = w.cwiseMax(0.0);
@@ -202,14 +204,14 @@ private:
     struct Neighbour
     {
         int face = -1;
-        int apex = 0;          ///< corner of the first face that is not one of this one
-        std::int16_t far = 0;  ///< corner of this one that is not one of the first
+        int apex = 0;          ///< corner of the given face that the neighbour lacks
+        std::int16_t far = 0;  ///< corner of the neighbour that the given face lacks
     };
 
-    /// Of the faces that share an edge with one, the one whose other corner is the highest above its plane.
+    /// Of the faces that share an edge with a face, the one whose third corner is the highest above its plane.
     Neighbour highestNeighbour(const Face& face) const
     {
-        // The sums of two corners are different from those of others.
+        // The marks of two corners have a different sum for each edge.
         std::array<std::uint8_t, kMaxVertices> marks;
         std::fill_n(marks.begin(), m_vertexCount, std::uint8_t(0));
         for (int k = 0; k < 3; ++k)
@@ -250,7 +252,7 @@ private:
     using Row = std::array<double, kMaxFaces + 4>;
     static constexpr int kRing = kMaxVertices + 2;
 
-    /// The face with the smallest square, in four lanes and without a branch.
+    /// The face with the smallest squared distance, in four lanes and without a branch.
     int closest()
     {
         for (int i = m_faceCount; i % (2 * L::kWidth) != 0; ++i)
@@ -276,7 +278,7 @@ private:
     using L = Lanes<double>;
     static_assert(L::kWidth == 2);
 
-    /// One point of each of two faces.
+    /// One point of each of two faces, by lane.
     struct TwoPoints
     {
         L::Vector x, y, z;
@@ -296,7 +298,7 @@ private:
         return {L::Vector{p.x(), q.x()}, L::Vector{p.y(), q.y()}, L::Vector{p.z(), q.z()}};
     }
 
-    /// Into a place and the next one.
+    /// Stores two faces at an index and the next one.
     void setFaces(int place, const TwoFaces& faces)
     {
         const TwoPoints first = cornersOf(faces, 0);
@@ -307,7 +309,8 @@ private:
         m_corners[place + 1] = faces[1];
     }
 
-    /// Normals stay as long as twice the area of their face: one division for each face instead of a root and four.
+    /// Computes the planes of two faces. Normals keep a length of twice the area of their face: one division per face
+    /// instead of a root and four divisions.
     ///
     /// @return false if a face is too thin
     [[gnu::always_inline]] bool setPlanes(const TwoPoints& ij, const TwoPoints& ik, const TwoPoints& corner,
@@ -316,7 +319,7 @@ private:
         const TwoPoints normal = ij.cross(ik);
         const L::Vector square = normal.dot(normal);
         const L::Vector offset = normal.dot(corner);
-        // With the sum of magnitudes in the place of the length, which needs a root: at most 1.8 times as much.
+        // The 1-norm replaces the length, which would need a root: at most 1.8 times as much.
         const L::Vector limit =
             offset + m_tolerance * (L::magnitude(normal.x) + L::magnitude(normal.y) + L::magnitude(normal.z));
         const L::Vector distance2 = offset * L::magnitude(offset) / L::withoutZeros(square);
@@ -342,8 +345,8 @@ private:
         m_corners[to] = m_corners[from];
     }
 
-    /// Puts a face between the new vertex and each edge of the horizon: in the places of the visible faces, then behind
-    /// the others; or the last faces fill the places that are left.
+    /// Adds a face between the new vertex and each edge of the horizon: at the indices of the visible faces, then at
+    /// the end. If there are fewer new faces, the last faces fill the free indices.
     ///
     /// @return false if a face is too thin
     bool setFan(const Eigen::Vector3d& point, int vertex)
@@ -383,7 +386,7 @@ private:
         return isSolid;
     }
 
-    /// Replaces the visible faces by a fan over the walk m_next around them; two faces fewer.
+    /// Replaces the visible faces by a fan over their outline m_next; two faces fewer.
     bool closeWithFan(std::int16_t apex, double square)
     {
         const int count = m_visibleCount - 2;
@@ -427,7 +430,8 @@ private:
         }
     }
 
-    /// The walk along the edges between faces that the point sees and others. @return false unless there is one
+    /// Collects the horizon: the closed walk of edges between faces visible from the point and others. @return false
+    /// unless there is one
     bool collectHorizon(const Eigen::Vector3d& point)
     {
         collectVisible(point);
@@ -442,7 +446,7 @@ private:
             for (int k = 0; k < 3; ++k)
                 m_ends[c[k]][c[(k + 1) % 3] >> 6] |= std::uint64_t(1) << (c[(k + 1) % 3] & 63);
         }
-        // An edge whose other side is visible too is no horizon.
+        // An edge between two visible faces is not on the horizon.
         int edgeCount = 0;
         std::int16_t start = 0;
         for (int i = 0; i < m_visibleCount; ++i)
@@ -451,7 +455,7 @@ private:
             for (int k = 0; k < 3; ++k)
             {
                 const std::int16_t from = c[k], to = c[(k + 1) % 3];
-                // Without a branch, since every second edge is one.
+                // Without a branch, since about every second edge is on the horizon.
                 const bool isHorizon = (m_ends[to][from >> 6] >> (from & 63) & 1) == 0;
                 m_next[from] = isHorizon ? to : m_next[from];
                 start = isHorizon ? from : start;
@@ -461,7 +465,7 @@ private:
         return edgeCount >= 3 && walkHorizon(start, edgeCount);
     }
 
-    /// @return false unless all edges form one walk: each vertex has one edge then, and those met have one
+    /// @return false unless all edges form one closed walk, in which each vertex has one outgoing edge
     bool walkHorizon(std::int16_t start, int edgeCount)
     {
         m_horizonCount = 0;
@@ -475,16 +479,17 @@ private:
     }
 
     std::array<Eigen::Vector3d, kMaxVertices> m_vertices;
-    // By face: its normal, the product with the normal above which a point sees it, and its squared distance from the
-    // origin with the sign of the distance.
+    // By face: its normal, the product with the normal above which the face is visible from a point, and its squared
+    // distance from the origin with the sign of the distance.
     Row m_x, m_y, m_z, m_limits, m_squares;
     std::array<Corners, kMaxFaces + 4> m_corners;
     std::array<std::int16_t, kMaxFaces + 4> m_visible;
-    std::array<std::int16_t, kMaxVertices + 2> m_horizon;  ///< vertices in the order of the walk
-    std::array<std::int16_t, kMaxVertices> m_next;         ///< by vertex: the one after it on a walk
-    /// By vertex of visible faces: a bit for every vertex that an edge of one leads to.
+    std::array<std::int16_t, kMaxVertices + 2> m_horizon;  ///< vertices in the order of the closed walk
+    std::array<std::int16_t, kMaxVertices> m_next;         ///< by vertex: the next one on the walk
+    /// By vertex: a bit for every vertex to which an edge of a visible face leads.
     std::array<std::array<std::uint64_t, kMaxVertices / 64>, kMaxVertices> m_ends;
-    /// Heights of all faces, or coordinates of a horizon, within a call: where the polytope is not on the stack, nor are these.
+    /// Heights over all faces, or coordinates of a horizon, valid within one call; a member, so that a polytope on the
+    /// heap has them there, too.
     std::array<double, 3 * kRing> m_scratch;
     double m_tolerance;
     int m_vertexCount = 0;
@@ -494,6 +499,6 @@ private:
     bool m_isValid = true;
 };
 
-/// On the stack; room for the differences of most shapes.
+/// Small enough for the stack; large enough for the Minkowski differences of most shapes.
 using Polytope = BasicPolytope<128>;
 }  // namespace cullet

@@ -9,7 +9,7 @@
 
 namespace cullet
 {
-/// What polytopes of all capacities have in common.
+/// Types that polytopes of all capacities share.
 struct PolytopeParts
 {
     using Corners = std::array<std::int16_t, 3>;
@@ -20,14 +20,14 @@ struct PolytopeParts
         double length;                 ///< of the scaled normal
         double distance;               ///< of its plane from the origin; at least 0 up to rounding
         Corners vertex;
-        int index;  ///< among the faces, until the next one changes
+        int index;  ///< among the faces; valid until the polytope changes
     };
 
     struct Foot
     {
         Corners vertex;
         Eigen::Vector3d weights;  ///< of the corners: not negative, sum 1
-        double miss;              ///< distance of the point that they make from where it should be
+        double miss;              ///< distance between the weighted point and the foot of the plane
     };
 };
 }  // namespace cullet

@@ -13,19 +13,21 @@
 
 namespace cullet
 {
-/// Four points of A - B that an expansion begins with, from the simplex in which a search has enclosed the origin.
+/// Four points of A - B from which an expansion begins, made from the simplex in which a search has enclosed the
+/// origin.
 template <class Search>
 class SeedTetrahedron
 {
 public:
     using Support = typename Search::Support;
 
-    /// Times the size: extents below this have no volume in double.
+    /// Extents below this, times the size, have no volume in double.
     static constexpr double kFlat = 1e-10;
 
     explicit SeedTetrahedron(Search& search) : m_search(search) {}
 
-    /// Adds support points until four span space. The origin stays in the hull of the first ones, hence of all.
+    /// Adds support points until four span space. The origin stays in the convex hull of the simplex, hence in that of
+    /// the four points.
     ///
     /// @return false if A - B has no extent along normal()
     bool complete()
@@ -37,7 +39,7 @@ public:
         if (count == 4)
             return true;
         const Support far = farthestAlongAxes();
-        // Not before: what was seen so far may be rounding around the origin.
+        // The size is read after these supports: the points before may be rounding errors around the origin.
         const double flat = kFlat * std::sqrt(m_search.size2());
         if (count == 1)
         {
@@ -62,9 +64,9 @@ public:
         return true;
     }
 
-    /// Valid once complete().
+    /// Valid once complete() has returned true.
     const std::array<Support, 4>& points() const { return m_points; }
-    /// Unit.
+    /// Unit length.
     const Eigen::Vector3d& normal() const { return m_normal; }
 
 private:
@@ -82,7 +84,8 @@ private:
         return far;
     }
 
-    /// The support point along +way or -way, whichever is farther from the points so far; their extent along it is 0.
+    /// Adds the support point along +way or -way, whichever is farther from the points so far, whose extent along `way`
+    /// is 0.
     bool addFarthest(int& count, const Eigen::Vector3d& way, double flat)
     {
         const Support up = m_search.supportAgainst(-way);

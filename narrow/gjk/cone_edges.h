@@ -9,33 +9,33 @@
 #include <array>
 #include <cstdint>
 
-/// The edges at a corner of A - B between which its closest point is looked for; see CornerCone.
+/// The edges at a corner of A - B between which CornerCone searches for the closest point.
 namespace cullet
 {
-/// A vertex of each hull, of which one is the corner's.
+/// An edge from the corner to the point of a vertex of each hull; one of the two vertices is the corner's.
 struct ConeEdge
 {
     std::int32_t endA, endB;
     Eigen::Vector3d way;
     double length2;
-    double fall;  ///< by how much the product with the corner decreases along the way
+    double fall;  ///< decrease of the product with the corner along the edge
 };
 
-/// Up to two of them, side by side.
+/// Up to two edges, one in each lane.
 struct ConeEdges
 {
     using Pair = Lanes<double>::Vector;
     using Ends = std::array<std::int32_t, 2>;
 
-    /// No vertex, and no block.
+    /// Neither a vertex nor a block.
     static constexpr std::int32_t kNone = -2;
 
     Pair x = {}, y = {}, z = {}, length2 = {}, fall = {};
-    Ends endA = {kNone, kNone}, endB = {kNone, kNone};  ///< kNone where it is the corner's
+    Ends endA = {kNone, kNone}, endB = {kNone, kNone};  ///< kNone: the corner's vertex
 
     void set(int i, const ConeEdge& e, std::int32_t cornerA, std::int32_t cornerB)
     {
-        // Both lanes, since the other would be read from memory first.
+        // Writes both lanes, since keeping the other would read it from memory first.
         const auto put = [i](Pair& lanes, double value) { lanes = Pair{i == 0 ? value : lanes[0], value}; };
         put(x, e.way[0]);
         put(y, e.way[1]);
@@ -45,7 +45,7 @@ struct ConeEdges
         endA[i] = e.endA == cornerA ? kNone : e.endA;
         endB[i] = e.endB == cornerB ? kNone : e.endB;
     }
-    /// The second is the first, too.
+    /// Copies the second edge over the first.
     void moveDown()
     {
         x[0] = x[1];
@@ -58,17 +58,17 @@ struct ConeEdges
     }
 };
 
-/// The closest points in the planes of an edge and each of two: weights of both, times `scale`.
+/// The closest points in the planes of a new edge and each of two others: weights of both edges, times `scale`.
 struct ConeWedges
 {
     Lanes<double>::Vector weight, newWeight, scale, gain;
-    unsigned inner;  ///< bit i: the point lies between the edge and the i-th
+    unsigned inner;  ///< bit i: the point lies between the new edge and edge i
 };
 
 [[gnu::always_inline]] inline ConeWedges wedgesOf(const ConeEdges& edges, const ConeEdge& e)
 {
     using Pair = Lanes<double>::Vector;
-    // Squared sine of an angle between edges: less leaves too few digits of the weights.
+    // Squared sine of the angle between two edges; a smaller one leaves too few digits of the weights.
     constexpr double kThin = 1e-8;
     const Pair between = edges.x * e.way[0] + edges.y * e.way[1] + edges.z * e.way[2];
     const Pair product = edges.length2 * e.length2;

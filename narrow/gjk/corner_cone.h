@@ -22,28 +22,28 @@ namespace cullet
 {
 /// The point of A - B closest to the origin, from one of its corners and without a support search.
 ///
-/// **Why it is the closest.** A lies in the cone that the edges at any of its vertices a span, and B in that at b. So A - B lies
-/// in the cone at w = a - b of the edges at a and, mirrored, those at b. If the cone's point closest to the origin belongs to
-/// A - B, it is the closest of A - B, too. It does where it is the corner, or on an edge and not beyond its end, or in the
-/// triangle of two edges of one hull, or in the parallelogram of an edge of each. Any corner of the feature that has the
-/// closest point will do, and from frame to frame one mostly stays; else the search goes on where an edge ends that the
-/// point lies beyond.
+/// **Why it is the closest.** A lies in the cone spanned by the edges at any of its vertices a, and B in the cone at b.
+/// So A - B lies in the cone at w = a - b of the edges at a and the mirrored edges at b. If the cone's point closest to
+/// the origin belongs to A - B, it is the closest point of A - B, too. It belongs to A - B if it is the corner, or on
+/// an edge and not beyond its end, or in the triangle of two edges of one hull, or in the parallelogram of an edge of
+/// each hull. Any corner of the closest feature will do, and from frame to frame one mostly persists; else the search
+/// continues at the end of an edge beyond which the point lies.
 ///
-/// **The search** is GJK's with a corner that always stays, and at most two edges. Of all neighbours of a and b, the one
-/// against which the closest point so far leads most gives a new edge; the closest point is then on it alone, or between it
-/// and one of those before (van den Bergen 1999, theorem 2). The distance decreases strictly, or the search gives up, as it
-/// does where the origin is in the cone.
+/// **The search** is GJK with a corner that is never removed, and at most two edges. Of all neighbours of a and b, the
+/// one with the smallest product with the closest point so far gives a new edge; the next closest point is on that edge
+/// alone, or between it and one of the previous edges (van den Bergen 1999, theorem 2). The distance decreases
+/// strictly, or the search gives up, as it does where the origin is in the cone.
 ///
-/// Neighbours are compared in the scalar of the hulls. Where rounding leaves some in doubt, in a face of many corners, say,
-/// they are looked at in double, in which all points are, and a support search confirms the answer.
+/// Neighbours are compared in the scalar of the hulls. Where rounding leaves the order open, as in a face of many
+/// corners, they are compared in double, the precision of all points, and a support search confirms the answer.
 ///
-/// Cost: whatever the size of the hulls, all neighbours of a and b are looked at for each edge that comes in and once more: one to
-/// three times for pairs that move from frame to frame, at most 16.
+/// Cost: independent of the size of the hulls, one pass over the neighbours of a and b for each added edge and one
+/// more: one to three passes for pairs that move from frame to frame, at most 16.
 template <class S>
 class CornerCone
 {
 public:
-    /// @pre both hulls have neighbours
+    /// @pre both hulls have graphs
     CornerCone(const PosedHull<S>& a, const PosedHull<S>& b)
         : m_a(a),
           m_b(b),
@@ -53,8 +53,9 @@ public:
     {
     }
 
-    /// @param cache has one to three vertex pairs: a corner and the ends of its edges, or some of which the first is taken
-    /// @return false if the point is not found; then nothing else is valid
+    /// @param cache has one to three vertex pairs: a corner and the ends of its edges; else the first pair is the
+    ///              corner
+    /// @return false if the point was not found; then no other result is valid
     template <class C>
     [[gnu::always_inline]] bool find(const GjkCache<C>& cache)
     {
@@ -75,13 +76,13 @@ public:
     /// From B to A.
     const Eigen::Vector3d& closest() const { return m_closest; }
     double length2() const { return m_length2; }
-    /// Edges that came in.
+    /// Edges added.
     std::int32_t steps() const { return m_steps; }
     /// The corner: a support vertex of each hull along closest().
     std::int32_t vertexA() const { return m_vertexA; }
     std::int32_t vertexB() const { return m_vertexB; }
 
-    /// Relative to the origin of A; that of B is this minus closest().
+    /// Relative to the origin of A; the point of B is this minus closest().
     Eigen::Vector3d pointOfA() const
     {
         Eigen::Vector3d point = m_cornerOfA;
@@ -99,7 +100,7 @@ public:
         cache.count = static_cast<std::uint8_t>(1 + m_count);
         cache.verticesA[0] = narrowId<C>(m_vertexA);
         cache.verticesB[0] = narrowId<C>(m_vertexB);
-        // Of two, or the compiler warns.
+        // The bound of 2 avoids a compiler warning.
         for (int i = 0; i < std::min(m_count, 2); ++i)
         {
             cache.verticesA[i + 1] =
@@ -121,14 +122,15 @@ private:
 
     static constexpr int kMostCorners = 8;
     static constexpr std::int32_t kMostSteps = 16;
-    /// Lengths whose direction can be told in the scalar of the hulls for bases of usual sizes, squared. Others are left to GJK.
+    /// Squared lengths for which the scalar of the hulls represents the direction, for bases of usual sizes. Other
+    /// lengths are left to GJK.
     static constexpr double kLeast2 = 1e-16, kMost2 = 1e16;
-    /// Of the sizes: some roundings of what the points of A - B are made of.
+    /// Times the sizes: some roundings of the vertices and products that make a point of A - B.
     static constexpr double kBlur = 32 * std::numeric_limits<double>::epsilon();
-    /// Of the distance of the corner, squared: as GjkSearch has it.
+    /// Times the squared distance of the corner: the tolerance of GjkSearch.
     static constexpr double kTouching2 = 1e-20;
 
-    /// Whether a remembered vertex pair has a vertex in common with each of the others.
+    /// Whether a cached vertex pair shares exactly one vertex with each of the other pairs.
     template <class C>
     static bool isCommon(const GjkCache<C>& cache, int corner)
     {
@@ -161,7 +163,7 @@ private:
         return isApart();
     }
 
-    /// Remembered edges come in if that brings the point closer.
+    /// Adds cached edges if they bring the point closer.
     [[gnu::always_inline]] void recall(const Edge& edge, std::int32_t a, std::int32_t b, bool isAnother)
     {
         if (!isAnother)
@@ -206,7 +208,7 @@ private:
         return isApart();
     }
 
-    /// The closest point is neither the origin, as far as that can be told, nor too far away; nor is it NaN.
+    /// The closest point is neither the origin, within rounding, nor too far away, nor NaN.
     bool isApart() const { return m_length2 > m_least2 && m_length2 < kMost2; }
 
     [[gnu::always_inline]] Edge edgeTo(std::int32_t a, std::int32_t b) const
@@ -229,14 +231,15 @@ private:
         m_edges.endA[1] = m_edges.endB[1] = ConeEdges::kNone;
     }
 
-    /// @param old which edge stays
+    /// @param old index of the edge that is kept
     [[gnu::always_inline]] void takeWedge(const Wedges& w, int old, const Edge& e)
     {
         const double inverse = 1.0 / w.scale[old];
         m_weights = {w.weight[old] * inverse, w.newWeight[old] * inverse};
         if (old == 1)
             m_edges.moveDown();
-        // Square to both edges up to rounding, which a sum of them would not be where the angle between them is small.
+        // The normal is perpendicular to both edges up to rounding; a weighted sum of the edges would not be where
+        // their angle is small.
         const Eigen::Vector3d normal = Eigen::Vector3d(m_edges.x[0], m_edges.y[0], m_edges.z[0]).cross(e.way);
         m_closest = normal * (m_corner.dot(normal) / normal.squaredNorm());
         m_length2 = m_closest.squaredNorm();
@@ -244,7 +247,7 @@ private:
         m_edges.set(1, e, m_vertexA, m_vertexB);
     }
 
-    /// @return false if the point does not come closer, or touches the origin
+    /// @return false if the point does not get closer, or touches the origin
     [[gnu::noinline]] bool enter(std::int32_t a, std::int32_t b)
     {
         const double before = m_length2;
@@ -265,7 +268,7 @@ private:
         return m_length2 < before && isApart();
     }
 
-    /// @return false if the closest point of the cone is not found
+    /// @return false if the closest point of the cone was not found
     bool solve()
     {
         for (; m_steps < kMostSteps; ++m_steps)
@@ -290,8 +293,8 @@ private:
         return m_count == 2 && isOfOneHull() ? first + second <= 1.0 : first <= 1.0 && second <= 1.0;
     }
 
-    /// The point is square to its edges, which are not looked at again, by enough digits. Not where the corner is 1e8 times as
-    /// far away.
+    /// The point is perpendicular to its edges, which findRise() skips, to enough digits. False where the corner is 1e8
+    /// times as far away.
     bool isSquare() const
     {
         constexpr double kSquare2 = 1e-16;
@@ -300,7 +303,7 @@ private:
         return (slanted & ((1u << m_count) - 1u)) == 0;
     }
 
-    /// The vertex of a hull at the end of an edge that the closest point lies beyond, or of the corner.
+    /// The vertex of a hull at the end of an edge beyond which the closest point lies, or the corner's vertex.
     std::int32_t beyond(const Ends& ends, std::int32_t corner) const
     {
         const int far = m_count == 2 && m_weights[1] > m_weights[0] ? 1 : 0;
@@ -313,7 +316,7 @@ private:
         return corner;
     }
 
-    /// By how much the neighbours of a vertex are higher along a direction; but for two of them.
+    /// The largest rise along a direction from a vertex to its neighbours, except for two known ones.
     struct Rise
     {
         S height;
@@ -358,17 +361,18 @@ private:
             ids = L::loadIds(p);
     }
 
-    /// What rounding of the direction and of two products can make of a rise, and that of the closest point: it is square to
-    /// the edges it is on up to that, and where shapes nearly touch that is more than the neighbours in line with them may show.
+    /// Bounds the error of a rise from rounding of the direction, of two products and of the closest point. The closest
+    /// point is perpendicular to its edges only up to that error, which, where shapes nearly touch, exceeds the rise of
+    /// neighbours collinear with these edges.
     S doubtOf(const PosedHull<S>& shape, S length) const
     {
         return shape.norm() *
                (S(1.5) * shape.hull().tieBand() * length + S(2) * shape.hull().reach() * m_blur);
     }
 
-    /// The neighbour of the corner against which the closest point leads most.
+    /// Finds the neighbour of the corner with the largest rise against closest().
     ///
-    /// @param a, b [in, out] the corner; then the edge's end
+    /// @param a, b [in, out] the corner; then the end of the edge
     /// @return false if there is none
     [[gnu::noinline]] bool findRise(std::int32_t& a, std::int32_t& b) const
     {
@@ -380,7 +384,7 @@ private:
         const Rise ofB = riseAround(m_b.hull(), b, LaneDirection<S>(localB), m_edges.endB);
         const S length = std::abs(x) + std::abs(y) + std::abs(z);
         const S doubtA = doubtOf(m_a, length), doubtB = doubtOf(m_b, length);
-        // Of integers, since && would branch once more.
+        // Bitwise & of integers, since && would add a branch.
         if ((static_cast<int>(ofA.height < -doubtA) & static_cast<int>(ofB.height < -doubtB)) != 0)
             return false;
         const bool isOfA = ofA.height > ofB.height;
@@ -391,8 +395,8 @@ private:
         return true;
     }
 
-    /// The same in double. Neighbours that are level with the corner may hardly span their cone, as those on an edge with points
-    /// that rounding has moved off it: then a search for the support points has the last word.
+    /// findRise() in double. Neighbours level with the corner may hardly span their cone, as points on an edge that
+    /// rounding has moved off it; then a support search decides.
     [[gnu::noinline]] bool findLevelRise(std::int32_t& a, std::int32_t& b) const
     {
         EdgeRise best = {0.0, a, b};
@@ -420,7 +424,7 @@ private:
 
     void keepHigher(std::int32_t endA, std::int32_t endB, EdgeRise& best) const
     {
-        // Relative; some hundred roundings.
+        // Relative and squared; some hundred roundings.
         constexpr double kLevel2 = 1e-26;
         for (int i = 0; i < m_count; ++i)
         {
@@ -446,6 +450,6 @@ private:
     Eigen::Vector3d m_closest;
     double m_length2 = 0.0;
     double m_least2 = 0.0;
-    S m_blur;  ///< how far off rounding may leave the closest point
+    S m_blur;  ///< bound of the rounding error of the closest point
 };
 }  // namespace cullet

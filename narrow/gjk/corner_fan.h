@@ -12,30 +12,32 @@
 
 namespace cullet
 {
-/// What the edges at one corner w of A - B tell about the origin, without a support search: four points that likely
+/// Classifies the origin by the edges at one corner w of A - B, without a support search: finds four points that likely
 /// enclose it, or an axis that likely separates.
 ///
-/// The edges of A - B at w = a - b are among those of A at a and, mirrored, of B at b. They span the cone in which all of
-/// A - B lies. Seen along the line through w and the origin they are points around the centre of a plane, and the line
-/// is inside the cone exactly if they surround the centre. `up` and `side` are the axes of that plane; a point on the far
-/// side of A - B defines up. The edge on each side with the lowest slope up / side decides:
+/// The edges of A - B at w = a - b are among the edges of A at a and the mirrored edges of B at b. They span the cone
+/// in which all of A - B lies. Projected along the line through w and the origin they are points around the centre of a
+/// plane, and the line is inside the cone exactly if they surround the centre. `up` and `side` are the axes of that
+/// plane; a point on the far side of A - B defines up. The edge on each side with the lowest slope up / side decides:
 ///
-/// * If the two slopes add up to less than zero the line is in the cone. If w is the lowest point along an axis on which
-///   the origin is higher, so is the origin, and the far point, w and the ends of the two edges often have it inside.
+/// * If the two slopes add up to less than zero the line is in the cone. If w is the lowest point along an axis on
+///   which the origin is higher, the origin is in the cone, too, and the tetrahedron of the far point, w and the ends
+///   of the two edges often contains it.
 /// * Else every direction of the plane between the two normals of these edges has w lowest, level with the origin.
-///   Tilted towards w it separates, as far as it goes until another edge is level with w. If the end of that edge is its
-///   point nearest to the origin, it is tilted on from there: what points at the nearest point of A - B separates for longer.
+///   Tilted towards w the axis separates, until another edge is level with w. If the end of that edge is the edge's
+///   point nearest to the origin, the axis is tilted further from there: an axis towards the nearest point of A - B
+///   separates for more frames.
 ///
-/// A shift of A - B asks the same about another point than the origin.
+/// A shift of A - B classifies another point than the origin.
 ///
-/// Everything is rounded, and nothing is proved here. Cost: each neighbour of a and b is looked at once or twice.
+/// All values are rounded, and nothing is proved here. Cost: one or two passes over the neighbours of a and b.
 template <class S>
 class CornerFan
 {
 public:
     using Point = Eigen::Matrix<S, 3, 1>;
 
-    /// @param a, b support vertices against some axis, of hulls that have neighbours
+    /// @param a, b support vertices against some axis, of hulls that have graphs
     CornerFan(const HullPair<S>& pair, std::int32_t a, std::int32_t b, S shiftX, S shiftY, S shiftZ)
         : m_shift(shiftX, shiftY, shiftZ),
           m_vertexA{pair.a().hull().opposite(a), a, a, a},
@@ -68,14 +70,14 @@ public:
         }
     }
 
-    /// False if there is no edge on one side, or a coordinate is not finite; then nothing else is valid.
+    /// False if there is no edge on one side, or a coordinate is not finite; then no other result is valid.
     bool isComplete() const { return m_isComplete; }
     /// The line from w through the origin is in the cone.
     bool isCone() const { return m_isCone; }
-    /// If so, the vertex pairs of four points: far, w, and two neighbours of w.
+    /// If isCone(), the vertex pairs of four points: far, w, and two neighbours of w.
     const std::array<std::int32_t, 4>& verticesA() const { return m_vertexA; }
     const std::array<std::int32_t, 4>& verticesB() const { return m_vertexB; }
-    /// If not, an axis from B to A, and the vertex pair that likely is the support point along it.
+    /// If not isCone(), an axis from B to A, and the vertex pair that is likely its support point.
     const Point& axis() const { return m_axis; }
     const VertexPair& corner() const { return m_corner; }
 
@@ -87,7 +89,7 @@ private:
     static constexpr S kNone = std::numeric_limits<S>::infinity();
     /// Marks a neighbour of b.
     static constexpr std::int32_t kOfB = std::int32_t(1) << 30;
-    /// Corners that an axis is tilted at, but for the first. More are of no use where measured.
+    /// Corners at which an axis is tilted, after the first. More brought nothing where measured.
     static constexpr int kMostMoves = 2;
 
     using QuadVector = typename Quad<S>::Vector;
@@ -110,8 +112,8 @@ private:
         QuadVector a, b;
     };
 
-    /// Calls see(edge . first, edge . second, neighbours) for vectors of edges that begin at the vertex; some have no
-    /// length.
+    /// Calls see(edge . first, edge . second, neighbours) for vectors of edges that begin at the vertex; some edges are
+    /// zero.
     template <class See>
     static void forEdges(const Hull<S>& hull, std::int32_t vertex, const QuadVector& localFirst,
                          const QuadVector& localSecond, const See& see)
@@ -133,7 +135,7 @@ private:
         }
     }
 
-    /// The lowest of many slopes, and the neighbour that has it, lane by lane.
+    /// The lowest of many slopes and its neighbour, by lane.
     class Lowest
     {
     public:
@@ -146,7 +148,7 @@ private:
 
         S slope() const { return -largestLane(-m_slope); }
 
-        /// The corner with a vertex replaced by that neighbour; not valid if there was none.
+        /// The corner with a vertex replaced by the neighbour with the lowest slope; not valid without an edge.
         VertexPair end(const VertexPair& corner) const
         {
             const unsigned lanes = laneBits(m_slope == L::fill(slope())) | 1u << (L::kWidth - 1);
@@ -179,7 +181,7 @@ private:
         m_vertexB[place] = pair.b;
     }
 
-    /// How far an axis can be tilted towards a point until an edge at the corner is level.
+    /// Finds how far an axis can be tilted towards a point until an edge at the corner is level.
     Lowest way(const HullPair<S>& pair, const Local& axis, const Local& towards) const
     {
         Lowest lowest;
@@ -192,7 +194,8 @@ private:
         return lowest;
     }
 
-    /// Not all the way at last, since a vertex that is level with the corner would leave it open which of them is the support.
+    /// Tilts the axis towards its support points. The last tilt is not complete, since with a vertex level with the
+    /// corner the support would be ambiguous.
     ///
     /// @param axis [in, out] the axis so far
     void tilt(const HullPair<S>& pair, Local& axis, const Point& w)
@@ -202,15 +205,15 @@ private:
         {
             const Local localTowards(pair, towards);
             const Lowest lowest = way(pair, axis, localTowards);
-            // Less than zero where an axis was tilted as far as it goes.
+            // Negative after a complete tilt.
             const S farthest = std::max(lowest.slope(), S(0));
-            // Bounded where no edge leads towards the origin.
+            // The bound applies where no edge leads towards the origin.
             const S bound = S(1e3) * m_axis.cwiseAbs().maxCoeff() / towards.cwiseAbs().maxCoeff();
             if (moves < kMostMoves && farthest < bound)
             {
                 const VertexPair end = lowest.end(m_corner);
                 const Point next = pair.point(end.a, end.b) + m_shift;
-                // Nothing is tilted towards the origin itself, where the shapes touch.
+                // Where the shapes touch, the next point may be the origin, which is no direction.
                 if (next.dot(next - towards) <= S(0) && !next.isZero(S(0)))
                 {
                     m_axis += farthest * towards;
@@ -227,7 +230,7 @@ private:
 
     Point m_shift;
     std::array<std::int32_t, 4> m_vertexA, m_vertexB;
-    Lowest m_left, m_right;  ///< slopes on each side
+    Lowest m_left, m_right;  ///< lowest slope on each side
     VertexPair m_corner;
     Point m_axis = Point::Zero();
     bool m_isComplete = false;

@@ -18,21 +18,23 @@
 
 namespace cullet
 {
-/// Times the size of two shapes: searches may differ in whether they touch below it, and in which of two depths is less.
+/// Times the size of two shapes: below this, searches may disagree on whether they touch, and on which of two depths is
+/// less.
 constexpr double kSureTouch = 4e-7;
 
-/// The closest or deepest points of two hulls, from the features that have them: vertex, edge or face of either.
+/// The closest or deepest points of two hulls, computed from their features: a vertex, edge or face of each hull.
 ///
-/// A search ends at the same features on whatever way it went, but rounding depends on the way. This takes the features only, in
-/// an order of their own, so that the answer is a function of shapes and poses, bit by bit. That needs features that no other
-/// way can end beside: the points are strictly inside of them, and all other vertices strictly behind, by far more than
-/// rounding; or two faces, or a face and an edge, are level up to rounding. Else the caller has a search that begins without
-/// memory.
+/// A search ends at the same features on every path, but its rounding depends on the path. FeaturePair uses only the
+/// features, in a canonical order, so that the answer is a function of shapes and poses, bit by bit. That requires
+/// features at which every path ends: the points are strictly inside of them, and all other vertices strictly behind,
+/// by far more than rounding; or two faces, or a face and an edge, are level up to rounding. Else the caller runs a
+/// search without a cache.
 ///
-/// By convexity, what holds for the neighbours of a feature holds for its hull: features of an earlier pose that pass are
-/// the closest ones, and no search is needed. Of a depth, that is so for one of its local minima only.
+/// By convexity, a property of the neighbours of a feature holds for its whole hull: features of an earlier pose that
+/// pass the tests are the closest ones, and no search is needed. For a depth, the tests prove only a local minimum.
 ///
-/// Cost: the neighbours of one or two vertices, and the corners of a face; without a graph, all points up to three times.
+/// Cost: the neighbours of one or two vertices, and the corners of a face; without a graph, all points up to three
+/// times.
 template <class S>
 class FeaturePair
 {
@@ -47,10 +49,10 @@ public:
     {
     }
 
-    /// @param pairs  of the simplex with the closest points, or of the triangle with the origin's foot
-    /// @param about  of any length, about from B to A
+    /// @param pairs  of the simplex with the closest points, or of the triangle with the foot of the origin
+    /// @param about  of any length, approximately from B to A
     /// @param isDeep the hulls overlap, and no other normal has so little depth, by kSureTouch at least
-    /// @return false if the features are not the only ones; then nothing else is valid
+    /// @return false if the features are not unique; then no other result is valid
     bool solve(const VertexPairs& pairs, const Eigen::Vector3d& about, bool isDeep)
     {
         const Ids ofA = distinctVertices(pairs.a, pairs.count), ofB = distinctVertices(pairs.b, pairs.count);
@@ -71,22 +73,23 @@ public:
 
     /// Unit, from B to A, world axes.
     const Eigen::Vector3d& normal() const { return m_normal; }
-    /// Along the normal; negative: minus the depth.
+    /// Along the normal; if negative, minus the depth.
     double distance() const { return m_distance; }
     /// World axes, relative to the origin of A.
     const Eigen::Vector3d& pointOfB() const { return m_onB; }
     /// Support vertices against the normal and along it.
     std::int32_t vertexA() const { return m_vertexA; }
     std::int32_t vertexB() const { return m_vertexB; }
-    /// The points are these vertices.
+    /// The points are vertexA() and vertexB().
     bool areCorners() const { return m_areCorners; }
 
 private:
-    /// Strictly inside and strictly behind, far more than rounding: in parts of an edge or of the size, and as a slope.
+    /// Thresholds for strictly inside, as a part of an edge or of the size, and for strictly behind, as a slope; far
+    /// more than rounding.
     static constexpr double kInside = 1e-9, kSlope = 1e-9;
-    /// Points are in one plane up to this, times the size; some hundred roundings.
+    /// Tolerance of coplanar points, times the size; some hundred roundings.
     static constexpr double kPlane = 1e-13;
-    /// Squared sine of directions that have no normal to rely on.
+    /// Squared sine below which the normal of two directions is unreliable.
     static constexpr double kParallel2 = 1e-12;
 
     using Vector = Eigen::Vector3d;
@@ -94,14 +97,15 @@ private:
 
     using Ids = DistinctVertices;
 
-    /// A hull with its basis in double. Points are relative to the origin of their own hull but for those of pointB().
+    /// A hull with its basis in double. Points are relative to the origin of their own hull, except those of pointB().
     struct Side
     {
         const Shape& shape;
         Eigen::Matrix3d basis;
 
         const Hull<S>& hull() const { return shape.hull(); }
-        /// No point is farther from the origin. Of a triangle exactly: the third axis of its basis tells nothing of it.
+        /// No point is farther from the origin. Exact for a triangle, on which the third axis of the basis has no
+        /// influence.
         double reach() const
         {
             if (hull().kind() != HullKind::Polygon || hull().vertexCount() > 3)
@@ -124,7 +128,7 @@ private:
 
     Vector pointB(std::int32_t vertex) const { return m_b.point(vertex) + m_offset; }
 
-    /// Neither so near that a search may say otherwise, nor NaN.
+    /// Neither so near that a search may disagree, nor NaN.
     bool isSure() const
     {
         const double sure = kSureTouch * m_size;
@@ -220,7 +224,7 @@ private:
         else
             return false;
         Plane plane;
-        // Of a face whose corners are rounded, the triangle alone.
+        // If rounding has moved corners off the plane, the triangle alone is used.
         const bool isFlat = corners.size() >= 3 && findPlane(side, corners, plane);
         if (!isFlat)
             corners = {three.data(), three.data() + 3};
@@ -233,12 +237,12 @@ private:
                       : isAhead(side, three[0], three[1], outward, three[2]);
     }
 
-    /// A vertex strictly over a face, and strictly ahead of all others of its hull.
+    /// Sets the answer of a vertex strictly over a face and strictly ahead of all other vertices of its hull.
     bool setVertexOver(const Side& side, const Corners& corners, const Plane& plane, const Side& other,
                        std::int32_t vertex, bool isOfA)
     {
         const Vector point = other.point(vertex) + (isOfA ? m_offset : Vector(-m_offset));
-        // The foot of the least depth is in the face in any case.
+        // The foot of the least depth is always in the face.
         if (!m_isDeep && !isInside(side, corners, plane, point))
             return false;
         setOver(plane, point, isOfA);
@@ -250,7 +254,8 @@ private:
 
     static bool isCloud(const Side& side) { return side.hull().kind() == HullKind::Cloud; }
 
-    /// Corners of the face that has three vertices, and of a flat hull looks along a direction; none if it is not known.
+    /// Corners of the face that contains three vertices, for a flat hull the face towards a direction; none if it is
+    /// unknown.
     static Corners faceOf(const Side& side, const Ids& ids, const Vector& direction)
     {
         const Hull<S>& hull = side.hull();
@@ -307,14 +312,15 @@ private:
         return true;
     }
 
-    /// Whether the hull of a face is behind it along a direction; no longer where it has turned over since an earlier pose.
+    /// Whether the hull of a face is behind it along a direction; false if the hull has turned over since an earlier
+    /// pose.
     bool looksAlong(const Side& side, const Plane& plane, const Vector& direction) const
     {
-        // A flat hull looks both ways.
+        // A flat hull has a face on both sides.
         return direction.dot(plane.first - side.basis * side.hull().centre()) >= -kInside * m_size;
     }
 
-    /// @param point of the other hull, relative to the origin of the face's
+    /// @param point of the other hull, relative to the origin of the face's hull
     void setOver(const Plane& plane, const Vector& point, bool isOfA)
     {
         m_normal = plane.ring.dot(m_about) < 0.0 ? Vector(-plane.ring) : plane.ring;
@@ -344,15 +350,16 @@ private:
         std::array<std::int32_t, 2> edge;
         if (levelEdge(other, otherVertex, plane.ring, isOfA, edge))
             return setLevel(side, corners, plane, other, {edge.data(), edge.data() + 2}, offset, isOfA);
-        // The foot is on a line between two corners of the face, which is none of its edges.
+        // The foot is on a diagonal of the face.
         return !m_isDeep && setVertexOver(side, corners, plane, other, otherVertex, isOfA) &&
                looksAlong(side, plane, isOfA ? Vector(-m_normal) : m_normal);
     }
 
-    /// The face at a vertex that looks along a direction; none if none does.
+    /// The face at a vertex whose normal is nearest to a direction; none if all normals differ too much.
     static Corners levelFace(const Side& side, std::int32_t vertex, const Vector& direction)
     {
-        // Parallel to the face's normal in the hull's frame if it is in the world, however the basis stretches.
+        // If the direction is parallel to the face's normal in the world, this is so in the hull's frame, however the
+        // basis scales.
         const Vector local = side.basis.transpose() * direction;
         double best = 0.999 * std::sqrt(local.squaredNorm());
         std::int32_t found = -1;
@@ -375,7 +382,8 @@ private:
                            { return std::abs(normal.dot(side.point(corner) - first)) <= kPlane * m_size; });
     }
 
-    /// The one edge at a vertex that is level, in ascending order; both ends are strictly ahead of all else.
+    /// Finds the level edge at a vertex, its ends in ascending order; both ends are strictly ahead of all other
+    /// vertices.
     bool levelEdge(const Side& side, std::int32_t vertex, const Vector& ring, bool isOfA,
                    std::array<std::int32_t, 2>& edge) const
     {
@@ -393,7 +401,7 @@ private:
         return isAhead(side, vertex, other, direction) && isAhead(side, other, vertex, direction);
     }
 
-    /// With the first corner that is over the other face: of `above`, or of the face.
+    /// Sets the answer at the first corner that is over the other face: a corner of `above`, or of the face.
     bool setLevel(const Side& side, const Corners& corners, const Plane& plane, const Side& other,
                   const Corners& above, const Vector& offset, bool isOfA)
     {
@@ -420,9 +428,9 @@ private:
         return false;
     }
 
-    /// The points that lie over each other at a place.
+    /// Sets the two points that lie over each other at a place.
     ///
-    /// @param level of the other hull
+    /// @param level a point of the other hull's feature
     void setLevelPoint(const Plane& plane, const Vector& place, const Vector& level, bool isOfA)
     {
         const Vector point = place + plane.ring * plane.ring.dot(level - place);
@@ -431,7 +439,7 @@ private:
 
     // Supports
 
-    /// Whether visit(neighbour) is true for all neighbours of a vertex; for all vertices of a hull without a graph.
+    /// Whether visit(neighbour) is true for all neighbours of a vertex, or for all vertices of a hull without a graph.
     template <class Visit>
     static bool forNeighbours(const Hull<S>& hull, std::int32_t vertex, const Visit& visit)
     {
@@ -448,11 +456,11 @@ private:
         return true;
     }
 
-    /// Whether all neighbours of a vertex but one or two are strictly behind it along a direction.
+    /// Whether all neighbours of a vertex, except one or two, are strictly behind it along a direction.
     static bool isAhead(const Side& side, std::int32_t vertex, std::int32_t but, const Vector& direction,
                         std::int32_t norThis = -1)
     {
-        // By more than a rounded direction and product can tell, as most often.
+        // A height larger than the rounding of direction and products, which most vertices exceed.
         const S clear = side.shape.tieBand() + S(8) * std::numeric_limits<S>::epsilon() * side.shape.size();
         if (but < 0 && side.shape.isAhead(vertex, direction.template cast<S>(), clear))
             return true;

@@ -14,7 +14,7 @@
 
 namespace cullet
 {
-/// The closest points, whose difference is v.
+/// Stores the closest points, whose difference is v.
 template <class S>
 [[gnu::always_inline]] inline void storePoints(const Eigen::Vector3d& v, double distance,
                                                const Eigen::Vector3d& pointA, GjkResult<S>& result)
@@ -37,7 +37,7 @@ public:
     {
     }
 
-    /// @param result [in, out] nothing yet
+    /// @param result [in, out] default-constructed
     void run(GjkStart start, GjkResult<S>& result)
     {
         const bool isSeeded = start == GjkStart::Memory && m_search.seed(m_cache, nullptr);
@@ -112,7 +112,7 @@ private:
         storePoints(m_search.closest(), distance, m_search.pointOfA(), result);
     }
 
-    /// Of |v|^2: the distance is then wrong by 1e-12 of itself at most.
+    /// Of |v|^2: the relative error of the distance is at most 1e-12.
     static constexpr double kRelativeGap = 1e-12;
 
     Search m_search;
@@ -120,7 +120,7 @@ private:
     GjkCache<S>& m_cache;
     Observer& m_observer;
     std::int32_t m_iterations = 0;
-    bool m_isLikelyDone = false;  ///< the remembered simplex is near the closest one, if not it
+    bool m_isLikelyDone = false;  ///< the cached simplex is near the closest simplex, or is it
 };
 
 /// Ends a query with the closest point v of A - B.
@@ -137,10 +137,10 @@ template <class S>
         storePoints(v, distance, pointA, result);
 }
 
-/// From a simplex of one point, with less than a search: its two vertices are the closest points if each is the support
-/// vertex against their difference. So it is for most pairs of hulls with large faces.
+/// Answers from a simplex of one point, without a search: its two vertices are the closest points if each is the
+/// support vertex against their difference, as for most pairs of hulls with large faces.
 ///
-/// @return false if they are not, or it is not known
+/// @return false if they are not, or that is unknown
 template <class S, class H, class Observer>
 [[gnu::always_inline]] inline bool gjkFromVertices(const PosedHull<H>& a, const PosedHull<H>& b,
                                                    S maxDistance, GjkCache<S>& cache, Observer& observer,
@@ -164,11 +164,11 @@ template <class S, class H, class Observer>
     return true;
 }
 
-/// From a corner of A - B, without a support: the closest point of its cone. So it is for nearly all pairs that have been near
-/// or apart in the last frame. Out of line, as below.
+/// Answers from a corner of A - B, without a support search: by the closest point of its cone. That succeeds for nearly
+/// all pairs that were near or separated in the last frame. Not inlined, see gjkSearch().
 ///
 /// @pre the cache has one to three vertex pairs
-/// @return false if the shapes overlap, or it is not known
+/// @return false if the shapes overlap, or the answer is unknown
 template <class S, class H, class Observer>
 [[gnu::noinline]] bool gjkFromCorner(const PosedHull<H>& a, const PosedHull<H>& b, S maxDistance,
                                      GjkCache<S>& cache, Observer& observer, GjkResult<S>& result)
@@ -187,10 +187,10 @@ template <class S, class H, class Observer>
     return true;
 }
 
-/// Where no closest point was found from a corner, shapes that have come to overlap: four points around the origin, one of them
+/// Proves an overlap where no closest point was found from a corner: by four points around the origin, one of which is
 /// the corner.
 ///
-/// @return false if that is not proved; then nothing has changed
+/// @return false if no overlap was proved; then the cache is unchanged
 template <class S, class H, class Observer>
 [[gnu::noinline]] bool gjkInCorner(const PosedHull<H>& a, const PosedHull<H>& b, GjkCache<S>& cache,
                                    Observer& observer, GjkResult<S>& result)
@@ -206,16 +206,16 @@ template <class S, class H, class Observer>
     if (isaGjkFromCorner(a, b, H(0), failed, cache, observer, result) &&
         result.state == GjkState::Overlapping)
         return true;
-    // The remembered simplex is a better start of a search than what proves nothing.
+    // The cached simplex is a better start of a search than points that proved nothing.
     cache = before;
     return false;
 }
 
-/// Makes a corner of the support points along an axis that separates. Out of line, as below.
+/// Stores the support points along a separating axis as a corner. Not inlined, see gjkSearch().
 template <class S, class H>
 [[gnu::noinline]] void rememberCorner(const PosedHull<H>& a, const PosedHull<H>& b, GjkCache<S>& cache)
 {
-    // Unknown where there are few vertices.
+    // The supports are unknown for hulls of few vertices.
     if (cache.startA >= a.vertexCount() || cache.startB >= b.vertexCount())
     {
         const auto [vertexA, vertexB] = PosedHull<H>::supportVertices(
@@ -228,7 +228,7 @@ template <class S, class H>
     cache.verticesB[0] = cache.startB;
 }
 
-/// The boolean query, but for a remembered tetrahedron. Out of line, as below.
+/// The boolean query without a cached tetrahedron. Not inlined, see gjkSearch().
 template <class S, class H, class Observer>
 [[gnu::noinline]] bool gjkFromAxis(const PosedHull<H>& a, const PosedHull<H>& b, GjkCache<S>& cache,
                                    Observer& observer, GjkResult<S>& result)
@@ -246,10 +246,10 @@ template <class S, class H, class Observer>
     return isaGjkOffAxis(a, b, H(0), cache, observer, result, test, true, isFresh);
 }
 
-/// What can be told of two hulls without a search. Where neither a corner nor an edge or face of A - B is remembered, the
-/// boolean query comes first: it finds an overlap sooner, and else a corner that is near.
+/// Answers a distance query of two hulls without a search. If the cache has neither a corner nor an edge or face of A -
+/// B, the boolean query runs first: it finds an overlap sooner, and else a corner near the closest point.
 ///
-/// @return false if that is nothing; then the cache has what was found for the search
+/// @return false if there is no answer; then the cache has the points from which the search starts
 template <class S, class H, class Observer>
 [[gnu::always_inline]] inline bool gjkWithoutSearch(const PosedHull<H>& a, const PosedHull<H>& b,
                                                     S maxDistance, GjkCache<S>& cache, Observer& observer,
@@ -271,14 +271,14 @@ template <class S, class H, class Observer>
            gjkInCorner(a, b, cache, observer, result);
 }
 
-/// Other shapes have no neighbours.
+/// Other shapes have no graph.
 template <class S, class A, class B, class Observer>
 bool gjkWithoutSearch(const A&, const B&, S, GjkCache<S>&, Observer&, GjkResult<S>&)
 {
     return false;
 }
 
-/// The search. Out of line, to keep the path of two vertices short.
+/// The search. Not inlined, to keep the code path of gjkFromVertices() short.
 template <class S, class A, class B, class Observer>
 [[gnu::noinline]] void gjkSearch(const A& a, const B& b, S maxDistance, GjkCache<S>& cache,
                                  Observer& observer, GjkStart start, GjkResult<S>& result)
@@ -291,10 +291,10 @@ template <class S, class A, class B, class Observer>
 ///
 /// Gilbert, Johnson and Keerthi 1988, in the form of van den Bergen 1999, section 4, and the thesis, Algorithm 2, with
 /// Voronoi regions in double (simplex.h) instead of Johnson's algorithm, and the cache of isa_gjk.h: a query may use
-/// what another kind of query remembered.
+/// the cache of another kind of query.
 ///
-/// @param maxDistance length unit of the world: shapes farther apart than this come back as Separated, without distance and
-///                    points. Infinity asks for every distance; with 0, negative or NaN, none is ever told.
+/// @param maxDistance length unit of the world: shapes farther apart than this are Separated, without distance and
+///                    points. With infinity every distance is computed; with 0, negative or NaN, none.
 /// @param cache       of this pair in this order; a default-constructed one for a pair without history
 /// @param observer    called after each support, see NoObserver
 /// @param start       where the search begins
@@ -306,7 +306,7 @@ GjkResult<S> gjkDistance(const A& a, const B& b, S maxDistance, GjkCache<S>& cac
     GjkResult<S> result;
     if (start == GjkStart::Memory && gjkWithoutSearch(a, b, maxDistance, cache, observer, result))
         return result;
-    // One object on all paths, or it would be copied.
+    // One object for all code paths avoids a copy.
     gjkSearch(a, b, maxDistance, cache, observer, start, result);
     return result;
 }

@@ -43,14 +43,14 @@ public:
     Support support(int i) const { return {m_points[i], m_tags[i].a, m_tags[i].vertexA, m_tags[i].vertexB}; }
     /// Largest squared length of a point of A - B seen so far: the unit of relative tolerances.
     double size2() const { return m_size2; }
-    /// False once a point had a coordinate that is NaN, infinite, or too large to square.
+    /// False once a point has had a coordinate that is NaN, infinite, or too large to square.
     bool isFinite() const { return m_sum2 <= std::numeric_limits<double>::max(); }
-    /// Closest to the origin up to the rounding of coordinates. 1e-20: 1e-10 of the size.
+    /// The closest point is the origin up to the rounding of coordinates. 1e-20: 1e-10 of the size.
     bool isTouching() const { return m_isInside || m_length2 <= 1e-20 * m_size2; }
 
-    /// What a search that stalled at a support with this v.w knows: |v| and v.w / |v| enclose the distance.
+    /// State of a search that stalled at a support with this v.w: |v| and v.w / |v| enclose the distance.
     ///
-    /// @return NotConverged unless they are as close to each other as rounding lets them be
+    /// @return NotConverged unless the two bounds agree up to rounding
     GjkState stalledState(double along) const
     {
         const double upper = std::sqrt(m_length2);
@@ -84,7 +84,7 @@ public:
         }
     }
 
-    /// The same against closest(), where the simplex likely has it already.
+    /// Support point against closest(), for a simplex that likely contains it already.
     Support supportAmongOwn()
     {
         if constexpr (HasVertexAmong<A, B>::value)
@@ -110,7 +110,7 @@ public:
         }
     }
 
-    /// The point of two vertices.
+    /// The point of A - B of two vertices.
     [[gnu::always_inline]] Support supportOf(std::int32_t vertexA, std::int32_t vertexB)
     {
         Eigen::Vector3d a, b;
@@ -126,10 +126,10 @@ public:
         solveAll();
     }
 
-    /// Starts from the support points against four directions, those of a regular tetrahedron: the thesis, section 6.2.1.
-    /// Equal points are one.
+    /// Starts from the support points against four directions, those of a regular tetrahedron: the thesis, section
+    /// 6.2.1. Equal points are added once.
     /// @param see called with each direction and support point
-    /// @return false if see() did for one of them; then nothing is solved
+    /// @return false if see() did for one of them; then the simplex is not solved
     template <class See>
     bool startFromFour(const See& see)
     {
@@ -147,8 +147,8 @@ public:
         return true;
     }
 
-    /// Starts from the remembered vertex pairs, and `extra` if it is new and there is room.
-    /// @return false if nothing was remembered and there is no extra point
+    /// Starts from the cached vertex pairs, and `extra` if it is new and the simplex is not full.
+    /// @return false if the cache has no vertex pairs and there is no extra point
     template <class S>
     bool seed(const GjkCache<S>& cache, const Support* extra)
     {
@@ -168,7 +168,7 @@ public:
         return true;
     }
 
-    /// A support point that the simplex has already: no progress is possible.
+    /// Whether the simplex contains a support point already: then no progress is possible.
     bool has(const Support& s) const
     {
         for (int i = 0; i < m_count; ++i)
@@ -183,7 +183,7 @@ public:
     }
 
     /// Adds a support point against closest() and solves.
-    /// @return false, and nothing has changed, if that does not bring the simplex closer to the origin
+    /// @return false, with the simplex unchanged, if that does not bring it closer to the origin
     bool advance(const Support& s)
     {
         push(s);
@@ -199,7 +199,7 @@ public:
         return true;
     }
 
-    /// Closest point of A (relative to its origin); that of B is this minus closest().
+    /// Closest point of A (relative to its origin); the point of B is this minus closest().
     Eigen::Vector3d pointOfA() const
     {
         if (m_count == 1)
@@ -217,10 +217,10 @@ public:
         remember(state, m_tags[m_count - 1].vertexA, m_tags[m_count - 1].vertexB, cache);
     }
 
-    /// The same at the end of a query, or forgets the pair when it found nothing.
+    /// remember() at the end of a query; clears the cache if the query has no answer.
     ///
     /// @param along support against closest(), which becomes the axis; may be null
-    /// @return whether it found something
+    /// @return whether the query has an answer
     template <class S>
     bool rememberOutcome(GjkState state, const Support* along, GjkCache<S>& cache) const
     {
@@ -262,7 +262,7 @@ private:
         rememberAxis(m_closest, vertexA, vertexB, cache);
     }
 
-    /// What belongs to a point of the simplex beside its place.
+    /// Attributes of a point of the simplex, besides its position.
     struct Tag
     {
         Eigen::Vector3d a;
@@ -296,7 +296,7 @@ private:
     {
         m_points[m_count] = s.w;
         std::int32_t vertexA = s.vertexA, vertexB = s.vertexB;
-        // Or both are read at once, which waits for the two stores that they come from.
+        // Without this barrier both ids are read in one load, which waits for the two stores that wrote them.
         asm("" : "+r"(vertexA), "+r"(vertexB));
         m_tags[m_count] = {s.a, vertexA, vertexB};
         ++m_count;
@@ -351,7 +351,7 @@ private:
     bool m_isInside = false;
 };
 
-/// More simplices than any query needs: 36 was the largest number seen in some 3 million. Exceeding it is reported as
-/// NotConverged; the strict decrease of |v| would end the search in any case.
+/// More simplices than any query needs: 36 was the maximum over some 3 million queries. Exceeding the limit is reported
+/// as NotConverged; the strict decrease of |v| would end the search in any case.
 constexpr std::int32_t kGjkIterationLimit = 200;
 }  // namespace cullet

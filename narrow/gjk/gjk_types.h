@@ -10,9 +10,9 @@
 
 namespace cullet
 {
-/// Outcome of a query between two convex shapes. "Size" is the largest extent of their Minkowski difference as seen by
-/// the query; statements hold up to the rounding of the supports, about 4e-7 of the size for float hulls, and a search may
-/// take shapes for touching whose distance is less than 1e-7 of it.
+/// Outcome of a query between two convex shapes. "Size" is the largest length of a point of their Minkowski difference
+/// that the query has computed; statements hold up to the rounding of the supports, about 4e-7 of the size for float
+/// hulls, and a search may treat shapes whose distance is less than 1e-7 of it as touching.
 enum class GjkState : std::uint8_t
 {
     /// The distance is larger than maxDistance; `axis` proves it. No distance and no points.
@@ -23,7 +23,7 @@ enum class GjkState : std::uint8_t
     /// The shapes have a point in common, or touch. Distance 0; no axis and no points; see epa.h for the depth.
     Overlapping,
     /// The interval of possible distances stopped shrinking before it answered the question: an input was not finite,
-    /// or the shapes are degenerate beyond double precision. Nothing else is valid; ask another algorithm.
+    /// or the shapes are degenerate beyond double precision. No other member is valid; use another algorithm.
     NotConverged
 };
 
@@ -35,7 +35,7 @@ struct GjkResult
 
     GjkState state = GjkState::NotConverged;
     std::int32_t iterations =
-        0;  ///< simplices solved, edges of a corner among them; 0 if what was remembered was enough
+        0;              ///< simplices solved, including edges of a corner; 0 if the cache was enough
     S distance = S(0);  ///< gjkDistance() only
     Vector axis =
         Vector::Zero();  ///< from B to A, world axes; unit length from gjkDistance(), any from isaGjk()
@@ -44,27 +44,27 @@ struct GjkResult
         Vector::Zero();  ///< closest point of B, in the same frame: also relative to the origin of *A*
 };
 
-/// What a query remembers for the next one between the same two shapes in the same order. 36 bytes.
+/// The state that a query keeps for the next query of the same two shapes in the same order. 36 bytes.
 ///
-/// Whatever it holds, the answer is right; a cache of another pair or of moved shapes costs time only. Vertex ids have
-/// 16 bits: vertices from 65535 on are not remembered.
+/// The answer is right with any content; a cache of another pair or of moved shapes only costs time. Vertex ids have 16
+/// bits: vertices from 65535 on are not stored.
 template <class S>
 struct GjkCache
 {
     static constexpr std::uint16_t kUnknown = 0xffff;
 
-    /// Likely separates: one that has, or is near one that has. Largest component from a half to 1, or zero: none.
+    /// Likely a separating axis: the last one, or one near it. Largest component from a half to 1; zero: none.
     std::array<float, 3> axis = {};
     std::array<std::uint16_t, 4> verticesA = {};  ///< the last simplex
     std::array<std::uint16_t, 4> verticesB = {};
-    std::uint16_t startA = kUnknown;  ///< support vertices along the one that has separated
+    std::uint16_t startA = kUnknown;  ///< support vertices along the last separating axis
     std::uint16_t startB = kUnknown;
     GjkState state = GjkState::NotConverged;
     std::uint8_t count = 0;  ///< vertex pairs of the simplex
 };
 static_assert(sizeof(GjkCache<float>) <= 40 && sizeof(GjkCache<double>) <= 40);
 
-/// @param axis scaled as the cache wants it
+/// @param axis its largest component is from a half to 1
 template <class S, class H>
 void rememberAxis(const Eigen::Matrix<H, 3, 1>& axis, GjkCache<S>& cache)
 {
@@ -72,26 +72,26 @@ void rememberAxis(const Eigen::Matrix<H, 3, 1>& axis, GjkCache<S>& cache)
         cache.axis[i] = static_cast<float>(axis[i]);
 }
 
-/// Where a search begins; the answer is the same. All but Memory are for comparison.
+/// Where a search begins; the answer does not depend on it. Values other than Memory are for comparison.
 enum class GjkStart : std::uint8_t
 {
-    Memory,         ///< all that the cache remembers; for hulls also the corner where the first axis fails
-    Axis,           ///< one support point, against the cache's axis, or without one that between the centres
-    FourDirections  ///< four support points in directions that are always the same, whatever the cache remembers
+    Memory,         ///< the whole content of the cache; for hulls also the corner where the first axis fails
+    Axis,           ///< one support point, against the cache's axis, or else the line between the centres
+    FourDirections  ///< four support points in fixed directions; the cache is ignored
 };
 
-/// A vertex as the cache stores it.
+/// A vertex id in the cache's 16 bits.
 template <class S>
 std::uint16_t narrowId(std::int32_t vertex)
 {
-    // A negative one becomes the largest.
+    // A negative id becomes the largest unsigned number.
     const std::uint32_t unknown = GjkCache<S>::kUnknown;
     return static_cast<std::uint16_t>(std::min(static_cast<std::uint32_t>(vertex), unknown));
 }
 
-/// Observer that sees nothing. An observer is called once per support of a search with its direction v and v.w for the
-/// support point w against v: v.w / |v| is not more than the distance. Once there is a simplex, v is its point closest to
-/// the origin, and |v| not less than the distance.
+/// Observer that does nothing. An observer is called once per support of a search with its direction v and v.w for the
+/// support point w against v: v.w / |v| is not more than the distance. Once there is a simplex, v is its point closest
+/// to the origin, and |v| not less than the distance.
 struct NoObserver
 {
     void operator()(const Eigen::Vector3d&, double) const {}

@@ -17,13 +17,13 @@ namespace cullet
 template <class S>
 struct AxisTest
 {
-    bool isProved = false;  ///< the shapes are farther apart along v than asked
+    bool isProved = false;  ///< the gap along v is proved to be larger than the limit
     S along = S(0);         ///< v.w for the support point w, rounded
     std::int32_t vertexA = -1;
     std::int32_t vertexB = -1;
 };
 
-/// The same direction with the largest component from a half to 1 in magnitude, as HullPair::test() wants it.
+/// A direction scaled so that its largest component is from a half to 1 in magnitude, for HullPair::test().
 template <class S>
 inline Eigen::Matrix<S, 3, 1> scaledAxis(const Eigen::Matrix<S, 3, 1>& direction)
 {
@@ -31,13 +31,13 @@ inline Eigen::Matrix<S, 3, 1> scaledAxis(const Eigen::Matrix<S, 3, 1>& direction
            scaleBelowOne(std::max({std::abs(direction[0]), std::abs(direction[1]), std::abs(direction[2])}));
 }
 
-/// A square of a distance for HullPair::test(): the exact one unless that would underflow, then more. Where more is not
-/// proved, the search in double has the answer.
+/// The square of a distance for HullPair::test(): exact unless it would underflow, else larger. If the larger gap is
+/// not proved, the search in double answers.
 ///
-/// In float, 1e-18 times a smaller distance is more than its square by far more than it can lose by underflow, down to
-/// distances of 1.5e-23. For those below, it is more than enough that a square is not 0: the length is at least 2.6e-23,
-/// divided by an axis of at most the root of 3. A longer one comes from an A - B of at least half its root, of whose size what
-/// is sure of a distance is 3e-14 or nothing. Likewise in double.
+/// In float, 1e-18 times a distance below 1e-18 exceeds its square by far more than underflow can lose, down to
+/// distances of 1.5e-23. Below that it suffices that the tested square is not 0: its root is at least 2.6e-23, divided
+/// by an axis of at most the root of 3. A longer axis belongs to an A - B of at least half that length, of whose size a
+/// proved distance is at least 3e-14. Likewise in double.
 template <class S>
 inline S squareOfLimit(S limit)
 {
@@ -45,13 +45,14 @@ inline S squareOfLimit(S limit)
     return limit * std::max(limit, kLeast);
 }
 
-/// Two posed hulls, for tests that are done in their own scalar with a bound of the rounding errors instead of points in
-/// double. What cannot be proved so is left to the search in double.
+/// Two posed hulls, for tests in their own scalar with a bound of the rounding errors, instead of points in double.
+/// What these tests cannot prove is left to the search in double.
 ///
-/// With u the unit of rounding, R the radius of a hull and F the Frobenius norm of its basis, a local direction is off
-/// by 3 u of the products of magnitudes that it sums up, and so is a height. By Cauchy and Schwarz the height is off by
-/// 6 u F R |v| together, the product with the offset by 4 u |v| times the offset, and adding up by 3 u of all. 10 u |v| times
-/// reach() covers it; u is eps / 2, and |v| at most sqrt(3) or its 1-norm. A coordinate of a point of A - B is off by 5 u reach().
+/// With u the unit of rounding, R the radius of a hull and F the Frobenius norm of its basis, the error of a local
+/// direction is 3 u times the sum of the magnitudes of its products, and so is that of a height. By Cauchy and Schwarz
+/// the height is off by 6 u F R |v| in total, the product with the offset by 4 u |v| times the offset, and their sum by
+/// 3 u of all terms. 10 u |v| times reach() covers it; u is eps / 2, and |v| at most sqrt(3) or its 1-norm. A
+/// coordinate of a point of A - B is off by 5 u reach().
 template <class S>
 class HullPair
 {
@@ -59,7 +60,7 @@ public:
     using Vector = typename Quad<S>::Vector;
     using Point = Eigen::Matrix<S, 3, 1>;
 
-    // Out of line it costs a tenth of a query.
+    // Without inlining a query takes a tenth longer.
     [[gnu::always_inline]] HullPair(const PosedHull<S>& a, const PosedHull<S>& b)
         : m_a(a), m_b(b), m_offset(b.originQuad() - a.originQuad())
     {
@@ -71,9 +72,9 @@ public:
     const PosedHull<S>& a() const { return m_a; }
     const PosedHull<S>& b() const { return m_b; }
     const Vector& offset() const { return m_offset; }
-    /// Bounds every coordinate of A - B, and what it is made of.
+    /// Bounds every coordinate of A - B and every term in it.
     S reach() const { return m_reach; }
-    /// How far a point of A - B can be from the difference of the origins, for bases that only turn.
+    /// Bounds the distance between a point of A - B and the difference of the origins, for rotations.
     S size() const { return S(0.5774) * (m_a.size() + m_b.size()); }
 
     /// The point of A - B of two vertices, rounded.
@@ -88,23 +89,25 @@ public:
         return {sums[0], sums[1], sums[2]};
     }
 
-    /// An axis tilted towards its support point, to be remembered: along the normal of a face or an edge, points are level, and while
-    /// their shape rests each later query would have to search for the lowest index among them. Nothing is proved of it.
+    /// An axis tilted towards its support point, for the cache: along the normal of a face or an edge several points
+    /// are level, and while the shape rests each later query would have to search for the lowest index among them. The
+    /// tilted axis proves nothing.
     ///
-    /// @param by the tilt in radians where the support point is as far aside as the shapes are large
+    /// @param by the tilt in radians for a support point whose lateral distance equals the size of the shapes
     Point tilted(const Point& axis, const AxisTest<S>& test, S by) const
     {
         const S length2 = axis.squaredNorm();
-        // Of two points, the line between them is as good as any.
+        // For two points the line between them is the best axis.
         if (!(size() > S(0)))
             return axis;
         const Point aside = point(test.vertexA, test.vertexB) - axis * (test.along / length2);
         const Point turned = axis + aside * (by * squareRoot(length2) / size());
-        // Not of shapes so small that a quotient is not finite.
+        // For very small shapes a quotient may not be finite.
         return isTestable(turned) ? turned : axis;
     }
 
-    /// From the centre of B to that of A, or from origin to origin where these are as good and nothing has to be placed.
+    /// From the centre of B to that of A, or from origin to origin if both hulls are centred, which needs no
+    /// transformation.
     [[gnu::always_inline]] Point betweenCentres() const
     {
         if (m_a.hull().isCentred() && m_b.hull().isCentred())
@@ -119,13 +122,13 @@ public:
         return {v[0], v[1], v[2]};
     }
 
-    /// An axis for testFresh() and testAnew() as it is, if it is neither very long nor very short.
+    /// Whether testFresh() and testAnew() accept an axis without scaling: it is neither very long nor very short.
     [[gnu::always_inline]] static bool isTestable(const Point& axis)
     {
         return isTestable(axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2]);
     }
 
-    /// Is the distance along an axis larger than the root of limit2?
+    /// Tests whether the distance along an axis is larger than the root of limit2.
     ///
     /// @param limit2 a squareOfLimit()
     /// @param axis   world axes, from B to A; not tested if longer than the root of 3, or tiny
@@ -138,7 +141,7 @@ public:
             });
     }
 
-    /// The same without such vertices.
+    /// test() without start vertices.
     /// @param axis isTestable()
     [[gnu::always_inline]] AxisTest<S> testAnew(const Point& axis, S limit2) const
     {
@@ -148,8 +151,8 @@ public:
             });
     }
 
-    /// The test that most queries end with: then nothing of the pair has to be in memory. The support of a hull with few
-    /// vertices stays unknown.
+    /// test() of the cached axis, with which most queries end; it then keeps the pair in registers. The support vertex
+    /// of a hull with few vertices stays unknown.
     [[gnu::always_inline]] static AxisTest<S> testFirst(const PosedHull<S>& a, const PosedHull<S>& b,
                                                         const Point& axis, S limit2, std::int32_t startA,
                                                         std::int32_t startB)
@@ -160,11 +163,11 @@ public:
         Vector localA, localB;
         toLocal(a, b, axis, localA, localB);
         const Hits hits = {height(a, localA, startA), height(b, localB, startB)};
-        // Made only now: before, it would take registers that the supports need, a tenth of a query.
+        // A pair constructed earlier would occupy registers that the supports need, which costs a tenth of a query.
         return HullPair(a, b).template judge<true>(axis, length2, limit2, hits);
     }
 
-    /// The same without vertices near the supports; where hulls are scanned by wide registers these stay unknown, too.
+    /// testAnew() with unknown support vertices for hulls of few vertices and for hulls scanned in wide registers.
     /// @param axis isTestable()
     [[gnu::always_inline]] AxisTest<S> testFresh(const Point& axis, S limit2) const
     {
@@ -180,13 +183,14 @@ public:
             });
     }
 
-    /// The same with a ball around each origin that has all vertices inside in the place of the hull: no support is needed.
-    /// Proves nothing for hulls with few vertices, whose supports cost as little.
-    /// @param axis isTestable(), in line with the difference of the origins where that can be
+    /// test() of balls around the origins that contain all vertices, instead of the hulls: needs no support. Proves
+    /// nothing for hulls with few vertices, whose supports are as cheap.
+    /// @param axis isTestable(), parallel to the difference of the origins if possible
     [[gnu::always_inline]] AxisTest<S> testBalls(const Point& axis, S limit2) const
     {
         const Vector squares = m_offset * m_offset;
-        // Most pairs that are not so far apart need no more; size() is right for bases that turn, and proves nothing.
+        // This rejects most pairs that are too close; size() is a bound for rotations only, so it serves as a filter,
+        // not as a proof.
         if ((m_a.isFew() && m_b.isFew()) || !(Quad<S>::sumOfThree(squares) > size() * size()))
             return AxisTest<S>();
         return testWith<false>(
@@ -196,7 +200,7 @@ public:
     }
 
 private:
-    /// Whether both hulls are scanned by wide registers where no vertex near the support is known.
+    /// Whether both hulls are scanned in wide registers without a start vertex.
     bool areScannedWide() const
     {
         const std::int32_t most = std::max(m_a.vertexCount(), m_b.vertexCount());
@@ -206,7 +210,7 @@ private:
 
     static bool isTestable(S length2) { return length2 > S(1e-12) && length2 < S(1e12); }
 
-    /// The sums of the first three lanes of each.
+    /// The sums of the first three lanes of three vectors.
     [[gnu::always_inline]] static void sumThreeOfEach(const Vector& x, const Vector& y, const Vector& z,
                                                       Vector& sums)
     {
@@ -223,14 +227,15 @@ private:
         SupportHit<S> a, b;
     };
 
-    /// No vertex is higher: a height is a product with the direction, and the ball's as long as both. Off by 6.5 u F R |v|.
+    /// No vertex is higher: its height is a product with the direction, and the ball's height the product of both
+    /// lengths. Off by 6.5 u F R |v|.
     [[gnu::always_inline]] static SupportHit<S> ballHeight(const PosedHull<S>& shape, const Vector& d)
     {
         const Vector squares = d * d;
         return {-1, shape.hull().reach() * squareRoot(Quad<S>::sumOfThree(squares))};
     }
 
-    /// The factor of the doubt that bounds the length of an axis.
+    /// The factor of the error bound for the length of an axis.
     template <bool kIsScaled>
     [[gnu::always_inline]] static S boundOfLength(const Point& v)
     {
@@ -238,7 +243,7 @@ private:
     }
 
     /// @tparam kIsScaled the axis is not longer than the root of 3
-    /// @param find of both vertices, in the axes of their hulls
+    /// @param find returns the support hits for directions in the axes of the hulls
     template <bool kIsScaled, class Find>
     [[gnu::always_inline]] AxisTest<S> testWith(const Point& v, S limit2, const Find& find) const
     {
@@ -250,7 +255,7 @@ private:
         return judge<kIsScaled>(v, length2, limit2, find(localA, localB));
     }
 
-    /// In which directions a pair's supports are wanted.
+    /// The directions of a pair's supports for an axis, in the axes of the hulls.
     [[gnu::always_inline]] static void toLocal(const PosedHull<S>& a, const PosedHull<S>& b,
                                                const Point& axis, Vector& localA, Vector& localB)
     {
@@ -258,18 +263,18 @@ private:
         localA = -(a.row(0) * axis[0] + a.row(1) * axis[1] + a.row(2) * axis[2]);
     }
 
-    /// False for a NaN, too. No axis of scaledAxis() is longer.
+    /// False for a NaN, too. An axis of scaledAxis() is not longer than the root of 3.
     template <bool kIsScaled>
     static bool isInRange(S length2)
     {
         return kIsScaled ? length2 > S(1e-16) && length2 < S(3.001) : isTestable(length2);
     }
 
-    /// What the support vertices along an axis v prove.
+    /// Evaluates the support vertices along an axis v.
     template <bool kIsScaled>
     [[gnu::always_inline]] AxisTest<S> judge(const Point& v, S length2, S limit2, const Hits& hits) const
     {
-        // Less than nothing where they separate: nothing then has to change its sign before it is compared.
+        // Negative where they separate, so that no sign has to be changed before the comparison.
         const S against =
             (hits.a.height + hits.b.height) + (v[0] * m_offset[0] + v[1] * m_offset[1] + v[2] * m_offset[2]);
         const S sure = against + boundOfLength<kIsScaled>(v) * (std::numeric_limits<S>::epsilon() * m_reach);
@@ -281,7 +286,7 @@ private:
         return test;
     }
 
-    /// The height alone where there are few vertices.
+    /// The support height; the vertex stays unknown for a hull of few vertices.
     [[gnu::always_inline]] static SupportHit<S> height(const PosedHull<S>& shape, const Vector& d,
                                                        std::int32_t start)
     {
@@ -290,12 +295,12 @@ private:
         SupportHit<S> hit = {start, S(0)};
         if (isSupport(shape, d, hit))
             return hit;
-        // A copy, so that the direction is in no memory before.
+        // A copy here keeps the direction in registers until then.
         const Vector direction = d;
         return heightBeside(shape, direction, hit.vertex);
     }
 
-    /// Out of line, since a loop would keep the direction in memory.
+    /// Not inlined, since a loop would keep the direction in memory.
     ///
     /// @param vertex see hitBeside()
     [[gnu::noinline]] static SupportHit<S> heightBeside(const PosedHull<S>& shape, const Vector& d,
@@ -324,13 +329,13 @@ private:
 
     static bool hasStart(const PosedHull<S>& shape, std::int32_t start)
     {
-        // A negative one is large.
+        // A negative id is a large unsigned number.
         return static_cast<std::uint32_t>(start) < static_cast<std::uint32_t>(shape.startCount());
     }
 
-    /// Whether a vertex that is likely near the support is that.
+    /// Whether a vertex that is likely near the support is the support.
     ///
-    /// @param hit [in, out] the vertex, or -1; then its height, or the vertex to search from
+    /// @param hit [in, out] the vertex, or -1; then with its height, or the vertex to search from
     [[gnu::always_inline]] static bool isSupport(const PosedHull<S>& shape, const Vector& d,
                                                  SupportHit<S>& hit)
     {
@@ -350,14 +355,14 @@ private:
         return isSupport(shape, d, hit) ? hit : search(shape, {d[0], d[1], d[2]}, hit.vertex);
     }
 
-    /// Too many vertices for a scan.
+    /// Whether a search begins in the start table, since the hull has too many vertices for a scan.
     static bool isMapped(const PosedHull<S>& shape)
     {
         return shape.method() == SupportMethod::Automatic && shape.hull().hasNeighbours() &&
                shape.vertexCount() > linearSupportMaximum<S>();
     }
 
-    /// Both climbs at a time.
+    /// Interleaves the climbs of both hulls.
     static Hits climbFromMaps(const Hull<S>& a, const Point& dA, const Hull<S>& b, const Point& dB)
     {
         const VertexPair found = climbBoth(a, dA, b, dB, {cubeMapStart(a, dA), cubeMapStart(b, dB)});
@@ -374,7 +379,7 @@ private:
         return {search(a, {dA[0], dA[1], dA[2]}, -1), search(b, {dB[0], dB[1], dB[2]}, -1)};
     }
 
-    /// @param start a vertex near the support, or none of the hull's
+    /// @param start a vertex near the support, or an invalid id
     [[gnu::noinline]] static SupportHit<S> search(const PosedHull<S>& shape,
                                                   const Eigen::Matrix<S, 3, 1>& direction, std::int32_t start)
     {

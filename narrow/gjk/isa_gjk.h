@@ -39,7 +39,7 @@ template <class S, class A, class B, class Observer, class Shape>
     return IsaGjk<S, A, B, Observer>(a, b, limit, cache, observer, variant).run(test);
 }
 
-/// Ends a query with an axis that the cache has already.
+/// Stores the outcome of a query that the cached axis answers.
 template <class S, class H>
 void keepSeparated(const Eigen::Matrix<S, 3, 1>& axis, const AxisTest<H>& test, GjkCache<S>& cache,
                    GjkResult<S>& result)
@@ -50,7 +50,7 @@ void keepSeparated(const Eigen::Matrix<S, 3, 1>& axis, const AxisTest<H>& test, 
     cache.startB = narrowId<S>(test.vertexB);
 }
 
-/// The same with another axis.
+/// keepSeparated() with another axis, which is stored in the cache.
 template <class S, class H>
 void keepAxis(const Eigen::Matrix<H, 3, 1>& axis, const AxisTest<H>& test, GjkCache<S>& cache,
               GjkResult<S>& result)
@@ -59,9 +59,9 @@ void keepAxis(const Eigen::Matrix<H, 3, 1>& axis, const AxisTest<H>& test, GjkCa
     keepSeparated<S>(axis.template cast<S>(), test, cache, result);
 }
 
-/// A walk from four vertex pairs. Out of line, as the search in double, to keep the path of a separated pair short.
+/// Portal refinement from four vertex pairs.
 ///
-/// @param isRemembered the cache has them already
+/// @param isRemembered the cache has these pairs already
 /// @return false if nothing was proved; then the cache has the points for the search in double
 template <class S, class H, class Observer>
 [[gnu::always_inline]] inline bool isaGjkWalk(const HullPair<H>& pair, H limit2,
@@ -81,7 +81,7 @@ template <class S, class H, class Observer>
 
 using FourIds = Lanes<float>::Mask;
 
-/// All at once: what is stored one by one is not there yet for a load of four.
+/// Widens four ids in one vector operation: a vector load after four scalar stores would stall.
 inline void widenIds(const std::array<std::uint16_t, 4>& narrow, FourIds& wide)
 {
     VectorOf<std::uint16_t, 4>::Type ids;
@@ -89,7 +89,7 @@ inline void widenIds(const std::array<std::uint16_t, 4>& narrow, FourIds& wide)
     wide = __builtin_convertvector(ids, FourIds);
 }
 
-/// From the remembered tetrahedron. Out of line, as the search in double.
+/// Portal refinement from the cached tetrahedron. Not inlined, to keep the code path of a separated pair short.
 template <class S, class H, class Observer>
 [[gnu::noinline]] bool isaGjkFromTetrahedron(const PosedHull<H>& a, const PosedHull<H>& b, H limit2,
                                              GjkCache<S>& cache, Observer& observer, GjkResult<S>& result)
@@ -106,15 +106,15 @@ template <class S, class H, class Observer>
     return isaGjkWalk(pair, limit2, verticesA, verticesB, true, cache, observer, result);
 }
 
-/// Other shapes have no vertices to walk along.
+/// Other shapes have no vertices for portal refinement.
 template <class S, class A, class B, class H, class Observer>
 bool isaGjkFromTetrahedron(const A&, const B&, H, GjkCache<S>&, Observer&, GjkResult<S>&)
 {
     return false;
 }
 
-/// From the corner of A - B where an axis has failed: by not separating at all, or by less than asked. Then A - B is moved
-/// along the axis by what is asked, a little more since the new axis will be another.
+/// Answers from the corner of A - B where an axis has failed, that is, does not separate, or by less than the limit. In
+/// the second case A - B is moved along the axis by the limit, and a little more since the new axis differs.
 ///
 /// @return false if nothing was proved
 template <class S, class H, class Observer>
@@ -151,8 +151,8 @@ template <class S, class H, class Observer>
     return true;
 }
 
-/// From an axis that separates, but by less than asked, one step of Newton's towards the best: as if A - B were a ball of its
-/// own size at the support point. That is right for round hulls, and too short a step for others.
+/// Improves an axis that separates by less than the limit with one Newton step towards the best axis, as if A - B were
+/// a ball of its size at the support point. The step is right for round hulls and too short for others.
 ///
 /// @param again [out] the new axis
 /// @return false if nothing was proved
@@ -175,7 +175,7 @@ template <class S, class H, class Observer>
     return true;
 }
 
-/// From the remembered simplex and the support points of axes that separate, but by less than asked.
+/// Answers from the cached simplex and the support points of axes that separate by less than the limit.
 ///
 /// @return false if nothing was proved
 template <class S, class H, class Observer>
@@ -189,22 +189,23 @@ template <class S, class H, class Observer>
     steps.remember(cache);
     result.iterations = steps.steps();
     keepAxis(steps.axis(), steps.test(), cache, result);
-    // Little, since it is nearly the best; not where all vertices are looked at.
+    // A small tilt, since the axis is nearly the best; none for hulls of few vertices, which are scanned.
     constexpr H kTilt = H(0.1);
     if (!pair.a().isFew() || !pair.b().isFew())
         rememberAxis(scaledAxis(pair.tilted(steps.axis(), steps.test(), kTilt)), cache);
     return true;
 }
 
-/// Whether hulls have so many vertices that another support point is near each.
+/// Whether the hulls have so many vertices that neighbouring support points are close to each other.
 template <class H>
 bool isRound(const PosedHull<H>& a, const PosedHull<H>& b)
 {
     return std::max(a.vertexCount(), b.vertexCount()) > 48;
 }
 
-/// Whether the corner where an axis fails is worth a look. An axis that separates by nearly what is asked has to become the
-/// best one, which the corner seldom knows; where supports are dear it is tried all the same.
+/// Whether the corner where an axis fails is worth testing. An axis that separates by nearly the limit must be replaced
+/// by the best axis, which the corner seldom yields; for large hulls, whose supports are expensive, it is tested
+/// anyway.
 template <class H>
 bool isCornerPromising(const PosedHull<H>& a, const PosedHull<H>& b, const AxisTest<H>& test,
                        const Eigen::Matrix<H, 3, 1>& axis, H limit2)
@@ -216,7 +217,8 @@ bool isCornerPromising(const PosedHull<H>& a, const PosedHull<H>& b, const AxisT
            std::max(a.vertexCount(), b.vertexCount()) > kLarge;
 }
 
-/// What can be done about an axis that separates, but by less than asked, before a search in double. Out of line, as above.
+/// Tries to replace an axis that separates by less than the limit, without a search in double. Not inlined, see
+/// isaGjkFromTetrahedron().
 template <class S, class H, class Observer>
 [[gnu::noinline]] bool isaGjkForGap(const HullPair<H>& pair, const Eigen::Matrix<H, 3, 1>& axis, H limit2,
                                     const AxisTest<H>& test, GjkCache<S>& cache, Observer& observer,
@@ -233,7 +235,7 @@ template <class S, class H, class Observer>
     return areRound && isaGjkFromSimplex(pair, limit2, test, again, cache, observer, result);
 }
 
-/// What can be done about an axis that failed, with less than a search. Out of line, as above.
+/// Tries to answer from a failed axis, without a search in double. Not inlined, see isaGjkFromTetrahedron().
 template <class S, class H, class Observer>
 [[gnu::noinline]] bool isaGjkBeside(const HullPair<H>& pair, const Eigen::Matrix<H, 3, 1>& axis, H limit2,
                                     const AxisTest<H>& test, GjkCache<S>& cache, Observer& observer,
@@ -245,8 +247,8 @@ template <class S, class H, class Observer>
            isaGjkFromCorner(pair.a(), pair.b(), limit2, test, cache, observer, result);
 }
 
-/// The first axis of two hulls of which nothing is known, and its test. Out of line, to keep the path of a pair that is
-/// remembered short.
+/// Chooses and tests the first axis of two hulls without a cache. Not inlined, to keep the code path of a cached pair
+/// short.
 ///
 /// @param test [out] how the axis failed
 /// @return whether it proves the gap
@@ -254,7 +256,8 @@ template <class S, class H, class Observer>
 [[gnu::noinline]] bool isaGjkFresh(const PosedHull<H>& a, const PosedHull<H>& b, H limit2, GjkCache<S>& cache,
                                    Observer& observer, GjkResult<S>& result, AxisTest<H>& test)
 {
-    // What is told of an axis is told of the cache's, which in float alone is the one between the centres but for its length.
+    // Test results are about the cache's axis, which has float coordinates; only for float hulls is it the axis between
+    // the centres up to its length.
     if (sizeof(H) != sizeof(float))
     {
         cache.axis = firstAxis(a, b);
@@ -267,7 +270,7 @@ template <class S, class H, class Observer>
     const Eigen::Matrix<H, 3, 1> scaled =
         scale > H(0) ? Eigen::Matrix<H, 3, 1>(between * scale) : Eigen::Matrix<H, 3, 1>(1, 0, 0);
     rememberAxis(scaled, cache);
-    // Not scaled where that is not needed: it would be waited for.
+    // Tested unscaled where possible, since the scale would add latency.
     const bool isDirect = HullPair<H>::isTestable(between);
     const AxisTest<H> balls = pair.testBalls(isDirect ? between : scaled, limit2);
     if (balls.isProved)
@@ -289,9 +292,10 @@ template <class S, class H, class Observer>
     return false;
 }
 
-/// The first test of a query of two hulls, with which most end.
+/// The first test of a query of two hulls, which ends most queries.
 ///
-/// @param test [in, out] of the cache's axis, if that is known to have failed; then how it went, its vertices perhaps -1
+/// @param test [in, out] a failed test of the cache's axis, if there is one; then the result of the test, with vertices
+///             that may be -1
 /// @return whether it proves the gap
 template <class S, class H, class Observer>
 [[gnu::always_inline]] inline bool isaGjkOnAxis(const PosedHull<H>& a, const PosedHull<H>& b, H limit2,
@@ -307,7 +311,7 @@ template <class S, class H, class Observer>
     return test.isProved;
 }
 
-/// Ends a query with the cache's axis.
+/// The result of a query that the cache's axis answers.
 template <class S, class H>
 [[gnu::always_inline]] inline GjkResult<S> separatedOnAxis(const AxisTest<H>& test, GjkCache<S>& cache)
 {
@@ -316,9 +320,10 @@ template <class S, class H>
     return result;
 }
 
-/// Queries of two hulls that the first test does not end, and that need no search in double. Out of line, as above.
+/// Answers queries of two hulls that the first test does not end, without a search in double. Not inlined, see
+/// isaGjkFromTetrahedron().
 ///
-/// @param looksAround the corner where the axis fails is used
+/// @param looksAround whether to use the corner where the axis fails
 /// @param test        [in, out] see isaGjkOnAxis()
 template <class S, class H, class Observer>
 [[gnu::noinline]] bool isaGjkQuickly(const PosedHull<H>& a, const PosedHull<H>& b, H limit2,
@@ -346,7 +351,7 @@ template <class S, class H, class Observer>
     return looksAround && isaGjkBeside(pair, axis, limit2, test, cache, observer, result);
 }
 
-/// What a shape's own arithmetic is done in.
+/// The scalar of a shape's own arithmetic.
 template <class A>
 struct ShapeScalar
 {
@@ -359,7 +364,7 @@ struct ShapeScalar<PosedHull<H>>
     using Type = H;
 };
 
-/// Other shapes have no quick answers.
+/// Other shapes always need the search.
 template <class S, class A, class B, class H, class Observer>
 bool isaGjkFresh(const A& a, const B& b, H, GjkCache<S>& cache, Observer&, GjkResult<S>&, AxisTest<H>&)
 {
@@ -379,7 +384,7 @@ bool isaGjkQuickly(const A&, const B&, H, GjkCache<S>&, Observer&, GjkResult<S>&
     return false;
 }
 
-/// The tetrahedron that the origin was in is asked before the axis.
+/// Whether the cache has the tetrahedron that contained the origin, which is tested before the axis.
 template <class S>
 bool remembersTetrahedron(const GjkCache<S>& cache)
 {
@@ -392,10 +397,10 @@ bool remembersAxis(const GjkCache<S>& cache)
     return cache.axis != std::array<float, 3>{};
 }
 
-/// What can be told without a search in double where the remembered axis does not answer: by the last tetrahedron, or by the first axis
-/// of all and the corner where an axis fails.
+/// Answers without a search in double where the cached axis does not: by the last tetrahedron, or by the first axis of
+/// a pair without history and the corner where an axis fails.
 ///
-/// @param isFresh     the cache remembers no axis
+/// @param isFresh     the cache has no axis
 /// @param test        [in, out] see isaGjkOnAxis()
 /// @param looksAround see isaGjkQuickly()
 /// @return false if nothing was proved
@@ -416,10 +421,11 @@ template <class S, class A, class B, class H, class Observer>
            isaGjkQuickly(a, b, limit2, cache, observer, result, test, looksAround);
 }
 
-/// What follows the first test. A function of its own, so that its objects are not in memory before, and its result is not copied.
+/// The part of isaGjk() after the first test. A separate function, so that its objects are not in memory earlier and
+/// its result is not copied.
 ///
 /// @param first   see isaGjkOnAxis()
-/// @param isFresh the cache remembers no axis
+/// @param isFresh the cache has no axis
 template <class S, class A, class B, class H, class Observer>
 [[gnu::always_inline]] inline GjkResult<S> isaGjkAfterAxis(const A& a, const B& b, H limit,
                                                            GjkCache<S>& cache, Observer& observer,
@@ -440,23 +446,23 @@ template <class S, class A, class B, class H, class Observer>
     return result;
 }
 
-/// Tells whether two convex shapes are farther apart than maxDistance, by an axis that proves it.
+/// Determines whether two convex shapes are farther apart than maxDistance, with an axis as proof.
 ///
 /// Van den Bergen 1999, "A Fast and Robust GJK Implementation for Collision Detection of Convex Objects", section 5
 /// (ISA-GJK), and the thesis, Algorithm 3. Differences: the cache starts the search from the last axis (two climbs of
-/// one or two steps settle most pairs), from the last enclosing tetrahedron (no support at all), else from the last
-/// simplex; the solver works in double; maxDistance > 0 asks for a gap instead of any axis. For hulls the last axis, the
-/// corner where it fails and the last tetrahedron are first tried in their own precision, with proof (hull_pair.h,
+/// one or two steps answer most pairs), from the last enclosing tetrahedron (no support at all), else from the last
+/// simplex; the solver works in double; maxDistance > 0 requires a gap instead of any axis. For hulls the last axis,
+/// the corner where it fails and the last tetrahedron are first tried in their own precision, with proof (hull_pair.h,
 /// corner_fan.h, tetrahedron_walk.h).
 ///
-/// @param maxDistance length unit of the world; 0, negative or NaN asks only whether the shapes overlap. The state is
+/// @param maxDistance length unit of the world; with 0, negative or NaN only an overlap is determined. The state is
 ///                    Separated if the distance is larger, Near if it is positive and not larger.
 /// @param cache       of this pair in this order; a default-constructed one for a pair without history
 /// @param observer    called after each support, see NoObserver
 /// @param variant     for comparison: where the search begins, and reflections
-/// @param failed      how the cache's axis has failed just now for this question, if that is known
-/// Cost: with a valid axis two coherent supports; else those and the neighbours of two vertices settle most pairs of hulls;
-/// else one support of each shape per simplex, 2 to 10 simplices.
+/// @param failed      the failed test of the cache's axis for this query, if there is one
+/// Cost: with a valid axis two coherent supports; else those and the neighbours of two vertices answer most pairs of
+/// hulls; else one support of each shape per simplex, 2 to 10 simplices.
 /// Errors: NotConverged; never loops, since |v| strictly decreases, and never returns a NaN.
 template <class S, class A, class B, class Observer>
 [[gnu::always_inline]] inline GjkResult<S> isaGjk(const A& a, const B& b, S maxDistance, GjkCache<S>& cache,

@@ -10,13 +10,13 @@
 
 namespace cullet
 {
-/// How isaGjk() looks for an answer; any of these gives the same.
+/// How isaGjk() searches; the answer does not depend on it.
 struct IsaGjkVariant
 {
     GjkStart start = GjkStart::Memory;
-    /// At most so many steps of Chung and Wang 1996, "Quick Collision Detection of Polytopes in Virtual Environments", are
-    /// tried when the first axis has failed, before GJK, instead of the corner. They find only axes, and answer nothing by
-    /// failing. Not with FourDirections.
+    /// At most so many steps of Chung and Wang 1996, "Quick Collision Detection of Polytopes in Virtual Environments",
+    /// are tried when the first axis has failed, before GJK, instead of the corner. They find only axes; if they fail,
+    /// nothing is proved. Not with FourDirections.
     int reflections = 0;
 };
 
@@ -31,7 +31,7 @@ public:
     {
     }
 
-    /// @param test supports against the cached axis, if they are known already
+    /// @param test supports against the cached axis, if they are known
     template <class Shape>
     GjkResult<S> run(const AxisTest<Shape>& test)
     {
@@ -41,7 +41,7 @@ public:
         const Eigen::Vector3d v(m_cache.axis[0], m_cache.axis[1], m_cache.axis[2]);
         if (isRemembering && m_cache.count == 4 && m_search.seed(m_cache, nullptr))
             return m_search.isInside() ? keepTetrahedron() : iterate();
-        // The observer has seen this axis if its supports are known.
+        // The observer was called for this axis if its supports are known.
         const bool isKnown = test.vertexA >= 0 && test.vertexB >= 0;
         const Support first =
             isKnown ? m_search.supportOf(test.vertexA, test.vertexB)
@@ -120,7 +120,7 @@ private:
         return false;
     }
 
-    /// The remembered simplex stays: it is more likely near the next closest feature than the one point on the axis.
+    /// The cached simplex is kept: it is more likely near the next closest feature than the one point on the axis.
     GjkResult<S> finishOnAxis(const Eigen::Vector3d& v, const Support& s)
     {
         if (!m_search.isFinite())

@@ -11,17 +11,17 @@
 
 namespace cullet
 {
-/// Some steps of GJK that look for nothing but an axis: each is tested in the scalar of the hulls, with proof, and its
-/// supports begin at the vertices of the one before. Points are rounded to that scalar, which may spoil a step, but no
-/// answer; the solver works in double. The search in double does the same at twice the cost.
+/// A few steps of GJK that search only for a separating axis: each axis is tested in the scalar of the hulls, with
+/// proof, and its supports start at the vertices of the previous axis. Points are rounded to that scalar, which may
+/// spoil a step but no answer; the solver works in double. The search in double does the same at twice the cost.
 template <class S>
 class SimplexSteps
 {
 public:
     using Vector = Eigen::Matrix<S, 3, 1>;
 
-    /// @param failed, another axes that do not prove the distance, whose support points belong to the first simplex; the
-    ///                other one may be unknown
+    /// @param failed, another axes that do not prove the distance, whose support points belong to the first simplex;
+    ///                `another` may be unknown
     SimplexSteps(const HullPair<S>& pair, S limit2, const AxisTest<S>& failed, const AxisTest<S>& another)
         : m_pair(pair), m_limit2(limit2), m_test(failed)
     {
@@ -58,11 +58,11 @@ public:
 
     /// Simplices solved.
     std::int32_t steps() const { return m_steps; }
-    /// The axis that proves the distance, and how.
+    /// The axis that proves the distance, and its test.
     const Vector& axis() const { return m_axis; }
     const AxisTest<S>& test() const { return m_test; }
 
-    /// Keeps the simplex to which the axis is the way.
+    /// Stores the simplex whose closest point gave the axis.
     template <class C>
     void remember(GjkCache<C>& cache) const
     {
@@ -75,7 +75,7 @@ public:
     }
 
 private:
-    /// Then the search in double goes on.
+    /// After so many steps the search in double continues.
     static constexpr std::int32_t kLimit = 8;
 
     template <class C>

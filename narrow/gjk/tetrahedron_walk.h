@@ -15,15 +15,16 @@
 
 namespace cullet
 {
-/// Looks for a tetrahedron of A - B around the origin, or an axis that separates, in the scalar of the hulls.
+/// Searches for a tetrahedron of A - B around the origin, or a separating axis, in the scalar of the hulls.
 ///
-/// The four points lie in four lanes, and lane f also holds the face opposite to point f. While the origin is outside of
-/// a face, the support point w beyond the farthest such face comes in. If it is the only such face, the ray from the
+/// The four points lie in four lanes, and lane f also holds the face opposite to point f. While the origin is outside
+/// of a face, the support point w beyond the farthest such face is added. If it is the only such face, the ray from the
 /// opposite point through the origin passes through it and leaves by one of the three triangles of w and an edge: the
-/// third corner goes, as in the portal refinement of XenoCollide (Snethen 2008, "Complex Collision Made Simple", Game
-/// Programming Gems 7), and nothing that encloses the origin is lost. Else the point opposite goes. That is cheaper than
-/// GJK, since it needs no closest point; it may fail where GJK would not, and then the search in double goes on from its
-/// points. Both answers are proved: an axis by HullPair::test(), a tetrahedron by signs that are certain.
+/// third corner is removed, as in the portal refinement of XenoCollide (Snethen 2008, "Complex Collision Made Simple",
+/// Game Programming Gems 7), and no part that encloses the origin is lost. Else the opposite point is removed. That is
+/// cheaper than GJK, since it needs no closest point; it may fail where GJK would not, and then the search in double
+/// continues from its points. Both answers are proved: an axis by HullPair::test(), a tetrahedron by signs that are
+/// certain.
 template <class S, class Observer>
 class TetrahedronWalk
 {
@@ -87,9 +88,10 @@ private:
     using Ids = Lanes<float>::Mask;
 
     static constexpr std::int32_t kLimit = 6;
-    /// Of the first step; later ones, which have farther to go, lean less. Measured: of .3 to 1.2, .8 to 1 are alike.
+    /// Tilt of the first step's direction; later steps, which are longer, tilt less. Measured from .3 to 1.2: .8 to 1
+    /// are equally good.
     static constexpr S kSlope = S(0.9);
-    /// Of an axis that is remembered, a face's normal. Measured: of .02 to 1, .4 to .6 spare most searches.
+    /// Tilt of a face's normal that is cached as an axis. Measured from .02 to 1: .4 to .6 avoid the most searches.
     static constexpr S kTilt = S(0.5);
 
     struct Points
@@ -106,7 +108,7 @@ private:
                 CULLET_SHUFFLE(p.z, p.z, kBy, (1 + kBy) & 3, (2 + kBy) & 3, (3 + kBy) & 3)};
     }
 
-    /// Where the origin lies; lane f is of the face opposite to point f.
+    /// Position of the origin relative to the faces; lane f is the face opposite to point f.
     class Faces
     {
     public:
@@ -119,7 +121,7 @@ private:
             setDoubt(p, reach);
         }
 
-        /// The origin is inside for certain.
+        /// Whether the origin is proved to be inside.
         bool areProved() const
         {
             constexpr unsigned kAll = 15;
@@ -138,7 +140,7 @@ private:
             return quadBits<S>(m_beyond > Vector{});
         }
 
-        /// The face of these that the origin is farthest outside of.
+        /// The face of a set that the origin is farthest outside of.
         int farthest(unsigned outside) const
         {
             if ((outside & (outside - 1)) == 0)
@@ -146,14 +148,15 @@ private:
             Vector norm2, beyond2;
             findDistances(norm2, beyond2);
             const int best = Quad<S>::indexOfLargest(beyond2);
-            // Where squares underflow, all are alike.
+            // If squares underflow, any face of the set will do.
             return (outside >> best & 1u) != 0 ? best : __builtin_ctz(outside);
         }
 
-        /// Away from a face and, less steeply, from the other one that the origin is nearest to: a support point in that direction
-        /// is where both faces meet, and the tetrahedron with it still has the origin inside when that has gone on.
+        /// A direction away from a face and, less steeply, from the other face nearest to the origin: the support point
+        /// in that direction is where both faces meet, and the tetrahedron with it still contains the origin after
+        /// further motion.
         ///
-        /// @param slope of the second face's unit normal, that of the first is 1
+        /// @param slope weight of the second face's unit normal; that of the first is 1
         Point leaning(int face, S slope) const
         {
             Vector norm2, beyond2;
@@ -168,7 +171,7 @@ private:
             return normal(face) + normal(second) * (slope * squareRoot(ratio));
         }
 
-        /// The normal as computed points outwards.
+        /// Whether the normal as computed points outwards.
         bool isUp(int face) const { return ((face & 1) != 0 ? -m_volume : m_volume) < S(0); }
         /// Outwards, of any length.
         Point normal(int face) const
@@ -179,13 +182,13 @@ private:
 
     private:
         /// @param norm2   [out] of the normals, squared
-        /// @param beyond2 [out] how far the origin is outside of each face, squared, with the sign of that
+        /// @param beyond2 [out] signed square of the distance by which the origin is outside of each face
         [[gnu::always_inline]] void findDistances(Vector& norm2, Vector& beyond2) const
         {
             norm2 = m_normal.x * m_normal.x + m_normal.y * m_normal.y + m_normal.z * m_normal.z;
             Vector size = m_beyond;
             Quad<S>::makePositive(size);
-            // A face without area has a distance that is next to none.
+            // For a face without area the distance is nearly 0.
             Vector divisor = norm2;
             Quad<S>::replaceZeros(divisor);
             beyond2 = m_beyond * size / divisor;
@@ -193,11 +196,11 @@ private:
 
         static constexpr Vector kParity = {S(1), S(-1), S(1), S(-1)};
 
-        /// Bounds of the errors of the determinants. With d the error of a coordinate, u of a rounding, and |x| 1-norms: of
-        /// the three points, d (|r| |s| + |s| |q| + |q| |r|), where 3 d are added to each norm for products of errors; of
-        /// rounding, 5.3 u |q| |r| |s|. What is lost by underflow, there and here, is less than 16 times the smallest normal
-        /// number, even if that is flushed to 0: a dozen products at most. Where coordinates of size 1 could make more of one,
-        /// the other bounds are larger by far.
+        /// Bounds the errors of the determinants. With d the error of a coordinate, u that of a rounding, and |x|
+        /// 1-norms: the three points contribute d (|r| |s| + |s| |q| + |q| |r|), where 3 d are added to each norm for
+        /// products of errors; rounding contributes 5.3 u |q| |r| |s|. Underflow, in the determinants and in this
+        /// bound, loses less than 16 times the smallest normal number, even with flush to zero: a dozen products at
+        /// most. Where coordinates above 1 could magnify that loss, the other bounds are far larger.
         [[gnu::always_inline]] void setDoubt(const Points& p, S reach)
         {
             constexpr S kEpsilon = std::numeric_limits<S>::epsilon();
@@ -250,8 +253,8 @@ private:
         std::memcpy(&m_vertexB, verticesB.data(), sizeof(m_vertexB));
     }
 
-    /// Looks for the support point beyond a face, along its normal; if the origin is outside of no other face, first in a leaning
-    /// direction, whose point is taken if it lies beyond the face, too.
+    /// Finds the support point beyond a face, along its normal; if the origin is outside of no other face, first along
+    /// a tilted direction, whose support point is used if it lies beyond the face, too.
     [[gnu::always_inline]] Point testBeyond(const Faces& faces, int face, bool isOutsideOfOne)
     {
         const Point normal = faces.normal(face);
@@ -261,7 +264,7 @@ private:
             m_axis = isLeaning ? faces.leaning(face, kSlope / S(1 + m_iterations)) : normal;
             if (!HullPair<S>::isTestable(m_axis))
                 m_axis = scaledAxis(m_axis);
-            // Not from a vertex at hand: where measured, a climb takes longer than the scan or the table.
+            // Without a start vertex: where measured, a climb takes longer than the scan or the table.
             m_test = m_pair.testAnew(m_axis, m_limit2);
             if (m_test.vertexA >= 0)
                 m_observer(m_axis.template cast<double>(), static_cast<double>(m_test.along));
@@ -274,14 +277,15 @@ private:
 
     Point corner(int lane) const { return {m_p.x[lane], m_p.y[lane], m_p.z[lane]}; }
 
-    /// The lane of the corner that is not in the triangle of w and an edge of the face by which the ray from the opposite
-    /// point through the origin leaves. The plane of that ray and w has the ends of the edge on different sides.
+    /// The lane of the corner to replace: the ray from the opposite point through the origin leaves by the triangle of
+    /// w and an edge of the face, and the corner is not in that triangle. The plane of the ray and w separates the ends
+    /// of that edge.
     int laneToGo(int face, const Point& w, bool isUp) const
     {
         const Point m = corner(face).cross(w);
         const Vector s = m[0] * m_p.x + m[1] * m_p.y + m[2] * m_p.z;
         const unsigned bits = quadBits<S>(isUp ? s > Vector{} : s < Vector{});
-        // Those of the corners face + 1, + 2 and + 3, and for each case which of them goes; none: the one opposite.
+        // Index: the bits of the corners face + 1, + 2 and + 3. Entry: which of them to replace; 0: the opposite one.
         constexpr unsigned kToGo = 0 | 3 << 2 | 1 << 4 | 1 << 6 | 2 << 8 | 3 << 10 | 2 << 12 | 0 << 14;
         const unsigned ofCorners = ((bits | bits << 4) >> (face + 1)) & 7u;
         return (face + static_cast<int>(kToGo >> (2 * ofCorners) & 3u)) & 3;
@@ -298,7 +302,7 @@ private:
         m_vertexB = isThis ? Ids{} + m_test.vertexB : m_vertexB;
     }
 
-    /// A support point that is there already, or none.
+    /// Whether the support point is already in the tetrahedron, or there is none.
     bool isStuck() const
     {
         return m_test.vertexA < 0 ||

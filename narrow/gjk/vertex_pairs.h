@@ -15,17 +15,17 @@ namespace cullet
 struct VertexPairs
 {
     std::array<std::int32_t, 3> a, b;
-    int count = 0;  ///< 0: not known
+    int count = 0;  ///< 0: unknown
 };
 
-/// Vertices of one shape, each once, in ascending order.
+/// Distinct vertices of one shape, in ascending order.
 struct DistinctVertices
 {
     std::array<std::int32_t, 3> id = {-1, -1, -1};
     int count = 0;
 };
 
-/// Of the first `count` ids.
+/// The distinct vertices of the first `count` ids.
 inline DistinctVertices distinctVertices(const std::array<std::int32_t, 3>& from, int count)
 {
     const auto at = [](int i) { return static_cast<std::size_t>(i); };
@@ -45,7 +45,7 @@ inline DistinctVertices distinctVertices(const std::array<std::int32_t, 3>& from
     return ids;
 }
 
-/// The simplex of the last search.
+/// The vertex pairs of the cached simplex, three at most.
 template <class S>
 VertexPairs pairsOf(const GjkCache<S>& cache)
 {

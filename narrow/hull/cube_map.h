@@ -10,7 +10,7 @@
 #include <cstddef>
 #include <cstdint>
 
-/// Directions by the cells of a cube around the origin, as Hull::startTable() has them.
+/// Maps directions to the cells of a cube around the origin, the index of Hull::startTable().
 namespace cullet
 {
 /// The cell of a cube's sides that a direction hits, row-major, sides ordered +x -x +y -y +z -z.

@@ -10,13 +10,13 @@
 
 namespace cullet
 {
-/// Nested convex hulls of fewer and fewer of a hull's corners: level 0 is the hull, and from each level an independent set
-/// of corners of low degree is removed to get the next coarser one.
+/// Nested convex hulls of fewer and fewer of a hull's corners: level 0 is the hull, and from each level an independent
+/// set of corners of low degree is removed to get the next coarser one.
 ///
-/// Dobkin and Kirkpatrick 1985, "A Linear Algorithm for Determining the Separation of Convex Polyhedra", and the thesis,
-/// section 6.2.1. Let s be the support corner of level i + 1. The corners of level i above s along the direction are
-/// connected and were all removed, so there is at most one, and it was a neighbour of s: among those the next corner is
-/// looked for. With ties that may miss; a climb on the whole hull has to follow.
+/// Dobkin and Kirkpatrick 1985, "A Linear Algorithm for Determining the Separation of Convex Polyhedra", and the
+/// thesis, section 6.2.1. Let s be the support corner of level i + 1. The corners of level i above s along the
+/// direction are connected and were all removed, so there is at most one, and it was a neighbour of s: the search
+/// compares only these neighbours. Ties may lead it astray; a climb on the whole hull has to follow.
 ///
 /// Memory: O(n), since levels shrink geometrically.
 class DkHierarchy
@@ -31,11 +31,11 @@ public:
     };
 
     bool isBuilt() const { return !m_top.empty(); }
-    /// Times that vertices were removed, O(log n).
+    /// Number of levels coarser than the hull, O(log n).
     std::int32_t levelCount() const { return m_levelCount; }
     /// Vertices of the coarsest hull.
     const std::vector<std::int32_t>& top() const { return m_top; }
-    /// Neighbours that a vertex lost at a level. @pre the vertex is in the next coarser level
+    /// Neighbours of a vertex that were removed at a level. @pre the vertex is in the next coarser level
     Range removed(std::int32_t level, std::int32_t vertex) const
     {
         const std::size_t place = static_cast<std::size_t>(m_first[vertex] + level);

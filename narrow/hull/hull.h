@@ -14,7 +14,7 @@
 
 namespace cullet
 {
-/// What a set of points spans; everything but Solid has a defined, reduced Hull.
+/// The affine span of a set of points; every kind but Solid has a defined, reduced Hull.
 enum class HullKind : std::uint8_t
 {
     Empty,      ///< no points: no vertex, and support searches may not be called
@@ -26,15 +26,15 @@ enum class HullKind : std::uint8_t
     Cloud       ///< not examined, see makeCloud(): all points are vertices, no face; support searches scan
 };
 
-/// What a Hull gets on top of what every hull has.
+/// Optional data of a Hull.
 enum class HullExtra : std::uint8_t
 {
     None,
     Hierarchy  ///< Hull::hierarchy(), of a Solid
 };
 
-/// A vertex (lane 0) and seven of its neighbours with their coordinates inline, so that one step of a climb gathers
-/// nothing and reads two cache lines. Lanes beyond the last neighbour repeat an earlier one.
+/// A vertex (lane 0) and seven of its neighbours with inline coordinates, so that one step of a climb needs no gather
+/// and reads two cache lines. Lanes beyond the last neighbour repeat an earlier one.
 template <class S>
 struct alignas(64) NeighbourBlock
 {
@@ -51,26 +51,27 @@ static_assert(sizeof(NeighbourBlock<float>) == 128);
 /// given points, bit for bit.
 ///
 /// **Neighbours.** The natural neighbours of a corner are the corners across an edge of a triangulation of the surface;
-/// a vertex inside a triangle has the three corners of the triangle. On top every vertex has at least one *artificial
-/// neighbour* (Ericson 2005, section 9.5.4, and the thesis, section 6.2.1) among its neighbours: the vertex farthest
-/// below it along the mean normal of its triangles. For a vertex inside a face, that lies strictly below the face.
+/// a vertex inside a triangle has the three corners of the triangle. In addition every vertex has at least one
+/// *artificial neighbour* (Ericson 2005, section 9.5.4, and the thesis, section 6.2.1) among its neighbours: the vertex
+/// farthest below it along the mean normal of its triangles. For a vertex inside a face, that lies strictly below the
+/// face.
 ///
-/// *A climb in exact arithmetic ends at the support vertex.* Let v be a vertex none of whose neighbours u has
-/// d.(u - v) > 0. If v is a corner, the edges of the hull at v are among its neighbours, they generate the cone of
-/// directions from v into the hull, hence d.(x - v) <= 0 for every x of the hull: v is a support vertex. If v lies
-/// inside an edge of the hull, its neighbours lie on both sides along the edge and in both faces, and generate the wedge
-/// of the two faces; the same follows. If v lies inside a face, its natural neighbours generate only the plane of the
-/// face, and for d against the outer normal all of them are level with v: here the climb of a plain graph gets stuck
-/// with the whole width of the hull as error. The artificial neighbour lies strictly below the plane; together they
-/// generate the half-space, and the argument holds again. Each step strictly increases d.v, and there are finitely
-/// many vertices, so no vertex is visited twice and there is no endless loop (the thesis's Figure 9).
+/// *A climb in exact arithmetic ends at the support vertex.* Let v be a vertex none of whose neighbours u has d.(u - v)
+/// > 0. If v is a corner, the edges of the hull at v are among its neighbours, they generate the cone of directions
+/// from v into the hull, hence d.(x - v) <= 0 for every x of the hull: v is a support vertex. If v lies inside an edge
+/// of the hull, its neighbours lie on both sides along the edge and in both faces, and generate the wedge of the two
+/// faces; the same follows. If v lies inside a face, its natural neighbours generate only the plane of the face, and
+/// for d against the outer normal all of them are level with v: here the climb of a plain graph gets stuck with the
+/// whole width of the hull as error. The artificial neighbour lies strictly below the plane; together they generate the
+/// half-space, and the argument holds again. Each step strictly increases d.v, and there are finitely many vertices, so
+/// no vertex is visited twice and there is no endless loop (the thesis's Figure 9).
 ///
-/// *In rounded arithmetic* the climb stops at v when no neighbour has a larger rounded product. Let E bound the rounding
-/// error of a product. If another vertex g has a larger rounded product than v, its exact product is at least that of
-/// v minus 2 E. The vertices with an exact product of at least that are connected in the graph, up to `slack()` for
-/// vertices that are not exactly on their triangle. So v has a neighbour whose rounded product is at least that of v
-/// minus 4 E + slack. The searches in support.h look for such a neighbour, and let the linear scan decide if one exists:
-/// they return the same vertex as the linear scan always.
+/// *In rounded arithmetic* the climb stops at v when no neighbour has a larger rounded product. Let E bound the
+/// rounding error of a product. If another vertex g has a larger rounded product than v, its exact product is at least
+/// that of v minus 2 E. The vertices with an exact product of at least that are connected in the graph, up to `slack()`
+/// for vertices that are not exactly on their triangle. So v has a neighbour whose rounded product is at least that of
+/// v minus 4 E + slack. The searches in support.h test for such a neighbour, and use the linear scan if one exists:
+/// they always return the same vertex as the linear scan.
 template <class S>
 class Hull
 {
@@ -106,14 +107,14 @@ public:
     HullKind kind() const { return m_kind; }
     std::int32_t vertexCount() const { return m_vertexCount; }
     Vector vertex(std::int32_t i) const { return {m_x[i], m_y[i], m_z[i]}; }
-    /// The same and a 0, for one load: a multiple of their size in memory.
+    /// The coordinates of a vertex and a 0, for one load; aligned to their size.
     const S* lanes(std::int32_t i) const { return m_lanes[i].of.data(); }
 
     /// Index among the given points (the first of several equal ones).
     std::int32_t sourceIndex(std::int32_t vertex) const { return m_source[vertex]; }
 
-    /// The hull of the corners alone: the same body, exactly, with fewer vertices to search; itself if it has no others.
-    /// What a search finds there is as far along the direction as any point, but for rounding.
+    /// The hull of the corners alone: exactly the same body, with fewer vertices to search; this hull if all vertices
+    /// are corners. Its support points are support points of all given points, up to rounding.
     const Hull& corners() const { return m_corners != nullptr ? *m_corners : *this; }
 
     /// Coordinates by axis, padded to a multiple of 8 with copies of vertex 0.
@@ -133,15 +134,15 @@ public:
     {
         return span(m_neighbours, m_neighbourBegin[v], m_neighbourBegin[v + 1]);
     }
-    /// The vertex farthest below vertex v along the mean normal at v, of a Solid; one that is merely far where v is a corner and
-    /// finding the farthest would take thousands of products.
+    /// The vertex farthest below vertex v along the mean normal at v, of a Solid; a vertex that is merely far where v
+    /// is a corner and finding the farthest would take thousands of products.
     std::int32_t opposite(std::int32_t v) const { return m_opposite[v]; }
-    /// Vertices with a block: none, or all.
+    /// Number of vertices with a block: none, or all.
     std::int32_t blockCount() const { return m_blockCount; }
     /// The first block of vertex i is block i.
     const Block& block(std::int32_t i) const { return m_blocks[i]; }
 
-    /// Not built unless asked for; see HullExtra.
+    /// Built only with HullExtra::Hierarchy.
     const DkHierarchy& hierarchy() const { return m_hierarchy; }
 
     const std::vector<Face>& faces() const { return m_faces; }
@@ -150,7 +151,7 @@ public:
     {
         return span(m_faceVertices, m_faces[face].begin, m_faces[face].begin + m_faces[face].count);
     }
-    /// Faces that have the vertex as a corner; none for a vertex that is no corner.
+    /// Faces with the vertex as a corner; none if the vertex is no corner.
     Span facesOf(std::int32_t v) const
     {
         return span(m_vertexFaces, m_vertexFaceBegin[v], m_vertexFaceBegin[v + 1]);
@@ -158,23 +159,24 @@ public:
 
     /// Largest distance of a vertex from the origin of the frame.
     double radius() const { return m_radius; }
-    /// The same rounded up.
+    /// radius() rounded up.
     S reach() const { return m_reach; }
     /// Mean of the vertices.
     const Eigen::Vector3d& centre() const { return m_centre; }
-    /// The same rounded, and a 0.
+    /// centre() rounded, and a 0.
     const S* centreLanes() const { return m_centreLanes.of.data(); }
-    /// The centre is so near to the origin of the frame that a first guess needs no better point.
+    /// The centre is so near to the origin of the frame that the origin can replace it in a first guess.
     bool isCentred() const { return m_isCentred; }
     /// Largest distance between a vertex that is not a corner and its triangle.
     double slack() const { return m_slack; }
-    /// Times |dx| + |dy| + |dz|: a larger difference of two rounded products has the sign of the exact one, with slack.
+    /// Times |dx| + |dy| + |dz|: a larger difference of two rounded products has the sign of the exact difference;
+    /// includes the slack.
     S tieBand() const { return m_tieBand; }
 
     /// Cells along the edge of one side of the start table's cube.
     static constexpr int kCubeCells = 8;
-    /// Support vertex at the centre of a cell; row-major, sides ordered +x -x +y -y +z -z. Zero where the index has more
-    /// than 16 bits: any start is right, since a climb follows.
+    /// Support vertex at the centre of a cell; row-major, sides ordered +x -x +y -y +z -z. Zero where the index has
+    /// more than 16 bits: any start is valid, since a climb follows.
     const std::array<std::uint16_t, 6 * kCubeCells * kCubeCells>& startTable() const { return m_startTable; }
 
 private:
@@ -202,7 +204,7 @@ private:
     std::vector<std::int32_t> m_neighbours, m_neighbourBegin, m_naturalEnd, m_opposite;
     std::vector<Block> m_blocks;
     DkHierarchy m_hierarchy;
-    std::shared_ptr<const Hull> m_corners;  ///< null where all vertices are
+    std::shared_ptr<const Hull> m_corners;  ///< null if all vertices are corners
     std::vector<Face> m_faces;
     std::vector<Edge> m_edges;
     std::vector<std::int32_t> m_faceVertices, m_vertexFaces, m_vertexFaceBegin;

@@ -9,24 +9,24 @@
 
 #include <cstdint>
 
-/// Scans of all vertices of a hull in the lanes that every processor has; see support.h for what they all return.
+/// Scans of all vertices of a hull in the vectors that every processor has; support.h defines what all searches return.
 namespace cullet
 {
 template <class S>
 inline S supportProduct(const Hull<S>& hull, std::int32_t v, const Eigen::Matrix<S, 3, 1>& d)
 {
-    // From one line of the cache.
+    // Reads one cache line.
     const S* const p = hull.lanes(v);
     return p[0] * d[0] + p[1] * d[1] + p[2] * d[2];
 }
 
-/// Scan of all vertices. Cost: O(n).
+/// The support vertex, by a scan of all vertices. Cost: O(n).
 template <class S>
 std::int32_t supportLinear(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d)
 {
     using L = Lanes<S>;
     using Vector = typename L::Vector;
-    // Two accumulators of lanes: i counts vectors, and a lane keeps the first i at which it saw its maximum.
+    // Two accumulators of lanes. A lane stores its maximum and the index of the vector where it first occurred.
     const Vector dx = L::fill(d[0]), dy = L::fill(d[1]), dz = L::fill(d[2]);
     const auto product = [&](std::int32_t i)
     { return L::load(hull.x() + i) * dx + L::load(hull.y() + i) * dy + L::load(hull.z() + i) * dz; };
@@ -44,7 +44,7 @@ std::int32_t supportLinear(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d)
         where0 = m0 ? index : where0;
         where1 = m1 ? index : where1;
     }
-    // Lowest vertex among the lanes that have the maximum; none if that is NaN.
+    // Lowest vertex among the lanes that have the maximum; none if the maximum is NaN.
     const Vector best = L::fill(largestLane(best0 > best1 ? best0 : best1));
     const Mask vertex0 = best0 == best ? where0 * (2 * L::kWidth) + L::counting() : L::largest();
     const Mask vertex1 = best1 == best ? where1 * (2 * L::kWidth) + L::counting() + L::kWidth : L::largest();
@@ -60,7 +60,7 @@ struct LaneDirection
         : x(Lanes<S>::fill(d[0])), y(Lanes<S>::fill(d[1])), z(Lanes<S>::fill(d[2]))
     {
     }
-    /// Of the first three lanes.
+    /// From the first three lanes.
     explicit LaneDirection(const typename Quad<S>::Vector& d)
         : x(Quad<S>::template spread<0>(d)),
           y(Quad<S>::template spread<1>(d)),

@@ -9,12 +9,12 @@
 
 namespace cullet
 {
-/// Asked once, at start.
+/// Determined once, at program start.
 inline const bool kHasAvx2 = (__builtin_cpu_init(), __builtin_cpu_supports("avx2") != 0);
 
 struct LinearMaximum
 {
-    std::int32_t index;  ///< of the largest product, the lowest of equal ones; beyond `count` if that is NaN
+    std::int32_t index;  ///< of the largest product, the lowest of equal ones; beyond the end if NaN
     float value;
 };
 
@@ -30,7 +30,7 @@ struct WideDirection
             _mm256_broadcastss_ps(_mm_shuffle_ps(d, d, 0xaa))};
 }
 
-/// Rounded as from left to right: the same bits as without AVX2.
+/// Rounds from left to right, so that the bits are the same as without AVX2.
 template <class Rows>
 [[gnu::target("avx2"), gnu::always_inline]] inline __m256 productsAvx2(const Rows& rows, std::int32_t i,
                                                                        const WideDirection& d)
@@ -61,7 +61,7 @@ template <class Rows>
     {
         const __m256 product = productsAvx2(rows, i, d);
         const __m256 isLarger = _mm256_cmp_ps(product, best, _CMP_GT_OQ);
-        // Of a NaN and another the second. Nothing then waits for the comparison but the index.
+        // The maximum of a NaN and a number is the second operand. So only the index depends on the comparison.
         best = _mm256_max_ps(product, best);
         where = _mm256_blendv_epi8(where, index, _mm256_castps_si256(isLarger));
         index = _mm256_add_epi32(index, eight);
@@ -96,7 +96,7 @@ template <class Rows>
     return _mm256_cvtss_f32(largestInAllLanes(best));
 }
 
-/// The largest products alone, of two hulls.
+/// The largest products of two hulls, without their vertices.
 template <class Rows>
 [[gnu::target("avx2"), gnu::noinline]] void largestProductsAvx2(const Rows& a, __m128 directionA,
                                                                 const Rows& b, __m128 directionB,

@@ -6,7 +6,7 @@
 
 namespace cullet
 {
-/// A shape at another place, for the queries (see PosedHull). Points stay relative to its origin, which moves with it.
+/// A translated shape, for the queries (see PosedHull). Points stay relative to its origin, which moves with it.
 template <class Shape>
 class MovedShape
 {

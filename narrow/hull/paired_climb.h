@@ -14,8 +14,8 @@ struct VertexPair
     std::int32_t a, b;
 };
 
-/// supportClimbArtificial() on two hulls, a step of each at a time: neither waits for the other, and one branch ends
-/// both. A climb that has ended stays where it is.
+/// supportClimbArtificial() on two hulls with interleaved steps: the latencies overlap, and one branch ends both. A
+/// climb that has ended stays at its vertex.
 ///
 /// @param start of both climbs
 template <class S>
@@ -30,7 +30,7 @@ template <class S>
         const ClimbStep<S> a = climbStep(hullA, vertexA, lanesA);
         const ClimbStep<S> b = climbStep(hullB, vertexB, lanesB);
         const bool risesA = a.bestHeight > a.height, risesB = b.bestHeight > b.height;
-        // Of integers, since || would branch twice.
+        // Bitwise | of integers, since || would add a branch.
         if ((static_cast<int>(risesA) | static_cast<int>(risesB)) == 0)
             return {endOfClimb(hullA, directionA, lanesA, vertexA, a).vertex,
                     endOfClimb(hullB, directionB, lanesB, vertexB, b).vertex};

@@ -12,7 +12,7 @@
 
 namespace cullet
 {
-/// Whether two shapes can look for their support vertices among given ones: hulls.
+/// Whether two shapes can search for their support vertices from given ones: true for hulls.
 template <class A, class B>
 struct HasVertexAmong : std::false_type
 {
@@ -40,8 +40,8 @@ private:
     const B& m_b;
 };
 
-/// The points of two hulls at once, A's in the first lane, from bases that are widened once: for each point anew it would
-/// cost as much as the product.
+/// The points of two hulls at once, A's in the first lane. The bases are widened once, since that costs as much as the
+/// product for one point.
 template <class S>
 class Placement<PosedHull<S>, PosedHull<S>>
 {
@@ -63,7 +63,7 @@ public:
         const Pair x = widePair(m_hullA.x()[vertexA], m_hullB.x()[vertexB]);
         const Pair y = widePair(m_hullA.y()[vertexA], m_hullB.y()[vertexB]);
         const Pair z = widePair(m_hullA.z()[vertexA], m_hullB.z()[vertexB]);
-        // Rounded like PosedHull::point(), where Eigen has two lanes.
+        // Rounded like PosedHull::point(), which Eigen computes in two lanes.
         const Pair worldX = m_rows[0][0] * x + m_rows[0][1] * y + m_rows[0][2] * z;
         const Pair worldY = m_rows[1][0] * x + m_rows[1][1] * y + m_rows[1][2] * z;
         const Pair worldZ = m_rows[2][0] * x + (m_rows[2][1] * y + m_rows[2][2] * z);
@@ -71,7 +71,7 @@ public:
         b = {worldX[1], worldY[1], worldZ[1]};
     }
 
-    /// The way from one point of A - B to another.
+    /// The vector from one point of A - B to another.
     [[gnu::always_inline]] Eigen::Vector3d way(std::int32_t fromA, std::int32_t fromB, std::int32_t toA,
                                                std::int32_t toB) const
     {

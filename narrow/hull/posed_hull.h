@@ -24,10 +24,10 @@ struct SupportPoint
         vertex;  ///< id that point() turns into the same point later, or -1 if the shape has no vertices
 };
 
-/// A hull at a place in the world, and the interface that the queries expect of any convex shape:
+/// A hull with a pose in the world, and the interface that the queries expect of any convex shape:
 ///
-///  * `Vector3d origin()`, in world space, exact: all else is relative to it, so that nothing is lost far from the
-///    world's origin (the difference of two origins is taken in double).
+/// * `Vector3d origin()`, in world space, exact: all other points are relative to it, so that no precision is lost far
+///    from the world's origin (the difference of two origins is taken in double).
 ///  * `SupportPoint support(const Vector3d& direction, int32_t start)`: farthest point along a world direction of any
 ///    length; `start` is a vertex that is likely near the answer, or -1.
 ///  * `Vector3d point(int32_t vertex)`: for 0 <= vertex < vertexCount(); a shape without vertices returns 0 there.
@@ -83,7 +83,7 @@ public:
         asm("" : "+m"(m_origin));
     }
 
-    /// The hull of the corners: all vertex ids here are its.
+    /// The hull of the corners, to which all vertex ids of this class refer.
     const Hull<S>& hull() const { return *m_hull; }
     Eigen::Matrix3d basis() const
     {
@@ -108,7 +108,7 @@ public:
         return {point(v), v};
     }
 
-    /// A world direction in the hull's scalar, of another length where its products would underflow or overflow.
+    /// A world direction in the hull's scalar, scaled where its products would underflow or overflow.
     static Vector usableDirection(const Eigen::Vector3d& direction)
     {
         const double largest =
@@ -118,7 +118,7 @@ public:
         return (direction / (largest > 0.0 ? largest : 1.0)).template cast<S>();
     }
 
-    /// The vertices of A against a direction and of B along it.
+    /// The support vertices of A against a direction and of B along it.
     /// @param direction a usableDirection()
     /// @param start     vertices that are likely near them, or -1
     static VertexPair supportVertices(const PosedHull& a, const PosedHull& b, const Vector& direction,
@@ -135,7 +135,8 @@ public:
                 supportVertex<S>(*b.m_hull, localB, start.b, b.m_method)};
     }
 
-    /// The vertices of A against a direction and of B along it, from those of a simplex that is likely the closest already.
+    /// The support vertices of A against a direction and of B along it, from the vertices of a simplex that is likely
+    /// the closest already.
     /// @param direction a usableDirection()
     /// @param ofA, ofB  vertices of the simplex, `count` of each
     [[gnu::always_inline]] static VertexPair verticesAmong(const PosedHull& a, const PosedHull& b,
@@ -155,14 +156,15 @@ public:
         isProvedA = isProvedA && a.isSupportAlong(dA, ofA[0]);
         isProvedB = isProvedB && b.isSupportAlong(dB, ofB[0]);
         const Vector localA(dA[0], dA[1], dA[2]), localB(dB[0], dB[1], dB[2]);
-        // The newest of the simplex is near enough: finding the highest of it costs more than it spares steps.
+        // The newest vertex of the simplex is a good start: finding the highest one costs more than the steps it saves.
         if (!isProvedA && !isProvedB && a.isClimbed() && b.isClimbed())
             return climbBoth(*a.m_hull, localA, *b.m_hull, localB, {ofA[count - 1], ofB[count - 1]});
         return {isProvedA ? ofA[0] : a.vertexBeside(localA, ofA[count - 1]),
                 isProvedB ? ofB[0] : b.vertexBeside(localB, ofB[count - 1])};
     }
 
-    /// Whether vertices are the support vertices of A against a direction and of B along it, as far as their neighbours tell.
+    /// Whether vertices are the support vertices of A against a direction and of B along it, as far as their neighbours
+    /// prove it.
     /// @param direction a usableDirection()
     [[gnu::always_inline]] static bool areSupports(const PosedHull& a, const PosedHull& b,
                                                    const Vector& direction, const VertexPair& vertices)
@@ -170,15 +172,15 @@ public:
         Quad dA, dB;
         a.toLocal(direction, dA);
         b.toLocal(direction, dB);
-        // Of integers, since && would branch once more.
+        // Bitwise & of integers, since && would add a branch.
         return (static_cast<int>(a.isSupportAlong(-dA, vertices.a)) &
                 static_cast<int>(b.isSupportAlong(dB, vertices.b))) != 0;
     }
 
-    /// Whether all other vertices are farther back along a direction than a vertex, by more than a height.
+    /// Whether a vertex is higher along a direction than all other vertices, by more than `height`.
     ///
     /// @param direction unit
-    /// @return false too if that is not known without looking at all of them
+    /// @return false, too, if only a scan of all vertices could decide
     bool isAhead(std::int32_t vertex, const Vector& direction, S height) const
     {
         if (vertex < 0 || vertex >= m_hull->blockCount())
@@ -189,22 +191,22 @@ public:
         return isPeak(*m_hull, vertex, LaneDirection<S>(d), height, unused);
     }
 
-    /// World coordinates, fourth lane 0: rows of the basis.
+    /// A row of the basis; the fourth lane is 0.
     const Quad& row(int i) const { return m_rows[i]; }
     const Quad& originQuad() const { return m_origin; }
     SupportMethod method() const { return m_method; }
-    /// The graph of the hull may be used.
+    /// Whether the graph of the hull may be used.
     bool isClimbable() const { return m_method == SupportMethod::Automatic && m_hull->hasNeighbours(); }
-    /// Frobenius norm of the basis: no vector gets longer by more than this times.
+    /// Frobenius norm of the basis: the basis lengthens no vector by more than this factor.
     S norm() const { return m_norm; }
     /// No vertex is farther from the origin of the shape.
     S size() const { return m_size; }
-    /// All vertices are looked at: see kFewVertices.
+    /// Whether all vertices are scanned, see kFewVertices.
     bool isFew() const { return m_isFew; }
-    /// The vertices from which a search may begin with a look around: none, or all.
+    /// Number of vertices from which a search may start with a test of the neighbours: none, or all.
     std::int32_t startCount() const { return m_startCount; }
-    /// What isPeak() wants for world axes of at most the root of 3: the 1-norm of a local direction is at most sqrt(3) F |v|, with
-    /// room for rounding.
+    /// The band of isPeak() for world axes of a length of at most the root of 3: the 1-norm of a local direction is at
+    /// most sqrt(3) F |v|, plus an allowance for rounding.
     S tieBand() const { return m_band; }
 
 private:
@@ -233,14 +235,14 @@ private:
         return isPeak(*m_hull, vertex, LaneDirection<S>(d), band, height);
     }
 
-    /// Whether a climb is the search of choice, where a scan is up to so many vertices.
+    /// Whether to climb, given up to how many vertices a scan is faster.
     bool isClimbedAbove(std::int32_t mostScanned) const
     {
         return isClimbable() && m_hull->vertexCount() > mostScanned;
     }
-    /// From a vertex near the answer.
+    /// Whether to climb from a vertex near the answer.
     bool isClimbed() const { return isClimbedAbove(cheapScanMaximum<S>()); }
-    /// From the start table, for unrelated directions.
+    /// Whether to climb from the start table, for unrelated directions.
     bool isMapped() const { return isClimbedAbove(linearSupportMaximum<S>()); }
 
     /// @param d local

@@ -20,9 +20,9 @@
 /// Every search returns the same vertex: the one with the largest product, rounded as x dx + y dy + z dz from left to
 /// right, and among equal ones the lowest index. Compile without contraction (-ffp-contract=off), or the widths differ.
 ///
-/// @pre the hull has a vertex; the largest component of the direction has a magnitude of about 1e-10 to 1e10, so that no
-///      product underflows below the hull's tie band or overflows. A zero direction gives vertex 0, one with a NaN some
-///      vertex. Nothing loops.
+/// @pre the hull has a vertex; the largest component of the direction has a magnitude of about 1e-10 to 1e10, so that
+///      no product underflows below the hull's tie band or overflows. A zero direction gives vertex 0, a direction with
+///      a NaN an arbitrary vertex. Every search terminates.
 namespace cullet
 {
 /// How supportVertex() searches.
@@ -32,23 +32,23 @@ enum class SupportMethod : std::uint8_t
     Linear,           ///< scan of all vertices, O(n), without branches
     Climb,            ///< hill climbing over natural neighbours from the start vertex
     ClimbArtificial,  ///< hill climbing over natural and artificial neighbours, eight at a time
-    CubeMap,          ///< climb as above from the start table's vertex for the direction
-    DobkinKirkpatrick  ///< climb as above from the end of a descent through the hull's hierarchy, if it has one
+    CubeMap,          ///< ClimbArtificial from the start table's vertex for the direction
+    DobkinKirkpatrick  ///< ClimbArtificial from the end of a descent through the hull's hierarchy, if it has one
 };
 
 /// Optional counters of a search.
 struct SupportCounters
 {
     std::int64_t searches = 0;
-    std::int64_t steps = 0;  ///< vertices whose neighbours were looked at
+    std::int64_t steps = 0;  ///< vertices whose neighbours were tested
     std::int64_t ties = 0;   ///< climbs that the linear scan had to decide
 };
 
-/// Up to so many vertices all are looked at, inline: no branch then depends on how a hull turns.
+/// Hulls of at most so many vertices are scanned inline: no branch then depends on the orientation of the hull.
 constexpr std::int32_t kFewVertices = 16;
 
-/// Where an axis is tested again, a vertex that has ceased to be its support has one beside it in nearly all cases: so many are looked
-/// at before a search.
+/// When an axis is tested again, a vertex that is no longer its support nearly always has the new support as a
+/// neighbour: so many vertices are tested before a search.
 constexpr int kLooksBeside = 2;
 
 /// Products of a direction and the vertices of a block from lane `first` on.
@@ -78,7 +78,8 @@ struct BestNeighbour
     std::int32_t id;
 };
 
-/// @param products of the vertices of a block, in lane 0 of the first not the block's own vertex but lane 1 again
+/// @param products of the vertices of a block; lane 0 of the first vector repeats lane 1 instead of the block's own
+///                 vertex
 template <class S>
 [[gnu::always_inline]] inline BestNeighbour<S> bestNeighbour(
     const NeighbourBlock<S>& block, const typename Lanes<S>::Vector (&products)[8 / Lanes<S>::kWidth])
@@ -95,7 +96,7 @@ template <class S>
     return {height, block.id[__builtin_ctz(bits)]};
 }
 
-/// Looks at the vertex and at seven or more neighbours in one pass.
+/// Computes the products of a vertex and all of its neighbours, and the best neighbour.
 template <class S>
 inline ClimbStep<S> climbStep(const Hull<S>& hull, std::int32_t vertex, const LaneDirection<S>& d)
 {
@@ -124,7 +125,7 @@ inline ClimbStep<S> climbStep(const Hull<S>& hull, std::int32_t vertex, const La
 
 /// True if no neighbour has a product within `band` of the vertex's: then it is the support vertex.
 ///
-/// @param vertex or a later block of it, from which on its neighbours are looked at
+/// @param vertex or a later block of it, from which on its neighbours are tested
 /// @param height [out] product of the vertex
 template <class S>
 [[gnu::always_inline]] inline bool isPeak(const Hull<S>& hull, std::int32_t vertex, const LaneDirection<S>& d,
@@ -152,9 +153,10 @@ template <class S>
     return near == 0;
 }
 
-/// The same, and from where to climb on if it is false.
+/// isPeak() with the vertex from which to continue the climb if the result is false.
 ///
-/// @param beside [out] then the highest neighbour in the vertex's first block, if that has one within the band
+/// @param beside [out] if false, the highest neighbour in the vertex's first block, provided that one is within the
+///               band
 template <class S>
 [[gnu::always_inline]] inline bool isPeak(const Hull<S>& hull, std::int32_t vertex, const LaneDirection<S>& d,
                                           S band, S& height, std::int32_t& beside)
@@ -185,7 +187,7 @@ struct SupportHit
     S height;
 };
 
-/// Scan of so many vectors of vertices.
+/// Scan of kVectors vectors of vertices.
 template <int kVectors, class S>
 [[gnu::always_inline]] inline SupportHit<S> hitVectors(const Hull<S>& hull, const LaneDirection<S>& d)
 {
@@ -234,7 +236,7 @@ SupportHit<S> hitLinear(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d)
     return {vertex, supportProduct(hull, vertex, d)};
 }
 
-/// Hill climbing over the natural neighbours, as in the thesis without artificial ones; the comparator.
+/// Hill climbing over the natural neighbours only, as in the thesis; for comparison.
 template <class S>
 SupportHit<S> supportClimb(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d, std::int32_t start,
                            SupportCounters* counters = nullptr)
@@ -271,9 +273,9 @@ SupportHit<S> supportClimb(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d,
     }
 }
 
-/// The best of the vertices that are level with `vertex` within the band: they are connected, and few as a rule.
+/// The best of the vertices that are level with `vertex` within the band, which are connected and usually few.
 ///
-/// @return vertex -1 if they are too many to be worth it, or a product is NaN
+/// @return vertex -1 if there are too many, or a product is NaN
 template <class S>
 SupportHit<S> bestOfLevel(const Hull<S>& hull, const LaneDirection<S>& d, std::int32_t vertex, S height,
                           S band)
@@ -312,13 +314,13 @@ SupportHit<S> bestOfLevel(const Hull<S>& hull, const LaneDirection<S>& d, std::i
     return best;
 }
 
-/// The support vertex, at a vertex that no neighbour is higher than.
+/// The support vertex, given the local maximum at which a climb has ended.
 template <class S>
 SupportHit<S> endOfClimb(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d, const LaneDirection<S>& lanes,
                          std::int32_t vertex, const ClimbStep<S>& last, SupportCounters* counters = nullptr)
 {
     const S band = hull.tieBand() * (std::abs(d[0]) + std::abs(d[1]) + std::abs(d[2]));
-    // If a product is NaN, this does not hold, and the scan ends the search.
+    // If a product is NaN, the comparison is false, and the scan ends the search.
     if (last.bestHeight < last.height - band)
         return {vertex, last.height};
     if (counters != nullptr)
@@ -327,8 +329,9 @@ SupportHit<S> endOfClimb(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d, c
     return hit.vertex >= 0 && last.height == last.height ? hit : hitLinear(hull, d);
 }
 
-/// Hill climbing over natural and artificial neighbours, with the vertex itself eight at a time. Cost: 4 ns a step where
-/// measured; from the support vertex of a direction a few degrees away it takes one or two steps at any size.
+/// Hill climbing over natural and artificial neighbours, eight vertices at a time including the current one. Cost: 4 ns
+/// per step where measured; from the support vertex of a direction a few degrees away it takes one or two steps at any
+/// size.
 template <class S>
 SupportHit<S> supportClimbArtificial(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d, std::int32_t start,
                                      SupportCounters* counters = nullptr)
@@ -353,7 +356,7 @@ SupportHit<S> supportCubeMap(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& 
     return supportClimbArtificial(hull, d, cubeMapStart(hull, d), counters);
 }
 
-/// Vertex at the end of a descent through the hull's hierarchy: the support vertex but for ties. Cost: O(log n).
+/// Vertex at the end of a descent through the hull's hierarchy: the support vertex, except with ties. Cost: O(log n).
 /// @pre the hierarchy is built
 template <class S>
 std::int32_t hierarchyStart(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d)
@@ -383,7 +386,7 @@ SupportHit<S> supportHierarchy(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>
     return supportClimbArtificial(hull, d, hierarchyStart(hull, d), counters);
 }
 
-/// Whether the scan looks at eight vertices at a time.
+/// Whether the scan tests eight vertices at a time.
 template <class S>
 bool isScanWide()
 {
@@ -442,15 +445,16 @@ SupportHit<S> supportHit(const Hull<S>& hull, const Eigen::Matrix<S, 3, 1>& d, s
     return hitLinear(hull, d);
 }
 
-/// The support where a vertex has ceased to be it: a few looks, from each vertex to the highest beside it, then a search.
+/// The support near a vertex that is no longer the support: tests a few vertices, moving to the highest neighbour each
+/// time, then searches.
 ///
-/// @param vertex the first to look at, or none of the hull's
+/// @param vertex the first vertex to test, or an invalid id
 /// @param band   see isPeak()
 template <class S>
 SupportHit<S> hitBeside(const Hull<S>& hull, const typename Quad<S>::Vector& d, S band, std::int32_t vertex)
 {
     SupportHit<S> hit = {vertex, S(0)};
-    // A negative one is large.
+    // A negative id is a large unsigned number.
     const bool isKnown = static_cast<std::uint32_t>(vertex) < static_cast<std::uint32_t>(hull.blockCount());
     const LaneDirection<S> lanes(d);
     for (int look = 0; isKnown && look < kLooksBeside; ++look)

@@ -19,10 +19,10 @@
 #include <limits>
 #include <utility>
 
-/// Faces of a hull of which only the points are known, where they are those that a HullBuilder would store, bit by bit.
+/// Faces of a hull of which only the points are known, computed where they equal the faces of a HullBuilder bit by bit.
 namespace cullet
 {
-/// A triangle in which a Cloud has a face of its hull.
+/// A triangle that is a face of the hull of a Cloud.
 struct ClearFace
 {
     std::array<std::int32_t, 3>
@@ -31,15 +31,16 @@ struct ClearFace
     double area2;            ///< twice the area
 };
 
-/// Whether three points of a Cloud are a face that stands clear of all others.
+/// Whether three points of a Cloud are a face of its hull with all other points clearly below it.
 ///
-/// HullBuilder merges triangles that are level within 16 eps R. Were the triangle a part of another face, that one's plane
-/// would be within that of all three points, and would pass through a fourth. It falls by at most d / h times that
-/// from a corner to a point at the distance d, where h is the least height of the triangle; so all others have to be farther below.
+/// HullBuilder merges triangles that are coplanar within t = 16 eps R. If the triangle were part of another face, the
+/// plane of that face would be within t of all three points, and would pass through a fourth point. From a corner to a
+/// point at distance d the plane falls by at most t d / h, where h is the least height of the triangle; so all other
+/// points have to be farther below.
 ///
 /// @param corners in any order
 /// @param face    [out] valid if true is returned
-/// Cost: O(n), one product a point.
+/// Cost: O(n), one product per point.
 template <class S>
 bool findClearFace(const Hull<S>& cloud, std::array<std::int32_t, 3> corners, ClearFace& face)
 {
@@ -61,9 +62,9 @@ bool findClearFace(const Hull<S>& cloud, std::array<std::int32_t, 3> corners, Cl
     if (!(face.area2 > 1e-5 * cloud.radius() * longest))
         return false;
     const double least = face.area2 / longest, height = face.normal.dot(a);
-    // Of 16 eps R, with room for the rounding of heights.
+    // 16 eps R and an allowance for the rounding of heights.
     const double level = 24.0 * double(std::numeric_limits<S>::epsilon()) * cloud.radius();
-    // First with a bound for all, in the lanes of a vector.
+    // First a conservative bound for all points, which vectorises.
     const typename Hull<S>::Vector n = face.normal.template cast<S>();
     const S low = static_cast<S>(height - level * (1.0 + 2.0 * cloud.radius() / least));
     std::int32_t count = 0;
@@ -82,15 +83,15 @@ bool findClearFace(const Hull<S>& cloud, std::array<std::int32_t, 3> corners, Cl
 
 /// The faces around a vertex of a Cloud, by gift wrapping (Chand and Kapur 1970, "An Algorithm for Convex Polytopes").
 ///
-/// Known only where all of them stand clear, see findClearFace(), and no two are equally large: then they are those that
-/// Hull::facesOf() has, in its order.
+/// Known only where findClearFace() accepts all of them, and no two have equal areas: then they equal Hull::facesOf(),
+/// in the same order.
 ///
 /// Cost: O(n) for each of its faces, 3 us for 32 points; no allocation.
 template <class S>
 class VertexFan
 {
 public:
-    /// @param outward in the frame of the points, of any length: the vertex is the farthest point along it
+    /// @param outward in the frame of the points, of any length; the vertex is the support point along it
     VertexFan(const Hull<S>& cloud, std::int32_t vertex, const Eigen::Vector3d& outward)
     {
         if (cloud.vertexCount() < 4 || cloud.vertexCount() > kMostPoints || !wrap(cloud, vertex, outward))
@@ -104,7 +105,7 @@ public:
 private:
     using Vector = Eigen::Vector3d;
 
-    /// Of more, a face costs more than a support search does by climbing a graph.
+    /// For more points, a face costs more than a support search on a graph.
     static constexpr std::int32_t kMostPoints = 4096;
     static constexpr std::size_t kMostFaces = 16;
     static constexpr int kMostTurns = 64;
@@ -113,7 +114,7 @@ private:
     {
         if (outward.isZero(0.0))
             return false;
-        // A line through the vertex in a plane that all points are below.
+        // A line through the vertex in its supporting plane.
         const Vector tangent = outward.unitOrthogonal();
         const std::int32_t first = across(cloud, vertex, tangent, vertex, otherThan(vertex, vertex));
         std::int32_t from = first, last = otherThan(vertex, first);
@@ -143,13 +144,14 @@ private:
         return other;
     }
 
-    /// The point that the plane through an edge of the hull meets first, turned about it counter-clockwise seen from its end: as
-    /// long as there are points above the plane through the edge and one of them, the highest takes its place.
+    /// The first point met by a plane that rotates about an edge of the hull, counter-clockwise as seen from the edge's
+    /// end: while there are points above the plane through the edge and the current point, the highest of them becomes
+    /// the current point.
     ///
     /// @param edge from the vertex
     /// @param end  of the edge, or the vertex
-    /// @param best any point that is not on the edge
-    /// @return the end if that does not come to an end
+    /// @param best a point that is not on the edge
+    /// @return `end` if the iteration does not converge
     static std::int32_t across(const Hull<S>& cloud, std::int32_t vertex, const Vector& edge,
                                std::int32_t end, std::int32_t best)
     {
@@ -169,7 +171,8 @@ private:
         return end;
     }
 
-    /// The order in which FaceMerger finds faces. Of equal ones, the order is that of a triangulation.
+    /// Sorts into the order in which FaceMerger finds faces. Fails for equal areas, whose order depends on a
+    /// triangulation.
     bool sortByArea()
     {
         const auto end = m_faces.begin() + static_cast<std::ptrdiff_t>(m_count);

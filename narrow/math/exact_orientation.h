@@ -56,7 +56,7 @@ public:
         add(ab[0]);
     }
 
-    /// Rounded. The largest component alone may be half of it only.
+    /// The sum, rounded. The largest component alone may be only half of it.
     double value() const
     {
         double sum = 0.0;
@@ -65,7 +65,7 @@ public:
         return sum;
     }
 
-    /// -1, 0 or 1: the largest component decides.
+    /// -1, 0 or 1: the sign of the largest component.
     int sign() const { return m_count == 0 ? 0 : (m_parts[m_count - 1] > 0.0 ? 1 : -1); }
 
 private:
@@ -112,10 +112,11 @@ inline int exactOrientation(const Eigen::Vector3d& a, const Eigen::Vector3d& b, 
     return sum.sign();
 }
 
-/// Sign of | b - a, c - a, d - a |, never wrong: 1 if d lies on the side of the plane abc from which a, b, c turn
+/// Exact sign of | b - a, c - a, d - a |: 1 if d lies on the side of the plane abc from which a, b, c turn
 /// counter-clockwise, 0 if the four points are coplanar.
 ///
-/// Rounded arithmetic decides when its error bound allows (Shewchuk 1997, orient3d, bound A), else exactOrientation().
+/// The rounded determinant decides where it exceeds its error bound (Shewchuk 1997, orient3d, bound A), else
+/// exactOrientation().
 inline int orientation(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
                        const Eigen::Vector3d& d)
 {
@@ -164,23 +165,23 @@ inline Eigen::Vector3d exactCross(const Eigen::Vector3d& a, const Eigen::Vector3
     return cross;
 }
 
-/// (b - a) x (c - a), off by at most 64 eps of its length; zero for points on one line only.
+/// (b - a) x (c - a), off by at most 64 eps of its length; zero only for collinear points.
 ///
-/// Rounded arithmetic is off by 4 eps |b - a| |c - a| at most, which decides nothing about a triangle thinner than that.
+/// The rounded product is off by at most 4 eps |b - a| |c - a|, which leaves no digit for a triangle thinner than that.
 inline Eigen::Vector3d accurateCross(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                                      const Eigen::Vector3d& c)
 {
     const Eigen::Vector3d ab = b - a;
     const Eigen::Vector3d ac = c - a;
     const Eigen::Vector3d cross = ab.cross(ac);
-    // Not the squares: fourth powers of a difference underflow where those of coordinates do not.
+    // Lengths instead of their squares: fourth powers of a difference may underflow where those of coordinates do not.
     return cross.norm() > 0.0625 * (ab.norm() * ac.norm()) ? cross : exactCross(a, b, c);
 }
 
-/// Normal of a triangle to the side from which its corners are counter-clockwise, twice its area long; right within 64 eps however
-/// thin the triangle is.
+/// Normal of a triangle, towards the side from which its corners are counter-clockwise, twice its area long; off by at
+/// most 64 eps of its length, however thin the triangle is.
 ///
-/// Taken at the corner opposite to the longest edge: there the product is least often so small that it has to be exact.
+/// The product is computed at the corner opposite to the longest edge, where it least often has to be exact.
 inline Eigen::Vector3d scaledNormal(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                                     const Eigen::Vector3d& c)
 {

@@ -13,10 +13,10 @@
 #include <emmintrin.h>
 #endif
 
-/// Vectors of lanes for the support searches: GCC's vector extension, with intrinsics only where it has no word for it.
+/// Vectors of lanes for the support searches: GCC's vector extension, and intrinsics where it has no equivalent.
 namespace cullet
 {
-/// Eight lanes as 16-byte vectors, the width that every x86-64 and ARMv8 has.
+/// 16-byte vectors, the width that every x86-64 and ARMv8 has; eight lanes are two or four of them.
 template <class S>
 struct Lanes
 {
@@ -31,7 +31,7 @@ struct Lanes
         std::memcpy(&v, p, sizeof(v));
         return v;
     }
-    /// @pre p is a multiple of 16 bytes: then the load is part of the operation
+    /// @pre p is a multiple of 16 bytes: the load then becomes a memory operand
     static Vector loadAligned(const S* p)
     {
         Vector v;
@@ -40,7 +40,7 @@ struct Lanes
     }
     static Vector fill(S value)
     {
-        // Adding it to zeros would cost an addition.
+        // Vector{} + value would cost an addition.
         if constexpr (kWidth == 4)
             return Vector{value, value, value, value};
         else
@@ -51,8 +51,8 @@ struct Lanes
     {
         return reinterpret_cast<Vector>(reinterpret_cast<Mask>(v) & largest());
     }
-    /// The same with 1 or -1 in the place of zeros: a divisor for lanes of which some are not used. A zero there would raise
-    /// the flag of a division by zero, or of an invalid one.
+    /// The vector with zeros replaced by 1 or -1: a divisor where some lanes are unused. A zero in an unused lane would
+    /// raise the floating-point flag of a division by zero or of an invalid operation.
     static Vector withoutZeros(Vector v)
     {
         const Mask isZero = v == Vector{};
@@ -76,8 +76,9 @@ struct Lanes
     }
 };
 
-/// Three coordinates and a fourth lane, or one coordinate of four points. For double without AVX the compiler takes two
-/// registers; such vectors are never arguments or results, since how these are passed depends on the compiler's options.
+/// Three coordinates and a fourth lane, or one coordinate of four points. Without AVX the compiler uses two registers
+/// for doubles. Such vectors are never arguments or results by value, since the calling convention for them depends on
+/// the compiler's options.
 template <class S>
 struct Quad
 {
@@ -138,8 +139,8 @@ struct Quad
     }
 };
 
-/// A power of two that brings a number between a half and 1, sooner there than a quotient; 0 for one that is not finite, or near
-/// the ends of its range.
+/// The power of two that scales a number to between a half and 1, with less latency than a division; 0 if the number is
+/// not finite or near the ends of its range.
 template <class S>
 inline S scaleBelowOne(S positive)
 {
@@ -157,8 +158,8 @@ inline S scaleBelowOne(S positive)
     return scale;
 }
 
-/// Without the call that std::sqrt() makes for a negative argument, to set errno. All lanes alike, since zeros beside one
-/// lane take it through a register of integers.
+/// Square root without the call by which std::sqrt() sets errno for a negative argument. The value fills all lanes,
+/// since the compiler moves one lane beside zeros through an integer register.
 inline float squareRoot(float x)
 {
 #ifdef __SSE2__
@@ -177,7 +178,7 @@ inline double squareRoot(double x)
 #endif
 }
 
-/// Two numbers side by side.
+/// Two numbers, widened to double, in the lanes of a vector.
 inline Lanes<double>::Vector widePair(float a, float b)
 {
 #ifdef __SSE2__
@@ -193,12 +194,12 @@ inline Lanes<double>::Vector widePair(double a, double b)
     return Lanes<double>::Vector{a, b};
 }
 
-/// One lane of two quads side by side.
+/// One lane of each of two quads, widened to double, in the lanes of a vector.
 template <int kLane>
 Lanes<double>::Vector widePairOf(const Quad<float>::Vector& a, const Quad<float>::Vector& b)
 {
 #ifdef __SSE2__
-    // The compiler would take each out of its vector.
+    // Without the shuffle the compiler would extract each lane by itself.
     const auto low = CULLET_SHUFFLE(a, b, kLane, kLane + 4, kLane, kLane + 4);
     return reinterpret_cast<Lanes<double>::Vector>(_mm_cvtps_pd(reinterpret_cast<__m128>(low)));
 #else
@@ -212,7 +213,7 @@ Lanes<double>::Vector widePairOf(const Quad<double>::Vector& a, const Quad<doubl
     return Lanes<double>::Vector{a[kLane], b[kLane]};
 }
 
-/// Bit i: lane i is set (all its bits are).
+/// Bit i: lane i is set, that is, all of its bits are.
 inline unsigned laneBits(Lanes<float>::Mask m)
 {
 #ifdef __SSE2__
@@ -241,7 +242,7 @@ unsigned quadBits(const typename Quad<S>::Mask& m)
         return static_cast<unsigned>((m[0] & 1) | (m[1] & 2) | (m[2] & 4) | (m[3] & 8));
 }
 
-/// The same vector with lane 1 in the place of lane 0.
+/// The vector with lane 0 replaced by a copy of lane 1.
 inline Lanes<float>::Vector withoutLaneZero(Lanes<float>::Vector v)
 {
     return CULLET_SHUFFLE(v, v, 1, 1, 2, 3);
@@ -252,7 +253,7 @@ inline Lanes<double>::Vector withoutLaneZero(Lanes<double>::Vector v)
     return CULLET_SHUFFLE(v, v, 1, 1);
 }
 
-/// Largest of the lanes; a NaN lane may or may not be passed over.
+/// Largest of the lanes; a NaN lane may or may not be ignored.
 inline float largestLane(Lanes<float>::Vector v)
 {
     const Lanes<float>::Vector halves = CULLET_SHUFFLE(v, v, 2, 3, 0, 1);

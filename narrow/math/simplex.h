@@ -18,11 +18,12 @@
 /// Ericson 2005, "Real-Time Collision Detection", section 5.1, for the regions; van den Bergen 1999, "A Fast and Robust
 /// GJK Implementation for Collision Detection of Convex Objects", theorem 2, for the reduction: if the last point is a
 /// support point in the direction from the closest point of the others to the origin, it belongs to the new closest
-/// subset, and of 15 regions of a tetrahedron only 7 and the inside remain. That premise fails for a simplex that was
-/// remembered from another frame; closestOnSimplex() examines all regions.
+/// subset, and of 15 regions of a tetrahedron only 7 and the inside remain. That premise fails for a simplex from the
+/// cache of another frame; closestOnSimplex() examines all regions.
 ///
-/// Always in double, whatever the scalar of the points was: with float supports and a float solver about one query in
-/// 8,000 came out wrong, with a double solver none. No tolerance is absolute: sizes from 1e-60 to 1e60 behave alike.
+/// The solver works in double whatever the scalar of the points was: with float supports and a float solver about one
+/// query in 8,000 was wrong, with a double solver none. No tolerance is absolute: sizes from 1e-60 to 1e60 behave
+/// alike.
 namespace cullet
 {
 /// Result of a solver.
@@ -36,7 +37,7 @@ struct ClosestOnSimplex
 
 using SimplexPoints = std::array<Eigen::Vector3d, 4>;
 
-/// Keeps the candidate if it is closer. A NaN makes the comparison false.
+/// Replaces the best point by the candidate if that is closer. A NaN makes the comparison false.
 inline void keepCloser(const Eigen::Vector3d& point, unsigned subset, ClosestOnSimplex& best)
 {
     const double length2 = point.squaredNorm();
@@ -44,13 +45,13 @@ inline void keepCloser(const Eigen::Vector3d& point, unsigned subset, ClosestOnS
         best = {point, length2, subset, false};
 }
 
-/// All three regions of the segment i, j. A segment without length is its first point.
+/// Examines all three regions of the segment i, j. A segment of length zero counts as its first point.
 inline void considerSegment(const SimplexPoints& p, int i, int j, ClosestOnSimplex& best)
 {
     const Eigen::Vector3d edge = p[j] - p[i];
     const double along = -p[i].dot(edge);
     const double length2 = edge.squaredNorm();
-    // Written so that a segment without length ends in the first branch.
+    // The negated form sends a segment of length zero into the first branch.
     if (!(along > 0.0))
         keepCloser(p[i], 1u << i, best);
     else if (along >= length2)
@@ -59,9 +60,9 @@ inline void considerSegment(const SimplexPoints& p, int i, int j, ClosestOnSimpl
         keepCloser(p[i] + (along / length2) * edge, (1u << i) | (1u << j), best);
 }
 
-/// The inside region of the triangle i, j, k if the origin projects into it.
+/// Examines the inside region of the triangle i, j, k if the origin projects into it.
 ///
-/// @return false when the origin projects outside, or the triangle is too thin for its normal to mean anything
+/// @return false when the origin projects outside, or the triangle is so thin that its normal is mostly rounding
 inline bool considerInside(const SimplexPoints& p, int i, int j, int k, ClosestOnSimplex& best)
 {
     const Eigen::Vector3d ij = p[j] - p[i];
@@ -76,12 +77,12 @@ inline bool considerInside(const SimplexPoints& p, int i, int j, int k, ClosestO
     const double wk = ij.dot(across);
     if (!(area2 - wj - wk > 0.0 && wj > 0.0 && wk > 0.0))
         return false;
-    // Along the normal: p[i] times the normal is exact enough where the weighted sum would cancel.
+    // The product of p[i] and the normal is accurate where the weighted sum of the points would cancel.
     keepCloser(normal * (p[i].dot(normal) / area2), (1u << i) | (1u << j) | (1u << k), best);
     return true;
 }
 
-/// All seven regions of the triangle i, j, k.
+/// Examines all seven regions of the triangle i, j, k.
 inline void considerTriangle(const SimplexPoints& p, int i, int j, int k, ClosestOnSimplex& best)
 {
     if (considerInside(p, i, j, k, best))
@@ -91,7 +92,7 @@ inline void considerTriangle(const SimplexPoints& p, int i, int j, int k, Closes
     considerSegment(p, k, i, best);
 }
 
-/// The four regions of the triangle i, j, k that have the newest point k: vertex, two edges, inside.
+/// Examines the four regions of the triangle i, j, k that have the newest point k: vertex, two edges, inside.
 inline void considerTriangleNewest(const SimplexPoints& p, int i, int j, int k, ClosestOnSimplex& best)
 {
     if (considerInside(p, i, j, k, best))
@@ -100,7 +101,7 @@ inline void considerTriangleNewest(const SimplexPoints& p, int i, int j, int k, 
     considerSegment(p, k, j, best);
 }
 
-/// Two vectors side by side.
+/// Two vectors, one in each lane.
 struct VectorPair
 {
     using Lane = Lanes<double>::Vector;
@@ -125,21 +126,22 @@ struct VectorPair
 struct TetrahedronSides
 {
     unsigned outside;  ///< bit f: beyond face f
-    bool isFlat;       ///< the volume is within rounding of zero: the sides mean nothing
+    bool isFlat;       ///< the volume is zero within rounding: the sides are not valid
 };
 
-/// Lane by lane.
+/// The larger of two numbers in each lane.
 inline VectorPair::Lane largerOf(const VectorPair::Lane& a, const VectorPair::Lane& b)
 {
     return a > b ? a : b;
 }
 
-/// Two faces at a time, from the points: vectors that are made in memory and read side by side wait for their stores.
+/// Two faces at a time. The lanes are filled from the points, since vectors read back from memory would wait for their
+/// stores.
 inline TetrahedronSides tetrahedronSides(const SimplexPoints& p)
 {
     using Lane = VectorPair::Lane;
     const VectorPair p33(p[3], p[3]), p30(p[3], p[0]), p12(p[1], p[2]);
-    // With the edges a, b and c from point 3 to the others.
+    // a, b and c are the edges from point 3 to points 0, 1 and 2.
     const VectorPair bAndC = p12 - p33;
     const VectorPair cAndA = VectorPair(p[2], p[0]) - p33;
     const VectorPair aAndEdge1 = VectorPair(p[0], p[1]) - p30;
@@ -149,12 +151,12 @@ inline TetrahedronSides tetrahedronSides(const SimplexPoints& p)
     // 1e-28 of the product of squared lengths: a relative height of 1e-14.
     const Lane lengths2 = bAndC.dot(bAndC);
     const double size2 = aAndEdge1.dot(aAndEdge1)[0] * lengths2[0] * lengths2[1];
-    // And 1e-30 of those of the coordinates, whose rounding moves a point by so much towards or from a face.
+    // 1e-30 of the products with the squared coordinates, whose rounding moves a point towards a face or away from it.
     const Lane normals2 = largerOf(normals01.dot(normals01), normals23.dot(normals23));
     const Lane points2 = largerOf(p12.dot(p12), p30.dot(p30));
     const double noise2 = std::max(normals2[0], normals2[1]) * std::max(points2[0], points2[1]);
-    // Barycentric weights of the origin times the volume. The last one from its own face: what the others leave of the volume
-    // would lose what they have lost.
+    // Barycentric weights of the origin times the volume. The last weight is computed from its own face: the volume
+    // minus the other weights would inherit their rounding errors.
     const double sign = volume < 0.0 ? -1.0 : 1.0;
     const Lane weights01 = p33.dot(normals01) * -sign, weights23 = p30.dot(normals23) * Lane{-sign, sign};
     return {laneBits(weights01 < Lane{}) | laneBits(weights23 < Lane{}) << 2,
@@ -176,7 +178,8 @@ void considerTetrahedron(const SimplexPoints& p, ClosestOnSimplex& best)
             continue;
         isInside = false;
         const auto [i, j, k] = kTetrahedronFaces[face];
-        // The face without the newest point is left out in exact arithmetic; rounding can make it the only one.
+        // In exact arithmetic the face without the newest point needs no test; after rounding it may be the only one
+        // outside.
         if (kNewestOnly && face != 3 && !sides.isFlat)
             considerTriangleNewest(p, i, j, k, best);
         else
@@ -185,7 +188,7 @@ void considerTetrahedron(const SimplexPoints& p, ClosestOnSimplex& best)
     best.isInside = isInside;
 }
 
-/// Nothing found yet, and the subset to name if nothing ever is.
+/// Result before the first region: infinitely far, with the subset to return if no region is found.
 inline ClosestOnSimplex nothingOnSimplex(const SimplexPoints& points, int count)
 {
     return {points[count - 1], std::numeric_limits<double>::infinity(), 1u << (count - 1), false};
@@ -213,8 +216,8 @@ inline ClosestOnSimplex closestOnSimplex(const SimplexPoints& points, int count)
     return best;
 }
 
-/// The same when the last point is the newest support point: only regions that have it (1 of 1, 2 of 3, 4 of 7, 7 of
-/// 14), plus one check of the face without it for a tetrahedron.
+/// closestOnSimplex() for a last point that is the newest support point: examines only regions that have it (1 of 1, 2
+/// of 3, 4 of 7, 7 of 14), and the face without it for a tetrahedron.
 /// @pre 1 <= count <= 4; the last point was found as the support point opposite to the closest point of the others
 inline ClosestOnSimplex closestOnSimplexNewest(const SimplexPoints& points, int count)
 {
@@ -236,8 +239,8 @@ inline ClosestOnSimplex closestOnSimplexNewest(const SimplexPoints& points, int 
     return best;
 }
 
-/// Barycentric weights of the closest point of a subset of one to three points that was found to be the smallest: not
-/// negative, sum 1; in the order of `points`, 0 outside of the subset.
+/// Barycentric weights of the closest point, for the smallest subset of one to three points: not negative, sum 1, in
+/// the order of `points`, 0 outside of the subset.
 inline std::array<double, 4> simplexWeights(const SimplexPoints& points, unsigned subset)
 {
     std::array<double, 4> weights = {};

@@ -7,7 +7,7 @@
 
 namespace cullet
 {
-/// The direction of a vector of any length. Zero stays zero, without the division by zero that Eigen's function has then.
+/// The direction of a vector of any length. Zero stays zero, without the division by zero in Eigen's function.
 inline Eigen::Vector3d unitOf(const Eigen::Vector3d& v)
 {
     if (v.isZero(0.0))

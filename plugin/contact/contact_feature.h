@@ -18,13 +18,13 @@ inline void read(const Eigen::Vector3d& v, Components& components)
                             static_cast<btScalar>(v.z()), 0};
 }
 
-/// The face of a core that looks best along a direction, among those at its support vertex.
+/// The face at the support vertex of a core whose normal is best aligned with a direction.
 class ContactFace
 {
 public:
-    /// @param direction unit, in the world
+    /// @param direction unit vector in world space
     /// @param vertex    support vertex along the direction, or -1
-    /// @param fan       around the vertex, of a hull without a graph; or null
+    /// @param fan       the faces around the vertex, for a hull without a graph; or null
     ContactFace(const PosedShape& shape, const Eigen::Vector3d& direction, std::int32_t vertex,
                 const VertexFan<btScalar>* fan = nullptr)
         : m_shape(shape), m_fan(fan), m_isTurnedOnly(isTurnedOnly())
@@ -42,10 +42,10 @@ public:
         findFace(vertex >= 0 ? vertex : shape.support(direction, -1).vertex);
     }
 
-    /// Of the face's normal with the direction; 0 without a face.
+    /// Cosine between the face's normal and the direction; 0 without a face.
     double alignment() const { return m_alignment; }
 
-    /// Corners, counter-clockwise seen from outside of the unmoved hull; for a segment both ends.
+    /// Corners, counter-clockwise seen from outside of the untransformed hull; both ends of a segment.
     Hull<btScalar>::Span corners() const
     {
         static constexpr std::int32_t kEnds[] = {0, 1};
@@ -61,7 +61,7 @@ public:
         return {kEnds, kEnds + (isSegment ? 2 : 0)};
     }
 
-    /// Of the face: outward, unit, in the world.
+    /// The face's outward unit normal in world space.
     Eigen::Vector3d normal() const
     {
         const Eigen::Vector3d& n = faceNormal(m_face);
@@ -78,7 +78,7 @@ public:
         return turned * (1.0 / m_scale);
     }
 
-    /// True if the basis turns clockwise into counter-clockwise.
+    /// Whether the basis contains a reflection.
     bool isMirrored() const
     {
         const Components& y = m_shape.row(1);
@@ -97,7 +97,7 @@ private:
         return m_shape.hull().faces()[static_cast<std::size_t>(face)].normal;
     }
 
-    /// True if the basis is a rotation up to a scale, mirrored or not: normals turn as points do.
+    /// Whether the basis is a rotation times a scale, with or without reflection: it maps normals as it maps points.
     bool isTurnedOnly()
     {
         Components squares = {}, products = {};
@@ -123,7 +123,7 @@ private:
         m_local = Eigen::Vector3d(local[0], local[1], local[2]) * (1.0 / m_scale);
     }
 
-    /// Normals turn with the cofactors of the basis, and keep their side under a mirrored one.
+    /// Normals transform with the cofactors of the basis; the sign keeps them outward under a reflection.
     void makeNormalMap()
     {
         const Eigen::Matrix3d basis = m_shape.basis();
@@ -145,7 +145,7 @@ private:
             considerFirst(static_cast<std::int32_t>(m_fan->end() - m_fan->begin()), best);
         else if (const auto faces = m_shape.hull().facesOf(vertex); faces.size() > 0)
             considerAll(faces, best);
-        else  // inside a face: a corner of none
+        else  // a vertex inside a face has no faces
             considerFirst(static_cast<std::int32_t>(m_shape.hull().faces().size()), best);
         m_face = best.face;
         m_alignment = best.cosine;
@@ -177,7 +177,7 @@ private:
         return m_local.dot(n) / (m_normalMap * n).norm();
     }
 
-    /// Without a branch, since no processor can guess which face is better.
+    /// Branch-free, since the branch would be unpredictable.
     static void consider(std::int32_t face, double cosine, Best& best)
     {
         best.face = cosine > best.cosine ? face : best.face;
@@ -186,9 +186,11 @@ private:
 
     const PosedShape& m_shape;
     const VertexFan<btScalar>* m_fan;
-    Eigen::Vector3d m_local;      ///< times a normal of the hull: cosine, or as long as the turned normal
-    double m_scale = 1.0;         ///< of a basis that only turns
-    Eigen::Matrix3d m_normalMap;  ///< of another
+    /// The direction in the hull's frame. Its product with a hull normal is the cosine if m_isTurnedOnly, otherwise the
+    /// cosine times the length of the mapped normal.
+    Eigen::Vector3d m_local;
+    double m_scale = 1.0;         ///< of the basis, if m_isTurnedOnly
+    Eigen::Matrix3d m_normalMap;  ///< for normals, unless m_isTurnedOnly
     bool m_isTurnedOnly;
     std::int32_t m_face = -1;
     double m_alignment = 0.0;

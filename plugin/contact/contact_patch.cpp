@@ -19,16 +19,16 @@ namespace
 {
 using Eigen::Vector3d;
 
-/// What lies over a face along the contact's normal.
+/// The prism over a face along the contact normal.
 class Prism
 {
 public:
-    /// @param turn  1: the face is counter-clockwise seen from the tip of the contact's normal; -1: clockwise
-    /// @param slack polygons that reach no farther out are not cut: where faces are congruent, a stack would shift from
-    ///              one of many corners to the next
+    /// @param turn  1: the face is counter-clockwise seen from the tip of the contact normal; -1: clockwise
+    /// @param slack polygons that extend no farther outside are not clipped: with congruent faces, the points of a
+    ///              stack would otherwise jump between nearly coincident corners
     Prism(ContactPolygon& base, btScalar turn, btScalar slack) : m_count((base.count + 3) / 4)
     {
-        // Sides that are none have no length.
+        // Padding edges have length 0.
         for (std::int32_t i = base.count; i <= 4 * m_count; ++i)
             base.corners[static_cast<std::size_t>(i)] = base.corners[0];
         for (std::int32_t k = 0; k < m_count; ++k)
@@ -36,9 +36,9 @@ public:
                      m_sides[static_cast<std::size_t>(k)]);
     }
 
-    /// Corners of a polygon inside.
+    /// Clips a polygon to the prism.
     ///
-    /// @param buffer scratch; the result may be this or the polygon
+    /// @param buffer scratch memory; the result is in this or in `polygon`
     ContactPolygon& clip(ContactPolygon& polygon, ContactPolygon& buffer) const
     {
         ContactPolygon* current = &polygon;
@@ -70,14 +70,14 @@ public:
     }
 
 private:
-    /// Four linear functions of the place along the tangents, positive inside.
+    /// Four linear functions of the coordinates along the tangents, positive inside.
     struct Sides
     {
         Components x, y, rest;
         Components slack;
     };
 
-    /// @param corners five
+    /// @param corners five of them
     static void addSides(const Components* corners, btScalar turn, btScalar slack, Sides& sides)
     {
         const Components low = CULLET_SHUFFLE(corners[0], corners[1], 0, 4, 1, 5);
@@ -99,15 +99,15 @@ private:
     std::int32_t m_count;
 };
 
-/// Times the distance of points that are one.
+/// In units of PatchLimits::same.
 constexpr btScalar kSlack = btScalar(0.05);
 
-/// A point carries up to this rise over the touch, times the distance of points that are one, or times its distance from
-/// the touch. In a step, gravity closes a sixth of the distance of points that are one, of a body of a metre.
+/// The height over the touch up to which a point is load-bearing: in units of PatchLimits::same, or of its
+/// distance from the touch. In one step, gravity moves a body of a metre by a sixth of PatchLimits::same.
 constexpr btScalar kRise = btScalar(0.1);
 constexpr btScalar kSlope = btScalar(0.02);
 
-/// Candidate points in the frame of the contact, reduced to a few at the end.
+/// Collects candidate points in the contact frame and reduces them to a few at the end.
 class PatchBuilder
 {
 public:
@@ -118,14 +118,14 @@ public:
           m_distance(static_cast<btScalar>(touch.distance)),
           m_range(static_cast<btScalar>(limits.distance - touch.distance))
     {
-        // No compiler knows that there is a point in the end.
+        // Compilers cannot prove that there is at least one point in the end.
         m_points[0] = Components{};
     }
 
-    /// So far out of the prism a face needs no cut.
+    /// The distance outside of the prism below which a face is not clipped.
     btScalar slack() const { return kSlack * m_same; }
 
-    /// True if all of a polygon is the same point as the touch.
+    /// Whether a whole polygon coincides with the touch.
     bool isOnePoint(const ContactPolygon& polygon) const
     {
         btScalar farthest2 = 0;
@@ -137,9 +137,9 @@ public:
         return farthest2 <= m_same * m_same;
     }
 
-    /// Of points that carry, within the limit; not where a face was cut there.
+    /// Adds load-bearing corners within the limit, but not those where a face was clipped to the limit.
     ///
-    /// @param noise of distances
+    /// @param noise rounding error of distances
     void add(const ContactPolygon& polygon, btScalar noise)
     {
         const btScalar limit = m_distance + btScalar(1 - 1e-4) * m_range - 4 * noise;
@@ -153,9 +153,9 @@ public:
         }
     }
 
-    /// The touch itself, unless a candidate is as deep.
+    /// Adds the touch itself, unless a candidate is as deep.
     ///
-    /// @param noise of distances
+    /// @param noise rounding error of distances
     void addTouch(btScalar noise)
     {
         if (m_deepest > m_distance + btScalar(1e-4) * m_range + noise)
@@ -184,15 +184,15 @@ private:
         return rise <= kRise * m_same || rise * rise <= kSlope * kSlope * (squares[0] + squares[1]);
     }
 
-    /// @param margin by so much another has to be better than one before it
+    /// @param margin a later candidate must be better by this much
     int deepest(btScalar margin) const
     {
         return best([](const Components& c) { return -c[3]; }, margin);
     }
 
-    /// The deepest, the farthest from it, and the farthest on either side of the line through both; of candidates that
-    /// are all on one side, the farthest from the triangle. A candidate has to be better by a margin, so that noise does
-    /// not choose other points in every frame.
+    /// Selects the deepest candidate, the farthest from it, and the farthest on either side of the line through both;
+    /// if all candidates are on one side, the farthest from the triangle. A candidate must be better by a margin, so
+    /// that noise does not change the selection from frame to frame.
     void takeFew(ContactPatch& patch) const
     {
         const int first = deepest(btScalar(1e-3) * m_range);
@@ -207,9 +207,9 @@ private:
             takeBeside(first, second, size2, patch);
     }
 
-    /// The farthest on either side of the line through two points.
+    /// Selects the farthest candidate on either side of the line through two points.
     ///
-    /// @param size2 square of their distance, up to the margin
+    /// @param size2 square of the distance of the two points, up to the margin
     void takeBeside(int first, int second, btScalar size2, ContactPatch& patch) const
     {
         const Components& p = at(first);
@@ -231,8 +231,8 @@ private:
                        smallest, first, patch);
     }
 
-    /// The point farthest beyond the last two edges of a counter-clockwise triangle, which has all points on the left of the
-    /// first.
+    /// Selects the candidate farthest outside of the last two edges of a counter-clockwise triangle; all points are on
+    /// the left of its first edge.
     void takeBeyond(const std::array<int, 3>& triangle, btScalar smallest, int first,
                     ContactPatch& patch) const
     {
@@ -245,7 +245,7 @@ private:
             takeAnother(fourth, first, patch);
     }
 
-    /// Unless it is the same point as the first.
+    /// Adds a point unless it coincides with the first.
     void takeAnother(int i, int first, ContactPatch& patch) const
     {
         const Components apart = at(i) - at(first);
@@ -282,30 +282,30 @@ private:
     }
 
     const ContactFrame& m_frame;
-    btScalar m_same;      ///< distance of points that are one
-    int m_most;           ///< points of the patch
-    btScalar m_distance;  ///< of the touch
-    btScalar m_range;     ///< from there to the limit
+    btScalar m_same;      ///< see PatchLimits
+    int m_most;           ///< limit of points in the patch
+    btScalar m_distance;  ///< of the cores at the touch
+    btScalar m_range;     ///< from m_distance to the limit
     btScalar m_deepest = BT_LARGE_FLOAT;
     std::array<Components, 2 * kMostCorners + 1> m_points;
     int m_count = 0;
 };
 
-/// Below this cosine a plane is too steep to measure heights over it.
+/// Below this cosine between its normal and the contact normal, a plane is too steep to measure heights over it.
 constexpr double kSteepest = 0.05;
 
-/// Faces that are aligned equally well, up to this: A's is the reference, whatever rounding says.
+/// If the alignments of both faces differ by no more than this, A's is the reference, independent of rounding.
 constexpr double kAligned = 1e-5;
 
-/// One of the two cores of a patch.
+/// The data of one of the two cores of a patch.
 struct PatchSide
 {
     const PosedShape& shape;
     ContactFace face;
-    Vector3d origin;  ///< from the touch's point of B
+    Vector3d origin;  ///< relative to the touch's point of B
 };
 
-/// Leaves of a polygon the triangle at a corner where distances are less than a limit, which they are at no other.
+/// Reduces a polygon to the triangle at its only corner with a distance below the limit.
 void cutCorner(ContactPolygon& face, std::size_t corner, btScalar limit)
 {
     const auto count = static_cast<std::size_t>(face.count);
@@ -319,10 +319,10 @@ void cutCorner(ContactPolygon& face, std::size_t corner, btScalar limit)
     face.count = 3;
 }
 
-/// The corners of what of one face is inside the prism over the other, and within the limit of it.
+/// Clips one face to the prism over the other face and to the limit, and adds the corners of the result.
 ///
-/// @param frame [out] measures distances from the reference
-/// @return noise of the distances
+/// @param frame [out] measures distances from the reference face
+/// @return rounding error of the distances
 btScalar clipFaces(const PatchSide& reference, const PatchSide& other, bool isAReference, const Touch& touch,
                    double limit, ContactFrame& frame, PatchBuilder& builder)
 {
@@ -331,7 +331,7 @@ btScalar clipFaces(const PatchSide& reference, const PatchSide& other, bool isAR
     CornerMap otherMap(other.shape, frame, other.origin);
     ContactPolygon base, face, cut;
     referenceMap.corner(reference.face.corners()[0], base.corners[0]);
-    // Distances are 0 in the plane of the reference.
+    // Makes distances 0 in the plane of the reference face.
     const btScalar plane = base.corners[0][3];
     otherMap.shift(Components{0, 0, isAReference ? 0 : plane, -plane});
     face.set(otherMap, other.face.corners());
@@ -343,7 +343,7 @@ btScalar clipFaces(const PatchSide& reference, const PatchSide& other, bool isAR
         within |= unsigned(face.corners[i][3] <= range) << i;
     if (within == 0)
         return noise;
-    // A corner that is nearer than all others: the triangle there is less to clip, and often one point.
+    // If only one corner is within the limit, the triangle there is cheaper to clip, and often all of it is the touch.
     if ((within & (within - 1)) == 0 && face.count > 2)
     {
         cutCorner(face, static_cast<std::size_t>(__builtin_ctz(within)), range);
@@ -357,10 +357,10 @@ btScalar clipFaces(const PatchSide& reference, const PatchSide& other, bool isAR
     return noise;
 }
 
-/// Whether two corners are the touch, and the patch needs nothing else: every edge from either corner leads farther away along
-/// the normal than the limit allows, and so does the rest of its hull. The corners lie one above the other along the normal, so
-/// that the faces around them share a cone with its tip there; clipped, it has the tip, and points at the limit, which are
-/// no contacts yet.
+/// Whether the touch, between two vertices, is the whole patch: along every edge from either vertex, and so in all of
+/// its hull, the distance grows beyond the limit. The vertices lie on one line along the normal, so that the prisms
+/// over their faces intersect in a cone with its tip there; the clipped cone has only the tip and points at the limit,
+/// which are not yet contacts.
 bool isOnlyTouch(const PosedShape& a, const PosedShape& b, const Touch& touch, double limit)
 {
     if (!touch.areCorners)

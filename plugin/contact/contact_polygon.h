@@ -16,17 +16,17 @@ inline namespace CULLET_PRECISION
 /// Faces with more corners are thinned out.
 constexpr int kMostCorners = 16;
 
-/// Two tangents of the contact and its normal, with the touch's point of B as origin; points of the world become
-///  * their place along both tangents (lanes 0 and 1),
-///  * where a line through them along the normal meets B, once the reference face is known (lane 2),
-///  * and how far apart A and B are on that line (lane 3): all of them linear functions.
+/// Two tangents of the contact and its normal, with the touch's point of B as origin. It maps a point in world space to
+///  * its coordinates along both tangents (lanes 0 and 1),
+///  * the height at which a line through it along the normal meets B, once the reference face is set (lane 2),
+///  * and the distance of A and B on that line (lane 3). All of these are linear functions.
 class ContactFrame
 {
 public:
     explicit ContactFrame(const Eigen::Vector3d& normal)
     {
         read(normal, m_axes[2]);
-        // Duff et al. 2017, "Building an Orthonormal Basis, Revisited": without a root or a branch for special cases.
+        // Duff et al. 2017, "Building an Orthonormal Basis, Revisited": no root, and no branch for special cases.
         const btScalar x = m_axes[2][0], y = m_axes[2][1], z = m_axes[2][2];
         const btScalar sign = std::copysign(btScalar(1), z);
         const btScalar a = btScalar(-1) / (sign + z);
@@ -35,9 +35,9 @@ public:
         m_axes[1] = Components{b, sign + y * y * a, -y, 0};
     }
 
-    /// A plane that measures the distance of points of the other core.
+    /// Sets the plane from which distances of points of the other core are measured.
     ///
-    /// @param planeNormal not at right angles to the contact's
+    /// @param planeNormal not perpendicular to the contact normal
     void setReference(const Eigen::Vector3d& planeNormal, const Eigen::Vector3d& normal, bool isOfA)
     {
         Components onB = m_axes[2], distance;
@@ -55,14 +55,14 @@ public:
         m_rows[1] = CULLET_SHUFFLE(low, high, 2, 3, 6, 7);
     }
 
-    /// Of a vector in world axes.
+    /// Maps a vector in world axes.
     template <class V>
     void map(const V& v, Components& out) const
     {
         out = m_rows[0] * btScalar(v[0]) + m_rows[1] * btScalar(v[1]) + m_rows[2] * btScalar(v[2]);
     }
 
-    /// The vector to a point of lanes 0 to 2.
+    /// The world vector to a point given by lanes 0 to 2.
     btVector3 world(const Components& p) const
     {
         const Components v = m_axes[0] * p[0] + m_axes[1] * p[1] + m_axes[2] * p[2];
@@ -74,11 +74,11 @@ private:
     std::array<Components, 3> m_rows;  ///< of the matrix, transposed
 };
 
-/// Takes corners of a core into the frame of the contact.
+/// Maps vertices of a core into the contact frame.
 class CornerMap
 {
 public:
-    /// @param origin of the core, from that of the frame
+    /// @param origin of the core, relative to that of the frame
     CornerMap(const PosedShape& shape, const ContactFrame& frame, const Eigen::Vector3d& origin)
         : m_hull(shape.hull())
     {
@@ -112,8 +112,8 @@ private:
     Components m_origin;
 };
 
-/// Corners of a convex polygon, or the ends of a segment, as ContactFrame has them. Clipping by a plane adds one corner
-/// at most.
+/// Corners of a convex polygon, or the ends of a segment, in the coordinates of ContactFrame. Clipping by a plane adds
+/// at most one corner.
 struct ContactPolygon
 {
     using Heights = std::array<btScalar, 2 * kMostCorners>;
@@ -130,14 +130,14 @@ struct ContactPolygon
     std::int32_t count = 0;
 };
 
-/// What of a polygon has a height of at least 0.
+/// Clips a polygon to the heights of at least 0.
 inline void clip(const ContactPolygon& in, const ContactPolygon::Heights& heights, ContactPolygon& out)
 {
     const auto count = static_cast<std::size_t>(in.count);
     std::size_t kept = 0;
     const auto add = [&](const Components& corner)
     {
-        // More corners than there is room for can only come from rounding, and are next to another.
+        // Only rounding can produce more corners than fit, and those lie next to another corner.
         if (kept < out.corners.size())
             out.corners[kept++] = corner;
     };
@@ -149,7 +149,7 @@ inline void clip(const ContactPolygon& in, const ContactPolygon::Heights& height
         const std::size_t next = i + 1 < count ? i + 1 : 0;
         const bool wasIn = isIn;
         isIn = heights[next] >= 0;
-        // A segment has no edge back to its first end.
+        // A segment has no edge from its last end back to its first.
         if (isIn == wasIn || (next == 0 && count == 2))
             continue;
         const btScalar t = heights[i] / (heights[i] - heights[next]);

@@ -11,8 +11,8 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// Removes the points of a manifold that a patch does not renew. Bullet keeps them, since its detector finds one point per
-/// query; a patch is complete, and the solver pays for every point.
+/// Removes the points of a manifold that a patch does not renew. Bullet would keep them, since its detector finds one
+/// point per query; a patch is complete, and every further point costs solver time.
 ///
 /// A point is renewed if Bullet would replace it by one of the patch, so that its impulses are kept.
 class ManifoldRenewal
@@ -20,9 +20,9 @@ class ManifoldRenewal
 public:
     explicit ManifoldRenewal(btPersistentManifold& manifold) : m_manifold(manifold) {}
 
-    /// Before the points are added.
+    /// Call before the points of the patch are added.
     ///
-    /// @param onA of a point of the patch, in the world
+    /// @param onA position of a point of the patch on A, in world space
     void renew(const btVector3& onA)
     {
         const int found = cacheEntry(m_manifold.getBody0()->getWorldTransform().invXform(onA));
@@ -30,8 +30,8 @@ public:
             m_renewed |= 1u << found;
     }
 
-    /// All but the first are removed here if none is renewed: a manifold that is empty for a moment would call
-    /// gContactEndedCallback.
+    /// Removes the points that are not renewed. If none is renewed, the first stays until removeFirst(): a manifold
+    /// that is empty for a moment would trigger gContactEndedCallback.
     void removeOthers()
     {
         m_isFirstStale = m_renewed == 0 && m_manifold.getNumContacts() > 0;
@@ -42,7 +42,7 @@ public:
         }
     }
 
-    /// After a point was added.
+    /// Call after each added point.
     void removeFirst()
     {
         if (m_isFirstStale && m_manifold.getNumContacts() > 1)
@@ -53,7 +53,7 @@ public:
     }
 
 private:
-    /// As btPersistentManifold::getCacheEntry(): the point that would be replaced, or -1.
+    /// btPersistentManifold::getCacheEntry() without a btManifoldPoint: index of the point to be replaced, or -1.
     int cacheEntry(const btVector3& localA) const
     {
         const btScalar threshold = m_manifold.getContactBreakingThreshold();

@@ -17,16 +17,17 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// Bodies between the first touch of one's memory and its use.
+/// Bodies between the prefetch of a body's memory and its use.
 constexpr std::size_t kAhead = 6;
 
-/// A body with less credit is left alone, and then has to be of use at once.
+/// A body whose credit falls below kLeastCredit is paused. After the pause its credit is kLeastCredit, so the motion
+/// must be useful at once.
 constexpr std::int32_t kLeastCredit = -2, kMostCredit = 8;
 
-/// Bodies that are read to find out whether most are asleep.
+/// Bodies that are sampled to find out whether most are asleep.
 constexpr std::size_t kSleepSample = 64;
 
-/// Matrices are rotations enough for the bound of motionTo() up to here.
+/// Up to this skew a matrix is close enough to a rotation for the bound of motionTo().
 constexpr float kMostSkew = 4e-5f;
 
 using Rows = std::array<Components, 3>;
@@ -44,8 +45,8 @@ btScalar sumOfMagnitudes(const Components& v)
     return Quad<btScalar>::sumOfThree(magnitudes);
 }
 
-/// At least how far, as a Frobenius norm, M^T M is from the identity; so much M is at most away from some rotation or
-/// mirrored one. Two rotations that are near each other are mirrored both or not at all.
+/// An upper bound of the Frobenius norm of M^T M - I, and so of the distance of M from some rotation or mirrored
+/// rotation. Of two of these that are close to each other, both or neither are mirrored.
 float skewOf(const Rows& m)
 {
     Components squares = {-1, -1, -1}, products = {};
@@ -54,17 +55,17 @@ float skewOf(const Rows& m)
         squares += row * row;
         products += row * CULLET_SHUFFLE(row, row, 1, 2, 0, 3);
     }
-    // Nine roundings of sums of products that are about 1.
+    // Covers nine roundings of sums of products that are about 1.
     return static_cast<float>(sumOfMagnitudes(squares) + 2 * sumOfMagnitudes(products)) + 2e-6f;
 }
 
-/// Makes eight pauses shorter by one, unless one of them is over. @pre none is longer than 127
+/// Decrements eight pauses; false, without a change, if one of them is 0. @pre none is longer than 127
 bool passPauses(std::uint8_t* pauses)
 {
     constexpr std::uint64_t kOnes = 0x0101010101010101u;
     std::uint64_t eight;
     std::memcpy(&eight, pauses, sizeof(eight));
-    // Of a zero among bytes that are no larger than that, a borrow sets the highest bit.
+    // Bytes are at most 127, so only the borrow of a zero byte sets a highest bit.
     const std::uint64_t shorter = eight - kOnes;
     if ((shorter & ~eight & kOnes << 7) != 0)
         return false;
@@ -72,7 +73,7 @@ bool passPauses(std::uint8_t* pauses)
     return true;
 }
 
-/// The unused fourth components count too; at worst they make a motion of nothing.
+/// Includes the unused fourth components; a difference there only makes a resting body count as moved.
 bool areSameBits(const btTransform& a, const btTransform& b)
 {
     using Bits = VectorOf<std::uint64_t, 2>::Type;
@@ -128,7 +129,7 @@ void BodyMotions::addPlace()
 {
     if (m_slots.size() == m_slots.capacity())
     {
-        // Room for all places, so that a release never allocates.
+        // Room for all slots, so that a release never allocates.
         const std::size_t room = std::max<std::size_t>(64, 2 * m_slots.size());
         m_free.reserve(room);
         m_moved.reserve(room);
@@ -190,7 +191,7 @@ void BodyMotions::update(std::size_t begin, std::size_t end, std::uint64_t pass,
         const std::size_t later = std::min(i + kAhead, end - 1);
         if (m_pauses[later] == 0)
             prefetchBody(m_slots[later].body);
-        // Its motion is unknown since the pause began.
+        // The motion is unknown since the pause began.
         if (m_pauses[i] > 0)
         {
             --m_pauses[i];
@@ -204,7 +205,7 @@ void BodyMotions::update(std::size_t begin, std::size_t end, std::uint64_t pass,
         m_uses[i] = 0;
         if (isLeft)
         {
-            // The first look after the pause is no comparison with what was before.
+            // The first update after the pause must not compare with the state before it.
             slot.shape = nullptr;
             slot.credit = kLeastCredit;
             m_pauses[i] = static_cast<std::uint8_t>(slot.pause - 1);
@@ -221,7 +222,7 @@ bool BodyMotions::isInVain(std::size_t place)
 {
     if (std::isinf(m_moved[place].rest))
         return false;
-    // About half a look for a body at rest, two for one that has moved.
+    // An update costs about half a pair test for a resting body, two for one that has moved.
     Slot& slot = m_slots[place];
     const std::int32_t cost = m_moved[place].rest == 0.0f ? 1 : 2;
     slot.credit = std::min(slot.credit + m_uses[place] - cost, kMostCredit);
@@ -241,15 +242,16 @@ void BodyMotions::clear()
     m_pairs.clear();
 }
 
-/// How high the core is above its origin along an axis n follows from R^T n, whose direction turns by no more than the angle
-/// of R - R', and whose length changes by no more than the skews. For rotations that angle is 2 asin(|R - R'| / sqrt(8)),
-/// with the Frobenius norm, and every matrix is as near to a rotation as its skew. Where the matrices are not quite
-/// rotations, or far apart, TurnRates prove nothing, but no height grows by more than |R - R'| |n| reach, and |n| <= sqrt(3).
+/// The height of the core above its origin along an axis n is a function of R^T n. The direction of R^T n turns by at
+/// most the angle between R and R', and its length changes by at most the skews. For rotations that angle is
+/// 2 asin(|R - R'| / sqrt(8)), with the Frobenius norm, and every matrix is as close to a rotation as its skew. If the
+/// matrices are no rotations, or far apart, TurnRates prove nothing, but no height grows by more than
+/// |R - R'| |n| reach, and |n| <= sqrt(3).
 ///
-/// What depends on no rate is divided by the least one. That is the skews, twice 5 times the reach, which TurnRates says
-/// nothing about; and the roundings: seven of 6e-8 of each shift, with what approach() does to it. A chain of a dozen
-/// operations, none of which cancels, is off by less than twelve of itself. Squares that underflow are below 2^-126, the
-/// root of nine of them below 4e-19.
+/// Terms that no rate multiplies are divided by the least rate: the skews, as twice 5 times the reach, which TurnRates
+/// do not cover, and seven roundings of 6e-8 of each shift, those of approach() included. A chain of a dozen
+/// operations without cancellation is off by less than twelve roundings of its result. Squares that underflow are
+/// below 2^-126, the root of nine of them below 4e-19.
 BodyMotions::Motion BodyMotions::Slot::motionTo(const btTransform& to) noexcept
 {
     Rows before, after;

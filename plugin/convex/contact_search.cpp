@@ -16,7 +16,7 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// No point of a core is farther from its origin.
+/// The radius of a ball around a core's origin that contains the core.
 double reachOf(const ConvexSide& side, const std::optional<PosedShape>& core)
 {
     if (core)
@@ -33,7 +33,7 @@ Touch touchAt(const ConvexCores& cores, const PenetrationResult<btScalar>& deep)
                    deep.vertexA, deep.vertexB};
     const Eigen::Vector3d apart =
         cores.a->centre() - cores.b->centre() + cores.a->origin() - cores.b->origin();
-    // Without volume both normals are right; Bullet's is the one that keeps the centres apart.
+    // Without volume both normals are valid; Bullet's choice is the one that keeps the centres apart.
     if (deep.method == PenetrationMethod::Flat && touch.normal.dot(apart) < 0.0)
     {
         touch.normal = -touch.normal;
@@ -42,8 +42,8 @@ Touch touchAt(const ConvexCores& cores, const PenetrationResult<btScalar>& deep)
     return touch;
 }
 
-/// The same direction with length 1, from one that has that up to the rounding of its precision: a step of Newton's, which is
-/// off by the square of that, instead of a root and divisions.
+/// Normalises an axis whose length is 1 up to rounding: one Newton step, with an error of the square of the rounding,
+/// instead of a root and divisions.
 Eigen::Vector3d lengthened(const Eigen::Matrix<btScalar, 3, 1>& axis)
 {
     const Eigen::Vector3d v = axis.cast<double>();
@@ -61,7 +61,7 @@ Touch touchAt(const GjkResult<btScalar>& near, const GjkCache<btScalar>& cache)
     return touch;
 }
 
-/// The features that a search has found, or that were found in an earlier pose.
+/// Distance and closest points by the features that a search has found, maybe in an earlier pose.
 ///
 /// @param about see FeaturePair
 bool settle(const ConvexCores& cores, const VertexPairs& pairs, const Eigen::Vector3d& about, Touch& touch)
@@ -79,7 +79,7 @@ GjkState stateOf(const Touch& touch, btScalar limit)
     return touch.distance <= double(limit) ? GjkState::Near : GjkState::Separated;
 }
 
-/// Where the closest features are those of the last query, nothing has to be searched.
+/// Saves the search if the closest features are those of the last query.
 bool settleAgain(const ConvexCores& cores, btScalar limit, GjkCache<btScalar>& cache, Touch& touch)
 {
     if (!settle(cores, pairsOf(cache), {cache.axis[0], cache.axis[1], cache.axis[2]}, touch))

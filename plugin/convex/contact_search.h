@@ -13,10 +13,11 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// A little more than a limit: cores that a search finds farther apart are so on any way to the answer.
+/// A limit plus a bound of rounding errors: cores that one search finds farther apart than this are farther apart than
+/// the limit in every search.
 btScalar beyond(const ConvexPair& pair, const ConvexCores& cores, btScalar limit);
 
-/// Is the distance of the cores larger than a limit?
+/// Tests whether the distance of the cores exceeds a limit.
 ///
 /// @param far    see beyond()
 /// @param failed see isaGjk()
@@ -24,20 +25,20 @@ btScalar beyond(const ConvexPair& pair, const ConvexCores& cores, btScalar limit
 GjkState separation(const ConvexPair& pair, const ConvexCores& cores, btScalar far,
                     const AxisTest<btScalar>& failed, GjkCache<btScalar>& cache);
 
-/// What two polytopes' distance or depth is.
+/// The outcome of a search for the distance or depth of two polytopes.
 struct Found
 {
     GjkState state;
-    /// It depends on shapes and poses alone, whatever the search began with.
+    /// It depends on shapes and poses alone, not on the start of the search.
     bool isSettled;
 };
 
 /// Distance or depth of two polytopes.
 ///
-/// @param memory null: the pair will not be asked again
+/// @param memory null: the pair is not queried again
 /// @param far    see beyond()
 /// @param touch  [out] valid for Near and Overlapping
-/// @param exactTotal counts depths that only the exact search has found
+/// @param exactTotal counts depths that only the exhaustive search has found
 Found measure(const ConvexCores& cores, btScalar limit, btScalar far, GjkCache<btScalar>& cache,
               EpaCache* memory, Touch& touch, ThreadCounter& exactTotal);
 }  // namespace CULLET_PRECISION

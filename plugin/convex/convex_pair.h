@@ -42,7 +42,7 @@ struct ConvexSide
 
     bool isRound() const { return kind == ConvexKind::Sphere || kind == ConvexKind::Capsule; }
 
-    /// Bullet's faces, if the application had them made.
+    /// Bullet's faces, if the application had them computed; else null.
     const btConvexPolyhedron* features() const
     {
         return shape.isPolyhedral() ? static_cast<const btPolyhedralConvexShape&>(shape).getConvexPolyhedron()
@@ -59,11 +59,11 @@ struct ConvexSide
             read(basis[i], row);
             sum += row;
         }
-        // What is not finite leaves NaN, and the fourth means nothing.
+        // Infinities and NaN become NaN; the fourth component is unused.
         return (quadBits<btScalar>(sum - sum == Components{}) & 7u) == 7u;
     }
 
-    /// False for a hull shape that has no points, or one that is not finite, and for a triangle with such a corner.
+    /// False for a hull shape without points or with a point that is not finite, and for a triangle with such a corner.
     bool hasPoints() const
     {
         if (kind == ConvexKind::Triangle)
@@ -85,7 +85,7 @@ struct ConvexSide
     btScalar margin;
 };
 
-/// Both shapes of a call, and where they are.
+/// Both shapes of a call and their transforms.
 struct ConvexPair
 {
     ConvexPair(const btCollisionObjectWrapper& bodyA, const btCollisionObjectWrapper& bodyB)
@@ -102,11 +102,11 @@ struct ConvexPair
     }
 
     btScalar margins() const { return a.margin + b.margin; }
-    /// Two bodies with one hull shape, whose points need to be compared with its graph only once.
+    /// Two bodies share one hull shape, so its points must be compared with the cached ones only once.
     bool isTwice() const { return &a.shape == &b.shape && a.kind == ConvexKind::Hull; }
-    /// A body may have been given any other shape since its pairs were made.
+    /// A body may have got any other shape since its pairs were created.
     bool isConvex() const { return a.shape.isConvex() && b.shape.isConvex(); }
-    /// Shapes that are not for this library; round ones, which Bullet solves in closed form.
+    /// Pairs for Bullet's algorithm: unsupported shapes, and two round ones, for which Bullet has a closed form.
     bool isForBullet() const
     {
         return a.kind == ConvexKind::Foreign || b.kind == ConvexKind::Foreign || (a.isRound() && b.isRound());
@@ -117,10 +117,10 @@ struct ConvexPair
     const btCollisionObjectWrapper* wrapB = nullptr;
 };
 
-/// Hulls whose points have been compared with their shapes' in this call; null where that is still to be done.
+/// Hulls whose points this call has already compared with those of their shapes; null if it has not.
 using KnownHulls = std::array<const Hull<btScalar>*, 2>;
 
-/// Both cores at their places; empty where a side is no polytope, or could not be placed.
+/// Both cores in world space; empty if a side is no polytope, or has no valid core.
 struct ConvexCores
 {
     ConvexCores(const ConvexPair& pair, const KnownHulls& known, HullUse (&hulls)[2], std::uint64_t pass)
@@ -131,18 +131,18 @@ struct ConvexCores
             placeFromAnchor(pair);
     }
 
-    /// False if a polytope is missing.
+    /// False if the core of a polytope is missing.
     bool arePlaced(const ConvexPair& pair) const
     {
         return (a || !isPolytope(pair.a.kind)) && (b || !isPolytope(pair.b.kind));
     }
 
-    /// Hulls of which only the points are known.
+    /// Whether a hull has points only, and no graph.
     bool haveClouds() const { return isCloud(a) || isCloud(b); }
 
-    /// Lets hulls have their faces, which contacts need; see HullCache::graphOf().
+    /// Builds the faces of hulls, which some contacts need; see HullCache::graphOf().
     ///
-    /// @return false without memory
+    /// @return false if out of memory
     bool buildGraphs(const ConvexPair& pair, HullUse (&hulls)[2], std::uint64_t pass)
     {
         fanA.reset();
@@ -151,10 +151,10 @@ struct ConvexCores
                buildGraph(pair.b, hulls[pair.isTwice() ? 0 : 1], pass, b);
     }
 
-    /// The faces at the support vertices of hulls without a graph.
+    /// Finds the faces at the support vertices of hulls without a graph.
     ///
     /// @param normal from B to A
-    /// @return false if a graph has to tell
+    /// @return false if a graph is necessary
     bool findFans(const Eigen::Vector3d& normal, std::int32_t vertexA, std::int32_t vertexB)
     {
         return findFan(*a, -normal, vertexA, fanA) && findFan(*b, normal, vertexB, fanB);
@@ -162,12 +162,13 @@ struct ConvexCores
 
     std::optional<PosedShape> a, b;
     std::optional<VertexFan<btScalar>> fanA, fanB;
-    /// Point of the world to which both origins are relative.
+    /// Point in world space to which both origins are relative.
     Eigen::Vector3d anchor = Eigen::Vector3d::Zero();
 
 private:
-    /// The origin of a triangle's core is its first corner. Far from the world's origin that is rounded to more than a contact
-    /// allows, unless it is relative to the other shape. What is rounded off even so is a part of the other's place.
+    /// The origin of a triangle's core is its first corner. Far from the world's origin, rounding of the corner
+    /// exceeds what a contact tolerates, unless the corner is relative to the other shape. The remaining rounding
+    /// error is subtracted from the other core's origin.
     void placeFromAnchor(const ConvexPair& pair)
     {
         const bool isB = pair.b.kind == ConvexKind::Triangle;

@@ -23,7 +23,7 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// Numbers are never used twice, in any world: a shape that was checked in one pass says nothing in another.
+/// Pass numbers are unique in the process, so that a check of a shape in one pass is not valid in another world's.
 std::atomic<std::uint64_t> lastPass{0};
 
 bool isRound(ConvexKind kind)
@@ -31,7 +31,7 @@ bool isRound(ConvexKind kind)
     return kind == ConvexKind::Sphere || kind == ConvexKind::Capsule;
 }
 
-/// Pairs that ISA-GJK should take over.
+/// Whether ISA-GJK takes over a pair of types.
 bool isCovered(int typeA, int typeB, const IsaGjkOptions& options)
 {
     const ConvexKind a = convexKindOf(typeA), b = convexKindOf(typeB);
@@ -43,7 +43,7 @@ bool isCovered(int typeA, int typeB, const IsaGjkOptions& options)
     return !isSphereTriangle && (!isBoxBox || options.boxBox);
 }
 
-/// Options that are in their ranges.
+/// The options, clamped to their ranges.
 IsaGjkOptions checkedOptions(const IsaGjkOptions& options)
 {
     IsaGjkOptions checked = options;
@@ -58,7 +58,7 @@ IsaGjkOptions checkedOptions(const IsaGjkOptions& options)
     return checked;
 }
 
-/// Lets a pair of types have the algorithms of the configuration again.
+/// Restores the algorithms of the configuration for a pair of types.
 void giveBack(int typeA, int typeB, btCollisionDispatcher& dispatcher,
               btCollisionConfiguration& configuration)
 {
@@ -131,14 +131,15 @@ btCollisionAlgorithm* IsaGjkRegistration::CreateFunc::CreateCollisionAlgorithm(
     btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* a,
     const btCollisionObjectWrapper* b)
 {
-    // The algorithm treats both sides alike, so that one function serves both orders of a pair of types.
+    // The algorithm is symmetric, so that one function serves both orders of a pair of types.
     void* memory = info.m_dispatcher1->allocateCollisionAlgorithm(sizeof(IsaGjkAlgorithm));
     return new (memory) IsaGjkAlgorithm(m_isaGjk, info.m_manifold, info, a, b, m_closestOnly);
 }
 
 IsaGjkRegistration& registerIsaGjk(btCollisionDispatcher& dispatcher, const IsaGjkOptions& options)
 {
-    // Create functions have to outlive dispatcher and world, which nobody tells; never destroyed, and one per address.
+    // Create functions must outlive dispatcher and world, and Bullet does not report when these are destroyed. So they
+    // are never destroyed, and there is one per address.
     static std::mutex mutex;
     static auto& known = *new std::map<btCollisionDispatcher*, std::unique_ptr<IsaGjkRegistration>>;
     const std::lock_guard<std::mutex> lock(mutex);

@@ -25,13 +25,13 @@ namespace
     counter.add(1);
 }
 
-/// A result of Bullet's step drops points beyond the breaking threshold; others get what Bullet's detector reports.
+/// In a step Bullet drops points above the breaking threshold; a query gets every point of Bullet's detector.
 bool isOfStep(const btManifoldResult& result)
 {
     return isExactly<btManifoldResult>(result);
 }
 
-/// The distance of the cores beyond which there is no contact.
+/// The largest distance of the cores at which there may be a contact.
 btScalar limitOf(const ConvexPair& pair, btScalar breakingThreshold, const btManifoldResult& result,
                  bool isStep)
 {
@@ -39,7 +39,7 @@ btScalar limitOf(const ConvexPair& pair, btScalar breakingThreshold, const btMan
            (isStep ? btScalar(0) : pair.margins() + result.m_closestPointDistanceThreshold);
 }
 
-/// True where Bullet would use its separating axis test instead of GJK.
+/// Whether Bullet would use its separating axis test instead of GJK.
 bool usesSeparatingAxisTest(const ConvexPair& pair, const btDispatcherInfo& info)
 {
     return info.m_enableSatConvex && pair.a.features() != nullptr &&
@@ -72,7 +72,7 @@ IsaGjkAlgorithm::~IsaGjkAlgorithm()
     m_isaGjk.leave();
 }
 
-/// Queries outside of a step may come from several threads; isOf() leaves theirs out.
+/// Queries outside of a step may run on several threads; isOf() excludes their algorithms, so they are not marked.
 void IsaGjkAlgorithm::touch() noexcept
 {
     if (!m_closestOnly)
@@ -93,7 +93,7 @@ void IsaGjkAlgorithm::watch(const btCollisionObject& a, const btCollisionObject&
     }
     catch (const std::exception&)
     {
-        // Without memory every dispatch looks at the pair anew.
+        // Without memory the pair stays untracked, and every dispatch tests it.
         if (placeA != BodyMotions::kNone)
             motions.release(placeA);
     }
@@ -118,7 +118,7 @@ void IsaGjkAlgorithm::getAllContactManifolds(btManifoldArray& manifolds)
 {
     if (!m_ownsManifold)
         return;
-    // Bullet's importer asks for it to put saved points in, which the next step has to refresh.
+    // Bullet's importer calls this to put saved points into the manifold, which the next step must refresh.
     m_hasContacts = true;
     m_leeway.forget();
     manifolds.push_back(m_manifold);
@@ -134,17 +134,17 @@ void IsaGjkAlgorithm::processCollision(const btCollisionObjectWrapper* a, const 
         m_ownsManifold = m_manifold != nullptr;
     }
     result->setPersistentManifold(m_manifold);
-    // A dispatcher without dynamic allocation has no manifold left.
+    // The dispatcher's pool is full, and dynamic allocation is disabled.
     if (m_manifold == nullptr)
         return;
     m_breakingThreshold = m_manifold->getContactBreakingThreshold();
     ApartTest failed;
     bool isApart;
     {
-        // Known to this block only, so that none of it has to be in memory.
+        // In a block of its own, so that the compiler can keep it in registers.
         const ConvexPair pair(*a, *b);
         const bool isStep = isOfStep(*result);
-        // It proves nothing of shapes or places that are not fit for it.
+        // Returns false for invalid shapes and transforms.
         isApart =
             staysApart(pair, limitOf(pair, m_breakingThreshold, *result, isStep), passOf(isStep), failed);
     }
@@ -156,7 +156,7 @@ void IsaGjkAlgorithm::processCollision(const btCollisionObjectWrapper* a, const 
         refresh(*result);
 }
 
-/// What is left of a manifold of a pair that has moved.
+/// Refreshes the points of a manifold after its pair has moved.
 void IsaGjkAlgorithm::refresh(btManifoldResult& result)
 {
     if (m_ownsManifold)
@@ -164,11 +164,11 @@ void IsaGjkAlgorithm::refresh(btManifoldResult& result)
     m_hasContacts = m_manifold->getNumContacts() > 0;
 }
 
-/// @param failed how the axis that the cache has does not prove that there is no contact
+/// @param failed result of the cached axis, which did not separate the cores
 void IsaGjkAlgorithm::collideAndRefresh(const ConvexPair& pair, const btDispatcherInfo& info,
                                         ApartTest& failed, btManifoldResult& result)
 {
-    // Until they are counted: a contact callback that throws leaves points behind.
+    // True until the points are counted: a contact callback that throws leaves points behind.
     m_hasContacts = true;
     const bool isAnswered = collide(pair, info, failed, result);
     if (isAnswered && m_cache.state == GjkState::Separated && m_manifold->getNumContacts() == 0)
@@ -182,7 +182,7 @@ void IsaGjkAlgorithm::collideAndRefresh(const ConvexPair& pair, const btDispatch
                            m_manifold->getNumContacts() < stock.m_minimumPointsPerturbationThreshold;
     if (!isAnswered || wantsMore)
         runStock(pair, info, result);
-    // Bullet's algorithm refreshes the manifold of two round shapes by itself, whoever owns it.
+    // Bullet's algorithm itself refreshes the manifold of two round shapes, even if it does not own it.
     const bool isRefreshed = !isAnswered && pair.a.isRound() && pair.b.isRound() &&
                              (pair.a.kind == ConvexKind::Capsule || pair.b.kind == ConvexKind::Capsule);
     if (isRefreshed)
@@ -197,7 +197,7 @@ std::uint64_t IsaGjkAlgorithm::passOf(bool isStep) const
     return isStep ? m_isaGjk.pass() : m_isaGjk.queryPass();
 }
 
-/// The cheap proof, where there is one.
+/// Whether the cached axis still separates the cores.
 [[gnu::always_inline]] inline bool IsaGjkAlgorithm::staysApart(const ConvexPair& pair, btScalar limit,
                                                                std::uint64_t pass, ApartTest& failed,
                                                                AxisRoom* room)
@@ -220,13 +220,13 @@ bool IsaGjkAlgorithm::isIdle(const btCollisionObject& a, const btCollisionObject
     const bool isNew = m_manifold == nullptr && m_cache.state == GjkState::NotConverged;
     if (m_hasContacts || m_breakingThreshold < 0 || (m_cache.state != GjkState::Separated && !isNew))
         return false;
-    // The manifold is missing.
+    // A kinematic body needs a manifold; see isIdle() in the header.
     if (m_manifold == nullptr && (a.isKinematicObject() || b.isKinematicObject()))
         return false;
     const bool remembers = remembersRoom();
     ApartTest failed;
     {
-        // Known to this block only, so that none of it has to be in memory.
+        // In a block of its own, so that the compiler can keep it in registers.
         const ConvexPair pair(a, b);
         AxisRoom room;
         if (staysApart(pair, pair.margins() + m_breakingThreshold, m_isaGjk.pass(), failed,
@@ -240,7 +240,7 @@ bool IsaGjkAlgorithm::isIdle(const btCollisionObject& a, const btCollisionObject
     return findsAxis(a, b, failed, remembers);
 }
 
-/// Whether another axis proves the gap.
+/// Whether a search finds another axis that separates the cores.
 bool IsaGjkAlgorithm::findsAxis(const btCollisionObject& a, const btCollisionObject& b, ApartTest& failed,
                                 bool remembers)
 {
@@ -260,12 +260,12 @@ bool IsaGjkAlgorithm::findsAxis(const btCollisionObject& a, const btCollisionObj
     return true;
 }
 
-/// @param reach points of a patch may be so much farther apart than the breaking threshold
+/// @param reach added to the breaking threshold, up to which points of a patch are reported
 [[gnu::always_inline]] inline void IsaGjkAlgorithm::report(const ConvexPair& pair, const ConvexCores& cores,
                                                            const Touch& touch, btScalar reach,
                                                            btManifoldResult& result)
 {
-    // As in Bullet: where the application had faces made for both shapes, hulls touch without their margins.
+    // As in Bullet: if the application had faces computed for both shapes, hulls touch without their margins.
     const bool isBare = pair.a.features() != nullptr && pair.b.features() != nullptr;
     const double marginA = isBare && pair.a.kind != ConvexKind::Box ? 0.0 : double(pair.a.margin);
     const double marginB = isBare && pair.b.kind != ConvexKind::Box ? 0.0 : double(pair.b.margin);
@@ -279,7 +279,7 @@ bool IsaGjkAlgorithm::findsAxis(const btCollisionObject& a, const btCollisionObj
         *cores.a, *cores.b, touch, {limit, m_breakingThreshold, m_isaGjk.options().patchPoints},
         {cores.fanA ? &*cores.fanA : nullptr, cores.fanB ? &*cores.fanB : nullptr});
     ManifoldRenewal renewal(*m_manifold);
-    // The manifold of a parent has points of other pairs; the result of a query has none here.
+    // A parent's manifold has points of other pairs; the result of a query has no points of this pair yet.
     if (m_ownsManifold && m_manifold->getNumContacts() > 0 && isOfStep(result))
     {
         for (int i = 0; i < patch.count; ++i)
@@ -297,7 +297,7 @@ bool IsaGjkAlgorithm::findsAxis(const btCollisionObject& a, const btCollisionObj
     }
 }
 
-/// @return false if Bullet's own algorithm has to answer
+/// @return false if Bullet's own algorithm must answer
 bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& info, ApartTest& failed,
                               btManifoldResult& result)
 {
@@ -308,7 +308,7 @@ bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& in
     }
     catch (const std::exception&)
     {
-        // What a contact callback throws is for its application.
+        // Exceptions of contact callbacks are passed on to the application.
         if (isReporting)
             throw;
         count(m_isaGjk.counters().notConverged);
@@ -316,7 +316,7 @@ bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& in
     }
 }
 
-/// @param isReporting [out] contact callbacks run
+/// @param isReporting [out] contact callbacks may be running
 [[gnu::always_inline]] inline bool IsaGjkAlgorithm::collideOrThrow(const ConvexPair& pair,
                                                                    const btDispatcherInfo& info,
                                                                    ApartTest& failed,
@@ -348,7 +348,7 @@ bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& in
         state = search(pair, cores, limit, failed.axis, passOf(isStep), touch);
     else
     {
-        // Other shapes that touch are Bullet's in any case, and it sees as well when they part.
+        // Bullet handles all other shapes that touch, and detects as well when they separate.
         const bool isBullets = !arePolytopes && m_ownsManifold && m_manifold->getNumContacts() > 0;
         state = isBullets ? GjkState::Near
                           : separation(pair, cores, beyond(pair, cores, limit), failed.axis, m_cache);
@@ -371,18 +371,19 @@ bool IsaGjkAlgorithm::collide(const ConvexPair& pair, const btDispatcherInfo& in
     return true;
 }
 
-/// Distance or depth of two polytopes, from shapes and poses alone: what is remembered says where the search begins, and
-/// counts only where any search ends alike. Else a search without memory answers; the same with hulls that have no graphs yet.
+/// Distance or depth of two polytopes, determined by shapes and poses alone. Cached state only selects the start of the
+/// search; the result is used if every start leads to it. Otherwise a search from scratch follows, for hulls without
+/// graphs after their graphs were built.
 ///
 /// @param failed see isaGjk()
 /// @param touch  [out] valid for Near and Overlapping
 GjkState IsaGjkAlgorithm::search(const ConvexPair& pair, ConvexCores& cores, btScalar limit,
                                  const AxisTest<btScalar>& failed, std::uint64_t pass, Touch& touch)
 {
-    // The algorithm of a mesh's triangle lives for one query.
+    // The algorithm of a mesh's triangle exists for one query only.
     const bool isKept = pair.a.kind != ConvexKind::Triangle && pair.b.kind != ConvexKind::Triangle;
     const bool wasNear = m_cache.state == GjkState::Near || m_cache.state == GjkState::Overlapping;
-    // What was not settled in the last query is hardly so in this one.
+    // If the last result depended on its start, this one probably does too.
     if (wasNear && !m_isSettled)
         forget();
     bool isFresh =
@@ -414,7 +415,7 @@ GjkState IsaGjkAlgorithm::search(const ConvexPair& pair, ConvexCores& cores, btS
     }
 }
 
-/// Whether a patch can be made with the faces that hulls without graphs have around their vertices.
+/// Whether a patch can be made from the faces around the support vertices of hulls without graphs.
 bool IsaGjkAlgorithm::findsFaces(ConvexCores& cores, const Touch& touch) const
 {
     return m_closestOnly || m_isaGjk.options().patchPoints == 1 ||
@@ -435,7 +436,7 @@ void IsaGjkAlgorithm::forget()
 
 void IsaGjkAlgorithm::runStock(const ConvexPair& pair, const btDispatcherInfo& info, btManifoldResult& result)
 {
-    // With a manifold given, Bullet's algorithm owns nothing, and being made costs next to nothing.
+    // With a given manifold, Bullet's algorithm owns nothing, and its construction costs next to nothing.
     const btCollisionAlgorithmConstructionInfo construction(m_dispatcher, 0);
     const btConvexConvexAlgorithm::CreateFunc& stock = m_isaGjk.stock();
     btConvexConvexAlgorithm algorithm(m_manifold, construction, pair.wrapA, pair.wrapB, stock.m_pdSolver,

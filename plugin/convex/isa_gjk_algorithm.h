@@ -18,20 +18,21 @@ inline namespace CULLET_PRECISION
 {
 struct Touch;
 
-/// The contacts of one pair of convex shapes; takes the place of btConvexConvexAlgorithm. See registerIsaGjk().
+/// The contacts of one pair of convex shapes; replaces btConvexConvexAlgorithm. See registerIsaGjk().
 ///
-/// Shapes and transforms are read anew in every call; between calls it keeps the manifold, the separating axis or
-/// simplex of the last query, what proved its depth, and the graphs of the two hulls. All of that is checked when it is used, so that a body
-/// may change its shape, order or place at any time.
+/// Every call reads shapes and transforms anew. Between calls the algorithm keeps the manifold, the separating axis or
+/// simplex of the last query, the surface that proved its depth, and references to the cached hulls. All of these are
+/// verified when used, so that a body may change its shape, order or transform at any time.
 class IsaGjkAlgorithm final : public btActivatingCollisionAlgorithm
 {
 public:
-    /// What staysIdle() reads.
+    /// The bytes that staysIdle() reads.
     static constexpr std::size_t kFirstBytes = sizeof(btActivatingCollisionAlgorithm) + 28;
 
-    /// @param manifold    of a parent algorithm, which then owns and refreshes it; null: an own one, made when needed
-    /// @param closestOnly one point per query, the closest: what queries outside of a step expect
-    /// Neither this nor the destructor touches the heap: triangles of meshes come and go in every step.
+    /// @param manifold    the manifold of a parent algorithm, which owns and refreshes it; null: an own one, created
+    ///                    when needed
+    /// @param closestOnly one point per query, the closest: for queries outside of a step
+    /// Constructor and destructor do not use the heap: algorithms of a mesh's triangles are created in every step.
     IsaGjkAlgorithm(IsaGjkRegistration& isaGjk, btPersistentManifold* manifold,
                     const btCollisionAlgorithmConstructionInfo& info, const btCollisionObjectWrapper* a,
                     const btCollisionObjectWrapper* b, bool closestOnly);
@@ -43,23 +44,23 @@ public:
                                    btManifoldResult* result) override;
     void getAllContactManifolds(btManifoldArray& manifolds) override;
 
-    /// Lets isIdle() answer before the first processCollision(), so that a pair that never touches needs no manifold.
+    /// Enables isIdle() before the first processCollision(), so that a pair that never touches needs no manifold.
     ///
-    /// @param breakingThreshold that its manifold would have
+    /// @param breakingThreshold the one that its manifold would have
     void expect(btScalar breakingThreshold) { m_breakingThreshold = breakingThreshold; }
 
-    /// For a pair in the pair cache that the registration's BodyMotions serve; again if they have abandoned its bodies.
+    /// For a pair in the pair cache that the registration's BodyMotions serve; call again after abandon().
     void watch(const btCollisionObject& a, const btCollisionObject& b);
     bool isWatching() const { return m_places[0] != BodyMotions::kNone; }
-    /// False in an array that another dispatcher fills too, whose BodyMotions know nothing of this pair, and for an algorithm
-    /// of queries outside of a step.
+    /// False for a pair of another dispatcher in a shared array, whose bodies these BodyMotions do not track, and for
+    /// an algorithm of queries outside of a step.
     bool isOf(const btDispatcher& dispatcher) const { return m_dispatcher == &dispatcher && !m_closestOnly; }
 
-    /// True if the last isIdle() was true, nothing has happened to the pair since, and its bodies have not moved far enough
-    /// to make it false now. To be asked after every update of the motions.
+    /// True if the last isIdle() was true, the pair has not changed since, and its bodies have not moved far enough to
+    /// make it false now. Call after every update of the motions.
     bool staysIdle(BodyMotions& motions)
     {
-        // Nothing is remembered of a pair that is not watched.
+        // Untracked pairs have no budget.
         if (m_leeway.isForgotten() ||
             !m_leeway.outlasts(motions.approach(m_places[0], m_places[1], m_cache.axis, m_leeway.rates())))
             return false;
@@ -68,11 +69,11 @@ public:
         return true;
     }
 
-    /// True if processCollision() of these bodies would change nothing but what this remembers, and perhaps make an empty
-    /// manifold that nothing needs: the shapes are too far apart, there is no contact to take back, and a kinematic body, with
-    /// which Bullet's islands wake what shares a manifold, has that.
+    /// True if processCollision() of these bodies would change nothing but cached state, and maybe create an empty
+    /// manifold that is not needed: the shapes are too far apart, there is no contact to remove, and a pair with a
+    /// kinematic body already has a manifold, since Bullet's islands wake bodies that share one with it.
     ///
-    /// Reads bodies and shapes, writes to this object only: safe to run for different pairs at the same time.
+    /// Reads bodies and shapes and writes to this object only: safe to run for different pairs at the same time.
     bool isIdle(const btCollisionObject& a, const btCollisionObject& b);
 
 private:
@@ -83,7 +84,7 @@ private:
         return isWatching() && !m_isaGjk.motions().isPaused(m_places[0]) &&
                !m_isaGjk.motions().isPaused(m_places[1]);
     }
-    /// What is known when the cheap proof has failed.
+    /// The results of a failed proof by the cached axis.
     struct ApartTest
     {
         AxisTest<btScalar> axis;
@@ -109,22 +110,22 @@ private:
                 btManifoldResult& result);
     void runStock(const ConvexPair& pair, const btDispatcherInfo& info, btManifoldResult& result);
 
-    // First what a pair that stays idle needs.
+    // The members that staysIdle() reads are first.
     std::uint32_t m_places[2] = {BodyMotions::kNone, BodyMotions::kNone};
     Leeway m_leeway;
     GjkCache<btScalar> m_cache;
     EpaCache m_depth;
     bool m_ownsManifold : 1;
     bool m_closestOnly : 1;
-    bool m_hasContacts : 1;  ///< or may have: the manifold is in other hands too
-    bool m_isSettled : 1;    ///< the last search ended where any would
+    bool m_hasContacts : 1;  ///< may be true without contacts, if others share the manifold
+    bool m_isSettled : 1;    ///< the last result did not depend on the start of its search
     IsaGjkRegistration& m_isaGjk;
     btPersistentManifold* m_manifold;
     HullUse m_hulls[2];
-    btScalar m_breakingThreshold = -1;  ///< negative: not known yet
+    btScalar m_breakingThreshold = -1;  ///< negative: unknown
 };
 
-// Bullet's pool hands out elements of this size and does not look at the request.
+// Bullet's pool has elements of this size and ignores the requested size.
 static_assert(sizeof(IsaGjkAlgorithm) <= 192, "too large for the pool of Bullet's configuration");
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

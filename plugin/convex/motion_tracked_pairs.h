@@ -16,29 +16,29 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// Knows of each pair in the array of its pair cache whether it watches its bodies, and counts those that do.
+/// Classifies the pairs in the array of a pair cache by whether they track their bodies, and counts those that do.
 ///
-/// Bodies of a pair in the array exist, or Bullet's own dispatch would read what is gone. Of a pair that has left it and whose
-/// algorithm has not been destroyed (Bullet leaks those of pairs removed without a dispatcher) nothing is known. So bodies are
-/// read only after as many watching pairs were found in the array as there are.
+/// Bodies of a pair in the array exist, otherwise Bullet's own dispatch would read destroyed objects. A pair that has
+/// left the array without destruction of its algorithm (Bullet leaks those of pairs removed without a dispatcher) may
+/// have lost its bodies. So bodies are read only if the array contains all tracking pairs.
 ///
-/// An algorithm need not be read again where it was in the last count, unless one of ISA-GJK has come or gone at its address
-/// since: so a pair of another algorithm costs one comparison.
+/// An array entry is read again only if its algorithm differs from the last count, or an algorithm of ISA-GJK was
+/// created or destroyed at its address since. So a pair of another algorithm costs one comparison.
 class MotionTrackedPairs
 {
 public:
-    /// What a pair's algorithm is.
+    /// The kind of a pair's algorithm.
     enum class Kind : std::uintptr_t
     {
-        Watching,  ///< of ISA-GJK, and watches its bodies
-        Asked,     ///< of ISA-GJK
-        Other      ///< another one, or none
+        Watching,  ///< of ISA-GJK, tracks its bodies
+        Asked,     ///< of ISA-GJK, does not track them
+        Other      ///< another algorithm, or none
     };
 
     void add() noexcept { ++m_total; }
-    /// Of a pair that was added, and watches no longer.
+    /// A pair that was added ends tracking.
     void remove() noexcept { --m_total; }
-    /// An algorithm of ISA-GJK is made, or about to be destroyed.
+    /// An algorithm of ISA-GJK is created or about to be destroyed.
     void touch(const btCollisionAlgorithm& algorithm) noexcept
     {
         if (m_known.empty())
@@ -47,13 +47,13 @@ public:
         const std::size_t bit = bitOf(reinterpret_cast<std::uintptr_t>(&algorithm));
         m_touched[bit / 64] |= std::uint64_t(1) << bit % 64;
     }
-    /// None that was added counts any more, and none of them may be removed.
+    /// Drops all added pairs; remove() must not be called for them.
     void clear() noexcept
     {
         m_total = 0;
         forget();
     }
-    /// The next count reads all algorithms. From here to there touch() does nothing.
+    /// Makes the next count read all algorithms. Until then touch() does nothing.
     void forget() noexcept
     {
         m_known.clear();
@@ -62,7 +62,7 @@ public:
     }
     std::uint64_t total() const { return m_total; }
 
-    /// Before a count in an array of so many pairs. @return false without memory
+    /// Begins a count in an array of so many pairs. @return false if out of memory
     bool makeRoom(std::size_t pairs) noexcept
     try
     {
@@ -75,10 +75,10 @@ public:
     {
         return false;
     }
-    /// The first place from here on of whose pair nothing is known. @pre room was made for the count
+    /// The first index from `from` on whose pair is not classified. @pre makeRoom() was true
     std::size_t firstUnknown(const btBroadphasePair* pairs, std::size_t from, std::size_t count) const
     {
-        // Copies, which no write to memory can change.
+        // Local copies, since other writes could alias the members.
         const std::uintptr_t* const known = m_known.data();
         const bool anyTouched = m_anyTouched;
         while (from < count && known[from] != 0 && addressOf(known[from]) == addressOf(pairs[from]) &&
@@ -86,7 +86,7 @@ public:
             ++from;
         return from;
     }
-    /// @param algorithm null: the pair at this place has none yet
+    /// @param algorithm null: the pair at this index has none yet
     void note(std::size_t place, const btCollisionAlgorithm* algorithm, Kind kind)
     {
         const std::uintptr_t known = algorithm == nullptr ? 0
@@ -95,7 +95,7 @@ public:
         m_isListOld = m_isListOld || m_known[place] != known;
         m_known[place] = known;
     }
-    /// When every place was known or noted.
+    /// Ends a count after all pairs were classified.
     void endCount() noexcept
     {
         if (m_anyTouched)
@@ -106,14 +106,14 @@ public:
         m_isListOld = false;
     }
 
-    /// In the last count: places of the pairs of ISA-GJK in the array, ascending.
+    /// Indices of the pairs of ISA-GJK in the array of the last count, ascending.
     const std::vector<std::uint32_t>& asked() const { return m_asked; }
-    /// Those of them that watch.
+    /// The number of tracking pairs among them.
     std::uint64_t watching() const { return m_watching; }
 
 private:
     static constexpr int kBits = 14;
-    /// An algorithm has a virtual table, so that the lowest bits of its address are free.
+    /// An algorithm has a virtual table, so that the lowest bits of its address are 0.
     static constexpr std::uintptr_t kKinds = 3;
 
     static std::uintptr_t addressOf(std::uintptr_t known) { return known & ~kKinds; }
@@ -130,7 +130,7 @@ private:
         const std::size_t bit = bitOf(address);
         return (m_touched[bit / 64] >> bit % 64 & 1) != 0;
     }
-    /// There is room for all.
+    /// makeRoom() has reserved the memory.
     void listAsked() noexcept
     {
         m_asked.clear();
@@ -146,10 +146,10 @@ private:
     }
 
     std::uint64_t m_total = 0, m_watching = 0;
-    std::vector<std::uintptr_t> m_known;  ///< by place in the array: algorithm and Kind; 0: to be read
+    std::vector<std::uintptr_t> m_known;  ///< by index in the array: algorithm and Kind; 0: to be read
     std::vector<std::uint32_t> m_asked;
     bool m_isListOld = false;
-    /// A filter of Bloom's with one hash: addresses that may belong to another algorithm since the last count.
+    /// A Bloom filter with one hash: addresses at which the algorithm may have changed since the last count.
     std::array<std::uint64_t, (std::size_t(1) << kBits) / 64> m_touched{};
     bool m_anyTouched = false;
 };

@@ -16,8 +16,8 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// Whether two boxes are the same bits in x, y and z, so that a NaN is equal to itself. -0 and 0 differ, which costs an
-/// update and nothing else.
+/// Whether two boxes have the same bits in x, y and z, so that a NaN equals itself. -0 and 0 differ, which only costs
+/// an update.
 inline bool isSameBox(const btVector3& min0, const btVector3& max0, const btVector3& min1,
                       const btVector3& max1)
 {
@@ -31,9 +31,9 @@ inline bool isValidBox(const btVector3& min, const btVector3& max)
     return min.x() <= max.x() && min.y() <= max.y() && min.z() <= max.z();
 }
 
-/// Closed-interval overlap; false when a NaN is compared.
+/// Overlap of closed intervals; false if a NaN is compared.
 ///
-/// Bullet's TestAabbAgainstAabb2 counts a NaN as overlapping; its tree (btDbvt) does not.
+/// Bullet's TestAabbAgainstAabb2 treats a NaN as overlapping; its tree (btDbvt) does not.
 inline bool overlapsExactly(const btVector3& min0, const btVector3& max0, const btVector3& min1,
                             const btVector3& max1)
 {
@@ -46,7 +46,7 @@ inline bool overlapsExactly(const btBroadphaseProxy& a, const btBroadphaseProxy&
     return overlapsExactly(a.m_aabbMin, a.m_aabbMax, b.m_aabbMin, b.m_aabbMax);
 }
 
-/// Whether boxes grown by a margin are apart: overlapsWithMargin() for the boxes as they are.
+/// Whether the exact boxes, grown by a margin, are separated: the negation of overlapsWithMargin() on the float boxes.
 inline bool areApartBy(const btBroadphaseProxy& a, const btBroadphaseProxy& b, btScalar margin)
 {
     const btScalar limit = 2 * margin;
@@ -58,9 +58,7 @@ inline bool areApartBy(const btBroadphaseProxy& a, const btBroadphaseProxy& b, b
     return false;
 }
 
-/// Whether a margin is less than a few times what a coordinate of a box has been rounded by on its way to float.
-///
-/// Not for float builds, where nothing is rounded.
+/// Whether a margin is below a few roundings of a box's coordinates to float. Always false in float builds.
 inline bool isCoarse(const Aabb& box, float margin)
 {
     if constexpr (sizeof(btScalar) == sizeof(float))
@@ -71,7 +69,7 @@ inline bool isCoarse(const Aabb& box, float margin)
     return most * (4 * std::numeric_limits<float>::epsilon()) > margin;
 }
 
-/// The smallest float box around a box; a copy in float builds. An empty box may come out as a valid one.
+/// The smallest float box around a box; a copy in float builds. An empty box may become a valid one.
 inline Aabb toFloatBox(const btVector3& min, const btVector3& max)
 {
     if constexpr (sizeof(btScalar) == sizeof(float))
@@ -86,7 +84,7 @@ inline Aabb toFloatBox(const btVector3& min, const btVector3& max)
     return box;
 }
 
-/// As toFloatBox(), and kEmptyAabb for a box that is not valid: rounding could turn it into a valid one.
+/// toFloatBox() of a valid box, otherwise kEmptyAabb: rounding could make an invalid box valid.
 inline Aabb toTableBox(const btVector3& min, const btVector3& max)
 {
     return isValidBox(min, max) ? toFloatBox(min, max) : kEmptyAabb;

@@ -6,20 +6,20 @@
 
 namespace cullet
 {
-/// The class of an object that the application may have made; null if that class was compiled without RTTI.
+/// The dynamic class of an object, maybe of the application; null if that class was compiled without RTTI.
 template <class T>
 const std::type_info* dynamicType(const T& object) noexcept
 {
     const std::type_info* type = &typeid(object);
-    // The virtual table of such a class has null there, which the compiler does not expect.
+    // The virtual table of a class without RTTI contains null, which the compiler assumes to be impossible.
     asm("" : "+r"(type));
     return type;
 }
 
-/// Whether an object is of a class, and not of one derived from it. False where its class was compiled without RTTI.
+/// Whether an object is exactly of a class, not of a derived one. False if its class was compiled without RTTI.
 ///
-/// Classes without a function in Bullet's library, such as btCapsuleShapeX, have a type_info in every library with hidden
-/// visibility; hence a comparison by name, which type_info does, where the address is another.
+/// A class without a function in Bullet's library, such as btCapsuleShapeX, has one type_info per library with hidden
+/// visibility. Therefore type_info's comparison by name follows if the addresses differ.
 template <class T, class Base>
 bool isExactly(const Base& object) noexcept
 {
@@ -27,9 +27,9 @@ bool isExactly(const Base& object) noexcept
     return type == &typeid(T) || (type != nullptr && *type == typeid(T));
 }
 
-/// dynamic_cast of a pointer, which may be null. Null too where the object's class was compiled without RTTI.
+/// dynamic_cast of a pointer, which may be null. Null also if the object's class was compiled without RTTI.
 ///
-/// @tparam To without the pointer; const if From is
+/// @tparam To the target type without the pointer; const if From is
 template <class To, class From>
 To* dynamicCast(From* object) noexcept
 {

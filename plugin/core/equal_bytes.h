@@ -12,10 +12,10 @@
 namespace cullet
 {
 #ifdef __SSE2__
-/// Asked once, at start.
+/// Determined once, at program start.
 inline const bool kHasAvx512 = (__builtin_cpu_init(), __builtin_cpu_supports("avx512f") != 0);
 
-/// In a half to four fifths of the time of std::memcmp().
+/// Takes a half to four fifths of the time of std::memcmp().
 ///
 /// @param bytes a multiple of 8
 [[gnu::target("avx512f")]] inline bool areEqualBytesAvx512(const char* a, const char* b, std::size_t bytes)

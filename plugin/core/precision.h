@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-/// The inline namespace of everything whose layout depends on btScalar. It carries the precision into the names that the
-/// linker sees, so that a program of one precision does not link with the library of the other.
+/// The inline namespace of all code whose layout depends on btScalar. It puts the precision into the symbol names, so
+/// that a program of one precision does not link with the library of the other.
 #ifndef CULLET_PRECISION
 #ifdef BT_USE_DOUBLE_PRECISION
 #define CULLET_PRECISION float64

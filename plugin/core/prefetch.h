@@ -12,8 +12,8 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// Asks for bytes [from, to) of an object, multiples of 16 and the object aligned to that; always inline, or it is a call for
-/// two instructions.
+/// Prefetches bytes [from, to) of an object. `from` and `to` are multiples of 16, and the object is aligned to 16.
+/// Always inlined, since the body is often only two instructions.
 [[gnu::always_inline]] inline void prefetchBytes(const void* object, std::size_t from, std::size_t to)
 {
     const auto* bytes = static_cast<const char*>(object);
@@ -23,8 +23,8 @@ inline namespace CULLET_PRECISION
     __builtin_prefetch(bytes + to - 1);
 }
 
-/// Transform, shape and state of a btCollisionObject: the first comes first in it, the others behind the second transform
-/// and five vectors.
+/// Prefetches transform, shape and state of a btCollisionObject: the transform is at its beginning, the others follow
+/// the second transform and five vectors.
 [[gnu::always_inline]] inline void prefetchBody(const void* body)
 {
     constexpr std::size_t kShape = 2 * sizeof(btTransform) + 5 * sizeof(btVector3);

@@ -7,7 +7,7 @@
 
 namespace cullet
 {
-/// A sum over all threads. The first one that adds needs no locked instruction.
+/// A sum over all threads. The first thread that adds to it needs no locked instruction.
 class ThreadCounter
 {
 public:
@@ -33,7 +33,7 @@ public:
     }
 
 private:
-    static inline thread_local char t_self = 0;  ///< its address tells threads apart
+    static inline thread_local char t_self = 0;  ///< its address identifies the thread
 
     std::atomic<const void*> m_first{nullptr};
     std::atomic<std::uint64_t> m_ofFirst{0}, m_ofOthers{0};

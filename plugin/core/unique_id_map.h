@@ -12,8 +12,8 @@ namespace cullet
 {
 /// Maps unique ids, which only grow, to table rows.
 ///
-/// Ids live on pages of 1,024; a page without live ids is given back, so that memory follows the living: 4 bytes per
-/// id of a page in use, 8 bytes per 1,024 ids ever given out. Finding costs two loads.
+/// Ids are stored in pages of 1,024. A page without live ids is freed, so that memory is proportional to the live ids:
+/// 4 bytes per id of a page in use, 8 bytes per 1,024 ids ever allocated. A search costs two loads.
 class UniqueIdMap
 {
 public:
@@ -38,7 +38,7 @@ public:
         return m_pages[page]->rows[uniqueId & kPageMask];
     }
 
-    /// @pre the id is not in the directory
+    /// @pre the id is not in the map
     void insert(std::uint32_t uniqueId, std::uint32_t row)
     {
         const std::uint32_t page = uniqueId >> kPageShift;
@@ -50,7 +50,7 @@ public:
         ++m_pages[page]->liveCount;
     }
 
-    /// @pre the id is in the directory
+    /// @pre the id is in the map
     void erase(std::uint32_t uniqueId) noexcept
     {
         Page*& page = m_pages[uniqueId >> kPageShift];

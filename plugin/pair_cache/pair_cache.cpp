@@ -13,7 +13,7 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-constexpr std::uint32_t kMaxPairs = PairLinks::kMaxPairs;  // below what Bullet's int counts
+constexpr std::uint32_t kMaxPairs = PairLinks::kMaxPairs;  // below the limit of Bullet's int
 constexpr std::size_t kSmallestArray = 16;
 }  // namespace
 
@@ -54,12 +54,12 @@ void PairCache::reserve(std::size_t pairCount)
     }
     catch (const std::bad_alloc&)
     {
-        // Adding will try again with what it needs.
+        // Adding a pair will try again with the memory that it needs.
     }
 }
 
-/// Makes room for so many pairs in everything but the anchors; what has to grow grows by a quarter at least, so that growing
-/// in small steps stays cheap. Throws std::bad_alloc.
+/// Reserves memory for a number of pairs, except anchors; what has to grow grows by at least a quarter, so that growing
+/// in small steps is cheap. Throws std::bad_alloc.
 void PairCache::growTo(std::size_t pairCount)
 {
     const std::size_t quarterMore = size() + size() / 4;
@@ -75,7 +75,7 @@ void PairCache::growTo(std::size_t pairCount)
         m_pairs.reserve(static_cast<int>(count));
 }
 
-/// Makes room for one more pair in everything but the anchors; throws std::bad_alloc.
+/// Reserves memory for one more pair, except anchors; throws std::bad_alloc.
 void PairCache::makeRoom()
 {
     if (m_hash.hasRoom() && size() < m_links.capacity() && m_pairs.size() < m_pairs.capacity())
@@ -117,7 +117,7 @@ btBroadphasePair* PairCache::addPairUnfiltered(btBroadphaseProxy* proxy0, btBroa
     return addTold(sorted, addition);
 }
 
-/// Whether the ghost callback runs that is being told of this very pair.
+/// Whether the ghost callback for an addition of this same pair is running.
 bool PairCache::isBeingTold(const ProxyPair& sorted) const
 {
     for (const Addition* addition = m_additions; addition != nullptr; addition = addition->outer())
@@ -138,7 +138,7 @@ btBroadphasePair* PairCache::addTold(const ProxyPair& sorted, Addition& addition
     return addition.isCancelled ? nullptr : append(sorted);
 }
 
-/// Whether append() will find the memory it needs.
+/// Reserves the memory that append() needs; false if there is none.
 bool PairCache::hasMemory(const ProxyPair& sorted)
 {
     try
@@ -154,7 +154,7 @@ bool PairCache::hasMemory(const ProxyPair& sorted)
     }
 }
 
-/// Whether a pair of the proxy is on its way that has found its memory, of which the anchor is a part.
+/// Whether an addition in progress needs the anchor of this proxy: one for which hasMemory() was true.
 bool PairCache::isAwaited(std::uint32_t id) const noexcept
 {
     for (const Addition* addition = m_additions; addition != nullptr; addition = addition->outer())
@@ -165,7 +165,7 @@ bool PairCache::isAwaited(std::uint32_t id) const noexcept
     return false;
 }
 
-/// Gives back what hasMemory() has made for a pair that does not come, whether cancelled or ended by an exception.
+/// Frees the anchors that hasMemory() created for a pair that is not added, because of a cancellation or an exception.
 void PairCache::dropAnchors(Pair ids) noexcept
 {
     for (const std::uint32_t id : {ids.first, ids.second})

@@ -28,47 +28,48 @@ struct ProxyPair
 
 struct PairCacheStats
 {
-    std::uint64_t pairs = 0;         ///< pairs now held
+    std::uint64_t pairs = 0;         ///< current number of pairs
     std::uint64_t slots = 0;         ///< slots of the hash
     double load = 0.0;               ///< pairs / slots
-    std::uint64_t longestProbe = 0;  ///< cache lines of the hash that the worst successful search reads, now
-    double meanProbe = 0.0;          ///< the same, mean over the pairs
-    std::uint64_t rehashes = 0;      ///< times the hash grew since construction
+    std::uint64_t longestProbe = 0;  ///< most cache lines of the hash that a successful search reads
+    double meanProbe = 0.0;          ///< mean number of those cache lines, over all pairs
+    std::uint64_t rehashes = 0;      ///< number of times the hash has grown since construction
     std::uint64_t proxies = 0;       ///< proxies with at least one pair
-    std::uint64_t visited =
-        0;  ///< pairs walked over since construction: processed, cleaned, or removed by proxy
-    std::uint64_t bytes = 0;  ///< memory held
+    /// Pairs visited since construction: processed, cleaned, or removed by proxy.
+    std::uint64_t visited = 0;
+    std::uint64_t bytes = 0;  ///< allocated memory
 };
 
 /// Overlapping pair cache with constant-time add, find and remove, and per-proxy lists of pairs.
 ///
-/// The lecture's pair manager (Broad Phase: "bag" array, hash h = (ID1*p1 + ID2*p2) mod N, the last element moves into
-/// the hole) with two changes: the hash is an open one whose searches read one cache line and no proxy (PairHash), over
-/// all 64 bits of the two ids, where Bullet's own cache chains `id1 | id2 << 16`; and every pair is linked into the lists
-/// of its two proxies (PairLinks), so that removing or cleaning a proxy costs its own pairs instead of a scan of all.
+/// The pair manager of "Lesson 04, Broad Phase Collision Detection" (docs/references.md: "bag" array, hash
+/// h = (ID1*p1 + ID2*p2) mod N, the last element moves into the hole) with two changes. The hash uses open addressing;
+/// a search reads one cache line and no proxy (PairHash), over all 64 bits of the two ids, where Bullet's own cache
+/// chains `id1 | id2 << 16`. Every pair is linked into the lists of its two proxies (PairLinks), so that removing or
+/// cleaning a proxy costs its own pairs instead of a scan of all.
 ///
 /// Pairs are identified by the unique ids of their proxies, which must be unique among the proxies in the cache and
 /// must not change while they are in it. The lower id is `m_pProxy0`. Pairs of two equal ids are refused.
 ///
 /// Order: the pair array is contiguous, without null or duplicate entries, and its order depends on the sequence of
-/// operations only: new pairs at the end, the last one moves into the place of a removed one. An algorithm stays with
-/// its pair.
+/// operations only: new pairs are appended, and the last pair moves into the entry of a removed one. An algorithm stays
+/// with its pair.
 ///
 /// The array from getOverlappingPairArray(): reading it, writing `m_algorithm` and `m_internalInfo1`, and reserve() are
-/// allowed; anything that changes its size, its order or a proxy pointer is not (as in Bullet's hashed cache, where
-/// reserve() is not allowed either). Pointers to pairs live until the next change of the cache.
+/// allowed; changing its size, its order or a proxy pointer is not (as in Bullet's hashed cache, where reserve() is not
+/// allowed either). Pointers to pairs are valid until the next change of the cache.
 ///
 /// Re-entrancy: see processAllOverlappingPairs(). Ghost callbacks and destructors of algorithms may call any method.
 ///
-/// Threads: const methods may run concurrently with each other; everything else is for one thread at a time.
+/// Threads: const methods may run concurrently with each other; all other methods need exclusive access.
 ///
 /// Errors: a pair that cannot be stored for lack of memory is not added (null is returned, the ghost callback is not
-/// told); Bullet's array class itself does not survive a failed allocation. No method throws by itself; what a callback
-/// throws passes through and leaves the cache usable.
+/// called); Bullet's array class itself does not survive a failed allocation. No method throws by itself; an exception
+/// of a callback passes through and leaves the cache usable.
 ///
-/// Memory: 57 to 62 bytes per pair (32 pair, 16 links, 9 to 14 hash) and 12 per proxy with pairs, plus the usual slack of
-/// growing arrays (a factor 1.5, none after reserve()); 24 more per pair once pairs were ordered (deterministic
-/// processing or sortOverlappingPairs). It never shrinks.
+/// Memory: 57 to 62 bytes per pair (32 pair, 16 links, 9 to 14 hash) and 12 per proxy with pairs, plus the unused
+/// capacity of growing arrays (a factor 1.5, none after reserve()); 24 more per pair once pairs were ordered
+/// (deterministic processing or sortOverlappingPairs). It never shrinks.
 class CULLET_API PairCache final : public btOverlappingPairCache
 {
 public:
@@ -79,59 +80,61 @@ public:
 
     // Bullet's interface.
 
-    /// First pair; null while there are none.
+    /// First pair; null if there are none.
     btBroadphasePair* getOverlappingPairArrayPtr() override;
     const btBroadphasePair* getOverlappingPairArrayPtr() const override;
     btBroadphasePairArray& getOverlappingPairArray() override { return m_pairs; }
     int getNumOverlappingPairs() const override { return m_pairs.size(); }
 
-    /// Adds the pair when the filter lets it pass and returns it; an existing pair is returned as it is, without a
-    /// word to the ghost callback; null when the filter refuses. Amortised O(1).
+    /// Adds the pair if the filter lets it pass, and returns it. Returns an existing pair without calling the ghost
+    /// callback, and null if the filter refuses. Amortised O(1).
     ///
-    /// The ghost callback is told of a new pair before it is in the cache. Filter and ghost callback may remove the pair, or a
-    /// proxy of it with all of its pairs: then it does not come, and the ghost callback, if it has been told, is told so. While
-    /// either runs, adding the same pair once more gives null.
+    /// The ghost callback is called before a new pair is in the cache. Filter and ghost callback may remove the pair,
+    /// or all pairs of one of its proxies: then the pair is not added, and the ghost callback's
+    /// removeOverlappingPair() is called if its addOverlappingPair() was. While either runs, adding the same pair
+    /// again returns null.
     btBroadphasePair* addOverlappingPair(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1) override;
 
-    /// Destroys the pair's algorithm, takes the pair out, and returns what its `m_internalInfo1` was; null when there is
-    /// no such pair. O(1).
+    /// Destroys the pair's algorithm, removes the pair, and returns its former `m_internalInfo1`; null if there is no
+    /// such pair. O(1).
     ///
-    /// The ghost callback is told after the algorithm went and the pair can no longer be found, while the array still
-    /// has its entry.
+    /// The ghost callback is called after the algorithm was destroyed and the pair can no longer be found, while the
+    /// array still has its entry.
     void* removeOverlappingPair(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1,
                                 btDispatcher* dispatcher) override;
 
-    /// removeOverlappingPair() for every pair of the proxy, the one added last first. O(pairs of the proxy).
+    /// Calls removeOverlappingPair() for every pair of the proxy, most recent first. O(pairs of the proxy).
     void removeOverlappingPairsContainingProxy(btBroadphaseProxy* proxy, btDispatcher* dispatcher) override;
 
-    /// Destroys the pair's algorithm and keeps the pair. Without a dispatcher nothing happens: a pair that is removed
+    /// Destroys the pair's algorithm and keeps the pair. Without a dispatcher it does nothing: a pair that is removed
     /// without one leaks its algorithm, as in Bullet's caches.
     void cleanOverlappingPair(btBroadphasePair& pair, btDispatcher* dispatcher) override;
 
-    /// cleanOverlappingPair() for every pair of the proxy. O(pairs of the proxy).
+    /// Calls cleanOverlappingPair() for every pair of the proxy. O(pairs of the proxy).
     void cleanProxyFromPairs(btBroadphaseProxy* proxy, btDispatcher* dispatcher) override;
 
-    /// The callback alone when there is one, otherwise both group-and-mask words.
+    /// Only the callback decides if there is one, otherwise both group and mask words.
     bool needsBroadphaseCollision(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1) const override;
     btOverlapFilterCallback* getOverlapFilterCallback() override { return m_filter; }
 
-    /// Not owned; null for the group-and-mask rule. Pairs that exist stay.
+    /// Not owned; null for the group and mask words. Existing pairs stay.
     void setOverlapFilterCallback(btOverlapFilterCallback* callback) override { m_filter = callback; }
 
     /// Visits the pairs in array order; a pair for which the callback returns true is removed, and the pair that takes
     /// its place is visited next.
     ///
     /// The callback may add and remove pairs, which invalidates its reference. Pairs added during the pass are visited
-    /// too, at its end. No pair is visited twice, and none is skipped unless the callback itself removes pairs that were
-    /// visited before: each of those may take the last pair out of the rest of the pass. When the callback removes the
-    /// pair it was called for, its return value has no effect.
+    /// too, at its end. No pair is visited twice, and none is skipped unless the callback itself removes pairs that
+    /// were already visited: each of those may move the last pair to an entry behind the pass. If the callback removes
+    /// the pair it was called for, its return value has no effect.
     void processAllOverlappingPairs(btOverlapCallback* callback, btDispatcher* dispatcher) override;
 
-    /// As above; with `m_deterministicOverlappingPairs` in descending order of (lower id, higher id), the order of
-    /// Bullet's hashed cache. Then no pair is ever skipped, and pairs added during the pass wait for the next one.
+    /// Visits the pairs in array order, or with `m_deterministicOverlappingPairs` in descending order of (lower id,
+    /// higher id), the order of Bullet's hashed cache. In that order no pair is ever skipped, and pairs added during
+    /// the pass are not visited before the next one.
     ///
-    /// O(pairs) to sort, nothing when no pair came or went since the last sort. Falls back to array order when there is
-    /// no memory to sort.
+    /// O(pairs) to sort, nothing if no pair was added or removed since the last sort. Uses array order if there is no
+    /// memory to sort.
     void processAllOverlappingPairs(btOverlapCallback* callback, btDispatcher* dispatcher,
                                     const btDispatcherInfo& dispatchInfo) override;
 
@@ -140,63 +143,64 @@ public:
 
     bool hasDeferredRemoval() override { return false; }
 
-    /// Not owned; null for none. It is told of later changes only.
+    /// Not owned; null for none. The callback receives later changes only.
     void setInternalGhostPairCallback(btOverlappingPairCallback* callback) override { m_ghosts = callback; }
     btOverlappingPairCallback* ghostPairCallback() const noexcept { return m_ghosts; }
-    /// Where the callback is kept.
+    /// The location of the callback pointer.
     btOverlappingPairCallback* const& ghostPairCallbackSlot() const noexcept { return m_ghosts; }
 
-    /// Sorts the array in descending order of (lower id, higher id). Algorithms stay, no callback is called.
+    /// Sorts the array in descending order of (lower id, higher id). Algorithms stay with their pairs, and no callback
+    /// is called.
     ///
-    /// Does nothing while pairs are being processed or removed (a call from a callback). O(pairs).
+    /// Does nothing while pairs are being processed or removed, that is from a callback. O(pairs).
     void sortOverlappingPairs(btDispatcher* dispatcher) override;
 
-    // For the broad phase: changes in bulk and by unique id.
+    // For the broad phase: changes in batches and by unique id.
 
-    /// Makes room for so many pairs in all, so that adding them moves nothing. What grows, grows by a quarter at least.
+    /// Reserves memory for a total number of pairs, so that adding them moves nothing. They grow by at least a quarter.
     void reserve(std::size_t pairCount);
 
-    /// How often pairs were added or removed by Bullet's interface, so not by the functions below. A number that is too high
-    /// is possible: of a pair that was there, or not there.
+    /// Number of additions and removals through Bullet's interface, that is not by the functions below. It may be too
+    /// high, since it also counts calls that changed nothing.
     std::uint64_t changesByCallers() const noexcept { return m_changesByCallers; }
 
-    /// How many pairs were not added for lack of memory, which null from addOverlappingPair() does not tell from refusals.
+    /// Number of pairs not added for lack of memory; null from addOverlappingPair() may also be a refusal.
     std::uint64_t pairsWithoutMemory() const noexcept { return m_pairsWithoutMemory; }
 
-    /// As addOverlappingPair().
+    /// addOverlappingPair() that changesByCallers() does not count.
     btBroadphasePair* addPair(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1);
 
-    /// As removeOverlappingPairsContainingProxy().
+    /// removeOverlappingPairsContainingProxy() that changesByCallers() does not count.
     void removePairsOf(btBroadphaseProxy* proxy, btDispatcher* dispatcher);
 
     /// addOverlappingPair() without the filter.
     btBroadphasePair* addPairUnfiltered(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1);
 
-    /// addPairUnfiltered() for each, in order, after one reserve(); returns how many are new.
+    /// addPairUnfiltered() for each pair, in order, after one reserve(); returns the number of new pairs.
     std::size_t addPairsUnfiltered(const ProxyPair* pairs, std::size_t count);
 
-    /// As removeOverlappingPair(), by ids.
+    /// removeOverlappingPair() by ids.
     void* removePair(Pair ids, btDispatcher* dispatcher);
 
-    /// removePair() for each, in order; returns how many there were.
+    /// removePair() for each pair, in order; returns the number of removed pairs.
     std::size_t removePairs(const Pair* ids, std::size_t count, btDispatcher* dispatcher);
 
-    /// As findPair(), by ids.
+    /// findPair() by ids.
     btBroadphasePair* findPair(Pair ids);
 
-    /// Walks over the hash: O(pairs).
+    /// Traverses the hash: O(pairs).
     PairCacheStats stats() const;
 
-    /// Memory held. O(1).
+    /// Allocated memory. O(1).
     std::uint64_t bytes() const;
 
-    /// Whether array, hash and lists agree; for tests and debugging. Not from within callbacks. O(pairs).
+    /// Whether array, hash and lists are consistent; for tests and debugging. Not from within callbacks. O(pairs).
     bool isConsistent() const;
 
 private:
-    /// Follows one pair of the array while callbacks may move or remove it.
+    /// Keeps the index of one pair of the array while callbacks may move or remove it.
     class Cursor;
-    /// A pair on its way into the cache, while callbacks are asked or told about it.
+    /// The addition of a pair while the filter or ghost callback runs for it.
     class Addition;
     class CallerChange;
 
@@ -240,7 +244,7 @@ private:
     btOverlappingPairCallback* m_ghosts = nullptr;
     Cursor* m_cursors = nullptr;      ///< innermost first
     Addition* m_additions = nullptr;  ///< innermost first
-    std::uint64_t m_version = 0;      ///< changes when a pair comes, goes or moves
+    std::uint64_t m_version = 0;      ///< changes when a pair is added, removed or moved
     std::uint64_t m_changesByCallers = 0;
     std::uint64_t m_pairsWithoutMemory = 0;
     std::uint32_t m_detachedCount = 0;  ///< entries whose ghost callback is running

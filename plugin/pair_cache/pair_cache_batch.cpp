@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 //
-// Changes of the pair cache in batches. What the next pairs of a batch will touch is asked from memory while the pair at
-// hand is worked on: in a large cache nearly all the time goes into waiting for random cache lines.
+// Changes of the pair cache in batches. The memory of the next pairs of a batch is prefetched while the current pair is
+// processed: in a large cache nearly all the time is spent on cache misses.
 #include "cullet/plugin/pair_cache/pair_cache_parts.h"
 
 namespace cullet
@@ -11,12 +11,12 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-// Pairs ahead of the one at hand; each stage reads what the one before it asked for.
+// Prefetch distances in pairs; each stage reads what the stage before it prefetched.
 constexpr std::size_t kStage1 = 32;
 constexpr std::size_t kStage2 = 20;
 constexpr std::size_t kStage3 = 10;
 
-/// As the hash holds it.
+/// The hash value of the ids in the order of the hash.
 std::uint64_t hashOf(Pair ids)
 {
     return hashOfPair(inBulletsOrder(ids));
@@ -59,7 +59,7 @@ std::size_t PairCache::removePairs(const Pair* ids, std::size_t count, btDispatc
     return found;
 }
 
-/// Prepares the removal of the coming pairs, and the move of the pairs at the array's end into their places.
+/// Prefetches for the removal of the next pairs, and for the move of the last pairs of the array into their entries.
 void PairCache::prefetchRemoval(const Pair* coming, std::size_t count)
 {
     if (kStage1 < count)

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-// What the files of PairCache share: ids, the search, and the cursor that follows a pair. For those files only.
+// Shared by the source files of PairCache, and for them only: ids, the search, and the cursor of a pair.
 
 #include "cullet/plugin/core/proxy_ids.h"
 #include "cullet/plugin/pair_cache/pair_cache.h"
@@ -21,13 +21,13 @@ inline Pair idsOf(const btBroadphasePair& pair)
     return {uniqueIdOf(pair.m_pProxy0), uniqueIdOf(pair.m_pProxy1)};
 }
 
-/// The comparison of btBroadphasePair's constructor.
+/// The order of btBroadphasePair's constructor.
 inline ProxyPair sortById(btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1)
 {
     return proxy0->m_uniqueId < proxy1->m_uniqueId ? ProxyPair{proxy0, proxy1} : ProxyPair{proxy1, proxy0};
 }
 
-/// The ids in the order in which btBroadphasePair has their proxies, which it compares as int.
+/// The ids in the order of btBroadphasePair, which compares them as int.
 inline Pair inBulletsOrder(Pair ids)
 {
     return static_cast<std::int32_t>(ids.first) < static_cast<std::int32_t>(ids.second)
@@ -38,7 +38,7 @@ inline Pair inBulletsOrder(Pair ids)
 class PairCache::Cursor
 {
 public:
-    // Not inlined: GCC 12 would warn of a dangling pointer in m_cursors, although the destructor takes it out.
+    // Not inlined: GCC 12 would warn of a dangling pointer in m_cursors, although the destructor removes it.
     [[gnu::noinline]] Cursor(PairCache& cache, std::uint32_t pair)
         : index(pair), m_cache(cache), m_outer(cache.m_cursors)
     {
@@ -55,14 +55,14 @@ public:
     }
     Cursor* outer() const { return m_outer; }
 
-    std::uint32_t index;  // kNone once the pair is gone
+    std::uint32_t index;  // kNone once the pair is removed
 
 private:
     PairCache& m_cache;
     Cursor* m_outer;
 };
 
-/// Counts a change by a caller when it is over, since an update from within its callbacks would take it for known.
+/// Counts a change by a caller when it is complete, since an update inside its callbacks would already include it.
 class PairCache::CallerChange
 {
 public:
@@ -95,8 +95,8 @@ public:
     Addition* outer() const { return m_outer; }
 
     const Pair ids;
-    ProxyPair told =
-        {};  ///< to the ghost callback, which has to be told when the pair does not come; null: not told
+    /// The proxies that the ghost callback has received, and must receive again if the pair is not added; null: none.
+    ProxyPair told = {};
     bool isCancelled = false;
 
 private:

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Passes over all pairs, in the order of the array or of their ids.
+// Passes over all pairs, in the order of the array or of the ids.
 
 #include "cullet/plugin/pair_cache/pair_cache_parts.h"
 
@@ -28,13 +28,13 @@ void PairCache::processAllOverlappingPairs(btOverlapCallback* callback, btDispat
         const bool isDone = callback->processOverlap(*pairAt(index));
         if (isDone)
             removeAsAsked(cursor, dispatcher);
-        // The pair is still in its place, unless it was removed or moved; then another one awaits its visit there.
+        // If the pair was removed or moved, its entry holds another pair, which is visited next.
         if (cursor.index == index)
             ++index;
     }
 }
 
-/// Removes the pair of which a callback has said so, unless it has removed it itself.
+/// Removes the pair for which a callback returned true, unless the callback has removed it itself.
 void PairCache::removeAsAsked(const Cursor& cursor, btDispatcher* dispatcher)
 {
     if (cursor.index == kNone)
@@ -56,7 +56,7 @@ void PairCache::processAllOverlappingPairs(btOverlapCallback* callback, btDispat
     }
 }
 
-/// Brings m_order up to date; false when there is no memory for it.
+/// Updates m_order; false if there is no memory for it.
 bool PairCache::order()
 {
     if (m_order.isOf(m_version))
@@ -80,7 +80,7 @@ bool PairCache::order()
 
 void PairCache::processOrdered(btOverlapCallback* callback, btDispatcher* dispatcher)
 {
-    // Taken out, so that a nested call sorts for itself.
+    // Moved out of the member, so that a nested call sorts its own order.
     PairOrder sorted = std::exchange(m_order, PairOrder());
     Cursor cursor(*this, kNone);
     for (const PairOrder::Entry& entry : sorted.entries())
@@ -119,7 +119,7 @@ void PairCache::sortOverlappingPairs(btDispatcher* /*dispatcher*/)
         const Pair ids = idsOf(sorted[index]);
         *pairAt(index) = sorted[index];
         m_hash.insert(hashOfPair(ids), index);
-        m_links.append(m_links.anchorsOf(ids));  // both exist
+        m_links.append(m_links.anchorsOf(ids));  // both anchors exist
     }
     ++m_version;
 }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Pairs that leave the cache, and their algorithms.
+// Removal of pairs and of their algorithms.
 
 #include "cullet/plugin/pair_cache/pair_cache_parts.h"
 
@@ -17,7 +17,7 @@ namespace
 {
 void destroyAlgorithm(btBroadphasePair& pair, btDispatcher* dispatcher)
 {
-    // Taken out first: the destructor may call back into the cache and meet this pair again.
+    // Cleared first: the destructor may call back into the cache and find this pair again.
     btCollisionAlgorithm* algorithm = std::exchange(pair.m_algorithm, nullptr);
     algorithm->~btCollisionAlgorithm();
     dispatcher->freeCollisionAlgorithm(algorithm);
@@ -42,7 +42,7 @@ void PairCache::cleanProxyFromPairs(btBroadphaseProxy* proxy, btDispatcher* disp
         cursor.index = PairLinks::pairOf(node);
         ++m_visited;
         cleanOverlappingPair(*pairAt(cursor.index), dispatcher);
-        // From the front again when the destructor took the pair out: those already clean cost little.
+        // Restarts at the front if the destructor removed the pair: pairs without an algorithm cost little.
         node = cursor.index == kNone ? m_links.first(id) : m_links.next(2 * cursor.index + side);
     }
 }
@@ -93,7 +93,7 @@ void PairCache::cancelAdditions(IsMeant isMeant, btDispatcher* dispatcher)
     }
 }
 
-/// @return null, as there is nothing of the application's yet
+/// @return null, since the pair has no `m_internalInfo1` yet
 void* PairCache::cancelAddition(Pair ids, btDispatcher* dispatcher)
 {
     if (m_additions != nullptr)
@@ -147,7 +147,7 @@ void PairCache::fillDetached(std::uint32_t hole)
     fillHole(hole);
 }
 
-/// Takes the pair out of hash and lists; its entry in the array stays.
+/// Removes the pair from hash and lists; its entry in the array stays.
 void PairCache::detach(std::uint32_t index)
 {
     const Pair ids = idsOf(*pairAt(index));

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// What the cache tells about itself.
+// Statistics and self-check of the cache.
 
 #include "cullet/plugin/pair_cache/pair_cache_parts.h"
 

@@ -20,8 +20,8 @@ inline namespace CULLET_PRECISION
 {
 /// Hash value of a pair of ids, over all 64 bits of the pair.
 ///
-/// The lecture's ID1*p1 + ID2*p2 with odd 64-bit multipliers, then one xorshift-multiply round, because the sum alone
-/// keeps the regularity of consecutive ids. The upper half chooses the block, the lower half the tag.
+/// ID1*p1 + ID2*p2 of Lesson 04 (docs/references.md) with odd 64-bit multipliers, then one xorshift-multiply round,
+/// because the sum alone keeps the regularity of consecutive ids. The upper half selects the block, the lower the tag.
 inline std::uint64_t hashOfPair(Pair ids) noexcept
 {
     const std::uint64_t sum = ids.first * 0x9e3779b97f4a7c15u + ids.second * 0xc2b2ae3d27d4eb4fu;
@@ -29,13 +29,13 @@ inline std::uint64_t hashOfPair(Pair ids) noexcept
     return mixed ^ mixed >> 32;
 }
 
-/// Open-addressing hash from pairs to their indices in an array; the caller supplies hash values and tells equal
-/// pairs from equal tags.
+/// Open-addressing hash from pairs to their indices in an array; the caller supplies hash values and compares pairs
+/// whose tags are equal.
 ///
-/// Blocks of one cache line hold ten indices, ten 16-bit tags (a part of the hash value, compared all at once) and the
-/// number of entries that found the block full and went on to the next one. A search ends at the first block that
-/// nobody went past, almost always its first: one cache line, no unpredictable branch, and no look at a pair unless the
-/// tag fits. Removing an entry undoes its counts, so there are no tombstones.
+/// A block is one cache line: ten indices, ten 16-bit tags (part of the hash value, compared all at once) and the
+/// number of entries that overflowed to a later block because this one was full. A search ends at the first block
+/// without overflow, almost always its first: one cache line, no unpredictable branch, and no access to a pair unless
+/// the tag matches. Removing an entry decrements the counts it caused, so there are no tombstones.
 /// Source of the layout: Bronson and Shi 2019, "Open-sourcing F14 for faster, more memory-efficient hash tables".
 ///
 /// Load: at most 0.7, after growing at least 0.46: 9 to 14 bytes per entry. It never shrinks.
@@ -45,7 +45,7 @@ class PairHash
 public:
     static constexpr std::uint32_t kNone = 0xffffffffu;
 
-    /// The index for which `matches(index)`, among those with this hash value (and rarely some others); or kNone.
+    /// The index with `matches(index)`, tested for those with this hash value (and rarely some others); or kNone.
     template <class Matches>
     std::uint32_t find(std::uint64_t hash, Matches matches) const
     {
@@ -53,10 +53,10 @@ public:
         return place.slot >= 0 ? m_blocks[place.block].indices[place.slot] : kNone;
     }
 
-    /// Asks memory for the block where a search begins.
+    /// Prefetches the block in which a search begins.
     void prefetch(std::uint64_t hash) const noexcept { __builtin_prefetch(&m_blocks[home(hash)]); }
 
-    /// The index that find() will probably give, after a look at one block only; or kNone.
+    /// The probable result of find(), from one block only; or kNone.
     std::uint32_t guess(std::uint64_t hash) const noexcept
     {
         const Block& block = m_blocks[home(hash)];
@@ -64,7 +64,7 @@ public:
         return slots != 0 ? block.indices[__builtin_ctz(slots)] : kNone;
     }
 
-    /// Gives the entry another index. @pre there is an entry (hash, from)
+    /// Changes the index of an entry. @pre there is an entry (hash, from)
     void replace(std::uint64_t hash, std::uint32_t from, std::uint32_t to) noexcept
     {
         const Place place = placeOf(hash, from);
@@ -74,8 +74,9 @@ public:
     bool hasRoom() const noexcept { return m_count < m_limit; }
     std::size_t limit() const noexcept { return m_limit; }  ///< entries that fit without growing
 
-    /// Makes room for `count` entries in all by moving the entries to a larger table: the size() first indices for which
-    /// `isEntry(index)`, whose hash values `hashOf(index)` tells. May throw std::bad_alloc and then changes nothing.
+    /// Makes room for `count` entries in all by moving the entries to a larger table: the first size() indices for
+    /// which `isEntry(index)` is true, with the hash values `hashOf(index)`. May throw std::bad_alloc and then changes
+    /// nothing.
     template <class HashOf, class IsEntry>
     void grow(std::size_t count, HashOf hashOf, IsEntry isEntry)
     {
@@ -126,14 +127,14 @@ public:
         m_count = 0;
     }
 
-    /// Blocks that a search for the entry looks at. @pre there is an entry (hash, index)
+    /// Number of blocks that a search for the entry reads. @pre there is an entry (hash, index)
     std::size_t probesOf(std::uint64_t hash, std::uint32_t index) const noexcept
     {
         const std::size_t block = placeOf(hash, index).block;
         return (block + m_blocks.size() - home(hash)) % m_blocks.size() + 1;
     }
 
-    /// Blocks that entries went past, over all entries: the sum of their probesOf() less one each. O(blocks).
+    /// Sum of all overflow counts, which is the sum of probesOf() - 1 over all entries. O(blocks).
     std::uint64_t passedByCount() const noexcept
     {
         std::uint64_t count = 0;
@@ -154,14 +155,14 @@ private:
     struct alignas(64) Block
     {
         std::uint16_t tags[kSlots];  // 0: the slot is free
-        std::uint32_t passedBy;      // entries behind this block that would be in it if it had not been full
+        std::uint32_t passedBy;  // entries in later blocks that this block would hold if it had not been full
         std::uint32_t indices[kSlots];
 
         /// Bit i: tags[i] == tag.
         unsigned slotsWith(std::uint16_t tag) const noexcept
         {
 #ifdef __SSE2__
-            // The second half reaches over the tags into the rest of the block; the mask drops what is no tag.
+            // The second half extends beyond the tags into the rest of the block; the mask removes those lanes.
             const auto* halves = reinterpret_cast<const __m128i*>(this);
             const __m128i wanted = _mm_set1_epi16(static_cast<short>(tag));
             const __m128i first = _mm_cmpeq_epi16(_mm_load_si128(halves), wanted);
@@ -203,7 +204,7 @@ private:
     Place locate(std::uint64_t hash, Matches matches) const
     {
         std::size_t at = home(hash);
-        // Once round at most: in a small table somebody may have gone past every block.
+        // At most once around the table: in a small one every block may have overflowed.
         for (std::size_t looked = 0; looked < m_blocks.size(); ++looked, at = following(at))
         {
             const Block& block = m_blocks[at];
@@ -225,7 +226,7 @@ private:
     }
 
     Array<Block> m_blocks = Array<Block>(1);
-    std::size_t m_limit = 0;  // entries that the load allows
+    std::size_t m_limit = 0;  // entries that the maximum load allows
     std::size_t m_count = 0;
     std::uint64_t m_rehashes = 0;
 };

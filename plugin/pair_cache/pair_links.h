@@ -17,18 +17,18 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// For every proxy the list of the pairs it is in, as links between the entries of a pair array.
+/// For every proxy a list of its pairs, as links between the entries of a pair array.
 ///
-/// Pair i owns the nodes 2i (in the list of its first proxy) and 2i + 1 (of its second). Lists are rings through an
-/// anchor node per proxy with pairs, newest pair first, so that taking out and moving pairs needs neither a case
-/// distinction nor a search; only adding looks the anchors up by unique id. 16 bytes per pair, 12 per proxy with pairs
-/// and the directory's pages.
+/// Pair i owns the nodes 2i (in the list of its first proxy) and 2i + 1 (of its second). Lists are circular and doubly
+/// linked, with an anchor (sentinel) node per proxy with pairs, most recent pair first, so that removing and moving
+/// pairs needs neither special cases nor a search; only adding looks up the anchors by unique id. 16 bytes per pair,
+/// 12 per proxy with pairs and the directory's pages.
 class PairLinks
 {
 public:
     static constexpr std::uint32_t kNone = 0xffffffffu;
-    static constexpr std::uint32_t kMaxPairs = 1u
-                                               << 30;  // a bit of a node reference tells anchors from pairs
+    /// One bit of a node reference distinguishes anchors from pairs.
+    static constexpr std::uint32_t kMaxPairs = 1u << 30;
 
     struct Anchors
     {
@@ -45,14 +45,14 @@ public:
         return anchor != UniqueIdMap::kNoRow ? next(kAnchorBit | anchor) : kNone;
     }
 
-    /// Next node of the list, or kNone behind the last one.
+    /// Next node of the list, or kNone after the last one.
     std::uint32_t next(std::uint32_t node) const noexcept
     {
         const std::uint32_t after = at(node).next;
         return isAnchor(after) ? kNone : after;
     }
 
-    /// Asks memory for the pair's nodes; prefetchNeighbours() after it, once they are here, for those next to them.
+    /// Prefetches the pair's nodes; once they are cached, prefetchNeighbours() prefetches the nodes linked to them.
     void prefetch(std::uint32_t pair) const noexcept { __builtin_prefetch(&m_nodes[2 * std::size_t{pair}]); }
     void prefetchNeighbours(std::uint32_t pair) const noexcept
     {
@@ -63,7 +63,7 @@ public:
         }
     }
 
-    /// Asks memory for the first node of the proxy's list.
+    /// Prefetches the first node of the proxy's list.
     void prefetchFirst(std::uint32_t id) const noexcept
     {
         const std::uint32_t node = first(id);
@@ -73,7 +73,7 @@ public:
 
     std::size_t capacity() const noexcept { return m_capacity / 2; }
 
-    /// Room for so many pairs. May throw std::bad_alloc and then changes nothing.
+    /// Reserves memory for a number of pairs. May throw std::bad_alloc and then changes nothing.
     void reserve(std::size_t pairCount)
     {
         if (2 * pairCount <= m_capacity)
@@ -84,8 +84,8 @@ public:
         m_capacity = 2 * pairCount;
     }
 
-    /// The anchors of both lists, made if need be. May throw std::bad_alloc and then changes nothing. Valid until a
-    /// pair is detached, or an anchor dropped.
+    /// The anchors of both lists, created if necessary. May throw std::bad_alloc and then changes nothing. Valid until
+    /// a pair is detached, or an anchor dropped.
     Anchors anchorsOf(Pair ids)
     {
         const std::uint64_t before = listCount();
@@ -102,7 +102,7 @@ public:
         }
     }
 
-    /// Takes back an anchor that anchorsOf() made for a pair that did not come, if the proxy has no pair.
+    /// Frees an anchor that anchorsOf() created for a pair that was not added, if the proxy has no pair.
     void dropIfUnused(std::uint32_t id) noexcept
     {
         const std::uint32_t anchor = m_directory.find(id);
@@ -110,7 +110,7 @@ public:
             drop(id, anchor);
     }
 
-    /// Links a new last pair in front of both lists. @pre capacity() is above the number of pairs
+    /// Links a new last pair at the front of both lists. @pre capacity() is above the number of pairs
     void append(Anchors anchors) noexcept
     {
         const std::uint32_t node = m_count;
@@ -119,7 +119,7 @@ public:
         pushFront(anchors.second, node + 1);
     }
 
-    /// Takes the pair out of both lists; its entry stays, marked as detached.
+    /// Unlinks the pair from both lists; its entry stays, marked as detached.
     void detach(std::uint32_t pair, Pair ids) noexcept
     {
         unlink(m_nodes[2 * pair], ids.first);
@@ -139,7 +139,7 @@ public:
 
     void popBack() noexcept { m_count -= 2; }
 
-    /// Forgets every pair and keeps the anchors. @pre no pair is detached
+    /// Removes all pairs and keeps the anchors. @pre no pair is detached
     void clear() noexcept
     {
         for (std::uint32_t node = 0; node < m_count; ++node)
@@ -151,7 +151,7 @@ public:
         m_count = 0;
     }
 
-    /// Whether every one of `pairCount` pairs is in exactly the lists of its ids, `idsOf(pair)`. O(pairs).
+    /// Whether each of `pairCount` pairs is in exactly the lists of its ids, `idsOf(pair)`. O(pairs).
     template <class IdsOf>
     bool isConsistent(std::uint32_t pairCount, IdsOf idsOf) const
     {
@@ -200,7 +200,7 @@ private:
     Node& at(std::uint32_t node) noexcept { return const_cast<Node&>(std::as_const(*this).at(node)); }
     const Node& at(std::uint32_t node) const noexcept
     {
-        // Both addresses are computed, so that no branch waits for the link.
+        // Both addresses are computed, so that no branch depends on the link.
         const Node* nodes[] = {m_nodes.get(), m_anchors.data()};
         return nodes[node / kAnchorBit][node % kAnchorBit];
     }
@@ -255,7 +255,7 @@ private:
     {
         at(node.next).previous = node.previous;
         at(node.previous).next = node.next;
-        if (node.next == node.previous)  // the anchor is alone
+        if (node.next == node.previous)  // only the anchor is left in the list
             drop(id, node.next & ~kAnchorBit);
     }
 
@@ -272,7 +272,7 @@ private:
     std::uint32_t m_count = 0;   // nodes
     Array<Node> m_anchors;
     UniqueIdMap m_directory;            // unique id -> anchor
-    std::uint32_t m_firstFree = kNone;  // the free anchors are chained by `next`
+    std::uint32_t m_firstFree = kNone;  // free anchors are linked by `next`
     std::uint32_t m_freeCount = 0;
 };
 }  // namespace CULLET_PRECISION

@@ -10,10 +10,10 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-constexpr int kDigitBits = 11;  // 2,048 counters fit the first-level cache
+constexpr int kDigitBits = 11;  // 2,048 counters fit into the first-level cache
 constexpr std::uint32_t kDigits = 1u << kDigitBits;
 
-/// Digits of larger values come first.
+/// The digit of an id; larger ids have smaller digits, for a descending order.
 std::uint32_t digitOf(std::uint32_t id, int shift)
 {
     return ~(id >> shift) & (kDigits - 1);
@@ -45,7 +45,7 @@ void PairOrder::sort(std::uint64_t version) noexcept
     m_version = version;
 }
 
-/// Moves the entries into the order of one digit, keeping the order of equal ones.
+/// Sorts the entries by one digit; stable.
 void PairOrder::scatter(std::uint32_t Pair::*id, int shift)
 {
     std::array<std::uint32_t, kDigits> place{};

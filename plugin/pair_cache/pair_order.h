@@ -13,7 +13,7 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// The pairs of an array in descending order of (first, second); keeps its memory from one sort to the next.
+/// The pairs of an array in descending order of (first, second); reuses its memory from sort to sort.
 class PairOrder
 {
 public:
@@ -23,18 +23,18 @@ public:
         std::uint32_t index;  ///< of the pair in the array
     };
 
-    /// True when the order was made for this version of the array.
+    /// Whether the order belongs to this version of the array.
     bool isOf(std::uint64_t version) const noexcept { return m_version == version; }
 
-    /// Forgets the entries and makes room for `count` new ones. May throw std::bad_alloc.
+    /// Removes all entries and reserves memory for `count` new ones. May throw std::bad_alloc.
     void reserve(std::size_t count);
 
-    /// @pre room was made
+    /// @pre reserve() was called with enough entries
     void add(const Entry& entry) noexcept { m_entries.push_back(entry); }
 
     /// Stable radix sort, least significant digit first, over the digits in which the ids differ. O(entries).
     ///
-    /// @param version what isOf() will confirm; not 0
+    /// @param version for isOf(); not 0
     void sort(std::uint64_t version) noexcept;
 
     const Array<Entry>& entries() const noexcept { return m_entries; }

@@ -12,49 +12,50 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// The backend that the options ask a new world to begin with; the grid where there is no CUDA device, which is worth a
-/// warning only if CUDA was asked for.
+/// The backend with which a new world starts, by its options. Without a CUDA device it is the grid, with a warning only
+/// if the options require CUDA.
 std::unique_ptr<Backend> makeBackend(const BroadphaseOptions& options);
 
-/// The fastest backend for a world of so many bodies: CUDA from options.deviceBodies on, where a device answers; else the
-/// grid.
+/// The fastest backend for a number of bodies: CUDA from options.deviceBodies on, if a device is available; otherwise
+/// the grid.
 std::unique_ptr<Backend> makeBestBackend(const BroadphaseOptions& options, std::uint32_t bodies);
 
-/// The backend that takes over when another one fails: the grid.
+/// The backend that replaces one that has failed: the grid.
 std::unique_ptr<Backend> makeFallbackBackend(const BroadphaseOptions& options);
 
 /// Moves a world to a device when it has grown, and back when it has shrunk to half of that.
 ///
-/// A switch costs a restart, so that a world has to keep its size for some updates first. A backend that the chooser
-/// did not make itself, because another one failed or the application set it, stays.
+/// A switch costs a restart, so a world must keep its size for some updates first. A backend that the chooser did not
+/// create, because the previous one failed or the application set it, is kept.
 class BackendChooser
 {
 public:
     using Make = std::function<std::unique_ptr<Backend>()>;
 
-    /// Chooses nothing, ever.
+    /// A chooser that never replaces the backend.
     BackendChooser() = default;
 
-    /// @param begin        the backend in use, one for small worlds
-    /// @param deviceBodies bodies from which on `makeLarge` is asked for a backend; it may return null, once
+    /// @param begin        the current backend, one for small worlds
+    /// @param deviceBodies number of bodies from which on `makeLarge` creates the backend; it is not called again once
+    ///                     it has returned null
     BackendChooser(const Backend& begin, std::uint32_t deviceBodies, Make makeSmall, Make makeLarge);
 
-    /// To be called before every update.
+    /// Call before every update.
     ///
-    /// @return the backend that is to take over from `now`; null: `now` stays
+    /// @return the backend that replaces `now`; null: keep `now`
     std::unique_ptr<Backend> choose(const Backend& now, std::uint32_t bodies);
 
     static constexpr int kUpdatesOfPatience = 8;
 
 private:
-    const Backend* m_known = nullptr;  ///< null: nothing is chosen any more
+    const Backend* m_known = nullptr;  ///< the chooser's own backend; null: the chooser is inactive
     std::uint32_t m_deviceBodies = 0;
     Make m_makeSmall, m_makeLarge;
     bool m_isLarge = false;
-    int m_misfits = 0;  ///< updates in a row for which the other backend is the better one
+    int m_misfits = 0;  ///< consecutive updates for which the other backend would be better
 };
 
-/// The chooser that the options ask for, for a world that begins with makeBackend(options).
+/// The chooser for a world that starts with makeBackend(options).
 BackendChooser makeBackendChooser(const BroadphaseOptions& options, const Backend& begin);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -31,7 +31,7 @@ bool encloses(const Aabb& outer, const Aabb& inner) noexcept
 
 void DeferredPairs::startLeaf(std::uint32_t uniqueId, std::uint32_t row, const Aabb* boxes, float margin)
 {
-    // A row that waits already keeps its leaf, which its other pairs were asked with.
+    // A row with deferred pairs keeps its grown box, to which their filter results belong.
     if (m_set.hasPairsOf(uniqueId))
         return;
     if (m_leaves.size() <= row)

@@ -13,14 +13,15 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// Pairs that the backend holds and the pair cache does not, and when to look at them again.
+/// Pairs that the backend holds and the pair cache lacks, and the conditions for re-evaluating them.
 ///
-/// A pair waits because the filter refused it (or the application took it out of the cache), or because the exact boxes
-/// do not overlap although the rounded ones do, or no longer do so. The second kind is looked at whenever one of its
-/// boxes changes. The first kind follows btDbvtBroadphase, which asks the filter again when a leaf is put into its tree
-/// anew: when a box leaves the box that it had when asked, grown by the margin, or when a filter word changes.
+/// A pair is deferred because the filter refused it (or the application removed it from the cache), or because the
+/// exact boxes are separated although the rounded ones overlap or are within the margin. A pair of the second kind is
+/// re-evaluated whenever one of its boxes changes. The first kind follows btDbvtBroadphase, which calls the filter
+/// again when it reinserts a leaf into its tree: when a box leaves the box that it had at the last evaluation, grown
+/// by the margin, or when a filter word changes.
 ///
-/// Costs nothing for rows that did not change.
+/// Unchanged rows cost nothing.
 class DeferredPairs
 {
 public:
@@ -30,7 +31,7 @@ public:
         kNotExact
     };
 
-    /// Adds the pair, or changes its reason. The boxes are those of the two rows now.
+    /// Adds the pair, or changes its reason. `boxes` are the current boxes by row.
     void insert(Pair pair, std::uint32_t rowFirst, std::uint32_t rowSecond, Reason reason, const Aabb* boxes,
                 float margin);
 
@@ -38,11 +39,11 @@ public:
     void eraseAllOf(std::uint32_t uniqueId) noexcept { m_set.eraseAllOf(uniqueId); }
     bool contains(Pair pair) const noexcept { return m_set.contains(pair); }
 
-    /// Whether the pair was refused and neither box has left its grown box since.
+    /// Whether the filter refused the pair and neither box has left its grown box since.
     bool isFreshlyRefused(Pair pair, std::uint32_t rowFirst, std::uint32_t rowSecond,
                           const Aabb* boxes) const;
 
-    /// Appends the pairs that the changes of the view give reason to look at again, each at least once.
+    /// Appends the pairs to re-evaluate after the changes of the view, each at least once.
     void collectDue(const ProxyView& view, Pairs& due);
 
     const Pairs& pairs() const noexcept { return m_set.pairs(); }

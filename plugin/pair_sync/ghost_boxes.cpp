@@ -23,7 +23,7 @@ std::uint32_t GhostBoxes::overlapMask(const Block& block, const Aabb& box) noexc
     std::uint32_t mask = 0;
     for (std::uint32_t lane = 0; lane < kLanes; ++lane)
     {
-        // Without short cuts, so that the eight lanes become vector instructions.
+        // Bitwise & avoids branches, so that the compiler vectorises the eight lanes.
         const bool isHit = (block.min[0][lane] <= box.max[0]) & (box.min[0] <= block.max[0][lane]) &
                            (block.min[1][lane] <= box.max[1]) & (box.min[1] <= block.max[1][lane]) &
                            (block.min[2][lane] <= box.max[2]) & (box.min[2] <= block.max[2][lane]);

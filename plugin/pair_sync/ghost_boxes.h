@@ -9,10 +9,10 @@
 
 namespace cullet
 {
-/// The boxes of the ghosts, packed for one question: which of them does this box touch?
+/// The boxes of the ghosts, packed for finding those that overlap a box.
 ///
-/// Eight boxes to a block with the block's bounds, and the bounds of all in front, so that a body far from every ghost
-/// pays one box test. Bounds only grow until tighten(). 28 bytes per ghost and 4 per row.
+/// Blocks of eight boxes with the bounds of each block, and the bounds of all ghosts, which reject a body far from
+/// every ghost with one box test. Bounds only grow until tighten(). 28 bytes per ghost and 4 per row.
 class GhostBoxes
 {
 public:
@@ -31,11 +31,11 @@ public:
     /// Makes all bounds exact. O(ghosts).
     void tighten() noexcept;
 
-    /// Whether the box may touch a ghost: a quick no for almost every body.
+    /// Whether the box may touch a ghost; false for almost every body.
     bool mayTouch(const Aabb& box) const noexcept { return overlaps(m_bounds, box); }
 
-    /// Calls visit(row) for every ghost whose box overlaps the (valid) box, if its own is valid: an empty one may be visited too.
-    /// The list must not change meanwhile.
+    /// Calls visit(row) for every ghost with a valid box that overlaps `box`, which must be valid; ghosts with empty
+    /// boxes may be visited too. The list must not change during the call.
     template <class Visit>
     void forEachOverlap(const Aabb& box, Visit visit) const
     {
@@ -47,7 +47,7 @@ public:
                 continue;
             for (std::uint32_t mask = overlapMask(block, box), lane = 0; mask != 0; mask >>= 1, ++lane)
             {
-                // An infinite box passes the test with the box of a free lane.
+                // An infinite box also overlaps the empty box of a free lane.
                 if ((mask & 1) != 0 && block.rows[lane] != kNone)
                     visit(block.rows[lane]);
             }
@@ -76,7 +76,7 @@ private:
     void put(std::uint32_t slot, std::uint32_t row, const Aabb& box) noexcept;
 
     std::vector<Block> m_blocks;
-    std::vector<std::uint32_t> m_slots;  // by row: place in the list, or kNone
+    std::vector<std::uint32_t> m_slots;  // by row: index in the list, or kNone
     std::uint32_t m_size = 0;
     Aabb m_bounds = kEmptyAabb;
 };

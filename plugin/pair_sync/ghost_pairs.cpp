@@ -63,7 +63,7 @@ void GhostPairs::addPairsNear(Proxy& proxy, const QueryIndex& index)
         m_ghostBoxes.set(row, box);
     if (!isValid(box))
         return;
-    // Taken out of the member, because a callback of the application may move another proxy meanwhile.
+    // Moved out of the member, because a callback of the application may set the box of another proxy during the loop.
     std::vector<std::uint32_t> touched = std::move(m_touched);
     touched.clear();
     const auto note = [&](std::uint32_t other)

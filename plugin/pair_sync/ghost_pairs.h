@@ -16,17 +16,17 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// Adds the pairs of ghost objects at once, as Bullet's character controller needs: it moves its ghost and reads the
-/// ghost's pairs in the next statement.
+/// Adds the pairs of ghost objects immediately, as Bullet's character controller requires: it moves its ghost and reads
+/// the ghost's pairs in the next statement.
 ///
 /// Ghosts exist only while a ghost pair callback is installed in the pair cache; without one the client object of a
-/// proxy may be anything and is not looked at. Installing a callback makes ghosts of all ghost objects that are there.
+/// proxy may be anything and is not accessed. When a callback is installed, all existing ghost objects become ghosts.
 class GhostPairs
 {
 public:
     GhostPairs(ProxyStore& store, PairSync& pairSync) : m_store(store), m_pairSync(pairSync) {}
 
-    /// Notices whether a ghost callback came or went. O(1), O(bodies) when one did.
+    /// Detects whether a ghost callback was installed or removed. O(1); O(bodies) after such a change.
     ///
     /// May run concurrently, from setAabb().
     void look()
@@ -35,18 +35,18 @@ public:
             rescan();
     }
 
-    /// To be called for a new proxy, before setBox(), and before one is destroyed.
+    /// Call add() for a new proxy, before its first setBox(), and remove() before a proxy is destroyed.
     void add(const Proxy& proxy);
     void remove(const Proxy& proxy);
 
-    /// Adds the pairs with ghosts that the new box of a proxy makes. The index must see the box.
+    /// Adds the pairs of a proxy's new box with ghosts. The index must contain the box.
     void addPairs(Proxy& proxy, const QueryIndex& index)
     {
         if (!m_ghostBoxes.isEmpty())
             addPairsNear(proxy, index);
     }
 
-    /// Forgets what bounds of moving ghosts have grown to. To be called once per update.
+    /// Shrinks the bounds of moving ghosts, which have only grown since the last call. Call once per update.
     void tighten() noexcept { m_ghostBoxes.tighten(); }
 
     std::uint32_t count() const noexcept { return m_ghostBoxes.size(); }

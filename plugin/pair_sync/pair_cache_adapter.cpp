@@ -15,7 +15,7 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// Names the protected member of one of Bullet's caches, which have a setter for the ghost callback and no getter.
+/// Accesses the protected ghost callback of one of Bullet's caches, which have a setter for it but no getter.
 template <class Cache>
 struct GhostAccess : Cache
 {
@@ -69,7 +69,7 @@ PairCacheAdapter::PairCacheAdapter(btOverlappingPairCache* external)
         m_ghostSlot = GhostAccess<btSortedOverlappingPairCache>::slotOf(*sorted);
         m_isSorted = true;
     }
-    // Of a class without RTTI that much can be asked, and the sorted cache and the null cache have it.
+    // hasDeferredRemoval() works without RTTI; only the sorted cache and the null cache return true.
     m_isSorted = m_isSorted || (dynamicType(*m_cache) == nullptr && m_cache->hasDeferredRemoval());
     m_storesPairs = dynamicCast<btNullPairCache>(m_cache) == nullptr;
     if (m_fast != nullptr)

@@ -15,11 +15,11 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// The pair cache as the broad phase uses it: one interface over cullet's own, Bullet's three, and any other.
+/// The pair cache as the broad phase uses it: one interface for cullet's own cache, Bullet's three, and any other.
 ///
-/// What Bullet's caches need: the hashed one looks the filter up in each addOverlappingPair(); the sorted one neither
-/// removes single pairs nor tells ghosts of removals, and asks the filter when it only searches, so that its pairs are
-/// searched and removed here; the null cache holds nothing, so that there is nothing to do for it.
+/// Peculiarities of Bullet's caches: the hashed one evaluates the filter in each addOverlappingPair(). The sorted one
+/// cannot remove single pairs, does not report removals to ghosts, and evaluates the filter even in a search; so this
+/// class searches and removes its pairs itself. The null cache stores nothing, so the broad phase skips it.
 class PairCacheAdapter
 {
 public:
@@ -33,44 +33,44 @@ public:
     /// False for btNullPairCache.
     bool storesPairs() const noexcept { return m_storesPairs; }
     int count() const { return m_cache->getNumOverlappingPairs(); }
-    /// Changes of pairs that were not made here, as far as the cache counts them: 0 for other caches than cullet's.
+    /// Changes of pairs by other callers, if the cache counts them; 0 for caches that are not cullet's.
     std::uint64_t foreignChanges() const { return m_fast != nullptr ? m_fast->changesByCallers() : 0; }
-    /// Pairs that add() has left out for lack of memory, as far as the cache counts them.
+    /// Pairs that add() did not add because of lack of memory, if the cache counts them.
     std::uint64_t pairsWithoutMemory() const { return m_fast != nullptr ? m_fast->pairsWithoutMemory() : 0; }
     btOverlapFilterCallback* filterCallback() const { return m_cache->getOverlapFilterCallback(); }
 
-    /// Whether a ghost pair callback is installed, unless setGhosts() has said it. Other caches than cullet's and Bullet's, and
-    /// those of a class without RTTI, cannot be asked. For every setAabb(): one look.
+    /// Whether a ghost pair callback is installed, or the value of setGhosts(). The callback of caches that are neither
+    /// cullet's nor Bullet's, or of a class without RTTI, cannot be read. Every setAabb() calls this: one load.
     bool hasGhostCallback() const noexcept { return *m_ghosts != nullptr; }
     void setGhosts(bool areInstalled) noexcept
     {
-        // The address of no callback, which is not followed.
+        // Any non-null address: this pointer is never dereferenced.
         m_told = areInstalled ? reinterpret_cast<btOverlappingPairCallback*>(this) : nullptr;
         m_ghosts = &m_told;
     }
 
     bool contains(btBroadphaseProxy& a, btBroadphaseProxy& b) const;
 
-    /// Adds a pair that is not in the cache, if the filter agrees; tells whether the pair is in the cache now.
+    /// Adds a pair that is not in the cache, if the filter agrees; returns whether the pair is in the cache now.
     bool add(btBroadphaseProxy& a, btBroadphaseProxy& b);
 
-    /// Whether pairs can be added without any callback, all at one go: addAtOneGo().
+    /// Whether pairs can be added without any callback, in a batch: addAtOneGo().
     bool canAddAtOneGo() const
     {
         return m_fast != nullptr && m_fast->ghostPairCallback() == nullptr && filterCallback() == nullptr;
     }
 
-    /// Adds pairs that are not in the cache and that the filter words let pass; false when memory ran out.
+    /// Adds pairs that are not in the cache and that the filter words let pass; false if memory ran out.
     /// @pre canAddAtOneGo()
     bool addAtOneGo(const std::vector<ProxyPair>& pairs);
 
-    /// Makes room for so many more pairs, where the cache can.
+    /// Reserves memory for more pairs, if the cache can.
     void reserveMore(std::size_t pairCount);
 
-    /// Removes the pairs that are there, in order; ids that no longer live are skipped. @pre sorted
+    /// Removes those pairs that are in the cache, in order; ids without a live proxy are skipped. @pre sorted
     void remove(const Pairs& pairs, const ProxyStore& store, btDispatcher* dispatcher);
 
-    /// Removes every pair of a proxy, which is still intact.
+    /// Removes every pair of a proxy that has not been destroyed yet.
     void removePairsOf(btBroadphaseProxy& proxy, btDispatcher* dispatcher);
 
 private:
@@ -79,13 +79,14 @@ private:
 
     std::unique_ptr<PairCache> m_own;
     btOverlappingPairCache* m_cache;
-    PairCache* m_fast;  // the cache, if it is cullet's
-    btOverlappingPairCallback* const* m_ghostSlot =
-        nullptr;  // where the cache keeps the callback, if it is Bullet's
+    PairCache* m_fast;  // the cache, if it is cullet's; else null
+    // Address of the callback in the cache, if the cache is Bullet's; else null.
+    btOverlappingPairCallback* const* m_ghostSlot = nullptr;
     bool m_storesPairs = true;
     bool m_isSorted = false;
-    btOverlappingPairCallback* m_told = nullptr;  // not null: there are ghosts, whatever the cache has
-    btOverlappingPairCallback* const* m_ghosts = &m_told;  // where it says whether there are
+    btOverlappingPairCallback* m_told = nullptr;  // set by setGhosts(); not null: there are ghosts
+    // Address of the callback that decides whether there are ghosts: the cache's, or m_told.
+    btOverlappingPairCallback* const* m_ghosts = &m_told;
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

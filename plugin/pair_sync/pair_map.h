@@ -14,10 +14,10 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// Pairs of unique ids with a byte of the owner's each, and for every id the list of its pairs.
+/// Pairs of unique ids, each with a tag byte of the owner, and for every id the list of its pairs.
 ///
-/// Insert, find and erase in O(1); all pairs of an id in O(its pairs). The order is arbitrary but depends on the sequence
-/// of operations only. About 40 bytes per pair.
+/// Insert, find and erase in O(1); all pairs of an id in O(its pairs). The order is arbitrary but depends on the
+/// sequence of operations only. About 40 bytes per pair.
 class PairMap
 {
 public:
@@ -28,12 +28,12 @@ public:
     std::uint8_t tag(std::uint32_t index) const noexcept { return m_tags[index]; }
     void setTag(std::uint32_t index, std::uint8_t tag) noexcept { m_tags[index] = tag; }
 
-    /// Index into pairs(), until the next change, or kNone.
+    /// Index into pairs(), valid until the next change, or kNone.
     std::uint32_t find(Pair pair) const noexcept;
     bool contains(Pair pair) const noexcept { return find(pair) != kNone; }
     bool hasPairsOf(std::uint32_t id) const noexcept { return m_links.first(id) != kNone; }
 
-    /// Adds the pair, or replaces the tag of the one that is there. May throw std::bad_alloc and then changes nothing.
+    /// Adds the pair, or replaces the tag of an existing one. May throw std::bad_alloc and then changes nothing.
     void insert(Pair pair, std::uint8_t tag = 0);
 
     /// False when there is no such pair.
@@ -41,7 +41,7 @@ public:
     void eraseAllOf(std::uint32_t id) noexcept;
     void clear() noexcept;
 
-    /// Calls visit(index) for every pair of the id; the set must not change meanwhile.
+    /// Calls visit(index) for every pair of the id; the map must not change during the call.
     template <class Visit>
     void forEachOf(std::uint32_t id, Visit visit) const
     {
@@ -57,7 +57,7 @@ private:
 
     Pairs m_pairs;
     std::vector<std::uint8_t> m_tags;
-    PairHash m_hash;  // of the pair -> index
+    PairHash m_hash;  // pair -> index
     PairLinks m_links;
 };
 }  // namespace CULLET_PRECISION

@@ -24,10 +24,10 @@ void sortUnique(Pairs& pairs)
     pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
 }
 
-/// Whether a box that has changed is where isCoarse().
+/// Whether isCoarse() for the box of any changed row.
 bool isAnyCoarse(const ProxyView& view)
 {
-    // All of them at once, since there nearly never is one.
+    // The largest coordinate of all boxes is tested first, since coarse boxes are very rare.
     Float4 most = {};
     for (std::uint32_t i = 0; i < view.dirtyCount; ++i)
     {
@@ -45,7 +45,7 @@ bool isAnyCoarse(const ProxyView& view)
                        { return isValid(view.boxes[row]) && isCoarse(view.boxes[row], view.margin); });
 }
 
-/// Raises the flag for a scope; an exception lowers it too.
+/// Sets the flag for a scope; an exception clears it too.
 class Scope
 {
 public:
@@ -86,8 +86,8 @@ void PairSync::update(float margin, btDispatcher* dispatcher)
     const ProxyView view = m_store.table().beginUpdate(margin, m_filter == nullptr);
     if (!runBackend(view))
         return;
-    // Lowered at the end, unless a callback interferes: after an exception the next update begins anew too, and all pairs that
-    // wait are due in it, since the changes that made some of them due are consumed.
+    // Cleared at the end, unless a callback interferes: after an exception the next update restarts the backend too and
+    // re-evaluates all deferred pairs, since this update has consumed the changes of their boxes.
     m_isRestartDue = true;
     const bool areAllDue = std::exchange(m_isAllDue, true);
     m_wasInterrupted = false;
@@ -121,7 +121,7 @@ void PairSync::noticeForeignChanges()
         m_isAllDue = true;
         m_filter = filter;
     }
-    // In a restart for another reason, pairs that the application took out cannot be told from those that are new.
+    // In a restart for another reason, pairs that the application removed cannot be distinguished from new ones.
     const std::uint64_t foreignChanges = m_adapter.foreignChanges();
     const bool isChanged = m_adapter.count() != m_expectedCount || foreignChanges != m_foreignChanges;
     m_foreignChanges = foreignChanges;
@@ -164,11 +164,11 @@ void PairSync::restartBackend()
     const btBroadphasePairArray& cached = m_adapter.cache()->getOverlappingPairArray();
     for (int i = 0; i < cached.size(); ++i)
     {
-        // A cache that serves another broad phase too holds proxies that are not ours.
+        // A cache may also contain proxies of another broad phase that uses it.
         const btBroadphasePair& pair = cached[i];
         if (!m_store.owns(pair.m_pProxy0) || !m_store.owns(pair.m_pProxy1))
             continue;
-        // One that waited may have been added by the application.
+        // The application may have added a deferred pair.
         m_pending.erase(pairOf(pair));
         m_scratch.push_back(pairOf(pair));
     }
@@ -180,9 +180,9 @@ void PairSync::restartBackend()
     ++m_restartsTotal;
 }
 
-/// Whether a pair that the backend reports as new, when it has begun anew, was there before and is only missing in the cache.
+/// Whether a pair that the backend reports as new after a restart existed before and only the cache lacks it.
 ///
-/// Where a box has changed that cannot be known, nor from which place: such a pair comes, lest it be missed.
+/// If one of the boxes has changed, that is unknown, and so is the old box; the pair is then added, to miss none.
 bool PairSync::isTakenOut(Pair pair, const ProxyView& view) const
 {
     const Proxy* first = m_store.find(pair.first);
@@ -213,13 +213,13 @@ void PairSync::collectDue(const ProxyView& view, bool areAllDue)
     if (areAllDue)
         m_due = m_pending.pairs();
     sortUnique(m_due);
-    // The backend no longer holds those that have separated: they do not wait any more, and are new when they come again.
+    // The backend has dropped separated pairs: they are no longer deferred, and new when they overlap again.
     const auto hasSeparated = [&](Pair pair)
     { return std::binary_search(m_delta.removed.begin(), m_delta.removed.end(), pair); };
     m_due.erase(std::remove_if(m_due.begin(), m_due.end(), hasSeparated), m_due.end());
 }
 
-/// Whether both boxes are valid: by its numbers an empty one may overlap an infinite one.
+/// Whether both boxes are valid: the coordinates of an empty box may overlap an infinite box.
 bool PairSync::haveBoxes(const Proxy& first, const Proxy& second) const
 {
     const ProxyTable& table = m_store.table();
@@ -235,9 +235,9 @@ bool PairSync::areApart(Pair pair, float margin) const
     return !haveBoxes(*first, *second) || areApartBy(*first, *second, margin);
 }
 
-/// Far from the origin a double box may leave another one by much more than the margin before the rounded boxes do so.
+/// Far from the origin, boxes in double may separate by much more than the margin before the rounded boxes do.
 ///
-/// O(pairs) if a box has changed there or may have done so in an update that an exception ended, else nothing.
+/// O(pairs) if such a box has changed, or may have changed in an update that an exception ended; else O(changes).
 void PairSync::collectApart(const ProxyView& view, bool areAllDue)
 {
     m_apart.clear();
@@ -256,7 +256,7 @@ void PairSync::collectApart(const ProxyView& view, bool areAllDue)
     sortUnique(m_apart);
 }
 
-/// Those that have just been removed from the cache, but not from the backend, wait.
+/// Defers the pairs that have just been removed from the cache but not from the backend.
 void PairSync::holdApart(float margin)
 {
     for (const Pair pair : m_apart)
@@ -288,7 +288,7 @@ void PairSync::applyRemoved(float margin, btDispatcher* dispatcher)
         for (const Pair pair : m_scratch)
             m_provisional.erase(pair);
     }
-    // The parts are.
+    // Each part is sorted; usually their concatenation is too.
     if (!std::is_sorted(m_scratch.begin(), m_scratch.end()))
         sortUnique(m_scratch);
     m_adapter.remove(m_scratch, m_store, dispatcher);
@@ -296,7 +296,7 @@ void PairSync::applyRemoved(float margin, btDispatcher* dispatcher)
 
 void PairSync::applyAdded(float margin)
 {
-    // Both are sorted, and no pair is in both: the backend holds the pending ones already.
+    // Both lists are sorted, and no pair is in both: the backend already holds the deferred pairs.
     m_scratch.resize(m_due.size() + m_delta.added.size());
     std::merge(m_due.begin(), m_due.end(), m_delta.added.begin(), m_delta.added.end(), m_scratch.begin());
     m_adapter.reserveMore(m_scratch.size());
@@ -311,7 +311,7 @@ void PairSync::applyAdded(float margin)
 
 void PairSync::addAtOneGo(float margin)
 {
-    constexpr std::size_t kAhead = 12;  // pairs whose proxies are on their way from memory
+    constexpr std::size_t kAhead = 12;  // in pairs
     m_batch.clear();
     for (std::size_t i = 0; i < m_scratch.size(); ++i)
     {
@@ -333,12 +333,12 @@ void PairSync::addAtOneGo(float margin)
             hold(pair, *first, *second, isExact, margin);
         }
     }
-    // Without memory for all of them the rest comes in the next update, which begins anew.
+    // If memory runs out, the next update restarts the backend and adds the remaining pairs.
     if (!m_adapter.addAtOneGo(m_batch))
         m_wasInterrupted = true;
 }
 
-/// Whether the exact boxes overlap, after a callback may have done anything to them.
+/// Whether the exact boxes overlap, after callbacks may have changed them.
 bool PairSync::overlapNow(const Proxy& first, const Proxy& second) const
 {
     return haveBoxes(first, second) && overlapsExactly(first, second);
@@ -359,12 +359,12 @@ void PairSync::tryAdd(Pair pair, float margin)
     }
     if (m_adapter.pairsWithoutMemory() != withoutMemory)
     {
-        // No callback has refused it: it comes in the next update, which begins anew.
+        // The filter has not refused the pair: the next update restarts the backend and adds it.
         m_pending.erase(pair);
         m_wasInterrupted = true;
         return;
     }
-    // The filter is the application's code, which may have destroyed one of the two.
+    // The filter is code of the application, and may have destroyed one of the proxies.
     if (m_store.find(pair.first) == first && m_store.find(pair.second) == second)
         hold(pair, *first, *second, isExact, margin);
 }
@@ -394,7 +394,7 @@ void PairSync::addAtOnce(Proxy& a, Proxy& b)
     ++m_expectedCount;
     if (m_pending.erase(pair))
         return;
-    // Without memory to remember it the next update takes it from the cache.
+    // If insert() runs out of memory, the next update restarts the backend from the cache, which has the pair.
     const bool wasRestartDue = std::exchange(m_isRestartDue, true);
     m_provisional.insert(pair);
     m_isRestartDue = wasRestartDue;

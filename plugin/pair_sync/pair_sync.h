@@ -17,15 +17,16 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// Keeps the pair cache in step with the boxes: runs the backend and applies what changed, in the order of unique ids.
+/// Synchronises the pair cache with the boxes: runs the backend and applies its delta, in the order of unique ids.
 ///
-/// The pairs of the backend are those of the cache, without the provisional ones (pairs of ghosts, added at once), and
-/// the pending ones (see DeferredPairs). Callbacks of the application run while changes are applied and may do anything
-/// to proxies: the table's changes are taken in before, and every proxy is looked up by its id when its turn comes.
+/// The backend holds the pairs of the cache, without the speculative ones (pairs of ghosts, added immediately), plus
+/// the deferred ones (see DeferredPairs). Callbacks of the application run while changes are applied and may do
+/// anything to proxies: the table's changes are consumed before, and every proxy is looked up by its id when its pair
+/// is applied.
 ///
-/// That the application has added pairs to the cache or taken some out is told by cullet's cache, and noticed in others by the
-/// number of pairs. The backend then begins anew from the pairs of the cache: added pairs are removed when their boxes are
-/// apart, and what is new although neither box has changed was taken out, and becomes pending.
+/// cullet's cache counts the changes by the application; in other caches PairSync detects them by the number of pairs.
+/// The backend then restarts from the pairs of the cache: pairs that the application added are removed when their boxes
+/// separate; a pair that is new although neither box changed was removed by the application, and becomes deferred.
 class PairSync
 {
 public:
@@ -37,16 +38,16 @@ public:
     const Backend& backend() const noexcept { return *m_backend; }
     void setBackend(std::unique_ptr<Backend> backend);
 
-    /// Finds and applies all changes. Nothing happens in a nested call, from a callback.
+    /// Finds and applies all changes. A nested call, from a callback, does nothing.
     void update(float margin, btDispatcher* dispatcher);
 
-    /// Adds the pair of a ghost now, if the exact boxes overlap and the filter agrees.
+    /// Adds the pair of a ghost immediately, if the exact boxes overlap and the filter agrees.
     void addAtOnce(Proxy& a, Proxy& b);
 
-    /// Removes all pairs of a proxy, which is still intact.
+    /// Removes all pairs of a proxy that has not been destroyed yet.
     void removePairsOf(Proxy& proxy, btDispatcher* dispatcher);
 
-    /// Frees the rows of destroyed proxies without an update; the next update sees every row as changed.
+    /// Frees the rows of destroyed proxies without an update; the next update restarts the backend from all rows.
     void skipChanges();
 
     void addTo(BroadphaseStats& stats) const;
@@ -78,19 +79,19 @@ private:
     PairMap m_provisional;
 
     PairDelta m_delta;
-    Pairs m_due;    // pending pairs to look at again
-    Pairs m_apart;  // pairs of the cache that the backend holds although their exact boxes are apart
+    Pairs m_due;    // deferred pairs to re-evaluate
+    Pairs m_apart;  // pairs of the cache that the backend holds although their exact boxes are separated
     Pairs m_scratch;
     std::vector<ProxyPair> m_batch;
 
-    const btOverlapFilterCallback* m_filter = nullptr;  // as of the last update
-    int m_expectedCount = 0;             // pairs in the cache unless the application changed it
-    std::uint64_t m_foreignChanges = 0;  // those that are known
+    const btOverlapFilterCallback* m_filter = nullptr;  // filter callback at the last update
+    int m_expectedCount = 0;                            // pairs in the cache if only PairSync has changed it
+    std::uint64_t m_foreignChanges = 0;                 // the adapter's count at the last update
     bool m_isRestartDue = false;
     bool m_isAllDue = false;
-    bool m_isCacheChanged = false;  // nothing but that makes the restart due
+    bool m_isCacheChanged = false;  // the only reason for the restart
     bool m_isUpdating = false;
-    bool m_wasInterrupted = false;  // a callback of this update skipped changes or set another backend
+    bool m_wasInterrupted = false;  // a callback of this update called skipChanges() or setBackend()
     std::uint64_t m_updatesTotal = 0;
     std::uint64_t m_restartsTotal = 0;
     std::uint64_t m_fallbacksTotal = 0;

@@ -14,7 +14,7 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-constexpr btScalar kFarthest = btScalar(0x1p50);  // as the grids have it
+constexpr btScalar kFarthest = btScalar(0x1p50);  // the same limit as in the grids
 constexpr btScalar kMuchLarger = 8;
 
 bool isBounded(const btVector3& min, const btVector3& max)
@@ -66,7 +66,7 @@ void DebugDrawing::draw(const btOverlappingPairCache& cache, const Backend& back
         drawPair(*pairs[i].m_pProxy0, *pairs[i].m_pProxy1);
 }
 
-/// Cuts a box at the bounds; false if nothing is left. Written so that a NaN leaves nothing.
+/// Clips a box to the bounds; false if nothing is left, or if the box contains a NaN.
 bool DebugDrawing::cut(btVector3& min, btVector3& max) const
 {
     if (!isValidBox(min, max))
@@ -81,7 +81,7 @@ void DebugDrawing::drawBoxes(const btBroadphasePair* pairs, int pairCount) const
     std::vector<bool> hasPair(m_store.table().size());
     for (int i = 0; i < pairCount; ++i)
     {
-        // A cache that serves another broad phase too holds proxies that are not ours.
+        // A cache may also hold proxies of another broad phase that uses it.
         for (const btBroadphaseProxy* proxy : {pairs[i].m_pProxy0, pairs[i].m_pProxy1})
         {
             if (m_store.owns(proxy))

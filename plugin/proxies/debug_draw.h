@@ -13,14 +13,14 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// One call of Broadphase::debugDraw(), which says when it may be called; nothing is kept between calls.
+/// One call of Broadphase::debugDraw(), where its requirements are documented; no state is kept between calls.
 ///
-/// Boxes are those of the last setAabb(), pairs and cells those of the last calculateOverlappingPairs(). Twelve lines for
-/// a box or a cell by btIDebugDraw::drawAabb(), and one for a pair by drawLine(): from the centre of one box to the
-/// centre of the other one, or to the nearest point of one that is more than eight times as large, such as a floor.
-/// Boxes and cells are cut at the bounds of all bounded boxes (those that reach no farther than 2^50), since a plane has
-/// a box without end; what is invalid or outside of the bounds is left out. There are cells where the backend is a
-/// CellSource: the grid on the CPU from a few hundred bodies on.
+/// Boxes are those of the last setAabb(), pairs and cells those of the last calculateOverlappingPairs(). A box or a
+/// cell is drawn as twelve lines by btIDebugDraw::drawAabb(), and a pair as one line by drawLine(): from the centre of
+/// one box to the centre of the other, or to the nearest point of a box that is more than eight times as large, such
+/// as a floor. Boxes and cells are clipped to the bounds of all bounded boxes (those within 2^50 of the origin), since
+/// the box of a plane is unbounded; invalid boxes and boxes outside of the bounds are left out. Cells are drawn if the
+/// backend is a CellSource: the grid on the CPU from a few hundred bodies on.
 ///
 /// Cost: O(bodies + pairs + cells) calls of the drawer.
 class DebugDrawing

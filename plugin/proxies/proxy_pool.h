@@ -15,10 +15,10 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// A proxy and the filter words that the table knows of it: applications write those in the base without telling.
+/// A proxy and the copy of its filter words in the table: applications write the words of the base class directly.
 ///
-/// Where Bullet's vectors have no alignment (GCC, Clang) it is one cache line in float builds, so that a setAabb() that
-/// changes nothing touches nothing else.
+/// If Bullet's vectors are not over-aligned (GCC, Clang) it fills one cache line in float builds, so that a setAabb()
+/// with an unchanged box accesses nothing else.
 struct alignas(sizeof(btScalar) == sizeof(float) ? 64 : 32) Proxy : btBroadphaseProxy
 {
     Filter filter() const noexcept { return {m_collisionFilterGroup, m_collisionFilterMask}; }
@@ -31,18 +31,18 @@ struct alignas(sizeof(btScalar) == sizeof(float) ? 64 : 32) Proxy : btBroadphase
 };
 static_assert(sizeof(btBroadphaseProxy) != 56 || sizeof(Proxy) == 64, "one cache line");
 
-/// Memory of proxies by row; a proxy never moves, and its row follows from its address.
+/// The memory of proxies, indexed by row. A proxy never moves, and its row is computed from its address.
 ///
-/// Chunks of 64 KiB are aligned to their size and begin with the row of their first proxy, so that a row costs a mask
-/// and one load that is nearly always cached.
-/// Chunks are kept until clear(); rows are the owner's to hand out.
+/// Chunks of 64 KiB are aligned to their size and begin with the row of their first proxy, so that finding a row costs
+/// a mask and one load that is nearly always cached.
+/// Chunks are kept until clear(); the owner allocates the rows.
 class ProxyPool
 {
 public:
     static constexpr std::size_t kChunkBytes = 65536;
     static constexpr std::uint32_t kPerChunk = kChunkBytes / sizeof(Proxy) - 1;
 
-    /// The proxy of a row, its memory made if the row is new; the content is the last owner's.
+    /// The proxy of a row; allocates the memory of a new row, and leaves the content of a reused one as it is.
     Proxy* make(std::uint32_t row);
 
     /// @pre make() was called for the row since clear()
@@ -69,7 +69,7 @@ public:
 private:
     struct alignas(kChunkBytes) Chunk
     {
-        // The header takes the room of one proxy, so that each proxy begins on a cache line.
+        // The header takes the space of one proxy, so that each proxy begins on a cache line.
         alignas(Proxy) std::uint32_t firstRow;
         Proxy proxies[kPerChunk];
     };

@@ -19,7 +19,7 @@ Aabb ProxyStore::countedBox(const btVector3& aabbMin, const btVector3& aabbMax) 
 Proxy* ProxyStore::create(const btVector3& aabbMin, const btVector3& aabbMax, void* client, Filter filter)
 {
     const std::uint32_t uniqueId = nextUniqueId();
-    // Whatever may find no memory comes before the table, whose row nobody could take back.
+    // All allocations precede the insertion into the table, which cannot be undone.
     const std::uint32_t row = m_table.reserveRow();
     Proxy* proxy = m_pool.make(row);
     m_directory.insert(uniqueId, row);
@@ -34,7 +34,7 @@ Proxy* ProxyStore::create(const btVector3& aabbMin, const btVector3& aabbMax, vo
 
 std::uint32_t ProxyStore::nextUniqueId() noexcept
 {
-    // 0 is that of free rows.
+    // Id 0 marks free rows.
     while (m_nextUniqueId == 0 || m_directory.find(m_nextUniqueId) != UniqueIdMap::kNoRow)
         ++m_nextUniqueId;
     return m_nextUniqueId;
@@ -64,7 +64,7 @@ void ProxyStore::refreshSomeFilters() noexcept
     {
         if (m_nextFilterRow >= size)
             m_nextFilterRow = 0;
-        // The proxy first: nearly always that is all there is to read.
+        // The proxy is read first, and nearly always nothing else has to be.
         Proxy* const proxy = m_pool.at(m_nextFilterRow);
         if (!proxy->hasKnownFilter() && isValid(m_table.box(m_nextFilterRow)))
             refreshFilter(proxy);

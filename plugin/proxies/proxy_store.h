@@ -15,27 +15,27 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// The living proxies: Bullet's structs, their rows in the table, their unique ids.
+/// The live proxies: Bullet's structs, their rows in the table, their unique ids.
 ///
 /// A destroyed proxy keeps its memory and its row until the table's next endUpdate(), because the backend still holds
-/// its pairs; its unique id is gone from the directory at once.
+/// its pairs; its unique id is erased from the directory at once.
 class ProxyStore
 {
 public:
-    /// @param firstUniqueId of the first proxy; the next ones count on
+    /// @param firstUniqueId id of the first proxy
     explicit ProxyStore(std::uint32_t firstUniqueId = 1) : m_nextUniqueId(firstUniqueId) {}
 
-    /// Unique ids count on, past 2^32 - 1 from 1 on again, without those that live. May throw std::bad_alloc and then
-    /// changes nothing.
+    /// Gives each proxy the next unique id; after 2^32 - 1 ids restart at 1 and skip those of live proxies. May throw
+    /// std::bad_alloc and then changes nothing.
     Proxy* create(const btVector3& aabbMin, const btVector3& aabbMax, void* client, Filter filter);
-    /// From here on it overlaps nothing and no query finds it; its own box stays as it is.
+    /// Makes the proxy overlap nothing and invisible to queries; the box in the proxy itself stays.
     void hide(Proxy* proxy) noexcept { m_table.setBox(rowOf(proxy), kEmptyAabb); }
     void destroy(Proxy* proxy) noexcept;
 
     /// Stores the box in the proxy and, rounded outward to float, in the table.
     void setBox(Proxy* proxy, const btVector3& aabbMin, const btVector3& aabbMax);
 
-    /// Takes over the filter words of the proxy, which applications write directly.
+    /// Copies the filter words of the proxy, which applications write directly, to the table.
     void refreshFilter(Proxy* proxy) noexcept
     {
         if (proxy->hasKnownFilter())
@@ -44,20 +44,20 @@ public:
         m_table.setFilter(rowOf(proxy), proxy->knownFilter);
     }
 
-    /// refreshFilter() for some of the rows, others in the next call: for proxies that get no setAabb().
+    /// Calls refreshFilter() for the next rows in turn, for proxies that receive no setAabb().
     ///
-    /// O(1): kFilterRows rows a call, so that worlds of up to as many are seen as a whole.
+    /// O(1): kFilterRows rows per call, so that a call covers a world of up to that size completely.
     void refreshSomeFilters() noexcept;
 
     static std::uint32_t rowOf(const Proxy* proxy) noexcept { return ProxyPool::rowOf(proxy); }
     Proxy* at(std::uint32_t row) const noexcept { return m_pool.at(row); }
-    /// The living proxy with the id, or null.
+    /// The live proxy with the id, or null.
     Proxy* find(std::uint32_t uniqueId) const noexcept;
-    /// Whether a proxy of any broad phase is a living one of this.
+    /// Whether a proxy of any broad phase is a live proxy of this store.
     bool owns(const btBroadphaseProxy* proxy) const noexcept { return find(uniqueIdOf(proxy)) == proxy; }
     bool isLive(std::uint32_t row) const noexcept { return m_directory.find(m_table.uniqueId(row)) == row; }
 
-    /// Calls visit(proxy, row) for every living proxy, by ascending row.
+    /// Calls visit(proxy, row) for every live proxy, by ascending row.
     template <class Visit>
     void forEach(Visit visit) const
     {
@@ -68,11 +68,11 @@ public:
         }
     }
 
-    /// Rows that wait for endUpdate().
+    /// Number of destroyed rows that await endUpdate().
     std::uint32_t quarantinedCount() const noexcept { return m_quarantinedCount; }
     void endUpdate() noexcept;
 
-    /// Begins with unique id 1 again. @pre no living proxy
+    /// Restarts unique ids at 1. @pre no live proxy
     void reset();
 
     ProxyTable& table() noexcept { return m_table; }

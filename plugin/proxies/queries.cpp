@@ -15,10 +15,10 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// Without a destructor, so that it can be read until the thread's very end.
+/// Has no destructor, so that it can be read until the end of the thread.
 thread_local bool isSpareGone = false;
 
-/// Memory that a thread keeps from query to query.
+/// A buffer that a thread reuses from query to query.
 struct Spare
 {
     Spare() = default;
@@ -29,7 +29,7 @@ struct Spare
     std::vector<std::uint32_t> ids;
 };
 
-/// The hits of one query, by unique id. The memory stays with the thread; a query inside a query gets fresh one.
+/// The hits of one query, by unique id. The buffer belongs to the thread; a nested query allocates its own.
 class Hits
 {
 public:
@@ -54,14 +54,14 @@ public:
         std::sort(m_ids.begin(), m_ids.end());
         for (const std::uint32_t id : m_ids)
         {
-            // Bullet ignores the callback's result, and so do its users, who return what they like.
+            // Bullet ignores the callback's result, so applications return arbitrary values.
             if (const Proxy* proxy = store.find(id))
                 callback.process(proxy);
         }
     }
 
 private:
-    /// Null in queries from destructors of static objects, which run after those of the main thread's own.
+    /// Null in queries from destructors of static objects, which run after the main thread's thread_local destructors.
     static std::vector<std::uint32_t>* spare()
     {
         if (isSpareGone)
@@ -95,7 +95,7 @@ void testRay(const ProxyStore& store, const QueryIndex& index, const btVector3& 
     unsigned int signs[3];
     for (int axis = 0; axis < 3; ++axis)
     {
-        // Bullet leaves the signs to the callback's author, who may have left them uninitialised: they are indices.
+        // Bullet leaves the signs, which are used as indices, to the author of the callback; they may be uninitialised.
         signs[axis] = callback.m_rayDirectionInverse[axis] < 0 ? 1 : 0;
     }
     Hits hits;

@@ -13,12 +13,12 @@ inline namespace CULLET_PRECISION
 {
 /// Reports the proxies that a ray, or a box swept along it, hits by Bullet's own test (btRayAabb2) on the exact boxes.
 ///
-/// All hits are found before the first is reported, so that the callback may do anything; a proxy that it destroys is
-/// not reported any more. Ascending unique ids, each once. Safe to run concurrently and nested.
+/// All hits are collected before the first is reported, so that the callback may change anything; proxies that it
+/// destroys are not reported. Each hit is reported once, in ascending unique id. Safe to run concurrently and nested.
 void testRay(const ProxyStore& store, const QueryIndex& index, const btVector3& from, const btVector3& boxMin,
              const btVector3& boxMax, btBroadphaseRayCallback& callback);
 
-/// Reports the proxies whose exact box overlaps the box, in the same way.
+/// Reports the proxies whose exact box overlaps the box, with the same guarantees as testRay().
 void testBox(const ProxyStore& store, const QueryIndex& index, const btVector3& boxMin,
              const btVector3& boxMax, btBroadphaseAabbCallback& callback);
 }  // namespace CULLET_PRECISION

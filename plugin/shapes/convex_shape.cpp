@@ -15,7 +15,7 @@ namespace
 using Vector = PosedShape::Vector;
 using Matrix = PosedShape::Matrix;
 
-/// The cores that every box, triangle, capsule and sphere is a linear image of: nothing has to be built per shape.
+/// The hulls of which every box, triangle, capsule and sphere core is a linear image, so that no shape needs its own.
 struct UnitHulls
 {
     Hull<btScalar> cube, triangle, segment, point;
@@ -32,7 +32,7 @@ struct UnitHulls
     }
 };
 
-/// Never destroyed, as the hull cache.
+/// Never destroyed, like the hull cache.
 const UnitHulls& unitHulls()
 {
     static const UnitHulls* const hulls = new UnitHulls;
@@ -56,7 +56,7 @@ std::optional<PosedShape> poseTriangle(const btTriangleShape& triangle, const bt
     const Vector ab = toEigen(triangle.m_vertices1[1]) - a;
     const Vector ac = toEigen(triangle.m_vertices1[2]) - a;
     Matrix corners;
-    // The third column is met by zeros only; it makes the map one that keeps sides.
+    // The third column is only multiplied by zeros; it keeps the map free of reflections.
     corners << ab, ac, ab.cross(ac);
     return PosedShape(unitHulls().triangle, basisOf(transform) * corners,
                       toEigen(transform(triangle.m_vertices1[0])));
@@ -107,7 +107,7 @@ BoxCore thinBoxCore(const btBoxShape& box)
 {
     const btScalar own = box.getMarginNV();
     btVector3 halfExtents = box.getImplicitShapeDimensions() + btVector3(own, own, own);
-    // An inverted box is a point.
+    // An inverted box becomes a point.
     halfExtents.setMax(btVector3(0, 0, 0));
     const btScalar margin = btScalar(0.1) * halfExtents[halfExtents.minAxis()];
     return {halfExtents - btVector3(margin, margin, margin), margin};

@@ -30,21 +30,21 @@ inline btVector3 toBullet(const Eigen::Vector3d& v)
                      static_cast<btScalar>(v.z()));
 }
 
-/// How a convex shape of Bullet's is seen here: a core that is a polytope or a support function, grown by a margin.
+/// The kind of core of one of Bullet's convex shapes: a polytope or a support function, which the margin enlarges.
 enum class ConvexKind : std::uint8_t
 {
     Hull,      ///< btConvexHullShape: its points, scaled
-    Box,       ///< a cube, stretched; the core is smaller than the box by boxMargin()
+    Box,       ///< a scaled cube; the core is smaller than the box by boxMargin()
     Triangle,  ///< three points
     Capsule,   ///< a segment; the margin is the radius
     Sphere,    ///< a point; the margin is the radius
     Support,   ///< Bullet's support function without margin
-    Foreign    ///< two-dimensional, not convex, or inside out: not for this library
+    Foreign    ///< two-dimensional, not convex, or inside out: left to Bullet
 };
 
 inline ConvexKind convexKindOf(int shapeType)
 {
-    // First what is asked for most.
+    // The most frequent type first.
     if (shapeType == CONVEX_HULL_SHAPE_PROXYTYPE)
         return ConvexKind::Hull;
     switch (shapeType)
@@ -70,8 +70,8 @@ inline bool isPolytope(ConvexKind kind)
     return kind < ConvexKind::Support;
 }
 
-/// Of a box or a cylinder: true where scaling or setMargin() has left a margin that is larger than a half extent. What
-/// Bullet has for the half extents without it is then negative, and no core.
+/// Whether scaling or setMargin() has made the margin of a box or a cylinder larger than a half extent. Bullet's half
+/// extents without margin are then negative, and no core.
 inline bool isThinnerThanMargin(const btConvexInternalShape& shape)
 {
     Components halfExtents;
@@ -79,10 +79,10 @@ inline bool isThinnerThanMargin(const btConvexInternalShape& shape)
     return (quadBits<btScalar>(halfExtents < Components{}) & 7u) != 0;
 }
 
-/// The kind of a shape as it is.
+/// The kind of a shape in its current state.
 ///
-/// Foreign too: a cylinder that is thinner than its margin, which Bullet's support function turns inside out, so that it
-/// proves no gap; and a capsule that was scaled by less than nothing, whose radius is negative.
+/// Foreign includes a cylinder thinner than its margin, which Bullet's support function turns inside out, so that
+/// it proves no gap, and a capsule with a negative scale, whose radius is negative.
 inline ConvexKind convexKindOf(const btConvexShape& shape)
 {
     const int type = shape.getShapeType();
@@ -95,20 +95,20 @@ inline ConvexKind convexKindOf(const btConvexShape& shape)
     return isInsideOut ? ConvexKind::Foreign : kind;
 }
 
-/// What a box is made of here: a cuboid, grown by a margin.
+/// The representation of a box: a cuboid, enlarged by a margin.
 struct BoxCore
 {
     btVector3 halfExtents;
     btScalar margin;
 };
 
-/// For a box that is thinner than its margin.
+/// The core of a box that is thinner than its margin.
 ///
-/// The margin is a tenth of the least half extent, which Bullet itself chooses for a box that is made so small: the faces
-/// stay where they are, and the core keeps faces to rest on.
+/// The margin is a tenth of the smallest half extent, which Bullet itself chooses for a box created with this size: the
+/// faces keep their positions, and the core keeps faces to rest on.
 BoxCore thinBoxCore(const btBoxShape& box);
 
-/// As far as the faces of a box are from those of its core: the box's margin, unless it is thinner than that.
+/// Distance of a box's faces from those of its core: the box's margin, or that of thinBoxCore().
 inline btScalar boxMargin(const btBoxShape& box)
 {
     return isThinnerThanMargin(box) ? thinBoxCore(box).margin : box.getMarginNV();
@@ -121,44 +121,44 @@ inline bool hasFiniteCorners(const btTriangleShape& triangle)
     {
         Components point;
         read(corner, point);
-        // Nothing, but NaN of what is not finite; the fourth means nothing.
+        // Adds 0, or NaN for infinities and NaN; the fourth component is unused.
         sum += point - point;
     }
     return (quadBits<btScalar>(sum == Components{}) & 7u) == 7u;
 }
 
-/// True if the support function is Bullet's own, which reads the shape and nothing else; a custom shape's may do anything.
+/// Whether the support function is Bullet's own, which only reads the shape; the one of a custom shape may do anything.
 bool canRunConcurrently(int shapeType);
 
-/// The core of a polytope kind at its place. Nothing is copied but the transform.
+/// The core of a polytope kind in world space. Copies nothing but the transform.
 ///
-/// @param use  remembers the graph of a Hull between calls
+/// @param use  keeps the reference to the cached hull of a Hull between calls
 /// @param pass see HullCache::hullOf
-/// @return nothing if the shape has no points, they are not finite, or memory ran out
+/// @return empty if the shape has no points, they are not finite, or memory ran out
 std::optional<PosedShape> poseShape(const btConvexShape& shape, ConvexKind kind, const btTransform& transform,
                                     HullUse& use, std::uint64_t pass);
 
-/// The way from a point of the world to the origin() of a core, without a rounding that is larger than those of the way.
+/// The vector from a point in world space to the origin() of a core; rounding is relative to the length of the vector.
 Eigen::Vector3d wayToOrigin(const Eigen::Vector3d& from, const btConvexShape& shape, ConvexKind kind,
                             const btTransform& transform);
 
-/// A hull shape, scaled as it is, of which the graph is known.
+/// The core of a hull shape, with its current scale, for a known hull.
 PosedShape poseHull(const Hull<btScalar>& hull, const btConvexShape& hullShape, const btTransform& transform);
 
-/// A box or sphere for staysSeparated().
+/// The core of a box or sphere for staysSeparated().
 ///
-/// @return false for other kinds, and for a box that is thinner than its margin, whose core is nowhere in memory
+/// @return false for other kinds, and for a box that is thinner than its margin, whose core is not stored anywhere
 bool stretchUnitHull(const btConvexShape& shape, const btTransform& transform, StretchedHull& stretched);
 
-/// A hull, box or sphere without a copy of its transform, for staysSeparated().
+/// The core of a hull, box or sphere for staysSeparated(), without a copy of its transform.
 ///
-/// @return false where stretchUnitHull() or poseShape() gives nothing
+/// @return false for kinds without a StretchedHull, and for hulls without points
 [[gnu::always_inline]] inline bool stretchShape(const btConvexShape& shape, const btTransform& transform,
                                                 HullUse& use, std::uint64_t pass, StretchedHull& stretched)
 {
     if (shape.getShapeType() != CONVEX_HULL_SHAPE_PROXYTYPE)
     {
-        // A copy: what is written to through a reference stays in memory.
+        // A local copy can stay in registers; a value written through a reference cannot.
         StretchedHull unit = {};
         const bool isKnown = stretchUnitHull(shape, transform, unit);
         stretched = unit;
@@ -169,11 +169,11 @@ bool stretchUnitHull(const btConvexShape& shape, const btTransform& transform, S
     return stretched.hull != nullptr && stretched.hull->vertexCount() > 0;
 }
 
-/// A shape of kind Support for the queries of narrow/.
+/// A shape of kind Support as an argument of the queries of narrow/.
 class PosedSupport
 {
 public:
-    /// @param anchor point of the world to which the origin is relative
+    /// @param anchor point in world space to which the origin is relative
     PosedSupport(const btConvexShape& shape, const btTransform& transform, const Eigen::Vector3d& anchor)
         : m_shape(&shape),
           m_transform(&transform),
@@ -201,8 +201,8 @@ public:
     }
 
 private:
-    /// In four lanes that all have a value: compilers that take two at a time may compute with what is left beside them, and
-    /// raise the flag of an invalid operation.
+    /// Computes in four lanes that all have a value: compilers that use two lanes at a time may compute with undefined
+    /// ones, and raise the floating-point flag of an invalid operation.
     btVector3 toLocal(const Eigen::Vector3d& direction) const
     {
         const double largest = direction.cwiseAbs().maxCoeff();

@@ -19,7 +19,7 @@ std::size_t byteCount(const btConvexHullShape& shape)
     return sizeof(btVector3) * static_cast<std::size_t>(shape.getNumPoints());
 }
 
-/// Four independent multiplications at a time: a single chain would wait for each.
+/// Four independent chains of multiplications, since a single chain would be bound by latency.
 std::uint64_t hashOf(const void* data, std::size_t bytes)
 {
     constexpr std::uint64_t kPrime = 0x9e3779b97f4a7c15ull;
@@ -73,7 +73,7 @@ const Hull<btScalar>& HullContents::graph(bool& isFirst)
 
 HullCache& HullCache::instance()
 {
-    // Never destroyed, since shapes may outlive it otherwise; and made without memory, which may be short.
+    // Never destroyed, since shapes may outlive it otherwise; placed in static memory, since allocation may fail.
     alignas(HullCache) static unsigned char place[sizeof(HullCache)];
     static HullCache* const cache = new (place) HullCache;
     return *cache;
@@ -102,7 +102,7 @@ catch (const std::bad_alloc&)
     return nullptr;
 }
 
-/// @pre what was added is in use
+/// @pre a pair uses the added record or contents
 void HullCache::add(std::size_t weight) noexcept
 {
     m_added += weight;
@@ -110,7 +110,7 @@ void HullCache::add(std::size_t weight) noexcept
         sweep();
 }
 
-/// Drops what no pair uses. The next sweep comes when as much was added as is left: O(1) for each that is added, amortised.
+/// Removes all that no pair uses. The next sweep follows after adding as much as is left: amortised O(1).
 void HullCache::sweep() noexcept
 {
     std::size_t left = 0;
@@ -123,7 +123,7 @@ void HullCache::sweep() noexcept
     }
     for (auto it = m_contents.begin(); it != m_contents.end();)
     {
-        // Of one that is gone, the block of memory is not, as long as it is known here.
+        // The memory block of destroyed contents is freed only when its weak_ptr is erased.
         const std::shared_ptr<HullContents> contents = it->second.lock();
         left += contents ? weightOf(*contents) : 0;
         it = contents ? std::next(it) : m_contents.erase(it);
@@ -175,7 +175,7 @@ catch (const std::exception&)
     return nullptr;
 }
 
-/// Of a record without a graph: the points, or the graph once it pays. No answer depends on which.
+/// The hull of a record without a graph: the points, or the graph once it is worth its cost. No result depends on it.
 const Hull<btScalar>* HullCache::scanned(HullRecord& record, const Hull<btScalar>& cloud) noexcept
 {
     if (cloud.vertexCount() > kMostScanned && pays(record, cloud, 1))
@@ -193,7 +193,7 @@ void HullCache::countContact(HullRecord& record) noexcept
         build(record);
 }
 
-/// True for the one that makes the scans as dear as the graph.
+/// True for the one scan with which the total cost of scans reaches that of the graph.
 bool HullCache::pays(HullRecord& record, const Hull<btScalar>& cloud, std::uint32_t scans) noexcept
 {
     if (!mayBuild(record, cloud))
@@ -204,7 +204,7 @@ bool HullCache::pays(HullRecord& record, const Hull<btScalar>& cloud, std::uint3
     return before <= enough && before + scans > enough;
 }
 
-/// The graph of a record's contents.
+/// Builds the graph of a record's contents.
 const Hull<btScalar>* HullCache::build(HullRecord& record) noexcept
 try
 {
@@ -213,7 +213,7 @@ try
         const std::lock_guard<std::mutex> lock(m_mutex);
         contents = record.current;
     }
-    // Without the lock: other shapes need not wait for a large hull.
+    // Without the lock, so that other shapes do not wait for the graph of a large hull.
     bool isFirst;
     const Hull<btScalar>& graph = contents->graph(isFirst);
     const std::lock_guard<std::mutex> lock(m_mutex);
@@ -248,7 +248,7 @@ void HullCache::setDeforming(const btConvexHullShape& shape, bool isDeforming) n
     release(*record);
 }
 
-/// Of a record that may have none now.
+/// Removes the graph of a record that may have none any more.
 void HullCache::forgetGraph(HullRecord& record) noexcept
 {
     if (record.current && !mayBuild(record, record.current->cloud()))
@@ -259,7 +259,7 @@ void HullCache::invalidate(const btConvexHullShape& shape) noexcept
 {
     const std::lock_guard<std::mutex> lock(m_mutex);
     const auto it = m_records.find(&shape);
-    // Without memory a record may have stayed empty.
+    // The record is empty if its allocation failed.
     if (it == m_records.end() || !it->second)
         return;
     HullRecord& record = *it->second;

@@ -20,26 +20,26 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// A copy of the points of a btConvexHullShape, and their hull graph once it is wanted. Shapes with equal points share one.
-/// Unscaled: a change of scaling or margin needs nothing.
+/// A copy of the points of a btConvexHullShape, and their hull graph once it is needed. Shapes with equal points share
+/// it. The points are unscaled, so that changes of scaling or margin have no effect.
 class HullContents
 {
 public:
     explicit HullContents(const btConvexHullShape& shape);
 
-    /// Bit by bit. Cost: one pass over the points, a nanosecond for three to ten points.
+    /// Compares bit by bit. Cost: one pass over the points, a nanosecond for three to ten points.
     bool equals(const btConvexHullShape& shape) const noexcept
     {
         const auto count = static_cast<std::size_t>(shape.getNumPoints());
         if (count == 0)
-            return m_points.empty();  // Bullet has no address for no points
+            return m_points.empty();  // Bullet returns no valid address for 0 points
         return count * kScalarsPerPoint == m_points.size() &&
                areEqualBytes(m_points.data(), shape.getUnscaledPoints(), count * sizeof(btVector3));
     }
-    /// The points alone, for support searches.
+    /// The points without a graph, for support searches.
     const Hull<btScalar>& cloud() const noexcept { return m_cloud; }
     std::size_t pointCount() const noexcept { return m_points.size() / kScalarsPerPoint; }
-    /// The graph, built by the first call, however many threads make it.
+    /// The graph. The first call builds it; concurrent calls wait for it.
     ///
     /// @param isFirst [out] true if this call has built it
     const Hull<btScalar>& graph(bool& isFirst);
@@ -49,75 +49,76 @@ private:
 
     std::vector<Eigen::Matrix<btScalar, 3, 1>> threeOfEach() const;
 
-    std::vector<btScalar> m_points;  ///< as in the shape, the unused fourth component included
+    std::vector<btScalar> m_points;  ///< as in the shape, including the unused fourth component
     Hull<btScalar> m_cloud;
     std::once_flag m_isBuilt;
     Hull<btScalar> m_graph;
 };
 
-/// What is known of the shape at one address.
+/// The cached data of the shape at one address.
 struct HullRecord
 {
-    const btConvexHullShape* shape = nullptr;  ///< the address only: the shape may be gone
+    const btConvexHullShape* shape = nullptr;  ///< for comparing the address; the shape may be destroyed
     std::atomic<const HullContents*> contents{nullptr};
     std::atomic<const Hull<btScalar>*> hull{nullptr};  ///< cloud or graph of the contents
-    std::atomic<std::uint64_t> checkedIn{0};  ///< the pass in which shape and contents were compared last
+    std::atomic<std::uint64_t> checkedIn{0};  ///< pass of the last comparison between shape and contents
     std::atomic<std::int32_t> references{0};
-    std::atomic<std::uint32_t> revision{0};      ///< changes with the contents
-    std::atomic<std::uint32_t> scannedTotal{0};  ///< comparisons with these contents while there was no graph
+    std::atomic<std::uint32_t> revision{0};      ///< changed with the contents
+    std::atomic<std::uint32_t> scannedTotal{0};  ///< scans of these contents without a graph
     std::atomic<bool> isPinned{false};           ///< prepare()
     std::atomic<bool> isDeforming{false};        ///< setDeforming()
-    /// Those in use, and the ones before, which another thread may still be comparing with.
+    /// The current contents, and the previous ones, which another thread may still be reading.
     std::shared_ptr<HullContents> current, previous;
 };
 
-/// Hull graphs of Bullet's hull shapes, shared by every pair and every world of the process.
+/// Hull graphs of Bullet's hull shapes, shared by all pairs and worlds of the process.
 ///
-/// Two levels: a record per shape address, counted by the pairs that use it, and behind it the contents, found by a hash
-/// of the points. A record says nothing until the shape's points have been compared with its contents; so a shape that
-/// was edited in place, or another one at a reused address, is never taken for the old one. Records that no pair uses
-/// stay for a while, since pairs come and go while shapes stay: until as much has been added as was in use before, and at least
-/// kLeastAdded. So no more is kept than some 100 MB, or twice of what was in use at one time. Bullet's user pointers and indices
-/// are left alone.
+/// There are two levels: a record per shape address, reference-counted by the pairs that use it, and the contents,
+/// found by a hash of the points. A record is valid only after the shape's points have been compared with its
+/// contents; so a shape that was edited in place, or another one at a reused address, is never confused with the old
+/// one. Records that no pair uses are kept until as much has been added as was in use before, and at least
+/// kLeastAdded, since pairs change more often than shapes. So the cache keeps at most about 100 MB, or twice what was
+/// in use at one time. It does not use Bullet's user pointers and indices.
 ///
-/// Most pairs stay apart, which support searches over the points alone prove, and most contacts can be found from the points
-/// alone. So a graph is built when scans and contacts have cost as much as it does, or when a contact needs it: where the faces
-/// around it are level up to rounding, or no feature is the only one. A hull whose points change often costs O(n) each time. No
-/// answer depends on whether the graph is there.
+/// Most pairs are proved separated by support searches over the points alone, and most contacts are found from the
+/// points alone. So a graph is built when scans and contacts have cost as much as it does, or when a contact needs it:
+/// where the faces around it are level up to rounding, or the closest features are not unique. A hull whose points
+/// change often costs O(n) each time. No result depends on whether the graph exists.
 ///
-/// A hull of more than kMostBuilt points gets a graph by prepare() only, since that takes longer than a step may: without, its
-/// contacts are single points, as Bullet's. So are those of a shape with setDeforming() whose faces are level.
+/// A hull of more than kMostBuilt points gets a graph by prepare() only, since the construction may take longer than a
+/// step. Without a graph its contacts are single points, as Bullet's. The same holds for a shape with setDeforming()
+/// whose faces are level.
 ///
-/// Threads: every member may run concurrently with every other. Editing a shape while a thread uses it is a data race in
-/// Bullet itself and here.
-/// Errors: none leaves; without memory there is no graph, and the pair goes to Bullet's own algorithm.
+/// Threads: all members may run concurrently with each other. Editing a shape while a thread uses it is a data race,
+/// as in Bullet itself.
+/// Errors: no exceptions; without memory there is no graph, and Bullet's own algorithm handles the pair.
 class HullCache
 {
 public:
-    /// Points of a hull that gets a graph unprepared: some 10 ms.
+    /// Largest number of points for which a graph is built without prepare(): about 10 ms.
     static constexpr std::int32_t kMostBuilt = 4096;
 
-    /// Points up to which a scan costs no more than a climb.
+    /// Largest number of points for which a scan costs no more than hill climbing.
     static constexpr std::int32_t kMostScanned = 64;
-    /// Scans that cost as much as the graph; steps, where every shape is compared once a step. Two numbers, so that shapes that came
-    /// together do not get their graphs together.
+    /// Number of scans that cost as much as the graph; a step has one, if every shape is compared once per step. The
+    /// spread prevents that shapes which were created together get their graphs in the same step.
     static constexpr std::uint32_t kLeastScans = 1000, kScanSpread = 256;
-    /// What the contact of a hull without a graph costs.
+    /// Cost of a contact of a hull without a graph, in scans.
     static constexpr std::uint32_t kScansOfContact = 64;
 
     /// Never destroyed: algorithms of worlds with static storage may outlive any other static object.
     static HullCache& instance();
 
-    /// Counts one more user of the shape's record; null without memory.
+    /// Adds a reference to the shape's record; null if out of memory.
     HullRecord* acquire(const btConvexHullShape& shape) noexcept;
     static void release(HullRecord& record) noexcept
     {
         record.references.fetch_sub(1, std::memory_order_release);
     }
 
-    /// The hull of the points that the shape has now, or the points as a HullKind::Cloud; null without memory.
+    /// The hull of the shape's current points, or the points as a HullKind::Cloud; null if out of memory.
     ///
-    /// @param pass not 0: shapes asked for with this number do not change while it is in use, and one comparison is enough
+    /// @param pass not 0: shapes do not change as long as this number is used, so that one comparison suffices
     [[gnu::always_inline]] static const Hull<btScalar>* hullOf(HullRecord& record,
                                                                const btConvexHullShape& shape,
                                                                std::uint64_t pass) noexcept
@@ -132,7 +133,7 @@ public:
         return hull->kind() == HullKind::Cloud ? instance().scanned(record, *hull) : hull;
     }
 
-    /// The same for contacts: a graph, except of very many points that were not prepared.
+    /// The graph of the shape's current points; a HullKind::Cloud only if mayBuild() is false; null if out of memory.
     static const Hull<btScalar>* graphOf(HullRecord& record, const btConvexHullShape& shape,
                                          std::uint64_t pass) noexcept
     {
@@ -142,18 +143,18 @@ public:
                    : hull;
     }
 
-    /// Of a record that may have no graph yet, which it gets when contacts have cost as much.
+    /// Counts a contact of a record without a graph, and builds the graph when contacts have cost as much.
     void countContact(HullRecord& record) noexcept;
 
     void prepare(const btConvexHullShape& shape) noexcept;
     void setDeforming(const btConvexHullShape& shape, bool isDeforming) noexcept;
     void invalidate(const btConvexHullShape& shape) noexcept;
-    /// Drops what no pair uses and nobody has prepared.
+    /// Removes all that no pair uses and that was not prepared.
     void trim() noexcept;
     HullCacheStats stats() const;
 
 private:
-    /// What a record, or contents beside their points, take in points of a graph: 450 bytes each.
+    /// Size of a record, or of contents without their points, in units of a graph's point: 450 bytes each.
     static constexpr std::size_t kFixedWeight = 32;
     static std::size_t weightOf(const HullContents& contents) { return kFixedWeight + contents.pointCount(); }
     static constexpr std::size_t kLeastAdded = std::size_t(1) << 18;
@@ -178,12 +179,12 @@ private:
     mutable std::mutex m_mutex;
     std::unordered_map<const btConvexHullShape*, std::unique_ptr<HullRecord>> m_records;
     std::unordered_multimap<std::uint64_t, std::weak_ptr<HullContents>> m_contents;
-    std::size_t m_added = 0;  ///< weight, since the last sweep
+    std::size_t m_added = 0;  ///< total weight since the last sweep
     std::size_t m_sweepAt = kLeastAdded;
     std::atomic<std::uint64_t> m_buildsTotal{0};
 };
 
-/// One side of a pair: its use of a record. Copies of nothing; null until the first hullOf().
+/// A pair's reference to the record of one of its shapes. Holds no copies; empty until the first hullOf().
 class HullUse
 {
 public:
@@ -206,14 +207,14 @@ public:
         return uses(shape) ? HullCache::graphOf(*m_record, shape, pass) : nullptr;
     }
 
-    /// Of the shape of the last call; see HullCache::countContact().
+    /// See HullCache::countContact(), for the shape of the last call.
     void countContact() noexcept
     {
         if (m_record != nullptr)
             HullCache::instance().countContact(*m_record);
     }
 
-    /// Two hulls that hullOf() gave for one shape are the same if this is: addresses are used again.
+    /// Two results of hullOf() for one shape are the same hull only if their revisions are equal: addresses are reused.
     std::uint32_t revision() const noexcept
     {
         return m_record == nullptr ? 0 : m_record->revision.load(std::memory_order_acquire);
@@ -227,7 +228,7 @@ public:
     }
 
 private:
-    /// @return false without memory
+    /// @return false if out of memory
     [[gnu::always_inline]] bool uses(const btConvexHullShape& shape) noexcept
     {
         if (m_record == nullptr || m_record->shape != &shape)

@@ -18,7 +18,7 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// A polytope whose core is a hull stretched along its own axes.
+/// A polytope whose core is a hull scaled along its own axes.
 struct StretchedHull
 {
     const Hull<btScalar>* hull;
@@ -26,7 +26,7 @@ struct StretchedHull
     const btTransform* transform;
 };
 
-/// Four components of Bullet's, of which the last means nothing.
+/// Four components of a btVector3, of which the last is unused.
 using Components = Quad<btScalar>::Vector;
 
 inline void read(const btVector3& v, Components& components)
@@ -39,9 +39,9 @@ inline btScalar largestOf(const Components& v)
     return std::max(std::max(v[0], v[1]), v[2]);
 }
 
-/// Out of line, since a loop would keep the direction in memory.
+/// Not inlined, since a loop would keep the direction in memory.
 ///
-/// @param start [in, out] a vertex as the cache stores it, see hitBeside(); then the highest
+/// @param start [in, out] a vertex as stored in the cache, see hitBeside(); afterwards the highest vertex
 [[gnu::noinline]] inline btScalar heightBeside(const Hull<btScalar>& hull, const Components& local,
                                                btScalar band, std::uint16_t& start)
 {
@@ -50,9 +50,9 @@ inline btScalar largestOf(const Components& v)
     return hit.height;
 }
 
-/// Highest product of a core's points with a direction, relative to its origin.
+/// Maximum product of a core's points with a direction, relative to its origin.
 ///
-/// @param start [in, out] the vertex that has it, where it is of use: with few vertices it stays as it is
+/// @param start [in, out] the vertex of the maximum, as a start for the next search; unchanged for few vertices
 [[gnu::always_inline]] inline btScalar heightAlong(const StretchedHull& core, const Components& direction,
                                                    std::uint16_t& start)
 {
@@ -74,25 +74,26 @@ inline btScalar largestOf(const Components& v)
     {
         btScalar height;
         std::int32_t beside;
-        // In a coherent scene nearly always.
+        // Nearly always true with temporal coherence.
         if (isPeak(hull, start, lanes, band, height, beside))
             return height;
         start = narrowId<btScalar>(beside);
     }
-    // A copy, so that the direction is in no memory before.
+    // A copy, so that the direction can stay in registers until here.
     const Components copy = local;
     return heightBeside(hull, copy, band, start);
 }
 
-/// How much higher along an axis each of two cores may be for each unit of arc that it turns on a sphere of its reach.
+/// For two cores the growth of the height along an axis per unit of arc length, by which the core turns on a ball that
+/// contains it.
 ///
-/// A core lies in the ball of radius r around its origin and below its height h along the axis, of length l. Turned by an
-/// angle t it is not higher than the highest point of the cap's complement turned alike, sqrt(r^2 l^2 - h^2) sin t +
-/// h cos t at most, which is below h + sqrt(l^2 - h^2 / r^2) (r t).
+/// A core lies in the ball of radius r around its origin and, along an axis of length l, below its height h. Turned by
+/// an angle t, its height is at most that of the turned part of the ball below h: sqrt(r^2 l^2 - h^2) sin t + h cos t,
+/// which is less than h + sqrt(l^2 - h^2 / r^2) (r t).
 class TurnRates
 {
 public:
-    /// No rate is less, so that a motion may carry what does not depend on it.
+    /// Lower limit of a rate, so that a motion bound can include terms that do not depend on rates, divided by it.
     static constexpr float kLeast = 0.125f;
 
     TurnRates() = default;
@@ -110,7 +111,7 @@ private:
     static std::uint8_t rounded(S reach, S height, S length2)
     {
         const S cosine = height > 0 ? height / reach : S(0);
-        // Room for rounding, and for a basis that is not quite a rotation.
+        // Tolerance for rounding, and for a basis that is not exactly a rotation.
         const S sine2 = length2 * S(1.0001) - cosine * cosine;
         return static_cast<std::uint8_t>(S(128) * squareRoot(std::max(S(kLeast * kLeast), sine2)) + S(2));
     }
@@ -118,15 +119,14 @@ private:
     std::uint8_t m_a = 0, m_b = 0;
 };
 
-/// What an axis leaves over after it has proved what was asked for.
+/// The surplus of a separation proof by an axis.
 struct AxisRoom
 {
-    btScalar left =
-        0;  ///< at most how much farther apart than needed the cores are, times the length of the axis
+    btScalar left = 0;  ///< lower bound of the gap beyond the required one, times the length of the axis
     TurnRates rates;
 };
 
-/// How an axis has failed, for isaGjk(), which then need not look along it again.
+/// The result of a failed proof for isaGjk(), which then does not test the axis again.
 inline AxisTest<btScalar> failedTest(const StretchedHull& a, const StretchedHull& b, btScalar along,
                                      const GjkCache<btScalar>& cache)
 {
@@ -141,14 +141,14 @@ inline AxisTest<btScalar> failedTest(const StretchedHull& a, const StretchedHull
     return test;
 }
 
-/// True if the remembered axis still proves that the cores are farther apart than `limit`: the first step of isaGjk(),
-/// in the precision of the shapes with a bound of its rounding, since four of five pairs need no more.
+/// Whether the cached axis still proves that the cores are farther apart than `limit`: the first step of isaGjk(), in
+/// the precision of the shapes with a bound of its rounding. It suffices for four of five pairs.
 ///
-/// False says nothing; ask isaGjk().
+/// False proves nothing; isaGjk() must decide.
 /// @param limit length unit of the world, not negative
-/// @param cache its support vertices follow
+/// @param cache its support vertices are updated
 /// @param room   [out] if not null
-/// @param failed [out] if not null and the answer is false: how far the axis goes, if its support vertices are known
+/// @param failed [out] if not null and the result is false: the gap along the axis, if its support vertices are known
 [[gnu::always_inline]] inline bool staysSeparated(const StretchedHull& a, const StretchedHull& b,
                                                   btScalar limit, GjkCache<btScalar>& cache,
                                                   AxisRoom* room = nullptr,
@@ -170,14 +170,14 @@ inline AxisTest<btScalar> failedTest(const StretchedHull& a, const StretchedHull
     Quad<btScalar>::makePositive(distances);
     sizes *= a.hull->reach();
     stretch *= b.hull->reach();
-    // Each product and sum is off by less than two roundings of the sizes that enter it.
+    // The rounding error of each product and sum is less than two roundings of its operands.
     distances += sizes + stretch;
     const btScalar size = Quad<btScalar>::sumOfThree(distances);
     const Components products = apart * axis, squares = axis * axis;
     const btScalar along = Quad<btScalar>::sumOfThree(products) - heightA - heightB;
     const btScalar length2 = Quad<btScalar>::sumOfThree(squares);
     const btScalar gap = limit + 16 * std::numeric_limits<btScalar>::epsilon() * size;
-    // A NaN makes the comparisons false, and what is infinite proves nothing.
+    // A NaN makes the comparisons false, and an infinite gap proves nothing.
     if (!(along > 0 && along <= std::numeric_limits<btScalar>::max() && along * along > gap * gap * length2))
     {
         if (failed != nullptr)
@@ -186,7 +186,7 @@ inline AxisTest<btScalar> failedTest(const StretchedHull& a, const StretchedHull
     }
     if (room != nullptr)
     {
-        // Again off by less than four roundings of what is at most twice the size.
+        // The error is again less than four roundings of a value of at most twice the size.
         const btScalar rest =
             along - (gap + 16 * std::numeric_limits<btScalar>::epsilon() * size) * squareRoot(length2);
         room->left = std::max(rest, btScalar(0));

@@ -8,10 +8,10 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// Whether getAabb() of the shape is known to write to nothing and to ask no other shape, so that several threads may
-/// call it: shapes that are exactly of one of Bullet's classes, as listed at WorldBoxes.
+/// Whether getAabb() of the shape writes nothing and calls no other shape, so that several threads may call it: true
+/// for shapes that are exactly of one of Bullet's classes listed at WorldBoxes.
 ///
-/// A derived class may compute lazily what its base does not, and is not one of them. False is always safe.
+/// False for derived classes, which may compute lazily what their base does not. False is always safe.
 bool hasPureAabb(const btCollisionShape& shape);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// A program on Bullet alone, for times: balls and hulls that rain onto hilly ground. Prints the median time of a step.
+// A plain Bullet program for timing: balls and hulls that fall onto hilly ground. Prints the median time of a step.
 
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 #include <btBulletDynamicsCommon.h>

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// A program on Bullet alone, for times of worlds whose solver pays for every contact point: robots on four wheels
-// (btMultiBody), tables of five parts, round hulls. Prints processor time of a step, contacts, and how calm the end is.
+// A plain Bullet program for timing worlds in which every contact point costs solver time: robots on four wheels
+// (btMultiBody), tables of five parts, round hulls. Prints processor time of a step, contacts, and the final energy.
 
 #include <BulletDynamics/Featherstone/btMultiBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
@@ -21,7 +21,7 @@
 
 namespace
 {
-/// Ends with the process, as do all that it is made of.
+/// Lives until the process ends, like all its parts.
 struct World
 {
     btDefaultCollisionConfiguration configuration;

@@ -7,14 +7,14 @@
 #include <cstring>
 #include <vector>
 
-/// Where the things begin that fall onto a floor at z = 0: a grid of 8 by 8, as many layers as it takes; metres.
+/// Initial position of a falling body above a floor at z = 0: a grid of 8 by 8 with as many layers as needed; metres.
 struct Place
 {
     explicit Place(int i) : x(0.9 * (i % 8)), y(0.9 * (i / 8 % 8)), z(0.4 + 0.7 * (i / 64)) {}
     double x, y, z;
 };
 
-/// What the programs print: a fingerprint of all positions, bit by bit, and the positions themselves.
+/// The output of the programs: a hash of the bits of all positions, and the positions themselves.
 class Result
 {
 public:

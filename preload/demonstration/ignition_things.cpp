@@ -46,7 +46,7 @@ std::string collisionOf(const std::string& shape)
     return "<collision name='collision'><geometry>" + shape + "</geometry></collision>";
 }
 
-/// A world with the floor as its first model.
+/// A world whose first model is the floor.
 std::string description()
 {
     std::ostringstream text;
@@ -65,7 +65,7 @@ std::string description()
     return text.str();
 }
 
-/// Model and link one after the other: the plug-in cannot be asked for the links of a model that it has made at once.
+/// Model and link are created one after the other: the plug-in cannot return the links of a model created at once.
 Link addModel(World& world, const sdf::Model& full)
 {
     sdf::Model bare;

@@ -4,9 +4,9 @@
 
 # preload/demonstration/upstream.sh <libcullet-preload.so> <folder with Debian's sources of dart and siconos>
 #
-# Builds test programs that DART and Siconos ship in their sources, unchanged, against Debian's packages, and runs each without
-# cullet, with its broad phase, and with ISA-GJK too: whether its own checks pass, and whether it prints the same. To begin
-# with, and with a deb-src line in apt's sources:
+# Builds unchanged test programs from the sources of DART and Siconos against Debian's packages, and runs each without
+# cullet, with its broad phase, and with ISA-GJK too. Prints whether its own checks pass, and whether its output is the
+# same. Preparation, with a deb-src line in apt's sources:
 #
 #   apt-get install libdart-all-dev libgtest-dev libcppunit-dev libsiconos-mechanics-dev libsiconos-control-dev
 #   cd <folder> && apt-get source dart siconos
@@ -16,7 +16,7 @@ library=$(realpath "$1")
 sources=$(realpath "$2")
 out=$(mktemp -d)
 trap 'rm -rf "$out"' EXIT
-# Spinning threads of BLAS on a busy machine.
+# Avoids spinning BLAS threads on a busy machine.
 export OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
 
 # show <name> <pattern of the lines to compare> <program> [argument]
@@ -25,7 +25,7 @@ show()
     local pattern=$2 settings status
     echo "== $1"
     shift 2
-    # Without times, which differ in every run.
+    # Removes times, which differ in every run.
     steady()
     {
         grep -aE "$pattern" "$1" | sed -E 's/\([0-9]+ ms( total)?\)//'
@@ -43,13 +43,13 @@ show()
     done
 }
 
-# dart <folder and name of a test> [argument]: the lines that say what passed, since some tests print random places too.
+# dart <folder and name of a test> [argument]: compares only the lines of passed tests; some print random positions.
 dart()
 {
     local tests name
     tests=$(echo "$sources"/dart-6*/unittests)
     name=$(basename "$1")
-    # NDEBUG: all of its cases. The flags of DART ask for C++11, which its headers are too new for.
+    # NDEBUG enables all of its cases. The flags of DART select C++11, which its headers no longer support.
     # shellcheck disable=SC2046
     g++ $(pkg-config --cflags dart bullet) -std=c++17 -include memory -w -DNDEBUG "-I$tests" "$tests/$1.cpp" -o "$out/$name" \
         -ldart -ldart-collision-bullet -ldart-collision-ode -ldart-utils -lgtest -lgtest_main -lfcl -lccd -lassimp \
@@ -80,6 +80,6 @@ END
 
 dart regression/test_Issue1184
 dart comprehensive/test_Raycast
-# The one left out needs files of DART's that Debian's package does not have.
+# The excluded test needs files of DART that are not in Debian's package.
 dart comprehensive/test_Collision --gtest_filter=-Collision.CollisionOfPrescribedJoints
 siconos

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// A Bullet program opens the library of the C interface, as one would that was compiled long before; a second world uses
-// cullet as a C++ library, and both must agree bit by bit.
+// A Bullet program opens the library of the C interface at run time, like a program compiled long before; a second
+// world uses cullet as a C++ library, and both must agree bit by bit.
 #include "cullet/abi/cullet.h"
 #include "cullet/plugin/isa_gjk.h"
 #include "cullet/tests/plugin/falling_heap.h"

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// What a C program cannot bring about: a backend that fails, and memory that runs out.
+// Conditions that a C program cannot cause: a failing backend, and failing allocations.
 #include "cullet/abi/box_set.h"
 #include "cullet/abi/status.h"
 #include "cullet/broad/log.h"
@@ -46,7 +46,7 @@ TEST_P(BoxSetFailure, OfABackendIsNoticedByNothingButAWarning)
     set.update();
     EXPECT_EQ(set.pairs().size(), 9u);
 
-    // Fails here: every second box goes up, but for the last one, and only one pair is left.
+    // The failing update: every second box except the last one moves up, and only one pair remains.
     std::vector<std::uint32_t> moved;
     for (int i = 1; i < kBoxes - 2; i += 2)
         moved.push_back(ids[i]);
@@ -70,7 +70,7 @@ TEST_P(BoxSetFailure, OfABackendIsNoticedByNothingButAWarning)
     setLogFunction(nullptr);
 }
 
-/// A row of touching cubes that was updated once; since then every second pair of cubes has left it, and others have come.
+/// A row of touching cubes after one update; since then every second pair of cubes was removed, and others were added.
 class ChangedRow
 {
 public:
@@ -86,7 +86,7 @@ public:
         addAt(5);
     }
 
-    /// False when memory runs out.
+    /// False if an allocation fails.
     bool tryUpdate()
     {
         try
@@ -129,7 +129,7 @@ private:
 
 TEST(BoxSetMemory, AnUpdateThatFindsNoneChangesNothingAndTheNextOneFindsAll)
 {
-    const LogScope log;  // a backend that fails for want of memory is replaced, with a warning
+    const LogScope log;  // a backend whose allocation fails is replaced, with a warning
     ChangedRow expected;
     expected.set.update();
     ASSERT_EQ(expected.set.delta().added.size(), 1999u);

@@ -20,7 +20,7 @@ namespace
 constexpr float kLargest = std::numeric_limits<float>::max();
 constexpr float kTiny = std::numeric_limits<float>::denorm_min();
 
-/// Both roundings bracket the value, and no float lies between them and it.
+/// Whether both roundings bracket the value, with no float in between.
 bool isTightBracket(double value)
 {
     const float below = roundDownToFloat(value);

@@ -3,10 +3,10 @@
 
 // Fingerprints of the pair streams of fixed scenes, the same for every backend, thread count and machine.
 //
-// A red test here asks: did you mean to change which pairs are reported, or when? If only one backend is red, it is
-// wrong. If all are red and nothing but the scene generators changed, or the definition in Backend was changed on
-// purpose, put the new values in, and say in the commit why each changed. In all other cases a simulation that ran the
-// same way for months now runs differently: find the cause instead.
+// A failure here means that the reported pairs or their updates have changed. If only one backend fails, it is wrong.
+// If all fail and only the scene generators changed, or the definition in Backend was changed on purpose, insert the
+// new values, and explain each change in the commit. In all other cases a simulation that was reproducible for months
+// now runs differently: find the cause instead.
 
 #include "cullet/broad/proxy_table.h"
 #include "cullet/tests/broad/conformance/backend_cases.h"
@@ -25,7 +25,7 @@ struct Golden
     SceneKind kind;
     float margin;
     std::uint64_t hash;
-    std::uint64_t pairs;  ///< held after the last step: a number that says more than a hash when it differs
+    std::uint64_t pairs;  ///< held after the last step: if it differs, a number says more than a hash
 };
 
 constexpr std::uint32_t kCount = 600;
@@ -53,7 +53,7 @@ TEST_P(BackendGolden, PairStreamsOfTheFixedScenesAreUnchanged)
         const auto backend = GetParam().make();
         BoxScene scene(golden.kind, kCount, 2010);
         ProxyTable table;
-        // Every tenth is static in the sense of filters: pairs of two such ones are not reported.
+        // Every tenth box is static by its filter words: pairs of two static boxes are not reported.
         for (std::uint32_t body = 0; body < kCount; ++body)
             table.create(scene.boxes()[body], body + 1, body % 10 == 0 ? Filter{2, ~2} : kEverything);
         PairStreamHash hash;

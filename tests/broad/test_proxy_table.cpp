@@ -21,7 +21,7 @@ Array<ProxyId> dirtyRows(const ProxyView& view)
     return {view.dirty, view.dirty + view.dirtyCount};
 }
 
-/// Ends what has changed so far, so that the next view shows later changes only.
+/// Consumes the changes so far, so that the next view has later changes only.
 void settle(ProxyTable& table)
 {
     table.beginUpdate(0, true);
@@ -90,7 +90,7 @@ TEST(ProxyTable, SetsManyBoxesAndMarksThoseThatDiffer)
     settle(table);
     Array<ProxyId> queried;
     table.collectQueryChanges(queried);
-    boxes[0] = cube(5, 6);  // not asked for
+    boxes[0] = cube(5, 6);  // not requested
     boxes[1].max[2] = 7;
     boxes[200].min[0] = -1;
     boxes[202] = cube(2, 1);
@@ -183,7 +183,7 @@ TEST(ProxyTable, DirtyRowsAreAscendingAndEachOnce)
 TEST(ProxyTable, TellsWhatHasHappenedToAnyRow)
 {
     ProxyTable table;
-    constexpr std::uint32_t kRows = 500;  // the last rows are not a whole group
+    constexpr std::uint32_t kRows = 500;  // the last group of rows is incomplete
     for (std::uint32_t row = 0; row < kRows; ++row)
         table.create(cube(0, 1), row + 1, kEverything);
     EXPECT_EQ(table.beginUpdate(0, true).anyChanges, kRowCreated);
@@ -247,7 +247,7 @@ TEST(ProxyTable, QueriesGetTheChangesInFewBlocksAndInMany)
         {
             for (const ProxyId row : expected)
                 table.setBox(row, cube(1, 2));
-            settle(table);  // so that the blocks are marked anew for the update
+            settle(table);  // so that the blocks are marked again for the update
         }
         table.collectQueryChanges(rows);
         std::reverse(expected.begin(), expected.end());
@@ -346,7 +346,7 @@ TEST(ProxyTable, TakesBoxesOfDifferentRowsFromSeveralThreads)
         onThreads(kThreads,
                   [&table, round](std::uint32_t thread)
                   {
-                      // Neighbouring rows belong to different threads; every third row of a thread stays.
+                      // Neighbouring rows belong to different threads; every third row of a thread is kept.
                       Array<ProxyId> own;
                       std::vector<Aabb> boxes(kCount);
                       for (std::uint32_t row = thread; row < kCount; row += kThreads)

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Uses the backends over arrays of boxes and the queries on hulls, without Bullet.
+// Uses the backends on arrays of boxes and the queries on hulls, without Bullet.
 
 #include <cstdio>
 #include <cullet/broad/backend.h>

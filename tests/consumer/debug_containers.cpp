@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// A program that is compiled with _GLIBCXX_DEBUG, against a library that is not: passes if pairs, boxes and contacts are right,
-// also where arrays go from one to the other.
+// A program compiled with _GLIBCXX_DEBUG, against a library compiled without it: passes if pairs, boxes and contacts
+// are right, also where arrays are passed between both.
 
 #include <btBulletDynamicsCommon.h>
 
@@ -34,7 +34,7 @@ void expect(bool isTrue, const char* what)
     ++failures;
 }
 
-/// A backend of the program's own, whose pairs the library reads.
+/// A backend of the program, whose pairs the library reads.
 class OwnBackend final : public cullet::Backend
 {
 public:
@@ -159,7 +159,7 @@ void checkHeaps()
     expect(other.stats().backend.stages.size() == 1, "stages of the program's own backend");
 }
 
-/// A backend of the library, of which the program reads the pairs.
+/// Checks a backend of the library, whose pairs the program reads.
 void checkBackend(std::unique_ptr<cullet::Backend> backend)
 {
     cullet::ProxyTable table;

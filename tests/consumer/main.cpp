@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Uses cullet as a user does: compiles if the headers are found under their installed name, links if the libraries bring
-// what they need, and passes if a ball comes to rest on the ground of a world with cullet's classes.
+// Uses cullet like an application: compiles if the headers are found under their installed names, links if the
+// libraries include their dependencies, and passes if a ball comes to rest on the ground of a world with cullet's
+// classes.
 
 #include <btBulletDynamicsCommon.h>
 

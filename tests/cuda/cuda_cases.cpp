@@ -6,7 +6,7 @@ namespace cullet::test
 {
 const std::vector<BackendCase>& backendCases()
 {
-    // main() has seen to it that a device answers.
+    // main() has checked that a device answers.
     static const std::vector<BackendCase> cases =
         psapCases("Cuda", [](const PsapOptions& options) { return makeCudaPsapBackend(options); });
     return cases;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Skips every test where no CUDA device answers, or, with CULLET_REQUIRE_GPU=1 in the environment, fails instead: a
-// machine that promises a GPU must not be green because nothing ran.
+// Skips every test where no CUDA device answers, or, with CULLET_REQUIRE_GPU=1 in the environment, fails instead: on a
+// machine with a GPU, skipped tests must not count as passed.
 
 #include "cullet/cuda/runtime/cuda_device.h"
 
@@ -37,7 +37,7 @@ int main(int argc, char** argv)
 {
     testing::InitGoogleTest(&argc, argv);
     std::string why;
-    // Before any test: one that GoogleTest calls skipped, ctest takes for skipped whatever the exit status.
+    // Runs before any test, since ctest reports a test that GoogleTest skips as skipped for any exit status.
     if (isDeviceRequired() && !GTEST_FLAG_GET(list_tests) && !cullet::cudaDeviceUsable(&why))
     {
         std::fprintf(stderr, "CULLET_REQUIRE_GPU is set, but %s\n", why.c_str());

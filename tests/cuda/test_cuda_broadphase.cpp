@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// The broad phase for Bullet on a real device, beside one that tests every box against every other: when the device
-// fails, when the world moves there and back, and with filters.
+// The broad phase for Bullet on a real device, compared with brute force: when the device fails, when the world moves
+// to the device and back, and with filters.
 
 #include "cullet/cuda/runtime/fault_injection.h"
 #include "cullet/tests/plugin/broadphase/broadphase_support.h"
@@ -22,7 +22,7 @@ namespace
 {
 constexpr double kSide = 25;
 
-/// Two broad phases of which one is told what the other is: cubes in a cube, about a pair per body where there are 5,000.
+/// Two broad phases with the same calls: cubes in a cube, about a pair per body with 5,000 bodies.
 class Twins
 {
 public:
@@ -34,7 +34,7 @@ public:
         {
             Body body;
             body.centre = vec(place(), place(), place());
-            // Three of four pair with all that want it.
+            // Three of four bodies pair with every body whose mask allows it.
             const bool isPicky = m_random.below(4) == 0;
             const int group = 1 << m_random.below(4);
             const int mask = isPicky ? static_cast<int>(m_random.below(16)) : kAllGroups;
@@ -54,7 +54,7 @@ public:
         }
     }
 
-    /// Moves all bodies, and looks at the pairs.
+    /// Moves all bodies, and compares the pairs.
     void step()
     {
         for (Body& body : m_bodies)
@@ -83,14 +83,14 @@ public:
         oracle.getOverlappingPairCache()->setOverlapFilterCallback(filter);
     }
 
-    /// Every `every`-th body pairs with nobody new from now on.
+    /// Changes the masks so that every `every`-th body forms no new pairs.
     void closeMasks(std::size_t every)
     {
         for (std::size_t i = 0; i < m_bodies.size(); i += every)
             m_bodies[i].onDevice->m_collisionFilterMask = m_bodies[i].inOracle->m_collisionFilterMask = 0;
     }
 
-    /// Pairs on the device that the masks would keep out.
+    /// Number of pairs on the device that the masks would refuse.
     int pairsAgainstMasks()
     {
         const btBroadphasePairArray& pairs = device.getOverlappingPairCache()->getOverlappingPairArray();
@@ -141,7 +141,7 @@ TEST(CudaBroadphase, TheGridTakesOverFromADeviceThatFails)
             twins.steps(5);
             ASSERT_EQ(twins.backendName(), "cuda");
             ASSERT_GT(pairsOf(twins.device).size(), 100u);
-            // From here on no call goes through, where the device is lost; the grid needs none.
+            // If the device is lost, every call fails from here on; the grid needs none.
             setCudaFault(fault, call);
             twins.steps(5);
             EXPECT_TRUE(hasCudaFaultHappened());

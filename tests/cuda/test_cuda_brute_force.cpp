@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Up to a million boxes: every way to search finds the pairs of brute force, which runs on the device too.
+// Up to a million boxes: every search finds the pairs of brute force, which runs on the device, too.
 
 #include "cullet/broad/proxy_table.h"
 #include "cullet/demos/scenes/fresh_boxes.h"
@@ -22,7 +22,7 @@ namespace cullet::test
 {
 namespace
 {
-/// What a backend reports of boxes that it has never seen.
+/// The pairs that a new backend reports for boxes.
 PairSum sumOfUpdate(Backend& backend, const std::vector<Aabb>& boxes)
 {
     ProxyTable table;

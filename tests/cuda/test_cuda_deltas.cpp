@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// What changes between sets of boxes on the device, told there, against every pair.
+// Changes between sets of boxes on the device, reported there, against brute force.
 
 #include "cullet/cuda/device_pairs.h"
 #include "cullet/cuda/runtime/device_buffer.h"
@@ -27,7 +27,7 @@ std::vector<T> fetch(const T* from, std::uint64_t count)
     return there;
 }
 
-/// A program with boxes on the device, on a stream of its own.
+/// A program with boxes on the device and its own stream.
 class DeviceProgram
 {
 public:
@@ -55,7 +55,7 @@ public:
                   cudaSuccess);
         EXPECT_EQ(cudaDeviceSynchronize(), cudaSuccess);
         const Status status = finder->enqueue(m_boxes.data(), boxes.size());
-        // The program is quick to use that memory for something else.
+        // The program reuses the memory immediately.
         EXPECT_EQ(cudaMemsetAsync(m_boxes.data(), 0, kMostBoxes * sizeof(Aabb), m_stream), cudaSuccess);
         return status;
     }
@@ -79,7 +79,7 @@ public:
         return collect();
     }
 
-    /// What stands on the device when that is done, whether there is room for all of it or not.
+    /// The results on the device after the enqueued work, complete or truncated.
     FoundDeltas whatIsAhead(bool& isWhole)
     {
         EXPECT_EQ(cudaStreamSynchronize(m_stream), cudaSuccess);
@@ -101,7 +101,7 @@ private:
     DeviceBuffer<Aabb> m_boxes;
 };
 
-/// Few boxes have their near pairs kept, too.
+/// Options that use neighbour lists for few boxes, too.
 PsapOptions ordered(PsapOrder order, std::uint32_t capacity = PsapOptions{}.initialCapacity)
 {
     PsapOptions options;
@@ -174,13 +174,14 @@ TEST(CudaDeltas, AreThereForWhatComesBehindOnTheStreamAndNobodyNeedWait)
             bool isWhole = false;
             FoundDeltas found = program.whatIsAhead(isWhole);
             wholeOnes += isWhole ? 1 : 0;
-            // What was void is told by the next call for all that; the last sets are collected without any look.
+            // Results that were invalid are nevertheless reported by the next call; the last sets are collected without
+            // reading them on the device.
             if (!isWhole)
                 found = program.collect();
             oracle.expect(sets[set], found);
         }
         EXPECT_GT(wholeOnes, static_cast<int>(sets.size() / (capacity == 1 ? 8 : 2)));
-        EXPECT_LT(wholeOnes, static_cast<int>(sets.size()));  // many boxes at one point have no room in a bin
+        EXPECT_LT(wholeOnes, static_cast<int>(sets.size()));  // many boxes at one point do not fit in a bin
     }
 }
 
@@ -210,7 +211,7 @@ TEST(CudaDeltas, WhatIsForgottenEntersAgain)
     {
         for (int set = 0; set < 6; ++set)
             oracle.expect(sets[set], program(sets[set]));
-        // The first list of near pairs begins where sizes are known.
+        // The first neighbour list begins once sizes are known.
         EXPECT_TRUE(round < 8 || program.finder->bytes() == bytes) << "memory grows";
         bytes = program.finder->bytes();
         program.finder->forget();
@@ -248,7 +249,7 @@ void runFailing(const PsapOptions& options, const std::vector<std::vector<Aabb>>
 
 TEST(CudaDeltas, AnyCallMayFailAndThenEverythingEntersAgain)
 {
-    // Near pairs are kept from the fifth set on; the ninth is another scene.
+    // Neighbour lists are used from the fifth set on; the ninth is another scene.
     std::vector<std::vector<Aabb>> sets = changingBoxes(200, 26);
     sets.resize(11);
     for (const PsapOptions& options : {ordered(PsapOrder::Automatic, 1), ordered(PsapOrder::Tiles, 1),

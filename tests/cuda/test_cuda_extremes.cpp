@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Many boxes where there is nothing to divide, or that no plan foresees: the pairs of the grid, in bounded memory.
+// Many boxes that no partition divides, or that no plan covers: the pairs of the grid, in bounded memory.
 
 #include "cullet/demos/scenes/extreme_scenes.h"
 #include "cullet/demos/scenes/fresh_boxes.h"
@@ -39,7 +39,7 @@ BoxFrames framesOfScene(std::unique_ptr<cullet::BoxScene> (*make)(const BoxScene
     return frames;
 }
 
-/// Among boxes of one size a few without bounds, some huge ones, and many that are none; other ones in each frame.
+/// Boxes of one size, with a few unbounded, some huge and many invalid ones, different in each frame.
 BoxFrames unboundedHugeAndInvalid()
 {
     BoxFrames frames;
@@ -74,7 +74,7 @@ void PrintTo(const Extreme& extreme, std::ostream* out)
     *out << extreme.name;
 }
 
-/// Room for what a search needs of a box and of a pair, with that for growth, and for what is as large in any world.
+/// Bound of a search's memory: per box and pair, with growth, and a constant.
 std::uint64_t mostBytes(std::uint64_t boxes, std::uint64_t pairs)
 {
     return 2048 * boxes + 128 * pairs + (64u << 20);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// A GPU that fails loses nothing: whichever CUDA call fails, and however, the update says so, the object can be
-// destroyed or started again, and another backend goes on with the known pairs.
+// A failing GPU loses no pairs: whichever CUDA call fails, and however, the update reports it, the object can be
+// destroyed or restarted, and another backend continues with the known pairs.
 
 #include "cullet/broad/proxy_table.h"
 #include "cullet/tests/cuda/support/failing_calls.h"
@@ -22,19 +22,19 @@ namespace cullet::test
 {
 namespace
 {
-/// How many boxes there are, and that every so many-th one moves.
+/// Number of boxes, and the stride of moving ones.
 struct Motion
 {
     std::uint32_t count;
     std::uint32_t every;
 };
 constexpr Motion kAllMove = {300, 1};
-// As many as a device picks boxes of from the table.
+// Few enough for a device to gather moved boxes from the table.
 constexpr Motion kSomeMove = {3000, 5};
-// So many that a device takes all boxes from the table, in parts.
+// So many that a device copies all boxes from the table, in parts.
 constexpr Motion kMostMove = {3000, 2};
 
-/// Who goes on after a failure.
+/// The backend that continues after a failure.
 enum class Heir
 {
     Grid,
@@ -57,7 +57,7 @@ public:
             m_table.create(m_scene.boxes()[body], body + 1, kEverything);
     }
 
-    /// Without a fault: whether it goes all ways that it may.
+    /// Without a fault: whether the updates used a neighbour list.
     bool followsNear() const { return m_followed > 0; }
 
     void run(FaultInjection fault)
@@ -114,7 +114,7 @@ private:
     std::unique_ptr<Backend> m_backend;
 };
 
-/// Fails every call of such updates once; returns how many there were.
+/// Fails every call of such updates once; returns the number of calls.
 std::uint64_t failEveryCall(const PsapOptions& options, FaultInjection fault, Heir heir,
                             Motion motion = kAllMove)
 {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// The pairs do not depend on how boxes are ordered and searched, along which axis, in cells and blocks of which size, and they
-// are the same in every run.
+// The pairs do not depend on the order and search of boxes, the axis, or the sizes of cells and blocks, and they are
+// the same in every run.
 
 #include "cullet/demos/scenes/fresh_boxes.h"
 #include "cullet/tests/cuda/support/box_frames.h"
@@ -36,7 +36,7 @@ std::vector<NamedOptions> withAxesAndCells(const PsapOptions& options)
             changed.axis = axis;
             changed.seed = size;
             changed.cellScale = changed.binScale = 0.5f * static_cast<float>(size);
-            changed.cells = PsapCells::FixedCount;  // of the literal search, which has no scales
+            changed.cells = PsapCells::FixedCount;  // for the literal search, which has no scales
             changed.cellCount = 50 * size * size;
             all.push_back(
                 {"axis " + std::to_string(static_cast<int>(axis)) + ", size " + std::to_string(size),
@@ -71,7 +71,7 @@ TEST_P(CudaIndependence, BlocksOfAnySizeGiveTheSameStream)
     const BoxFrames frames = framesOf(SceneKind::ManySizes, 20000, 4);
     const PairStream expected = follow(*makeGridBackend(), frames);
     EXPECT_GT(expected.added, 10000u);
-    // Less than a warp, whole warps, no power of two, and more than a block may have.
+    // Less than a warp, whole warps, no power of two, and more than the limit of a block.
     for (const std::uint32_t threads : {1u, 32u, 100u, 128u, 192u, 1u << 20})
     {
         PsapOptions options = GetParam().options;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// What a profiler that asks for NVTX ranges gets to see of an update. This program is the profiler itself.
+// The NVTX ranges of an update as a profiler receives them. This program is the profiler itself.
 
 #if __has_include(<nvtx3/nvToolsExt.h>)
 #include "cullet/tests/cuda/support/box_frames.h"
@@ -27,7 +27,7 @@ struct SeenRanges
 
 SeenRanges& seen()
 {
-    // Other tests of this program have backends on several threads.
+    // Thread-local, since other tests of this program use backends on several threads.
     static thread_local SeenRanges ranges;
     return ranges;
 }
@@ -43,7 +43,7 @@ int NVTX_API popped()
     return --seen().open;
 }
 
-/// As a profiler's library does when it is loaded.
+/// Called like the entry point of a profiler's library.
 int NVTX_API watchRanges(NvtxGetExportTableFunc_t getExportTable)
 {
     const auto* callbacks = static_cast<const NvtxExportTableCallbacks*>(getExportTable(NVTX_ETID_CALLBACKS));
@@ -57,7 +57,7 @@ int NVTX_API watchRanges(NvtxGetExportTableFunc_t getExportTable)
     return 1;
 }
 
-// Where NVTX looks for a profiler that is linked to the program, when the first range opens.
+// NVTX reads this variable when the first range opens, to find a profiler linked into the program.
 const bool g_isWatching = (InitializeInjectionNvtx2_fnptr = watchRanges) != nullptr;
 
 TEST(CudaRanges, NameTheStagesOfAnUpdate)

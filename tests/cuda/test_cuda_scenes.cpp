@@ -34,7 +34,7 @@ TEST(CudaScenes, BackendsOnAllDevicesAndThreadsGiveTheSamePairsSideBySide)
     const BoxFrames frames = framesOf(SceneKind::ManySizes, 1u << 14, 12);
     const PairStream expected = follow(*makeGridBackend(), frames);
     EXPECT_GT(expected.removed, 0u);
-    // Two of each device, so that threads meet on one.
+    // Two threads per device, so that threads share a device.
     std::vector<PairStream> streams(2 * static_cast<std::size_t>(deviceCount));
     std::vector<std::thread> threads;
     for (std::size_t i = 0; i < streams.size(); ++i)
@@ -75,7 +75,7 @@ TEST(CudaScenes, PairStreamsEqualThoseOfTheGridUpToAMillionBoxes)
     }
 }
 
-/// Boxes that go on, each with a velocity of its own.
+/// Boxes with constant velocities.
 BoxFrames driftingFrames(SceneKind kind, std::uint32_t count, int frames)
 {
     BoxFrames all = framesOf(kind, count, 1);
@@ -128,7 +128,7 @@ TEST(CudaScenes, HundredsOfThousandsOfHeldPairsAreSettled)
         options.initialCapacity = capacity;
         const auto backend = makeCudaPsapBackend(options);
         EXPECT_EQ(follow(*backend, frames), expected) << capacity;
-        // From so many on a lane takes several.
+        // From this number on a lane processes several.
         EXPECT_GT(backend->stats().pairs, 1u << 18);
     }
 }
@@ -147,7 +147,7 @@ TEST(CudaScenes, PairsOfBoxesOnTheDeviceEqualBruteForceInEveryFrame)
             BoxScene scene(kind, 5000, 3);
             DeviceBuffer<Aabb> boxes;
             boxes.allocate(5000);
-            // More frames than a plan lives: recorded launches, and those that are not.
+            // More frames than the lifetime of a plan, with recorded and direct launches.
             for (int frame = 0; frame < 40; ++frame)
             {
                 upload(boxes, scene.boxes());
@@ -163,7 +163,7 @@ TEST(CudaScenes, PairsOfBoxesOnTheDeviceEqualBruteForceInEveryFrame)
     }
 }
 
-// Small enough for a sanitizer: each way to search, by itself and as recorded launches.
+// Small enough for a sanitizer: each search, with direct and recorded launches.
 TEST(CudaScenes, EveryVariantFindsThePairsOfFewBoxes)
 {
     constexpr std::uint32_t kFew = 2000;

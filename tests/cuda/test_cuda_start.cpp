@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Whatever fails while a backend or a finder is made: there is none, the reason is told in words, and the next attempt
-// succeeds.
+// If any call fails while a backend or a finder is created, none is returned, the reason is a readable text, and the
+// next attempt succeeds.
 
 #include "cullet/cuda/device_pairs.h"
 #include "cullet/tests/cuda/support/failing_calls.h"

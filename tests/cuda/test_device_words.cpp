@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// The reasons for which there is no CUDA backend, as people read them. Needs no device.
+// The readable reasons for a missing CUDA backend. Needs no device.
 
 #include "cullet/cuda/runtime/cuda_device.h"
 #include "cullet/cuda/runtime/device_status.h"

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Whichever CUDA call of a finder fails, and however, enqueue() or collect() says so, and the finder goes on: the next
-// frame has the pairs of brute force.
+// Whichever CUDA call of a finder fails, and however, enqueue() or collect() reports it, and the finder continues: the
+// next frame has the pairs of brute force.
 
 #include "cullet/tests/cuda/support/device_boxes.h"
 #include "cullet/tests/cuda/support/failing_calls.h"
@@ -21,7 +21,7 @@ namespace cullet::test
 namespace
 {
 constexpr std::uint32_t kCount = 300;
-// The first makes a plan; then launches are recorded for each of two phases, and those are launched.
+// The first frame makes a plan; then launches are recorded for each of two phases, and the recordings launched.
 constexpr int kFrames = 6;
 
 /// Frames of a scene, with the pairs of each.
@@ -44,7 +44,7 @@ public:
     std::vector<Pairs> pairs;
 };
 
-/// Ok and the pairs of the boxes, or what went wrong.
+/// Ok and the pairs of the boxes, or the error.
 Status search(DevicePairFinder& finder, const DeviceBuffer<Aabb>& boxes, DevicePairs& found)
 {
     const Status status = finder.enqueue(boxes.data(), boxes.size());

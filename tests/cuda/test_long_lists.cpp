@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Lists longer than an int can tell.
+// Lists whose length exceeds an int.
 
 #include "cullet/tests/cuda/support/long_lists.h"
 

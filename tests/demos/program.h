@@ -16,7 +16,7 @@
 
 namespace cullet
 {
-/// What a run of the program left behind.
+/// Result of a run of the program.
 struct Outcome
 {
     int code = -1;
@@ -59,7 +59,7 @@ inline Outcome runProgram(const std::string& arguments)
     return runShell(std::string(CULLET_PROGRAM) + " " + arguments);
 }
 
-/// Runs `cullet` with `--json` and returns the document; null when it is none.
+/// Runs `cullet` with `--json` and returns the document; null if it is invalid.
 inline nlohmann::json runForJson(const std::string& arguments, Outcome* outcome = nullptr)
 {
     const std::string path = temporaryPath("result.json");

@@ -11,7 +11,7 @@ namespace
 {
 using nlohmann::json;
 
-/// Timings of a debug build are refused, so there is little to test in one.
+/// A debug build refuses to measure, so little can be tested in it.
 class BenchCommand : public testing::Test
 {
 protected:
@@ -386,7 +386,7 @@ TEST_F(BenchCommand, MeasuresNarrowQueriesAndChecksTheirAnswers)
         EXPECT_TRUE(contains(outcome.output, row["hash"].get<std::string>())) << "in the table too";
         EXPECT_EQ(row["wrong"], 0) << row.dump();
         EXPECT_LT(row["max_error"], 2e-7) << row.dump();
-        // Separated and remembered: two supports, and nothing else.
+        // Separated with a cached axis: exactly two supports.
         if (row["temperature"] == "warm" && row["regime"] == "separated" &&
             row["benchmark"] == "narrow.boolean")
         {
@@ -394,7 +394,8 @@ TEST_F(BenchCommand, MeasuresNarrowQueriesAndChecksTheirAnswers)
             EXPECT_NEAR(row["supports"].get<double>(), 2.0, 0.5);
         }
     }
-    // Two shapes, two regimes, four queries; cullet warm and cold, and Bullet. Two more through a dispatcher, warm only.
+    // Two shapes, two regimes, four queries; cullet warm and cold, and Bullet. Two more through a dispatcher, warm
+    // only.
     EXPECT_EQ(rowCount, 2 * 2 * (4 * 3 + 2 * 2));
     EXPECT_EQ(meanCount, 2 * (4 * 3 + 2 * 2));
     EXPECT_EQ(runProgram("bench narrow --shape sphere").code, 2);
@@ -436,7 +437,7 @@ TEST_F(BenchCommand, MeasuresOtherStartsAndSolversOfNarrowQueries)
         EXPECT_GT(row["ns_per_query"], 0.0);
         EXPECT_GE(row["iterations"], 0.0);
         ++counts[row["backend"]];
-        // Four of each shape before there is a simplex; another one to know that the last simplex is the closest.
+        // Four of each shape before the first simplex; another one to prove that the last simplex is the closest.
         if (row["backend"] == "cullet-four" && row["regime"] == "near" &&
             row["benchmark"] == "narrow.distance")
         {

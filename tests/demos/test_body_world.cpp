@@ -81,8 +81,8 @@ TEST(BodyWorld, PhasesAddUpToTheStep)
         EXPECT_LE(sum, wall);
         largestShare = std::max(largestShare, sum / wall);
     }
-    // The rest is two clock readings and the counter of the margin; the best of many steps, since another process may
-    // take the processor between the two clocks.
+    // The remaining share is two clock readings and the counter of the margin; the best of many steps counts, since
+    // another process may run between the two readings.
     EXPECT_GT(largestShare, 0.5);
 }
 
@@ -122,7 +122,7 @@ TEST(PairAudit, MeasuresTheMemoryOfABroadPhase)
     {
         ShadowBroadphase shadow(byName(name), std::vector<AuditedProxy>(500, AuditedProxy{box, 1, -1}));
         shadow.update(std::vector<AuditedProxy>(500, AuditedProxy{box, 1, -1}));
-        // 124,750 pairs of 32 bytes are the least that Bullet's pair array can take.
+        // 124,750 pairs of 32 bytes are the minimum of Bullet's pair array.
         EXPECT_GT(shadow.releaseAndMeasure(), 124750u * 32u) << name;
     }
 }

@@ -15,7 +15,7 @@ namespace cullet
 namespace
 {
 constexpr std::uint32_t kBodies = 16384;
-/// Of scenes in which nearly all bodies overlap each other.
+/// Number of bodies for scenes in which nearly all bodies overlap each other.
 constexpr std::uint32_t kDenseBodies = 600;
 
 Pairs pairsOf(const BoxScene& scene)
@@ -39,7 +39,7 @@ std::uint64_t hashOf(const std::vector<Aabb>& boxes)
     return hash;
 }
 
-/// What the documentation of a scene promises.
+/// Documented properties of a scene.
 struct Promise
 {
     const char* scene;

@@ -51,7 +51,7 @@ bool hasMatplotlib()
     return runShell("/usr/bin/python3 -c 'import matplotlib'").code == 0;
 }
 
-/// Timings of a debug build are refused, so there is little to test in one.
+/// A debug build refuses to measure, so little can be tested in it.
 class FigureCommand : public testing::Test
 {
 protected:

@@ -7,8 +7,8 @@
 
 #include <string>
 
-/// Many hulls in one world with each narrow phase, as in Bullet's own benchmarks of hulls: equal ones in columns, a pack
-/// of different ones, and those on a mesh.
+/// Many hulls in one world with each narrow phase, as in Bullet's own benchmarks of hulls: equal hulls in columns, a
+/// pack of different hulls, and hulls on a mesh.
 namespace cullet::test
 {
 namespace
@@ -39,11 +39,11 @@ struct Outcomes
     Outcome stock, registered, dispatcher;
 };
 
-/// Hulls that roll where they like: only means compare.
+/// Compares heaps of rolling hulls, of which only means are comparable.
 void expectSameHeap(const Outcome& ours, const Outcome& stock)
 {
     EXPECT_LE(ours.meanDepth, 2 * stock.meanDepth + 2e-4) << stock << '\n' << ours;
-    // Nothing is thrown up: all of the energy is that of the fall.
+    // No energy is gained: all of it comes from the fall.
     EXPECT_LE(ours.energyGain, 0) << stock << '\n' << ours;
 }
 
@@ -63,7 +63,7 @@ TEST(HullWorlds, ColumnsOfBarrelsStandAndSleep)
     for (const std::uint32_t bodies : {5, 8})
     {
         SCOPED_TRACE(bodies);
-        // With Bullet eight fall in double precision.
+        // With Bullet eight columns fall in double precision.
         const Outcomes outcomes("barrels", bodies, 400, {1.25, 0.01, 1e-3, 10.0});
         for (const Outcome& ours : {outcomes.registered, outcomes.dispatcher})
         {
@@ -76,7 +76,7 @@ TEST(HullWorlds, ColumnsOfBarrelsStandAndSleep)
 
 TEST(HullWorlds, TallColumnsStandNoLowerThanWithBullet)
 {
-    // Of eight columns, all of which fall with Bullet, rounding may decide about one.
+    // With Bullet all of eight columns fall; here rounding may decide about one.
     const Outcomes outcomes("barrels", 120, 400, {1.5, 0.01, 2500, 10.0});
     EXPECT_GT(outcomes.registered.meanHeight, outcomes.stock.meanHeight - 0.1) << outcomes.registered;
     EXPECT_GT(outcomes.dispatcher.meanHeight, outcomes.stock.meanHeight - 0.1) << outcomes.dispatcher;

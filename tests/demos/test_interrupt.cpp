@@ -13,7 +13,7 @@ namespace cullet
 {
 namespace
 {
-/// In a process of its own: signals and their handlers belong to all of it.
+/// Runs in a separate process, since signal handlers are global to a process.
 [[noreturn]] void runSignalled(int first, std::chrono::milliseconds pause, int second)
 {
     catchInterrupts();
@@ -31,7 +31,7 @@ protected:
 
 TEST_F(Interrupt, TakesSignalsThatComeTogetherAsOneRequest)
 {
-    // What `timeout` does: the process first, then its group.
+    // Like `timeout`: a signal to the process, then to its group.
     EXPECT_EXIT(runSignalled(SIGINT, std::chrono::milliseconds(0), SIGINT), testing::ExitedWithCode(0), "");
     EXPECT_EXIT(runSignalled(SIGTERM, std::chrono::milliseconds(1), SIGINT), testing::ExitedWithCode(0), "");
 }

@@ -18,7 +18,7 @@ namespace cullet
 {
 namespace
 {
-/// A file that is gone after the test.
+/// A file that is deleted after the test.
 class MeshFile
 {
 public:
@@ -83,7 +83,7 @@ TEST(MeshHull, IsSmallCentredAndOfOneMetre)
         EXPECT_NEAR(sum / static_cast<double>(hull.points.size()), 0.0, 1e-6);
     }
     EXPECT_NEAR(extent[0], 1.0, 1e-6);
-    // Loses at most 3 % of the longest edge to the reduction.
+    // The reduction loses at most 3 % of the longest edge.
     EXPECT_NEAR(extent[1], 2.0 / 3.0, 0.03);
     EXPECT_NEAR(extent[2], 1.0 / 3.0, 0.03);
 }
@@ -175,7 +175,7 @@ TEST(MeshHull, RefusesCoordinatesThatNoFloatHolds)
     EXPECT_NE(failureOf(one.path()).find("cullet_one.obj"), std::string::npos) << failureOf(one.path());
 }
 
-/// The header of an ASCII file that promises more vertices than it has.
+/// The header of an ASCII file that declares more vertices than it has.
 std::string plyOf(const std::string& count)
 {
     return "ply\nformat ascii 1.0\nelement vertex " + count +
@@ -209,7 +209,7 @@ TEST(MeshFile, GivesUpAtTheTimeLimit)
     std::string message = "no failure";
     try
     {
-        // Nothing ever writes into it.
+        // No process writes into the pipe.
         readMeshVertices(path, {0.05, std::uint64_t{1} << 28});
     }
     catch (const MeshError& error)
@@ -231,7 +231,7 @@ TEST(MeshFile, HasMoreTimeAndMemoryForLargeFiles)
 TEST(MeshFile, NamesFoldersAndTruncatedBinaries)
 {
     EXPECT_EQ(failureOf(testing::TempDir()), "mesh '" + testing::TempDir() + "': is a folder");
-    // An STL file that promises 16 million triangles and has half of one.
+    // An STL file that declares 16 million triangles and has half of one.
     std::string stl(80, ' ');
     stl += std::string("\xff\xff\xff\x00", 4) + std::string(25, '\x01');
     const MeshFile truncated("cullet_truncated.stl", stl);

@@ -117,7 +117,7 @@ TEST(RecordingBroadphase, LeavesTheWorldAsItIsAndReplaysToTheSamePairs)
     std::remove(path.c_str());
 }
 
-/// Forgets one pair in one frame.
+/// A player that omits one pair in one frame.
 class Forgetful : public Player
 {
 public:
@@ -141,7 +141,7 @@ private:
     int m_frame = 0;
 };
 
-/// Three boxes in a row that all touch in frame 2 and later.
+/// Records three boxes in a row that all touch in frame 2 and later.
 std::string writeThreeBoxes()
 {
     const std::string path = temporaryFile("three");

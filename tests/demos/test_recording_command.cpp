@@ -114,7 +114,7 @@ TEST(VerifyCommand, AgreesInBothPrecisions)
 
 TEST(VerifyCommand, EndsWithOneAtTheFirstDifference)
 {
-    // A filter word that changes between frames: DBVT does not look again.
+    // A filter word changes between frames, which DBVT does not re-evaluate.
     const std::string path = temporaryPath("differ.cbx");
     BoxStreamWriter writer(path, StreamPrecision::Float);
     writer.create(0, {{0, 0, 0}, {1, 1, 1}}, 1, 1);

@@ -26,7 +26,7 @@ namespace cullet
 {
 namespace
 {
-/// Volume that the triangles enclose; negative when they are turned inside out.
+/// Volume enclosed by the triangles; negative if they are inside out.
 double volumeOf(const DrawMesh& mesh)
 {
     double sum = 0;
@@ -227,7 +227,7 @@ TEST(WorldFilmer, WheelsOfVehiclesStandUprightOnTheFloorAndTouchIt)
         Eigen::AlignedBox3f box;
         for (const Eigen::Vector3f& position : film.meshes[wheel.mesh].positions)
             box.extend(wheel.pose.toMatrix() * position);
-        // Radius 0.4, width 0.32, hardly steered.
+        // Radius 0.4, width 0.32, with little steering.
         EXPECT_NEAR(box.sizes().y(), 0.8, 0.1) << i;
         EXPECT_NEAR(box.sizes().z(), 0.8, 0.1) << i;
         EXPECT_NEAR(box.sizes().x(), 0.32, 0.15) << i;
@@ -308,7 +308,7 @@ TEST(Camera, TakesAnglesOrTwoPointsAndNothingElse)
 
 namespace
 {
-/// Checks what the specification asks of accessors, views and buffers.
+/// Checks the specification's requirements on accessors, views and buffers.
 void expectSoundBuffers(const nlohmann::json& gltf, std::uintmax_t fileSize)
 {
     ASSERT_EQ(gltf["buffers"].size(), 1u);

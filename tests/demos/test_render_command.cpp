@@ -11,7 +11,7 @@ namespace cullet
 {
 namespace
 {
-/// A folder that is gone after the test.
+/// A folder that is deleted after the test.
 struct Folder
 {
     ~Folder() { std::filesystem::remove_all(path); }
@@ -26,7 +26,7 @@ bool hasFfmpeg()
     return runShell("ffmpeg -version").code == 0;
 }
 
-/// Frames of a GIF: graphic control extensions.
+/// Number of frames of a GIF, by its graphic control extensions.
 std::size_t gifFrames(const std::string& bytes)
 {
     std::size_t count = 0;

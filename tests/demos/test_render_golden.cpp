@@ -12,8 +12,8 @@
 #include <filesystem>
 #include <fstream>
 
-// Small pictures of all scenes against stored ones. CULLET_WRITE_GOLDEN=1 in the environment writes them anew; look at
-// them before they go in.
+// Small pictures of all scenes against stored ones. CULLET_WRITE_GOLDEN=1 in the environment rewrites them; inspect
+// them before a commit.
 namespace cullet
 {
 namespace
@@ -21,14 +21,15 @@ namespace
 constexpr int kWidth = 136, kHeight = 76;
 
 // Mesa's llvmpipe gives the stored pictures bit by bit, on any number of threads and width of vectors; its softpipe
-// differs by a mean of up to 0.8 and in one square by up to 2.1. What has to be above is in the tests below.
+// differs by a mean of up to 0.8 and in one square by up to 2.1. The tests below check that real differences exceed
+// these limits.
 constexpr double kMean = 1.2, kLargest = 5;
 
 struct Picture
 {
     const char* scene;
     std::uint32_t bodies;
-    int steps;  ///< few, so that last bits of sin and cos on other processors have no time to grow
+    int steps;  ///< few, so that differences in the last bits of sin and cos do not grow
 };
 
 constexpr Picture kPictures[] = {
@@ -141,7 +142,7 @@ TEST(Render, SamePictureInEachRunAndMovedBodyAndChangedColourAreSeen)
     const Image image = paintLast(film);
     EXPECT_EQ(image.pixels, paintLast(film).pixels) << "the same film twice";
 
-    // One of 120 bodies that is in sight.
+    // One of 120 bodies, which is visible.
     const std::uint32_t body = film.bodyCount - 1;
     Film moved = film;
     BodyChange& last = moved.frames.back().changes.back();

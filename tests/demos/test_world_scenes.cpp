@@ -119,7 +119,7 @@ TEST(WorldScenes, AreTheSameBitByBitForTheSameOptionsAndEveryBackend)
 
 TEST(WorldScenes, DependOnTheirSeed)
 {
-    // The others have nothing that is drawn.
+    // The other scenes draw nothing at random.
     for (const std::string name : {"drop", "boxes", "hulls", "hills", "thesis", "W1", "W2", "W3", "W4", "W5",
                                    "pour", "pile", "static", "planet", "stampede", "crowd"})
     {
@@ -212,7 +212,7 @@ TEST(WorldScenes, PileIsAConeThatStaysOne)
     }
     EXPECT_NEAR(highest / farthest, 0.6, 0.2);
     stepMany(*pile, 30);
-    // Each rests on one and carries one, but for the rims.
+    // Except at the rims, each body rests on one and carries one.
     EXPECT_GT(pile->contactPairCount(), 450u);
     EXPECT_GT(pile->lowestHeight(), btScalar(0.4));
 }
@@ -295,7 +295,7 @@ TEST(WorldScenes, StaticHasAHundredMoversAndHandsOverOnlyThose)
             EXPECT_EQ(moved, 0) << i;
         }
     }
-    // One pair per body, of which one in thirty moves; static ones have none among themselves.
+    // One pair per body, of which one in thirty moves; static bodies do not pair with each other.
     EXPECT_GT(scene->pairCount(), 40u);
     EXPECT_LT(scene->pairCount(), 400u);
 }

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-/// Point sets whose hulls are flat in places, or otherwise unpleasant, beside those of hull_points.h.
+/// Point sets with partly flat or otherwise difficult hulls, in addition to those of hull_points.h.
 namespace cullet::test
 {
 /// The thesis's Figure 9: a face with vertices level with each other, so that a climb along the face's normal that
@@ -81,7 +81,7 @@ inline Points scaled(const Points& points, double size)
     return moved(points, size * Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero());
 }
 
-/// Shapes of the queries' tests.
+/// Shapes for the tests of queries.
 inline std::vector<NamedPoints> queryShapes()
 {
     std::vector<NamedPoints> shapes = hullShapes();
@@ -89,7 +89,7 @@ inline std::vector<NamedPoints> queryShapes()
     return shapes;
 }
 
-/// Shapes of the hulls' and support searches' tests: the above and nastier ones.
+/// Shapes for the tests of hulls and support searches: queryShapes() and more difficult ones.
 inline std::vector<NamedPoints> nastyShapes()
 {
     std::vector<NamedPoints> shapes = queryShapes();

@@ -80,7 +80,7 @@ private:
     btBoxShape m_box{vec(0.5, 0.5, 0.5)};
 };
 
-/// What every world needs, around a broad phase.
+/// The objects that every world needs besides a broad phase.
 struct Stage
 {
     explicit Stage(std::unique_ptr<btBroadphaseInterface> made) : broadphase(std::move(made)) {}

@@ -13,7 +13,7 @@ inline double random(std::mt19937& engine, double low, double high)
     return std::uniform_real_distribution<double>(low, high)(engine);
 }
 
-/// Turned about a point that may be far away, and shifted.
+/// A transform rotated about a point that may be far away, and shifted.
 inline btTransform moved(const btTransform& from, double angle, double away, double shift,
                          std::mt19937& engine)
 {

@@ -12,7 +12,7 @@
 
 namespace cullet::test
 {
-/// A discrete world around a broad phase, with the bodies and shapes that a test puts in.
+/// A discrete world with a given broad phase, and the bodies and shapes of a test.
 class SmallWorld
 {
 public:
@@ -29,7 +29,7 @@ public:
     SmallWorld(const SmallWorld&) = delete;
     SmallWorld& operator=(const SmallWorld&) = delete;
 
-    /// Keeps a shape as long as the world.
+    /// Creates a shape that lives as long as the world.
     template <class Shape, class... Arguments>
     Shape& shape(Arguments&&... arguments)
     {
@@ -78,7 +78,7 @@ inline double heightOf(const btCollisionObject& body)
     return double(body.getWorldTransform().getOrigin().y());
 }
 
-/// The same numbers with cullet and with Bullet's own broad phase, within a tolerance.
+/// Expects the same numbers with cullet and with Bullet's own broad phase, within a tolerance.
 ///
 /// @param scene takes a btBroadphaseInterface& and returns a std::vector<double>
 template <class Scene>

@@ -21,7 +21,7 @@
 
 namespace cullet::test
 {
-/// A shape as applications derive them: its box is computed when first asked for, without a lock.
+/// A shape of an application: its box is computed at the first request, without a lock.
 class LazyBox final : public btBoxShape
 {
 public:
@@ -42,7 +42,7 @@ private:
     mutable btVector3 m_halfExtents;
 };
 
-/// One of every kind of shape that moves: those whose boxes the threads may compute, then those they may not.
+/// One of every kind of moving shape: first those with a thread-safe getAabb(), then the others.
 class MixedShapes
 {
 public:
@@ -163,7 +163,7 @@ private:
     btBoxShape m_huge{vec(8e5, 1, 1)};
 };
 
-/// Everything that boxes may have an influence on, bit by bit: boxes, transforms, activation, pairs and their order.
+/// Hash of all state that boxes may influence, bit by bit: boxes, transforms, activation, pairs and their order.
 inline std::uint64_t hashOfWorld(btCollisionWorld& world)
 {
     std::uint64_t hash = 14695981039346656037ull;

@@ -13,7 +13,7 @@
 
 namespace cullet::test
 {
-/// Twelve towers of three boxes and hull boxes that fall onto a plane, far enough from each other that they stand alone.
+/// Twelve towers of three boxes and hull boxes that fall onto a plane, too far from each other to interact.
 class BoxTowers
 {
 public:
@@ -44,8 +44,8 @@ public:
             m_world.stepSimulation(btScalar(1) / 60, 0, btScalar(1) / 60);
     }
 
-    /// What a test reads: a fingerprint of all transforms, touching pairs, what a ray through each tower meets from above,
-    /// and the height of every box.
+    /// Prints the output for a test: a fingerprint of all transforms, touching pairs, the hits of a ray through each
+    /// tower from above, and the height of every box.
     void print()
     {
         std::printf("hash %016llx\n", static_cast<unsigned long long>(hashOfBodies(m_bodies)));
@@ -63,7 +63,8 @@ private:
         if (mass > 0)
             shape.calculateLocalInertia(mass, inertia);
         m_bodies.push_back(std::make_unique<btRigidBody>(mass, nullptr, &shape, inertia));
-        // Not getIdentity(): its variable is one for the process, and plug-ins of both precisions would share it.
+        // Not getIdentity(): its static variable is unique in the process, and plug-ins of both precisions would share
+        // it.
         m_bodies.back()->setWorldTransform(btTransform(btQuaternion(0, 0, 0, 1), at));
         m_bodies.back()->setInterpolationWorldTransform(m_bodies.back()->getWorldTransform());
         m_world.addRigidBody(m_bodies.back().get());

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// A plug-in that exports a Bullet of its own, as one does that has linked it statically without hiding its names. What is in
-// such a library nobody knows; here it is almost nothing.
+// A plug-in that exports its own Bullet, as if linked statically without hidden symbols. Its content is arbitrary; here
+// it is nearly empty.
 
 #include <cstdio>
 

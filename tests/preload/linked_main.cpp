@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// The program of plain_towers.cpp after its author has switched to cullet: what the preloaded library has to equal.
+// The program of plain_towers.cpp ported to cullet: the reference for the preloaded library.
 
 #include "cullet/plugin/broadphase.h"
 #include "cullet/plugin/isa_gjk.h"

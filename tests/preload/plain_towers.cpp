@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// What a program that knows nothing of cullet does: linked with Bullet only. The argument says how it comes by its broad
-// phase.
+// A program without cullet, linked with Bullet only. The argument selects how it creates its broad phase.
 
 #include "cullet/tests/preload/box_towers.h"
 
@@ -23,7 +22,7 @@ struct DerivedBroadphase : btDbvtBroadphase
 {
 };
 
-/// By hand: with a function of btDbvt's the preloaded library would see that the tree is looked at.
+/// Traverses by hand, since the preloaded library would detect a function of btDbvt.
 int leavesOf(const btDbvtNode* node)
 {
     if (node == nullptr)
@@ -42,7 +41,7 @@ void run(btBroadphaseInterface& broadphase, int steps = 240)
     towers.print();
 }
 
-/// Every function of the type itself, which a compiler calls past the virtual table.
+/// Calls every function of the concrete type, which a compiler may call without the virtual table.
 void runDirectly()
 {
     btDbvtBroadphase broadphase;
@@ -97,7 +96,7 @@ void runWithACacheOfItsOwn()
     run(broadphase);
 }
 
-/// A child goes on with the world of its parent.
+/// A forked child continues with the world of its parent.
 void runInAChild()
 {
     btDbvtBroadphase broadphase;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// A program without Bullet that opens plug-ins with it, which may be of different precisions, closes them, and opens them
-// again.
+// A program without Bullet that opens plug-ins with Bullet, possibly of different precisions, closes them, and opens
+// them again.
 
 #include <cstdio>
 #include <dlfcn.h>

@@ -15,14 +15,14 @@ namespace cullet::test
 {
 namespace
 {
-/// What a program has printed, stderr included.
+/// Output of a program, stderr included.
 struct Output
 {
     std::string text;
 
     bool has(const std::string& part) const { return text.find(part) != std::string::npos; }
 
-    /// The lines that begin with the word, without it.
+    /// The lines that begin with a word, without that word.
     std::vector<std::string> lines(const std::string& word) const
     {
         std::vector<std::string> result;
@@ -235,7 +235,7 @@ TEST(PreloadedLibraryElsewhere, ServesPluginsOfBothPrecisionsInOneProcess)
     EXPECT_EQ(hashes[1], run(kFolder + "linked_towers-float64 narrow").line("hash"));
     EXPECT_TRUE(output.has("broad phases: 1 (float")) << output.text;
     EXPECT_TRUE(output.has("broad phases: 1 (double")) << output.text;
-    // Objects of Bullet's own, whose functions are told apart by the plug-in that calls them.
+    // Bullet's own objects, whose functions are resolved by the calling plug-in.
     EXPECT_EQ(run(kPreloaded + "CULLET_BACKEND=dbvt CULLET_NARROW=0 " + host).lines("hash"),
               run(host).lines("hash"));
 }

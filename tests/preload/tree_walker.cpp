@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// A program that asks the public trees of its broad phase itself, as engines do for culling and picking.
+// A program that queries the public trees of its broad phase, as engines do for culling and picking.
 
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 

@@ -37,7 +37,7 @@ testing::AssertionResult sameList(const char* what, const Pairs& actual, const P
 
 testing::AssertionResult BackendSession::step()
 {
-    // Rests of an earlier update in the out-parameter must not matter.
+    // Remains of an earlier update in the out-parameter must have no effect.
     m_delta.added.assign(3, {7, 9});
     m_delta.removed.assign(3, {7, 9});
     const ProxyView view = table.beginUpdate(margin, useFilter);

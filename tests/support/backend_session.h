@@ -15,7 +15,7 @@
 
 namespace cullet::test
 {
-/// A proxy table, a backend that follows it and the oracle that checks every update of it.
+/// A proxy table, a backend that is updated with it, and the oracle that checks every update.
 class BackendSession
 {
 public:
@@ -35,10 +35,10 @@ public:
     /// Restarts backend and oracle with the same known pairs.
     void restart(const Pairs& known);
 
-    /// Goes on with another backend, which starts from the pairs held now.
+    /// Replaces the backend by another one, which starts from the pairs held now.
     void changeBackend(std::unique_ptr<Backend> backend);
 
-    /// True when the last step reported exactly these changes.
+    /// Success if the last step reported exactly these changes.
     testing::AssertionResult reported(const Pairs& added, const Pairs& removed) const;
 
     Pairs pairs() const { return m_oracle.pairs(); }

@@ -14,7 +14,7 @@ constexpr float kStride = 0.125f;  // longest move per step and axis
 constexpr float kJitter = 0.03125f;
 
 /// Side of the cube that holds `count` boxes at the density of the scene, rounded to a whole number: the last bit of
-/// cbrt() is not the same everywhere.
+/// cbrt() depends on the C library.
 float sideFor(SceneKind kind, std::uint32_t count)
 {
     const double volumePerBox = kind == SceneKind::ManySizes ? 4096.0 : kind == SceneKind::Pile ? 8.0 : 32.0;
@@ -65,7 +65,7 @@ void BoxScene::drift(Aabb& box, std::uint32_t row)
     float* velocity = &m_velocities[3 * row];
     for (int axis = 0; axis < 3; ++axis)
     {
-        // Walls: turn back, so that the density stays.
+        // Boxes turn back at walls, so that the density is constant.
         if (box.min[axis] < 0)
             velocity[axis] = std::fabs(velocity[axis]);
         if (box.max[axis] > m_side)

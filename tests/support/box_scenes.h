@@ -15,14 +15,14 @@ enum class SceneKind
 {
     Uniform,       ///< W1: equal cubes, constant density, about one overlap each, all drift
     ManySizes,     ///< W2: sizes over three decades, all drift
-    MostlyStatic,  ///< W3: 5 % move, always the same ones
+    MostlyStatic,  ///< W3: a fixed 5 % move
     Pile,          ///< W4: a dense heap that jitters
-    Teleport       ///< W5: every box appears somewhere else in every step
+    Teleport       ///< W5: every box teleports in every step
 };
 
 const char* sceneName(SceneKind kind);
 
-/// A workload : the same bits on every machine, as golden tests need.
+/// A workload: the same bits on every machine, for golden tests.
 class BoxScene
 {
 public:

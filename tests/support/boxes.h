@@ -21,7 +21,7 @@ inline Aabb boxAt(float x, float y, float z, float half = 0.5f)
     return {{x - half, y - half, z - half}, {x + half, y + half, z + half}};
 }
 
-/// The same on every axis.
+/// Box with the same interval on every axis.
 inline Aabb cube(float min, float max)
 {
     return {{min, min, min}, {max, max, max}};

@@ -19,17 +19,17 @@
 
 namespace cullet::test
 {
-/// What a search for changes has told of one set of boxes.
+/// The result of a delta search for one set of boxes.
 struct FoundDeltas
 {
     std::vector<RowPair> kept, added, removed;
 };
 
-/// Follows a search for changes from one set of boxes to the next, and compares what it tells with every pair.
+/// Checks a delta search from one set of boxes to the next against brute force.
 class DeltaOracle
 {
 public:
-    /// @param before pairs that there are already
+    /// @param before initial pairs
     explicit DeltaOracle(Pairs before = {}) : m_before(std::move(before)) {}
 
     void expect(const std::vector<Aabb>& boxes, const FoundDeltas& found)
@@ -43,7 +43,7 @@ public:
         m_removed += found.removed.size();
         m_before = now;
     }
-    /// The next set is compared with none.
+    /// The next set is compared with an empty one.
     void forget() { m_before.clear(); }
 
     std::uint64_t kept() const { return m_kept; }
@@ -68,7 +68,7 @@ private:
     std::uint64_t m_kept = 0, m_added = 0, m_removed = 0;
 };
 
-/// Boxes that go so short ways that most pairs stay for many sets, and stop now and then.
+/// Adds boxes that move so little that most pairs stay for many sets, and stop at times.
 inline void creep(std::vector<Aabb> boxes, int steps, std::uint32_t seed,
                   std::vector<std::vector<Aabb>>& sets)
 {
@@ -87,7 +87,7 @@ inline void creep(std::vector<Aabb> boxes, int steps, std::uint32_t seed,
     }
 }
 
-/// Boxes that drift, jump, come, go, creep, are empty, unbounded, not numbers, and all gone for a while.
+/// Boxes that drift, teleport, are created, destroyed, creep, are empty, unbounded or NaN, and for a while all empty.
 inline std::vector<std::vector<Aabb>> changingBoxes(std::uint32_t count, std::uint32_t seed)
 {
     std::vector<std::vector<Aabb>> sets;
@@ -123,9 +123,9 @@ inline std::vector<std::vector<Aabb>> changingBoxes(std::uint32_t count, std::ui
     return sets;
 }
 
-/// Has a search tell the changes of one set after the other.
+/// Runs a delta search on one set after the other.
 ///
-/// @param search search(boxes) tells FoundDeltas of them
+/// @param search search(boxes) returns FoundDeltas
 template <class Search>
 void expectChanges(const std::vector<std::vector<Aabb>>& sets, const Search& search)
 {

@@ -12,7 +12,7 @@ namespace cullet::test
 /// 64-bit fingerprint of a sequence of deltas: FNV-1a over little-endian 32-bit words, low byte first.
 ///
 /// Each delta contributes: count of added, then first and second of each; count of removed, then first and second of
-/// each. Empty deltas count too, so a change that comes one update late changes the hash.
+/// each. Empty deltas count, too, so a change reported one update late changes the hash.
 class PairStreamHash
 {
 public:

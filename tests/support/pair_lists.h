@@ -13,7 +13,7 @@
 
 namespace cullet::test
 {
-/// Pairs of rows in order, the lower row first, as lists of different algorithms are compared.
+/// Pairs of rows in order, the lower row first, to compare lists of different algorithms.
 inline Pairs inOrder(const std::vector<RowPair>& rows)
 {
     Pairs pairs;

@@ -52,7 +52,7 @@ void PairOracle::readBodies(const ProxyView& proxies)
     m_bodies.clear();
     for (std::uint32_t row = 0; row < proxies.size; ++row)
     {
-        // Without filter words everybody wants everybody.
+        // Without filter words all pairs are allowed.
         const Filter filter = proxies.filters != nullptr ? proxies.filters[row] : Filter{-1, -1};
         if (isSolid(proxies.boxes[row]))
             m_bodies[proxies.uniqueIds[row]] = {proxies.boxes[row], filter};

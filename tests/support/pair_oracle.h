@@ -15,8 +15,8 @@ namespace cullet::test
 /// The definition of the pair set in Backend's docstring as a model: a set of id pairs and a map of boxes.
 ///
 /// Shares no code and no arithmetic with the library (gaps in double precision instead of float comparisons), so that
-/// a fault in overlaps(), overlapsWithMargin(), isValid() or the pair lists is not in both. It ignores `dirty` and
-/// `changes`: what a backend may conclude from them has to follow from the boxes. O(n^2) per update.
+/// the two cannot share a fault in overlaps(), overlapsWithMargin(), isValid() or the pair lists. It ignores `dirty`
+/// and `changes`: conclusions of a backend from them must also follow from the boxes. O(n^2) per update.
 class PairOracle
 {
 public:

@@ -8,7 +8,7 @@
 
 namespace cullet::test
 {
-/// Random numbers that are the same with every standard library: the distributions of <random> are not.
+/// Random numbers that are equal with every standard library, unlike the distributions of <random>.
 class Random
 {
 public:
@@ -16,7 +16,7 @@ public:
 
     std::uint32_t bits() { return static_cast<std::uint32_t>(m_engine()); }
 
-    /// Whole number in [0, count); the bias of the modulo does not matter to tests.
+    /// Whole number in [0, count); the bias of the modulo is irrelevant for tests.
     std::uint32_t below(std::uint32_t count) { return bits() % count; }
 
     /// [0, 1) in steps of 2^-24.

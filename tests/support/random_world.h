@@ -10,7 +10,7 @@
 
 namespace cullet::test
 {
-/// What a RandomWorld contains and how often it does what. Probabilities are per live proxy and step.
+/// Contents of a RandomWorld and probabilities of its operations, per live proxy and step.
 struct RandomWorldOptions
 {
     std::uint32_t count = 80;    ///< proxies at the start; creation and destruction keep the number near it
@@ -24,13 +24,13 @@ struct RandomWorldOptions
     float resize = 0.02f;
     float refilter = 0.02f;
     float destroy = 0.02f;
-    float resend = 0.02f;   ///< setBox() with the box that is there
+    float resend = 0.02f;   ///< setBox() with an unchanged box
     float special = 0.02f;  ///< becomes a point, an inverted box, NaN, or a box without bounds
     std::uint32_t firstId = 1;
     bool isSnapped = true;  ///< coordinates are multiples of 1/16, so that boxes often just touch
 };
 
-/// How often a RandomWorld did what; tests assert that nothing they rely on stayed at zero.
+/// Counts of a RandomWorld's operations; tests assert that no count they rely on is zero.
 struct RandomWorldCounts
 {
     std::uint64_t moved = 0, teleported = 0, resized = 0, refiltered = 0, created = 0, destroyed = 0,

@@ -13,11 +13,11 @@
 
 namespace cullet::test
 {
-/// Fingerprint of updates of 200,000 bodies. Every third moves: so many more than a GPU picks from the table that the others go
-/// in two parts, and fewer than it takes for all boxes to be sent; then all do; then of every third, and at last of every
-/// second, some come, go or change their filter words instead.
+/// Fingerprint of updates of 200,000 bodies. First every third moves: more than a GPU gathers from the table, so that
+/// the rest is uploaded in two parts, and fewer than the limit for uploading all boxes. Then all move. Then of every
+/// third, and at last of every second, some are created, destroyed or change their filter words instead.
 ///
-/// @param isLockable whether a device may read from the table
+/// @param isLockable whether a device can read from the table
 inline std::uint64_t scatteredStream(Backend& backend, bool isLockable)
 {
     constexpr std::uint32_t kCount = 200000;

@@ -10,7 +10,7 @@
 #include <ostream>
 #include <string>
 
-/// What bodies did in a world, to be held against the same bodies with another narrow phase.
+/// Statistics of bodies in a world, to compare narrow phases.
 namespace cullet::test
 {
 /// Calls visit(body) for each body that moves.
@@ -25,7 +25,7 @@ void forEachMovable(const btDynamicsWorld& world, const Visit& visit)
     }
 }
 
-/// Calls visit(depth) for each contact point; negative: a gap. Margins are outside of it.
+/// Calls visit(depth) for each contact point; negative: a gap. Relative to the margins.
 template <class Visit>
 void forEachDepth(const btDynamicsWorld& world, const Visit& visit)
 {
@@ -56,7 +56,7 @@ inline double kineticEnergy(const btDynamicsWorld& world)
     return energy;
 }
 
-/// Kinetic and potential.
+/// Kinetic and potential energy.
 inline double totalEnergy(const btDynamicsWorld& world)
 {
     double energy = kineticEnergy(world);
@@ -78,7 +78,7 @@ struct Outcome
     double energyGain = 0;  ///< largest energy, kinetic and potential, above that of the start
     double meanHeight = 0;  ///< of all bodies that move, in the end
     double topHeight = 0;   ///< of one body
-    double topShift = 0;    ///< how far it went sideways
+    double topShift = 0;    ///< its horizontal motion
 };
 
 inline std::ostream& operator<<(std::ostream& out, const Outcome& o)
@@ -88,9 +88,9 @@ inline std::ostream& operator<<(std::ostream& out, const Outcome& o)
                << o.meanHeight << ", top at " << o.topHeight << ", shifted by " << o.topShift;
 }
 
-/// Takes the steps of a world and looks at it after each.
+/// Runs the steps of a world and measures after each.
 ///
-/// @param top  the body whose place is told
+/// @param top  the body whose position is recorded
 /// @param step takes one step
 template <class Step>
 Outcome watch(const btDynamicsWorld& world, const btRigidBody& top, int steps, const Step& step)
@@ -135,15 +135,15 @@ Outcome watch(const btDynamicsWorld& world, const btRigidBody& top, int steps, c
     return outcome;
 }
 
-/// How much worse than Bullet's an outcome may be: the noise of a simulation that any rounding changes.
+/// How much worse than Bullet's an outcome may be, since any rounding changes a simulation.
 struct Noise
 {
-    double depthFactor, depth;  ///< the deepest contact: times Bullet's, and metres on top
+    double depthFactor, depth;  ///< the deepest contact: factor of Bullet's depth, and metres added
     double restEnergy;          ///< kinetic energy of a world that counts as resting
-    double height;              ///< of all bodies in the mean, in the end, whichever way
+    double height;              ///< difference of the mean final height of all bodies
 };
 
-/// Of what stands from the start, nearly nothing changes.
+/// Noise of bodies that stand from the start, which hardly changes.
 constexpr Noise kStandingNoise = {1.25, 0.002, 1e-3, 0.004};
 
 inline void expectNoWorse(const Outcome& ours, const Outcome& stock, const Noise& noise)
@@ -159,7 +159,7 @@ inline void expectNoWorse(const Outcome& ours, const Outcome& stock, const Noise
     }
 }
 
-/// Holds both ways of using cullet against Bullet's narrow phase, and writes all three into the test's report
+/// Compares both ways of using cullet with Bullet's narrow phase, and writes all three into the test's report
 /// (--gtest_output=xml), by number where a test has several scenes.
 inline void expectNoWorse(const Outcome& stock, const Outcome& registered, const Outcome& dispatcher,
                           const Noise& noise)

@@ -7,8 +7,8 @@
 
 namespace cullet
 {
-/// How boxes fall into cells: tiled faces are moved outward by `grow` and by a few units in their last place, multiplied
-/// and rounded down.
+/// How boxes fall into cells: tiled faces are moved outward by `grow` and by a few units in their last place,
+/// multiplied and rounded down.
 struct CellBounds
 {
     float grow;
@@ -18,10 +18,10 @@ struct CellBounds
 // Everything here is in an anonymous namespace, so that each instruction set has its own copy.
 namespace
 {
-// Cell coordinates saturate here: far away, cells become one, which costs time but loses nothing.
+// Cell coordinates saturate here: far away, cells become one, which costs time but loses no pair.
 constexpr float kFarthestCell = 268435456.0f;
 
-/// What a rule makes of faces {min, max, min, max}: those above and below zero times a factor, plus an offset.
+/// CellBounds in lanes {min, max, min, max}: factors of faces above and below zero, and an offset.
 struct CellFactors
 {
     Float4 above, below, offset;
@@ -36,23 +36,23 @@ struct CellFactors
     }
 };
 
-/// Cells of two intervals {min, max, min, max}, moved outward by the rule.
+/// Cells of two intervals {min, max, min, max}, whose faces CellBounds moves outward.
 ///
-/// Boxes whose gap is not above twice `grow` share a cell even where `grow` is lost in the rounding of large
-/// coordinates: that is what the units in the last place are for. Every step is monotone in the face, so that a cell is
-/// an interval of floats: see CellEdges.
+/// Boxes whose gap is not above twice `grow` share a cell. The units in the last place ensure this where `grow` is
+/// lost in the rounding of large coordinates. Every step is monotone in the face, so that a cell is an interval of
+/// floats: see CellEdges.
 inline Int4 cellsOfFaces(Float4 faces, const CellBounds& rule) noexcept
 {
     const CellFactors factors(rule);
     Float4 cell = faces * (faces < 0.0f ? factors.below : factors.above) + factors.offset;
     cell = cell < -kFarthestCell ? Float4{} - kFarthestCell : cell;
     cell = cell > kFarthestCell ? Float4{} + kFarthestCell : cell;
-    // Conversion cuts towards zero; a comparison yields -1 where that was upwards. std::floor would be a library call.
+    // The conversion truncates; the comparison yields -1 where that was upwards. std::floor would be a library call.
     const Int4 truncated = __builtin_convertvector(cell, Int4);
     return truncated + (__builtin_convertvector(truncated, Float4) > cell);
 }
 
-/// Tiled faces {min, max, min, max} and the two of the sweep axis, of a box held in two overlapping registers.
+/// Tiled faces {min, max, min, max} and the two of the sweep axis, of a box in two overlapping registers.
 template <int kSweepAxis>
 struct BoxFaces
 {

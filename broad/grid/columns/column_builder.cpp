@@ -10,7 +10,7 @@ namespace cullet
 {
 namespace
 {
-constexpr std::size_t kArrays = 7;  // of a ColumnSoa
+constexpr std::size_t kArrays = 7;  // floats of a ColumnSoa
 }
 
 void RowPool::resize(std::size_t entries)
@@ -37,7 +37,7 @@ ColumnSoa RowPool::row(std::size_t offset, FlaggedId* ids, std::uint32_t count, 
 
 void ColumnBuilder::build(const ColumnKernels& kernels, const RowSource& source, ColumnSoa& row)
 {
-    // Whole vectors are read behind the last one.
+    // The kernel reads whole vectors behind the last key.
     if (m_records.size() < 2u * source.count + 4u)
     {
         m_records.resize(3 * source.count + 4);

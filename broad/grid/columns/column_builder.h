@@ -10,16 +10,16 @@
 
 namespace cullet
 {
-/// Memory for the boxes of rows as structure of arrays; grows, never shrinks.
+/// Memory for the boxes of columns as structure of arrays; grows, never shrinks.
 class RowPool
 {
 public:
-    /// Room for `entries` in all, sentinels included. Contents are lost.
+    /// Makes room for `entries` in all, sentinels included. Contents are lost.
     void resize(std::size_t entries);
 
-    /// The arrays from `offset` on, with ids elsewhere.
+    /// The arrays from `offset` on; the FlaggedId array is memory of the caller.
     ///
-    /// @param isBounded whether there is to be an array of bounds
+    /// @param isBounded whether the column has an array of bounds
     ColumnSoa row(std::size_t offset, FlaggedId* ids, std::uint32_t count, bool isBounded = false);
 
     std::uint64_t bytes() const { return m_floats.capacity() * sizeof(float); }
@@ -29,16 +29,17 @@ private:
     std::vector<float> m_floats;
 };
 
-/// Brings the boxes of a row into the order of their lower bounds on the sweep axis and lays them out.
+/// Sorts the boxes of a column by their lower bounds on the sweep axis and lays them out.
 ///
 /// The order is exact, because the kernels end a scan at the first x0 beyond an interval: a truncated key would lose
 /// pairs.
 class ColumnBuilder
 {
 public:
-    /// Lays out the boxes of the ids, and writes the ids back in order.
+    /// Lays out the boxes of a source, and writes its FlaggedId array back in order.
     ///
-    /// @param row [in, out] room for count + 5 boxes and for a multiple of four ids; on return those inside the cell
+    /// @param row [in, out] memory for count + 5 boxes and a multiple of four FlaggedId values; receives the
+    /// boxes in the cell
     void build(const ColumnKernels& kernels, const RowSource& source, ColumnSoa& row);
 
     std::uint64_t bytes() const

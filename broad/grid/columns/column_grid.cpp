@@ -115,7 +115,7 @@ void ColumnGrid::scanRows(const RowPass& pass)
 PairBuffer& ColumnGrid::prepareBuffer(const GridInput& input, SinkContext& context) const
 {
     PairBuffer& out = *m_scratch[context.worker].buffer;
-    out.count = 0;  // a scan that failed leaves some of its pairs behind
+    out.count = 0;  // a failed scan leaves pairs in the buffer
     out.flush = handToSink;
     out.context = &context;
     out.near = input.near;
@@ -136,7 +136,7 @@ void ColumnGrid::scanUnbounded(const GridInput& input, PairSink& sink)
             const float gap = gapOf(box, grown(input.boxes[id], input.grow));
             if (!isValid(input.boxes[id]) || gap > input.near || gap <= input.deep)
                 continue;
-            // Of two unbounded boxes, the one with the lower id reports the pair.
+            // Of two unbounded boxes, the one with the lower index in the ProxyTable reports the pair.
             if (id <= large && std::binary_search(m_unbounded.begin(), m_unbounded.end(), id))
                 continue;
             out.ensureRoom();

@@ -33,20 +33,20 @@ public:
 /// The boxes to be put into the grid.
 struct GridInput
 {
-    const Aabb* boxes = nullptr;         ///< row of the proxy table -> box
+    const Aabb* boxes = nullptr;         ///< [rows of the ProxyTable]
     const std::uint32_t* ids = nullptr;  ///< [count] rows to take, or null for 0 .. count - 1
     std::uint32_t count = 0;
-    float grow = 0;   ///< every box is grown by this on every side first
-    float reach = 0;  ///< ... and reaches into the cells this much farther
+    float grow = 0;   ///< enlarges every box on every side
+    float reach = 0;  ///< enlarges every box further, for the choice of its cells only
     float near = 0;   ///< pairs with a gap (negative: overlap) above this are left out; at most 2 * reach
     float deep = kReportAll;  ///< pairs with a gap not above this are left out
-    /// [rows] or null: a box's motion times motionFactor is its bound, at most near / 2. Pairs are left out whose gap is,
-    /// on either side of zero, above the sum of both bounds.
+    /// [rows] or null: the motion of each box; times motionFactor it is the bound of the box, at most near / 2. Pairs
+    /// whose absolute gap is above the sum of both bounds are left out.
     const float* motions = nullptr;
     float motionFactor = 0;
 };
 
-/// What the rows are for, beyond finding pairs once.
+/// What the columns are used for after their scan.
 enum class RowUse : std::uint8_t
 {
     Once,
@@ -57,23 +57,27 @@ enum class RowUse : std::uint8_t
 /// How the changed boxes moved since the last scan.
 struct alignas(64) GridMotion
 {
-    /// Boxes by the exponent of how far any of their faces moved; boxes that came, went or have infinite faces last.
+    /// Boxes by the exponent of the largest motion of a face; created, destroyed and infinite boxes count in the
+    /// last.
     std::array<std::uint32_t, 256> octaves{};
-    float largest = 0;                  ///< of those that moved no farther than the limit
-    std::vector<std::uint32_t> strays;  ///< ascending: touch other cells than before, or moved farther
+    float largest = 0;                  ///< motion within the limit
+    std::vector<std::uint32_t> strays;  ///< ascending; touch other cells than before, or moved farther
 };
 
-/// The lecture's hierarchical grid with spatial hashing, laid out as rows.
+/// Hierarchical grid with spatial hashing of "Lesson 04, Broad Phase Collision Detection" (docs/references.md), laid
+/// out as columns.
 ///
-/// Lecture 4, Broad Phase: every object has a resolution Res(A) by its size; it is stored "bold" in the cells it
-/// touches at its own level and "regular" in those of all coarser levels; a pair is reported at the level min(Res) as
-/// bold x bold or bold x regular, and cells live in a hash of buckets, so that the world is unbounded. What differs:
-/// a cell is cut along two axes only and keeps its boxes sorted along the third (a *row*), where an 8-wide forward
-/// sweep replaces the test of all ids in a cell; octaves of sizes share a level when the cost model says so; and
-/// regular ids go only into rows that hold a bold one, since no other row can report a pair of theirs. Each pair is
-/// reported once, by the row that holds the corner (max of minima) of the two boxes.
+/// In Lesson 04 every object has a resolution Res(A) by its size. It is stored "bold" in the cells that it touches at
+/// its own level and "regular" in those of all coarser levels. A pair is reported at the level min(Res), as bold x
+/// bold or bold x regular. Cells are hashed into buckets, so that the world is unbounded. The differences are:
+/// - A cell is bounded along two axes only and its boxes are sorted along the third (a *column*). There an 8-wide
+///   forward sweep replaces the test of all boxes in a cell.
+/// - Octaves of sizes share a level where the cost model finds that cheaper.
+/// - Regular boxes are stored only in columns that hold a bold one, since no other column can report a pair of
+///   theirs.
 ///
-/// Boxes that reach more than 2^50, or would touch too many cells, are tested against everything instead.
+/// Each pair is reported once, by the column that holds the corner (max of minima) of the two boxes. Boxes with an
+/// extent above 2^50, or that would touch too many cells, are tested against all boxes instead.
 class ColumnGrid
 {
 public:
@@ -87,27 +91,28 @@ public:
     /// Cost: O(n + pairs) for sizes within a constant ratio; about 80 ns a box on one core
     void scan(const GridInput& input, PairSink& sink, RowUse use);
 
-    /// Whether scan() of so many boxes stays in the calling thread.
+    /// Whether scan() of `count` boxes uses the calling thread only.
     bool isForOneThread(std::uint32_t count) const;
 
-    /// Whether the rows of the last scan can be brought up to date instead of being refilled: follow().
+    /// Whether follow() can update the columns of the last scan, so that they need no refill.
     bool canFollow(float reach) const { return m_isFollowable && m_reach == reach; }
 
-    /// Looks at all boxes that changed since the last scan.
+    /// Compares all changed boxes with those of the last scan.
     ///
     /// @param before    boxes as of that scan
     /// @param limit     see GridMotion
-    /// @param motions   [out] row -> how far any of its faces moved, of changed boxes; or null
+    /// @param motions   [out, rows] largest motion of a face of each changed box; or null
     void compare(const Aabb* boxes, const Aabb* before, const std::uint32_t* dirty, std::uint32_t dirtyCount,
                  float limit, GridMotion& motion, float* motions = nullptr);
 
-    /// Puts strays into the cells that are new to them, so that scanFollowed() may come; false: scan() must.
+    /// Inserts migrated boxes into their new cells; returns whether scanFollowed() may run next, otherwise scan()
+    /// must.
     bool follow(const GridInput& input, const Aabb* before, const std::vector<std::uint32_t>& strays);
 
-    /// As scan(), from the rows as they are; boxes that left a cell are dropped from it.
+    /// Scans the existing columns instead of refilling them; boxes that left a cell are dropped from it.
     void scanFollowed(const GridInput& input, PairSink& sink);
 
-    /// Hands all overlapping pairs as of the last scan to the sink. The rows stay.
+    /// Hands all pairs that overlapped in the last scan to the sink. The columns do not change.
     ///
     /// @param input the boxes of that scan
     void scanAgain(const GridInput& input, PairSink& sink);
@@ -115,46 +120,47 @@ public:
     /// Width of the finest cells.
     float finestWidth() const { return m_plan.width[0]; }
 
-    /// Hands every kept box that overlaps one of the boxes to the sink as {index, kept}, each once, one box after another;
-    /// scan(Query) came before.
+    /// Hands every kept box that overlaps one of `boxes` to the sink as {index, kept}, each once, one of `boxes`
+    /// after the other. The last scan had RowUse::Query.
     ///
-    /// Fast where the boxes are ordered as by orderAlongRows(). Safe from several threads with different workers.
+    /// Fast where the boxes are in the order of orderAlongRows(). Several threads may call it, with different
+    /// workers.
     ///
-    /// @param boxes [count] empty ones are passed over
+    /// @param boxes [count] empty boxes are skipped
     void query(const Aabb* boxes, std::uint32_t count, unsigned worker, PairSink& sink) const;
 
-    /// Tells in which order ids lie by the rows that their boxes begin in, and along these.
+    /// Orders boxes by the columns that they begin in, and along these.
     ///
-    /// @param boxes row of the proxy table -> box
+    /// @param boxes [rows of the ProxyTable]
     /// @return indices into `ids`
     std::vector<std::uint32_t> orderAlongRows(const Aabb* boxes, const std::vector<std::uint32_t>& ids) const;
 
-    /// The box with all faces this much farther out.
+    /// The box enlarged by `grow` on every side.
     static Aabb grown(const Aabb& box, float grow);
 
-    /// The rows as boxes that are infinite along the sweep axis; see CellSource.
+    /// Visits the columns as boxes that are infinite along the sweep axis; see CellSource.
     void forEachCell(const CellVisitor& visit) const;
 
-    /// What was done.
+    /// Counters of work.
     struct Work
     {
-        std::uint64_t tests = 0;   ///< of boxes, by the last scan and all queries
-        std::uint64_t visits = 0;  ///< rows that queries looked into, again for each box
+        std::uint64_t tests = 0;   ///< box tests by the last scan and all queries
+        std::uint64_t visits = 0;  ///< columns that queries searched, counted for each box
     };
 
-    /// ... since the last call.
+    /// Returns the work since the last call and resets the counters.
     Work takeWork();
 
-    /// Boxes times cells of the last scan.
+    /// Entries of the last scan: boxes times cells.
     std::uint64_t entryCount() const { return m_entryCount; }
     const GridPlan& plan() const { return m_plan; }
     const std::vector<std::uint32_t>& unbounded() const { return m_unbounded; }
     std::uint64_t bytes() const;
 
 private:
-    // A box that would touch more cells than this under a plan that did not expect it joins the unbounded ones.
+    // A box that would touch more cells than this under a plan that did not expect it joins the unbounded boxes.
     static constexpr std::int64_t kMostCells = 64;
-    static constexpr std::int32_t kSquareSide = 8;  // a square of so many cells is not more
+    static constexpr std::int32_t kSquareSide = 8;  // side of a square of kMostCells cells
 
     struct Entry
     {
@@ -162,7 +168,7 @@ private:
         FlaggedId id;
     };
 
-    /// A vector whose room is made once per box instead of being checked per entry.
+    /// A vector that is enlarged once per box instead of being checked per entry.
     class EntryList
     {
     public:
@@ -177,7 +183,7 @@ private:
         const Entry* begin() const { return m_entries.data(); }
         const Entry* end() const { return m_entries.data() + m_count; }
         Entry* end() { return m_entries.data() + m_count; }
-        /// Of entries that were written behind the end.
+        /// Appends the entries that were written behind the end.
         void setEnd(const Entry* end) { m_count = static_cast<std::size_t>(end - m_entries.data()); }
         std::uint64_t bytes() const { return m_entries.capacity() * sizeof(Entry); }
 
@@ -207,25 +213,26 @@ private:
         std::unique_ptr<PairBuffer> buffer = std::make_unique<PairBuffer>();
     };
 
-    /// Where the ids of a row are; multiples of four, so that they can be written as vectors.
+    /// Position of the FlaggedId array of a column; begin and room are multiples of four, so that whole vectors can
+    /// be written.
     struct RowList
     {
         std::uint32_t begin;
         std::uint32_t count;
         std::uint32_t room;
-        std::uint32_t sortedCount;  ///< by the last scan; others were added since
+        std::uint32_t sortedCount;  ///< entries sorted by the last scan; the others were added since
     };
 
-    /// One pass over the rows.
+    /// One pass over the columns.
     struct RowPass
     {
         const GridInput& input;
         PairSink& sink;
         RowUse use;
-        bool isFollowed;  ///< cells of boxes have changed
+        bool isFollowed;  ///< boxes may have changed cells
     };
 
-    /// Where pairs of a scan or query go.
+    /// Destination of the pairs of a scan or query.
     struct SinkContext
     {
         PairSink* sink;
@@ -302,17 +309,17 @@ private:
     unsigned m_taskCount = 1;
     std::vector<Task> m_tasks;
     std::vector<Worker> m_scratch;
-    std::vector<RowList> m_bold;     // [rows] into m_boldIds
-    std::vector<RowList> m_regular;  // [rows] into m_regularIds; empty with one level
+    std::vector<RowList> m_bold;     // [columns] into m_boldIds
+    std::vector<RowList> m_regular;  // [columns] into m_regularIds; empty with one level
     mutable std::vector<FlaggedId> m_boldIds;
     std::vector<FlaggedId> m_regularIds;
     std::vector<std::uint32_t> m_unbounded;  // ascending
-    mutable RowPool m_kept;                  // bold rows, each where its ids are in m_boldIds
-    std::vector<float> m_longest;            // [rows] longest sweep extent in a kept row
-    std::vector<CellEdges> m_edges;          // [rows] while rows are followed
-    std::vector<std::uint8_t> m_hasEdges;    // [rows]
+    mutable RowPool m_kept;                  // bold columns, at their offsets in m_boldIds
+    std::vector<float> m_longest;            // [columns] longest sweep extent in a kept column
+    std::vector<CellEdges> m_edges;          // [columns] while they are followed
+    std::vector<std::uint8_t> m_hasEdges;    // [columns]
     std::vector<GridMotion> m_motions;       // [tasks]
-    std::uint32_t m_idsUsed = 0;             // of m_boldIds
+    std::uint32_t m_idsUsed = 0;             // entries used of m_boldIds
     float m_reach = 0;                       // of the last scan
     bool m_isFollowable = false;
     std::uint32_t m_followedScans = 0;  // since the last fill

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 //
-// Boxes come into the cells of the row grid: each is located, inserted into the list of a task and counted.
+// Fills the column grid: finds the cells of each box, inserts the box into the list of a task and counts the entries.
 #include "cullet/broad/boxes/aabb_simd.h"
 #include "cullet/broad/grid/columns/cell_bounds.h"
 #include "cullet/broad/grid/columns/column_grid.h"
@@ -16,13 +16,13 @@ namespace cullet
 {
 namespace
 {
-// Sizes are recorded of every so-manieth box only, and of all that do not fit the plan.
+// The sizes of one box in so many are recorded, and those of all boxes that do not fit the plan.
 constexpr std::uint32_t kSizeSampling = 8;
 constexpr std::uint32_t kLocateBlock = 128;
 constexpr std::uint32_t kSample = 512;
 constexpr float kLargestExtent = static_cast<float>(std::uint64_t{1} << kHighestOctave);
 
-/// Where most numbers are; reorders them.
+/// Interval of the numbers without the outer 1/64 on either side; reorders them.
 template <class T>
 std::pair<T, T> usualRange(std::vector<T>& numbers)
 {
@@ -34,7 +34,7 @@ std::pair<T, T> usualRange(std::vector<T>& numbers)
     return {low, *high};
 }
 
-/// Where most cells are, with some room on both sides, but not more than all need.
+/// Interval of most cells, with some room on both sides, but not more than all cells need.
 std::pair<std::int64_t, std::int64_t> windowOf(std::vector<std::int32_t>& cells)
 {
     const auto [lowest, highest] = std::minmax_element(cells.begin(), cells.end());
@@ -90,7 +90,7 @@ TileRange ColumnGrid::cellsOf(const Aabb& box, const CellBounds& rule) const
     return {cells[0], cells[1], cells[2], cells[3]};
 }
 
-/// Cells of a box at its level; false for one that is empty or goes to the side list.
+/// Finds the cells of a box at its level; returns false for an empty or unbounded box.
 bool ColumnGrid::locateOne(const GridInput& input, std::uint32_t index, Task& task, Located& to) const
 {
     const std::uint32_t id = input.ids != nullptr ? input.ids[index] : index;
@@ -121,9 +121,9 @@ void ColumnGrid::sampleSizes(const GridInput& input, std::uint32_t begin, std::u
     }
 }
 
-/// Cells of the boxes from `begin` on, at most a block of them, into `block`; the others on the side list.
+/// Finds the cells of the boxes [begin, end), at most a block, and writes them to `block`; lists the unbounded boxes.
 ///
-/// Apart from the insertion, whose branches are hard to predict, this runs at full speed.
+/// The branches of the insertion are hard to predict; without them this loop runs at full speed.
 std::uint32_t ColumnGrid::locate(const GridInput& input, std::uint32_t begin, std::uint32_t end, Task& task,
                                  Located* block) const
 {
@@ -163,10 +163,11 @@ bool ColumnGrid::insertByHash(const Located& box, Task& task)
     return true;
 }
 
-/// Inserts boxes into the cells of their level, and counts the entries of each; false when the directory is full.
+/// Inserts boxes into the cells of their level and counts the entries of each; returns false when the ColumnHash is
+/// full.
 bool ColumnGrid::insertBold(const Located* block, std::uint32_t count, Task& task)
 {
-    // Copies, and an end of its own: what is written could be members otherwise, to be read again for each box.
+    // Local copies: the writes might alias members, which the compiler would read again for each box.
     const CellWindow window = m_rows.window();
     task.bold.makeRoom(static_cast<std::size_t>(count) * kMostCells);
     const std::size_t before = task.bold.size();
@@ -282,7 +283,7 @@ bool ColumnGrid::tryFill(const GridInput& input)
     return true;
 }
 
-/// Cells that most boxes are in; none where a table of them would be large.
+/// The window of cells that most boxes touch; empty where a table of them would be large.
 CellWindow ColumnGrid::chooseWindow(std::vector<std::int32_t>& js, std::vector<std::int32_t>& ks,
                                     std::uint32_t boxes) const
 {
@@ -298,7 +299,7 @@ CellWindow ColumnGrid::chooseWindow(std::vector<std::int32_t>& js, std::vector<s
             static_cast<std::uint32_t>(countJ), static_cast<std::uint32_t>(countK)};
 }
 
-/// Learns from some of the boxes where the others are.
+/// Estimates from a sample where boxes are.
 void ColumnGrid::sampleInput(const GridInput& input)
 {
     std::vector<std::int32_t> js;
@@ -342,7 +343,7 @@ void ColumnGrid::fill(const GridInput& input)
             break;
         makePlan(input, sizes);
     }
-    // Room for twice the rows in use, so that the next frames need no second attempt.
+    // Room for twice the columns in use, so that the next frames need no second attempt.
     const std::uint32_t used = m_rows.count() - m_rows.window().count();
     if (m_rowRoom > 8 * used + 1024)
         m_rowRoom /= 2;

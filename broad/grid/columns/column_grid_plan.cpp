@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 //
-// When the plan of a row grid is made, and made anew.
+// Makes the plan of a column grid, and decides when it is made anew.
 #include "cullet/broad/grid/columns/column_grid.h"
 
 #include <algorithm>
@@ -55,7 +55,7 @@ bool ColumnGrid::isPlanStale(const SizeHistogram& sizes) const
         const std::uint32_t now = sizes.bins[o].count;
         const std::uint32_t then = m_planned.bins[o].count;
         moved += now > then ? now - then : then - now;
-        // A size that the plan has not seen at all may be far larger than its rows.
+        // A size that was absent when the plan was made may be far larger than its columns.
         if (now != 0 && then == 0 && static_cast<std::int32_t>(o) > 0 && now > total / 64)
             return true;
     }
@@ -73,7 +73,7 @@ void ColumnGrid::learnDensity()
         return;
     m_density = std::min(std::max(m_density * ratio, 1e-3), 1e6);
     m_planned = SizeHistogram();
-    // Not in every update, should the prediction stay wrong.
+    // A minimum of followed scans avoids a refill in every update, should the prediction stay wrong.
     if (m_followedScans >= kShortestFollow)
         m_isFollowable = false;
 }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 //
-// The rows of the last scan, asked about single boxes.
+// Queries for single boxes in the columns of the last scan.
 #include "cullet/broad/grid/columns/column_grid.h"
 
 #include <algorithm>
@@ -14,7 +14,8 @@ namespace cullet
 {
 namespace
 {
-/// Where the first of some ascending values is that is not below `from`; without branches, which nobody could predict.
+/// Index of the first of some ascending values that is not below `from`. It has no branches, as they would be
+/// mispredicted.
 std::uint32_t lowerBound(const float* values, std::uint32_t count, float from)
 {
     std::uint32_t begin = 0;
@@ -33,7 +34,8 @@ void ColumnGrid::queryRow(const ColumnSoa& query, std::uint32_t row, PairBuffer&
     const std::uint32_t count = m_bold[row].count;
     const std::uint32_t offset = m_bold[row].begin;
     const ColumnSoa kept = m_kept.row(offset, m_boldIds.data() + offset, count);
-    // No kept interval is longer than m_longest, so none that begins before `from` reaches the query; rounded down.
+    // No kept interval is longer than m_longest, so none that begins before `from` reaches the query. The
+    // difference is rounded down.
     float from = query.x0[0] - m_longest[row];
     from -= std::abs(from) * 1e-6f;
     const std::uint32_t begin = lowerBound(kept.x0, count, from);
@@ -77,7 +79,7 @@ void ColumnGrid::queryLevel(const ColumnSoa& query, const Aabb& box, std::uint32
 
 void ColumnGrid::queryBox(const Aabb& box, FlaggedId id, PairBuffer& out) const
 {
-    // Finite, or the sentinel at the end of a row would count as inside.
+    // The end is finite, since the sentinel at the end of a column would count as inside otherwise.
     float x0 = box.min[m_plan.sweepAxis];
     float x1 = std::min(box.max[m_plan.sweepAxis], std::numeric_limits<float>::max());
     float y0 = box.min[m_plan.tileAxisY], y1 = box.max[m_plan.tileAxisY];

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 //
-// The ids that the tasks of a filling pass put into rows are brought together by row.
+// Groups the entries of the filling tasks by column.
 #include "cullet/broad/grid/columns/column_grid.h"
 
 #include <algorithm>
@@ -10,8 +10,8 @@ namespace cullet
 {
 namespace
 {
-/// Room that a row of `count` ids has beyond them: for others that come, or for whole vectors that are read behind its end while
-/// another thread writes the next row.
+/// Spare room of a column of `count` entries: for boxes that migrate into it, or for whole vectors that are read
+/// behind its end while another thread writes the next column.
 std::uint32_t spareRoom(std::uint32_t count, RowUse use)
 {
     if (count == 0 || use == RowUse::Once)
@@ -20,7 +20,7 @@ std::uint32_t spareRoom(std::uint32_t count, RowUse use)
 }
 }  // namespace
 
-/// Turns per-task counts into lists and moves the ids of every row together; the number of entries.
+/// Turns per-task counts into lists and groups the entries by column; returns the number of entries.
 std::uint32_t ColumnGrid::scatterKind(EntryList Task::*entries, std::vector<std::uint32_t> Task::*counts,
                                       std::vector<RowList>& lists, std::vector<FlaggedId>& ids, RowUse use)
 {

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 //
-// Rows that are kept from update to update. Most boxes stay in their cells and nearly in their order, so that neither
-// the directory nor a sort is needed: rows are read in the order of the last update, boxes that left a cell are dropped
-// on the way, and only the few that came into another one are inserted by hash.
+// Columns that are kept from update to update. Most boxes stay in their cells and nearly in their order, so that
+// neither the hash nor a full sort is needed: columns are read in the order of the last update, boxes that left a
+// cell are dropped on the way, and only the few migrated boxes are inserted by hash.
 #include "cullet/broad/grid/columns/cell_bounds.h"
 #include "cullet/broad/grid/columns/column_grid.h"
 
@@ -16,12 +16,12 @@ namespace
 {
 constexpr std::size_t kCompareGrain = 4096;
 constexpr std::size_t kCompareBlock = 512;
-// Strays whose boxes are on their way from memory.
+// Boxes are prefetched so many iterations early.
 constexpr std::size_t kPrefetch = 32;
-// Sizes and spans are not measured while rows are followed; the plan is looked at this often.
+// Followed scans do not measure sizes and spans; after so many of them a refill checks the plan.
 constexpr std::uint32_t kLongestFollow = 128;
 
-/// Floats by an integer of the same order.
+/// The float of a rank, an integer in the order of all floats.
 Float4 floatOfRank(Int4 rank)
 {
     const Int4 bits = rank ^ ((rank >> 31) & 0x7fffffff);
@@ -37,7 +37,7 @@ Float4 facesFrom(Int4 cells, const CellBounds& rule)
         0x7f7fffff;  // rank of the largest float; the lowest one has -kLargest - 1
     Int4 below = Int4{} - kLargest - 1;
     Int4 rank = Int4{} + kLargest;
-    // Invariant: what is sought lies in (below, rank], up to the ends.
+    // Invariant: the rank of the result is in (below, rank], up to the ends.
     for (int step = 0; step < 32; ++step)
     {
         // The mean, without overflow.
@@ -50,7 +50,7 @@ Float4 facesFrom(Int4 cells, const CellBounds& rule)
 }
 }  // namespace
 
-/// Block by block, so that a task needs room for the strays of a block only.
+/// Compares block by block, so that a task needs room for the migrated boxes of a block only.
 void ColumnGrid::compareRange(const MotionSource& source, const std::uint32_t* rows, std::size_t count,
                               GridMotion& motion) const
 {
@@ -95,7 +95,7 @@ void ColumnGrid::compare(const Aabb* boxes, const Aabb* before, const std::uint3
     }
 }
 
-/// Each cell's edges are looked for once, by the task that scans the row.
+/// Computes the edges of a cell once, in the task that scans its column.
 const CellEdges& ColumnGrid::edgesOf(std::uint32_t row)
 {
     CellEdges& edges = m_edges[row];
@@ -129,12 +129,12 @@ bool ColumnGrid::addToRow(std::uint64_t cell, std::uint32_t id)
         list = {m_idsUsed, list.count, room, list.sortedCount};
         m_idsUsed += room;
     }
-    // Its flags are made when the row is scanned.
+    // The flags are computed when the column is scanned.
     m_boldIds[list.begin + list.count++] = id;
     return true;
 }
 
-/// Inserts a stray into the cells that are new to it; false when the grid has to be refilled for it.
+/// Inserts a migrated box into its new cells; returns false when the grid has to be refilled for it.
 bool ColumnGrid::followStray(const GridInput& input, const Aabb& before, std::uint32_t id)
 {
     const Aabb& box = input.boxes[id];

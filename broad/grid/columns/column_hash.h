@@ -9,7 +9,7 @@
 
 namespace cullet
 {
-/// A cell of one grid level, packed into one word; the key of a row. Never zero.
+/// A cell of one grid level, packed into one word; the key of a column. Never zero.
 ///
 /// @param level below 32
 /// @param j,k   within +-2^28, along the first and second tiled axis
@@ -35,7 +35,7 @@ inline std::int32_t cellCoordinateK(std::uint64_t cell) noexcept
     return static_cast<std::int32_t>(cell & 0x3fffffff) - (1 << 29);
 }
 
-/// Cells of the finest level that are looked up by their place in a rectangle instead of by hash.
+/// Cells of the finest level that are found by their position in a rectangle instead of by hash.
 struct CellWindow
 {
     std::int32_t j0 = 0;
@@ -48,7 +48,7 @@ struct CellWindow
     {
         return static_cast<std::uint32_t>(j - j0) < countJ && static_cast<std::uint32_t>(k - k0) < countK;
     }
-    /// Whether four cells are inside: this one and the next ones along each axis.
+    /// Whether the square of four cells that begins with this one is inside.
     bool containsSquare(std::int32_t j, std::int32_t k) const
     {
         return static_cast<std::uint32_t>(j - j0) < std::max(countJ, 1u) - 1 &&
@@ -65,13 +65,15 @@ struct CellWindow
     }
 };
 
-/// Spatial hash from cells to row numbers: hash(i, j, k) = (i p1 xor j p2 xor k p3) mod n.
+/// Spatial hash from cells to column numbers: hash(i, j, k) = (i p1 xor j p2 xor k p3) mod n.
 ///
-/// Lecture 4, "Spatial Hashing", with Teschner's primes in unsigned arithmetic and the level as third coordinate. A
-/// bucket overflows into the next ones (linear probing). Cells are compared on every lookup, so that any number of
-/// buckets, even one, is exact. The number of a row is its place in the table: below capacity(), with gaps.
+/// "Spatial Hashing" of Lesson 04 (docs/references.md), with Teschner's primes in unsigned arithmetic and the level
+/// as third coordinate. A bucket overflows into the next ones (linear probing). Cells are compared on every lookup,
+/// so that any number of buckets, even one, is exact. The number of a column is its position in the table: below
+/// capacity(), with gaps.
 ///
-/// Cells of a window need neither hash nor comparison, and the rows of neighbours are near each other: they come first.
+/// The cells of the window have the first numbers. They need neither hash nor comparison, and neighbours are close in
+/// memory.
 ///
 /// Threads: findOrInsert() may run concurrently with itself; the other members may not run beside it.
 class ColumnHash
@@ -79,14 +81,14 @@ class ColumnHash
 public:
     static constexpr std::uint32_t kNone = 0xffffffffu;
 
-    /// Empties the directory.
+    /// Empties the table.
     ///
     /// @param capacity    a power of two; three quarters of it can be used
     /// @param bucketCount 0: as many as the capacity
     /// @param window      its cells are not counted in the capacity
     void reset(std::uint32_t capacity, std::uint32_t bucketCount, const CellWindow& window);
 
-    /// Number of the row of a cell, a new one if the cell has none yet; kNone when the room is used up.
+    /// Number of the column of a cell, a new one if the cell has none yet; kNone when the table is full.
     std::uint32_t findOrInsert(std::uint64_t cell)
     {
         if (isInWindow(cell))
@@ -96,7 +98,7 @@ public:
         return isThere ? m_windowCount + home : findOrInsertFrom(home, cell);
     }
 
-    /// Number of the row of a cell, or kNone. Cells of the window always have a row, perhaps an empty one.
+    /// Number of the column of a cell, or kNone. Cells of the window always have a column, perhaps an empty one.
     std::uint32_t find(std::uint64_t cell) const;
 
     const CellWindow& window() const { return m_window; }
@@ -104,7 +106,7 @@ public:
     std::uint32_t hashCapacity() const { return m_capacity; }
     std::uint32_t count() const { return m_windowCount + m_count.load(std::memory_order_relaxed); }
 
-    /// The cell of a row, 0 for a gap.
+    /// The cell of a column, 0 for a gap.
     std::uint64_t cell(std::uint32_t row) const
     {
         return row < m_windowCount ? m_window.cell(row)
@@ -127,7 +129,7 @@ private:
         const std::uint32_t hash = static_cast<std::uint32_t>(cell >> 30 & 0x3fffffff) * 73856093u ^
                                    static_cast<std::uint32_t>(cell & 0x3fffffff) * 19349663u ^
                                    static_cast<std::uint32_t>(cell >> 60) * 83492791u;
-        // Neighbouring cells differ in few bits of the lecture's hash; a multiplication spreads them before the cut.
+        // Neighbouring cells differ in few bits of this hash; a multiplication spreads them before the shift.
         const std::uint32_t mixed = hash * 2654435769u >> m_shift;
         return m_bucketCount == 0 ? mixed : hash % m_bucketCount & m_mask;
     }
@@ -137,7 +139,7 @@ private:
     std::unique_ptr<std::atomic<std::uint64_t>[]> m_cells;
     CellWindow m_window;
     std::uint32_t m_windowCount = 0;
-    std::atomic<std::uint32_t> m_count{0};  ///< outside of the window
+    std::atomic<std::uint32_t> m_count{0};  ///< columns outside the window
     std::uint32_t m_room = 0;
     std::uint32_t m_capacity = 0;
     std::uint32_t m_mask = 0;

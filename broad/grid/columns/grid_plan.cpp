@@ -12,7 +12,7 @@ namespace cullet
 namespace
 {
 // Nanoseconds on a 2023 server core, 8-lane kernels; only their ratios matter.
-constexpr double kCostOfEntry = 16.0;      // gather, sort and transpose one box into a row
+constexpr double kCostOfEntry = 16.0;      // gather, sort and transpose one box into a column
 constexpr double kCostOfProbe = 3.0;       // look up one cell of a coarser level
 constexpr double kCostOfCandidate = 0.25;  // one lane of the forward scan
 
@@ -30,7 +30,7 @@ struct Band
     double tile2Sweep = 0;  // t^2 s
     std::int32_t top = 0;
 
-    /// Mean entries of a box in rows of a width.
+    /// Mean entries of a box in columns of a width.
     double copies(double width) const { return 1 + 2 * tile / width + tile2 / (width * width); }
 
     /// Mean extent of an entry, not of a box, along the sweep axis.
@@ -66,7 +66,7 @@ Band merge(const Band& a, const Band& b)
     return merged;
 }
 
-/// Share of the cross-section that a row and the boxes that stick out of it cover, at most all.
+/// Share of the cross-section that a column and the boxes that stick out of it cover, at most all.
 double sectionShare(double width, const Band& band, const World& world)
 {
     const double side = width * std::sqrt(band.copies(width));
@@ -136,8 +136,8 @@ std::vector<Band> occupiedOctaves(const SizeHistogram& sizes)
     return bands;
 }
 
-/// Leaves the largest octaves out while they hold one box, as far as the sample tells: a giant meets everybody or fills many
-/// rows, which costs less than a level of its own or rows as wide as it is.
+/// Removes the largest octaves while they hold one box by the sample. A giant box is tested against all others or
+/// fills many columns, which costs less than a level of its own or columns as wide as the box.
 void leaveOutGiant(std::vector<Band>& bands, std::uint32_t weight)
 {
     while (bands.size() > 1 && bands.back().count <= weight)
@@ -147,7 +147,7 @@ void leaveOutGiant(std::vector<Band>& bands, std::uint32_t weight)
     }
 }
 
-/// Joins equal numbers of neighbours until few bands are left: what follows costs their fourth power.
+/// Merges equal numbers of neighbouring bands until kMaxLevels are left: mergeGreedily() costs their fourth power.
 void mergeEvenly(std::vector<Band>& bands)
 {
     const std::size_t group = (bands.size() + kMaxLevels - 1) / kMaxLevels;
@@ -162,9 +162,9 @@ void mergeEvenly(std::vector<Band>& bands)
     bands = std::move(merged);
 }
 
-/// Joins neighbouring bands while that is cheaper, or until there are as many levels as wanted.
+/// Merges neighbouring bands while that is cheaper, or until there are `limits.levels` of them.
 ///
-/// @return cost of what is left
+/// @return cost of the remaining bands
 double mergeGreedily(std::vector<Band>& bands, const World& world, const GridPlanLimits& limits)
 {
     double cost = totalCost(bands, world, limits.cellScale);
@@ -192,7 +192,7 @@ double mergeGreedily(std::vector<Band>& bands, const World& world, const GridPla
     return cost;
 }
 
-/// All bands as one.
+/// Cost of all bands as one level.
 double costOfOneLevel(const std::vector<Band>& bands, const World& world, float cellScale)
 {
     Band all = bands.front();
@@ -224,7 +224,7 @@ std::uint32_t SizeHistogram::count() const
 void measureSpans(const Aabb* boxes, const std::uint32_t* ids, std::uint32_t count, float span[3])
 {
     constexpr std::uint32_t kSample = 256;
-    // Enough to tell extents to within a few per cent; the stride is odd so that regular scenes are not aliased.
+    // The sample gives extents to within a few per cent. The stride is odd so that regular scenes are not aliased.
     const std::uint32_t stride = std::max(1u, count / kSample) | 1u;
     std::vector<float> centres;
     centres.reserve(kSample * 2);

@@ -10,11 +10,11 @@
 
 namespace cullet
 {
-/// Resolution of a size as the lecture defines it, Res(A) = i <=> a < Size / s_i <= b with a = 0.5, b = 1 and cell
-/// sizes s that are powers of two: the exponent e with 2^(e-1) < size <= 2^e.
+/// Resolution of a size as Lesson 04 (docs/references.md) defines it, Res(A) = i <=> a < Size / s_i <= b with
+/// a = 0.5, b = 1 and cell sizes s that are powers of two: the exponent e with 2^(e-1) < size <= 2^e.
 ///
-/// Half-open, so that every size has exactly one. Zero and denormals get the lowest, -126; infinity and NaN more than
-/// 127.
+/// The interval is half-open, so that every size has exactly one resolution. Zero and denormals have the lowest,
+/// -126; infinity and NaN have more than 127.
 inline std::int32_t octaveOf(float size) noexcept
 {
     std::uint32_t bits;
@@ -22,13 +22,13 @@ inline std::int32_t octaveOf(float size) noexcept
     return static_cast<std::int32_t>(((bits != 0 ? bits : 1u) - 1u) >> 23) - 126;
 }
 
-/// Octaves that the grid tells apart; what is smaller joins the lowest, what is larger counts as unbounded.
+/// Octaves that the grid distinguishes. Smaller sizes count in the lowest one; larger boxes are unbounded.
 inline constexpr std::int32_t kLowestOctave = -40;
 inline constexpr std::int32_t kHighestOctave = 50;
 inline constexpr std::int32_t kOctaveCount = kHighestOctave - kLowestOctave + 1;
 inline constexpr std::uint32_t kMaxLevels = 8;
 
-/// What one pass over the boxes learns about their sizes, per octave of the larger tiled extent.
+/// Sizes of boxes, per octave of the larger tiled extent; collected in one pass over the boxes.
 struct SizeHistogram
 {
     struct Bin
@@ -38,13 +38,13 @@ struct SizeHistogram
         double sweepSum = 0;  ///< sum of the extents along the sweep axis
     };
     std::array<Bin, kOctaveCount> bins{};
-    std::uint32_t weight = 1;  ///< how many boxes each one that was looked at counts for
+    std::uint32_t weight = 1;  ///< boxes that each sampled one stands for
 
     void add(const SizeHistogram& other);
     std::uint32_t count() const;
 };
 
-/// How the world is cut: the sweep axis, and the width of the rows per level, finest level first.
+/// How the world is divided: the sweep axis, and the width of the columns per level, finest level first.
 ///
 /// Any plan gives the same pairs; a bad one only costs time.
 struct GridPlan
@@ -58,25 +58,25 @@ struct GridPlan
     std::array<std::uint8_t, kOctaveCount> levelOfOctave{};
     float span[3] = {1.0f, 1.0f, 1.0f};  ///< robust extent of the box centres, world axes
     double predictedCandidates = 0;
-    // Expected cost of filling and scanning, nanoseconds of a 2023 server core: of the plan, with one level, and with a
-    // level for each octave of sizes.
+    // Expected cost of filling and scanning, nanoseconds of a 2023 server core: of the plan, with one level, and with
+    // a level for each octave of sizes.
     double cost = 0;
     double oneLevelCost = 0;
     double allLevelsCost = 0;
 };
 
-/// What is not left to the cost model.
+/// Choices that override the cost model.
 struct GridPlanLimits
 {
     float cellScale = 0;       ///< > 0: width of every level in units of its largest boxes
-    std::uint32_t levels = 0;  ///< > 0: levels, if there are as many octaves of sizes
+    std::uint32_t levels = 0;  ///< > 0: number of levels, if there are as many octaves of sizes
 };
 
 /// Robust extents of the box centres (5 % to 95 % quantile, scaled up) from a deterministic sample.
 void measureSpans(const Aabb* boxes, const std::uint32_t* ids, std::uint32_t count, float span[3]);
 
-/// Chooses axis, levels and row widths from sizes, spans and `density`, a factor learnt from earlier frames by which
-/// the scene is more crowded than evenly spread boxes would be.
+/// Chooses axis, levels and column widths from sizes, spans and `density`, a factor learnt from earlier frames by
+/// which the scene is more crowded than evenly spread boxes would be.
 GridPlan makeGridPlan(const SizeHistogram& sizes, const float span[3], int sweepAxis, double density,
                       const GridPlanLimits& limits);
 

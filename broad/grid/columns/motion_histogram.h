@@ -8,10 +8,11 @@
 #include <cstdint>
 #include <cstring>
 
-// Questions to the histogram of motions that ColumnGrid::compare() makes.
+// Functions of the histogram of motions that ColumnGrid::compare() makes.
 namespace cullet
 {
-// Share of boxes that may move farther than the reach of the grid; their pairs are told from a list.
+// One box in so many may move farther than the motion bound of the grid; the pairs of these boxes are found by a
+// list.
 inline constexpr std::uint32_t kJumperShare = 64;
 
 /// Largest float below 2^(octave - 127): all motions of lower octaves are within it.
@@ -23,7 +24,7 @@ inline float reachOf(std::uint32_t octave)
     return reach;
 }
 
-/// Boxes of an octave or a higher one.
+/// Number of boxes in an octave or a higher one.
 inline std::uint32_t countFrom(const GridMotion& motion, std::uint32_t octave)
 {
     std::uint32_t count = 0;
@@ -32,7 +33,7 @@ inline std::uint32_t countFrom(const GridMotion& motion, std::uint32_t octave)
     return count;
 }
 
-/// Mean motion of all rows as a share of the largest, by octaves; nobody jumps.
+/// Mean motion of all rows as a share of the largest, by octaves, when no box teleported.
 inline double evenness(const GridMotion& motion, std::uint32_t rows)
 {
     double sum = 0;
@@ -46,7 +47,7 @@ inline double evenness(const GridMotion& motion, std::uint32_t rows)
     return largest == 0 ? 1.0 : sum / (largest * rows);
 }
 
-/// Lowest octave that at most `few` boxes reach.
+/// Lowest octave for which at most `few` boxes are in it or in a higher one.
 inline std::uint32_t octaveAbove(const GridMotion& motion, std::uint32_t few)
 {
     auto octave = static_cast<std::uint32_t>(motion.octaves.size());

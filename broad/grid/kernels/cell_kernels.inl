@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 //
-// Into which cells boxes fall, compiled for each instruction set. Every width takes the same steps, each rounded once, so that
-// all tell the same.
+// Finds the cells that boxes touch; compiled for each instruction set. Every width takes the same steps, each rounded
+// once, so that all find the same cells.
 #pragma once
 
 #include "cullet/broad/grid/columns/cell_bounds.h"
@@ -45,7 +45,7 @@ inline __m256i cellsOfTwo(__m256 faces, const CellBounds& rule)
 }
 #endif
 
-/// Puts located boxes to the end of a block, those that are odd elsewhere.
+/// Appends located boxes to a block, and the indices of outliers to a list of their own.
 struct LocatedSink
 {
     Located* block;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 //
-// Body of the row kernels; each including source is compiled for another instruction set. Comparisons and single
-// subtractions are all that is computed, so every width finds the same pairs.
+// Body of the column kernels; each including source is compiled for another instruction set. Only comparisons and
+// single subtractions are computed, so every width finds the same pairs.
 #include "cullet/base/exclusive_sum.h"
 #include "cullet/broad/grid/columns/cell_bounds.h"
 #include "cullet/broad/grid/columns/column_soa.h"
@@ -21,10 +21,10 @@ namespace cullet
 
 namespace
 {
-/// Writes the hits that own their pair, with its gap, to the end of the buffer, which has room.
+/// Appends the hits that own their pair, with its gap, to the buffer, which has room.
 #if defined(__AVX512F__)
-/// Without a branch: whether a vector has hits is hard to predict. Ids are read of hits only, since behind the end of the row
-/// another thread may write its own.
+/// Without a branch: whether a vector has hits is hard to predict. Only the lanes of hits are read, since another
+/// thread may write behind the end of the column.
 inline void append(std::uint32_t hits, Lanes::Value gap, FlaggedId id, const FlaggedId* ids, PairBuffer& out)
 {
     const __m512i first = _mm512_set1_epi32(static_cast<int>(id));
@@ -58,7 +58,7 @@ inline void append(std::uint32_t hits, Lanes::Value gap, FlaggedId id, const Fla
 }
 #endif
 
-/// Box of one entry, spread over all lanes.
+/// Box of one entry, broadcast to all lanes.
 struct Query
 {
     Lanes::Value x0, x1, y0, y1, z0, z1;
@@ -90,8 +90,8 @@ inline std::uint32_t hitsOf(Lanes::Value gap, const Query& query, const float* b
            ~Lanes::bits(Lanes::le(gap, Lanes::broadcast(out.deep)));
 }
 
-/// Tests the entries of `row` from `begin` on, up to the first that begins farther beyond the query's end than any pair
-/// that is sought.
+/// Tests the entries of `row` from `begin` on, up to the first that begins farther beyond the end of the query than
+/// the largest gap to be reported.
 template <bool kBounded>
 inline void sweep(const Query& query, FlaggedId id, const ColumnSoa& row, std::uint32_t begin,
                   PairBuffer& out)
@@ -106,7 +106,7 @@ inline void sweep(const Query& query, FlaggedId id, const ColumnSoa& row, std::u
         gap = Lanes::larger(gap, Lanes::larger(Lanes::subtract(Lanes::load(row.z0 + j), query.z1),
                                                Lanes::subtract(query.z0, Lanes::load(row.z1 + j))));
         const std::uint32_t inside = Lanes::bits(Lanes::le(ahead, near));
-        // Only the lanes before the first one outside count: behind the sentinel another row may follow.
+        // Only the lanes before the first one outside count: behind the sentinel another column may follow.
         const std::uint32_t before = (~inside & (inside + 1)) - 1;
         const std::uint32_t hits =
             hitsOf<kBounded>(gap, query, kBounded ? row.bounds + j : nullptr, out) & before;
@@ -132,7 +132,7 @@ void scanCrossBy(const ColumnSoa& a, const ColumnSoa& b, PairBuffer& out)
 {
     std::uint32_t i = 0;
     std::uint32_t j = 0;
-    // Merge by x0: whichever begins first sweeps over the other row's entries that begin inside it.
+    // Merge by x0: the entry that begins first sweeps over the entries of the other column that begin inside it.
     while (i < a.count && j < b.count)
     {
         if (a.x0[i] <= b.x0[j])
@@ -170,7 +170,7 @@ void scanOne(const ColumnSoa& query, std::uint32_t index, const ColumnSoa& row, 
     sweep<false>(makeQuery(query, index), query.id[index], row, begin, out);
 }
 
-/// A type of this file, so that the sort is not merged with that of another instruction set.
+/// A local type, so that the linker does not merge std::sort with that of another instruction set.
 struct BeginsBefore
 {
     template <class T>
@@ -196,8 +196,8 @@ inline void sortByInsertion(RowKey* keys, std::uint32_t count)
     }
 }
 
-/// Places evenly spaced between two x0; the outer ones hold what is beyond. Rounding is monotone at every step, so places
-/// never contradict the floats; they only tell fewer apart.
+/// Evenly spaced buckets between two x0; the outer ones also hold everything beyond. Rounding is monotone at every
+/// step, so that the order of buckets never contradicts the order of x0.
 struct Places
 {
     float lowest;
@@ -211,20 +211,20 @@ struct Places
         scale = static_cast<float>(count) / (high - low);
     }
 
-    /// False where all are at one spot, or too near to each other or too far apart for floats.
+    /// False where all x0 are equal, or too close together or too far apart for floats.
     bool areUseful() const { return scale > 0 && scale < std::numeric_limits<float>::infinity(); }
 
     std::uint32_t of(float x0) const
     {
         const float place = (x0 - lowest) * scale;
-        // NaN, where the scale is of no use, becomes 0.
+        // NaN, the result of an unusable scale, becomes 0.
         const float notBelow = place > 0.0f ? place : 0.0f;
         const float last = static_cast<float>(count - 1);
         return static_cast<std::uint32_t>(static_cast<std::int32_t>(notBelow < last ? notBelow : last));
     }
 };
 
-/// Places between the lowest and the highest key.
+/// Buckets between the lowest and the highest key.
 inline Places placesOf(const RowKey* keys, std::uint32_t count)
 {
     float lowest = std::numeric_limits<float>::infinity();
@@ -237,8 +237,8 @@ inline Places placesOf(const RowKey* keys, std::uint32_t count)
     return {lowest, highest, count};
 }
 
-/// Sorts `from` into `to` by x0, and uses `from` as scratch: by places, those that hold many in the same way again, and
-/// in the end by insertion.
+/// Sorts `from` into `to` by x0, and uses `from` as scratch: by buckets, full buckets recursively, and in the end by
+/// insertion.
 void sortByPlace(RowKey* from, RowKey* to, std::uint32_t count, int depth)
 {
     const Places places = placesOf(from, count);
@@ -255,7 +255,7 @@ void sortByPlace(RowKey* from, RowKey* to, std::uint32_t count, int depth)
     const std::uint32_t most = sumUp(offsets, places.count);
     for (std::uint32_t i = 0; i < count; ++i)
         to[offsets[places.of(from[i].x0)]++] = from[i];
-    // Offsets are ends by now.
+    // Each offset is now the end of its bucket.
     for (std::uint32_t place = 0, begin = 0; place < places.count && most > kFewRecords;
          begin = offsets[place++])
     {
@@ -280,11 +280,12 @@ inline bool findFlags(Float4 tile, Float4 low, Float4 high, FlaggedId& flags)
     return isTrueInAll(isInside);
 }
 
-// Boxes that are on their way from memory.
+// Boxes are prefetched so many iterations early.
 constexpr std::uint32_t kPrefetch = 64;
 
-/// Appends the boxes of the ids [begin, end) to `to`; the end. Without places in order of x0, unless too many are out of it;
-/// with places unsorted, the places in the records and counted.
+/// Appends the boxes [begin, end) of the source to `to` and returns the new end. Without kPlaces they are sorted by
+/// x0, by insertion unless too many are out of order. With kPlaces they stay unsorted; the bucket of each is stored
+/// and counted.
 template <int kSweepAxis, bool kEdges, bool kPlaces>
 RowRecord* gatherRange(const RowSource& source, std::uint32_t begin, std::uint32_t end, RowRecord* to,
                        const Places& places, std::uint32_t* counts)
@@ -325,7 +326,8 @@ RowRecord* gatherRange(const RowSource& source, std::uint32_t begin, std::uint32
     return to;
 }
 
-/// Merges the sorted [middle, end) into the sorted [first, middle); there is room for the former behind the end.
+/// Merges the sorted [middle, end) into the sorted [first, middle); there is room for a copy of the former behind the
+/// end.
 inline void mergeFew(RowRecord* first, RowRecord* middle, RowRecord* end)
 {
     RowRecord* few = std::copy(middle, end, end);
@@ -338,7 +340,7 @@ inline void store(float* to, Float4 value)
     std::memcpy(to, &value, sizeof value);
 }
 
-/// The four columns of four half records.
+/// Transposes four half entries.
 struct Columns
 {
     Float4 c0, c1, c2, c3;
@@ -360,9 +362,9 @@ struct Columns
     }
 };
 
-/// Lays records out for the scans. Writes whole vectors: up to three entries more than count + 1.
+/// Lays sorted boxes out for the scans. Writes whole vectors: up to three entries more than count + 1.
 ///
-/// @param recordAt place in the row -> record, also of up to three behind the last one
+/// @param recordAt index in the column -> RowRecord, also for up to three indices behind the last one
 template <class RecordAt>
 void layOut(ColumnSoa& row, std::uint32_t count, const RecordAt& recordAt)
 {
@@ -386,8 +388,8 @@ void layOut(ColumnSoa& row, std::uint32_t count, const RecordAt& recordAt)
     row.count = count;
 }
 
-/// Boxes in any order, by places evenly spaced over the usual range of all rows; rows that are crowded there, by their own.
-/// Keys are sorted, records stay where they are.
+/// Builds a column from boxes in any order, by buckets over the usual range of all columns; where one of them gets
+/// too full, by buckets over the range of this column. Keys are sorted; no RowRecord is moved.
 template <int kSweepAxis, bool kEdges>
 void buildUnsorted(const RowSource& source, const RowScratch& scratch, ColumnSoa& row)
 {
@@ -411,7 +413,7 @@ void buildUnsorted(const RowSource& source, const RowScratch& scratch, ColumnSoa
             keys[offsets[records[i].place]++] = {records[i].x0, i};
         sortByInsertion(keys, count);
     }
-    // Whole vectors are read behind the last one.
+    // layOut() reads whole vectors behind the last key.
     for (std::uint32_t i = count; i < count + 3; ++i)
         keys[i].index = 0;
     layOut(row, count, [&](std::uint32_t i) -> const RowRecord& { return records[keys[i].index]; });

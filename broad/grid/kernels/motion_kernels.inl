@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 //
-// How boxes moved since the last scan, and whether they stayed in their cells; compiled for each instruction set. Every width
-// takes the same steps, each rounded once, so that all tell the same.
+// Measures how boxes moved since the last scan, and whether they stayed in their cells; compiled for each instruction
+// set. Every width takes the same steps, each rounded once, so that all give the same result.
 #include "cullet/broad/grid/columns/cell_bounds.h"
 #include "cullet/broad/grid/columns/column_soa.h"
 #include "cullet/broad/grid/kernels/cell_kernels.inl"
@@ -15,15 +15,15 @@ namespace cullet
 namespace
 {
 #if defined(__AVX2__)
-/// A box of now and one of then, each in one register.
+/// The current and the previous box, each in one register.
 template <int kSweepAxis>
 class BoxTwice
 {
 public:
     BoxTwice(const Aabb& now, const Aabb& then) : m_now(facesOf(now)), m_then(facesOf(then)) {}
 
-    /// How far any of the faces moved, as bits: floats without sign order like their bits. Infinity and NaN, the motion of
-    /// boxes that were or are empty, come out on top.
+    /// Largest motion of a face, as bits: floats without sign are ordered like their bits. Infinity and NaN, the
+    /// motion of boxes that were or are empty, are the largest.
     std::int32_t motionBits() const
     {
         const __m256i size = _mm256_and_si256(_mm256_castps_si256(_mm256_sub_ps(m_now, m_then)),
@@ -33,7 +33,7 @@ public:
         return _mm_cvtsi128_si32(_mm_max_epi32(two, _mm_shuffle_epi32(two, 0xb1)));
     }
 
-    /// cellsOfFaces() of both at once.
+    /// Whether both boxes touch the same cells: cellsOfFaces() of both at once.
     bool shareCells(const CellBounds& rule) const
     {
         const __m256i lanes = kSweepAxis == 0   ? _mm256_setr_epi32(1, 6, 2, 7, 1, 6, 2, 7)
@@ -68,15 +68,15 @@ inline Int4 larger(Int4 a, Int4 b)
     return a > b ? a : b;
 }
 
-/// A box of now and one of then.
+/// The current and the previous box.
 template <int kSweepAxis>
 class BoxTwice
 {
 public:
     BoxTwice(const Aabb& now, const Aabb& then) : m_now(now), m_then(then) {}
 
-    /// How far any of the faces moved, as bits: floats without sign order like their bits. Infinity and NaN, the motion of
-    /// boxes that were or are empty, come out on top.
+    /// Largest motion of a face, as bits: floats without sign are ordered like their bits. Infinity and NaN, the
+    /// motion of boxes that were or are empty, are the largest.
     std::int32_t motionBits() const
     {
         const Int4 both =

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 //
-// Boxes that rest, and pairs of them that may change; compiled for each instruction set, after column_kernels.inl. Whoever seems
-// to have changed is looked at again, so that every width tells the same.
+// Finds boxes outside their skins, and pairs that may have changed; compiled for each instruction set, after
+// column_kernels.inl. Boxes and pairs that seem to have changed are tested again, so that all widths give the same
+// result.
 #include "cullet/broad/boxes/aabb_simd.h"
 #include "cullet/broad/grid/columns/column_soa.h"
 
@@ -10,14 +11,14 @@ namespace cullet
 {
 namespace
 {
-// As few boxes as fill whole vectors.
+// The smallest number of boxes that fill whole vectors.
 constexpr std::uint32_t kShellBlock = (Lanes::kWidth + 1) / 2;
 constexpr std::uint32_t kShellVectors = 6 * kShellBlock / Lanes::kWidth;
 
-// Pairs whose boxes are on their way from memory.
+// The boxes of pairs are prefetched so many iterations early.
 constexpr std::uint32_t kPairsAhead = 32;
 
-/// Whether no face of a block of boxes moved farther than the slack; false for infinite faces.
+/// Whether no face of a block of boxes moved farther than the skin; false for infinite faces.
 inline bool isBlockInside(const float* now, const float* then, Lanes::Value slack)
 {
     const auto isNear = [&](std::uint32_t vector)

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 //
-// How far the boxes of the moving mode reach into the cells of the grid, and what is known of single motions.
+// Moving mode: chooses the motion bound, by which boxes are enlarged for the choice of their cells, and whether the
+// motions of single boxes are stored.
 #include "cullet/broad/grid/column_grid_backend.h"
 #include "cullet/broad/grid/columns/motion_histogram.h"
 
@@ -14,12 +15,13 @@ namespace
 // Nanoseconds of a 2023 server core, of which only the ratio matters.
 constexpr double kCostOfListed = 16;  // a pair that is listed and looked up
 constexpr double kCostOfEntry = 45;   // an entry of the grid
-// Updates with little motion until the reach shrinks.
+// Updates with little motion until the motion bound shrinks.
 constexpr std::uint32_t kPatience = 32;
 }  // namespace
 
-/// How far boxes reach into the cells, so that no pair that parts is missed: a power of two that nearly all motions
-/// are below. Boxes that move farther are told apart by a list of pairs.
+/// Chooses the motion bound: a power of two that nearly all motions are below. Boxes are enlarged by it for the
+/// choice of their cells, so that no pair that separates is missed. The pairs of boxes that move farther are found by
+/// a list.
 void ColumnGridBackend::chooseReach(const GridMotion& motion, std::uint32_t rows)
 {
     const std::uint32_t octave = std::max(kLeastReach, octaveWorthReaching(motion, rows));
@@ -32,7 +34,8 @@ void ColumnGridBackend::chooseReach(const GridMotion& motion, std::uint32_t rows
     m_calmUpdates = 0;
 }
 
-/// The lowest that few boxes reach, or the lowest that none does, where more entries cost less than a list of all pairs.
+/// The lowest octave that few motions reach; or that none reaches, where more entries cost less than a list of all
+/// pairs.
 std::uint32_t ColumnGridBackend::octaveWorthReaching(const GridMotion& motion, std::uint32_t rows) const
 {
     const std::uint32_t few = octaveAbove(motion, rows / kJumperShare);
@@ -44,7 +47,7 @@ std::uint32_t ColumnGridBackend::octaveWorthReaching(const GridMotion& motion, s
     return 4.0 * more * kCostOfEntry * static_cast<double>(m_grid.entryCount()) < listing ? all : few;
 }
 
-/// Room for the motions of all boxes; null where one bound for all tells pairs as well, as far as the last update told.
+/// Room for the motions of all boxes; null where, by the last update, one bound for all boxes finds as few pairs.
 float* ColumnGridBackend::prepareMotions(const ProxyView& view)
 {
     if (!m_areMotionsUneven)
@@ -55,7 +58,7 @@ float* ColumnGridBackend::prepareMotions(const ProxyView& view)
     return m_motions.data();
 }
 
-/// Whether cells are wide enough for such a reach.
+/// Whether cells are wide enough for the motion bound of an octave.
 bool ColumnGridBackend::isReachable(std::uint32_t octave) const
 {
     return reachOf(octave) < 0.125f * m_grid.finestWidth();

@@ -11,16 +11,16 @@ namespace cullet
 namespace
 {
 // Gaps and motions are rounded differences; the factors cover the roundings many times over. A pair that overlapped
-// before its boxes moved by d each has a gap of at most 2 d, and shares a cell when the cells are reached by d more.
+// before its boxes moved by d each has a gap of at most 2 d, and shares a cell when both boxes are enlarged by d.
 constexpr float kGapFactor = 2.0625f;
 constexpr float kReachFactor = 1.0625f;
-// Mean motion as a share of the largest below which pairs are told by the motions of their own boxes.
+// Mean motion as a share of the largest, below which each box has a motion bound of its own.
 constexpr double kUneven = 0.375;
-// Share of such boxes from which all pairs are found anew.
+// Where more than one box in so many teleported, all pairs are found anew.
 constexpr std::uint32_t kJumpedShare = 2;
 constexpr std::uint32_t kJumpSample = 256;
 constexpr std::size_t kCopyGrain = 16384;
-// Pairs whose boxes are on their way from memory.
+// The boxes of pairs are prefetched so many iterations early.
 constexpr std::uint32_t kPrefetch = 32;
 constexpr std::size_t kPairGrain = 2048;
 
@@ -36,9 +36,9 @@ void prefetch(const Aabb* boxes, RowPair pair)
 }
 }  // namespace
 
-/// Tells from what the grid finds which pairs are new and which part, in the threads of the grid.
+/// Finds the pairs that begin or cease to overlap among those that the grid reports, in the threads of the grid.
 ///
-/// Before and after are compared box by box: no list of all pairs is kept, unless some boxes jump.
+/// The previous and the current boxes are compared: no list of all pairs is kept, unless some boxes teleport.
 class ColumnGridBackend::MovingSink final : public PairSink
 {
 public:
@@ -66,7 +66,7 @@ public:
     }
 
 private:
-    // Pairs that come back have been looked at by examineApart().
+    // examineApart() has recorded the exempt pairs that overlap again.
     bool isHeld(RowPair pair) const
     {
         return mayEnter(m_view, pair) || m_backend.m_despite.contains(PairSet::keyOf(pair.a, pair.b));
@@ -95,7 +95,7 @@ private:
     const bool m_isListing;
 };
 
-/// Pairs that overlapped in the last update and were held, by the boxes and filter words of then.
+/// Lists the held pairs that overlapped in the last update, by the boxes and filter words of that update.
 void ColumnGridBackend::listOverlapping(std::vector<std::uint64_t>& held)
 {
     held.clear();
@@ -113,7 +113,7 @@ void ColumnGridBackend::listOverlapping(std::vector<std::uint64_t>& held)
         });
 }
 
-/// @param mayFollow whether it is known which boxes came into other cells
+/// @param mayFollow whether m_motion has all boxes that migrated to other cells
 /// @return whether the grid was refilled
 bool ColumnGridBackend::scanMoving(const ProxyView& view, bool isListing, bool mayFollow, PairSink& sink)
 {
@@ -123,7 +123,7 @@ bool ColumnGridBackend::scanMoving(const ProxyView& view, bool isListing, bool m
     input.reach = kReachFactor * reachOf(m_reachOctave);
     if (!isListing)
     {
-        // What the grid was compared with may have been a shorter reach than the one chosen now.
+        // The boxes may have been compared with a smaller motion bound than the one chosen now.
         const bool isSame = m_comparedOctave == m_reachOctave;
         input.near = kGapFactor * (isSame ? m_motion.largest : reachOf(m_reachOctave));
         input.deep = -input.near;
@@ -143,7 +143,7 @@ bool ColumnGridBackend::scanMoving(const ProxyView& view, bool isListing, bool m
     return true;
 }
 
-/// Brings the rows up to date if that is possible and expected to cost less than to refill them.
+/// Updates the columns if that is possible and expected to cost less than a refill.
 bool ColumnGridBackend::follow(const ProxyView& view, const GridInput& input)
 {
     const std::size_t strays = m_motion.strays.size();
@@ -163,7 +163,7 @@ bool ColumnGridBackend::follow(const ProxyView& view, const GridInput& input)
     return true;
 }
 
-/// How far the changed boxes moved, and how far they are to reach into the cells hence.
+/// Measures how far the changed boxes moved, and chooses the next motion bound.
 void ColumnGridBackend::compareBoxes(const ProxyView& view)
 {
     m_comparedOctave = m_reachOctave;
@@ -174,7 +174,7 @@ void ColumnGridBackend::compareBoxes(const ProxyView& view)
 
 void ColumnGridBackend::updateMoving(const ProxyView& view)
 {
-    // The margin alone may have changed, so that held pairs that do not overlap are looked at even when nothing moved.
+    // The margin alone may have changed, so that hysteresis pairs are tested even when no box moved.
     if (view.dirtyCount == 0 && m_apart.empty())
     {
         m_stats.path = "idle";
@@ -184,7 +184,7 @@ void ColumnGridBackend::updateMoving(const ProxyView& view)
     const double costOfBox =
         m_hasJumped ? ModePolicy::kCostOfRefill + ModePolicy::kCostOfStray : ModePolicy::kCostOfMoving;
     m_workers.limit(costOfBox * view.size);
-    // The first loop comes after some work for one thread then.
+    // After an update with teleports, some work for one thread precedes the first loop.
     if (m_hasJumped)
         m_workers.expect(m_workers.tasksFor(view.dirtyCount, ColumnGrid::kTaskGrain));
     const bool areJumping = areStillJumping(view);
@@ -218,7 +218,7 @@ void ColumnGridBackend::updateMoving(const ProxyView& view)
         rememberBoxes(view);
 }
 
-/// Whether most boxes jump as in the last update, as far as a sample tells: then they need not be compared one by one.
+/// Whether, by a sample, most boxes teleport as in the last update: then they need not be compared one by one.
 bool ColumnGridBackend::areStillJumping(const ProxyView& view)
 {
     if (!m_hasJumped || view.dirtyCount <= view.size / kJumpedShare)
@@ -231,13 +231,13 @@ bool ColumnGridBackend::areStillJumping(const ProxyView& view)
     }
     const auto count = static_cast<std::uint32_t>(sample.size());
     m_grid.compare(view.boxes, m_reference.data(), sample.data(), count, reachOf(m_reachOctave), m_motion);
-    // Boxes that move as far as cells can reach are worth another look.
+    // Where a motion bound can cover the motions, comparing all boxes is worth its cost.
     if (isReachable(octaveAbove(m_motion, count / kJumperShare)))
         return false;
     return countFrom(m_motion, m_reachOctave) > view.size / sampleStride(view.size) / kJumpedShare;
 }
 
-/// While most boxes jump, nothing but the next look at the sample asks for the boxes of before.
+/// While most boxes teleport, only areStillJumping() reads the previous boxes, and only those of the sample.
 void ColumnGridBackend::rememberSample(const ProxyView& view)
 {
     for (std::uint32_t row = 0; row < view.size; row += sampleStride(view.size))
@@ -263,7 +263,7 @@ void ColumnGridBackend::rememberBoxes(const ProxyView& view)
     m_isReferenceOld = false;
 }
 
-/// What became of the pairs that the margin alone held. Those that overlap again will be found by the scan as new.
+/// Tests the hysteresis pairs. The scan will report those that overlap again as new.
 void ColumnGridBackend::examineApart(const ProxyView& view)
 {
     const unsigned tasks = m_workers.tasksFor(m_apart.size(), kPairGrain);
@@ -290,7 +290,7 @@ void ColumnGridBackend::examineApart(const ProxyView& view)
     }
 }
 
-/// Pairs that overlapped and part, where boxes jumped and so the scan alone would miss them.
+/// Finds the pairs that cease to overlap where boxes teleported, so that the scan alone would miss them.
 void ColumnGridBackend::examineOverlapping(const ProxyView& view)
 {
     const unsigned tasks = m_workers.tasksFor(m_overlapping.size(), kPairGrain);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 //
-// Updates of the moving mode in which most boxes jumped. Hardly a pair outlives them, so that comparing two sorted lists
-// of pairs costs less than looking each of them up in the boxes of before and of now.
+// Moving mode: updates in which most boxes teleported. Hardly a pair outlives them, so that comparing two sorted
+// lists of pairs costs less than testing the previous and the current boxes of each pair.
 #include "cullet/broad/grid/column_grid_backend.h"
 
 #include <algorithm>
@@ -12,7 +12,7 @@ namespace cullet
 {
 namespace
 {
-// Pairs whose boxes are on their way from memory.
+// The boxes of pairs are prefetched so many iterations early.
 constexpr std::ptrdiff_t kPrefetch = 64;
 constexpr std::size_t kCompareGrain = 4096;
 
@@ -41,7 +41,7 @@ public:
         {
             const RowPair pair = found.pair(i);
             const std::uint64_t key = PairSet::keyOf(pair.a, pair.b);
-            // Pairs that come back have been looked at by examineApart().
+            // examineApart() has recorded the exempt pairs that overlap again.
             writer.pushIf(key, mayEnter(m_view, pair) || m_backend.m_despite.contains(key));
         }
     }
@@ -61,7 +61,8 @@ void ColumnGridBackend::sortOverlapping()
     m_found[0].clear();
 }
 
-/// Rows are shared out by their found pairs: three of four have their lower row in the first half.
+/// First row of a task. Tasks get equal numbers of pairs, not of rows: three of four have their lower row in the
+/// first half.
 std::uint32_t ColumnGridBackend::firstRowOf(const ProxyView& view, unsigned task, unsigned tasks) const
 {
     if (task == 0 || task == tasks)
@@ -69,8 +70,8 @@ std::uint32_t ColumnGridBackend::firstRowOf(const ProxyView& view, unsigned task
     return rowsOf(m_sorted[m_sorted.size() * task / tasks]).a;
 }
 
-/// Tells what became of the pairs whose lower row is in [begin, end), from what was found and what overlapped before, both
-/// sorted.
+/// Records the changes of the pairs whose lower row is in [begin, end), from the sorted lists of those found and of
+/// those that overlapped before.
 void ColumnGridBackend::compareLists(const ProxyView& view, std::uint32_t begin, std::uint32_t end,
                                      unsigned worker)
 {
@@ -91,7 +92,7 @@ void ColumnGridBackend::compareLists(const ProxyView& view, std::uint32_t begin,
     m_added[worker].measure();
 }
 
-/// Lets the sorted pairs part that do not overlap any more, and keeps the few that do.
+/// Removes the sorted pairs that no longer overlap with the margin, and records the few others.
 void ColumnGridBackend::partDeparted(const ProxyView& view, const std::uint64_t* old,
                                      const std::uint64_t* end, unsigned worker)
 {
@@ -104,7 +105,7 @@ void ColumnGridBackend::partDeparted(const ProxyView& view, const std::uint64_t*
             const std::uint32_t ahead = rowsOf(key[std::min(kPrefetch, end - key - 1)]).b;
             prefetchBox(view.boxes + ahead);
             __builtin_prefetch(view.uniqueIds + ahead);
-            // The first tells of nearly all, and costs half of the second.
+            // areFarApart() decides nearly all pairs, at half the cost of isNear().
             const bool stays =
                 !areFarApart(view.boxes[pair.a], view.boxes[pair.b], view.margin) && isNear(view, pair);
             removed.pushIf(idsOf(view, pair), !stays);
@@ -115,7 +116,7 @@ void ColumnGridBackend::partDeparted(const ProxyView& view, const std::uint64_t*
     m_removed[worker].measure();
 }
 
-/// A pair that overlapped: the few that still do are kept, others stay for the margin or leave.
+/// Records a pair that overlapped before: as kept if it still overlaps, as a hysteresis pair if the margin keeps it.
 void ColumnGridBackend::takeOld(const ProxyView& view, std::uint64_t key, bool isNear, PairNews& news)
 {
     if (isNear && isOverlapping(view, rowsOf(key)))
@@ -129,7 +130,7 @@ void ColumnGridBackend::takeOld(const ProxyView& view, std::uint64_t key, bool i
         news.apart.push_back(rowsOf(key));
 }
 
-/// @param isSure whether that was told by a sample, so that strays are not known
+/// @param isSure whether the boxes were not compared one by one, so that the migrated ones are unknown
 void ColumnGridBackend::updateJumped(const ProxyView& view, bool isSure)
 {
     for (KeyList& list : m_found)
@@ -149,7 +150,7 @@ void ColumnGridBackend::updateJumped(const ProxyView& view, bool isSure)
         tasks, [&](unsigned task)
         { compareLists(view, firstRowOf(view, task, tasks), firstRowOf(view, task + 1, tasks), task); });
     takeNews();
-    // The old list keeps its length for the next one of about as many.
+    // m_sorted keeps its length for the next list, which is about as long.
     m_overlapping.swap(m_sorted);
     m_hasOverlapping = true;
     m_isOverlappingSorted = true;

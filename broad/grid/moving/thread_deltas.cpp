@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 //
-// Moving mode: what each thread finds out about pairs, and how it is brought together.
+// Moving mode: the changes of pairs that each thread records, and how they are merged.
 #include "cullet/base/trim_capacity.h"
 #include "cullet/broad/grid/column_grid_backend.h"
 
@@ -19,7 +19,7 @@ void ColumnGridBackend::clearNews()
     }
 }
 
-/// A held pair that does not overlap any more: stays while the margin allows it.
+/// Records a held pair that no longer overlaps: it stays while its boxes overlap with the margin.
 void ColumnGridBackend::part(const ProxyView& view, RowPair pair, bool isNear, unsigned worker)
 {
     if (!m_despite.isEmpty() && m_despite.contains(PairSet::keyOf(pair.a, pair.b)))
@@ -30,7 +30,7 @@ void ColumnGridBackend::part(const ProxyView& view, RowPair pair, bool isNear, u
         m_removed[worker].push(idsOf(view, pair));
 }
 
-/// Brings together what the threads found out.
+/// Merges the changes that the threads recorded.
 void ColumnGridBackend::takeNews()
 {
     m_apart.clear();
@@ -45,7 +45,7 @@ void ColumnGridBackend::takeNews()
     trimRoom(m_apart);
 }
 
-/// ... of the pairs that overlap and are held, if they were listed.
+/// Merges the held pairs that overlap, if they were listed.
 void ColumnGridBackend::takeHeld(bool isListing)
 {
     m_overlapping.clear();

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 //
-// Settled mode: boxes that left their shells, among themselves and with those that are in no row.
+// Resting mode: pairs of awake boxes with each other, and with unbounded boxes, which are in no column.
 #include "cullet/broad/grid/column_grid_backend.h"
 #include "cullet/broad/grid/columns/pair_sinks.h"
 
@@ -13,9 +13,9 @@ namespace
 {
 constexpr std::size_t kQueryGrain = 1024;
 constexpr unsigned kPartsPerThread = 4;
-// Updates until active boxes are ordered anew.
+// Updates until awake boxes are ordered anew.
 constexpr std::uint32_t kOrderedUpdates = 64;
-// Updates that a list of active pairs has to last to be worth its size, and those until it is tried again if it did not.
+// Updates that a list of awake pairs has to last to be worth its size, and updates without one after it did not.
 constexpr std::uint32_t kWorthUpdates = 3;
 constexpr std::uint32_t kWait = 16;
 }  // namespace
@@ -31,7 +31,7 @@ void ColumnGridBackend::updateActive(const ProxyView& view)
 {
     const auto count = static_cast<std::uint32_t>(m_active.size());
     const bool isShared = m_workers.tasksFor(count, kQueryGrain) > 1;
-    // Other boxes than before, or boxes that came far since.
+    // Many boxes have become awake, or boxes have moved far since the last ordering.
     const bool isReordered = count > m_orderedCount + m_orderedCount / 8 || ++m_orderedAge > kOrderedUpdates;
     if (isReordered)
         orderActive(view, isShared ? kPartsPerThread * m_workers.threads() : 1);
@@ -39,7 +39,7 @@ void ColumnGridBackend::updateActive(const ProxyView& view)
     if (isNew)
         chooseBetweenReach();
     CollectingSink sink(m_workers.threads());
-    // Few boxes among themselves are work for one thread, beside the lists; many for all threads.
+    // Few awake boxes are scanned by one thread while others update the lists, many by all threads.
     const unsigned scans = isNew && isShared && m_activeGrid.isForOneThread(count) ? 1 : 0;
     m_workers.run(scans + static_cast<unsigned>(m_parts.size()),
                   [&](unsigned task, unsigned worker)
@@ -65,7 +65,8 @@ void ColumnGridBackend::updateActive(const ProxyView& view)
     rebuildBetween(view, sink);
 }
 
-/// As far as the lists of neighbours mostly do. A list does not last where boxes become active in nearly every update, or are fast.
+/// Chooses the mean skin of the neighbour lists; none where the list would not last, since boxes become awake in
+/// nearly every update or are fast.
 void ColumnGridBackend::chooseBetweenReach()
 {
     if (m_betweenReach > 0.0f)
@@ -83,8 +84,8 @@ void ColumnGridBackend::chooseBetweenReach()
     m_betweenAge = 0;
 }
 
-/// Looks for all pairs of active boxes that can come as long as none of them moves farther than the reach, and for those with
-/// boxes in no row.
+/// Finds all pairs of awake boxes that can overlap while no awake box moves farther than m_betweenReach, and the
+/// pairs with unbounded boxes.
 void ColumnGridBackend::scanBetween(const ProxyView& view, CollectingSink& sink)
 {
     GridInput input;

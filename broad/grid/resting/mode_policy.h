@@ -8,8 +8,8 @@
 
 namespace cullet
 {
-/// Decides from counted work whether the settled mode of the grid pays: each phase of it is compared with what
-/// as many updates in moving mode would have cost.
+/// Decides from counted work whether the resting mode of the grid pays: the cost of each phase of it is compared with
+/// that of as many updates in moving mode.
 ///
 /// A phase that did not pay keeps the grid in moving mode for 32 updates, and for twice as many after each further
 /// failure, at most 256. Counts and no clocks, so that every thread count and machine decides alike.
@@ -19,7 +19,7 @@ public:
     /// Whether a phase may begin.
     bool mayBegin() const noexcept { return m_wait == 0; }
 
-    /// An update in moving mode.
+    /// Counts an update in moving mode.
     void countMoving() noexcept { m_wait -= m_wait != 0 ? 1u : 0u; }
 
     /// A phase begins with `rows` boxes.
@@ -31,10 +31,10 @@ public:
         m_isOpen = true;
     }
 
-    /// An update of the phase in which something changed.
+    /// Counts an update of the phase in which something changed.
     ///
-    /// @param active boxes outside their shells
-    /// @param quiet  boxes that moved inside theirs
+    /// @param active boxes outside their skins
+    /// @param quiet  boxes that moved inside their skins
     void count(std::size_t active, std::size_t quiet) noexcept
     {
         m_spent += costOfPhase(active, quiet);
@@ -44,7 +44,7 @@ public:
     /// Whether the phase has cost less so far than moving mode would have.
     bool hasPaid() const noexcept { return m_spent <= m_saved; }
 
-    /// The phase is over.
+    /// Ends the phase.
     void end() noexcept
     {
         if (!m_isOpen)
@@ -54,19 +54,20 @@ public:
         m_nextWait = hasPaid() ? kShortestWait : std::min(2 * m_nextWait, kLongestWait);
     }
 
-    /// Of one update of a phase; see count().
+    /// Cost of one update of a phase; see count().
     static double costOfPhase(std::size_t active, std::size_t quiet) noexcept
     {
         return kCostOfActive * static_cast<double>(active) + kCostOfQuiet * static_cast<double>(quiet);
     }
 
-    /// Per box, in nanoseconds of a 2023 server core, of which only the ratios matter here; ParallelLoops takes them for what they are.
-    static constexpr double kCostOfMoving = 60;   ///< in kept rows
-    static constexpr double kCostOfStray = 200;   ///< more, for a box that came into other cells of them
-    static constexpr double kCostOfRefill = 110;  ///< in rows that are cleared first
+    /// Costs per box in nanoseconds of a 2023 server core. Only the ratios matter here; ParallelLoops uses the
+    /// values.
+    static constexpr double kCostOfMoving = 60;   ///< in kept columns
+    static constexpr double kCostOfStray = 200;   ///< in addition, for a box that migrated to other cells
+    static constexpr double kCostOfRefill = 110;  ///< in columns that are cleared first
     static constexpr double kCostOfSettling = 290;
-    static constexpr double kCostOfActive = 140;   ///< outside of its shell, on its way
-    static constexpr double kCostOfStranded = 45;  ///< ... and at rest
+    static constexpr double kCostOfActive = 140;   ///< outside its skin and moving
+    static constexpr double kCostOfStranded = 45;  ///< outside its skin and at rest
     static constexpr double kCostOfQuiet = 15;
 
 private:

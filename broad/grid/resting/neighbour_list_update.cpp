@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 //
-// Settled mode: the neighbours of boxes that left their shells, among those that rest.
+// Resting mode: the neighbour lists of awake boxes, which hold resting boxes.
 #include "cullet/broad/boxes/prefetch_box.h"
 #include "cullet/broad/grid/column_grid_backend.h"
 
@@ -13,17 +13,17 @@ namespace cullet
 {
 namespace
 {
-// Boxes that are on their way from memory.
+// Boxes are prefetched so many iterations early.
 constexpr std::uint32_t kPrefetch = 32;
-// A list lasts while its box moves by this share of its shortest edge: some eleven updates in W3, with two and a half times as
-// many neighbours as boxes that overlap.
+// Skin of a list, as a share of the shortest edge of its box: a list lasts some eleven updates in W3, with two and a
+// half times as many neighbours as overlapping boxes.
 constexpr float kReachShare = 0.35f;
-// A box that comes out of its list's reach by more than as much again is too fast for lists.
+// A box that moved farther than so many skins of its list is too fast for lists.
 constexpr float kSlowShare = 2.0f;
-// Pairs of lists that were made anew are left behind up to as many as there are others, and so many more.
+// Expired pairs stay in memory until there are so many more of them than others.
 constexpr std::size_t kMostGone = 256;
 
-/// How far a list of the box should reach.
+/// Skin of the list of a box.
 float reachOf(const Aabb& box)
 {
     float edge = std::numeric_limits<float>::infinity();
@@ -33,7 +33,7 @@ float reachOf(const Aabb& box)
 }
 }  // namespace
 
-/// Puts what a query finds into the lists of the boxes that were asked for.
+/// Adds the boxes that a query finds to the lists of the queried boxes.
 class ColumnGridBackend::NeighbourSink final : public PairSink
 {
 public:
@@ -72,7 +72,7 @@ private:
     NeighbourPart& m_part;
 };
 
-/// The active boxes of a part. Those that came last are in the last one.
+/// The awake boxes of a part. Boxes that became awake since the last ordering are in the last part.
 TaskRange ColumnGridBackend::rangeOf(unsigned part) const
 {
     const auto parts = static_cast<unsigned>(m_parts.size());
@@ -82,7 +82,7 @@ TaskRange ColumnGridBackend::rangeOf(unsigned part) const
     return range;
 }
 
-/// Brings the lists of a part up to date, and tells what changed.
+/// Updates the lists of a part, and reports the changes of their pairs.
 void ColumnGridBackend::updateLists(const ProxyView& view, unsigned part, unsigned worker)
 {
     NeighbourPart& to = m_parts[part];
@@ -105,7 +105,7 @@ void ColumnGridBackend::updateLists(const ProxyView& view, unsigned part, unsign
         compactLists(part);
 }
 
-/// Pairs with boxes that became active are no longer a matter of lists.
+/// Expires the pairs whose resting box became awake; the held ones move to m_between.
 void ColumnGridBackend::dropEscaped(NeighbourPart& to) const
 {
     for (std::size_t i = 0; i < to.pairs.size(); ++i)
@@ -120,7 +120,7 @@ void ColumnGridBackend::dropEscaped(NeighbourPart& to) const
     }
 }
 
-/// Prepares to ask for the neighbours of a box, with the pairs that it is held in.
+/// Prepares the query for the neighbours of a box, and collects its held pairs.
 void ColumnGridBackend::askForList(const ProxyView& view, std::uint32_t index, NeighbourPart& to)
 {
     const Aabb& box = view.boxes[m_active[index]];
@@ -171,7 +171,7 @@ void ColumnGridBackend::makeLists(const ProxyView& view, unsigned part, unsigned
         });
 }
 
-/// A list of a box that just became active: the settled pairs that it is held in.
+/// Begins the list of a box that just became awake, with its held pairs of m_settled.
 void ColumnGridBackend::beginList(std::uint32_t row)
 {
     NeighbourPart& part = m_parts.back();
@@ -189,7 +189,7 @@ void ColumnGridBackend::beginList(std::uint32_t row)
                        static_cast<std::uint32_t>(part.pairs.size() - begin)});
 }
 
-/// Appends what is left of a list.
+/// Appends the pairs of a list that have not expired.
 void ColumnGridBackend::moveList(const VerletPairs& from, NeighbourList& list, VerletPairs& to)
 {
     const std::size_t begin = to.size();
@@ -212,7 +212,7 @@ void ColumnGridBackend::compactLists(unsigned part)
     m_parts[part].goneCount = 0;
 }
 
-/// Orders active boxes along the rows, and deals them out anew.
+/// Orders awake boxes along the columns, and distributes them over the parts.
 void ColumnGridBackend::orderActive(const ProxyView& view, unsigned parts)
 {
     std::vector<std::uint32_t> partOf(m_active.size());

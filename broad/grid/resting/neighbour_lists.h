@@ -12,33 +12,33 @@
 
 namespace cullet
 {
-/// Which pairs of an active box are watched: all those with settled boxes that can come into the pair set, or leave it, while no
-/// face of the box is farther than `reach` from where it was when the list was made.
+/// The pairs of an awake box with resting boxes that can enter or leave the pair set while no face of the box is
+/// farther than `reach` from where it was when the list was made.
 ///
-/// That is a Verlet list (L. Verlet, Phys. Rev. 159, 98, 1967) with a shell of its own for each box.
+/// This is a Verlet list (L. Verlet, Phys. Rev. 159, 98, 1967) with a skin of its own for each box.
 struct NeighbourList
 {
-    /// Of a list that has to be made; what it holds are pairs of before.
+    /// Value of `reach` for a list that has to be made; the list still holds its former pairs.
     static constexpr float kUnmade = -1.0f;
 
-    Aabb box;  ///< when the list was made
+    Aabb box;  ///< the box when the list was made
     float reach;
     std::uint32_t begin;  ///< [count] among the pairs of a NeighbourPart
     std::uint32_t count;
 };
 
-/// The lists of some active boxes, which one task at a time brings up to date.
+/// The lists of some awake boxes, which one task at a time updates.
 struct alignas(64) NeighbourPart
 {
     VerletPairs pairs;
-    std::size_t goneCount = 0;       ///< of these
-    std::vector<RowPair> strangers;  ///< held pairs that came into no list in this update
-    bool hasStray = false;           ///< an active box is not where the list of active pairs knows it
+    std::size_t goneCount = 0;       ///< expired ones of `pairs`
+    std::vector<RowPair> strangers;  ///< held pairs that this update added to no list
+    bool hasStray = false;           ///< an awake box left the skin of the list of awake pairs
     // Scratch:
-    std::vector<std::uint32_t> stale;  ///< active boxes whose lists have to be made
+    std::vector<std::uint32_t> stale;  ///< awake boxes whose lists have to be made
     std::vector<Aabb> queries;         ///< [stale]
-    std::vector<std::uint64_t> keys;   ///< held pairs of these, ascending: index in `stale`, row
-    SortedPairs held;                  ///< the same, those left that were not met again
+    std::vector<std::uint64_t> keys;   ///< held pairs of stale lists, ascending: index in `stale`, row
+    SortedPairs held;                  ///< those of `keys` that the query has not found yet
 
     void clear()
     {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 //
-// Settled mode: boxes in their shells, and the pairs of them that may change.
+// Resting mode: boxes inside their skins, and those of their pairs that may change.
 #include "cullet/broad/grid/column_grid_backend.h"
 
 #include <algorithm>
@@ -12,17 +12,17 @@ namespace cullet
 {
 namespace
 {
-// Share of active boxes from which a refill of everything is cheaper than queries of the active ones.
+// Share of awake boxes from which a refill of the whole grid is cheaper than queries for the awake boxes.
 constexpr double kActiveShare = 0.22;
-// Share of changed rows, one in so many, from which all boxes and all watched pairs are looked at.
+// Where more than one row in so many changed, all boxes and all changeable pairs are tested.
 constexpr std::uint32_t kManyShare = 4;
-// Boxes or pairs that a kernel looks at in one call.
+// Boxes or pairs per call of a kernel.
 constexpr std::uint32_t kBlock = 512;
 }  // namespace
 
 ColumnGridBackend::SettledOutcome ColumnGridBackend::updateSettled(const ProxyView& view)
 {
-    // What is sure was judged by the margin.
+    // Persistent pairs were classified by the margin.
     const double moving = ModePolicy::kCostOfMoving * view.size;
     const double settling = ModePolicy::kCostOfSettling * view.size;
     if (view.margin != m_settledMargin)
@@ -45,7 +45,7 @@ ColumnGridBackend::SettledOutcome ColumnGridBackend::updateSettled(const ProxyVi
         decide("too many boxes left their shells", active, moving, watching);
         return SettledOutcome::Refill;
     }
-    // Active boxes that came to rest are worth a refill.
+    // Too much work on awake boxes at rest is worth a refill.
     if (m_wasted > settling && m_options.rebuildFraction < 0)
     {
         decide("boxes outside of their shells came to rest", active, settling, watching);
@@ -63,19 +63,19 @@ ColumnGridBackend::SettledOutcome ColumnGridBackend::updateSettled(const ProxyVi
     return SettledOutcome::Done;
 }
 
-/// Sorts the changed rows into those inside their shell and those that must become active.
+/// Divides the changed rows into those inside their skin and those that become awake.
 void ColumnGridBackend::findEscaped(const ProxyView& view)
 {
     m_quiet.clear();
     m_escaped.clear();
-    // In a shell without end everything is inside, what went too.
+    // In an infinite skin everything is inside, destroyed boxes too, so that the kernel finds none.
     m_haveFewChanged = view.dirtyCount <= view.size / kManyShare || !std::isfinite(m_slack);
     const std::uint32_t activeMoves = m_haveFewChanged ? findEscapedOfFew(view) : findEscapedOfAll(view);
     m_quietCount = view.dirtyCount - activeMoves - m_escaped.size();
     m_wasted += ModePolicy::kCostOfStranded * static_cast<double>(m_active.size() - activeMoves);
 }
 
-/// @return changed rows that are active
+/// @return number of changed rows that are awake
 std::uint32_t ColumnGridBackend::findEscapedOfFew(const ProxyView& view)
 {
     std::uint32_t activeMoves = 0;
@@ -94,8 +94,8 @@ std::uint32_t ColumnGridBackend::findEscapedOfFew(const ProxyView& view)
     return activeMoves;
 }
 
-/// The same where many rows changed: all boxes in a row, changed or not, are compared in less time than those that changed.
-/// New boxes, and those that went, are outside of any shell.
+/// Variant for many changed rows: comparing all boxes in order, changed or not, takes less time than visiting the
+/// changed ones. Created and destroyed boxes are outside of any skin.
 std::uint32_t ColumnGridBackend::findEscapedOfAll(const ProxyView& view)
 {
     const ShellSource source = {view.boxes, m_reference.data(), m_slack};
@@ -123,13 +123,13 @@ void ColumnGridBackend::activate(std::uint32_t row)
     m_active.push_back(row);
 }
 
-/// Whether a held pair of boxes as they are in their references stays so inside their shells.
+/// Whether a held pair with these reference boxes stays held while both boxes are inside their skins.
 bool ColumnGridBackend::isSure(const VerletPairs& pairs, const Aabb& a, const Aabb& b) const
 {
     return &pairs == &m_settled && gapOf(a, b) <= m_sureGap;
 }
 
-/// Only open and held pairs can change.
+/// Updates the state of a changeable pair by its boxes, and reports a change of the pair set.
 void ColumnGridBackend::changeWatchedPair(const ProxyView& view, VerletPairs& pairs, std::size_t index,
                                           unsigned worker)
 {
@@ -138,7 +138,7 @@ void ColumnGridBackend::changeWatchedPair(const ProxyView& view, VerletPairs& pa
     const Aabb& a = view.boxes[pair.a];
     const Aabb& b = view.boxes[pair.b];
     const bool overlap = overlapsBranchless(a, b);
-    // An open pair may be one that was held although its filter words had come to reject it: hence the question.
+    // A candidate may be a former pair that the filter words reject by now, hence mayEnter().
     if (state == VerletPairs::State::Open && overlap && mayEnter(view, pair))
     {
         const bool stays = isSure(pairs, m_reference[pair.a], m_reference[pair.b]);
@@ -154,7 +154,7 @@ void ColumnGridBackend::changeWatchedPair(const ProxyView& view, VerletPairs& pa
 
 void ColumnGridBackend::updateWatched(const ProxyView& view)
 {
-    // All in a row is faster per pair than box by box.
+    // Testing all pairs in order is faster per pair than box by box.
     if (!m_haveFewChanged)
     {
         m_stats.candidates += m_settled.changeableCount();
@@ -174,7 +174,7 @@ void ColumnGridBackend::updateWatched(const ProxyView& view)
     }
 }
 
-/// Hardly any of them changes, and which one nobody can predict.
+/// Tests all changeable pairs without branches: hardly any changes, and which one cannot be predicted.
 void ColumnGridBackend::updateAllWatched(const ProxyView& view, VerletPairs& pairs, unsigned worker)
 {
     const WatchSource source = pairs.watchSource(view.boxes, view.margin);

@@ -38,7 +38,7 @@ void VerletPairs::finish(std::uint32_t rowCount)
         sum += offset;
         offset = sum;
     }
-    // Filled from the back, each offset ends at the begin of its row.
+    // Items are filled from the back, so that each offset ends at the begin of its row.
     m_items.resize(2 * m_pairs.size());
     for (std::size_t i = m_pairs.size(); i-- > 0;)
     {

@@ -9,12 +9,12 @@
 
 namespace cullet
 {
-/// The pairs among boxes that stay near a reference position, with the few of them that need watching.
+/// The pairs among boxes that stay near a reference position: a Verlet list with a skin, as in molecular dynamics,
+/// made exact.
 ///
-/// A *sure* pair is held (in the pair set) and stays so wherever its two boxes are within their shells around the
-/// reference boxes. A *watched* pair may change; it is held or open. Pairs that are not held and can not overlap within
-/// the shells are not listed.
-/// That is a Verlet list with a slack, as in molecular dynamics, made exact.
+/// A *persistent* pair is held (in the pair set) and stays so wherever its two boxes are within their skins around
+/// the reference boxes. A *changeable* pair may enter or leave the pair set: it is an *overlapping* pair, which is
+/// held, or a *candidate*, which is not. Pairs that are not held and cannot overlap within the skins are not listed.
 class VerletPairs
 {
 public:
@@ -23,12 +23,12 @@ public:
         Sure,
         Held,
         Open,
-        Gone  ///< one of the boxes left its shell; the pair is no longer ours
+        Gone  ///< one of the boxes left its skin; the pair has left this list
     };
 
     void clear();
 
-    /// Adds pairs; all sure ones first. finish() comes after the last.
+    /// Adds a pair; all persistent pairs come first, finish() after the last pair.
     void add(RowPair pair, State state);
 
     /// Builds the index from rows to their pairs. O(rows + pairs).
@@ -40,14 +40,14 @@ public:
     State state(std::size_t index) const { return m_states[index]; }
     void setState(std::size_t index, State state) { m_states[index] = state; }
 
-    /// Whether a pair may enter or leave the pair set while its boxes are within their shells.
+    /// Whether a pair may enter or leave the pair set while its boxes are within their skins.
     bool isChangeable(std::size_t index) const { return isChangeable(m_states[index]); }
     std::size_t changeableCount() const;
 
-    /// What a kernel needs to find the pairs that do so.
+    /// Input of the kernel that finds the pairs that do so.
     WatchSource watchSource(const Aabb* boxes, float margin) const;
 
-    /// Calls visit(index) for every pair of a row that is not gone.
+    /// Calls visit(index) for every pair of a row that has not expired.
     template <class Visit>
     void forEachOf(std::uint32_t row, Visit visit) const
     {

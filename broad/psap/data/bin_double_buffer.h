@@ -8,12 +8,12 @@
 
 namespace cullet::psap
 {
-/// Two sets of bins or tiles: one is filled and searched, and the search leaves the other one clear for the next update.
+/// Two sets of bins or tiles. An update fills and searches one; its search clears the other one for the next update.
 template <class Exec>
 class BinDoubleBuffer
 {
 public:
-    /// @param count bins, no fewer than before unless forget() follows
+    /// @param count number of bins; smaller than before only where forget() follows
     void reserve(Exec& exec, std::uint64_t count)
     {
         m_count = count;
@@ -24,10 +24,10 @@ public:
         }
     }
 
-    /// Neither is clear.
+    /// Marks both sets as not cleared.
     void forget() { m_isClear = false; }
 
-    /// Makes the clear one the current one.
+    /// Makes the cleared set the current one.
     void begin(Exec& exec)
     {
         swap();
@@ -36,15 +36,15 @@ public:
         m_isClear = false;
     }
 
-    /// The other one is clear.
+    /// Records that the other set has been cleared.
     void noteSearched() { m_isClear = true; }
-    /// For an update that happened without begin().
+    /// In place of begin(), for an update that ran without it.
     void swap() { m_current = 1 - m_current; }
 
     RowBinSet current() const { return set(m_current); }
     RowBinSet other() const { return set(1 - m_current); }
     const std::uint32_t* sideCount() const { return &m_totals[m_current].data()->sides; }
-    /// Which of two sets of launches the next update is.
+    /// Index of the set of launches that the next update uses, of two.
     unsigned nextPhase() const { return 1 - m_current; }
 
 private:
@@ -64,7 +64,7 @@ private:
 
     std::uint64_t m_count = 0;
     unsigned m_current = 0;
-    bool m_isClear = false;  ///< the set that comes next
+    bool m_isClear = false;  ///< the set that the next update uses
     Buffer<std::uint32_t> m_counts[2];
     Buffer<BinTotals> m_totals[2];
 };

@@ -7,43 +7,43 @@
 #include <cstdint>
 #include <type_traits>
 
-/// The search with rows where every bin has room for as many records: a box goes straight into its bin, without counting
-/// first. Two steps instead of five, for small worlds, where each takes longer to start than to run. Where a bin is full
-/// the search finds nothing and says so, and all of it is done by counting.
+/// The counting-sort search with bins of fixed room: a box is written into its bin at once, without a count first.
+/// Two steps instead of five, for small worlds, where a step takes longer to start than to run. Where a bin is full,
+/// the search finds no pairs and reports kOverflowed, and the update is repeated with a counting sort.
 namespace cullet::psap
 {
-/// Stands for the number of pairs where a bin was full.
+/// Reported in place of the number of pairs where a bin was full.
 inline constexpr std::uint64_t kSpilled = 1ull << 63;
 
-/// Records in a bin, at most.
+/// Most records in a bin.
 inline constexpr std::uint32_t kBinRoom = 12;
 
-/// What the search needs to know of all bins. Aligned, so that a GPU reads it at once.
+/// Totals over all bins. Aligned, so that a GPU loads them at once.
 struct alignas(16) BinTotals
 {
-    std::uint32_t sides;    ///< boxes on the side list
-    std::uint32_t spilled;  ///< boxes that found a bin full
-    std::uint32_t spares;   ///< boxes on the last level, which is empty else
+    std::uint32_t sides;    ///< boxes on the list of unbounded boxes
+    std::uint32_t spilled;  ///< boxes whose bin was full
+    std::uint32_t spares;   ///< boxes on the overflow level, which is usually empty
     std::uint32_t padding;
 };
 
-/// Bins, and what is known of them. There are two: one is filled and searched while the other one is cleared.
+/// Bins and their totals. There are two sets: one is filled and searched while the other one is cleared.
 struct RowBinSet
 {
-    std::uint32_t* counts;  ///< [bins] 0 before
-    BinTotals* totals;      ///< 0 before
+    std::uint32_t* counts;  ///< [bins] 0 before the update
+    BinTotals* totals;      ///< 0 before the update
 };
 
 /// Step 1: writes the record of box i into its bin.
 struct PlaceRows
 {
-    static constexpr bool kLetsNextStart = true;  ///< the search of the bins, which awaits this
+    static constexpr bool kLetsNextStart = true;  ///< of SearchFixedBins, which waits for this step
 
     RowBins bins;
     RowBinSet set;
     std::uint32_t room;
     RowRecord* records;        ///< [bins * room, out]
-    std::uint64_t* pairCount;  ///< set to 0; may be null
+    std::uint64_t* pairCount;  ///< set to 0, or null
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
@@ -71,11 +71,11 @@ private:
     }
 };
 
-/// The records of two neighbouring bins, and more bins behind them.
+/// The records of two neighbouring bins, and the bins after them.
 struct BinRange
 {
-    std::uint32_t bin, last;  ///< the first bin, and behind the last of all
-    std::uint32_t slot;       ///< records from here on count
+    std::uint32_t bin, last;  ///< the first bin, and one past the last bin of all
+    std::uint32_t slot;       ///< first record of the range
     std::uint32_t firstCount, secondCount;
 
     CULLET_HOST_DEVICE std::uint32_t size() const
@@ -83,7 +83,7 @@ struct BinRange
         const std::uint32_t end = firstCount + secondCount;
         return slot < end ? end - slot : 0;
     }
-    /// The place of the k-th record.
+    /// Place of the k-th record.
     CULLET_HOST_DEVICE std::uint32_t at(std::uint32_t k, std::uint32_t room) const
     {
         const std::uint32_t record = slot + k;
@@ -91,7 +91,7 @@ struct BinRange
     }
 };
 
-/// Step 2: as SearchRows, for the records of a bin.
+/// Step 2: as SearchSorted, for the records of a bin.
 template <class IsNew, std::uint32_t kSharers>
 struct SearchBins
 {
@@ -99,12 +99,12 @@ struct SearchBins
 
     RowPartners<IsNew, TestAtOnce> partners;
     RowBinSet set;
-    RowBinSet other;  ///< set to 0 for the next update
+    RowBinSet other;  ///< cleared for the next update
     std::uint32_t room;
-    std::uint64_t* pairCount;  ///< kSpilled where a bin was full
+    std::uint64_t* pairCount;  ///< set to kOverflowed where a bin was full
 
-    /// Makes a bin of the other set ready for the next update. Asks for nothing that PlaceRows leaves, so that a GPU may do it
-    /// before that is over.
+    /// Clears a bin of the other set for the next update. Reads nothing that PlaceInBins writes, so that a GPU may do
+    /// this while that step still runs.
     CULLET_HOST_DEVICE void clear(std::uint32_t bin) const
     {
         other.counts[bin] = 0;
@@ -112,9 +112,9 @@ struct SearchBins
             *other.totals = {};
     }
 
-    /// Does for a bin what is to be done once.
+    /// Does the work that a bin needs once.
     ///
-    /// @pre there are as many bins as boxes, or more
+    /// @pre there are at least as many bins as boxes
     template <class Emit>
     CULLET_HOST_DEVICE void begin(std::uint32_t bin, Emit& emit) const
     {
@@ -125,16 +125,16 @@ struct SearchBins
             partners.searchSide(partners.side[bin], bin + 1, sides, 1, emit);
     }
 
-    /// How many records of the bin are to be searched.
+    /// Number of records of the bin that are searched.
     CULLET_HOST_DEVICE std::uint32_t countOf(std::uint32_t bin) const
     {
-        const std::uint32_t count = set.counts[bin];  // on its way while the other is read
+        const std::uint32_t count = set.counts[bin];  // loaded together with the totals
         return set.totals->spilled != 0 ? 0 : count;
     }
 
-    /// @param slot     of the record in the bin
-    /// @param share    of its cells, below kSharers
-    /// @param isRecord false for what only fills up a warp
+    /// @param slot     slot of the record in the bin
+    /// @param share    which of the kSharers shares of its cells
+    /// @param isRecord false for a lane that only fills up a warp
     template <class Emit>
     CULLET_HOST_DEVICE void operator()(std::uint32_t bin, std::uint32_t slot, std::uint32_t share,
                                        bool isRecord, Emit& emit) const
@@ -144,7 +144,7 @@ struct SearchBins
         const RowRecord self = partners.records[bin * room + slot];
         const std::uint32_t levels = partners.plan->levelCount - (totals.spares == 0 ? 1 : 0);
         std::uint32_t k = 0;
-        do  // there is a level: the first one is read while their number is
+        do  // there is at least one level, so the first one is loaded while `levels` is computed
         {
             const RowLevel level = partners.plan->levels[k];
             const bool isSeen = isRecord && bin < level.endBin;
@@ -161,15 +161,15 @@ struct SearchBins
     }
 
 private:
-    /// Records from here on count.
+    /// First record of a range.
     struct Place
     {
         std::uint32_t bin, slot;
     };
 
-    /// Tests the record against those of every kSharers-th cell from `share` on.
+    /// Tests the record against the records of every kSharers-th cell, starting with cell `share`.
     ///
-    /// @param behind on its own level the place behind this one
+    /// @param successor on the record's own level, the place after the record
     template <class Test, class Emit>
     CULLET_HOST_DEVICE void search(const RowRecord& self, const RowLevel& level, RowCells cells,
                                    std::uint32_t share, Place behind, const Test& entryTest, Emit& emit) const
@@ -192,9 +192,9 @@ private:
         {
             BinRange range = next;
             cells.skip(kSharers);
-            next = rangeOf(k + kSharers);  // on its way while this one is read
+            next = rangeOf(k + kSharers);  // loaded while this range is tested
             scan(self, range, entryTest, emit);
-            // Rounding, or a plan of another frame, makes a window touch more bins.
+            // Rounding, or a plan made for other boxes, makes a window touch more bins.
             for (; emit.any(range.bin + 2 < range.last);)
             {
                 range = rangeBetween({range.bin + 2, 0}, range.last);
@@ -203,7 +203,7 @@ private:
         }
     }
 
-    /// Tests the record against those of a range, and keeps those that it meets.
+    /// Tests the record against the records of a range, and keeps those that overlap it.
     template <class Test, class Emit>
     CULLET_HOST_DEVICE void scan(const RowRecord& self, const BinRange& range, const Test& entryTest,
                                  Emit& emit) const
@@ -212,7 +212,8 @@ private:
         std::uint32_t k = 0;
         for (;;)
         {
-            // Two at a time, so that the second is read while the first is tested; behind the last one there is a record too.
+            // Two at a time, so that the second is loaded while the first is tested. There is a record after the last
+            // one too.
 #ifdef __CUDA_ARCH__
 #pragma unroll 1
 #endif
@@ -236,11 +237,10 @@ private:
         emit.tested(count);
     }
 
-    /// What is kept of a record that is met: its row where every pair is taken, so that nothing more is asked of it, else its
-    /// place.
+    /// Whether rows are kept instead of places: where every pair is reported, nothing else of a record is needed.
     static constexpr bool kKeepsRows = std::is_same<IsNew, EveryPair>::value;
 
-    /// Appends those of the kept pairs that enter.
+    /// Appends the kept pairs that enter.
     template <class Test, class Emit>
     CULLET_HOST_DEVICE void report(const RowRecord& self, const Test& entryTest, Emit& emit) const
     {
@@ -250,9 +250,9 @@ private:
             partners.report(self, entryTest, emit);
     }
 
-    /// The records from a place on in two bins.
+    /// The records of two bins, from a place on.
     ///
-    /// @param last behind the last bin
+    /// @param last one past the last bin
     CULLET_HOST_DEVICE BinRange rangeBetween(Place from, std::uint32_t last) const
     {
         BinRange range = {from.bin, last, from.slot, 0, 0};

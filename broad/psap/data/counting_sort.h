@@ -7,7 +7,7 @@
 
 #include <cstdint>
 
-/// The steps before the search with rows (records.h): each box becomes a record in the bin of its minimum corner.
+/// The steps before the counting-sort search (records.h): each box becomes a record in the bin of its minimum corner.
 namespace cullet::psap
 {
 inline constexpr std::uint32_t kNoBin = 0xffffffffu;
@@ -15,7 +15,7 @@ inline constexpr std::uint32_t kNoBin = 0xffffffffu;
 /// Cell coordinate wrapped into [0, count).
 CULLET_HOST_DEVICE inline std::uint32_t wrapped(std::int32_t cell, std::uint32_t count)
 {
-    // Most cells are where the plan expects them.
+    // Most cells lie within the plan.
     if (static_cast<std::uint32_t>(cell) < count)
         return static_cast<std::uint32_t>(cell);
     const std::int32_t rest = cell % static_cast<std::int32_t>(count);
@@ -27,7 +27,8 @@ CULLET_HOST_DEVICE inline std::uint32_t binAlong(const RowPlanHead& plan, const 
     return clampedCell(s, plan.originS, level.inverseBin, level.binCount);
 }
 
-/// The cells of a level to and fro, and the bins of each cell likewise: bins one behind the other lie side by side.
+/// Cells of a level in serpentine (boustrophedon) order, and the bins of each cell likewise, so that consecutive bins
+/// are adjacent in space.
 CULLET_HOST_DEVICE inline std::uint32_t serpentineCell(const RowLevel& level, std::uint32_t u,
                                                        std::uint32_t v)
 {
@@ -40,28 +41,28 @@ CULLET_HOST_DEVICE inline std::uint32_t serpentineBin(const RowLevel& level, std
     return cell % 2 == 0 ? bin : level.binCount - 1 - bin;
 }
 
-/// Where box i goes.
+/// Bin of a box, and its rank there.
 struct alignas(8) RowPlace
 {
-    std::uint32_t bin;   ///< kNoBin: nowhere
-    std::uint32_t rank;  ///< in the bin, in the order of arrival
+    std::uint32_t bin;   ///< kNoBin: in no bin
+    std::uint32_t rank;  ///< rank in the bin, in the order of arrival
 };
 
-/// What the search needs to know of all records. Aligned, so that a GPU reads it at once.
+/// Totals over all records. Aligned, so that a GPU loads them at once.
 struct alignas(16) RowTotals
 {
-    std::uint32_t sidesFound;  ///< boxes on the side list so far; 0 when an update begins
-    std::uint32_t sides;       ///< boxes on the side list
+    std::uint32_t sidesFound;  ///< unbounded boxes found so far; 0 before an update
+    std::uint32_t sides;       ///< boxes on the list of unbounded boxes
     std::uint32_t records;
-    std::uint32_t levels;  ///< the coarser ones are empty
+    std::uint32_t levels;  ///< levels in use; the coarser ones are empty
 };
 
-/// What is made ready on the way, since a launch of its own would take longer. One index does it, between the steps that
-/// find the bins and the search.
+/// Resets counters between the step that finds the bins and the search. One index of a step in between does this,
+/// since a separate launch would cost more time.
 struct RowTidying
 {
     RowTotals* totals;
-    std::uint64_t* pairCount;  ///< set to 0; may be null
+    std::uint64_t* pairCount;  ///< set to 0, or null
 
     CULLET_HOST_DEVICE void operator()() const
     {
@@ -71,7 +72,7 @@ struct RowTidying
             *pairCount = 0;
     }
 
-    /// One index, which need not be the same, tells what there is.
+    /// Stores the totals. Called by one index, not necessarily the one that calls operator().
     CULLET_HOST_DEVICE void setRecords(std::uint32_t count, std::uint32_t levels) const
     {
         totals->records = count;
@@ -84,10 +85,10 @@ struct RowBins
 {
     const Aabb* boxes;
     const LevelPlan* plan;
-    std::uint32_t* side;  ///< [boxes, out]
+    std::uint32_t* side;  ///< [boxes, out] list of unbounded boxes
     std::uint32_t* sideCount;
 
-    /// What most boxes need of the plan. To be read before the box, so that a GPU does not wait for one after the other.
+    /// The part of the plan that most boxes need. Loaded before the box, so that a GPU waits for both loads at once.
     struct Known
     {
         RowPlanHead plan;
@@ -95,13 +96,14 @@ struct RowBins
     };
     CULLET_HOST_DEVICE Known known() const { return {*plan, plan->levels[0]}; }
 
-    /// @return kNoBin for boxes without a level, which go to the side list, and for invalid ones
+    /// @return kNoBin for invalid boxes, and for boxes without a level, which are appended to the list of unbounded
+    ///     boxes
     CULLET_HOST_DEVICE std::uint32_t take(std::uint64_t i) const
     {
         const Known ahead = known();
         return take(ahead, i, loadBox(boxes, i));
     }
-    /// @param box the same
+    /// @param box box i
     CULLET_HOST_DEVICE std::uint32_t take(const Known& ahead, std::uint64_t i, const Aabb& box) const
     {
         const std::uint32_t bin = isValid(box) ? binOf(ahead, box) : kNoBin;
@@ -153,7 +155,7 @@ struct CountRows
 {
     RowBins bins;
     RowPlace* places;          ///< [boxes, out]
-    std::uint32_t* binCounts;  ///< [bins] 0 before
+    std::uint32_t* binCounts;  ///< [bins] 0 before the step
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
@@ -162,7 +164,7 @@ struct CountRows
     }
 };
 
-/// A box as the search reads it: 16 bytes that decide most tests, and 16 more.
+/// A box in the layout of the search: 16 bytes that decide most tests, and 16 more.
 struct alignas(16) RowRecord
 {
     struct alignas(16) Front
@@ -187,7 +189,7 @@ CULLET_HOST_DEVICE inline RowRecord recordOf(const Aabb& box, const Axes& axes, 
 }
 
 #ifdef __CUDA_ARCH__
-/// isFirst ? a : b, which the compiler cannot make two stores of, one for each kind of lanes.
+/// isFirst ? a : b, as selects, so that the compiler does not split the store into two divergent ones.
 __device__ inline float4 either(bool isFirst, const float4& a, const float4& b)
 {
     const auto pick = [isFirst](float x, float y)
@@ -202,8 +204,8 @@ __device__ inline float4 either(bool isFirst, const float4& a, const float4& b)
 }
 #endif
 
-/// records[place] = record, or nothing for kNoPlace. On a GPU two lanes write their two records together, each half of
-/// either: whole sectors of 32 bytes, where half of one would cost as much.
+/// records[place] = record, except where the place is kNoPlace. On a GPU two lanes write their two records together,
+/// a half of each, since a store of half a 32-byte sector costs as much as one of a whole sector.
 inline constexpr std::uint32_t kNoPlace = 0xffffffffu;
 CULLET_HOST_DEVICE inline void storeRecord(RowRecord* records, std::uint32_t place, const RowRecord& record)
 {
@@ -233,7 +235,7 @@ CULLET_HOST_DEVICE inline void storeRecord(RowRecord* records, std::uint32_t pla
         records[place] = record;
 }
 
-/// A record, of which both halves are asked for before either is needed: as a GPU's compiler would not have it.
+/// A record. On a GPU both halves are loaded before either is used, which the compiler would not do by itself.
 CULLET_HOST_DEVICE inline RowRecord loadRecord(const RowRecord* records, std::uint32_t place)
 {
 #ifdef __CUDA_ARCH__
@@ -307,12 +309,12 @@ struct GatherRows
 {
     const Aabb* boxes;
     const LevelPlan* plan;
-    const std::uint32_t* keys;  ///< [count] sorted
+    const std::uint32_t* keys;  ///< [count] sorted keys
     const std::uint32_t* rows;
     std::uint64_t count;
     std::uint32_t none;
     RowRecord* records;   ///< [count, out]
-    std::uint32_t* ends;  ///< [bins + 1] 0 before; that of a bin lies one behind it
+    std::uint32_t* ends;  ///< [bins + 1] 0 before; the end of bin b is at b + 1
     RowTidying tidy;
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const

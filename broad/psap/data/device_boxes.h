@@ -11,23 +11,24 @@
 #include <cstring>
 #include <limits>
 
-/// Boxes in an executor's memory: how they are read and written there, and how far they have gone.
+/// Boxes in an executor's memory: how they are loaded and stored there, and how far they have moved.
 namespace cullet::psap
 {
 inline constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-/// The box that passes no comparison: stands for empty boxes on the device, where isValid() is then never asked.
+/// The box whose comparisons are all false. It stands for empty boxes on the device, so that isValid() need not be
+/// called.
 CULLET_HOST_DEVICE inline Aabb nowhere()
 {
     return {{kNan, kNan, kNan}, {kNan, kNan, kNan}};
 }
 
-/// Raises a non-negative float to at least `value`; the bits of such floats are ordered as they are.
+/// Raises a non-negative float to at least `value`. The bits of non-negative floats are ordered as the floats are.
 CULLET_HOST_DEVICE inline void raise(std::uint32_t* bits, float value)
 {
 #ifdef __CUDA_ARCH__
-    // Most values raise nothing; looking first spares the queue at one address.
+    // Most values change nothing; a load first avoids contention of atomics at one address.
     if (*static_cast<volatile std::uint32_t*>(bits) < bitsOf(value))
         atomicMax(bits, bitsOf(value));
 #else
@@ -39,7 +40,7 @@ CULLET_HOST_DEVICE inline void raise(std::uint32_t* bits, float value)
 #endif
 }
 
-/// Sets a number to what others may set it to at the same time.
+/// Stores a number where concurrent indices store the same value.
 template <class T>
 CULLET_HOST_DEVICE inline void setAlike(T* number, T value)
 {
@@ -57,9 +58,9 @@ CULLET_HOST_DEVICE inline float floatOf(std::uint32_t bits)
     return value;
 }
 
-/// boxes[row], on the GPU in three loads instead of six: the search is bound by their number.
+/// boxes[row], on the GPU in three loads instead of six: the number of loads bounds the search.
 ///
-/// @pre `boxes` is aligned to 8 bytes there, as what cudaMalloc gives is
+/// @pre `boxes` is aligned to 8 bytes there, as memory of cudaMalloc() is
 CULLET_HOST_DEVICE inline Aabb loadBox(const Aabb* boxes, std::uint64_t row)
 {
 #ifdef __CUDA_ARCH__
@@ -73,7 +74,7 @@ CULLET_HOST_DEVICE inline Aabb loadBox(const Aabb* boxes, std::uint64_t row)
 #endif
 }
 
-/// boxes[row] = box, likewise.
+/// boxes[row] = box, in three stores on the GPU.
 CULLET_HOST_DEVICE inline void storeBox(Aabb* boxes, std::uint64_t row, const Aabb& box)
 {
 #ifdef __CUDA_ARCH__
@@ -86,11 +87,11 @@ CULLET_HOST_DEVICE inline void storeBox(Aabb* boxes, std::uint64_t row, const Aa
 #endif
 }
 
-/// A box where reading it takes one sector of a GPU's memory, wherever it is. Either half can be tested against that of
-/// another box in the same way.
+/// A box in one 32-byte sector of a GPU's memory. The same code tests either half of two boxes.
 struct alignas(16) BoxHalf
 {
-    float low0, high0, low1, high1;  ///< along two axes; of the second half one is the same for all boxes
+    /// Along two axes; in the second half one of them has the same values in all boxes.
+    float low0, high0, low1, high1;
 };
 struct alignas(32) AlignedBox
 {
@@ -102,7 +103,7 @@ CULLET_HOST_DEVICE inline bool meets(const BoxHalf& a, const BoxHalf& b)
     return (a.low0 <= b.high0) & (b.low0 <= a.high0) & (a.low1 <= b.high1) & (b.low1 <= a.high1);
 }
 
-/// Half k of boxes, in one load on a GPU.
+/// Half k of the boxes, in one load on a GPU.
 CULLET_HOST_DEVICE inline BoxHalf loadHalf(const AlignedBox* boxes, std::uint64_t k)
 {
 #ifdef __CUDA_ARCH__
@@ -113,7 +114,7 @@ CULLET_HOST_DEVICE inline BoxHalf loadHalf(const AlignedBox* boxes, std::uint64_
 #endif
 }
 
-/// boxes[row]. On a GPU in three loads: those of four numbers need registers side by side, which searches are short of.
+/// boxes[row]. On a GPU in three loads of two numbers: loads of four need consecutive registers, which searches lack.
 CULLET_HOST_DEVICE inline Aabb loadBox(const AlignedBox* boxes, std::uint64_t row)
 {
 #ifdef __CUDA_ARCH__
@@ -129,7 +130,7 @@ CULLET_HOST_DEVICE inline Aabb loadBox(const AlignedBox* boxes, std::uint64_t ro
 }
 /// boxes[row] = box.
 ///
-/// @param more kept beside it, not negative
+/// @param more stored in the unused part of the box, not negative
 CULLET_HOST_DEVICE inline void storeAligned(AlignedBox* boxes, std::uint64_t row, const Aabb& box, float more)
 {
 #ifdef __CUDA_ARCH__
@@ -140,19 +141,19 @@ CULLET_HOST_DEVICE inline void storeAligned(AlignedBox* boxes, std::uint64_t row
     boxes[row] = {{box.min[0], box.max[0], box.min[1], box.max[1]}, {box.min[2], box.max[2], 0, more}};
 #endif
 }
-/// copies[row] = box, nowhere() where that is invalid.
+/// copies[row] = box, or emptyBox() where the box is invalid.
 CULLET_HOST_DEVICE inline void storeCopy(AlignedBox* copies, std::uint64_t row, const Aabb& box)
 {
     storeAligned(copies, row, isValid(box) ? box : nowhere(), 0);
 }
 
-/// What two intervals share; negative when they are apart.
+/// The length that two intervals share; negative when they are separated.
 CULLET_HOST_DEVICE inline float sharedLength(float a0, float a1, float b0, float b1)
 {
     return (a1 < b1 ? a1 : b1) - (a0 > b0 ? a0 : b0);
 }
 
-/// The length that two boxes share on the axis where that is shortest; negative when they are apart.
+/// The length that two boxes share on the axis where it is shortest; negative when they are separated.
 CULLET_HOST_DEVICE inline float overlapOf(const Aabb& a, const Aabb& b)
 {
     float shortest = kInfinity;
@@ -164,9 +165,9 @@ CULLET_HOST_DEVICE inline float overlapOf(const Aabb& a, const Aabb& b)
     return shortest;
 }
 
-/// overlapOf() for one half of two boxes; any negative number where they are apart or nowhere().
+/// overlapOf() for one half of two boxes; any negative number where they are separated or empty.
 ///
-/// @param isSecond there is but one axis in it
+/// @param isSecond the half contains one axis only
 CULLET_HOST_DEVICE inline float overlapOf(const BoxHalf& a, const BoxHalf& b, bool isSecond)
 {
     if (!meets(a, b))
@@ -176,8 +177,9 @@ CULLET_HOST_DEVICE inline float overlapOf(const BoxHalf& a, const BoxHalf& b, bo
     return isSecond || first < second ? first : second;
 }
 
-/// By how much the boxes of a pair overlap; negative where they do not, or it is not asked for. On a GPU all lanes of a warp
-/// call together: two lanes read the boxes of both their pairs, half each, so that a sector is asked for once.
+/// By how much the boxes of a pair overlap; negative where they do not, or where `isNeeded` is false. On a GPU all
+/// lanes of a warp call this together: two lanes load the boxes of both their pairs, half each, so that each sector
+/// is loaded once.
 CULLET_HOST_DEVICE inline float overlapTogether(const AlignedBox* boxes, RowPair pair, bool isAsked)
 {
 #ifdef __CUDA_ARCH__
@@ -211,13 +213,13 @@ CULLET_HOST_DEVICE inline float overlapTogether(const AlignedBox* boxes, RowPair
 #endif
 }
 
-/// How far a number has gone. One without bounds that stays has not gone anywhere.
+/// How far a coordinate has moved. An infinite coordinate that stays has not moved.
 CULLET_HOST_DEVICE inline float wayOf(float x, float before)
 {
     return x == before ? 0.0f : fabsf(x - before);
 }
 
-/// The longest way that a side of a box has gone; infinite where either was empty and the other not.
+/// The longest distance that a face of a box has moved; infinite where exactly one of the two boxes is empty.
 CULLET_HOST_DEVICE inline float wayOf(const Aabb& box, const Aabb& before)
 {
     float longest = 0;
@@ -233,22 +235,22 @@ CULLET_HOST_DEVICE inline float wayOf(const Aabb& box, const Aabb& before)
     return longest;
 }
 
-/// How far a box has gone that was stored as nowhere() where it was invalid.
+/// distanceMoved() from a stored box, which is emptyBox() where the box was invalid.
 CULLET_HOST_DEVICE inline float wayFromStored(const Aabb& before, const Aabb& box)
 {
     const bool wasNowhere = before.min[0] != before.min[0];
     return wasNowhere && !isValid(box) ? 0.0f : wayOf(box, before);
 }
 
-/// Copies of the boxes of an update and of the one before.
+/// Copies of the boxes of this update and of the previous one.
 struct BoxCopies
 {
-    AlignedBox* now;        ///< [boxes, out] nowhere() for invalid ones; null: none are wanted
+    AlignedBox* now;        ///< [boxes, out] emptyBox() for invalid boxes; null: no copies
     const AlignedBox* old;  ///< [oldCount]
     std::uint64_t oldCount;
-    std::uint32_t* motion;  ///< as BoxHistory has it; 0 before
+    std::uint32_t* motion;  ///< as BoxHistory::motion; 0 before the step
 
-    /// @return how far the box has gone
+    /// @return how far the box has moved
     CULLET_HOST_DEVICE float keep(std::uint64_t i, const Aabb& box) const
     {
         storeCopy(now, i, box);
@@ -262,7 +264,7 @@ struct BoxCopies
     }
 };
 
-/// The boxes of this update and of the last one, by row.
+/// The boxes of this update and of the previous one, by row.
 struct RowBoxes
 {
     const Aabb* now;
@@ -274,7 +276,7 @@ struct RowBoxes
     }
 };
 
-/// Puts an aligned box to others that are not.
+/// Converts aligned box i to an Aabb.
 struct UnalignBox
 {
     const AlignedBox* from;

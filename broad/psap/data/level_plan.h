@@ -13,41 +13,43 @@ inline constexpr std::uint32_t kMostLevels = 12;
 inline constexpr std::uint32_t kBinsPerLevel = 64;  ///< at least
 inline constexpr std::uint32_t kBinsKeptFree = kBinsPerLevel * kMostLevels;
 
-/// The cells of boxes of similar size. Aligned, so that a GPU reads it in three loads.
+/// The cells of boxes of similar size. Aligned, so that a GPU loads it in three loads.
 struct alignas(16) RowLevel
 {
     float limit;                   ///< longest side of a box on this level
-    float reach;                   ///< a little more: how far before a box its partners' minima may lie
+    float reach;                   ///< slightly more: how far before a box the minima of its partners may lie
     float inverseU;                ///< 1 / width of a cell
     float inverseBin;              ///< 1 / length of a bin
-    std::uint32_t firstBin;        ///< bins of all finer levels
-    std::uint32_t endBin;          ///< and those of this one
-    std::uint32_t countU, countV;  ///< cells, before they repeat
+    std::uint32_t firstBin;        ///< number of bins of all finer levels
+    std::uint32_t endBin;          ///< number of bins up to and including this level
+    std::uint32_t countU, countV;  ///< cells until they repeat
     std::uint32_t binCount;        ///< bins per cell
-    std::uint32_t isRoomy;         ///< 1: no two cells around a box are the same one, wrapped
-    // For groups: the other width, which is the same elsewhere, and 1 where cells end with the plan's and lie in a serpentine.
+    std::uint32_t isRoomy;         ///< 1: no two cells around a box wrap to the same one
+    // In a plan for warps, the inverse width along v, and 1: cells end with the plan's and lie in serpentine order.
+    // Elsewhere cells are square.
     float inverseV;
     std::uint32_t isSerpentine;
 };
 
-/// What every box needs of a plan. Aligned, so that a GPU reads it at once.
+/// What every box needs of a plan. Aligned, so that a GPU loads it at once.
 struct alignas(16) RowPlanHead
 {
     float originS, originU, originV;
     std::uint32_t levelCount;
     Axes axes;
     std::uint32_t binCount;  ///< of all levels
-    /// First bin of the last level, which has boxes only where a sample missed some.
+    /// First bin of the overflow level, the last one, which has boxes only where the sample missed some.
     std::uint32_t spareBin;
-    /// In one word, so that the CPU sees all of it or nothing: the number of the plan, and below that a ToldPlan.
+    /// The number of the plan in the upper half, a PlanSummary in the lower half. One word, so that the CPU reads all
+    /// of it or nothing.
     std::uint64_t told;
 };
 
-/// What the CPU has to know of a plan.
+/// What the CPU needs of a plan.
 struct ToldPlan
 {
-    std::uint32_t levels;  ///< as many as the sizes ask for; a plan for groups of boxes has fewer
-    bool isCrowded;        ///< boxes of one size, on average no farther apart than three longest sides
+    std::uint32_t levels;  ///< as many as the sizes call for; a plan for warps has fewer
+    bool isCrowded;        ///< boxes of one size, at most three longest sides apart on average
 
     CULLET_HOST_DEVICE std::uint32_t word() const { return levels | (isCrowded ? kCrowded : 0); }
     static ToldPlan of(std::uint64_t word)
@@ -64,7 +66,7 @@ struct LevelPlan : RowPlanHead
     RowLevel levels[kMostLevels];
 };
 
-/// How many bins a search over so many boxes has room for, whatever the plan.
+/// Number of bins that a search over so many boxes allocates, whatever the plan.
 inline std::uint64_t binCapacityFor(std::uint64_t boxes, float binsPerBox)
 {
     return static_cast<std::uint64_t>(static_cast<double>(binsPerBox) * static_cast<double>(boxes)) +
@@ -73,46 +75,48 @@ inline std::uint64_t binCapacityFor(std::uint64_t boxes, float binsPerBox)
 
 /// Chooses axis, levels, cells and bins from the statistics. One index.
 ///
-/// Levels, finest first: a level takes doublings of size as long as its cells stay nearly empty, since a level more
-/// costs every finer box a search. Cells and bins: the cheapest of some sizes by a count of cells visited, boxes tested
-/// and bins summed up, the most that a box of the level may need: the lanes of a warp wait for the one with most. Scenes
-/// are thought to be uniform boxes of the same spread; others are as exact, only slower.
+/// Levels, finest first: a level takes doublings of size as long as its cells stay nearly empty, since another level
+/// costs every finer box a search. Cells and bins: the cheapest of some sizes. The cost counts cells visited, boxes
+/// tested and bins summed up, each for the box that needs most, since the lanes of a warp wait for the slowest one.
+/// The cost model takes the scene as uniform boxes of the same variance; other scenes are searched as exactly, only
+/// slower.
 struct PlanRows
 {
     static constexpr double kCostOfCell = 4;  // in tests of one box
     static constexpr double kCostOfBin = 4;
-    // Boxes per cell from which on a doubling of size gets its own level.
+    // Boxes per cell above which a doubling of size gets its own level.
     static constexpr double kFullCell = 2.5;
-    // The same for groups of boxes, and the sizes of their cells and bins in mean distances of boxes: a group is about as
-    // wide as a cell, in which it lies one behind the other.
+    // The same in a plan for warps, whose records lie one after the other in a cell about as wide as the box around
+    // them. Sizes of cells and bins are in mean distances of boxes.
     static constexpr double kFullCellOfGroup = 10;
     static constexpr double kWidthForGroup = 2.5;
     static constexpr double kLengthForGroup = 0.5;
     static constexpr double kNarrowestForGroup = 0.5;  // in longest sides
-    // Where boxes lie in heaps with so much between them that this is the mean distance of all, cells of groups are larger
-    // than what a group is about.
+    // Mean distance of boxes, in longest sides, up to which a scene counts as crowded. Above it boxes form clusters
+    // with gaps between them, and the cells of a plan for warps are larger than the box around the records of a warp.
     static constexpr double kSidesOfCrowd = 3;
-    // The window of a box is two longest sides and a little: it touches two bins of that length.
+    // The window of a box is slightly longer than two longest sides: it touches two bins of that length.
     static constexpr double kTwoSides = 2.02;
     static constexpr double kNarrowest = 0.25;
 
     const Moments* moments;
     const SizeClasses* sizes;
-    double stride;  ///< boxes in the scene for each one in the statistics
+    double stride;  ///< boxes of the scene for each box in the statistics
     PsapAxis axis;
-    float cellScale;  ///< width of a cell in longest sides of its level; 0: chosen
-    float binScale;   ///< length of a bin, likewise
-    double perBin;    ///< 0, or how many boxes a bin is to have on average
+    float cellScale;  ///< width of a cell in longest sides of its level; 0: the cost model decides
+    float binScale;   ///< length of a bin in longest sides of its level; 0: the cost model decides
+    double perBin;    ///< 0, or the mean number of boxes in a bin
     bool isForGroups;
     std::uint64_t binCapacity;
-    std::uint32_t number;  ///< of the plan
+    std::uint32_t number;  ///< number of the plan
     LevelPlan* plan;
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t) const
     {
         const Moments& sums = *moments;
         plan->axes = chooseAxes(sums, axis);
-        // Short rows of cells: what lies around a group is read again by one of the next row, while it is in the cache.
+        // Short lines of cells: a warp of the next line reads the cells around a warp again while they are in the
+        // cache.
         if (isForGroups && spreadAlong(plan->axes.u) > spreadAlong(plan->axes.v))
             plan->axes = {plan->axes.s, plan->axes.v, plan->axes.u};
         const bool isEmpty = sums.count == 0;
@@ -147,7 +151,7 @@ struct PlanRows
     }
 
 private:
-    /// Sides of the uniform block of boxes with the same variance, or of the scene where that is smaller.
+    /// Sides of the uniform block of boxes with the same variance, limited to the sides of the scene.
     struct Spread
     {
         double s, u, v;
@@ -171,7 +175,7 @@ private:
         return moments->count == 0 ? 0.0 : static_cast<double>(moments->high[along]) - moments->low[along];
     }
 
-    /// Where cells begin along an axis, and where those end that do not repeat. Few boxes lie beyond.
+    /// Where the cells that do not repeat begin and end along an axis. Few boxes lie beyond.
     CULLET_HOST_DEVICE double begin(std::uint32_t along) const
     {
         const double low = moments->low[along];
@@ -196,7 +200,7 @@ private:
         return uniform < side(along) ? uniform : side(along);
     }
 
-    /// @param fullCell boxes per cell from which on a doubling of size gets its own level
+    /// @param fullCell boxes per cell above which a doubling of size gets its own level
     /// @param counts   [out] boxes per level
     CULLET_HOST_DEVICE void chooseLevels(const Spread& spread, double fullCell, double* counts) const
     {
@@ -219,7 +223,7 @@ private:
             limit = static_cast<float>(next);
         }
         closeLevel(levels, limit, taken, counts);
-        // One more takes boxes that a sample missed.
+        // The overflow level takes boxes that the sample missed.
         closeLevel(levels, 4 * limit, 0, counts);
         plan->levelCount = levels;
     }
@@ -234,14 +238,15 @@ private:
 
     CULLET_HOST_DEVICE void closeLevel(std::uint32_t& levels, float limit, double count, double* counts) const
     {
-        // Sides of equal boxes differ by rounding; a little room keeps them on one level.
+        // Sides of equal boxes differ by rounding; the slightly larger limit keeps them on one level.
         plan->levels[levels].limit = 1.001f * limit > 1e-20f ? 1.001f * limit : 1e-20f;
         counts[levels] = count;
         ++levels;
     }
 
-    /// @param count  boxes on the level
-    /// @param finer  boxes on all finer ones, at most `finerLimit` long
+    /// @param count      boxes on the level
+    /// @param finer      boxes on all finer levels
+    /// @param finerLimit longest side of those boxes
     CULLET_HOST_DEVICE void chooseCells(RowLevel& level, const Spread& spread, double count, double finer,
                                         double finerLimit, double room) const
     {
@@ -277,7 +282,7 @@ private:
         setCells(level, limited(cellsFor(spread, width, length), room), width, length);
     }
 
-    /// Bins with as many boxes as they are to have.
+    /// Chooses cells and bins so that a bin has `perBin` boxes on average.
     CULLET_HOST_DEVICE void chooseFilledCells(RowLevel& level, const Spread& spread, double density,
                                               double room) const
     {
@@ -292,7 +297,7 @@ private:
         setCells(level, limited(cellsFor(spread, width, length), room), width, length);
     }
 
-    /// Cells that a search looks at on its own level, where only those ahead count.
+    /// Cells that a search visits on its own level, where it visits half of those around a box.
     CULLET_HOST_DEVICE static double ownCells(double limit, double width)
     {
         const double ahead = cellsAcross(limit, width);
@@ -304,13 +309,13 @@ private:
         return cellsAcross(window, width) * cellsAcross(window, width);
     }
 
-    /// Cells that a window of that length touches, unless it lies badly.
+    /// Cells that a window of that length usually touches; a window in an unlucky position touches one more.
     CULLET_HOST_DEVICE static double cellsAcross(double window, double width)
     {
         return ceil(window / width - 0.05) + 1;
     }
 
-    /// Of looking at a cell and testing what is in a window of that length there.
+    /// Cost of visiting a cell and testing the boxes in a window of that length there.
     CULLET_HOST_DEVICE static double cellCost(double window, double width, double density)
     {
         return kCostOfCell + width * width * window * density;
@@ -318,7 +323,7 @@ private:
 
     CULLET_HOST_DEVICE Cells cellsFor(const Spread& spread, double width, double length) const
     {
-        // Twice the spread: what lies farther out shares cells with what lies inside.
+        // Twice the spread: boxes farther out share cells with boxes inside.
         const double u = 2 * spread.u < side(plan->axes.u) ? 2 * spread.u : side(plan->axes.u);
         const double v = 2 * spread.v < side(plan->axes.v) ? 2 * spread.v : side(plan->axes.v);
         return {cells(u, width), cells(v, width), cells(side(plan->axes.s), length)};
@@ -330,7 +335,7 @@ private:
         return count >= 1 ? (count < 1048576.0 ? count : 1048576.0) : 1.0;
     }
 
-    /// Fewer cells, which then repeat, and longer bins, until there is room.
+    /// Fewer cells, which then repeat, and longer bins, until there is room for them.
     CULLET_HOST_DEVICE static Cells limited(Cells cells, double room)
     {
         while (cells.count() > room && cells.count() > 1)
@@ -347,7 +352,7 @@ private:
         level.inverseU = level.inverseV = static_cast<float>(1.0 / width);
         level.countU = static_cast<std::uint32_t>(cells.u);
         level.countV = static_cast<std::uint32_t>(cells.v);
-        // Cells ahead of a box and cells behind it, and three on either side for rounding and where it lies.
+        // Cells on both sides of a box, and three more on either side for rounding and the position of the box.
         const double around = floor(2 * 1.001 * level.limit / width) + 8;
         level.isRoomy = cells.u >= around && cells.v >= around ? 1 : 0;
         setBins(level, cells.s, length);
@@ -360,7 +365,7 @@ private:
         level.inverseBin = static_cast<float>(fitting < 1.0 / length ? fitting : 1.0 / length);
     }
 
-    /// Cells of the same width all of them, since a group in a narrow last one would be a long one.
+    /// Chooses cells of equal width: records of a warp in a narrow last cell would spread over a long part of it.
     CULLET_HOST_DEVICE void chooseCellsForGroups(RowLevel& level, double density, double room) const
     {
         const double distance = cbrt(1 / (density > 1e-30 ? density : 1e-30));
@@ -383,7 +388,7 @@ private:
         setBins(level, cells.s, length);
     }
 
-    /// From where the cells begin to where they end, and a little: rounding makes no cell more.
+    /// Slightly more than the distance from the first to the last cell, so that rounding adds no cell.
     CULLET_HOST_DEVICE double sideOfCells(std::uint32_t along) const
     {
         const double side = moments->count == 0 ? 0.0 : end(along) - begin(along);

@@ -10,36 +10,36 @@
 
 #include <cstdint>
 
-/// What changes in the pair set from one update to the next, told by geometry: a pair that overlaps now is new when its
-/// boxes did not overlap in the last update, a held pair leaves when its boxes separate. Only the pairs for which the old
-/// boxes do not decide (held by the margin alone, or filter words changed) are looked up, in a table of just those.
+/// The changes of the pair set from one update to the next. Geometry decides: an overlapping pair enters when its old
+/// boxes did not overlap, and a held pair leaves when its boxes separate. Only pairs that the old boxes do not decide
+/// (held by the margin alone, or with changed filter words) are looked up in a table.
 namespace cullet::psap
 {
-/// How long the lists of one update are.
+/// Lengths of the lists of one update.
 struct ListCounts
 {
-    std::uint64_t added;    ///< pairs that enter; may be more than were written
+    std::uint64_t added;    ///< pairs that enter; may exceed the number that was written
     std::uint64_t removed;  ///< pairs that leave
     std::uint64_t kept;     ///< pairs that stay
-    std::uint64_t lookups;  ///< pairs in the look-up table; may be more than were written
+    std::uint64_t lookups;  ///< pairs in the look-up table; may exceed the number that was written
 };
 
-/// Counts of one update, in one place so that one copy brings them to the CPU.
+/// Counts of one update, contiguous so that one copy downloads them.
 struct Counters
 {
     ListCounts lists;
-    std::uint64_t side;  ///< boxes without cells, tested against all others
+    std::uint64_t side;  ///< unbounded boxes: without cells, tested against all others
 };
 
-/// What the indices of an update keep together.
+/// Counters that the indices of an update share.
 struct Tally
 {
     Counters counters;
-    /// As BoxHistory::motion. All indices read it, which took long where others counted in the same cache line.
+    /// As BoxHistory::motion. All indices read it, so that it does not share a cache line with the counters.
     alignas(128) std::uint32_t motion;
 };
 
-/// A list that many indices append to. The counter runs past the capacity, so that it tells how much room was missing.
+/// A list that many indices append to. The counter goes past the capacity, so that it reports the capacity needed.
 struct PairList
 {
     RowPair* pairs;
@@ -53,11 +53,11 @@ struct PairList
             pairs[slot] = pair;
     }
 
-    /// @return where a pair may be put, if there is room
+    /// @return place for one pair; valid if it is below the capacity
     CULLET_HOST_DEVICE std::uint64_t claimSlot() const
     {
 #ifdef __CUDA_ARCH__
-        // The lanes that are here together take one atomic together.
+        // The active lanes of the warp share one atomic.
         const unsigned lanes = __activemask();
         const unsigned lane = threadIdx.x & 31u;
         const int leader = __ffs(static_cast<int>(lanes)) - 1;
@@ -80,7 +80,7 @@ struct DepthPair
     bool isPair;
 };
 
-/// Pairs, and by how much the boxes of each overlap at the least.
+/// Pairs, and for each a lower bound of the depth by which its boxes overlap.
 struct DepthList
 {
     PairList pairs;
@@ -96,7 +96,7 @@ struct DepthList
     }
 };
 
-/// A pair on its way to some lists.
+/// A pair and the lists that it goes to.
 struct SentPair
 {
     RowPair pair = {};
@@ -125,14 +125,14 @@ struct PairLists
     }
 };
 
-/// Pairs of rows as a set: open addressing, filled in one step and read in later ones.
+/// A set of pairs of rows: a hash table with linear probing, filled in one step and read in later ones.
 struct LookupTable
 {
     static constexpr std::uint64_t kFree = ~0ull;  // no pair of rows has this key
 
     std::uint64_t* slots;  ///< [mask + 1] kFree or a key
     std::uint64_t mask;    ///< power of two minus one
-    std::uint64_t* count;  ///< runs past limit() when the table is too small; what it answers is then void
+    std::uint64_t* count;  ///< goes past limit() where the table is too small; contains() is then void
 
     CULLET_HOST_DEVICE std::uint64_t limit() const { return (mask + 1) / 2; }
 
@@ -173,21 +173,22 @@ struct LookupTable
     }
 };
 
-/// Two boxes that overlap by more have not come together by going so far, both together; a little more for rounding.
+/// The depth that two boxes can gain by moving so far in total, with a margin for rounding. Boxes that overlap by
+/// more than this overlapped before.
 CULLET_HOST_DEVICE inline float deeperThan(float ways)
 {
     return 1.0001f * ways;
 }
 
-/// A depth is no more than this after it was computed and rounded.
+/// A lower bound of the depth before it was computed and rounded.
 CULLET_HOST_DEVICE inline float depthOf(float overlap)
 {
     return overlap * (1 - 0x1p-22f);
 }
 
-/// What is left at least of the depth of two boxes; positive: they still overlap.
+/// A lower bound of the depth of two boxes after they have moved; positive: they still overlap.
 ///
-/// @param gone as deeperThan() has it
+/// @param gone result of maxDepthGain()
 CULLET_HOST_DEVICE inline float depthLeft(float depth, float gone)
 {
     return depthOf(depth - gone);
@@ -199,20 +200,19 @@ CULLET_HOST_DEVICE inline bool passesFilters(const Filter* filters, RowPair pair
     return filters == nullptr || passesFilter(filters[pair.a], filters[pair.b]);
 }
 
-/// The boxes of this update and of the last one, by row; empty ones are nowhere().
+/// The boxes of this update and of the previous one, by row; empty ones are emptyBox().
 struct BoxHistory
 {
     const Aabb* now;
-    const Aabb* old;              ///< nowhere() for rows that hold another proxy since
+    const Aabb* old;              ///< emptyBox() for rows that have a new proxy
     const Filter* filters;        ///< null: every overlapping pair counts
     const std::uint8_t* changes;  ///< RowChange bits of this update
-    bool retestAll;               ///< filter words no longer count, so old boxes decide nothing
-    /// The longest way that a side of a box has gone since the last update, as bits of a float, infinite where a box
-    /// is new or its filter words are; null: unknown.
+    bool retestAll;               ///< filter words no longer count, so that old boxes decide nothing
+    /// The longest distance that a face of a box has moved since the previous update, as bits of a float; infinite
+    /// where a box is new or its filter words have changed. Null: unknown.
     const std::uint32_t* motion;
 
-    /// Whether boxes that now overlap by `depth` on every axis cannot have been apart in the last update.
-    ///
+    /// Whether boxes that overlap by `depth` on every axis must have overlapped in the previous update.
     CULLET_HOST_DEVICE bool wereOverlapping(float depth) const { return depth > deepEnough(); }
     CULLET_HOST_DEVICE float deepEnough() const
     {
@@ -226,32 +226,33 @@ struct BoxHistory
         return static_cast<unsigned>(changes[pair.a]) | changes[pair.b];
     }
 
-    /// Whether the old boxes do not tell if an overlapping pair is held.
+    /// Whether the old boxes do not decide if an overlapping pair is held.
     CULLET_HOST_DEVICE bool isOpen(RowPair pair) const
     {
         if (retestAll)
             return true;
-        // Two boxes that stayed where they are overlapped there before.
+        // Two boxes that have not moved overlapped before as well.
         const unsigned bits = changesOf(pair);
         return bits != 0 &&
                ((bits & kRowRefiltered) != 0 || !overlaps(loadBox(old, pair.a), loadBox(old, pair.b)));
     }
 };
 
-/// A test that boxes which overlap by much do not need; with what has to be read only once.
+/// An entry test that is skipped for boxes that overlap deeply, with the values that it needs only once already
+/// loaded.
 template <class Test>
 struct DepthTest
 {
     const Test& test;
-    float deepEnough;  ///< boxes that overlap by more did so before
+    float deepEnough;  ///< boxes that overlap by more overlapped before
 
-    /// @param depth called: by how much the boxes overlap on every axis, at most
+    /// @param depth callable; returns an upper bound of the overlap on every axis
     template <class Depth>
     CULLET_HOST_DEVICE bool operator()(RowPair pair, const Depth& depth) const
     {
         return !(depth() > deepEnough) && test(pair);
     }
-    /// @param ways how far the two boxes have gone, in all
+    /// @param distance how far the two boxes have moved in total
     template <class Depth>
     CULLET_HOST_DEVICE bool operator()(RowPair pair, float ways, const Depth& depth) const
     {
@@ -260,11 +261,11 @@ struct DepthTest
     }
 };
 
-/// Tells of an overlapping pair whether it enters in this update.
+/// Decides whether an overlapping pair enters in this update.
 struct EntryTest
 {
     BoxHistory boxes;
-    LookupTable held;  ///< the held pairs that are open
+    LookupTable held;  ///< the undecided held pairs
 
     CULLET_HOST_DEVICE bool operator()(RowPair pair) const
     {
@@ -274,11 +275,11 @@ struct EntryTest
     CULLET_HOST_DEVICE DepthTest<EntryTest> ready() const { return {*this, boxes.deepEnough()}; }
 };
 
-/// Tells of an overlapping pair whether its boxes were apart in the last update.
+/// Decides whether the boxes of an overlapping pair were separated in the previous update.
 struct WasApart
 {
     const AlignedBox* old;
-    const std::uint32_t* motion;  ///< as BoxHistory has it
+    const std::uint32_t* motion;  ///< as BoxHistory::motion
 
     CULLET_HOST_DEVICE bool operator()(RowPair pair) const
     {
@@ -287,7 +288,7 @@ struct WasApart
     CULLET_HOST_DEVICE DepthTest<WasApart> ready() const { return {*this, deeperThan(2 * floatOf(*motion))}; }
 };
 
-/// Takes every overlapping pair, for people who want the set itself.
+/// Accepts every overlapping pair, for callers that want the pair set itself.
 struct EveryPair
 {
     CULLET_HOST_DEVICE EveryPair ready() const { return *this; }
@@ -321,18 +322,19 @@ struct RowSpan
 };
 inline constexpr RowSpan kAllRows = {0, 0xffffffffu};
 
-/// Decides about held pair i: it stays, and is open or not, or it leaves. Boxes that overlapped by more than any has gone since
-/// are not looked at; they overlapped in the last update too, and so are not open.
+/// Decides about held pair i: it stays, possibly undecided, or it leaves. A pair whose depth exceeds what the motion
+/// can have undone stays without a load of its boxes; it overlapped in the previous update too, and so is decided.
 ///
-/// Several steps may share the pairs, each deciding about those whose later row lies in its span, as soon as the rows up to
-/// there have come. BoxHistory::motion may still lack later rows: it is enough that it covers both rows of a pair.
+/// Several steps may share the pairs. Each decides about those whose higher row lies in its span, once the rows up to
+/// there are in place. BoxHistory::motion may not include later rows yet: it only has to include both rows of the
+/// pair.
 struct SettleHeld
 {
     const RowPair* held;
-    const float* depths;  ///< as DepthList has it; null: not known
+    const float* depths;  ///< as in DepthList; null: unknown
     BoxHistory boxes;
     float margin;
-    bool isLoose;  ///< the margin is no smaller than in the last update
+    bool isLoose;  ///< the margin has not become smaller: pairs without a changed row stay
     RowSpan span;
     LookupTable open;
 
@@ -341,8 +343,8 @@ struct SettleHeld
         return {held[i], depths != nullptr ? depths[i] : 0.0f, true};
     }
 
-    /// @param kept    receives the pair when it stays
-    /// @param removed receives it when it leaves
+    /// @param kept    list of the pairs that stay
+    /// @param removed list of the pairs that leave
     template <class Kept, class Removed>
     CULLET_HOST_DEVICE void operator()(const DepthPair& item, Kept& kept, Removed& removed) const
     {
@@ -364,7 +366,7 @@ private:
             return true;
         const Aabb a = loadBox(boxes.now, pair.a);
         const Aabb b = loadBox(boxes.now, pair.b);
-        // Empty boxes first: overlapsWithMargin() counts NaN as near.
+        // Empty boxes first: overlapsWithMargin() returns true for NaN.
         if (!isValid(a) || !isValid(b) || !overlapsWithMargin(a, b, margin))
             return false;
         const float overlap = overlapOf(a, b);
@@ -376,7 +378,7 @@ private:
 
     CULLET_HOST_DEVICE bool isLookedUp(RowPair pair, float overlap) const
     {
-        // What the search does not find, or finds without asking, it does not look up.
+        // The search does not look up pairs that it does not find, or that the old boxes decide.
         return overlap >= 0 && !boxes.wereOverlapping(overlap) && boxes.isOpen(pair);
     }
 };

@@ -7,15 +7,15 @@
 #include <algorithm>
 #include <cstdint>
 
-/// What every planner that works ahead has.
+/// Shared parts of the planners, which make the next plan while the current one is in use.
 namespace cullet::psap
 {
-/// A sample of boxes that may change as soon as the update has ended.
+/// A copy of a sample of the boxes, which may change as soon as the update has ended.
 template <class Exec>
 class BoxSample
 {
 public:
-    /// @param most boxes, about
+    /// @param most approximate number of boxes in the sample
     void keep(Exec& exec, const SearchInput& input, std::uint64_t most)
     {
         m_stride = strideFor(input, most);
@@ -25,7 +25,7 @@ public:
     }
 
     SearchInput boxes() const { return {m_boxes.data(), m_count}; }
-    /// Boxes in the scene for each of the sample.
+    /// Boxes of the scene for each box of the sample.
     double stride() const { return static_cast<double>(m_stride); }
 
     static std::uint64_t strideFor(const SearchInput& input, std::uint64_t most)
@@ -39,7 +39,7 @@ private:
     typename Exec::template Buffer<Aabb> m_boxes;
 };
 
-/// A word that an executor tells the CPU, some time.
+/// A word that the device writes and the CPU polls without waiting.
 template <class Exec>
 class ToldWord
 {
@@ -53,7 +53,7 @@ public:
     /// @param word in the executor's memory
     void ask(Exec& exec, const std::uint64_t* word) { exec.download(m_word.data(), word, 1); }
 
-    /// What has come until now; 0 before the first word.
+    /// Reads the last word that has arrived; 0 before the first one.
     void look()
     {
         if (isThere())

@@ -6,15 +6,16 @@
 
 #include <cstdint>
 
-/// The fast search: the same subdivision of the two other axes, but each box is written once, into the cell of its
-/// minimum corner on the level of its size, and each cell is cut along the sweep axis into bins, so that a counting sort
-/// replaces the radix sort. A box looks for partners in the cells around it on its own level and on all coarser ones.
+/// The counting-sort search. It divides the two other axes as the thesis's search does, but writes each box once,
+/// into the cell of its minimum corner on the level of its size. Each cell is cut along the sweep axis into bins, so
+/// that a counting sort replaces the radix sort. The search for the partners of a box visits the cells around it on
+/// its own level and on all coarser ones.
 ///
 /// Any plan gives the same pairs: cells wrap around, bins are clamped, and both are monotone before that. A plan made
-/// for another frame, or from a sample, costs time only.
+/// for other boxes, or from a sample, costs time only.
 namespace cullet::psap
 {
-/// overlapOf() two boxes.
+/// overlapOf() the boxes of two records.
 CULLET_HOST_DEVICE inline float overlapOf(const RowRecord& a, const RowRecord& b)
 {
     const float s = sharedLength(a.front.s0, a.front.s1, b.front.s0, b.front.s1);
@@ -24,7 +25,7 @@ CULLET_HOST_DEVICE inline float overlapOf(const RowRecord& a, const RowRecord& b
     return su < v ? su : v;
 }
 
-/// Some records in a row.
+/// A range of consecutive records.
 struct RowRange
 {
     std::uint32_t begin, end;
@@ -32,19 +33,20 @@ struct RowRange
     CULLET_HOST_DEVICE std::uint32_t size() const { return begin < end ? end - begin : 0; }
 };
 
-/// Cells of one level around a box, wrapped: `left` cells of row v from u on, then `perRow` of each later row.
+/// Cells of one level around a box, wrapped, line by line: `leftInLine` cells of line v from u on, then `perLine`
+/// cells of each later line.
 struct RowCells
 {
     std::uint32_t u, v;
     std::uint32_t left;
-    std::uint32_t firstU;  ///< of the later rows
+    std::uint32_t firstU;  ///< first cell of the later lines
     std::uint32_t perRow;
-    std::uint32_t count;  ///< cells in all
+    std::uint32_t count;  ///< total number of cells
     std::uint32_t sizeU, sizeV;
 
     CULLET_HOST_DEVICE std::uint32_t index() const { return v * sizeU + u; }
 
-    /// Goes on by so many cells.
+    /// Advances by so many cells.
     CULLET_HOST_DEVICE void skip(std::uint32_t cells)
     {
         for (std::uint32_t k = 0; k < cells; ++k)
@@ -59,7 +61,7 @@ struct RowCells
     }
 };
 
-// Not &&: some comparisons are cheaper than a branch that lanes take apart.
+// Not &&: some comparisons are cheaper than a divergent branch.
 CULLET_HOST_DEVICE inline bool meets(const RowRecord::Front& a, const RowRecord::Front& b)
 {
     return (int{a.s0 <= b.s1} & int{b.s0 <= a.s1} & int{a.u0 <= b.u1} & int{b.u0 <= a.u1}) != 0;
@@ -73,13 +75,13 @@ CULLET_HOST_DEVICE inline bool meets(const RowRecord& a, const RowRecord& b)
     return (int{meets(a.front, b.front)} & int{meets(a.back, b.back)}) != 0;
 }
 
-/// How a search tests records: isNear() all that it looks at, isPair() what it kept of them.
+/// How a search tests records: isCandidate() for each record of a range, isPair() for the candidates that it kept.
 struct TestAtOnce
 {
     CULLET_HOST_DEVICE static bool isNear(const RowRecord& a, const RowRecord& b) { return meets(a, b); }
     CULLET_HOST_DEVICE static bool isPair(const RowRecord&, const RowRecord&) { return true; }
 };
-/// The third axis of those alone that meet along two: half as much is read of the others.
+/// Tests the third axis only for records that overlap along two, which halves what is loaded of the others.
 struct TestInTurn
 {
     CULLET_HOST_DEVICE static bool isNear(const RowRecord& a, const RowRecord& b)
@@ -92,22 +94,23 @@ struct TestInTurn
     }
 };
 
-/// What every search with records does with a box.
+/// The search for the partners of a box, shared by all searches with records.
 ///
-/// @tparam Tests TestAtOnce, TestInTurn or another one
+/// @tparam Tests TestAllAxes or TestThirdAxisLater
 template <class IsNew, class Tests>
 struct RowPartners
 {
-    const RowRecord* records;  ///< and one more
+    const RowRecord* records;  ///< the array has one more record, which is loaded but not used
     const LevelPlan* plan;
     const Aabb* boxes;
     const std::uint32_t* side;
     IsNew isNew;
 
-    /// The cells of a level to be searched.
+    /// The cells of a level that are searched.
     CULLET_HOST_DEVICE RowCells cellsAround(const RowRecord& self, const RowLevel& level, bool isOwn) const
     {
-        // A partner's minimum is at most `reach` before this box: rounding is monotone, so that holds exactly.
+        // The minimum of a partner is at most `reach` before this box. Rounding is monotone, so that this holds
+        // exactly.
         const bool isAhead = isOwn && level.isRoomy != 0;
         const std::int32_t u0 = cellU(self.front.u0 - level.reach, level);
         const std::int32_t u1 = cellU(self.front.u1, level);
@@ -126,7 +129,7 @@ struct RowPartners
         return cells;
     }
 
-    /// Finds the partners of a box on the side list, among every `step`-th there from `begin` on.
+    /// Finds the partners of an unbounded box among every `step`-th of that list from `begin` on.
     template <class Emit>
     CULLET_HOST_DEVICE void searchSide(std::uint32_t row, std::uint32_t begin, std::uint32_t count,
                                        std::uint32_t step, Emit& emit) const
@@ -140,7 +143,7 @@ struct RowPartners
         }
     }
 
-    /// The same for record i; the ones behind the last stand for the boxes on the side list.
+    /// searchUnbounded() for record i. Indices past the last record stand for the unbounded boxes.
     template <class Emit>
     CULLET_HOST_DEVICE void searchSideOf(std::uint64_t i, const RowTotals& totals, std::uint32_t share,
                                          std::uint32_t sharers, Emit& emit) const
@@ -152,8 +155,8 @@ struct RowPartners
                        totals.sides, sharers, emit);
     }
 
-    /// Tests the record against those of a range. First all tests of some records, then what they found,
-    /// which is reported when there is more of it: most lanes find nothing in a cell, and would wait for those that do.
+    /// Tests the record against the records of a range in two phases: first all tests of a batch, then the reports of
+    /// what they found. Most lanes find nothing in a cell, and would wait for those that do.
     template <class Test, class Emit>
     CULLET_HOST_DEVICE void scan(const RowRecord& self, RowRange range, const Test& entryTest,
                                  Emit& emit) const
@@ -166,7 +169,7 @@ struct RowPartners
         }
     }
 
-    /// Keeps the records first + k of the bits k of `hits`; reports what is kept where a lane has no room for more.
+    /// Keeps record first + k for each bit k of `hits`; reports the kept records where the buffer of a lane is full.
     template <class Test, class Emit>
     CULLET_HOST_DEVICE void keep(const RowRecord& self, std::uint32_t hits, std::uint32_t first,
                                  const Test& entryTest, Emit& emit) const
@@ -181,7 +184,7 @@ struct RowPartners
         }
     }
 
-    /// Appends those of the kept pairs that are pairs, and enter.
+    /// Appends the kept candidates that are pairs and enter.
     template <class Test, class Emit>
     CULLET_HOST_DEVICE void report(const RowRecord& self, const Test& entryTest, Emit& emit) const
     {
@@ -204,7 +207,7 @@ struct RowPartners
 private:
     static constexpr std::uint32_t kTestsTogether = 32;
 
-    // Cells that wrap around are square: one number less to hold.
+    // Cells that wrap around are square, which saves a register.
     CULLET_HOST_DEVICE std::int32_t cellU(float u, const RowLevel& level) const
     {
         return cellOf(u, plan->originU, level.inverseU);
@@ -221,12 +224,13 @@ private:
         return count < most ? count : most;
     }
 
-    /// Bit k: the record is near others[k].
+    /// Bit k: record k of the others is a candidate.
     CULLET_HOST_DEVICE static std::uint32_t hitsAmong(const RowRecord& self, const RowRecord* others,
                                                       std::uint32_t count)
     {
         std::uint32_t hits = 0;
-        // Two at a time, so that the second is read while the first is tested; behind the last one there is a record too.
+        // Two at a time, so that the second is loaded while the first is tested. There is a record after the last one
+        // too.
 #ifdef __CUDA_ARCH__
 #pragma unroll 1
 #endif
@@ -237,7 +241,7 @@ private:
     }
 };
 
-/// What the steps before have left for the search, and what it clears for the next update.
+/// The sorted records of a search, and the counts that the search clears for the next update.
 struct RowOrder
 {
     const std::uint32_t* binStarts;  ///< [binCapacity + 1]
@@ -246,7 +250,7 @@ struct RowOrder
     std::uint64_t boxCount;
     std::uint32_t* binCounts;  ///< [binCapacity + 1]
 
-    /// @param index one of `sharers` for each box
+    /// @param index one of `sharers` indices for each box
     CULLET_HOST_DEVICE void clearBins(std::uint64_t index, std::uint32_t sharers) const
     {
         for (std::uint64_t bin = index; bin <= binCapacity; bin += boxCount * sharers)
@@ -254,24 +258,24 @@ struct RowOrder
     }
 };
 
-/// Step 4: finds the partners of record i, in the cells around it, on its level and coarser ones; and those on the side
-/// list. The records behind the last one stand for the boxes on the side list.
+/// Step 4: finds the partners of record i, in the cells around it, on its level and on coarser ones, and among the
+/// unbounded boxes. Indices past the last record stand for the unbounded boxes.
 ///
-/// Of two levels the finer one reports a pair. On one level both boxes would: it is the one whose cell comes first, by
-/// rows of cells that are not wrapped, and of one cell the first record. So only half of the cells around are looked at.
-/// Where the cells of a level are so few that one may be wrapped onto another around the same box, all are looked at,
-/// and the first record reports.
+/// Of two levels the finer one reports a pair. Within a level, the box whose cell is first in the unwrapped order of
+/// cells reports it, and within a cell the first record, so that only half of the cells around a box are searched.
+/// Where a level has so few cells that two cells around a box may wrap to the same one, all are searched, and the
+/// first record reports.
 ///
-/// The lanes of a warp go from cell to cell together, and write out together what they found. Several indices in a row
-/// may share a record, each taking some of the cells: more to do in all, and sooner done where a GPU has lanes to spare.
+/// The lanes of a warp advance from cell to cell together, and append together. Several consecutive indices may share
+/// a record, each searching some of the cells: this is more work in total, but faster where a GPU has idle lanes.
 template <class IsNew, class Tests, std::uint32_t kSharers>
 struct SearchRows
 {
     RowPartners<IsNew, Tests> partners;
     RowOrder order;
 
-    /// @param index of kSharers for each box
-    /// @param isIndex false for what only fills up a warp
+    /// @param index   one of kSharers indices for each box
+    /// @param isIndex false for a lane that only fills up a warp
     template <class Emit>
     CULLET_HOST_DEVICE void operator()(std::uint64_t index, bool isIndex, Emit& emit) const
     {
@@ -309,9 +313,9 @@ private:
         partners.report(self, entryTest, emit);
     }
 
-    /// Tests the record against those of every kSharers-th cell from `share` on.
+    /// Tests the record against the records of every kSharers-th cell, starting with cell `share`.
     ///
-    /// @param behind 0, or on its own level the index of the record behind this one
+    /// @param successor on the record's own level, the index of the next record; else 0
     template <class Test, class Emit>
     CULLET_HOST_DEVICE void search(const RowRecord& self, const RowLevel& level, RowCells cells,
                                    std::uint32_t share, std::uint32_t behind, const Test& entryTest,
@@ -333,7 +337,7 @@ private:
         {
             RowRange range = next;
             cells.skip(kSharers);
-            next = rangeOf(k + kSharers);  // on its way while this one is read: not looked at before
+            next = rangeOf(k + kSharers);  // loaded while this range is tested; not used before
             if (k == 0 || level.isRoomy == 0)
                 range.begin = range.begin > behind ? range.begin : behind;
             partners.scan(self, range, entryTest, emit);

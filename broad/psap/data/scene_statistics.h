@@ -8,10 +8,10 @@
 #include <cstdint>
 #include <limits>
 
-/// Where the boxes are and how large: what the choice of axis and cells is made from. Never what pairs are found.
+/// Positions and sizes of the boxes, from which axis and cells are chosen. They never affect which pairs are found.
 namespace cullet::psap
 {
-/// Boxes longer than this have no cells and do not count in statistics (Bullet's planes reach 1e18 or 1e30).
+/// Boxes longer than this have no cells and are left out of the statistics (Bullet's planes reach 1e18 or 1e30).
 inline constexpr float kUnboundedExtent = 1125899906842624.0f;  // 2^50
 
 inline constexpr std::uint32_t kOctaves = 128;
@@ -30,18 +30,18 @@ CULLET_HOST_DEVICE inline float boundedExtent(const Aabb& box)
     return longest;
 }
 
-/// Class of a size: doubles from one to the next.
+/// Size class of a box; sizes double from one class to the next.
 CULLET_HOST_DEVICE inline std::uint32_t octaveOf(float extent)
 {
     const std::int32_t octave = static_cast<std::int32_t>(bitsOf(extent) >> 23) - 127 + 64;
     return octave < 0 ? 0u : octave > 127 ? 127u : static_cast<std::uint32_t>(octave);
 }
 
-/// How many boxes have which size.
+/// Number of boxes and longest side in each size class.
 struct SizeClasses
 {
     std::uint32_t count[kOctaves];
-    std::uint32_t largestBits[kOctaves];  ///< longest side in the class, as raise() keeps it
+    std::uint32_t largestBits[kOctaves];  ///< longest side in the class, for atomicMaxFloat()
 };
 
 /// Sums over bounded boxes.
@@ -53,7 +53,7 @@ struct Moments
     float low[3];         ///< least minimum
     float high[3];        ///< greatest minimum
     std::uint64_t count;
-    std::uint64_t others;  ///< boxes outside of the window, which are in none of these
+    std::uint64_t others;  ///< bounded boxes outside the window; the other members leave them out
 
     CULLET_HOST_DEVICE void reset()
     {
@@ -110,7 +110,7 @@ struct Moments
     }
 };
 
-/// Where most boxes are: one that was flung far away would make the others look like one point.
+/// The region that contains most boxes. Without it, one box far away would make all others look like one point.
 struct CentreWindow
 {
     double low[3], high[3];
@@ -127,17 +127,17 @@ struct CentreWindow
     }
 };
 
-/// Makes the window from sums over an earlier one, or one that contains everything. One index.
+/// Computes the window from sums over an earlier one, or a window that contains everything. One index.
 struct FindWindow
 {
     static constexpr double kDeviations = 8;
 
-    const Moments* moments;  ///< null: none yet
+    const Moments* moments;  ///< null: there are none yet
     CentreWindow* window;
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t) const
     {
-        // Boxes that have all gone elsewhere are looked for everywhere.
+        // Where all boxes have left the window, the next one contains everything.
         const bool isKnown = moments != nullptr && moments->count > moments->others;
         for (std::uint32_t axis = 0; axis < 3; ++axis)
         {
@@ -150,7 +150,7 @@ struct FindWindow
     }
 
 private:
-    /// Of a box: all may be at one place.
+    /// Mean width of a box: all may be at one place.
     CULLET_HOST_DEVICE double width(std::uint32_t axis) const
     {
         return moments->extent[axis] / static_cast<double>(moments->count);
@@ -166,10 +166,10 @@ struct SumBoxes
     const Aabb* boxes;
     std::uint64_t count;
     std::uint64_t parts;
-    std::uint64_t stride;        ///< 1: all boxes; more: a sample
-    const CentreWindow* window;  ///< null: all count
+    std::uint64_t stride;        ///< 1: all boxes; otherwise every `stride`-th
+    const CentreWindow* window;  ///< null: all boxes count
     Moments* moments;            ///< [parts]
-    SizeClasses* sizes;          ///< zero before; of the boxes outside too
+    SizeClasses* sizes;          ///< 0 before; includes boxes outside the window
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t part) const
     {
@@ -185,7 +185,7 @@ struct SumBoxes
         {
             const Aabb box = next;
             if (i + step < count)
-                next = loadBox(boxes, i + step);  // on its way while this one is added
+                next = loadBox(boxes, i + step);  // loaded while this one is added
             const float extent = boundedExtent(box);
             if (!isValid(box) || !(extent <= kUnboundedExtent))
                 continue;
@@ -213,7 +213,7 @@ private:
         if (run == 0)
             return;
 #if defined(__CUDA_ARCH__) && __CUDA_ARCH__ >= 800
-        // Lanes with boxes of one class ask together: those who ask at one address are served one after the other.
+        // Lanes with boxes of one class share one atomic: atomics at one address are served one after the other.
         const unsigned lanes = __match_any_sync(__activemask(), octave);
         run = __reduce_add_sync(lanes, run);
         largest = floatOf(__reduce_max_sync(lanes, bitsOf(largest)));
@@ -225,7 +225,7 @@ private:
     }
 };
 
-/// Adds up to kFanIn partial sums to one.
+/// Adds up to kFanIn partial sums.
 struct SumMoments
 {
     static constexpr std::uint64_t kFanIn = 32;
@@ -249,7 +249,7 @@ struct Axes
     std::uint32_t s, u, v;
 };
 
-/// vector[axis] for an axis that only the run time knows: an index would send the vector to slow memory on a GPU.
+/// vector[axis] for an axis known only at run time: indexing would place the vector in local memory on a GPU.
 CULLET_HOST_DEVICE inline float along(const float (&vector)[3], std::uint32_t axis)
 {
     return axis == 0 ? vector[0] : axis == 1 ? vector[1] : vector[2];
@@ -272,7 +272,7 @@ CULLET_HOST_DEVICE inline Axes chooseAxes(const Moments& moments, PsapAxis choic
     return {s, (s + 1) % 3, (s + 2) % 3};
 }
 
-/// Whole-numbered cell coordinate; monotone in `value`, whatever the rounding does.
+/// Integer cell coordinate; monotone in `value`, whatever the rounding.
 ///
 /// Limited to +-2^22: up to there rounding moves a coordinate by less than a cell.
 CULLET_HOST_DEVICE inline std::int32_t cellOf(float value, float origin, float inverse)
@@ -280,10 +280,10 @@ CULLET_HOST_DEVICE inline std::int32_t cellOf(float value, float origin, float i
     const float scaled = (value - origin) * inverse;
     constexpr std::int32_t kLimit = 1 << 22;
 #ifdef __CUDA_ARCH__
-    const std::int32_t cell = __float2int_rd(scaled);  // within its range by itself; NaN gives 0
+    const std::int32_t cell = __float2int_rd(scaled);  // saturates by itself; NaN gives 0
     return min(max(cell, -kLimit), kLimit);
 #else
-    // NaN, from an infinity times zero, goes with 0.
+    // NaN, from an infinity times zero, maps to 0.
     if (scaled != scaled)
         return 0;
     constexpr float kFloatLimit = static_cast<float>(kLimit);
@@ -292,13 +292,13 @@ CULLET_HOST_DEVICE inline std::int32_t cellOf(float value, float origin, float i
 #endif
 }
 
-/// Cell along one axis, clamped: monotone, so that boxes outside of the planned scene are still exact.
+/// Cell along one axis, clamped. Monotone, so that boxes outside the planned scene are still found exactly.
 CULLET_HOST_DEVICE inline std::uint32_t clampedCell(float value, float origin, float inverse,
                                                     std::uint32_t count)
 {
     const std::int32_t last = static_cast<std::int32_t>(count) - 1;
 #ifdef __CUDA_ARCH__
-    const std::int32_t cell = __float2int_rd((value - origin) * inverse);  // within its range by itself
+    const std::int32_t cell = __float2int_rd((value - origin) * inverse);  // saturates by itself
 #else
     const std::int32_t cell = cellOf(value, origin, inverse);
 #endif

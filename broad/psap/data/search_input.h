@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <utility>
 
-/// What every search begins with.
+/// The input and the statistics of every search.
 namespace cullet::psap
 {
 /// Boxes to search, by row, in the executor's memory.
@@ -17,11 +17,11 @@ struct SearchInput
     const Aabb* boxes;
     std::uint64_t count;
     std::uint64_t* pairCount = nullptr;  ///< build() sets it to 0
-    std::uint64_t expectedPairs = 0;     ///< about as many as before; decides what is fastest
-    BoxCopies copies{};                  ///< build() makes them
+    std::uint64_t expectedPairs = 0;     ///< pairs of the previous update; chooses the fastest search
+    BoxCopies copies{};                  ///< copies that build() makes
 };
 
-/// Keeps a copy of box i.
+/// Copies box i.
 struct CopyBox
 {
     const Aabb* boxes;
@@ -37,13 +37,13 @@ void clearPairCount(Exec& exec, const SearchInput& input)
         exec.clear(input.pairCount, 1);
 }
 
-/// How many boxes there are where every `stride`-th counts.
+/// Size of the sample of every `stride`-th box.
 inline std::uint64_t samplesOf(const SearchInput& input, std::uint64_t stride)
 {
     return (input.count + stride - 1) / stride;
 }
 
-/// Keeps such a sample of boxes that may change before it is needed.
+/// Copies box i of such a sample: the boxes may change before they are needed.
 struct KeepSample
 {
     const Aabb* boxes;
@@ -56,7 +56,7 @@ struct KeepSample
     }
 };
 
-/// Room for the plan in use and the next one, all of which is copied over the other.
+/// Allocates the plan in use and the next one, which is later copied over it as a whole.
 template <class Exec, class Buffer>
 void reservePlans(Exec& exec, Buffer (&plans)[2])
 {
@@ -67,22 +67,22 @@ void reservePlans(Exec& exec, Buffer (&plans)[2])
     }
 }
 
-/// Sums the boxes for the choice of axis and cells.
+/// Sums over the boxes, for the choice of axis and cells.
 template <class Exec>
 class Statistics
 {
 public:
-    /// All boxes.
+    /// Sums over every `stride`-th box.
     void collect(Exec& exec, const SearchInput& input, std::uint64_t stride)
     {
         sum(exec, input, stride, nullptr);
     }
 
-    /// But for those that are far away from most, or were not among them the last time.
+    /// Sums over the boxes inside a window, which leaves out boxes far away from most others.
     void collectMost(Exec& exec, const SearchInput& input)
     {
         const bool isFirst = reserveFor(exec, input);
-        // One far away hides others that are not as far.
+        // Each pass excludes only the farthest boxes, since one far away hides others less far.
         for (int pass = isFirst ? 0 : kPasses - 1; pass < kPasses; ++pass)
         {
             if (isFirst)
@@ -91,13 +91,13 @@ public:
         }
     }
 
-    /// The same in steps: ready(), begin(), and addUp() until it says that it was the last time.
+    /// collectWithinWindow() in steps: prepareNext(), begin(), and reduceStep() until it returns true.
     void ready(Exec& exec)
     {
         exec.forEach(1, FindWindow{moments(), m_window.data()});
         exec.clear(m_sizes.data(), 1);
     }
-    /// @pre reserveFor() the same
+    /// @pre reserveFor() with the same input
     void begin(Exec& exec, const SearchInput& input)
     {
         m_parts = partsOf(input, 1);
@@ -110,7 +110,7 @@ public:
         return m_parts == 1;
     }
 
-    /// @return whether nothing is known of the window any more
+    /// @return whether there is no valid window
     bool reserveFor(Exec& exec, const SearchInput& input)
     {
         const std::uint64_t parts = partsOf(input, 1);
@@ -129,7 +129,7 @@ private:
 
     static constexpr int kPasses = 4;
 
-    /// Enough parts to keep a GPU busy, whatever executor this is: the sums depend on it.
+    /// Enough parts to keep a GPU busy, the same for every executor: the sums depend on the number.
     static std::uint64_t partsOf(const SearchInput& input, std::uint64_t stride)
     {
         return std::clamp<std::uint64_t>(samplesOf(input, stride) / 4, 1, 16384);
@@ -159,7 +159,7 @@ private:
                                      m_sizes.data()});
     }
 
-    /// @return how many sums are left
+    /// @return number of sums that remain
     std::uint64_t addUpOnce(Exec& exec, std::uint64_t parts)
     {
         const std::uint64_t sums = (parts + SumMoments::kFanIn - 1) / SumMoments::kFanIn;
@@ -168,7 +168,7 @@ private:
         return sums;
     }
 
-    std::uint64_t m_parts = 0;  ///< left to be added up
+    std::uint64_t m_parts = 0;  ///< partial sums that remain
     Buffer<CentreWindow> m_window;
     Buffer<Moments> m_moments[2];
     Buffer<SizeClasses> m_sizes;

@@ -8,9 +8,9 @@
 
 namespace cullet::psap
 {
-/// Owns memory of an executor; knows its size in elements. Movable.
+/// Owns memory of an executor and stores its size in elements. Movable.
 ///
-/// @tparam Memory take(bytes), which throws where there is none, and giveBack(memory), which never does; as kAlignment says
+/// @tparam Memory has allocateBytes(bytes), which may throw, deallocate(memory), which does not, and kAlignment
 template <class T, class Memory>
 class ExecutorBuffer
 {
@@ -38,7 +38,7 @@ public:
 
     /// Throws what Memory throws; the buffer is then empty.
     ///
-    /// @param account counts the bytes for as long as they are held; null: nobody does
+    /// @param account counter that includes the bytes while the buffer owns them; null: none
     void allocate(std::uint64_t size, std::uint64_t* account = nullptr)
     {
         release();

@@ -6,11 +6,11 @@
 
 namespace cullet::psap
 {
-/// Thrown inside an update when the executor's machine fails; update() turns it into its Status.
+/// Thrown inside an update when the executor's device fails; update() converts it to its Status.
 struct ExecutorFailure
 {
     Status status;
-    const char* call;    ///< what failed, static text
+    const char* call;    ///< the call that failed, static text
     const char* reason;  ///< in words, static text
 };
 }  // namespace cullet::psap

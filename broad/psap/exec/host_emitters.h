@@ -7,10 +7,10 @@
 #include <atomic>
 #include <cstdint>
 
-/// What steps see of their lists on the CPU.
+/// The emitters of the CPU, through which steps append to their lists.
 namespace cullet::psap
 {
-/// What a step sees of its list.
+/// Appends the pairs of a step to its list.
 struct HostEmitter
 {
     PairList list;
@@ -47,14 +47,14 @@ struct HostEmitter
     }
 
 private:
-    // Few, so that tests see it full.
+    // Few, so that tests fill it.
     static constexpr std::uint32_t kMostKept = 2;
 
     std::uint32_t m_keptCount = 0;
     std::uint32_t m_kept[kMostKept] = {};
 };
 
-/// What a step sees of a list of pairs with depths.
+/// Appends pairs with depths to a list.
 struct HostDepthEmitter
 {
     DepthList list;
@@ -66,7 +66,7 @@ struct HostDepthEmitter
     }
 };
 
-/// A group of one.
+/// A warp of one lane.
 template <class Room>
 struct HostGroupEmitter : HostEmitter
 {

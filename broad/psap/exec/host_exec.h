@@ -25,7 +25,7 @@ namespace cullet::psap
 /// Memory of the HostExec.
 struct HostMemory
 {
-    // Whole cache lines, two for what indices count.
+    // Whole cache lines, two for shared counters.
     static constexpr std::size_t kAlignment = 128;
 
     static void* take(std::uint64_t bytes) { return ::operator new(bytes, std::align_val_t(kAlignment)); }
@@ -36,7 +36,7 @@ using HostBuffer = ExecutorBuffer<T, HostMemory>;
 
 /// Runs the steps of a pipeline on the CPU: index by index, in shuffled order, or on threads.
 ///
-/// What it does not imitate: the lanes of a warp that advance together, and memory that is apart from the CPU's.
+/// It does not imitate warps, whose lanes advance together, nor memory that is separate from the CPU's.
 class HostExec
 {
 public:
@@ -45,7 +45,7 @@ public:
     template <class T>
     using Staging = HostBuffer<T>;
 
-    /// Held during an update; a GPU's executor makes its device the current one.
+    /// Lives during an update. The executor of a GPU makes its device the current one.
     struct Use
     {
         explicit Use(const HostExec&) {}
@@ -59,7 +59,7 @@ public:
     {
     }
 
-    /// Makes room for at least `count` elements. What was there may be lost.
+    /// Makes room for at least `count` elements. Does not preserve the contents.
     template <class T>
     void reserve(HostBuffer<T>& buffer, std::uint64_t count)
     {
@@ -68,7 +68,7 @@ public:
         buffer.allocate(count, &m_bytes);
     }
 
-    /// The same, but the first `used` elements stay.
+    /// As reserve(), but preserves the first `used` elements.
     template <class T>
     void reserveKeeping(HostBuffer<T>& buffer, std::uint64_t count, std::uint64_t used)
     {
@@ -80,7 +80,7 @@ public:
         buffer = std::move(larger);
     }
 
-    /// Gives memory back that nothing uses any more.
+    /// Frees memory that no step uses any more.
     template <class T>
     void release(HostBuffer<T>& buffer)
     {
@@ -98,14 +98,14 @@ public:
     {
         copy(to, from, count);
     }
-    /// Whether upload() may read that memory directly and download() write there, with nobody else changing it before the next
-    /// wait().
+    /// Whether upload() may read that memory directly, and download() write it. Nothing else may change it before the
+    /// next wait().
     template <class T>
     bool canReach(const T*, std::uint64_t) const
     {
         return true;
     }
-    /// Uploads in parts, the first of which may be used before the last is there: after awaitPart(its number).
+    /// Uploads in parts. Part k may be used after awaitPart(k), before the later parts have arrived.
     ///
     /// @pre nothing that was launched since the last wait() uses that memory
     template <class T>
@@ -114,13 +114,14 @@ public:
         copy(to, from, count);
     }
     void awaitPart(std::uint64_t) {}
-    /// That memory as steps may read it, until the next wait(). For what canReach() agrees to, and Staging.
+    /// The address at which steps may read that memory until the next wait(). For memory for which
+    /// canAccessDirectly() is true, and for Staging.
     template <class T>
     const T* mapped(const T* memory, std::uint64_t /*count*/) const
     {
         return memory;
     }
-    /// The same for what steps write.
+    /// The address at which steps may write that memory until the next wait().
     template <class T>
     T* mappedForWriting(T* memory, std::uint64_t /*count*/ = 1) const
     {
@@ -142,11 +143,12 @@ public:
         std::memset(static_cast<void*>(what), 0, count * sizeof(T));
     }
     void wait() {}
-    /// awaitMark() waits for what was launched before mark(), and for nothing behind it.
+    /// awaitMark() waits for all that was launched before mark(), and for nothing after it.
     void mark() {}
     void awaitMark() {}
 
-    /// Runs steps after what was there at the last fork(), and beside what follows; join() ends that.
+    /// Runs steps on the side stream: after all that was launched before the last fork(), concurrently with what
+    /// follows, until join().
     void fork() {}
     template <class Body>
     void aside(const Body& body)
@@ -156,10 +158,10 @@ public:
     void join() {}
     bool isAsideDone() const { return true; }
 
-    /// Waits for what a failed update has left behind.
+    /// Waits for the work of a failed update.
     void drain() {}
 
-    /// What follows belongs to the stage; null: to none.
+    /// Begins a stage, which all later work belongs to; null: no stage.
     void beginStage(const char* name)
     {
         if (!m_isTiming)
@@ -173,10 +175,10 @@ public:
             m_stages.push_back({name, 0});
     }
 
-    /// Forgets the stages of an update that failed.
+    /// Discards the stages of a failed update.
     void dropStages() { m_stages.clear(); }
 
-    /// The stages since the last call; all have ended.
+    /// The stages since the last call; all of them have ended.
     void takeStages(Array<StageTime>& stages)
     {
         stages.swap(m_stages);
@@ -208,9 +210,10 @@ public:
             });
     }
 
-    /// Calls step(i, true, emit) for i in [0, count). On a GPU the lanes of a warp do so together, with false for those that
-    /// have no index, and have to be together in emit.any(), which asks all of them, and in emit.append(). emit.keep(record) keeps a number for
-    /// the index, unless emit.isFull(), until emit.dropKept().
+    /// Calls step(i, true, emit) for i in [0, count). On a GPU the lanes of a warp call it together, with false for
+    /// lanes without an index. All of them must call emit.any(), which combines their arguments, and emit.append()
+    /// together. emit.keep(record) stores a number in the buffer of the index, unless emit.isFull(); emit.dropKept()
+    /// empties that buffer.
     template <class Step>
     void forEachTogether(std::uint64_t count, const Step& step, const PairList& list)
     {
@@ -221,8 +224,9 @@ public:
             });
     }
 
-    /// Calls step(step.read(i), first, second) for i in [0, count), where each of both appends to a list of its own, as above.
-    /// For a step so short that a lane of a GPU had better take several indices; it reads the next while it does one.
+    /// Calls step(step.read(i), first, second) for i in [0, count); `first` and `second` each append to a list, as
+    /// emit of forEachAppendWarp() does. For short steps: a lane of a GPU processes several indices, and loads the
+    /// next item while it processes one.
     template <class Step>
     void forEachParted(std::uint64_t count, const Step& step, const DepthList& first, const PairList& second)
     {
@@ -235,8 +239,9 @@ public:
             });
     }
 
-    /// For i in [0, count) reads an item with step.read(i), has it judged by step(item), whose verdict says in `sent` to which lists
-    /// a pair goes, and calls step.keep(i, item, verdict). Apart, so that what many items need can be asked for together.
+    /// For i in [0, count) reads an item with step.read(i), calls step(item), which returns a verdict with a pair and
+    /// the lists that it goes to, and calls step.keep(i, item, verdict). Separate calls, so that a GPU loads what
+    /// several items need at once.
     template <class Step, std::uint32_t kLists>
     void forEachSent(std::uint64_t count, const Step& step, const PairLists<kLists>& lists)
     {
@@ -250,9 +255,9 @@ public:
                 });
     }
 
-    /// For i in [0, count) reads an item with step.read(i) and, unless step.isOpen(item), calls step.keep(i, item); for the others
-    /// step.look(step.open(i, item)) tells as a SentPair what becomes of a pair. Apart, so that a GPU can collect those that
-    /// take longer, where they are few.
+    /// For i in [0, count) reads an item with step.read(i). Unless step.isUndecided(item), calls step.keep(i, item).
+    /// For the others step.classify(step.undecided(i, item)) returns a pair and the lists that it goes to. Separate
+    /// calls, so that a GPU can compact the few undecided items, which need more time.
     template <class Step, std::uint32_t kLists>
     void forEachSifted(std::uint64_t count, const Step& step, const PairLists<kLists>& lists)
     {
@@ -267,10 +272,11 @@ public:
                 });
     }
 
-    /// As forEachTogether() for a step whose indices work in groups: those of the lanes of a warp on a GPU, here each alone. They share
-    /// emit.room(), a Step::Room, between two emit.sync(). All of a group have to be together in each call of emit:
-    /// ballot() tells whose lanes say yes, from() what another lane has, sum() and least() what comes of all; appendEach() appends
-    /// the pair of each bit that is set.
+    /// As forEachAppendWarp(), for a step whose indices cooperate: on a GPU the lanes of a warp, here each index
+    /// alone. They share emit.scratch(), a Step::Scratch, between two calls of emit.sync(). All lanes must call the
+    /// functions of emit together: ballot() returns the lanes whose argument is true, from() the value of another
+    /// lane, sum() and least() combine the values of all lanes, and appendEach() appends a pair for each bit that is
+    /// set.
     template <class Step>
     void forEachGrouped(std::uint64_t count, const Step& step, const PairList& list)
     {
@@ -282,9 +288,10 @@ public:
             });
     }
 
-    /// For each bin in [0, bins) calls step.clear(bin), step.begin(bin, emit), then step(bin, slot, share, true, emit) for each of
-    /// its step.countOf(bin) slots and each of kSharers shares. On a GPU a block deals out the slots of some bins among its
-    /// lanes, which are together as in forEachTogether(); clear() may come before the launch ahead of this one is over.
+    /// For each bin in [0, bins) calls step.clear(bin), step.begin(bin, emit), then step(bin, slot, share, true,
+    /// emit) for each of its step.countOf(bin) slots and each of kSharers shares. On a GPU a block distributes the
+    /// slots of its bins over its lanes, which work together as in forEachAppendWarp(); clear() may run before the
+    /// previous launch is complete.
     template <std::uint32_t kSharers, class Step>
     void forEachDealt(std::uint64_t bins, const Step& step, const PairList& list)
     {
@@ -303,14 +310,15 @@ public:
             });
     }
 
-    /// Calls step(i) for each box. On a GPU a block takes some thousand boxes and asks for their places at once.
+    /// Calls step(i) for each box. On a GPU a block processes some thousand boxes and claims their places with one
+    /// atomic per tile.
     template <class Step>
     void placeInTiles(const Step& step)
     {
         forEach(step.count, step);
     }
 
-    /// Calls step(tile, memory, emit) for each of the tiles. On a GPU a block does what that does.
+    /// Calls step(tile, memory, emit) for each tile. On a GPU a block of threads does the work of that call.
     template <class Step>
     void searchTiles(const Step& step, const PairList& list)
     {
@@ -323,14 +331,15 @@ public:
             });
     }
 
-    /// Whether there is memory to sort a tile in.
+    /// Whether a tile fits into the memory in which it is sorted.
     template <class Shape>
     bool canSearchTiles(const Shape&) const
     {
         return true;
     }
 
-    /// Whether work on few boxes is better cut into smaller pieces: not here, but one order tests how it is done.
+    /// Whether splitting work on few boxes into smaller pieces pays. It does not pay on a CPU, but the shuffled order
+    /// tests the split.
     bool hasSpareLanes() const { return m_order == PsapExecutor::Shuffled; }
 
     /// out[i] = sum of in[0 .. i-1].
@@ -373,7 +382,7 @@ public:
         }
     }
 
-    /// Sorts by the bits from `firstBit` up to `endBit`, above which there are none.
+    /// Sorts by the bits from `firstBit` up to `endBit`; higher bits are 0.
     void sortKeys(const std::uint64_t* keys, std::uint64_t* sortedKeys, std::uint64_t count, int firstBit,
                   int /*endBit*/)
     {
@@ -386,7 +395,7 @@ public:
     std::uint64_t bytes() const { return m_bytes; }
     std::uint64_t takeBytesMoved() const { return 0; }
 
-    /// Box tests since the last call.
+    /// Number of box tests since the last call.
     std::uint64_t takeTestCount() { return m_tests.exchange(0); }
 
 private:

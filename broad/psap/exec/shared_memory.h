@@ -8,11 +8,11 @@
 
 #include <cstdint>
 
-/// Shared memory of a block on the GPU, by addresses there that stay in registers.
+/// Access to the shared memory of a block on the GPU by 32-bit addresses, which stay in registers.
 namespace cullet::psap
 {
-/// Where something lies in shared memory, as a number that stays in a register. It comes by way of a shuffle, so that
-/// the compiler does not compute it again, from where the block's memory begins, at each use.
+/// Address of an object in shared memory, in a register. The shuffle hides its value from the compiler, which would
+/// otherwise compute it again from the base of shared memory at each use.
 __device__ inline std::uint32_t addressInShared(const void* something)
 {
     return __shfl_sync(0xffffffffu, static_cast<std::uint32_t>(__cvta_generic_to_shared(something)),

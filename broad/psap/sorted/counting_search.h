@@ -11,7 +11,7 @@
 
 namespace cullet::psap
 {
-/// The fast search. The plan is made from a sample and used for some updates.
+/// The counting-sort search. A plan is made from a sample and used for several updates.
 template <class Exec>
 class RowSearch
 {
@@ -26,7 +26,7 @@ public:
         reserveForBoxes(exec, input.count);
         m_planner.prepare(exec, input, m_binCapacity);
 
-        // The search leaves both clear.
+        // The search clears both.
         if (!m_isClear || input.count == 0)
         {
             exec.clear(m_binCounts.data(), m_binCapacity + 1);
@@ -37,7 +37,7 @@ public:
         isRadix() ? sortByRadix(exec) : sortByCounting(exec);
     }
 
-    /// @param isNew EveryPair, or another test
+    /// @param isNew EveryPair, or another entry test
     template <class IsNew>
     void emit(Exec& exec, const IsNew& isNew, const PairList& pairs)
     {
@@ -53,12 +53,13 @@ public:
         m_isClear = m_input.count != 0;
     }
 
-    /// Whether build() of this input, as many boxes as the last time, makes the same launches, without allocation or wait.
+    /// Whether build() of this input, with the same number of boxes as before, makes the same launches, without
+    /// allocation or wait.
     bool isRepeatable(const SearchInput& input) const
     {
         return m_input.count != 0 && m_planner.hasPlan() && m_isGrouped == groupsNext(input);
     }
-    /// Changes where build() launches something else, or with other memory.
+    /// Changes when build() launches something else, or with other memory.
     std::uint32_t launches() const { return m_launches; }
 
     LevelPlanner<Exec>& planner() { return m_planner; }
@@ -73,12 +74,13 @@ private:
     static constexpr float kBinsPerBox = 1.25f;
     static constexpr float kBinsPerBoxOfGroup = 0.5f;
     static constexpr std::uint64_t kBoxesForGroups = 1u << 15;
-    // Pairs of a box, from which on groups begin, and below which they end: they gain 13 to 23 % at 7.2 and lose 4 to 5 % at 1.
+    // Pairs per box at which the warp search begins, and below which it ends: it gains 13 to 23 % at 7.2 and loses 4
+    // to 5 % at 1.
     static constexpr std::uint64_t kPairsForGroups = 4;
     static constexpr std::uint64_t kLeastPairsOfGroups = 3;
     static constexpr std::uint64_t kBoxesForRadix = 6u << 20;
     static constexpr std::uint64_t kMostBinsOfThreePasses = (1u << 24) - 1;
-    // Up to here a GPU has lanes to spare.
+    // Up to so many boxes a GPU has idle lanes.
     static constexpr std::uint64_t kBoxesWithSharers = 1u << 15;
 
     bool isRadix() const
@@ -87,13 +89,13 @@ private:
                (m_options.order == PsapOrder::Automatic && m_input.count >= kBoxesForRadix);
     }
 
-    /// Whether the boxes of the input search in groups: where there are many levels, or many pairs all over. Otherwise a box
-    /// alone has fewer records to look at, above all where small ones lie much denser than the plan thinks.
+    /// Whether the records of a warp search together: with many levels, or with many pairs everywhere. Otherwise a
+    /// box alone visits fewer records, above all where small boxes are much denser than the plan assumes.
     bool groupsNext(const SearchInput& input) const
     {
         if (m_options.rowSearch != PsapRowSearch::Automatic)
             return m_options.rowSearch == PsapRowSearch::Grouped;
-        constexpr std::uint32_t kLevelsForGroups = 4;  // the last one is empty
+        constexpr std::uint32_t kLevelsForGroups = 4;  // the last one is the overflow level
         const ToldPlan told = m_planner.told();
         const std::uint64_t pairs = m_isGrouped ? kLeastPairsOfGroups : kPairsForGroups;
         return input.count >= kBoxesForGroups &&
@@ -158,7 +160,7 @@ private:
         if (m_records.size() <= count)
         {
             exec.reserve(m_records, count + 1);
-            exec.clear(m_records.data(), m_records.size());  // one behind the last is read, whatever it says
+            exec.clear(m_records.data(), m_records.size());  // the record past the last is loaded, not used
         }
         if (!isRadix())
             exec.reserve(m_places, count);
@@ -191,13 +193,13 @@ private:
     std::uint64_t m_plannedCount = 0;
     LevelPlanner<Exec> m_planner;
     bool m_isGrouped = false;
-    std::uint32_t m_launches = 0;  ///< so many kinds of them
+    std::uint32_t m_launches = 0;  ///< version of the launches
     Buffer<RowPlace> m_places;
-    Buffer<std::uint32_t> m_keys[2], m_rows[2];  ///< for the radix sort: as filled, and sorted
+    Buffer<std::uint32_t> m_keys[2], m_rows[2];  ///< for the radix sort: unsorted and sorted
     Buffer<std::uint32_t> m_binCounts, m_binStarts;
     Buffer<RowRecord> m_records;
     Buffer<std::uint32_t> m_side;
     Buffer<RowTotals> m_totals;
-    bool m_isClear = false;  ///< m_binCounts and sidesFound of m_totals
+    bool m_isClear = false;  ///< m_binCounts, and unboundedFound of m_totals, are 0
 };
 }  // namespace cullet::psap

@@ -10,7 +10,7 @@
 
 namespace cullet::psap
 {
-/// The fast search with bins of fixed room. Ends without pairs where a bin is full.
+/// The counting-sort search with bins of fixed room. Finds no pairs where a bin is full.
 template <class Exec>
 class BinSearch
 {
@@ -20,7 +20,7 @@ public:
     {
     }
 
-    /// Whether so many boxes can be searched: places have 32 bits.
+    /// Whether so many boxes can be searched: indices of places have 32 bits.
     static bool canHold(std::uint64_t count)
     {
         return count != 0 && binCapacityFor(count, kBinsPerBox) < 0xffffffffu / kBinRoom - 2;
@@ -42,7 +42,7 @@ public:
                                input.pairCount});
     }
 
-    /// @param isNew EveryPair, or another test
+    /// @param isNew EveryPair, or another entry test
     template <class IsNew>
     void emit(Exec& exec, const IsNew& isNew, const PairList& pairs)
     {
@@ -55,13 +55,13 @@ public:
         m_bins.noteSearched();
     }
 
-    /// Whether the next build() of as many boxes makes the same launches as the last but one.
+    /// Whether the next build() of the same number of boxes makes the same launches as the last but one.
     bool isRepeatable() const { return m_planner.hasPlan(); }
 
-    /// Counts a repetition that happened without build().
+    /// Counts an update that repeated recorded launches instead of calling build().
     void countRepeat() { m_bins.swap(); }
 
-    /// Which of two sets of launches the next update is.
+    /// Index of the set of launches that the next update uses, of two.
     unsigned nextPhase() const { return m_bins.nextPhase(); }
 
     LevelPlanner<Exec>& planner() { return m_planner; }
@@ -73,11 +73,11 @@ private:
     template <class T>
     using Buffer = typename Exec::template Buffer<T>;
 
-    // A block has a lane for each bin, and half as many boxes then: those of a full one would often take a second turn.
+    // A block has a lane for each bin. With half a box per bin, the boxes of a block seldom need a second round.
     static constexpr double kPerBin = 0.5;
     static constexpr float kBinsPerBox = 2.25f;
 
-    // Up to so many boxes a GPU has lanes to spare: four for each, or two.
+    // Up to so many boxes a GPU has idle lanes: four for each box, or two.
     static constexpr std::uint64_t kBoxesOfFour = 3u << 13;
     static constexpr std::uint64_t kBoxesOfTwo = 3u << 14;
 
@@ -111,7 +111,7 @@ private:
         {
             exec.reserve(m_records, places);
             exec.clear(m_records.data(),
-                       m_records.size());  // one behind those of a bin is read, whatever it says
+                       m_records.size());  // one record past the last of a bin is loaded but not used
         }
     }
 

@@ -9,13 +9,14 @@
 
 namespace cullet::psap
 {
-/// Makes plans from samples of the boxes, and keeps each for some updates. The first one is there at once; a later one is made
-/// in steps, one an update and beside it, and used when it has come: no update waits for it.
+/// Makes plans from samples of the boxes, and uses each for several updates. The first plan is made at once; later
+/// ones are made in steps, one step per update on the side stream, and adopted when they are complete, so that no
+/// update waits for them.
 template <class Exec>
 class LevelPlanner
 {
 public:
-    /// @param perBin as PlanRows::perBin
+    /// @param perBin as PlanLevels::perBin
     LevelPlanner(const PsapOptions& options, PsapAxis axis, double perBin)
         : m_axis(axis),
           m_cellScale(options.cellScale),
@@ -25,8 +26,8 @@ public:
     {
     }
 
-    /// Looks what has come of the next plan, and takes it when it is there. Not done by others, so that nothing changes within an
-    /// update, in which a search may have to be repeated.
+    /// Polls for the next plan, and adopts it when it is complete. No other function does this, so that the plan
+    /// stays the same within an update, in which a search may have to be repeated.
     void look(Exec& exec)
     {
         m_word.look();
@@ -34,14 +35,14 @@ public:
             take(exec);
     }
 
-    /// For one update; makes a plan where there is none.
+    /// Prepares an update: makes a plan where there is none.
     void prepare(Exec& exec, const SearchInput& input, std::uint64_t binCapacity)
     {
         if (!m_hasPlan)
             make(exec, input, binCapacity);
     }
 
-    /// Takes the next step towards the next plan. Once for each update, when all of it has been given to the executor.
+    /// Makes the next step towards the next plan. To be called once for each update, after all its launches.
     void planAhead(Exec& exec, const SearchInput& input)
     {
         ++m_age;
@@ -61,7 +62,7 @@ public:
                 m_next = Step::AddUp;
                 break;
             case Step::AddUp:
-                exec.fork();  // not beside the search: it would take places of its last blocks
+                exec.fork();  // not concurrently with the search, whose last blocks need the multiprocessors
                 exec.aside([&] { m_next = m_statistics.addUp(exec) ? Step::Plan : Step::AddUp; });
                 break;
             case Step::Plan:
@@ -72,31 +73,31 @@ public:
                 exec.aside([&] { m_statistics.ready(exec); });
                 m_next = Step::Take;
                 break;
-            case Step::Take:  // look() does
+            case Step::Take:  // in poll()
                 break;
         }
     }
 
     const LevelPlan* plan() const { return m_plans[0].data(); }
-    /// Of the last plan that look() has seen; no levels: none yet.
+    /// Summary of the last plan that poll() has read; 0 levels: there is none yet.
     ToldPlan told() const { return ToldPlan::of(m_word.seen()); }
     bool hasPlan() const { return m_hasPlan; }
     void forget() { m_hasPlan = false; }
-    /// From the next plan on; see PlanRows.
+    /// Takes effect with the next plan; see PlanLevels.
     void planForGroups(bool isForGroups) { m_isForGroups = isForGroups; }
 
 private:
     template <class T>
     using Buffer = typename Exec::template Buffer<T>;
 
-    /// Towards the next plan.
+    /// Steps towards the next plan.
     enum class Step
     {
-        Keep,  ///< a sample, when it is time for one
+        Keep,  ///< a copy of the boxes, once the plan is old enough
         Sum,
         AddUp,
         Plan,
-        Ready,  ///< for the statistics of the one behind it
+        Ready,  ///< of the statistics of the plan after the next one
         Take
     };
 
@@ -135,7 +136,7 @@ private:
         m_word.ask(exec, &to->told);
     }
 
-    /// Into the place of the one in use, so that launches with it stay the same.
+    /// Copies the next plan over the one in use, so that recorded launches remain valid.
     void take(Exec& exec)
     {
         exec.copy(m_plans[0].data(), m_plans[1].data(), 1);
@@ -149,12 +150,12 @@ private:
     bool m_isForGroups = false;
     std::uint64_t m_binCapacity = 0;
     bool m_hasPlan = false;
-    std::uint32_t m_age = 0;   ///< updates since the statistics of the last plan
-    std::uint32_t m_made = 0;  ///< plans
+    std::uint32_t m_age = 0;   ///< updates since the statistics of the last plan were collected
+    std::uint32_t m_made = 0;  ///< number of plans made
     Step m_next = Step::Keep;
     Statistics<Exec> m_statistics;
     BoxSample<Exec> m_sample;
-    Buffer<LevelPlan> m_plans[2];  ///< in use, and the next one
+    Buffer<LevelPlan> m_plans[2];  ///< the one in use, and the next one
     ToldWord<Exec> m_word;
 };
 }  // namespace cullet::psap

@@ -7,7 +7,7 @@
 
 #include <cstdint>
 
-/// What the lanes of a group of records share, and how they share their tests (warp_search.h).
+/// The memory that the lanes of a warp share, and how they divide their tests (warp_search.h).
 namespace cullet::psap
 {
 /// The box around some records.
@@ -42,12 +42,13 @@ struct Region
     }
 };
 
-/// hits |= bit, if the boxes meet.
+/// hits |= bit, if the boxes overlap.
 CULLET_HOST_DEVICE inline void addIfMeets(std::uint32_t& hits, std::uint32_t bit, const RowRecord& a,
                                           const RowRecord& b)
 {
 #ifdef __CUDA_ARCH__
-    // Of many tests in a row the compiler keeps what each says apart, runs out of predicates, and takes 12 instructions each.
+    // In a sequence of many tests the compiler keeps the result of each comparison apart, runs out of predicates, and
+    // needs 12 instructions per test.
     asm("{\n"
         ".reg .pred p;\n"
         "setp.le.f32 p, %2, %3;\n"
@@ -67,8 +68,8 @@ CULLET_HOST_DEVICE inline void addIfMeets(std::uint32_t& hits, std::uint32_t bit
 #endif
 }
 
-/// What the lanes of a group share: records to be tested, in a ring. In three parts, so that lanes one behind the other write
-/// and read side by side.
+/// The records that a warp has queued for tests, in a ring buffer. Three arrays, so that consecutive lanes access
+/// consecutive addresses.
 struct WarpScratch
 {
     static constexpr std::uint32_t kTestsTogether = 32;
@@ -86,26 +87,26 @@ struct WarpScratch
     CULLET_HOST_DEVICE void put(std::uint32_t k, const RowRecord& record)
     {
 #ifdef __CUDA_ARCH__
-        // A remainder is taken once, not for each part.
+        // The index is computed once, not for each array.
         asm volatile("" : "+r"(k));
 #endif
         fronts[k] = record.front;
         heights[k] = {record.back.v0, record.back.v1};
         rows[k] = record.back.row;
     }
-    /// But for the bin.
+    /// The record without its bin.
     CULLET_HOST_DEVICE RowRecord at(std::uint32_t k) const
     {
         return {fronts[k], {heights[k].v0, heights[k].v1, rows[k], kNoBin}};
     }
 };
 
-/// Rows of a WarpScratch from one of them on.
+/// Rows of a WarpScratch, starting with a given one.
 class RowsInRoom
 {
 public:
 #ifdef __CUDA_ARCH__
-    // An address in shared memory, which stays in a register.
+    // An address in shared memory, in a register.
     __device__ explicit RowsInRoom(const std::uint32_t* first)
         : m_first(static_cast<std::uint32_t>(__cvta_generic_to_shared(first)))
     {
@@ -130,11 +131,11 @@ private:
 #endif
 };
 
-/// How kLanes lanes share the tests of their records, one of each lane, with others: in teams. Each team has all the records, some in
-/// each of its lanes, and tests every so-manieth of the others with them. So one read of another serves more tests, and what the
-/// lanes find evens out.
+/// How kLanes lanes, each with a record, divide the tests of all their records against other ones. The lanes form
+/// kCount parts. Each part has all the records, kCount in each of its lanes, and tests them against every kCount-th
+/// other record. One load of another record then serves more tests, and lanes find more equal numbers of pairs.
 ///
-/// What a lane finds is a bit for each of its records and each turn, the bits of its first record lowest.
+/// The result of a lane has a bit for each of its records and each turn, those of its first record lowest.
 template <std::uint32_t kLanes>
 struct Teams
 {
@@ -146,10 +147,10 @@ struct Teams
 
     CULLET_HOST_DEVICE std::uint32_t number() const { return lane / kSize; }
 
-    /// Whose record this lane's k-th one is: its own first.
+    /// Lane whose record is the k-th one of this lane; its own is the first.
     CULLET_HOST_DEVICE std::uint32_t laneOf(std::uint32_t k) const { return lane ^ k * kSize; }
 
-    /// The bits of the records of those lanes.
+    /// The bits of the records of a set of lanes.
     CULLET_HOST_DEVICE std::uint32_t bitsOf(std::uint32_t lanes) const
     {
         std::uint32_t bits = 0;
@@ -159,7 +160,7 @@ struct Teams
         return bits;
     }
 
-    /// The bits of the turns in which there is another, if there are so many of them, fewer than kTestsTogether.
+    /// The bits of the turns in which there is another record, where fewer than kTestsPerBatch others are queued.
     CULLET_HOST_DEVICE std::uint32_t bitsWithin(std::uint32_t others) const
     {
         const std::uint32_t turns = (others + kCount - 1 - number()) / kCount;

@@ -8,16 +8,17 @@
 #include <cstdint>
 #include <type_traits>
 
-/// The search with rows where the records of a warp search together: what the box around all of them may meet is read once,
-/// a record by each lane, and only what that box meets is tested with each of theirs. For many levels, where a box alone looks at
-/// many cells for few partners, and for many pairs, where the boxes of a warp have most of their partners in common.
+/// The warp-cooperative search. What the box around the records of a warp may overlap is loaded once, a record by
+/// each lane, and only records that overlap that box are tested against the records of the warp. For many levels,
+/// where a box alone visits many cells for few partners, and for many pairs, where the boxes of a warp have most of
+/// their partners in common.
 ///
-/// The plan lays the cells in a serpentine (RowLevel::isSerpentine), so that records one behind the other lie side by side.
-/// As with a box alone, any plan gives the same pairs.
+/// The plan has its cells in serpentine order (PlanLevel::isSerpentine), so that consecutive records are close to
+/// each other. As in SearchSorted, any plan gives the same pairs.
 namespace cullet::psap
 {
-/// Step 4, as SearchRows, for records that search together: those of the lanes of a group. Of two records the first one
-/// reports a pair: finer levels come first, and of one level all cells around a group are looked at.
+/// Step 4, as SearchSorted, for the records of a warp together. Of two records the first one reports a pair: finer
+/// levels are first, and on the same level all cells around the warp's records are searched.
 template <class IsNew>
 struct SearchGroups
 {
@@ -26,7 +27,7 @@ struct SearchGroups
     RowPartners<IsNew, TestAtOnce> partners;
     RowOrder order;
 
-    /// @param isIndex false for what only fills up a group
+    /// @param isIndex false for a lane that only fills up the warp
     template <class Emit>
     CULLET_HOST_DEVICE void operator()(std::uint64_t index, bool isIndex, Emit& emit) const
     {
@@ -42,15 +43,16 @@ struct SearchGroups
     }
 
 private:
-    // A group that would have to look at more records than this, and is longer than that along an axis, searches in two
-    // halves: some of its boxes lie far apart, and what is between them would be tested in vain.
+    // Where a warp would load more records than this, and its records spread over more than this length along an
+    // axis, it searches in two halves: some of its boxes are far from the others, and boxes between them would be
+    // tested in vain.
     static constexpr std::uint32_t kMostTogether = 512;
     static constexpr float kMostReaches = 3;
 
     template <class Emit>
     using TeamsOf = Teams<Emit::kLanes>;
 
-    /// The records of a group that a lane tests with.
+    /// The records that a lane tests.
     template <class Emit>
     struct OwnRecords
     {
@@ -58,7 +60,7 @@ private:
         RowRecord records[TeamsOf<Emit>::kCount];
     };
 
-    /// Some of a group, by their lanes, and the box around them.
+    /// A subset of the records of a warp, by lanes, and the box around them.
     struct Members
     {
         std::uint32_t lanes;
@@ -92,7 +94,7 @@ private:
         searchGroup(own, entryTest, emit);
         Members members = membersOf(own, all, emit);
         std::uint32_t finest = 0;
-        // Those of one level, and then those of the next one, where the group has some of each.
+        // The records of one level, and after that those of the next one, where a warp has records of several levels.
         for (std::uint32_t rest = all; rest != 0;)
         {
             const std::uint32_t first = emit.from(bin, lowestBit(rest));
@@ -105,14 +107,14 @@ private:
         }
     }
 
-    /// Tests the records of the group against each other: each lane those of the lanes behind it, up to half way around. Then
-    /// gives each lane those of its team that it has to test with.
+    /// Tests the records of the warp against each other: each lane tests against the next half of the lanes,
+    /// cyclically. After that it gives each lane its other records (HalfWarps).
     template <class Test, class Emit>
     CULLET_HOST_DEVICE void searchGroup(OwnRecords<Emit>& own, const Test& entryTest, Emit& emit) const
     {
         constexpr std::uint32_t kHalf = Emit::kLanes / 2;
         const std::uint32_t lane = emit.lane();
-        // The first half once more, behind all, so that no lane has to count around.
+        // The first half is stored again after the last one, so that no lane index has to wrap around.
         emit.room().put(lane, own.records[0]);
         if (lane + kHalf < Emit::kLanes)
             emit.room().put(Emit::kLanes + lane, own.records[0]);
@@ -121,7 +123,7 @@ private:
         CULLET_UNROLL
         for (std::uint32_t j = 0; j < kHalf; ++j)
             addIfMeets(hits, 1u << j, own.records[0], emit.room().at(lane + 1 + j));
-        // Of two lanes opposite each other the first.
+        // Of two opposite lanes only the first one tests.
         if (lane >= kHalf)
             hits &= ~(1u << kHalf >> 1);
         report<32>(own, hits, lane + 1, entryTest, emit);
@@ -132,14 +134,14 @@ private:
         emit.sync();
     }
 
-    /// Appends the pairs that a lane's bits tell, if they enter: bit `turn + kTurns * k` that of its k-th record with the one in the
-    /// room at `first + kStep * turn`, where there are kStep records to share the bits.
+    /// Appends the pairs of a lane's bits, if they enter. Bit `turn + kTurns * k` is the pair of the lane's k-th
+    /// record and the record in the scratch memory at `first + kStep * turn`, where kStep records share the bits.
     template <std::uint32_t kTurns, class Test, class Emit>
     CULLET_HOST_DEVICE void report(const OwnRecords<Emit>& own, std::uint32_t hits, std::uint32_t first,
                                    const Test& entryTest, Emit& emit) const
     {
         constexpr std::uint32_t kStep = 32 / kTurns;
-        // Chosen one by one: what is indexed does not stay in registers.
+        // Selected one by one: an indexed array would not stay in registers.
         const auto ofRecord = [&](std::uint32_t bit, const auto& what)
         {
             auto chosen = what(own.records[0]);
@@ -170,7 +172,7 @@ private:
         emit.appendEach(hits, pairOf);
     }
 
-    /// Searches a level for the lanes that are here, in as large parts as it can be done.
+    /// Searches a level for the lanes on it, in parts as large as possible.
     template <class Test, class Emit>
     CULLET_HOST_DEVICE void searchLevel(const OwnRecords<Emit>& own, std::uint32_t begin,
                                         const RowLevel& level, std::uint32_t here, Members& members,
@@ -194,9 +196,9 @@ private:
     {
         std::uint32_t u, v;
         std::uint32_t acrossU;
-        std::uint32_t rowBits;     ///< of a cell's number that tell its u; some numbers stand for no cell
-        std::uint32_t count;       ///< of numbers
-        std::uint32_t bin0, bin1;  ///< along each cell, the second behind the last one
+        std::uint32_t rowBits;     ///< low bits of a cell's number that give its u
+        std::uint32_t count;       ///< of cell numbers; some stand for no cell
+        std::uint32_t bin0, bin1;  ///< along each cell: first bin, and one past the last
     };
 
     CULLET_HOST_DEVICE Window windowOf(const RowLevel& level, const Region& region) const
@@ -218,7 +220,7 @@ private:
                 binAlong(plan, level, region.s1) + 1};
     }
 
-    /// The records of cell k of a window that lie behind the group.
+    /// The records of cell k of a window that come after the warp's own.
     CULLET_HOST_DEVICE RowRange rangeOf(const RowLevel& level, const Window& window, std::uint32_t k,
                                         std::uint32_t behind) const
     {
@@ -237,8 +239,8 @@ private:
 
     /// Tests the members against the records of the cells around them.
     ///
-    /// @param begin of the group
-    /// @return false, with nothing done, where it is better done in two halves
+    /// @param begin first record of the warp
+    /// @return false, with nothing done, where two halves are faster
     template <class Test, class Emit>
     CULLET_HOST_DEVICE bool searchCells(const OwnRecords<Emit>& own, std::uint32_t begin,
                                         const RowLevel& level, const Members& members, bool mayRefuse,
@@ -279,7 +281,7 @@ private:
         return true;
     }
 
-    /// Tests the records of the group against those that wait, and appends the wanted ones of the pairs.
+    /// Tests the records of the warp against the queued ones, and appends the pairs of the bits in `wanted`.
     template <class Test, class Emit>
     CULLET_HOST_DEVICE void testWaiting(const OwnRecords<Emit>& own, std::uint32_t head, std::uint32_t count,
                                         std::uint32_t wanted, const Test& entryTest, Emit& emit) const

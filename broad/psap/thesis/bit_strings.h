@@ -53,10 +53,10 @@ private:
     }
 };
 
-/// Entries that a part of a sweep has.
+/// Length of a part of a sweep, in entries.
 inline constexpr std::uint64_t kSweepPart = 128;
 
-/// Counts the parts that the sweep of entry i is cut into. Behind the last entry: none.
+/// Counts the parts into which the sweep of entry i is split. 0 past the last entry.
 template <class IsNew>
 struct CountParts
 {
@@ -69,7 +69,7 @@ struct CountParts
     }
 };
 
-/// Sweeps part `item` of all parts, so that no index has more than kSweepPart tests.
+/// Sweeps part `item` of all parts, so that no index makes more than kSweepPart tests.
 template <class IsNew>
 struct SweepPart
 {
@@ -79,7 +79,7 @@ struct SweepPart
     template <class Emit>
     CULLET_HOST_DEVICE void operator()(std::uint64_t item, Emit& emit) const
     {
-        // The last entry whose first part is not behind this one.
+        // Binary search for the last entry whose first part is at or before this one.
         std::uint64_t entry = 0;
         std::uint64_t end = sweep.count;
         while (entry + 1 < end)

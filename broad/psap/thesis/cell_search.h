@@ -42,7 +42,7 @@ private:
     Buffer<Aabb> m_projections;
 };
 
-/// The thesis's search, step by step, with its options.
+/// The thesis's search, with its options.
 template <class Exec>
 class CellSearch
 {
@@ -80,7 +80,7 @@ public:
             prepareSweep(exec);
     }
 
-    /// @param isNew EveryPair, or another test
+    /// @param isNew EveryPair, or another entry test
     template <class IsNew>
     void emit(Exec& exec, const IsNew& isNew, const PairList& pairs)
     {
@@ -196,11 +196,11 @@ private:
     Buffer<CellPlan> m_plan;
     Buffer<std::uint64_t> m_counts, m_offsets;
     Buffer<std::uint32_t> m_side, m_sideCount;
-    Buffer<std::uint64_t> m_keys[2];  ///< as filled, and sorted
+    Buffer<std::uint64_t> m_keys[2];  ///< unsorted and sorted
     Buffer<std::uint32_t> m_rows[2];
     Buffer<std::uint8_t> m_isLonely;
     Buffer<std::uint64_t> m_bits;                 ///< second-level bit strings
-    Buffer<std::uint64_t> m_parts, m_firstParts;  ///< of the split work
+    Buffer<std::uint64_t> m_parts, m_firstParts;  ///< parts of the split work
     Buffer<std::uint64_t> m_falsePairs;
 };
 }  // namespace cullet::psap

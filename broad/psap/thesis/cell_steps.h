@@ -10,9 +10,9 @@
 /// The thesis's broad phase (chapter 6.1) as functors of one index: boxes are counted into the cells of the two other
 /// axes, written as (cell, start) keys, sorted, and swept along the sweep axis inside each cell.
 ///
-/// Two differences, both for exactness: instead of shifting each cell's boxes by cell x scene size in float, which
-/// invents pairs by rounding (workspace_shift.h counts them), the cell is the upper half of an integer key; and a pair that
-/// shares several cells is reported by one of them only, so that nothing has to be sorted out afterwards.
+/// Two differences, both for exactness. Instead of shifting each cell's boxes by cell x scene size in float, whose
+/// rounding adds false pairs (workspace_shift.h counts them), the cell is the upper half of an integer key. And a
+/// pair that shares several cells is reported by one of them only, so that no duplicates have to be removed.
 namespace cullet::psap
 {
 /// Float as an unsigned integer of the same order. -0 counts as +0; no NaN.
@@ -29,7 +29,7 @@ struct CellPlan
     float originU, originV;
     float inverseU, inverseV;
     std::uint32_t countU, countV;
-    float sceneLength;  ///< along the sweep axis, no less than it is
+    float sceneLength;  ///< length along the sweep axis, or slightly more
 };
 
 /// The block of cells that a box touches, bounds included.
@@ -51,7 +51,7 @@ CULLET_HOST_DEVICE inline CellBlock cellsOf(const CellPlan& plan, const Aabb& bo
             clampedCell(along(box.max, plan.axes.v), plan.originV, plan.inverseV, plan.countV)};
 }
 
-/// The cell that reports a pair: that of the corner (max of minima) of the two boxes.
+/// The cell that reports a pair: the one that contains the lower corner (max of minima) of the intersection.
 CULLET_HOST_DEVICE inline std::uint64_t ownerCell(const CellPlan& plan, const Aabb& a, const Aabb& b)
 {
     const Axes axes = plan.axes;
@@ -67,7 +67,7 @@ struct PlanCells
 {
     static constexpr float kMeanExtents = 3.0f;  // width of an automatic cell
     static constexpr std::uint32_t kThesisBoxesPerCell = 64000;
-    static constexpr double kLargestCount = 1 << 20;  // cells in all, also those per axis
+    static constexpr double kLargestCount = 1 << 20;  // of cells in total and per axis
 
     const Moments* moments;
     const SizeClasses* sizes;
@@ -91,14 +91,14 @@ struct PlanCells
         {
             countU = sideU / (kMeanExtents * sums.extent[axes.u] / n);
             countV = sideV / (kMeanExtents * sums.extent[axes.v] / n);
-            // No more than about one cell per box.
+            // At most about one cell per box.
             const double excess = limited(countU) * limited(countV) / n;
             countU = excess > 1 ? countU / sqrt(excess) : countU;
             countV = excess > 1 ? countV / sqrt(excess) : countV;
         }
         else
         {
-            // Nearly square cells: at least as many as asked for, and more only to fill the last column.
+            // Nearly square cells: at least the requested number, and more only to fill the last column.
             const double count = rule == PsapCells::Thesis ? ceil(n / kThesisBoxesPerCell) : fixedCount;
             countU = sideV > 0 ? floor(sqrt(count * sideU / sideV) + 0.5) : count;
             countU = limited(countU < count ? countU : count);
@@ -143,14 +143,14 @@ private:
     }
 };
 
-/// Step 1: counts the cells of box i (Kalojanov and Slusallek's pre-pass). Boxes without bounds, or with more cells
-/// than are worth writing, go to the side list.
+/// Step 1: counts the cells of box i (Kalojanov and Slusallek's pre-pass). Unbounded boxes, and boxes with more cells
+/// than pay, are appended to the list of unbounded boxes.
 struct CountCells
 {
     static constexpr std::uint64_t kMostCells = 4096;
 
     const Aabb* boxes;
-    const Aabb* placed;  ///< what stands for the boxes in cells and sweep: themselves or their projections
+    const Aabb* placed;  ///< the boxes or their projections, for cells and sweep
     const CellPlan* plan;
     std::uint64_t* counts;  ///< [boxes, out]
     std::uint32_t* side;    ///< [boxes, out]
@@ -170,7 +170,7 @@ struct CountCells
     }
 };
 
-/// Step 3: writes the (cell, start) keys of box i from its offset on.
+/// Step 3: writes the (cell, start) keys of box i, starting at its offset.
 struct FillEntries
 {
     const Aabb* placed;
@@ -198,7 +198,7 @@ struct FillEntries
     }
 };
 
-/// Step 5: marks entries that are alone in their cell, which the sweep then leaves out.
+/// Step 5: marks entries that are alone in their cell, which the sweep skips.
 struct MarkLonely
 {
     const std::uint64_t* keys;  ///< [count] sorted
@@ -214,9 +214,10 @@ struct MarkLonely
     }
 };
 
-/// Step 6: finds the pairs that begin in entry i. Parallel sweep and prune, algorithm 1 of the thesis (Liu et al. 2010).
+/// Step 6: finds the pairs that entry i begins. Parallel sweep and prune, algorithm 1 of the thesis (Liu et al.
+/// 2010).
 ///
-/// @post a pair of boxes is reported by the cell that holds the corner (max of minima) of the two, and by no other
+/// @post a pair is reported by the cell that contains the lower corner (max of minima) of the intersection only
 /// Cost: O(k) for k entries of the cell that start inside the box
 template <class IsNew>
 struct SweepCell
@@ -258,7 +259,8 @@ struct SweepCell
         emit.tested(tests);
     }
 
-    /// First entry behind i that starts behind its box or lies in another cell; i + 1 for a lonely one.
+    /// First entry after i that starts after its box ends or lies in another cell; i + 1 where i is alone in its
+    /// cell.
     CULLET_HOST_DEVICE std::uint64_t firstBehind(std::uint64_t i) const
     {
         if (isLonely[i] != 0)
@@ -289,12 +291,12 @@ private:
     }
 };
 
-/// Finds the pairs of box i with the boxes on the side list.
+/// Finds the pairs of box i with the unbounded boxes.
 template <class IsNew>
 struct TestSide
 {
     const Aabb* boxes;
-    const std::uint64_t* cellCounts;  ///< 0 for those on the side list, and for empty ones
+    const std::uint64_t* cellCounts;  ///< 0 for unbounded and for empty boxes
     const std::uint32_t* side;
     const std::uint32_t* sideCount;
     IsNew isNew;
@@ -310,7 +312,7 @@ struct TestSide
         for (std::uint32_t k = 0; k < count; ++k)
         {
             const RowPair pair = {row, side[k]};
-            // Of two that are both on the list, the lower row reports.
+            // Of two unbounded boxes, the lower row reports the pair.
             if ((cellCounts[row] != 0 || row < pair.b) && overlaps(box, loadBox(boxes, pair.b)) &&
                 isNew(pair))
                 emit.push(pair);

@@ -8,9 +8,9 @@
 
 /// The sweep direction of Liu et al. 2010: the principal component of the centres, instead of a world axis.
 ///
-/// Boxes are projected onto the principal directions; the projections stand for them when cells and the sweep are
-/// chosen, the boxes themselves are tested. Projections of a box are longer than the box, by up to a factor of
-/// sqrt(3), so that this pays only where the scene is slanted against the world.
+/// Boxes are projected onto the principal directions. Cells and the sweep use the projections, the tests use the
+/// boxes themselves. A projection is longer than its box, by up to a factor of sqrt(3), so that this pays only where
+/// the scene is oblique to the world axes.
 namespace cullet::psap
 {
 /// Sums over the centres of bounded boxes.
@@ -104,8 +104,8 @@ Directions principalDirections(const CentreSums& sums);
 
 /// Projects box i onto the directions.
 ///
-/// Boxes that overlap have projections that overlap, exactly: both ends are sums of the same three products in the same
-/// order, and rounding is monotone.
+/// Projections of overlapping boxes overlap exactly: both ends are sums of the same three products in the same order,
+/// and rounding is monotone.
 struct ProjectBox
 {
     const Aabb* boxes;

@@ -6,22 +6,22 @@
 
 #include <cstdint>
 
-/// The thesis's workspace shifting (chapter 6.1), as it is written: the boxes of a cell are moved along the sweep axis by
+/// The thesis's workspace shifting (chapter 6.1), as published: the boxes of a cell are moved along the sweep axis by
 /// cell x length of the scene, in float, and all cells are swept as one list.
 ///
-/// The sum is rounded, so that boxes count as overlapping along the sweep axis that do not: the more cells, the more.
-/// The thesis then tests the two other axes only, and would report them. Here they are counted and dropped; nothing is
+/// The sum is rounded, so that some boxes overlap along the sweep axis only by rounding, more with more cells. The
+/// thesis tests the two other axes only, and would report these pairs. Here they are counted and dropped; no pair is
 /// lost, because rounding is monotone.
 namespace cullet::psap
 {
-/// Where a coordinate of a box lies in the shifted list.
+/// Bits of a box's coordinate in the shifted list.
 CULLET_HOST_DEVICE inline std::uint32_t shiftedBits(const CellPlan& plan, float coordinate,
                                                     std::uint32_t cell)
 {
     return orderedBits(coordinate + plan.sceneLength * static_cast<float>(cell));
 }
 
-/// Turns key i, (cell, start), into (shifted start, cell).
+/// Converts key i from (cell, start) to (shifted start, cell).
 struct ShiftKey
 {
     const CellPlan* plan;
@@ -37,7 +37,7 @@ struct ShiftKey
     }
 };
 
-/// Finds the pairs that begin in entry i of the shifted list.
+/// Finds the pairs that entry i of the shifted list begins.
 template <class IsNew>
 struct SweepShifted
 {

@@ -8,24 +8,25 @@
 #include <cmath>
 #include <cstdint>
 
-/// How a plan of tiles is made of a sample of the boxes: the steps.
+/// The steps that make a plan of tiles from a sample of the boxes.
 namespace cullet::psap
 {
-/// Decides about sizes, and how many tiles there are along each axis. One index.
+/// Chooses the size limit of boxes, and the number of tiles along each axis. One index.
 struct SpanTiles
 {
-    // Records that a block sorts with most of its threads at work, and that leave room for other blocks beside it.
+    // So few records that a block sorts them with few rounds and leaves memory for another block, and so many that
+    // most of its threads work.
     static constexpr double kMostBoxesInTile = 2100;
-    static constexpr double kNearlyWhole = 0.75;  ///< of a tile: a shorter axis is not cut
-    static constexpr double kDeviations = 4;      ///< from the mean, where most boxes are
-    // Boxes that would fit into a cube of the longest side: from about one on, a search of denser bins is as fast.
+    static constexpr double kNearlyWhole = 0.75;  ///< of a tile's edge: a shorter axis is not cut
+    static constexpr double kDeviations = 4;      ///< distance from the mean within which most boxes lie
+    // Boxes per cube of the longest side. From about one on, a search with denser bins is as fast.
     static constexpr double kMostInCube = 0.75;
 
     const Moments* moments;
     const SizeClasses* sizes;
-    double stride;  ///< boxes in the scene for each one in the statistics
+    double stride;  ///< boxes of the scene for each box in the statistics
     PsapAxis axis;
-    bool isForced;  ///< tiles whatever the boxes look like
+    bool isForced;  ///< makes tiles even where they do not pay
     TilePlan* plan;
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t) const
@@ -50,7 +51,7 @@ struct SpanTiles
     }
 
 private:
-    /// Of all but a few boxes, which may go to the side list.
+    /// Longest side of all but a few boxes, which may be treated as unbounded ones.
     CULLET_HOST_DEVICE float longestSide() const
     {
         double larger = 0;
@@ -64,11 +65,11 @@ private:
             if (larger > PlaceInTiles::kMostSides / 2)
                 break;
         }
-        // Sides of equal boxes differ by rounding.
+        // Sides of equal boxes differ by rounding; the limit is slightly larger.
         return 1.001f * longest > 1e-20f ? 1.001f * longest : 1e-20f;
     }
 
-    /// @return the length that most boxes spread over
+    /// @return length over which most boxes spread
     CULLET_HOST_DEVICE double setSteps(int k, std::uint32_t along) const
     {
         const Moments& sums = *moments;
@@ -125,7 +126,7 @@ struct TileSample
     const Aabb* boxes;
     std::uint64_t stride;
 
-    /// @return false for boxes that tiles do not take
+    /// @return false for boxes that do not belong into tiles
     CULLET_HOST_DEVICE bool take(std::uint64_t i, const TilePlan& plan, RowRecord& record) const
     {
         const Aabb box = loadBox(boxes, i * stride);
@@ -134,7 +135,7 @@ struct TileSample
     }
 };
 
-/// Counts on which steps the boxes of a sample begin.
+/// Counts the boxes of a sample by the step on which they begin.
 struct CountSteps
 {
     TileSample sample;
@@ -158,10 +159,12 @@ private:
     }
 };
 
-/// Cuts an axis so that about as many boxes begin in each tile, and chooses the cells in there. One index for each axis.
+/// Cuts an axis so that about the same number of boxes begins in each tile, and chooses the cells of a tile. One
+/// index for each axis.
 struct CutTiles
 {
-    // So many cells that a box in a thousand of a tile has one of its own; fewer bits are left for v.
+    // So many cells that about one box in a thousand of a tile is alone in a cell. v has fewer bits than the other
+    // axes.
     static constexpr std::uint32_t kMostCells = 24, kMostCellsOfV = 16;
 
     const std::uint32_t* counts;  ///< of CountSteps
@@ -183,7 +186,7 @@ private:
         for (std::uint32_t step = 0; step < TileSteps::kPerAxis; ++step)
             boxes += ofAxis[step];
         double before = 0;
-        double end = boxes / tiles;  // of those in this tile and before
+        double end = boxes / tiles;  // of the boxes in this tile and in the previous ones
         std::uint32_t tile = 0, first = 0, longest = 0;
         plan->low[axis][0] = plan->steps.origin[axis];
         for (std::uint32_t step = 0; step < TileSteps::kPerAxis; ++step)
@@ -221,12 +224,12 @@ private:
 /// Counts the boxes of a sample in their tiles.
 struct CountTiles
 {
-    // Those who ask at one line of a GPU's cache are served one after the other.
+    // Atomics on one cache line are served one after the other, so that each counter has its own line.
     static constexpr std::uint32_t kApart = 32;
 
     TileSample sample;
     const TilePlan* plan;
-    std::uint32_t* counts;  ///< [TileShape::kMostTiles * kApart] 0 before
+    std::uint32_t* counts;  ///< [TileShape::kMostTiles * kCounterStride] 0 before
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
     {
@@ -238,7 +241,7 @@ struct CountTiles
     }
 };
 
-/// Finds the fullest tile of the sample. One index for each.
+/// Finds the fullest tile of the sample. One index for each tile.
 struct FindFullest
 {
     const std::uint32_t* counts;
@@ -254,12 +257,12 @@ struct FindFullest
     }
 };
 
-/// Decides how much room a tile has, and whether that is worth it; tells it in one word, so that the CPU sees all of it or
-/// nothing. One index.
+/// Chooses the room of a tile, and decides whether tiles pay. The result is one word, so that the CPU reads all of it
+/// or nothing. One index.
 struct CloseTiles
 {
-    static constexpr double kMostEntries = 1.6;  ///< for each box
-    // In frames to come a tile has more boxes, if there is room.
+    static constexpr double kMostEntries = 1.6;  ///< of a box, on average
+    // Room for the boxes that tiles gain in later frames.
     static constexpr double kSlack = 1.2;
     static constexpr double kLeastSlack = 1.05;
 
@@ -268,7 +271,7 @@ struct CloseTiles
     double mostRoom;
     bool isForced;
     TilePlan* plan;
-    std::uint32_t launches;  ///< number of this plan
+    std::uint32_t launches;  ///< number of the plan
     std::uint64_t* word;     ///< [out]
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t) const

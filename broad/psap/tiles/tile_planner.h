@@ -10,9 +10,9 @@
 
 namespace cullet::psap
 {
-/// Makes plans from samples of the boxes, and keeps each for some hundred updates. A plan is used from the first update on
-/// that finds its shape on the CPU; nothing waits for it. One for other boxes is made at once, one for the same boxes in steps,
-/// one an update and beside it.
+/// Makes plans from samples of the boxes, and uses each for several hundred updates. A plan is adopted by the first
+/// update that reads its shape on the CPU; no update waits for it. A plan for another number of boxes is made at
+/// once, one for the same number in steps, one step per update on the side stream.
 template <class Exec>
 class TilePlanner
 {
@@ -27,8 +27,9 @@ public:
     {
     }
 
-    /// Looks whether the last plan's shape has come, and takes the plan where that is what launches are for. Not done by others,
-    /// so that all that happens until the next call is as isSettled() says, and a search may be repeated.
+    /// Polls for the shape of the last plan, and replaces the plan in use where recorded launches fit that shape. No
+    /// other function does this, so that isPlanCurrent() stays valid until the next call, and a search may be
+    /// repeated.
     void look(Exec& exec)
     {
         m_word.look();
@@ -36,7 +37,7 @@ public:
             take(exec);
     }
 
-    /// For one update.
+    /// Prepares an update: adopts a plan with another shape, and makes a plan for another number of boxes.
     void prepare(Exec& exec, const SearchInput& input)
     {
         if (hasOtherShape())
@@ -48,7 +49,7 @@ public:
     /// Whether prepare() would change nothing.
     bool isSettled(const SearchInput& input) const { return !isForOthers(input) && !hasOtherShape(); }
 
-    /// Takes the next step towards the next plan. Once for each update, when all of it has been given to the executor.
+    /// Makes the next step towards the next plan. To be called once for each update, after all its launches.
     void planAhead(Exec& exec, const SearchInput& input)
     {
         ++m_age;
@@ -62,23 +63,24 @@ public:
                 m_next = Step::Sum;
                 break;
             case Step::CountTiles:
-                // All boxes, in the update's own time; but that should not wait for the step before.
+                // Counts all boxes, which are valid only during the update, on the main stream, which should not wait
+                // for the previous step.
                 if (exec.isAsideDone())
                     countSome(exec, input);
                 break;
-            case Step::Take:  // look() or prepare() does
+            case Step::Take:  // in poll() or prepare()
                 break;
             default:
-                // Not beside the search: they would take places of its last blocks.
+                // Not concurrently with the search, whose last blocks need the multiprocessors.
                 if (m_next != Step::Span && m_next != Step::Ready)
                     exec.fork();
                 exec.aside([&] { goOn(exec); });
         }
     }
 
-    /// The next prepare() makes a plan.
+    /// Makes the next prepare() make a plan.
     ///
-    /// @return whether the one of now was as good as new
+    /// @return whether the discarded plan was nearly new
     bool giveUp()
     {
         const bool isNew = m_age <= kNewUpdates;
@@ -89,33 +91,33 @@ public:
 
     const TilePlan* plan() const { return m_plans[m_current].data(); }
     const TileShape& shape() const { return m_shape; }
-    /// Changes with the shape.
+    /// Changes with the shape of the tiles.
     std::uint32_t launches() const { return m_launches; }
 
 private:
     template <class T>
     using Buffer = typename Exec::template Buffer<T>;
 
-    /// Towards the next plan.
+    /// Steps towards the next plan.
     enum class Step
     {
-        Keep,  ///< a sample, when it is time for one
+        Keep,  ///< a copy of the boxes, once the plan is old enough
         Sum,
         AddUp,
         Span,
         Cut,
         CountTiles,
         Close,
-        Ready,  ///< for the statistics of the one behind it
+        Ready,  ///< of the statistics of the plan after the next one
         Take
     };
 
     static constexpr std::uint32_t kUpdatesPerPlan = 256;
     static constexpr std::uint32_t kNewUpdates = 16;
     static constexpr std::uint64_t kBoxesInSample = 1u << 17;
-    // Some hundred in each tile, so that the fullest is known well.
+    // Several hundred boxes in each tile, so that the size of the fullest one is known well.
     static constexpr std::uint64_t kBoxesCounted = 1u << 22;
-    static constexpr std::uint64_t kParts = 2;  ///< of those, an update for each
+    static constexpr std::uint64_t kParts = 2;  ///< parts of the counted boxes, one per update
 
     bool isForOthers(const SearchInput& input) const
     {
@@ -125,7 +127,7 @@ private:
     bool hasNews() const { return m_made != m_taken && CloseTiles::isOf(m_word.seen(), m_made); }
     bool hasOtherShape() const { return hasNews() && !fits(m_shape, CloseTiles::shapeOf(m_word.seen())); }
 
-    /// Whether launches for this shape do for a plan of the next one, with nearly the room that it asks for and little too much.
+    /// Whether launches for this shape also fit a plan of the next shape, which asks for about the same room.
     static bool fits(const TileShape& now, const TileShape& next)
     {
         return next.tiles == now.tiles && next.cells <= now.cells && 4 * next.cells >= 3 * now.cells &&
@@ -142,7 +144,7 @@ private:
         m_next = Step::Keep;
     }
 
-    /// Into the place of the one in use, so that launches with it stay the same.
+    /// Copies the next plan over the one in use, so that recorded launches remain valid.
     void take(Exec& exec)
     {
         if (m_shape.tiles != 0)
@@ -170,7 +172,7 @@ private:
         m_next = Step::Take;
     }
 
-    /// With what is known of the boxes.
+    /// Runs the next step, on boxes that have been copied already.
     void goOn(Exec& exec)
     {
         switch (m_next)
@@ -213,7 +215,7 @@ private:
         exec.forEach(3, CutTiles{steps(), nextPlan()});
     }
 
-    /// @param part of `parts` that all boxes are counted in
+    /// @param part which of `parts` parts of the boxes is counted
     void countTiles(Exec& exec, const SearchInput& input, std::uint64_t part, std::uint64_t parts)
     {
         m_strideOfCount = BoxSample<Exec>::strideFor(input, kBoxesCounted);
@@ -247,12 +249,12 @@ private:
         m_word.reserve(exec);
     }
 
-    /// The one that is not in use.
+    /// The plan that is not in use.
     TilePlan* nextPlan() const { return m_plans[1 - m_current].data(); }
     std::uint32_t* steps() const { return m_counts.data(); }
     std::uint32_t* tiles() const { return m_counts.data() + kStepCounts; }
 
-    static constexpr double kRoomOfCapacity = 64;  ///< for each one of the initial capacity
+    static constexpr double kRoomOfCapacity = 64;  ///< boxes in a tile for each unit of the initial capacity
     static constexpr double kMostRoom = TileShape::kMostRoom;
     static constexpr std::uint64_t kStepCounts = 3 * TileSteps::kPerAxis;
     static constexpr std::uint64_t kTileCounts = std::uint64_t{TileShape::kMostTiles} * CountTiles::kApart;
@@ -261,14 +263,14 @@ private:
     bool m_isForced;
     double m_mostRoom;
     std::uint32_t m_updatesPerPlan;
-    std::uint32_t m_age = 0;           ///< updates since the plan in use was new
+    std::uint32_t m_age = 0;           ///< updates since the plan in use was adopted
     std::uint64_t m_plannedCount = 0;  ///< 0: no plan
     std::uint64_t m_strideOfCount = 1;
-    std::uint64_t m_counted = 0;   ///< boxes whose tiles are counted
-    std::uint64_t m_part = 0;      ///< of those that is counted next
-    std::uint32_t m_made = 0;      ///< plans
-    std::uint32_t m_taken = 0;     ///< the plan in use
-    std::uint32_t m_launches = 0;  ///< shapes
+    std::uint64_t m_counted = 0;   ///< boxes counted into tiles
+    std::uint64_t m_part = 0;      ///< the part that is counted next
+    std::uint32_t m_made = 0;      ///< number of plans made
+    std::uint32_t m_taken = 0;     ///< number of the plan in use
+    std::uint32_t m_launches = 0;  ///< number of shapes adopted
     TileShape m_shape{};
     unsigned m_current = 0;
     Step m_next = Step::Keep;

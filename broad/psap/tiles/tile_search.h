@@ -11,7 +11,7 @@
 
 namespace cullet::psap
 {
-/// What a tile is sorted in on the CPU.
+/// The memory in which a tile is sorted on the CPU.
 struct TileMemory
 {
     explicit TileMemory(const TileShape& shape)
@@ -21,23 +21,23 @@ struct TileMemory
 
     std::vector<std::uint32_t> starts;
     std::vector<TileBox> boxes;
-    std::vector<std::uint32_t> records;  ///< of the tile, in the order of the boxes
+    std::vector<std::uint32_t> records;  ///< records of the tile, in the order of `boxes`
 };
 
-/// Step 2: finds the pairs that a tile reports, and partners of its boxes on the side list.
+/// Step 2: finds the pairs that a tile reports, and the unbounded partners of its boxes.
 template <class IsNew>
 struct SearchTiles
 {
     using Memory = TileMemory;
 
-    RowPartners<IsNew, TestAtOnce> partners;  ///< without a plan
+    RowPartners<IsNew, TestAtOnce> partners;  ///< its plan is null
     const TilePlan* plan;
     RowBinSet set;
-    RowBinSet other;  ///< set to 0 for the next update
+    RowBinSet other;  ///< cleared for the next update
     TileShape shape;
-    std::uint64_t* pairCount;  ///< kSpilled where a tile was full
+    std::uint64_t* pairCount;  ///< set to kOverflowed where a tile was full
 
-    /// Does for a tile what is to be done once.
+    /// Does the work that a tile needs once.
     CULLET_HOST_DEVICE void begin(std::uint32_t tile) const
     {
         other.counts[tile] = 0;
@@ -48,15 +48,15 @@ struct SearchTiles
             *pairCount = kSpilled;
     }
 
-    /// How much there is to be searched.
+    /// Numbers of boxes to search.
     struct Counts
     {
         std::uint32_t boxes;  ///< in the tile
-        std::uint32_t sides;  ///< on the side list
+        std::uint32_t sides;  ///< unbounded boxes
     };
     CULLET_HOST_DEVICE Counts countsOf(std::uint32_t tile) const
     {
-        const std::uint32_t boxes = set.counts[tile];  // on its way while the other is read
+        const std::uint32_t boxes = set.counts[tile];  // loaded together with the totals
         const BinTotals totals = *set.totals;
         return totals.spilled == 0 ? Counts{boxes, totals.sides} : Counts{0, 0};
     }
@@ -66,7 +66,9 @@ struct SearchTiles
         return partners.records + std::uint64_t{tile} * shape.room;
     }
 
-    /// Whether that tile reports the pair, given the records that it has of both.
+    /// Whether this tile reports the pair.
+    ///
+    /// @param a, b the records that the tile has of both boxes
     template <class Test>
     CULLET_HOST_DEVICE bool reports(const RowRecord& a, const RowRecord& b, const Test& entryTest) const
     {
@@ -76,7 +78,7 @@ struct SearchTiles
         return entryTest(RowPair{a.back.row, b.back.row}, ways, [&] { return overlapOf(a, b); });
     }
 
-    /// Tests a box against the side list, in the tile where it begins.
+    /// Tests a box against the unbounded boxes, in the tile that contains its lower corner.
     template <class Emit>
     CULLET_HOST_DEVICE void searchSides(const RowRecord& record, std::uint32_t sides, Emit& emit) const
     {
@@ -84,7 +86,7 @@ struct SearchTiles
             partners.searchSide(record.back.row, 0, sides, 1, emit);
     }
 
-    /// Tests every `tiles`-th box of the side list against those behind it.
+    /// Tests every `tiles`-th unbounded box against the unbounded boxes after it.
     template <class Emit>
     CULLET_HOST_DEVICE void searchAmongSides(std::uint32_t tile, std::uint32_t sides, Emit& emit) const
     {
@@ -92,7 +94,7 @@ struct SearchTiles
             partners.searchSide(partners.side[k], k + 1, sides, 1, emit);
     }
 
-    /// All of it, on the CPU.
+    /// The whole step, on the CPU.
     template <class Emit>
     void operator()(std::uint32_t tile, TileMemory& memory, Emit& emit) const
     {
@@ -121,10 +123,10 @@ struct SearchTiles
     }
 
 private:
-    /// By cell.
+    /// Sorts the records of a tile by cell.
     void sort(const TileFrame& frame, const RowRecord* records, std::uint32_t count, TileMemory& memory) const
     {
-        // Starts of the cells come out one place early, where the ends of those before were counted.
+        // Counted with an offset of two, so that after the loops starts[c] is the first record of cell c.
         std::uint32_t* ends = memory.starts.data() + 1;
         std::fill(memory.starts.begin(), memory.starts.end(), 0u);
         for (std::uint32_t i = 0; i < count; ++i)
@@ -141,7 +143,7 @@ private:
     }
 };
 
-/// The fast search with tiles. Ends without pairs where a tile is full.
+/// The search with tiles. Finds no pairs where a tile is full.
 template <class Exec>
 class TileSearch
 {
@@ -151,9 +153,9 @@ public:
     /// Whether so many boxes can be searched.
     static bool canHold(std::uint64_t count) { return count != 0 && count <= TilePlanner<Exec>::kMostBoxes; }
 
-    /// Sees to a plan for these boxes.
+    /// Makes or adopts a plan for these boxes, where necessary.
     ///
-    /// @return whether there is one and build() may follow
+    /// @return whether there is one, so that build() may follow
     bool prepare(Exec& exec, const SearchInput& input)
     {
         m_planner.prepare(exec, input);
@@ -164,7 +166,7 @@ public:
         return true;
     }
 
-    /// @pre prepare() has just told so
+    /// @pre prepare() has returned true
     void build(Exec& exec, const SearchInput& input)
     {
         m_input = input;
@@ -174,7 +176,7 @@ public:
                                        input.copies});
     }
 
-    /// @param isNew EveryPair, or another test
+    /// @param isNew EveryPair, or another entry test
     template <class IsNew>
     void emit(Exec& exec, const IsNew& isNew, const PairList& pairs)
     {
@@ -189,19 +191,20 @@ public:
     }
 
     TilePlanner<Exec>& planner() { return m_planner; }
-    /// Whether prepare() would say what it said, and the next build() make the same launches as the last but one.
+    /// Whether prepare() would return the same result, and the next build() make the same launches as the last but
+    /// one.
     bool isRepeatable(const SearchInput& input) const { return m_planner.isSettled(input); }
 
-    /// Counts a repetition that happened without prepare() and build().
+    /// Counts an update that repeated recorded launches instead of calling prepare() and build().
     void countRepeat() { m_tiles.swap(); }
 
-    /// A tile was full: there will be another plan.
+    /// Discards the plan after a tile was full.
     ///
-    /// @return whether that one had been as good as new
+    /// @return whether the plan was nearly new
     bool noteSpill() { return m_planner.giveUp(); }
 
     unsigned nextPhase() const { return m_tiles.nextPhase(); }
-    /// Changes where launches of an earlier build() are not those of the next one.
+    /// Changes when the launches of build() change.
     std::uint32_t launches() const { return m_planner.launches(); }
 
     const std::uint32_t* sideCount() const { return m_tiles.sideCount(); }
@@ -223,7 +226,7 @@ private:
 
     SearchInput m_input{};
     TilePlanner<Exec> m_planner;
-    std::uint32_t m_launches = 0;  ///< that there is room for
+    std::uint32_t m_launches = 0;  ///< version of the launches for which memory is reserved
     BinDoubleBuffer<Exec> m_tiles;
     Buffer<RowRecord> m_records;
     Buffer<std::uint32_t> m_side;

@@ -6,27 +6,27 @@
 
 #include <cstdint>
 
-/// The search with tiles: space is cut into blocks with room for some thousand boxes each, and a box is written into every
-/// tile it reaches into. A block of a GPU's threads then sorts a tile in memory of its own and searches it there, so that
-/// nothing of what a search reads over and over comes from outside. Two steps, as with bins, and worlds of any size. For
-/// boxes of about one size: larger ones would be in too many tiles.
+/// The search with tiles: space is cut into blocks with room for some thousand boxes each, and a box is written into
+/// every tile that it intersects. A block of a GPU's threads sorts a tile in shared memory and searches it there, so
+/// that what the search reads many times is read from global memory once. Two steps, as with fixed bins, and worlds
+/// of any size. For boxes of similar size: much larger ones would lie in too many tiles.
 ///
-/// Of the tiles that have both boxes of a pair, the one with the lower corner of what they share reports it. Any plan gives
-/// the same pairs: coordinates are clamped, and monotone before that.
+/// Of the tiles that contain both boxes of a pair, the one with the lower corner of their intersection reports it.
+/// Any plan gives the same pairs: coordinates are clamped, and monotone before that.
 namespace cullet::psap
 {
-/// How a search with tiles has to be launched.
+/// The parameters of the launches of a search with tiles.
 struct TileShape
 {
     std::uint32_t tiles;  ///< 0: no tiles for these boxes
-    std::uint32_t room;   ///< boxes in a tile, at most
+    std::uint32_t room;   ///< most boxes in a tile
     std::uint32_t cells;  ///< in a tile
 
     static constexpr std::uint32_t kMostTiles = 8192;
     static constexpr std::uint32_t kMostRoom = 3072;
 };
 
-/// An axis is cut between two of its steps.
+/// Each axis is divided into steps; tiles begin and end at steps.
 struct TileSteps
 {
     static constexpr std::uint32_t kPerAxis = 1024;
@@ -48,25 +48,25 @@ struct TileSteps
 struct alignas(16) TilePlan
 {
     static constexpr std::uint32_t kMostPerAxis = 128;  ///< tiles
-    /// Inside a tile, corners are numbers of quanta, rounded down: a cell has that many of them.
+    /// Corners inside a tile are integers, in units called quanta, rounded down. log2 of the quanta per cell.
     static constexpr std::uint32_t kCellShift = 5;
-    /// The longest side that the plan is for, in quanta, is less than a cell.
+    /// Upper bound of the longest edge, in quanta: less than a cell.
     static constexpr float kMostQuanta = 30.9f;
 
     Axes axes;
-    float limit;  ///< longest side of a box
+    float limit;  ///< longest edge of a box
     TileShape shape;
     TileSteps steps;
-    std::uint32_t cells[3];      ///< in a tile
-    std::uint32_t reach[3];      ///< quanta that a box has at most
+    std::uint32_t cells[3];      ///< cells in a tile
+    std::uint32_t reach[3];      ///< most quanta along an edge of a box
     float scale[3];              ///< quanta per length
-    std::uint32_t mostBits;      ///< boxes in the fullest tile of the sample, as raise() keeps it
-    std::uint32_t entries;       ///< boxes of the sample, as often as they are in a tile
+    std::uint32_t mostBits;      ///< boxes in the fullest tile of the sample, for atomicMaxFloat()
+    std::uint32_t entries;       ///< records of the sample, counted in each of their tiles
     float low[3][kMostPerAxis];  ///< where tiles begin
     std::uint8_t ofStep[3][TileSteps::kPerAxis];
 };
 
-/// Which tiles a box reaches into, axis by axis.
+/// The tiles that a box intersects, as a range along each axis.
 struct TileRange
 {
     std::uint32_t first[3], last[3];
@@ -82,7 +82,8 @@ struct TileRange
         return (first[2] * steps.counts[1] + first[1]) * steps.counts[0] + first[0];
     }
 
-    /// Calls visit(tile, begins) for each of them; bit a of `begins`: the box begins there along axis a.
+    /// Calls visit(tile, begins) for each of them; bit a of `begins`: the lower end of the box along axis a lies in
+    /// that tile.
     template <class Visit>
     CULLET_HOST_DEVICE void forEach(const TileSteps& steps, const Visit& visit) const
     {
@@ -94,11 +95,11 @@ struct TileRange
     }
 };
 
-/// What TileRange::forEach() calls the tile with a box's lower corner.
+/// `begins` for the tile with a box's lower corner.
 inline constexpr std::uint32_t kBeginsThere = 7;
 
-/// `bin` of a record in a tile: along which axes the box begins there, and how far it has gone since the last update, in the
-/// upper bits of a float that is no smaller.
+/// `bin` of a record in a tile. The low bits store along which axes the box begins in the tile, the other bits how
+/// far it has moved since the last update, as a float rounded up.
 struct TileMark
 {
     CULLET_HOST_DEVICE static std::uint32_t of(float way)
@@ -123,10 +124,10 @@ CULLET_HOST_DEVICE inline TileRange tilesOf(const TileSteps& steps, const std::u
             {tile(0, box.front.s1), tile(1, box.front.u1), tile(2, box.back.v1)}};
 }
 
-/// What the step that fills tiles knows. One index for each box; a GPU takes some thousand of them together.
+/// Step 1: writes boxes into their tiles. One index for each box; a GPU processes some thousand of them together.
 struct PlaceInTiles
 {
-    /// Boxes that are too large for tiles, at most.
+    /// Most boxes that are too large for tiles; they are treated as unbounded ones.
     static constexpr std::uint32_t kMostSides = 32;
 
     const Aabb* boxes;
@@ -136,7 +137,7 @@ struct PlaceInTiles
     RowBinSet set;             ///< its bins are tiles
     std::uint32_t* side;       ///< [kMostSides, out]
     RowRecord* records;        ///< [tiles * room, out]; `bin` is a TileMark
-    std::uint64_t* pairCount;  ///< set to 0; may be null
+    std::uint64_t* pairCount;  ///< set to 0, or null
     BoxCopies copies;
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
@@ -164,14 +165,15 @@ struct PlaceInTiles
             *pairCount = 0;
     }
 
-    /// @return the TileMark of the box where it begins
+    /// @return the TileMark for the tile in which the box begins
     CULLET_HOST_DEVICE std::uint32_t keepCopy(std::uint64_t i, const Aabb& box) const
     {
         const float way = copies.now != nullptr && i < count ? copies.keep(i, box) : kInfinity;
         return TileMark::with(TileMark::of(way), kBeginsThere);
     }
 
-    /// Whether the box is one for tiles. Others go to the side list, or nowhere when they are invalid.
+    /// Whether the box belongs into tiles. Larger boxes are appended to the list of unbounded boxes, invalid ones to
+    /// none.
     CULLET_HOST_DEVICE bool takes(std::uint64_t i, const Aabb& box) const
     {
         if (!isValid(box))
@@ -186,7 +188,7 @@ struct PlaceInTiles
         return false;
     }
 
-    /// @return where so many records of a tile may be written, or kNoPlace
+    /// @return first of so many places for records of a tile, or kNoPlace
     CULLET_HOST_DEVICE std::uint32_t reserve(std::uint32_t tile, std::uint32_t wanted) const
     {
         const std::uint32_t rank = fetchAdd(&set.counts[tile], wanted);
@@ -199,7 +201,7 @@ struct PlaceInTiles
     CULLET_HOST_DEVICE void spill() const { fetchAdd(&set.totals->spilled, 1u); }
 };
 
-/// A box in quanta of its tile: 10 + 10 + 9 bits for each corner, with a bit above each number that is 0.
+/// A box in quanta of its tile: 10 + 10 + 9 bits for each corner, with a zero guard bit above each number.
 struct alignas(8) TileBox
 {
     std::uint32_t low, high;
@@ -220,18 +222,18 @@ struct alignas(8) TileBox
     }
     CULLET_HOST_DEVICE static std::uint32_t v(std::uint32_t corner) { return corner >> kShiftV; }
 
-    /// Whether the boxes may overlap. A number minus one that is not larger leaves the bit above it set.
+    /// Whether the boxes may overlap: subtracting a number that is not larger leaves the guard bit above it set.
     CULLET_HOST_DEVICE bool mayMeet(const TileBox& other) const
     {
         return (((high | kGuards) - other.low) & ((other.high | kGuards) - low) & kGuards) == kGuards;
     }
 };
 
-/// A tile's own coordinates.
+/// The local coordinates of a tile.
 struct TileFrame
 {
     float low[3], scale[3], most[3];
-    std::uint32_t cells[2];  ///< along s and u
+    std::uint32_t cells[2];  ///< number along s and u
 
     CULLET_HOST_DEVICE TileFrame(const TilePlan& plan, std::uint32_t tile)
     {
@@ -272,16 +274,17 @@ private:
     }
 };
 
-/// Where the partners of a box are among the sorted ones of its tile: those behind it in its row of cells, in the row on its
-/// right, and in up to three rows of the next layer. No box has more quanta than a cell, so that there are no other ones.
+/// Ranges of the sorted boxes of a tile that contain the partners of a box: the later boxes in its line of cells, the
+/// next line in the same layer, and up to three lines in the next layer. A box is smaller than a cell, so that there
+/// are no other partners.
 struct TileRanges
 {
     static constexpr int kCount = 5;
 
     std::uint32_t begin[kCount], end[kCount];
 
-    /// @param starts [cells + 1] of the boxes of a cell
-    /// @param slot   of the box
+    /// @param starts [cells + 1] first box of each cell
+    /// @param slot   index of the box among the sorted ones
     template <class Start>
     CULLET_HOST_DEVICE TileRanges(const TileFrame& frame, const std::uint32_t (&reach)[3],
                                   const Start* starts, const TileBox& box, std::uint32_t slot, bool isBox)

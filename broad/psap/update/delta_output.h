@@ -8,10 +8,10 @@
 #include <algorithm>
 #include <cstdint>
 
-/// The changes of an update as the world outside knows them: named by unique ids, in order.
+/// The changes of an update as pairs of unique ids, in order.
 namespace cullet::psap
 {
-/// The first ids of some changes: about those of the next update.
+/// The range of first ids of the changes of an update, which predicts that of the next update.
 struct FirstIds
 {
     static constexpr std::uint32_t kAnyId = 0xffffffffu;
@@ -21,7 +21,7 @@ struct FirstIds
 
     bool areKnown() const { return most != kAnyId; }
 
-    /// Some more on both sides; any id, where changes are so few that they tell nothing.
+    /// The range, widened on both sides; the full range where there are too few changes to predict it.
     static FirstIds of(const PairDelta& delta)
     {
         if (delta.added.size() + delta.removed.size() < kFew)
@@ -42,20 +42,20 @@ private:
     static constexpr std::size_t kFew = 256;
 };
 
-/// Where one list of changes comes to on the CPU: an executor writes it there, which takes less time than to write it
-/// into its own memory and to copy that.
+/// Memory of the CPU for one list of changes. The executor writes it directly, which is faster than writing it to
+/// device memory and copying it.
 template <class Exec>
 class FetchedPairs
 {
 public:
     /// Makes room for a list.
     ///
-    /// @param pairs [out] of no use before take()
-    /// @return where steps may write it
+    /// @param pairs [out] invalid until take()
+    /// @return address at which steps may write the list
     Pair* prepare(Exec& exec, std::uint64_t room, Pairs& pairs)
     {
         pairs.resize(room);
-        // Memory that comes back is worth locking; what comes once is faster copied.
+        // Locking pays for memory that is used again; memory used once is copied faster.
         m_isDirect = pairs.data() == m_last && exec.canReach(pairs.data(), pairs.capacity());
         m_last = pairs.data();
         if (m_isDirect)
@@ -64,7 +64,7 @@ public:
         return exec.mappedForWriting(m_staged.data(), room);
     }
 
-    /// After Exec::wait().
+    /// Reads the list. To be called after Exec::wait().
     void take(std::uint64_t count, Pairs& pairs) const
     {
         if (m_isDirect)
@@ -79,10 +79,10 @@ private:
     bool m_isDirect = false;
 };
 
-/// Names the changes of an update, puts them in order and fetches them.
+/// Converts the changes of an update to pairs of ids, sorts them and downloads them.
 ///
-/// How many there are, the CPU does not know before they are there: as many are sent for as the last updates had and
-/// some more, so that an update waits for the executor once. Where that was not enough they are sent for again.
+/// The CPU does not know their number in advance: it requests slightly more than the last updates had, so that an
+/// update waits for the executor once, and requests them again where that was too few.
 template <class Exec>
 class DeltaOutput
 {
@@ -92,23 +92,24 @@ public:
     {
     }
 
-    /// Asks for the changes, which are there after Exec::wait().
+    /// Enqueues the sort and the download of the changes, which are complete after Exec::wait().
     ///
-    /// @param largestId of all unique ids
-    /// @param delta [out] of no use before take()
+    /// @param largestId largest unique id in use
+    /// @param delta     [out] invalid until take()
     void enqueue(Exec& exec, const ChangeLists& lists, std::uint32_t largestId, PairDelta& delta)
     {
         enqueue(exec, lists, largestId, m_expected, delta);
     }
 
-    /// What the update counted. Only after enqueue() and Exec::wait().
+    /// What the update counted. Valid only after enqueue() and Exec::wait().
     const Counters& counters() const { return m_report.data()->counters; }
 
-    /// Takes the changes; asks again and waits where more were found than expected, or some are not in order.
+    /// Reads the changes. Enqueues them again and waits where there are more than expected, or where some are not in
+    /// order.
     ///
-    /// @param lists complete
-    /// @param isVoid the lists are not those of enqueue()
-    /// @param delta [out] the one of enqueue()
+    /// @param lists  complete lists
+    /// @param isVoid the lists have changed since enqueue()
+    /// @param delta  [out] the one given to enqueue()
     void take(Exec& exec, const ChangeLists& lists, std::uint32_t largestId, bool isVoid, PairDelta& delta)
     {
         const ChangeCounts counts = {counters().lists.added, counters().lists.removed};
@@ -128,19 +129,20 @@ public:
         expect(counts.removed, m_expected.removed);
     }
 
-    /// What was counted may be left over from an update that failed.
+    /// After a failed update, whose counts may remain in the buckets.
     void recover() { m_bucketCount = 0; }
 
 private:
     template <class T>
     using Buffer = typename Exec::template Buffer<T>;
 
-    // Two launches less than with buckets, and a scan; many more take longer to compare with each other than those.
+    // Up to so many changes are ranked: two launches and a scan less than with buckets. Comparing many more with each
+    // other takes longer.
     static constexpr std::uint64_t kFew = 2048;
     static_assert(kFew <= RankChange::kMost, "ranks have no room for as many");
     static constexpr std::uint64_t kChangesPerBucket = 2;
     static constexpr std::uint32_t kFewestBuckets = 128;
-    // A box that changed many pairs may do so in the next updates.
+    // A box that changed many pairs may do so again in the next updates.
     static constexpr std::uint32_t kUpdatesToSkip = 16;
 
     bool isOverfull() const { return m_report.data()->isOverfull != 0; }
@@ -169,7 +171,7 @@ private:
             sort(exec, lists, bits, changes);
     }
 
-    /// @param ranks as CloseUpdate has them
+    /// @param ranks as CloseUpdate::ranks
     void close(Exec& exec, const ChangeLists& lists, IdBits bits, const ChangeBuckets& buckets,
                std::uint32_t* ranks)
     {
@@ -206,14 +208,14 @@ private:
         exec.reserve(m_counts, count);
         exec.reserve(m_starts, count);
         exec.reserve(m_ranks, m_room.total());
-        // Otherwise the last update has left them empty.
+        // For the same number of buckets, the previous update has left them empty.
         if (count != m_bucketCount)
             exec.clear(m_counts.data(), count);
         m_bucketCount = count;
         return {added, removed, least, m_counts.data(), m_starts.data(), m_ranks.data()};
     }
 
-    /// @param span of first ids
+    /// @param span difference between the largest and the smallest first id
     static ChangeBuckets::Kind kindFor(std::uint32_t first, std::uint64_t room, std::uint32_t span)
     {
         std::uint32_t count = kFewestBuckets;
@@ -236,13 +238,13 @@ private:
     }
 
     std::uint64_t m_least;
-    ChangeCounts m_expected;  ///< changes of the next update
-    ChangeCounts m_room{};    ///< for changes, in the last call
-    FirstIds m_firstIds;      ///< expected
+    ChangeCounts m_expected;  ///< expected changes of the next update
+    ChangeCounts m_room{};    ///< room for changes, in the last call
+    FirstIds m_firstIds;      ///< expected first ids
     std::uint32_t m_updatesToSkip = 0;
     std::uint32_t m_bucketCount = 0;
     Buffer<std::uint32_t> m_counts, m_starts, m_ranks;
-    Buffer<std::uint64_t> m_keys[2];  ///< as made, and in order
+    Buffer<std::uint64_t> m_keys[2];  ///< unsorted and sorted
     FetchedPairs<Exec> m_added, m_removed;
     typename Exec::template Staging<UpdateReport> m_report;
 };

@@ -10,13 +10,14 @@
 #include <algorithm>
 #include <cstdint>
 
-/// How the changes of an update get their names and their order: the steps.
+/// The steps that convert the changes of an update to pairs of unique ids, and sort them.
 namespace cullet::psap
 {
-/// How a pair of unique ids makes one integer of Pair's order: no longer than the ids need, for the sake of sorting.
+/// Packs a pair of unique ids into one integer with the order of Pair, as short as the ids allow, so that sorts need
+/// fewer passes.
 struct IdBits
 {
-    std::uint32_t bits;  ///< of an id
+    std::uint32_t bits;  ///< bits of an id
 
     static IdBits forIds(std::uint32_t largest) { return {std::max(bitCountOf(largest), 1u)}; }
 
@@ -29,7 +30,7 @@ struct IdBits
     }
 };
 
-/// Numbers of the pairs that enter and of those that leave; or room for them, first the ones, then the others.
+/// Numbers of the pairs that enter and of those that leave, or of the places for them. Pairs that enter come first.
 struct ChangeCounts
 {
     std::uint64_t added, removed;
@@ -48,22 +49,22 @@ struct ChangeLists
     const RowPair* added;
     std::uint64_t addedRoom;
     const RowPair* removed;
-    RowPair* kept;      ///< the pairs that enter go behind those that stay
-    float* keptDepths;  ///< 0 for those, not known yet
+    RowPair* kept;      ///< the pairs that enter are appended to those that stay
+    float* keptDepths;  ///< 0 for the pairs that enter: unknown
     std::uint64_t keptRoom;
     LookupTable table;
     const Counters* counters;
     const std::uint32_t* sides;
     const std::uint32_t* uniqueIds;  ///< by row
-    Tally* next;                     ///< of the next update: set to 0
+    Tally* next;                     ///< counters of the next update, which this step clears
 
-    /// Whether nothing was left out for want of room, so that the search need not run again.
+    /// Whether no list was too short, so that the search need not be repeated.
     CULLET_HOST_DEVICE bool areComplete(const ListCounts& counts) const
     {
         return counts.added <= addedRoom && counts.lookups <= table.limit();
     }
 
-    /// How many changes there are to be put in order.
+    /// Number of changes to be sorted.
     CULLET_HOST_DEVICE ChangeCounts namedCounts(ChangeCounts room) const
     {
         const ListCounts counts = counters->lists;
@@ -73,24 +74,24 @@ struct ChangeLists
     }
 };
 
-/// Where changes are told in order: memory of the CPU that an executor may write to.
+/// Memory of the CPU that the executor writes the sorted changes to.
 struct NamedChanges
 {
-    Pair *added, *removed;  ///< room for as many as are expected
+    Pair *added, *removed;  ///< room for the expected number of pairs
 };
 
-/// What an update tells of itself beside the changes.
+/// What the device reports of an update beside the changes.
 struct UpdateReport
 {
     Counters counters;
-    std::uint32_t isOverfull;  ///< a bucket of changes was: they are not in order
+    std::uint32_t isOverfull;  ///< a bucket had too many changes: they are not in order
 };
 
-/// The changes of an update in buckets by kind and first id, so few in each that they are put in order one by one: half of
-/// the time of a radix sort.
+/// Sorts the changes of an update into buckets by kind and first id. Buckets are so small that the changes of each
+/// are compared with each other, which takes half the time of a radix sort.
 struct ChangeBuckets
 {
-    /// Those of a kind.
+    /// The buckets of the added or of the removed pairs.
     struct Kind
     {
         std::uint32_t first, last;
@@ -98,11 +99,11 @@ struct ChangeBuckets
     };
 
     Kind added, removed;
-    std::uint32_t
-        leastId;  ///< of the first ids; smaller ones belong to the first bucket, larger ones to the last
-    std::uint32_t* counts;        ///< [count()] changes, 0 before an update and after it
-    const std::uint32_t* starts;  ///< [count()] changes in the buckets before
-    std::uint32_t* ranks;         ///< [room] of a change in its bucket
+    /// Expected least first id. Smaller ids belong to the first bucket, ids past the last bucket to the last one.
+    std::uint32_t leastId;
+    std::uint32_t* counts;        ///< [count()] number of changes, 0 before and after an update
+    const std::uint32_t* starts;  ///< [count()] number of changes in earlier buckets
+    std::uint32_t* ranks;         ///< [room] rank of a change in its bucket
 
     CULLET_HOST_DEVICE std::uint32_t count() const { return removed.last + 1; }
 
@@ -115,17 +116,17 @@ struct ChangeBuckets
     }
 };
 
-/// What follows the search, in one launch, since each part would take longer to start than to run: names the changes by
-/// unique ids, appends the pairs that enter to those that are held, frees the look-up table, and reports the counts. Index
-/// i does change i and slot i.
+/// What follows the search, in one launch, since each part would take longer to start than to run: converts the
+/// changes to keys of unique ids, appends the pairs that enter to the held pairs, frees the look-up table, and
+/// reports the counts. Index i processes change i and slot i.
 struct CloseUpdate
 {
     ChangeLists lists;
     IdBits bits;
     ChangeCounts room;
-    std::uint64_t* keys;    ///< [room, out] where there is no change, more than any key
-    ChangeBuckets buckets;  ///< [out] counts and ranks; null: keys alone
-    std::uint32_t* ranks;   ///< [room, out] 0, as RankChange wants them; null: not wanted
+    std::uint64_t* keys;    ///< [room, out] larger than any key where there is no change
+    ChangeBuckets buckets;  ///< [out] counts and ranks; its counts are null where only keys are needed
+    std::uint32_t* ranks;   ///< [room, out] 0, for RankChange; null: not needed
     UpdateReport* report;   ///< [out]
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
@@ -176,7 +177,7 @@ private:
     }
 };
 
-/// Changes in the order of their buckets.
+/// Changes sorted by bucket.
 struct BucketOrder
 {
     ChangeLists lists;
@@ -192,11 +193,11 @@ struct BucketOrder
     }
 };
 
-/// Puts change i to those of its bucket, and empties bucket i.
+/// Writes change i to its bucket, and clears the counter of bucket i.
 struct FillBucket
 {
     BucketOrder order;
-    const std::uint64_t* keys;  ///< [room] of CloseUpdate
+    const std::uint64_t* keys;  ///< [room] from CloseUpdate
     std::uint64_t* byBucket;    ///< [changes, out]
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
@@ -212,14 +213,14 @@ struct FillBucket
     }
 };
 
-/// Puts change i of those by bucket in order.
+/// Sorts change i within its bucket.
 struct OrderBucket
 {
-    /// So many changes in a bucket are too many.
+    /// Number of changes from which on a bucket is overfull.
     static constexpr std::uint64_t kOverfull = 48;
 
     BucketOrder order;
-    const std::uint64_t* byBucket;  ///< [changes] of FillBucket
+    const std::uint64_t* byBucket;  ///< [changes] from FillBucket
     NamedChanges changes;           ///< [out] void where a bucket is overfull
     UpdateReport* report;
 
@@ -249,17 +250,17 @@ struct OrderBucket
     }
 };
 
-/// Puts changes in order where there are few: each is compared with all others of its kind, and no buckets. For each there are
-/// kShares indices, which add up what they find; the last to do so knows its place.
+/// Sorts few changes without buckets: compares each with all others of its kind. Each change has kShares indices,
+/// which add up the numbers of smaller changes that they find; the last one to add writes the change to its place.
 struct RankChange
 {
     static constexpr std::uint32_t kShares = 16;
-    static constexpr std::uint32_t kMost = 1u << 27;  ///< changes, lest a sum overflows
+    static constexpr std::uint32_t kMost = 1u << 27;  ///< most changes for which the sum does not overflow
 
     ChangeLists lists;
     IdBits bits;
-    ChangeCounts room;          ///< no more than kMost
-    const std::uint64_t* keys;  ///< [room] of CloseUpdate
+    ChangeCounts room;          ///< at most kMost
+    const std::uint64_t* keys;  ///< [room] from CloseUpdate
     std::uint32_t* ranks;       ///< [room] 0 before
     NamedChanges changes;       ///< [out]
 
@@ -267,7 +268,7 @@ struct RankChange
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t index) const
     {
-        // The lanes of a warp have the same share, so that all of them read the same key at a time.
+        // The lanes of a warp have the same share, so that all of them load the same key at a time.
         const auto all = static_cast<std::uint32_t>(room.total());
         const std::uint32_t share = static_cast<std::uint32_t>(index) / all;
         const std::uint32_t i = static_cast<std::uint32_t>(index) % all;
@@ -285,7 +286,7 @@ struct RankChange
         std::uint32_t smaller = 0;
         for (std::uint32_t other = begin; other < end; ++other)
             smaller += alike[other] < key ? 1 : 0;
-        // How many shares are in the sum is in its lowest bits.
+        // The low bits of the sum count the shares that have been added.
         const std::uint32_t before = fetchAdd(&ranks[i], smaller * kShares + 1);
         if (before % kShares == kShares - 1)
             (isRemoved ? changes.removed : changes.added)[before / kShares + smaller] = bits.pairOf(key);
@@ -295,7 +296,7 @@ struct RankChange
 /// Unpacks key i.
 struct UnpackKey
 {
-    const std::uint64_t* keys;  ///< [room] sorted, those of pairs that enter first
+    const std::uint64_t* keys;  ///< [room] sorted; those of the pairs that enter come first
     IdBits bits;
     ChangeCounts room;
     NamedChanges changes;  ///< [room, out]

@@ -15,23 +15,23 @@
 
 namespace cullet::psap
 {
-/// The rows of a proxy table in an executor's memory: the boxes of this update and of the last one, what changed, filter
-/// words and unique ids.
+/// The rows of a proxy table in an executor's memory: the boxes of this update and of the previous one, the change
+/// bits, filter words and unique ids.
 ///
-/// Changed rows come over in parts. Each is put into its place while the next is on its way, or still being packed.
+/// Changed rows are uploaded in parts. Each part is stored while the next one is being uploaded or packed.
 template <class Exec>
 class TableMirror
 {
 public:
-    /// @param threads for packing
-    /// @param initialCapacity as PsapOptions has it: of a small one, small tables come in parts too
+    /// @param threads         threads that pack rows
+    /// @param initialCapacity PsapOptions::initialCapacity; if it is small, small tables are uploaded in parts too
     TableMirror(unsigned threads, std::uint64_t initialCapacity)
         : m_workers(threads),
           m_tablePart(std::clamp<std::uint64_t>(initialCapacity * kPartOfCapacity, 1, kTablePart))
     {
     }
 
-    /// The next send() brings everything.
+    /// Makes the next send() upload all rows.
     void forget()
     {
         m_rowCount = 0;
@@ -41,10 +41,10 @@ public:
         m_isFresh = true;
     }
 
-    /// Brings the changed rows over; rows that changed in the last update grow old first.
+    /// Uploads the changed rows, after copying the rows that changed in the last update to the previous boxes.
     ///
-    /// @param ready  where boxes come in parts on a stream of their own, called with the end of each part but the last:
-    ///               rows before it are in place while others are on their way
+    /// @param onPart called with the end of each part but the last, where boxes are uploaded in parts on a stream of
+    ///     their own: rows before that end are in place while later ones are being uploaded
     template <class Ready>
     void send(Exec& exec, const ProxyView& view, const RowWays& ways, const Ready& ready)
     {
@@ -70,8 +70,9 @@ public:
         m_isFresh = false;
     }
 
-    /// Rows that changed in this update grow old already, so that the next one need not begin with that. No more is asked about
-    /// this one. Not where all have changed: then two arrays may be exchanged instead.
+    /// Copies rows that changed in this update to the previous boxes already after this update, so that the next one
+    /// need not begin with that. The caller must have finished with this update. Does nothing where all rows have
+    /// changed: the two arrays are swapped instead.
     void growOldBehind(Exec& exec)
     {
         if (m_dirtyIsAll || m_areOld)
@@ -86,9 +87,9 @@ public:
     const std::uint8_t* changes() const { return m_changes.data(); }
     const Filter* filters() const { return m_hasFilters ? m_filters.data() : nullptr; }
     const std::uint32_t* uniqueIds() const { return m_uniqueIds.data(); }
-    std::uint32_t largestId() const { return m_largestId; }  ///< of those sent
+    std::uint32_t largestId() const { return m_largestId; }  ///< largest unique id that was uploaded
     bool haveAllChanged() const { return m_haveAllChanged; }
-    /// A bit for each row that came in this update, others are as they were; null where all came.
+    /// A bit for each row, set for rows that were uploaded in this update; null where all were.
     const std::uint32_t* sentRows() const { return m_dirtyIsAll ? nullptr : m_sent.data(); }
 
 private:
@@ -110,7 +111,8 @@ private:
         exec.reserveKeeping(m_dirty, room, m_dirtyIsAll ? 0 : m_dirtyCount);
     }
 
-    /// Whether all boxes go over as they are: where many have changed, that takes less than to pick those.
+    /// Whether all boxes are uploaded directly from the table: where many have changed, that is faster than packing
+    /// those.
     bool isSentDirectly(const Exec& exec, const ProxyView& view) const
     {
         const bool isMost = m_haveAllChanged || view.dirtyCount > view.size / kDirectShare;
@@ -122,12 +124,12 @@ private:
         return view.lockableRows >= view.size && exec.canReach(view.boxes, view.lockableRows);
     }
 
-    /// Makes the boxes of the last update old ones.
+    /// Makes the boxes of the last update the previous ones.
     ///
-    /// @param sendsAll every row comes anew
+    /// @param sendsAll every row is uploaded anew
     void growOld(Exec& exec, const ProxyView& view, bool sendsAll)
     {
-        // What stands here is old altogether then.
+        // All current boxes become previous ones.
         if (!m_isFresh && view.size == m_rowCount && sendsAll)
             std::swap(m_now, m_old);
         else if (!m_areOld)
@@ -144,9 +146,9 @@ private:
     RowBits sent() const { return RowBits{m_sent.data()}; }
     const std::uint32_t* dirtyRows() const { return m_dirtyIsAll ? nullptr : m_dirty.data(); }
 
-    /// Sends all boxes and puts them into their places.
+    /// Uploads all boxes and stores them in place.
     ///
-    /// @param isDirect from the table itself, which is not packed
+    /// @param isDirect uploads from the table itself, without packing
     template <class Ready>
     Staged sendTable(Exec& exec, const ProxyView& view, bool isDirect, const RowWays& ways,
                      const Ready& ready)
@@ -168,7 +170,7 @@ private:
                 exec.awaitPart(begin / m_tablePart);
             else
                 exec.upload(m_newBoxes.data() + begin, m_staging.boxes() + begin, end - begin);
-            // Mostly they have all moved and nothing else, which need not be told of each.
+            // Usually all rows have moved and nothing else, so that no change bits per row are needed.
             if (!staged.isUniform())
                 exec.upload(m_newChanges.data() + begin, m_staging.changes() + begin, end - begin);
             apply(exec, begin, end, {m_newBoxes.data(), false, m_newChanges.data(), nullptr}, staged, ways);
@@ -179,7 +181,7 @@ private:
         return all;
     }
 
-    /// The same for a small table: the step that puts boxes into place reads them from the memory of the CPU.
+    /// sendTable() for a small table: the step that stores the boxes reads them from the memory of the CPU.
     Staged sendToRead(Exec& exec, const ProxyView& view, bool isDirect, const RowWays& ways)
     {
         const Staged staged = stageTable(view, 0, m_dirtyCount, !isDirect);
@@ -190,17 +192,17 @@ private:
         return staged;
     }
 
-    /// Where the changed rows are to be read.
+    /// Addresses from which a step reads changed rows.
     struct Source
     {
         const Aabb* boxes;
-        bool isTable;  ///< boxes by row, not one after the other
+        bool isTable;  ///< boxes are indexed by row, not by position in the list
         const std::uint8_t* changes;
         const std::uint32_t* rows;
     };
 
-    /// Sends the rows that the dirty list names and puts them into their places; a step reads them from the memory of
-    /// the CPU. It picks the first ones from the table itself: slower than to read packed ones, but done while threads
+    /// Uploads the rows in the dirty list and stores them in place; a step reads them from the memory of the CPU. It
+    /// gathers the first ones from the table itself. That is slower than reading packed rows, but runs while threads
     /// wake up and pack the others.
     Staged sendScattered(Exec& exec, const ProxyView& view, const RowWays& ways)
     {
@@ -230,7 +232,7 @@ private:
         return all;
     }
 
-    /// Sends the first rows of the dirty list, whose boxes the executor picks from the table.
+    /// Uploads the first rows of the dirty list; the executor gathers their boxes from the table.
     Staged sendPicked(Exec& exec, const ProxyView& view, std::uint64_t count, const RowWays& ways)
     {
         if (m_areRowsTold)
@@ -256,7 +258,7 @@ private:
         return all;
     }
 
-    /// Packs rows on threads and sends each part as soon as it is packed.
+    /// Packs rows on several threads and uploads each part as soon as it is packed.
     Staged sendPacked(Exec& exec, const ProxyView& view, OrderedParts& parts, const RowWays& ways)
     {
         m_summaries.assign(parts.tasks(), {});
@@ -311,7 +313,8 @@ private:
                      m_changes.data(), m_dirty.data(), sent(), ways});
     }
 
-    /// Packs some rows where all have changed, on threads: on one core a million would take longer than everything else.
+    /// Packs some rows where all have changed, on several threads: on one core, packing a million rows would take
+    /// longer than the rest of the update.
     Staged stageTable(const ProxyView& view, std::uint64_t begin, std::uint64_t end, bool packsBoxes)
     {
         const unsigned tasks = m_workers.tasksFor(end - begin, packsBoxes ? kBoxesGrain : kBitsGrain);
@@ -326,10 +329,10 @@ private:
         return sumOfTasks(0, tasks);
     }
 
-    /// @param areNew some words of changed rows are
+    /// @param areNew some of the changed rows have new filter words
     void sendFilters(Exec& exec, const ProxyView& view, bool areNew)
     {
-        // Words that changed while no filter was asked for never came over.
+        // Filter words that changed while no filter was set were not uploaded.
         if (!m_hasFilters)
         {
             exec.uploadNow(m_filters.data(), view.filters, view.size);
@@ -345,49 +348,50 @@ private:
         exec.forEach(m_dirtyCount, ApplyFilter{dirtyRows(), m_newFilters.data(), m_filters.data()});
     }
 
-    // Rows of the table that a thread packs at the least: with their boxes, or the change bits alone, which takes no longer
-    // than to wake a thread.
+    // Least number of rows that a thread packs: with boxes, and with change bits only. Packing so many takes as long
+    // as waking a thread.
     static constexpr std::size_t kBoxesGrain = 2048;
     static constexpr std::size_t kBitsGrain = 1u << 16;
 
-    // Boxes that a device reads itself in less time than a copy and a launch behind it take.
+    // Up to so many boxes, a device reads mapped memory in less time than a copy followed by a launch takes.
     static constexpr std::uint64_t kMostRead = 1u << 13;
 
-    // Rows that are sent at once where all are, at most and for each one of the initial capacity.
+    // Rows per part of a table that is uploaded as a whole: the most, and for each unit of the initial capacity.
     static constexpr std::uint64_t kTablePart = 1u << 17;
     static constexpr std::uint64_t kPartOfCapacity = 128;
 
-    // Scattered rows: so many are picked by a GPU in the time that sixteen threads take to wake up and pack as many, and so many
-    // until the first that are packed can be read. Tasks are short, since threads come one after the other; parts are long, since
-    // each costs a launch.
+    // Scattered rows: a GPU gathers kMostPicked of them in the time in which sixteen threads wake up and pack as
+    // many, and kPickedFirst in the time until the first packed ones can be read. Tasks are short, since threads wake
+    // up one after the other; parts are long, since each costs a launch.
     static constexpr std::uint64_t kMostPicked = 1u << 15;
     static constexpr std::uint64_t kPickedFirst = 1u << 14;
     static constexpr std::uint64_t kPickedPart = 1u << 14;
     static constexpr std::uint64_t kPackGrain = 512;
     static constexpr unsigned kTasksPerPart = 60;
 
-    // From a third of the boxes on: on four threads or sixteen, at 16k to a million boxes.
+    // Share of changed boxes above which all are uploaded: a third, on four threads or sixteen, at 16k to a million
+    // boxes.
     static constexpr std::uint32_t kDirectShare = 3;
 
     ParallelLoops m_workers;
     std::uint64_t m_tablePart;
     bool m_isFresh = true;
     bool m_hasFilters = false;
-    std::uint64_t m_rowCount = 0;  ///< rows that have been sent
+    std::uint64_t m_rowCount = 0;  ///< rows that have been uploaded
     std::uint32_t m_largestId = 0;
     Buffer<Aabb> m_now, m_old;
     Buffer<std::uint8_t> m_changes;
-    Buffer<std::uint32_t> m_sent;  ///< as RowBits has them
+    Buffer<std::uint32_t> m_sent;  ///< words of RowBits
     Buffer<Filter> m_filters;
     Buffer<std::uint32_t> m_uniqueIds;
 
     bool m_haveAllChanged = false;
-    bool m_areRowsTold = false;  ///< scattered rows have only moved, and are read from the dirty list itself
-    bool m_dirtyIsAll = false;   ///< all rows were sent in the last update
-    bool m_areOld = false;       ///< those that were are old ones already
-    std::uint64_t m_dirtyCount = 0;  ///< rows sent then
+    bool m_areRowsTold = false;  ///< steps read the dirty list itself: rows have only moved
+    bool m_dirtyIsAll = false;   ///< all rows were uploaded in the last update
+    bool m_areOld = false;       ///< rows of the last update are in m_old already
+    std::uint64_t m_dirtyCount = 0;  ///< rows uploaded in the last update
     UploadStaging<Exec> m_staging;
-    std::vector<Staged> m_summaries;  ///< by task
+    std::vector<Staged> m_summaries;  ///< indexed by task
     Buffer<std::uint32_t> m_dirty;
     Buffer<Aabb> m_newBoxes;
     Buffer<std::uint8_t> m_newChanges;

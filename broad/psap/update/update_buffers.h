@@ -7,15 +7,15 @@
 #include <algorithm>
 #include <cstdint>
 
-/// Memory in an executor that each update uses and the next one wants back as it was.
+/// Memory in an executor that each update uses and clears for the next one.
 namespace cullet::psap
 {
-/// What an update counts. There are two: each update leaves that of the next one empty.
+/// The counters of an update, double-buffered: each update clears those of the next one.
 template <class Exec>
 class Tallies
 {
 public:
-    /// For an update that begins. Whoever ends it says so by noteEmptied(); otherwise both are emptied.
+    /// Begins an update. An update that ends without markNextEmpty() makes the next begin() clear both sets.
     void begin(Exec& exec)
     {
         exec.reserve(m_tallies, 2);
@@ -24,7 +24,7 @@ public:
         m_isNextEmpty = false;
         m_side = 1 - m_side;
     }
-    /// The update has emptied next().
+    /// Records that the update has cleared next().
     void noteEmptied() { m_isNextEmpty = true; }
 
     Tally* current() const { return m_tallies.data() + m_side; }
@@ -36,7 +36,7 @@ private:
     bool m_isNextEmpty = false;
 };
 
-/// The look-up table of held pairs that are open. It is free between two uses.
+/// The look-up table of undecided held pairs. It is empty between two uses.
 template <class Exec>
 class OpenPairs
 {
@@ -52,17 +52,17 @@ public:
         m_slotCount = slots;
     }
 
-    /// Frees the slots, unless they are. The table is in use from here on.
+    /// Clears the slots, unless they are empty. The table is in use afterwards.
     void use(Exec& exec)
     {
         if (!m_isFree)
             exec.forEach(m_slotCount, FreeSlot{m_slots.data()});
         m_isFree = false;
     }
-    /// Whether somebody has freed the slots again, or never put a pair there.
+    /// Records whether all slots are empty: a step has cleared them, or none has inserted a pair.
     void noteFree(bool isFree) { m_isFree = isFree; }
 
-    /// @param count of what is put there
+    /// @param count counter of the inserted pairs
     LookupTable table(std::uint64_t* count) const { return {m_slots.data(), m_slotCount - 1, count}; }
 
 private:

@@ -10,21 +10,21 @@
 
 namespace cullet::psap
 {
-/// Memory of the CPU that changed rows are packed into for an executor, and how that is done.
+/// Packs changed rows into memory of the CPU for an upload.
 ///
-/// Several threads may pack different rows.
+/// Several threads may pack different rows concurrently.
 template <class Exec>
 class UploadStaging
 {
 public:
-    /// What is known of some changed rows together.
+    /// Properties of a set of changed rows.
     struct Summary
     {
-        unsigned anyChanges = kRowUnchanged;  ///< RowChange bits that some row has
-        unsigned allChanges = 0xffu;          ///< those that every row has
-        std::uint32_t largestId = 0;          ///< of those created
+        unsigned anyChanges = kRowUnchanged;  ///< RowChange bits that at least one row has
+        unsigned allChanges = 0xffu;          ///< RowChange bits that all rows have
+        std::uint32_t largestId = 0;          ///< largest unique id of the created rows
 
-        /// Rows that have moved, and nothing else.
+        /// Summary of rows that have moved and not changed otherwise.
         static Summary ofMoved() { return {kRowMoved, kRowMoved, 0}; }
 
         bool isUniform() const { return anyChanges == allChanges; }
@@ -50,17 +50,17 @@ public:
 
     /// Packs rows of the table, all of which have changed.
     ///
-    /// @param isFresh all of them are new to the executor
+    /// @param isFresh the executor has none of the rows yet
     Summary stageTable(const ProxyView& view, std::uint64_t begin, std::uint64_t end, bool packsBoxes,
                        bool isFresh)
     {
         if (packsBoxes)
             std::copy(view.boxes + begin, view.boxes + end, m_boxes.data() + begin);
-        // Pointers in variables: a store of a byte may change whatever it is that a member points to.
+        // Local pointers: the compiler has to assume that a store of a byte changes any member.
         std::uint8_t* changes = m_changes.data();
         const std::uint8_t* from = view.changes;
         const std::uint8_t fresh = isFresh ? kRowCreated : kRowUnchanged;
-        // Bytes, so that as many of them as fit into a register go together.
+        // Accumulated in bytes, so that the loop vectorises with as many rows as possible.
         std::uint8_t any = 0;
         std::uint8_t all = 0xff;
         for (std::uint64_t row = begin; row < end; ++row)
@@ -118,7 +118,7 @@ private:
         return withLargestId({any, all, 0}, view, view.dirty, begin, end);
     }
 
-    /// The box of dirty row i. A cache line or two for each: they come sixteen rows before they are needed.
+    /// The box of dirty row i. Prefetches the box sixteen rows ahead, which needs one or two cache lines.
     static const Aabb& boxAhead(const ProxyView& view, std::uint64_t i, std::uint64_t end)
     {
         prefetchBox(view.boxes + view.dirty[std::min(i + 16, end - 1)]);

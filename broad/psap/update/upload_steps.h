@@ -7,20 +7,20 @@
 
 #include <cstdint>
 
-/// How changed rows of a proxy table come into an executor's memory: the steps.
+/// The steps that store the changed rows of a proxy table in an executor's memory.
 namespace cullet::psap
 {
-/// A bit for each row, in words of 32: so few bytes that a GPU has them at hand.
+/// A bit for each row, in words of 32, so that a GPU finds all of them in its cache.
 struct RowBits
 {
     std::uint32_t* words;
 
     CULLET_HOST_DEVICE void set(std::uint64_t row) const { setBits(words + row / 32, 1u << row % 32); }
-    /// Empties the whole word.
+    /// Clears the whole word.
     CULLET_HOST_DEVICE void clearAround(std::uint64_t row) const { setAlike(words + row / 32, 0u); }
 };
 
-/// Makes the boxes of the last update those of rows that changed in it.
+/// Copies the boxes of rows that changed in the last update to the previous boxes.
 struct AgeRow
 {
     const std::uint32_t* rows;  ///< null: 0, 1, 2, ...
@@ -34,20 +34,20 @@ struct AgeRow
         const std::uint64_t row = rows != nullptr ? rows[i] : i;
         storeBox(old, row, loadBox(now, row));
         changes[row] = kRowUnchanged;
-        // All rows that have a bit grow old together.
+        // All rows whose bit is set are copied in the same launch.
         if (rows != nullptr)
             sent.clearAround(row);
     }
 };
 
-/// What is told of how far rows have gone.
+/// Records how far rows have moved.
 struct RowWays
 {
-    std::uint32_t* motion;  ///< as BoxHistory has it; 0 before
-    const AlignedBox*
-        then;  ///< boxes with skins, of a list of near pairs that is followed; null: there is none
-    /// Told in place of the motion where there is: bits of the largest stretchOf() of a row, infinite where one holds another
-    /// proxy; 0 when the list began.
+    std::uint32_t* motion;  ///< as BoxHistory::motion; 0 before the step
+    /// Boxes and skins of the neighbour list that is followed; null: none is.
+    const AlignedBox* then;
+    /// Recorded in place of the motion where `reference` is given: bits of the largest displacementOf() of a row,
+    /// infinite where a row has a new proxy; 0 when the list was made.
     std::uint32_t* stretch;
 
     CULLET_HOST_DEVICE void tell(std::uint64_t row, const Aabb& box, unsigned changes, const Aabb* old) const
@@ -69,7 +69,7 @@ private:
 struct ApplyRow
 {
     const std::uint32_t* rows;  ///< null: 0, 1, 2, ...
-    const Aabb* newBoxes;       ///< [changed rows], or by row
+    const Aabb* newBoxes;       ///< [changed rows], or indexed by row
     bool areBoxesByRow;
     const std::uint8_t* newChanges;  ///< null: `sameChanges` for all of them
     std::uint8_t sameChanges;
@@ -77,7 +77,7 @@ struct ApplyRow
     Aabb* old;
     std::uint8_t* changes;
     std::uint32_t* appliedRows;  ///< [changed rows, out] unless `rows` is null
-    RowBits sent;                ///< [out] the same
+    RowBits sent;                ///< [out] bits of those rows
     RowWays ways;
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
@@ -111,7 +111,7 @@ struct ApplyFilter
     }
 };
 
-/// Empties a row on both sides of history.
+/// Clears both boxes of a row.
 struct ForgetRow
 {
     Aabb* now;
@@ -124,7 +124,7 @@ struct ForgetRow
         now[row] = nowhere();
         old[row] = nowhere();
         changes[row] = kRowUnchanged;
-        // Rows before are in the word of the first one, maybe, and have no bits.
+        // The first word may contain earlier rows, whose bits are not set.
         if (row % 32 == 0)
             sent.clearAround(row);
     }

@@ -14,14 +14,14 @@
 
 namespace cullet::psap
 {
-/// What is counted of near pairs, in an executor's memory; stays from one set of boxes to the next.
+/// Counters of a neighbour list, in an executor's memory. They persist from one set of boxes to the next.
 struct NearCounts
 {
-    std::uint64_t pairs;                 ///< may be more than were written
-    alignas(128) std::uint32_t stretch;  ///< as StretchSkins has it, apart from what others count
+    std::uint64_t pairs;                 ///< may exceed the number that was written
+    alignas(128) std::uint32_t stretch;  ///< as MeasureDisplacement::displacement, in its own cache line
 };
 
-/// The near pairs of a search for changes, in an executor's memory, and what was learnt of them.
+/// A neighbour list in an executor's memory, and the policy that decides when it is made.
 template <class Exec>
 class NearPairs
 {
@@ -31,13 +31,13 @@ public:
     {
     }
 
-    /// What to do with the next set of boxes. The executor is done with the last one.
+    /// Mode for the next set of boxes. The executor must have completed the last one.
     NearFrame choose(std::uint64_t boxes)
     {
         noteSet(boxes);
         return m_policy.choose(boxes);
     }
-    /// The same where lists are made between two sets, as SkinPolicy has it.
+    /// Chooses whether the list is followed for the next set of boxes, where lists are made between two sets.
     bool follows(std::uint64_t boxes, float thinnest)
     {
         noteSet(boxes);
@@ -46,9 +46,9 @@ public:
     SkinPolicy& policy() { return m_policy; }
     const SkinPolicy& policy() const { return m_policy; }
 
-    /// Makes room for a list that begins.
+    /// Reserves memory for a new list.
     ///
-    /// @return whether there is memory for it; otherwise there will be no list any more
+    /// @return false where there is not enough memory; no list is made any more
     bool reserve(Exec& exec, std::uint64_t boxes)
     {
         m_boxCount = boxes;
@@ -65,7 +65,7 @@ public:
                            });
     }
 
-    /// Gives all boxes their skins, and keeps copies. grown() is to be searched then.
+    /// Gives all boxes their skins, and stores copies. The search for the list uses grown().
     void grow(Exec& exec, const Aabb* boxes, const BoxCopies& copies)
     {
         const SharedBoxes shared = {m_boxCount};
@@ -79,15 +79,15 @@ public:
     const Aabb* grown() const { return m_grown.data(); }
     const AlignedBox* then() const { return m_then.data(); }
 
-    /// Has the search find the near pairs.
+    /// Makes the search write the neighbouring pairs to the list.
     template <class Search>
     void find(Exec& exec, Search& search, NearCounts* counts)
     {
         search.emit(exec, EveryPair{}, list(counts).found());
     }
-    /// The same again, with enough room.
+    /// Repeats find() with enough room.
     ///
-    /// @param found the first time, maybe kSpilled
+    /// @param found number of pairs of the first attempt, or kOverflowed
     /// @return as reserve()
     template <class Search>
     bool findAgain(Exec& exec, Search& search, NearCounts* counts, std::uint64_t found)
@@ -101,14 +101,14 @@ public:
         return true;
     }
     std::uint64_t room() const { return m_span; }
-    /// Changes where launches do.
+    /// Changes when the launches change.
     std::uint32_t launches() const { return m_launches + m_policy.revision(); }
     void noteBegun(std::uint64_t found, std::uint64_t pairs)
     {
         m_lastCount = found;
         m_policy.noteBegun(found, m_boxCount, pairs);
     }
-    /// The list is void. There will be room for so many pairs in the next one, if that is how many there were.
+    /// Discards the list. The next one gets room for so many pairs, where the number is known.
     void noteShort(std::uint64_t found)
     {
         m_lastCount = found < kVoidCount ? found : m_lastCount;
@@ -119,19 +119,20 @@ public:
     {
         return {m_pairs.data(), m_closeness.data(), m_span, &counts->pairs};
     }
-    /// Whether each pair is held, of one of two sets of boxes.
+    /// [room()] flags of the pairs that are held, for one of two sets of boxes.
     std::uint8_t* isHeld(unsigned side) const { return m_isHeld[side].data(); }
 
-    /// Whether boxes are searched with thicker skins than the last time, or for the first time with some: too large for a plan.
+    /// Records the skins of a search. Returns whether they are thicker than those of the last search, so that its
+    /// plan does not fit.
     bool growsSizes(NearFrame frame)
     {
         const float skin = frame == NearFrame::Begin ? m_policy.rule().common : 0.0f;
         return std::exchange(m_skinSearched, skin) < skin;
     }
 
-    /// Looks at sizes, where it is time to.
+    /// Samples the sizes of boxes, where it is time to.
     ///
-    /// @param copies as SampleBoxes has them
+    /// @param copies as SampleBoxes::copies
     template <class Copies>
     void sample(Exec& exec, const Copies& copies, std::uint64_t count)
     {
@@ -174,7 +175,7 @@ private:
                            });
     }
 
-    /// Calls body(); a list is no use where it takes the memory that a search needs.
+    /// Calls body(). Gives up the list where memory is short, since the searches need it more.
     template <class Body>
     bool unlessShort(Exec& exec, const Body& body)
     {
@@ -206,7 +207,7 @@ private:
             exec.release(isHeld);
     }
 
-    /// Makes room for so many and some more, so that it mostly stays as it is.
+    /// Sets the room of the list to slightly more than so many pairs, so that it seldom changes.
     void setSpan(std::uint64_t pairs)
     {
         m_span = std::max(pairs + pairs / 32, m_initial);
@@ -223,13 +224,13 @@ private:
 
     SkinPolicy m_policy;
     std::uint64_t m_initial;
-    std::uint64_t m_boxCount = 0;   ///< of the list
+    std::uint64_t m_boxCount = 0;   ///< boxes in the list
     std::uint64_t m_lastCount = 0;  ///< pairs in the last list
     std::uint32_t m_launches = 0;
     float m_skinSearched = 0;
-    std::uint64_t m_span = 0;   ///< pairs that there is room for, as launches know it
-    Buffer<AlignedBox> m_then;  ///< boxes when the list began, and their skins
-    Buffer<Aabb> m_grown;       ///< the same boxes with their skins
+    std::uint64_t m_span = 0;   ///< room for pairs, a parameter of the launches
+    Buffer<AlignedBox> m_then;  ///< boxes when the list was made, and their skins
+    Buffer<Aabb> m_grown;       ///< those boxes enlarged by their skins
     Buffer<RowPair> m_pairs;
     Buffer<float> m_closeness;
     Buffer<std::uint8_t> m_isHeld[2];

@@ -7,24 +7,25 @@
 
 #include <cstdint>
 
-/// Pairs that are near, kept from one set of boxes to the next: the neighbour list of molecular dynamics (Verlet 1967), for boxes.
+/// The neighbour list of molecular dynamics (Verlet 1967), for boxes: pairs that may overlap soon, reused for several
+/// sets of boxes.
 ///
-/// When the list is made, each box gets a skin, and pairs whose boxes with their skins overlap are near. As long as no side
-/// of a box has gone farther than its skin is thick, all pairs that overlap are near, and nothing has to be searched. Most
-/// of the near ones need no look at their boxes either: by how much they reached into each other tells what has become of
-/// them.
+/// When the list is made, each box gets a skin, and the list contains the pairs whose boxes overlap when enlarged by
+/// their skins. As long as no face of a box has moved farther than the thickness of its skin, the list contains all
+/// overlapping pairs, and no search is needed. Most pairs of the list are classified without loading their boxes,
+/// from their depth or distance when the list was made.
 namespace cullet::psap
 {
-/// How thick skins are: mostly alike, so that boxes of one size are of one size with them too.
+/// Thickness of the skins. Most boxes have the same one, so that boxes of equal size have equal sizes with skins too.
 struct SkinRule
 {
     float common;
 
-    /// @param way that the box has gone since the last set
+    /// @param distance that the box has moved since the last set
     CULLET_HOST_DEVICE float skinFor(float way) const
     {
         constexpr float kMost = 4;
-        // What has jumped, or was not there, says nothing about what it will do.
+        // Boxes that were teleported or created say nothing about their future motion.
         if (!(way <= common * (kMost / 2)))
             return common;
         float skin = common;
@@ -48,7 +49,8 @@ CULLET_HOST_DEVICE inline SkinnedBox loadSkinned(const AlignedBox* boxes, std::u
     return {{{xy.low0, xy.low1, z.low0}, {xy.high0, xy.high1, z.high0}}, z.high1};
 }
 
-/// More than a sum of that size is off by; nothing where it is infinite, as the sides of boxes may be.
+/// An upper bound of the rounding error of a sum of that size; 0 for infinite sums, since faces of boxes may be
+/// infinite.
 CULLET_HOST_DEVICE inline float roundingOf(float sum)
 {
     constexpr float kRelative = 0x1p-22f, kAbsolute = 1e-37f;
@@ -56,7 +58,7 @@ CULLET_HOST_DEVICE inline float roundingOf(float sum)
     return size < kInfinity ? size * kRelative + kAbsolute : 0.0f;
 }
 
-/// The box with its skin: no number is rounded inwards.
+/// The box enlarged by its skin, rounded outwards.
 CULLET_HOST_DEVICE inline Aabb grownBy(const Aabb& box, float skin)
 {
     Aabb grown;
@@ -70,7 +72,7 @@ CULLET_HOST_DEVICE inline Aabb grownBy(const Aabb& box, float skin)
     return grown;
 }
 
-/// How far the sides of a box have gone, in skins. Infinite where it has become empty, or was.
+/// Largest displacement of a face of a box, in skins. Infinite where the box has become empty, or was.
 CULLET_HOST_DEVICE inline float stretchOf(const SkinnedBox& then, const Aabb& now)
 {
     const bool wasValid = isValid(then.box);
@@ -78,18 +80,18 @@ CULLET_HOST_DEVICE inline float stretchOf(const SkinnedBox& then, const Aabb& no
         return kInfinity;
     return wasValid ? wayOf(now, then.box) / then.skin : 0.0f;
 }
-/// A list is of no use any more where boxes have gone farther.
+/// Largest displacement for which a list is complete.
 inline constexpr float kMostStretch = 0.9999f;
 
-/// How near two boxes were: by how much they reached into each other, negative how far they were apart, on the axis where
-/// that was least; in skins of both. NaN where that cannot be told.
+/// Depth of two boxes on the axis where it is least, negative where they are separated, divided by the sum of their
+/// skins. NaN where infinities make it undefined.
 CULLET_HOST_DEVICE inline float closenessOf(const SkinnedBox& a, const SkinnedBox& b)
 {
     float least = kInfinity;
     bool isKnown = true;
     for (int axis = 0; axis < 3; ++axis)
     {
-        // More than the length that they share where one is small, so that less has to be looked at.
+        // Larger than the shared length where one box is short, so that more pairs are decided without a load.
         const float right = a.box.max[axis] - b.box.min[axis];
         const float left = b.box.max[axis] - a.box.min[axis];
         const float reach = right < left ? right : left;
@@ -99,16 +101,17 @@ CULLET_HOST_DEVICE inline float closenessOf(const SkinnedBox& a, const SkinnedBo
     return isKnown ? least / (a.skin + b.skin) : kNan;
 }
 
-/// What closeness tells after boxes have gone so far: above this they overlap, below its negative they do not.
+/// Closeness above which two boxes still overlap after that displacement, and below whose negative they are still
+/// separated.
 CULLET_HOST_DEVICE inline float sureFrom(float stretch)
 {
     return deeperThan(stretch) + 1e-37f;
 }
 
-/// Which lists a pair goes to, as SentPair has it.
+/// Lists of a pair, as bits of RoutedPair::to.
 inline constexpr std::uint32_t kToRemoved = 1, kToAdded = 2, kToKept = 4;
 
-/// A near pair, or nothing: two boxes that are surely apart.
+/// A pair of the neighbour list; by default no pair, whose boxes count as separated.
 struct NearItem
 {
     RowPair pair = {};
@@ -117,7 +120,7 @@ struct NearItem
     bool isPair = false;
 };
 
-/// What is said of it.
+/// Result of a test of a NeighbourItem.
 struct NearVerdict
 {
     SentPair sent = {};
@@ -132,7 +135,7 @@ struct NearVerdict
     }
 };
 
-/// What closeness tells of a pair.
+/// Classifies a pair by its closeness.
 struct Sureness
 {
     bool areTogether, areApart;
@@ -142,12 +145,12 @@ struct Sureness
     {
     }
     CULLET_HOST_DEVICE bool isOpen() const { return !areTogether && !areApart; }
-    /// The rows to look at: where they need not be, any that others look at too. So a GPU asks for the boxes of several pairs
-    /// together, without a branch before each.
+    /// The rows whose boxes are loaded: row 0, which other lanes load too, where closeness decides. So a GPU loads
+    /// the boxes of several pairs at once, without a branch for each.
     CULLET_HOST_DEVICE RowPair askFor(RowPair pair) const { return isOpen() ? pair : RowPair{0, 0}; }
 };
 
-/// The near pairs, in an executor's memory.
+/// A view of a neighbour list, in an executor's memory.
 struct NearList
 {
     RowPair* pairs;
@@ -155,7 +158,7 @@ struct NearList
     std::uint64_t room;
     std::uint64_t* count;
 
-    /// None where there was not room for all: those before may not be there either.
+    /// False for all pairs where there was not enough room, since any of them may be missing.
     CULLET_HOST_DEVICE bool has(std::uint64_t i) const { return i < *count && *count <= room; }
     PairList found() const { return {pairs, room, count}; }
 
@@ -167,7 +170,7 @@ struct NearList
     {
         return has(i) ? NearItem{pairs[i], closeness[i], wasHeld[i] != 0, true} : NearItem{};
     }
-    /// Of a new list. @param isHeld [room, out]
+    /// Stores the result for a pair of a new list. @param isHeld [room, out]
     CULLET_HOST_DEVICE void keep(std::uint64_t i, const NearItem& item, const NearVerdict& verdict,
                                  std::uint8_t* isHeld) const
     {
@@ -178,10 +181,10 @@ struct NearList
     }
 };
 
-/// Counts of pairs that enter begin here when they are void.
+/// Counts of pairs that enter are void from this value on.
 inline constexpr std::uint64_t kVoidCount = 1ull << 62;
 
-/// What a device's indices tell in one place it takes one after the other: each does some boxes, and tells of all.
+/// Boxes distributed over indices, several per index, so that fewer atomics go to one address.
 struct SharedBoxes
 {
     static constexpr std::uint64_t kEach = 8, kMany = 1u << 17;
@@ -192,7 +195,7 @@ struct SharedBoxes
     {
         return count < kMany ? count : (count + kEach - 1) / kEach;
     }
-    /// body(i) for the boxes of an index.
+    /// Calls body(i) for the boxes of an index.
     template <class Body>
     CULLET_HOST_DEVICE void forEach(std::uint64_t index, const Body& body) const
     {
@@ -201,11 +204,11 @@ struct SharedBoxes
     }
 };
 
-/// Boxes with their skins, in an executor's memory.
+/// Boxes and their skins, in an executor's memory.
 struct SkinnedBoxes
 {
-    AlignedBox* then;  ///< the boxes, and beside them how thick their skins are
-    Aabb* grown;       ///< the boxes with their skins around them
+    AlignedBox* then;  ///< the boxes and the thickness of their skins
+    Aabb* grown;       ///< the boxes enlarged by their skins
 
     CULLET_HOST_DEVICE void store(std::uint64_t i, const Aabb& box, float skin) const
     {
@@ -215,7 +218,7 @@ struct SkinnedBoxes
     }
 };
 
-/// Gives boxes their skins, and keeps copies of them.
+/// Gives boxes their skins, and stores copies of the boxes.
 struct GrowSkins
 {
     SharedBoxes shared;
@@ -254,15 +257,15 @@ struct GrowRow
     }
 };
 
-/// Keeps copies of boxes, and tells how far they have gone since the list began.
+/// Stores copies of boxes, and measures how far they have moved since the list was made.
 struct StretchSkins
 {
     SharedBoxes shared;
     const Aabb* boxes;
     AlignedBox* now;
     const AlignedBox* then;
-    std::uint32_t* stretch;  ///< bits of the largest stretchOf(); 0 when the list began
-    std::uint64_t* added;    ///< how many pairs enter: void where boxes have gone too far
+    std::uint32_t* stretch;  ///< bits of the largest displacementOf(); 0 when the list was made
+    std::uint64_t* added;    ///< pairs that enter: void where a box has left its skin
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t index) const
     {
@@ -281,14 +284,14 @@ struct StretchSkins
     }
 };
 
-/// What the boxes of a near pair in a new list tell.
+/// What the boxes of a pair in a new list decide.
 struct FirstLook
 {
     bool isEntering, isHeld;
 };
 
-/// @param boxes  with skins
-/// @param decide called with the pair and its boxes, returns a FirstLook
+/// @param boxes  boxes with skins
+/// @param decide called with the pair and its boxes; returns a FirstVerdict
 template <class Decide>
 CULLET_HOST_DEVICE NearVerdict judgeFirst(const NearItem& item, const AlignedBox* boxes, const Decide& decide)
 {
@@ -300,14 +303,14 @@ CULLET_HOST_DEVICE NearVerdict judgeFirst(const NearItem& item, const AlignedBox
     return {{item.pair, look.isEntering ? kToAdded : 0u}, closenessOf(a, b), look.isHeld};
 }
 
-/// Looks at near pair i of a new list for the first time: sends those that have come together.
+/// Tests pair i of a new list for the first time; appends the pairs that enter.
 struct BeginNear
 {
     NearList near;
     std::uint8_t* isHeld;     ///< [near.room, out]
     const AlignedBox* boxes;  ///< with skins
     WasApart wasApart;
-    std::uint64_t* added;  ///< how many pairs enter: void where there is not room for all near ones
+    std::uint64_t* added;  ///< pairs that enter: void where the list was too short
 
     CULLET_HOST_DEVICE NearItem read(std::uint64_t i) const { return near.readPair(i); }
 
@@ -331,14 +334,14 @@ struct BeginNear
     }
 };
 
-/// Tells what has become of near pair i.
+/// Tests whether pair i is still held, enters or leaves.
 struct FollowNear
 {
     NearList near;
     const std::uint8_t* wasHeld;
     std::uint8_t* isHeld;  ///< [out]
     const AlignedBox* boxes;
-    const std::uint32_t* stretch;  ///< as StretchSkins has it
+    const std::uint32_t* stretch;  ///< as MeasureDisplacement::displacement
 
     CULLET_HOST_DEVICE NearItem read(std::uint64_t i) const { return near.read(i, wasHeld); }
 
@@ -365,22 +368,22 @@ private:
     }
 };
 
-/// The size of a box, and how far it has gone.
+/// Size of a box, and how far it has moved.
 struct BoxInSample
 {
-    float side;  ///< the longest; negative: no bounded box
+    float side;  ///< longest side; negative: no bounded box
     float way;
 };
 
-/// Box i of some, spread over all; not at equal distances, since every tenth may move.
+/// Samples box i of a sample spread over all boxes. Not at equal distances, since every tenth box may move.
 ///
-/// @tparam Copies of the boxes of this set and of the last one: BoxCopies or RowBoxes
+/// @tparam Copies boxes of this set and of the previous one: BoxCopies or RowBoxes
 template <class Copies>
 struct SampleBoxes
 {
     Copies copies;
     std::uint64_t stride;
-    std::uint64_t count;  ///< of all boxes
+    std::uint64_t count;  ///< number of all boxes
     BoxInSample* sample;  ///< [out]
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const

@@ -7,33 +7,33 @@
 
 #include <cstdint>
 
-/// What becomes of held pairs, told by near pairs: the steps. Here pairs stay until a margin between their boxes is passed,
-/// and enter only where a filter agrees.
+/// The steps that update held pairs with a neighbour list. Held pairs stay until a margin separates their boxes, and
+/// pairs enter only where the filter accepts them.
 namespace cullet::psap
 {
-/// What the CPU learns of near pairs.
+/// What the device reports of a neighbour list.
 struct NearReport
 {
-    std::uint64_t pairs;    ///< in the list; may be more than were written
-    std::uint64_t lookups;  ///< held pairs that the table was to tell of
-    std::uint32_t stretch;  ///< as RowWays has it
+    std::uint64_t pairs;    ///< in the list; may exceed the number that was written
+    std::uint64_t lookups;  ///< hysteresis pairs, which need the table
+    std::uint32_t stretch;  ///< as MotionRecorder::displacement
 };
 
-/// Held pairs as a list, of an update that may still be under way.
+/// A list of held pairs, of an update that may not be complete.
 struct PairListView
 {
     const RowPair* pairs;
     std::uint64_t room;
-    const std::uint64_t* count;  ///< null: as many as there is room for
+    const std::uint64_t* count;  ///< null: `room` is the number of pairs
 
     CULLET_HOST_DEVICE bool has(std::uint64_t i) const { return count == nullptr || i < *count; }
 };
 
-/// Sends near pair i to the lists of the sets of boxes that it is held of.
+/// Appends pair i of the neighbour list to the lists of the sets of boxes for which it is held.
 struct SendHeld
 {
     NearList near;
-    const std::uint8_t* isHeld[2];  ///< of list 0 and 1; null: that list is not asked for
+    const std::uint8_t* isHeld[2];  ///< for list 0 and 1; null: that list is not needed
 
     struct Verdict
     {
@@ -56,12 +56,13 @@ private:
     }
 };
 
-/// Puts held pair i into the table where neither boxes nor filter words tell that it is held.
+/// Inserts held pair i into the table where it is a hysteresis pair: its boxes are separated, or its filter words
+/// refuse it.
 struct TellApart
 {
     PairListView held;
     const Aabb* boxes;
-    const Filter* filters;  ///< as BoxHistory has them
+    const Filter* filters;  ///< as BoxHistory::filters
     LookupTable table;
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
@@ -74,15 +75,15 @@ struct TellApart
     }
 };
 
-/// Looks at near pair i of a new list: how near it is, and whether it is held.
+/// Tests pair i of a new list: its closeness, and whether it is held.
 ///
-/// @pre skins are no thinner than the margin that pairs were held by, and TellApart is done
+/// @pre skins are no thinner than the margin by which pairs are held, and InsertHysteresisPairs is complete
 struct JudgeNear
 {
     NearList near;
     std::uint8_t* isHeld;     ///< [near.room, out]
     const AlignedBox* boxes;  ///< with skins
-    const Filter* filters;    ///< as BoxHistory has them
+    const Filter* filters;    ///< as BoxHistory::filters
     LookupTable apart;
 
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const
@@ -99,7 +100,7 @@ struct JudgeNear
     }
 };
 
-/// Frees slot i of the table, and tells of the list: it is void where the table was too small.
+/// Clears slot i of the table, and completes the list: it is void where the table was too small.
 struct EndList
 {
     LookupTable table;
@@ -119,35 +120,37 @@ struct EndList
     }
 };
 
-/// Tells what has become of near pair i.
+/// Tests whether pair i of the neighbour list is still held, enters or leaves.
 struct FollowHeld
 {
     NearList near;
     const std::uint8_t* wasHeld;
-    std::uint8_t* isHeld;  ///< [out] as it was, where boxes have gone too far
+    std::uint8_t* isHeld;  ///< [out] unchanged where a box has left its skin
     const Aabb* boxes;
-    const Filter* filters;  ///< as BoxHistory has them
-    const std::uint32_t*
-        sentRows;  ///< a bit for each row: without one in either, a pair is held as it was; null: any may differ
+    const Filter* filters;  ///< as BoxHistory::filters
+    /// A bit for each row: a pair can change only if one of its rows has it; null: any pair can.
+    const std::uint32_t* sentRows;
     float margin;
-    const std::uint32_t* stretch;  ///< as RowWays has it
+    const std::uint32_t* stretch;  ///< as MotionRecorder::displacement
     NearReport* report;            ///< [out]
 
-    /// A pair whose boxes have to be looked at.
+    /// A pair whose boxes have to be loaded.
     struct alignas(16) Open
     {
         RowPair pair;
-        std::uint64_t place;  ///< index, and whether it was held in the lowest bit
+        std::uint64_t place;  ///< twice the index, plus 1 where the pair was held
     };
 
     CULLET_HOST_DEVICE NearItem read(std::uint64_t i) const { return near.read(i, wasHeld); }
 
-    /// Held pairs that are surely together stay, and those that are surely apart and not held do not enter.
+    /// Held pairs whose closeness proves that they overlap stay; pairs that are proven separated and were not held do
+    /// not enter.
     CULLET_HOST_DEVICE bool isOpen(const NearItem& item) const
     {
         const float gone = floatOf(*stretch);
         const Sureness sureness(item.closeness, sureFrom(gone));
-        // Apart, but within the margin, maybe; or together, but not for a filter that is another now.
+        // A separated held pair may be within the margin, and an overlapping pair that is not held may now pass the
+        // filter.
         const bool isSure = item.wasHeld ? sureness.areTogether : sureness.areApart;
         const bool isAsked = item.isPair && gone <= kMostStretch && !isSure;
         return isAsked && mayDiffer(isAsked ? item.pair : RowPair{0, 0});

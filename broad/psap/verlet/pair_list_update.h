@@ -11,30 +11,32 @@
 
 namespace cullet::psap
 {
-/// The lists of an update that tell of held pairs, in an executor's memory.
+/// The lists of the held pairs of an update, in an executor's memory.
 struct HeldLists
 {
     PairList kept, removed, added;
 
-    /// Those of pairs that change; there a list that is followed knows which are kept.
+    /// The lists of the changes. Where the neighbour list is followed, it stores itself which pairs are kept.
     PairLists<2> changes() const { return {{removed, added}}; }
 };
 
-/// Near pairs of the rows of a proxy table, and which of them are held.
+/// The neighbour list of the rows of a proxy table, with a flag for each pair that is held.
 ///
-/// An update is choose(), then ready(), where it says so follow() and isTold(), and note(). A list is made behind the changes that an
-/// update tells, with nobody waiting for it: the next update is the first to learn what came of that. All of these launch only.
+/// An update calls choose(), reserveCounts(), where isFollowed() is true follow() and collectResult(), and
+/// recordUpdate(). The next list is made asynchronously after the delta has been enqueued; the next update is the
+/// first to read its report. None of these functions waits.
 template <class Exec>
 class HeldNear
 {
 public:
     explicit HeldNear(const PsapOptions& options) : m_near(options) {}
 
-    /// What is done with the next update. The executor is done with the last one, but maybe not with the list made behind it.
+    /// Chooses the mode of the next update. The executor must have completed the last update, but not the list made
+    /// after it.
     void choose(const ProxyView& view)
     {
         m_isFollowed = m_near.follows(view.size, thinnest(view.margin));
-        // Rows of which the list knows nothing.
+        // The list does not contain the new rows.
         if (m_isFollowed && (view.anyChanges & (kRowCreated | kRowDestroyed)) != 0)
         {
             m_near.policy().noteFollowed(kInfinity);
@@ -42,10 +44,10 @@ public:
         }
     }
     bool isFollowed() const { return m_isFollowed; }
-    /// The list is of no use: rows will be others.
+    /// Discards the list, since the rows will be others.
     void forget() { m_near.policy().forget(); }
 
-    /// Makes room for what is counted. Before ways().
+    /// Reserves the counters. To be called before motionRecorder().
     void ready(Exec& exec)
     {
         if (m_reports.size() != 0)
@@ -55,14 +57,14 @@ public:
         m_reports.data()[0] = m_reports.data()[1] = {};
     }
 
-    /// How far rows go is told against these.
+    /// What the upload of changed rows records of their motion.
     RowWays ways(std::uint32_t* motion) const
     {
         return {motion, m_isFollowed ? m_near.then() : nullptr,
                 m_isFollowed ? &m_counts.data()->stretch : nullptr};
     }
 
-    /// @param sentRows as FollowHeld has them
+    /// @param sentRows as FollowHeld::sentRows
     void follow(Exec& exec, const Aabb* boxes, const Filter* filters, const std::uint32_t* sentRows,
                 float margin, const HeldLists& lists)
     {
@@ -72,10 +74,10 @@ public:
                        margin, &m_counts.data()->stretch, exec.mappedForWriting(&report())},
             lists.changes());
     }
-    /// Lists the held pairs, which nobody has listed since near pairs are followed.
+    /// Lists the held pairs from the flags: no list of them is kept up to date while the neighbour list is followed.
     ///
-    /// @param before those before this update; null: they are not asked for
-    /// @param now    those of this update, behind follow(), and before note()
+    /// @param before those before this update; null: not needed
+    /// @param now    those of this update, after follow() and before recordUpdate(); null: not needed
     void listHeld(Exec& exec, const PairList* before, const PairList* now)
     {
         const SendHeld step = {list(),
@@ -85,8 +87,8 @@ public:
         exec.forEachSent(m_near.room(), step,
                          PairLists<2>{{before != nullptr ? *before : none, now != nullptr ? *now : none}});
     }
-    /// Whether follow() told everything; otherwise it told nothing, and the update is to be searched. To be asked once, when
-    /// the executor is done with it.
+    /// Collects the report of follow(), once, after the executor has completed it. Returns whether follow() found all
+    /// changes; if not, it has found none, and the update has to be searched.
     bool isTold()
     {
         if (report().pairs > m_room)
@@ -102,9 +104,10 @@ public:
         m_isFollowed = stretch <= kMostStretch;
         return m_isFollowed;
     }
-    /// Whether the list can be followed once more in this update: unless another one was to be begun in its place.
+    /// Whether follow() may be called once more in this update: not where the next list has replaced this one
+    /// already.
     bool canFollowAgain() const { return !m_isReplaced; }
-    /// The update is to be searched all the same: a list that was begun ahead is of no use, since held pairs are others.
+    /// Discards a list that was begun early, since the update is searched after all and the held pairs are others.
     void giveUp()
     {
         if (m_hasNext)
@@ -113,9 +116,9 @@ public:
         m_isFollowed = false;
     }
 
-    /// The update is done.
+    /// Completes the update.
     ///
-    /// @param held pairs
+    /// @param held number of held pairs
     void note(std::uint64_t held)
     {
         if (!m_isFollowed && !m_isSpilled)
@@ -129,17 +132,17 @@ public:
         useNext(held);
     }
 
-    /// Whether a list is to be begun behind follow(), before it is known what that tells.
+    /// Decides whether the next list is begun after follow(), before its result is known.
     bool beginsAhead()
     {
         m_isReplaced = m_near.policy().beginsAhead();
         return m_isReplaced;
     }
-    /// The same behind note().
+    /// Decides whether the next list is begun after recordUpdate().
     bool beginsBehind(std::uint64_t count) { return m_near.policy().beginsBehind(count); }
-    /// Gives boxes skins for a list that begins. The last one is gone, but for how many pairs it had.
+    /// Gives boxes their skins for a new list. Discards the last list, but not the number of its pairs.
     ///
-    /// @return whether there is memory for one
+    /// @return whether there is enough memory
     bool grow(Exec& exec, const RowBoxes& rows, std::uint64_t count)
     {
         if (!m_near.reserve(exec, count))
@@ -150,16 +153,16 @@ public:
     }
     const Aabb* grown() const { return m_near.grown(); }
     bool growsSizes() { return m_near.growsSizes(NearFrame::Begin); }
-    /// Whether the last list is void since the search had no room. Once.
+    /// Whether the last list is void because the search overflowed. Resets the flag.
     bool takeSpill() { return std::exchange(m_isSpilled, false); }
-    /// Of the last list: held pairs that a table was needed for.
+    /// Hysteresis pairs of the last list, which need the table.
     std::uint64_t lookups() const { return report().lookups; }
 
-    /// Has the search find the near pairs, and notes which of them are held.
+    /// Makes the search write the neighbouring pairs to the list, and computes which of them are held.
     ///
-    /// @pre the search has been given grown()
-    /// @param isAhead as beginsAhead() said
-    /// @param table free and without a count; the same behind this
+    /// @pre the search was built for grown()
+    /// @param isEarly result of tryBeginEarly()
+    /// @param table empty, with a count of 0; empty again afterwards
     template <class Search>
     void begin(Exec& exec, Search& search, bool isAhead, const PairListView& held, const Aabb* boxes,
                const Filter* filters, const LookupTable& table)
@@ -172,7 +175,7 @@ public:
                      EndList{table, list(), exec.mappedForWriting(m_reports.data() + 1 - m_which)});
         m_hasNext = true;
     }
-    /// Where that was not ahead: the next update follows the list.
+    /// Adopts a list that was not begun early: the next update will use it.
     void useNext(std::uint64_t held)
     {
         if (!m_hasNext)
@@ -190,7 +193,7 @@ private:
     template <class T>
     using Buffer = typename Exec::template Buffer<T>;
 
-    /// A little more than the margin, for rounding: held pairs are to be near.
+    /// Slightly more than the margin, because of rounding: all held pairs must be in the list.
     static float thinnest(float margin) { return margin * (1 + 0x1p-10f); }
 
     NearList list() const { return m_near.list(m_counts.data()); }
@@ -200,13 +203,13 @@ private:
     NearPairs<Exec> m_near;
     bool m_isFollowed = false;
     bool m_isReplaced = false;
-    bool m_hasNext = false;  ///< a list has been begun that no update has followed
+    bool m_hasNext = false;  ///< a list was begun that no update has followed yet
     bool m_isSpilled = false;
-    bool m_isNew = false;          ///< nothing is known yet of the list
-    std::uint64_t m_room = 0;      ///< of the list
-    std::uint64_t m_heldThen = 0;  ///< when the list was made
-    unsigned m_side = 0;           ///< of what is held since the last update
-    unsigned m_which = 0;          ///< report that the list has
+    bool m_isNew = false;          ///< the list's report has not been read yet
+    std::uint64_t m_room = 0;      ///< room of the list in use
+    std::uint64_t m_heldThen = 0;  ///< held pairs when the list was begun
+    unsigned m_side = 0;           ///< index of the flags of the last update
+    unsigned m_which = 0;          ///< index of the list's report
     Buffer<NearCounts> m_counts;
     typename Exec::template Staging<NearReport> m_reports;
 };

@@ -9,10 +9,10 @@ namespace cullet::psap
 {
 namespace
 {
-// Beyond those quotients and sums lose digits.
+// Beyond these limits quotients and sums lose precision.
 constexpr float kSmallest = 1e-30f, kLargest = 1e30f;
 
-/// What is larger than `share` of some numbers.
+/// The quantile of a value over the sample, by selection.
 template <class Get>
 float quantile(BoxInSample* sample, std::uint64_t count, double share, const Get& get)
 {
@@ -103,7 +103,7 @@ void SkinPolicy::noteSample(BoxInSample* sample, std::uint64_t count)
         return;
     m_side = quantile(sample, bounded, 0.5, [](const BoxInSample& box) { return box.side; });
     m_way = quantile(sample, bounded, 0.99, [](const BoxInSample& box) { return box.way; });
-    // Twice in a skin is the least that pays.
+    // A list pays if it is followed at least twice.
     m_isSlow = m_side > kSmallest && (m_choice == PsapNearPairs::Always || 2 * m_way <= kThickest * m_side);
     if (m_isSlow)
         setSkin();
@@ -113,7 +113,7 @@ void SkinPolicy::noteSample(BoxInSample* sample, std::uint64_t count)
 
 void SkinPolicy::noteBegun(std::uint64_t near, std::uint64_t boxes, std::uint64_t pairs)
 {
-    // More than thick skins make of boxes of one size: most pairs are of others.
+    // More than thick skins cause for boxes of equal size: most of the pairs are due to other boxes.
     constexpr std::uint64_t kMostPerPair = 6;
     if (near > kMostPerPair * (boxes + pairs))
         pause();
@@ -129,10 +129,10 @@ void SkinPolicy::noteFollowed(float stretch)
     m_stretch = stretch;
 }
 
-/// What is to be learnt from a list that is of no use any more.
+/// Adapts the skins after a list that has expired.
 void SkinPolicy::end(float stretch)
 {
-    // Not what comes, goes or jumps.
+    // A larger displacement is a teleported or created box, for which thicker skins do not help.
     constexpr float kHeldByThicker = 4;
     constexpr std::uint32_t kFewSets = 3, kManySets = 64;
     constexpr float kMore = 1.5f, kFewer = 0.7f;
@@ -148,11 +148,11 @@ void SkinPolicy::end(float stretch)
 
 void SkinPolicy::setSkin()
 {
-    // Where nearly all rest, those that do not need skins as well.
+    // Where nearly all boxes rest, their motion would give no skin at all; the few moving ones need one.
     const float way = std::max(m_way, kThinnest * m_side / kFirstSets);
     const float wanted = std::clamp(m_sets * way, kThinnest * m_side, kThickest * m_side);
     const float skin = std::max(wanted, m_thinnest);
-    // A little more or less makes no difference, but that launches and plans have to be made anew.
+    // Small changes do not matter, but would void recorded launches and plans.
     if (skin > 0.8f * m_skin && skin < 1.25f * m_skin && m_skin >= m_thinnest)
         return;
     m_skin = skin;

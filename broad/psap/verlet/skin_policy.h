@@ -12,50 +12,52 @@ namespace cullet::psap
 /// What is done with a set of boxes.
 enum class NearFrame
 {
-    Search,  ///< searched, and nothing kept for the next
-    Begin,   ///< searched with skins: the near pairs are kept
-    Follow   ///< not searched: what has become of the near pairs
+    Search,  ///< a search without a neighbour list
+    Begin,   ///< a search with skins, which makes a neighbour list
+    Follow   ///< no search: the pairs of the neighbour list are tested
 };
 
-/// Chooses that, and how thick skins are.
+/// Chooses the mode and the thickness of the skins.
 ///
-/// A list with thick skins is of use for longer, and there is more in it: how thick they are matters little. To begin one takes
-/// a million boxes twice as long as a search, to follow it half as long, so it pays from the second time on.
+/// A list with thick skins lasts longer and contains more pairs, so that the thickness matters little. For a million
+/// boxes, beginning a list takes twice as long as a search, following it half as long, so that a list pays from the
+/// second time on.
 class SkinPolicy
 {
 public:
     explicit SkinPolicy(PsapNearPairs choice) : m_choice(choice) {}
 
-    /// For the next set of so many boxes; tell what comes of it below.
+    /// Mode for the next set of boxes. Its outcome is reported to the record functions below.
     NearFrame choose(std::uint64_t boxes);
-    /// For one that could not be followed.
+    /// Mode for a set that could not be followed.
     NearFrame search();
 
-    /// The same where lists are made behind a set, for the next ones: whether the next set is followed.
+    /// Chooses whether the list is followed for the next set, where lists are made after a set for the next ones.
     ///
-    /// @param thinnest that skins may be in a list that begins
+    /// @param thinnest least thickness of the skins of a new list
     bool follows(std::uint64_t boxes, float thinnest);
-    /// Whether a list begins behind a set that is being followed, since the one of now will not last for another. Boxes are
-    /// expected to go as far as before; noteFollowed() is not to be told of this set.
+    /// Begins the next list while this set is still followed, where the current list will not last for another one.
+    /// Returns whether it does. Assumes that boxes move as far as before; recordFollowed() must not be called for
+    /// this set.
     bool beginsAhead();
-    /// Whether a list begins behind a set, since there is none, or none that lasts.
+    /// Begins a list after a set, where there is none, or none that lasts. Returns whether it does.
     bool beginsBehind(std::uint64_t boxes);
 
-    /// For a list that begins.
+    /// Skins of the next list.
     SkinRule rule() const { return {m_skin}; }
-    /// Changes where the rule does.
+    /// Changes when the rule changes.
     std::uint32_t revision() const { return m_revision; }
 
-    /// Whether sizes are to be looked at after this set of boxes.
+    /// Whether the sizes of boxes are to be sampled after this set.
     bool wantsSample(std::uint64_t boxes) const { return isUsed(boxes) && m_setsToSample == 0; }
     void noteSampling() { m_setsToSample = kSetsPerSample; }
-    /// What was seen then. @param sample [count] overwritten
+    /// Evaluates that sample. @param sample [count] overwritten
     void noteSample(BoxInSample* sample, std::uint64_t count);
-    /// @param near pairs, of so many boxes, that overlap in so many pairs
+    /// @param neighbours pairs in the list, for so many boxes and so many overlapping pairs
     void noteBegun(std::uint64_t near, std::uint64_t boxes, std::uint64_t pairs);
-    /// @param stretch how far boxes have gone since the list began, in skins: more than kMostStretch where it was of no use
+    /// @param displacement since the list was made, in skins; above kMostDisplacement the list was of no use
     void noteFollowed(float stretch);
-    /// The list is gone for other reasons.
+    /// Discards the list for other reasons.
     void forget() { m_hasList = false; }
 
 private:
@@ -71,28 +73,28 @@ private:
                                                     : m_choice == PsapNearPairs::Always && boxes != 0;
     }
 
-    // Fewer are searched in the time that it takes to begin two steps.
+    // Fewer boxes are searched in the time that two launches take.
     static constexpr std::uint64_t kFewestBoxes = 1u << 15;
-    // Sets of boxes that most boxes are in their skins for.
+    // Number of sets for which most boxes are to stay within their skins.
     static constexpr float kFewestSets = 3, kFirstSets = 5, kMostSets = 16;
-    // Skins in longest sides of the median.
+    // Thickness of skins, in the median of the longest sides.
     static constexpr float kThinnest = 1.0f / 32, kThickest = 0.25f;
     static constexpr std::uint32_t kSetsPerSample = 32, kSetsAfterJump = 16;
     static constexpr std::uint32_t kShortestPause = 16, kLongestPause = 512;
 
     PsapNearPairs m_choice;
     bool m_hasList = false;
-    bool m_isSlow = false;  ///< most boxes go short ways
+    bool m_isSlow = false;  ///< most boxes move short distances
     float m_side = 0;       ///< median of the longest sides
-    float m_way = 0;        ///< that 99 of 100 boxes go at most
+    float m_way = 0;        ///< distance that 99 % of the boxes do not exceed
     float m_sets = kFirstSets;
     float m_skin = 0;
     float m_thinnest = 0;
-    float m_stretch = 0;  ///< of the list
-    float m_step = 0;     ///< the most that it has grown by from one set of boxes to the next
+    float m_stretch = 0;  ///< since the list was made
+    float m_step = 0;     ///< largest growth from one set to the next
     std::uint32_t m_age = 0;
     std::uint32_t m_pause = 0, m_nextPause = kShortestPause;
-    std::uint32_t m_setsToSample = 2;  // nothing has gone anywhere in the first
+    std::uint32_t m_setsToSample = 2;  // the first set has no motion
     std::uint32_t m_revision = 0;
 };
 }  // namespace cullet::psap

@@ -15,10 +15,10 @@ namespace cullet
 {
 namespace
 {
-// As many as psap-1024 of `bench broad` has.
+// The number of cells of psap-1024 in `bench broad`.
 constexpr std::uint32_t kFixedCells = 1024;
 constexpr int kSlowFrames = 3;
-// Of larger worlds only what takes some milliseconds.
+// Larger worlds run only variants that take some milliseconds.
 constexpr std::uint32_t kMostBodiesForAll = 1u << 20;
 
 struct Variant
@@ -92,7 +92,7 @@ std::vector<Variant> thesisVariants()
         {"literal-random-2", along(PsapAxis::Random, 2)},
         {"literal-1024-cells", thesis(kLiteral, PsapCells::FixedCount)},
         {"shifted-1024-cells", thesis(kShifted, PsapCells::FixedCount)},
-        // A sweep over many boxes in each cell.
+        // A long sweep, over many boxes in each cell.
         {"literal-thesis-cells", thesis(kLiteral, PsapCells::Thesis), false, true},
         {"shifted-thesis-cells", thesis(kShifted, PsapCells::Thesis), false, true},
     };

@@ -7,11 +7,11 @@
 
 namespace cullet
 {
-/// What each part of the design is worth: a row for each option of the CUDA backend, the pairs of all boxes.
+/// Measures each part of the design: a row for each option of the CUDA backend, complete pair set.
 ///
-/// "rows-...": the fast search. "literal-...": the thesis's count, scan, fill, 64-bit radix sort and sweep, along the axis of
-/// the largest variance and in automatic cells where the name says nothing else. "shifted-...": that with the thesis's
-/// shift in float. "...-thesis-cells": one for 64,000 boxes, rounded up.
+/// "rows-...": the fast search. "literal-...": the thesis's count, scan, fill, 64-bit radix sort and sweep, along the
+/// axis of the largest variance and in automatic cells unless the name says otherwise. "shifted-...": "literal" with
+/// the thesis's shift in float. "...-thesis-cells": one cell for 64,000 boxes, rounded up.
 /// @param frames of rows that are not slow
 void timeAblation(const FreshSets& sets, int frames, CudaTable& table);
 

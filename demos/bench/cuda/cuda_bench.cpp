@@ -46,10 +46,10 @@ void timeCrossover(CudaTable& table)
     }
 }
 
-// Where every tenth moves, a list of near pairs lasts for so many frames.
+// Where every tenth box moves, a neighbour list lasts for so many frames.
 constexpr int kUpdateWarmUps = 80;
 
-/// The stages of update() on the device, a row for each; medians of the frames that have them.
+/// Adds a row for each stage of update() on the device; medians of the frames that run the stage.
 void timeStages(const FreshSets& sets, PsapOptions options, const std::string& variant, std::uint32_t every,
                 CudaTable& table)
 {
@@ -75,7 +75,7 @@ void runScene(const FreshSets& sets, const CudaBenchOptions& options, CudaTable&
     const int frames = options.framesFor(sets.scene().bodies);
     if (!isQuick && !isLarge)
         table.add(timeGridPairs(sets));
-    // Among them are a plan of tiles, and several of others: seen in the maximum.
+    // These frames include one planning of tiles, and several other plannings, which show in the maximum.
     table.add(timePairs(sets, "rows", {}, 3 * frames));
     for (const char* variant : {kDriftingDeltas, kSearchedDeltas, kFreshDeltas})
         table.add(timeDeltas(sets, variant, isQuick ? 10 : 40));

@@ -14,38 +14,38 @@ struct CudaBenchOptions
     bool quick = false;      ///< fewer frames
     bool pairsOnly = false;  ///< no update()
     bool rowsOnly = false;   ///< no other variants
-    bool sweep = false;      ///< widths of cells and lengths of bins too
-    bool crossover = false;  ///< update() on small worlds instead, beside the grid on the CPU
-    bool orders = false;     ///< every order of the fast search in sizes in between instead
-    std::string only;        ///< scenes whose name, as W1-65536, contains that
+    bool sweep = false;      ///< also widths of cells and lengths of bins
+    bool crossover = false;  ///< instead, update() on small worlds, compared with the grid on the CPU
+    bool orders = false;     ///< instead, every order of the fast search at sizes in between
+    std::string only;        ///< only scenes whose name, such as W1-65536, contains this
 
     bool wants(const std::string& scene, std::uint32_t bodies) const
     {
         return (scene + "-" + std::to_string(bodies)).find(only) != std::string::npos;
     }
 
-    /// Plans are begun every 32 frames, those of tiles every 256.
+    /// Planning starts every 32 frames, that of tiles every 256.
     int framesFor(std::uint32_t bodies) const { return quick ? 9 : bodies > 1u << 20 ? 30 : 96; }
 };
 
 /// Times the CUDA backend on the workloads that broad phases on GPUs are compared on.
 ///
-/// GPU time by CUDA events around the complete pair set, boxes in and pairs out in device memory, fresh positions in every
-/// frame (three sets in turn); end-to-end time by the CPU's clock around update(), boxes and deltas in the CPU's memory;
-/// the stages of update() by events; how fast the device copies. A row for each, with a hash of the pairs, so that a
-/// faster wrong answer is seen: rows of one scene that find all pairs (the CPU's grid among them up to 1M boxes), and those
-/// whose boxes move alike, have to agree.
-/// Columns: scene, variant, bodies, pairs, gpu_ms and end_to_end_ms (medians; 0: not measured), p90_ms and max_ms of the same
-/// times, bytes of device memory held (of a copy: bytes copied), bytes_moved, floor_ms, times_floor, over_uniform,
-/// over_best, late_frames, behind_ms, hash, cuda.
-/// bytes_moved: of pairs the least, boxes in and pairs out; of update() what went over the bus in the last frame; of a
-/// stage of it the least that it has to move (cuda_floor.h). floor_ms: what this device takes to copy as many, in its memory
-/// or over the bus, by the rows of scene `copy`; times_floor: the time of the row in floors. over_uniform: over that of
-/// the same variant in W1 with as many bodies; of one along an axis that was not measured there, of the one along its own.
-/// over_best: of what is chosen, over the best order. late_frames: in which the search ran twice; both count.
-/// behind_ms: what the device still does when an update is done, mean.
+/// GPU time by CUDA events around the complete pair set, boxes in and pairs out in device memory, fresh positions in
+/// every frame (three sets in turn); end-to-end time by the CPU's clock around update(), boxes and deltas in the CPU's
+/// memory; the stages of update() by events; and the speed at which the device copies. Each has a row with a hash of
+/// the pairs, so that a wrong answer is detected: rows of one scene that find all pairs (including the CPU's grid up to
+/// 1M boxes), and rows whose boxes move alike, must agree. Columns: scene, variant, bodies, pairs, gpu_ms and
+/// end_to_end_ms (medians; 0: not measured), p90_ms and max_ms of the same times, bytes of device memory held (of a
+/// copy: bytes copied), bytes_moved, floor_ms, times_floor, over_uniform, over_best, late_frames, behind_ms, hash,
+/// cuda.
+/// bytes_moved: for pairs the minimum, boxes in and pairs out; for update() the bytes sent over the bus in the last
+/// frame; for a stage of it the minimum (cuda_floor.h). floor_ms: the time in which this device copies that many bytes,
+/// in its memory or over the bus, by the rows of scene `copy`; times_floor: time of the row / floor_ms. over_uniform:
+/// time over that of the same variant in W1 with as many bodies; for a forced axis not measured there, over that of the
+/// automatic axis. over_best: time of the chosen order over that of the best. late_frames: frames in which the search
+/// ran twice; both runs count. behind_ms: mean time that the device still works after an update has returned.
 ///
-/// @throws ProgramError: kExitUnavailable without a device, or in a build without CUDA; kExitDisagreement where a hash is
-///     not that of the rows before
+/// @throws ProgramError: kExitUnavailable without a device, or in a build without CUDA; kExitDisagreement if a hash
+///     differs from that of earlier rows
 void runCudaBench(const CudaBenchOptions& options, ResultFile& file);
 }  // namespace cullet

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Takes the place of cuda_bench.cpp in a build without CUDA.
+// Replaces cuda_bench.cpp in a build without CUDA.
 
 #include "cullet/demos/bench/cuda/cuda_bench.h"
 #include "cullet/demos/program/exit_code.h"

@@ -19,7 +19,7 @@ namespace cullet
 {
 namespace
 {
-/// Boxes that go on from where they are in the first set.
+/// Boxes that drift, starting from the first set.
 class DriftingBoxes
 {
 public:
@@ -42,7 +42,7 @@ std::uint64_t hashOfPairs(const DeviceDeltas& found)
     return hashOfDevicePairs(found.kept, found.keptCount) + hashOfDevicePairs(found.added, found.addedCount);
 }
 
-/// Adds the changes up, so that a wrong one is seen.
+/// Accumulates the changes, so that a wrong one is detected.
 class AddedUp
 {
 public:
@@ -58,7 +58,7 @@ private:
     std::uint64_t m_hash = 0;
 };
 
-/// Compares with a search of those boxes for all pairs.
+/// Compares with a search for all pairs of the boxes.
 void requireAllPairs(const DeviceBoxes& boxes, std::uint64_t count, std::uint64_t hash, cudaStream_t stream)
 {
     const auto finder = makeDevicePairFinder({}, stream, nullptr);

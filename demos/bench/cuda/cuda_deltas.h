@@ -9,16 +9,16 @@
 
 namespace cullet
 {
-/// Each box goes on with a velocity of its own, up to 0.05 a frame along each axis.
+/// Each box drifts with its own velocity, up to 0.05 per frame along each axis.
 inline constexpr const char* kDriftingDeltas = "rows-deltas";
-/// The same, and every frame is searched.
+/// Drifting boxes, with a search in every frame.
 inline constexpr const char* kSearchedDeltas = "rows-deltas-searched";
-/// Other boxes in every frame, so that all pairs change.
+/// New boxes in every frame, so that all pairs change.
 inline constexpr const char* kFreshDeltas = "rows-deltas-fresh";
 
-/// Times a DeviceDeltaFinder: all pairs, those that enter and those that leave, of boxes in device memory, by CUDA events.
-/// Means: some frames search, and those behind them need not.
+/// Times a DeviceDeltaFinder: all pairs, entering and leaving ones, of boxes in device memory, by CUDA events. Reports
+/// means, since only some frames need a search.
 ///
-/// @param variant one of those above
+/// @param variant kDriftingDeltas, kSearchedDeltas or kFreshDeltas
 CudaRow timeDeltas(const FreshSets& sets, const std::string& variant, int frames);
 }  // namespace cullet

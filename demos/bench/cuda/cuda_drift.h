@@ -10,7 +10,7 @@
 
 namespace cullet
 {
-/// Velocities of boxes, one for each, that stay as they are: up to 0.05 a step along each axis.
+/// Constant velocities of boxes: up to 0.05 per step along each axis.
 class SteadyDrift
 {
 public:
@@ -40,7 +40,7 @@ private:
     std::vector<Step> m_steps;
 };
 
-/// Frames before the timed ones, where boxes drift: until then it is found out how far they go, and the second list of near pairs has
-/// begun.
+/// Warm-up frames for drifting boxes: enough for the backend to measure their motion and to begin the second neighbour
+/// list.
 inline constexpr int kDriftWarmUps = 20;
 }  // namespace cullet

@@ -20,8 +20,8 @@ constexpr std::uint32_t kMillion = 1u << 20;
 struct Extreme
 {
     FreshScene scene;
-    std::vector<PsapAxis> forced;  ///< axes to sweep along, beside the one that is chosen
-    bool isInTable = false;        ///< but for these axes it has been measured with the other scenes
+    std::vector<PsapAxis> forced;  ///< axes to sweep along, besides the automatic one
+    bool isInTable = false;        ///< measured with the other scenes, except for these axes
 };
 
 std::vector<Extreme> extremes()

@@ -7,7 +7,7 @@
 
 namespace cullet
 {
-/// A million boxes where sweep and prune is weak: all at one place of an axis, also swept along that very axis, all on one line,
-/// one over all others.
+/// A million boxes where sweep and prune is weak: all at one coordinate of an axis, also swept along that axis; all on
+/// one line; one box that covers all others.
 void timeExtremes(const CudaBenchOptions& options, CudaTable& table);
 }  // namespace cullet

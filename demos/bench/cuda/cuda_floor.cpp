@@ -14,7 +14,7 @@ constexpr std::uint64_t kBox = sizeof(Aabb), kPair = sizeof(RowPair), kRow = siz
 constexpr std::uint64_t kRecord = 32;
 constexpr std::uint64_t kFlag = 1, kCloseness = 4;
 
-/// Of the held pairs those of which a box moved, where boxes that move are drawn at random.
+/// Expected number of held pairs with a moved box, where moving boxes are drawn at random.
 std::uint64_t pairsToTest(const UpdateWork& work)
 {
     const double resting =

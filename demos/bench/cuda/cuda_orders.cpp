@@ -17,7 +17,7 @@ namespace cullet
 namespace
 {
 constexpr int kRounds = 3;
-constexpr int kFramesOfRound = 33;  // one of them plans
+constexpr int kFramesOfRound = 33;  // planning runs in one of them
 
 struct Order
 {
@@ -26,7 +26,7 @@ struct Order
     PsapRowSearch search;
 };
 
-// What is chosen comes first.
+// The automatic choice first.
 constexpr Order kOrders[] = {
     {"rows", PsapOrder::Automatic, PsapRowSearch::Automatic},
     {"rows-bins", PsapOrder::Bins, PsapRowSearch::Automatic},
@@ -41,7 +41,7 @@ bool isFaster(const CudaRow& a, const CudaRow& b)
     return a.gpuMs < b.gpuMs;
 }
 
-/// Of each order the round in the middle.
+/// Returns the median round of each order.
 std::vector<CudaRow> timeRounds(const FreshSets& sets, int frames)
 {
     std::vector<std::vector<CudaRow>> rounds(std::size(kOrders));

@@ -7,7 +7,7 @@
 
 namespace cullet
 {
-/// Every order of the fast search beside what it chooses by itself ("rows"), in sizes between 16k and 1M: whether the choice is
-/// right. Three rounds, of which the middle one counts.
+/// Times every order of the fast search and the automatic choice ("rows"), at sizes between 16k and 1M, to check the
+/// choice. Three rounds, of which the median counts.
 void timeOrders(const CudaBenchOptions& options, CudaTable& table);
 }  // namespace cullet

@@ -23,13 +23,13 @@ CudaRow timePairs(const FreshSets& sets, const std::string& variant, const PsapO
     const std::uint32_t bodies = sets.scene().bodies;
     const DeviceBoxes current(bodies);
     CudaRow row = rowFor(sets.scene(), variant, kFreshPairs);
-    // The last of the first set: what is launched then was recorded in earlier frames.
+    // The last frame of the first set: its launches were recorded in earlier frames.
     const int hashedFrame = (kWarmUps + frames - 1) / FreshSets::kCount * FreshSets::kCount;
     DevicePairs found;
     std::vector<double> times;
     for (int frame = 0; frame < kWarmUps + frames; ++frame)
     {
-        // One address, new content: as an engine that integrates on the device would have it.
+        // One address with new content, like an engine that integrates on the device.
         checkCuda(cudaMemcpyAsync(current.data(), sets.ofFrame(frame).data(), bodies * sizeof(Aabb),
                                   cudaMemcpyDeviceToDevice, stream.get()));
         checkCuda(cudaStreamSynchronize(stream.get()));

@@ -10,6 +10,6 @@
 
 namespace cullet
 {
-/// Times a DevicePairFinder: the complete pair set of boxes in device memory, other ones in every frame.
+/// Times a DevicePairFinder: the complete pair set of boxes in device memory, new ones in every frame.
 CudaRow timePairs(const FreshSets& sets, const std::string& variant, const PsapOptions& options, int frames);
 }  // namespace cullet

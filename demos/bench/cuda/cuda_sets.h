@@ -10,7 +10,7 @@
 
 namespace cullet
 {
-/// The boxes of three frames of a scene. Made once, which takes longer than most of what is measured on them.
+/// The boxes of three frames of a scene. Made once, since that takes longer than most measurements.
 class FreshSets
 {
 public:
@@ -19,9 +19,9 @@ public:
     explicit FreshSets(const FreshScene& scene);
 
     const FreshScene& scene() const { return m_scene; }
-    /// Of the first frame, in the CPU's memory.
+    /// The boxes of the first frame, in CPU memory.
     const std::vector<Aabb>& first() const { return m_first; }
-    /// On the device; the frames come in turn.
+    /// The boxes of a frame, on the device; the sets alternate.
     const DeviceBoxes& ofFrame(int frame) const { return *m_onDevice[frame % kCount]; }
 
 private:

@@ -13,9 +13,9 @@ namespace cullet
 {
 namespace
 {
-constexpr int kHashedFrames = 11;  // of all frames that are the fewest
+constexpr int kHashedFrames = 11;  // the smallest number of frames of any run
 
-/// Boxes that drift, as a ProxyTable hands them over.
+/// Drifting boxes in a ProxyTable.
 class DriftingTable
 {
 public:
@@ -86,7 +86,7 @@ double timeUpdate(Backend& backend, const ProxyView& view, PairDelta& delta)
     return timeOf([&] { requireOk(backend.update(view, delta)); });
 }
 
-/// Until the device is done with what it does behind an update.
+/// Milliseconds until the device has finished its work after an update.
 double timeBehind()
 {
     return timeOf([] { checkCuda(cudaDeviceSynchronize()); });

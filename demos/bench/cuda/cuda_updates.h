@@ -22,19 +22,19 @@ struct StageSamples
     UpdateWork work;                                   ///< of the last frame
 };
 
-/// Numbers of frames; hashes want eleven in all.
+/// Numbers of frames; hashes need eleven in total.
 struct UpdateFrames
 {
     int warmUps, timed;
 };
 
-/// Times update(), means: boxes in the CPU's memory that drift as SteadyDrift has it, deltas there too.
+/// Mean times of update(): boxes in CPU memory that drift by SteadyDrift, deltas in CPU memory.
 ///
-/// The hash is of the changes of the same frames for every backend, however many are timed.
+/// The hash is over the changes of the same frames for every backend, independent of the number of timed frames.
 /// @param every one of so many boxes moves in a frame
 CudaRow timeUpdates(const FreshSets& sets, const std::string& variant, std::unique_ptr<Backend> backend,
                     std::uint32_t every, UpdateFrames frames, StageSamples* stages = nullptr);
 
-/// Times the CPU's grid on all cores where all boxes are new: what a row of timePairs() has to find.
+/// Times the CPU's grid on all cores with all boxes new: the reference for rows of timePairs().
 CudaRow timeGridPairs(const FreshSets& sets);
 }  // namespace cullet

@@ -15,7 +15,7 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// Bodies between two looks at the clock.
+/// Bodies between two readings of the clock.
 constexpr std::uint32_t kChunk = 500;
 
 bool isLate(const Stopwatch& watch, double deadlineMs)
@@ -88,7 +88,7 @@ void runSpotBench(const BroadCase& benchCase, ResultFile& file)
             subject.create(together.data(), together.size());
             if (pairsTogether)
                 subject.findPairs();
-            // Keeping the list of the pairs is the benchmark's affair, but it needs every delta.
+            // The list of pairs is bookkeeping of the benchmark, but it needs every delta.
             if (pairsTogether)
                 subject.settle();
             subject.setBoxes(apart, rows);

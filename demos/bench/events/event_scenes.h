@@ -8,12 +8,12 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// A benchmark of another kind than the frames of one scene: of one event, of queries, of scenes against each other.
+/// A benchmark other than the frames of one scene: of one event, of queries, or of scenes compared with each other.
 struct EventSceneInfo
 {
     const char* name;
     const char* summary;
-    std::uint32_t bodies;  ///< when the user names no number
+    std::uint32_t bodies;  ///< default number
     void (*run)(const BroadCase&, ResultFile&);
 };
 
@@ -31,20 +31,20 @@ void runCreateBench(const BroadCase& benchCase, ResultFile& file);
 /// pairs before the move as well, all n (n - 1) / 2 of them).
 void runSpotBench(const BroadCase& benchCase, ResultFile& file);
 
-/// "broad.remove": a tenth of the bodies of W1 is removed in one frame, then pairs. Stopped as "broad.create" is.
+/// "broad.remove": a tenth of the bodies of W1 is removed in one frame, then pairs. Has the deadline of "broad.create".
 void runRemoveBench(const BroadCase& benchCase, ResultFile& file);
 
 /// "broad.queries.ray", ".aabb" and ".sweep": 1, 100 and 100,000 queries a frame (or --queries) on W1 with no body
 /// moving (scene "static") and with all moving ("moving"). median_ms is the time of the queries of a frame alone;
-/// update_median_ms that of handing over the boxes and finding pairs before them. Always through Bullet's interface.
-/// The hash is that of the exact hits of the last frame and has to be the same for all backends.
+/// update_median_ms that of setting the boxes and finding pairs before them. Always through Bullet's interface. The
+/// hash is that of the exact hits of the last frame and has to be the same for all backends.
 void runQueryBench(const BroadCase& benchCase, ResultFile& file);
 
-/// "broad.update" on every scene that nothing divides (cell, line, diagonal, point, cover, decades), in turn with a
-/// balanced one of about as many pairs, NAME-balanced: equal cubes, uniform in a cube. Both have benchCase.bodies, but
-/// where nearly all bodies overlap each other there are only so many that their pairs are 32 per body of the balanced
-/// scene. cpu_ratio and wall_ratio are median times of the extreme scene over those of the balanced one. Checked as
-/// runFramesBench() does.
+/// "broad.update" on every scene that no partition divides well (cell, line, diagonal, point, cover, decades), in turn
+/// with a balanced one of about as many pairs, NAME-balanced: equal cubes, uniform in a cube. Both have
+/// benchCase.bodies, except that where nearly all bodies overlap each other the number is reduced, so that the balanced
+/// scene has 32 pairs per body. cpu_ratio and wall_ratio are median times of the extreme scene over those of the
+/// balanced one. Pairs are checked as in runFramesBench().
 void runExtremesBench(const BroadCase& benchCase, ResultFile& file);
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

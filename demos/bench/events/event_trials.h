@@ -10,21 +10,21 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// What one trial of an event showed.
+/// Result of one trial of an event.
 struct Trial
 {
     double milliseconds = 0.0;
-    std::uint32_t bodies = 0;  ///< that the event got through before the deadline
+    std::uint32_t bodies = 0;  ///< that the event processed before the deadline
     bool finished = true;
     PairDigest digest;
 };
 
 /// Runs an event on a fresh subject several times for each backend, in turns, and writes one row per backend.
 ///
-/// A backend whose trial took more than a fifth of the budget gets no further ones. Finished trials must agree on the
+/// A backend whose trial took more than a fifth of the budget gets no further trials. Finished trials must agree on the
 /// pairs.
 ///
-/// @param trial     makes one trial; gets the fresh subject and the milliseconds after which it has to stop
+/// @param trial     runs one trial, given the fresh subject and the milliseconds after which to stop
 /// @throws ProgramError (kExitDisagreement)
 void runTrials(const std::string& benchmark, const BroadCase& benchCase, const ExactBox& bounds,
                const std::function<Trial(Subject&, double)>& trial, ResultFile& file);

@@ -18,8 +18,8 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// Adds points to the manifold, as in a step, and remembers the deepest one. By its class it is no result of a step, for which
-/// cullet asks; so it is not in what is timed.
+/// Adds points to the manifold, as in a step, and stores the deepest one. Cullet distinguishes it by its class from the
+/// result of a step; so it is used outside of the timing only.
 class WatchedResult final : public btManifoldResult
 {
 public:
@@ -35,7 +35,7 @@ public:
     btScalar deepest = BT_LARGE_FLOAT;
 };
 
-/// Two bodies and their algorithm, made and asked as btCollisionDispatcher's near callback does.
+/// Two bodies and their algorithm, created and called as by btCollisionDispatcher's near callback.
 class AlgorithmPair
 {
 public:
@@ -95,7 +95,7 @@ public:
     AlgorithmNarrow(const NarrowRequest& request, bool isIsaGjk)
         : m_dispatcher(&m_configuration), m_remembers(request.isWarm || !isIsaGjk)
     {
-        // The same distance for all shapes, as the other queries have it.
+        // One contact distance for all shapes, as in the other queries.
         m_dispatcher.setDispatcherFlags(m_dispatcher.getDispatcherFlags() &
                                         ~btCollisionDispatcher::CD_USE_RELATIVE_CONTACT_BREAKING_THRESHOLD);
         if (isIsaGjk)

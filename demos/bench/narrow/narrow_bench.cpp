@@ -49,7 +49,7 @@ const std::vector<NamedPoints>& benchShapes()
     static const std::vector<NamedPoints> shapes = []
     {
         std::vector<NamedPoints> all = hullShapes();
-        // Between the others, where the choice of a support search changes.
+        // Sizes around which the choice of the support search changes.
         for (const int count : {16, 24, 32, 64, 80, 100, 128})
             all.push_back({"ell" + std::to_string(count),
                            ellipsoidPoints(count, {1.0, 0.7, 0.5}, static_cast<unsigned>(count))});
@@ -61,7 +61,7 @@ const std::vector<NamedPoints>& benchShapes()
     return shapes;
 }
 
-/// The entry with this name, which the command line has checked.
+/// The entry with this name. @pre the command line has checked the name
 template <class List>
 const auto& named(const List& list, const std::string& name)
 {
@@ -69,7 +69,7 @@ const auto& named(const List& list, const std::string& name)
                          [&](const auto& entry) { return entry.name == name; });
 }
 
-/// One library in one case, with what was measured.
+/// One library in one case, with its measurements.
 struct NarrowRunner
 {
     std::string algorithm, temperature, support;
@@ -123,7 +123,7 @@ void measure(const Case& c, std::vector<NarrowRunner>& runners)
     }
 }
 
-/// Median over the repetitions of how many times longer Bullet took; 0 without Bullet.
+/// Median over the repetitions of the ratio of Bullet's time to the runner's; 0 without Bullet.
 double ratioToBullet(const std::vector<NarrowRunner>& runners, const NarrowRunner& runner)
 {
     const auto bullet = std::find_if(runners.begin(), runners.end(),

@@ -14,7 +14,7 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// Bullet's detector as its convex algorithm calls it, with margin 0. It has one answer for all three queries.
+/// Bullet's detector, called as by its convex algorithm, with margin 0. It answers all three queries at once.
 class BulletNarrow : public NarrowSubject
 {
 public:

@@ -11,7 +11,7 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// A hull at a place, as libccd's callbacks get it; libccd has quaternions in its examples only, so a matrix serves.
+/// A posed hull for libccd's callbacks. The pose is a matrix, since libccd uses quaternions in its examples only.
 struct CcdObject
 {
     const std::vector<Eigen::Vector3d>* points;

@@ -13,7 +13,7 @@ namespace
 {
 constexpr double kUndecided = 1e-6;
 constexpr double kLargestError = 1e-4;
-/// Of the queries of a trajectory, the share whose depths are checked.
+/// Stride of the queries of a trajectory whose depths are checked.
 constexpr std::size_t kDepthStride = 101;
 
 bool asksForContacts(NarrowQuery query)

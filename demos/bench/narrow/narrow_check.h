@@ -12,16 +12,16 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// How far a library's answers are from the truth.
+/// Errors of a library's answers.
 struct NarrowErrors
 {
-    /// Booleans that are wrong though the gap or the depth is 1e-6 of the size or more, contacts that are missing, and
-    /// distances and depths that are off by more than 1e-4.
+    /// Wrong booleans at gaps or depths of at least 1e-6 of the size, missing contacts, and distances and depths that
+    /// are off by more than 1e-4.
     std::int64_t wrong = 0;
     double largest = 0.0;  ///< error of a distance or a depth
 };
 
-/// Compares answers with the truth about their trajectories; depths on a sample, since they cost O(E^2) each.
+/// Compares answers with the exact ones of their trajectories; depths on a sample, since they cost O(E^2) each.
 class NarrowCheck
 {
 public:
@@ -35,7 +35,7 @@ public:
 private:
     bool isBooleanWrong(std::size_t query, const NarrowAnswer& answer);
     bool isContactMissing(std::size_t query, const NarrowAnswer& answer) const;
-    /// Of the distance or depth; 0 where it is not checked.
+    /// Error of the distance or depth; 0 where it is not checked.
     double errorOf(std::size_t query, const NarrowAnswer& answer);
     double depth(std::size_t query);
 

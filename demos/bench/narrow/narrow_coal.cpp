@@ -11,8 +11,8 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// Coal's solver without its object layer, in double. A warm pair keeps the direction and the vertices that the last
-/// query ended with.
+/// Coal's solver without its object layer, in double. A warm pair keeps the final direction and vertices of the last
+/// query.
 class CoalNarrow : public NarrowSubject
 {
 public:

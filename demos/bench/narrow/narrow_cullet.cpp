@@ -81,7 +81,7 @@ private:
     {
         std::vector<Cache> caches(NarrowTrajectories::kPairs);
         std::int64_t iterations = 0;
-        // Not asked again for each of a query's few dozen nanoseconds.
+        // Read once, since a query takes only a few dozen nanoseconds.
         const std::size_t count = m_pairs.size();
         for (std::size_t i = 0; i < count; ++i)
             iterations +=
@@ -122,7 +122,7 @@ private:
         return result.iterations;
     }
 
-    /// The pairs that are too far apart end at the axis test, as most pairs of a world do.
+    /// Pairs that are too far apart end at the axis test, like most pairs of a world.
     template <class Observer>
     static std::int32_t answerContact(const Posed& a, const Posed& b, Cache& cache, NarrowAnswer& answer,
                                       Observer& observer)
@@ -146,11 +146,11 @@ private:
 
     NarrowRequest m_request;
     IsaGjkVariant m_variant;
-    /// Each library has the poses in its own form before the clock starts.
+    /// Converted before the timing, as for every library.
     std::vector<PosedPair> m_pairs;
 };
 
-/// Where shapes are near, one more step hardly finds more axes; where they overlap, each costs one support.
+/// For near shapes, a fifth step hardly finds more axes; for overlapping ones, each step costs one support.
 constexpr int kReflections = 4;
 
 std::unique_ptr<NarrowSubject> makeStarting(const NarrowRequest& request, GjkStart start)

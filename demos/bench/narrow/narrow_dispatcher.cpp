@@ -18,7 +18,7 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// A body and its proxy, which overlaps whatever it is told to.
+/// A body and its proxy, whose pairs are added by hand.
 struct ProxiedBody
 {
     ProxiedBody(btCollisionShape& shape, const btTransform& place, int id)
@@ -46,19 +46,19 @@ std::unique_ptr<btCollisionDispatcher> makeDispatcher(btCollisionConfiguration& 
     return std::make_unique<Dispatcher>(&configuration, options);
 }
 
-/// Places of a body's neighbours in a lattice that come behind it: across faces and edges.
+/// Offsets to the following neighbours of a body in a lattice: across faces and edges.
 constexpr std::array<std::array<int, 3>, 9> kNeighbours = {
     {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 0}, {1, -1, 0}, {1, 0, 1}, {1, 0, -1}, {0, 1, 1}, {0, 1, -1}}};
 
-/// Pairs in Bullet's pair cache, all of them dispatched once per frame; what is timed includes moving the bodies.
+/// Pairs in Bullet's pair cache, all dispatched once per frame; the timing includes moving the bodies.
 class DispatcherNarrow final : public NarrowSubject
 {
 public:
-    /// @param isStill as many pairs as there are queries, of bodies in a lattice that do not move; a run is one frame
+    /// @param isStill one pair per query, of unmoving bodies in a lattice; a run is one frame
     DispatcherNarrow(const NarrowRequest& request, bool isCullets, bool isStill)
         : m_dispatcher(makeDispatcher(m_configuration, isCullets))
     {
-        // The same distance for all shapes, as the other queries have it.
+        // One contact distance for all shapes, as in the other queries.
         m_dispatcher->setDispatcherFlags(m_dispatcher->getDispatcherFlags() &
                                          ~btCollisionDispatcher::CD_USE_RELATIVE_CONTACT_BREAKING_THRESHOLD);
         fillShape(request.trajectories.hull(), m_shape);
@@ -81,7 +81,7 @@ public:
         const auto pairs = static_cast<std::size_t>(m_cache.getNumOverlappingPairs());
         for (std::size_t first = 0; first < answers.size(); first += pairs)
         {
-            // The first body of a pair stays where it is along the whole of a trajectory.
+            // The first body of a pair does not move along a trajectory.
             for (std::size_t i = 0; i < pairs && !m_places.empty(); ++i)
                 m_bodies[2 * i + 1]->body.setWorldTransform(m_places[first + i]);
             m_dispatcher->dispatchAllCollisionPairs(&m_cache, m_info, m_dispatcher.get());
@@ -110,7 +110,7 @@ private:
         }
     }
 
-    /// Turned as in the trajectories, at distances at which their spheres just have no contact.
+    /// Adds bodies rotated as in the trajectories, at distances at which their bounding spheres just have no contact.
     void addLattice(const NarrowTrajectories& trajectories)
     {
         constexpr int kSide = 10;
@@ -138,7 +138,7 @@ private:
         }
     }
 
-    /// As a solver does.
+    /// Reads all contact points, like a solver.
     void readManifolds(NarrowAnswer* answers)
     {
         for (int i = 0; i < m_dispatcher->getNumManifolds(); ++i)
@@ -167,7 +167,7 @@ private:
 
 std::unique_ptr<NarrowSubject> makeDispatcherNarrow(const NarrowRequest& request, bool isCullets)
 {
-    // A dispatcher has no way to forget a pair that is there.
+    // A dispatcher cannot forget the state of an existing pair.
     if (isCullets && !request.isWarm)
         return nullptr;
     return std::make_unique<DispatcherNarrow>(request, isCullets, request.query == NarrowQuery::Still);

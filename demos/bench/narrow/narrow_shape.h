@@ -18,7 +18,7 @@ inline btTransform transformOf(const Pose<btScalar>& pose)
         btVector3(pose.origin.x(), pose.origin.y(), pose.origin.z()));
 }
 
-/// Gives an empty shape the vertices of a hull, and no margin, so that it is what the other libraries see.
+/// Gives an empty shape the vertices of a hull and no margin, so that all libraries have the same shape.
 inline void fillShape(const Hull<btScalar>& hull, btConvexHullShape& shape)
 {
     for (int v = 0; v < hull.vertexCount(); ++v)

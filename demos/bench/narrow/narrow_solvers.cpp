@@ -22,7 +22,7 @@ struct Simplex
     int count;
 };
 
-/// The simplices that GJK asks its solver about in each query of some trajectories; the newest point is the last.
+/// The simplices that GJK gives to its solver in each query of some trajectories; the newest point is the last.
 class SimplexRecord
 {
 public:
@@ -36,7 +36,7 @@ public:
     }
 
     const std::vector<Simplex>& simplices() const { return m_simplices; }
-    /// Of the simplices of each query.
+    /// End index of the simplices of each query.
     const std::vector<std::size_t>& ends() const { return m_ends; }
 
 private:
@@ -70,7 +70,7 @@ private:
     std::vector<std::size_t> m_ends;
 };
 
-/// One solver on the same simplices as the others; the last of a query gives its answer.
+/// One solver on the recorded simplices; the last simplex of a query gives its answer.
 template <ClosestOnSimplex (*kSolve)(const SimplexPoints&, int)>
 class SolverNarrow : public NarrowSubject
 {

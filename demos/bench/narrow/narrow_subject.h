@@ -14,16 +14,16 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// What is asked about a pair.
+/// The question about a pair.
 enum class NarrowQuery
 {
-    Boolean,   ///< do the shapes overlap?
-    Distance,  ///< how far apart are they; 0 if they overlap
-    Contacts,  ///< normal, points and signed distance of one contact, if the shapes are nearer than kContactDistance
-    Algorithm,  ///< all that Bullet's dispatcher asks of a pair: the points of its manifold, brought up to date
-    Dispatcher,  ///< the same of all pairs of a frame at once, by btCollisionDispatcher or cullet::Dispatcher
-    Simplex,     ///< closest points of the simplices that GJK meets on its way; of solvers, not of libraries
-    Still  ///< as Dispatcher, but of bodies in a lattice that do not move, six pairs for each, whatever the regime
+    Boolean,     ///< do the shapes overlap?
+    Distance,    ///< how far apart are they; 0 if they overlap
+    Contacts,    ///< normal, points and signed distance of one contact, below kContactDistance
+    Algorithm,   ///< the work of Bullet's dispatcher for a pair: an up-to-date manifold
+    Dispatcher,  ///< that for all pairs of a frame, by btCollisionDispatcher or cullet::Dispatcher
+    Simplex,     ///< closest points of the simplices of GJK; for solvers, not for libraries
+    Still        ///< Dispatcher for unmoving bodies in a lattice, six pairs for each; ignores the regime
 };
 
 inline bool isThroughDispatcher(NarrowQuery query)
@@ -31,7 +31,7 @@ inline bool isThroughDispatcher(NarrowQuery query)
     return query == NarrowQuery::Dispatcher || query == NarrowQuery::Still;
 }
 
-/// Asked in Bullet's terms, which other libraries do not have.
+/// Whether the query exists for Bullet's interface only.
 inline bool isBulletsOwn(NarrowQuery query)
 {
     return query == NarrowQuery::Algorithm || isThroughDispatcher(query);
@@ -42,11 +42,11 @@ constexpr double kContactDistance = 0.02;  ///< Bullet's gContactBreakingThresho
 struct NarrowAnswer
 {
     bool isOverlapping = false;
-    /// Negative for a depth; NaN if the query did not ask for it, or the shapes are farther apart than asked.
+    /// Negative for a depth; NaN if the query does not compute it, or the shapes are farther apart than its limit.
     double distance = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// Mean work per query; negative: not known.
+/// Mean work per query; negative: unknown.
 struct NarrowWork
 {
     double iterations = -1.0;
@@ -57,7 +57,7 @@ struct NarrowRequest
 {
     const NarrowTrajectories& trajectories;
     NarrowQuery query;
-    bool isWarm;  ///< a pair remembers its last query; ignored by those that cannot
+    bool isWarm;  ///< a pair keeps the state of its last query; ignored by libraries without such state
     SupportMethod support = SupportMethod::Automatic;
 };
 
@@ -67,10 +67,10 @@ class NarrowSubject
 public:
     virtual ~NarrowSubject() = default;
 
-    /// Answers every query in order, without memory of an earlier call. Timed.
+    /// Answers every query in order, without state from earlier calls. Timed.
     virtual void run(std::vector<NarrowAnswer>& answers) = 0;
 
-    /// Answers the same once more, where what run() does leaves answers open; not timed.
+    /// Completes answers that run() leaves open; not timed.
     virtual void tell(std::vector<NarrowAnswer>&) {}
 
     /// Runs once more and counts; not timed.
@@ -80,27 +80,28 @@ public:
 struct NarrowSubjectInfo
 {
     const char* name;
-    const char* summary;  ///< or how to get it into this program, if `make` is null
+    const char* summary;  ///< or how to build with it, if `make` is null
     bool canBeWarm;
     std::unique_ptr<NarrowSubject> (*make)(const NarrowRequest& request);
-    bool isSolver = false;  ///< of simplices: answers NarrowQuery::Simplex and nothing else
+    bool isSolver = false;  ///< answers NarrowQuery::Simplex only
 };
 
 /// All libraries that this program may be built with.
 const std::vector<NarrowSubjectInfo>& narrowSubjects();
 
 std::unique_ptr<NarrowSubject> makeCulletNarrow(const NarrowRequest& request);
-/// With Chung and Wang's steps before GJK; nullptr but for booleans.
+/// With Chung and Wang's steps before GJK; nullptr for all queries but booleans.
 std::unique_ptr<NarrowSubject> makeCulletReflectedNarrow(const NarrowRequest& request);
-/// From one axis, and from four directions, with nothing else remembered; nullptr but for booleans and distances.
+/// Search from one axis, and from four directions, without other cached state; nullptr for queries other than booleans
+/// and distances.
 std::unique_ptr<NarrowSubject> makeCulletFromAxisNarrow(const NarrowRequest& request);
 std::unique_ptr<NarrowSubject> makeCulletFromFourNarrow(const NarrowRequest& request);
 std::unique_ptr<NarrowSubject> makeBulletNarrow(const NarrowRequest& request);
-/// The algorithm of a pair in Bullet's dispatcher: ISA-GJK's, or Bullet's own, which always keeps its manifold.
+/// The algorithm of a pair in Bullet's dispatcher: ISA-GJK's, or Bullet's, which always keeps its manifold.
 std::unique_ptr<NarrowSubject> makeAlgorithmNarrow(const NarrowRequest& request, bool isIsaGjk);
-/// All pairs of a frame through a dispatcher, on one thread; nullptr for cullet's when cold.
+/// All pairs of a frame through a dispatcher, on one thread; nullptr for cullet's dispatcher with cold pairs.
 std::unique_ptr<NarrowSubject> makeDispatcherNarrow(const NarrowRequest& request, bool isCullets);
-/// By Voronoi regions, those of the newest point only and all; Johnson's; signed volumes.
+/// Solvers by Voronoi regions, of the newest point only and all; by Johnson's algorithm; by signed volumes.
 std::unique_ptr<NarrowSubject> makeVoronoiSolver(const NarrowRequest& request);
 std::unique_ptr<NarrowSubject> makeFullVoronoiSolver(const NarrowRequest& request);
 std::unique_ptr<NarrowSubject> makeJohnsonSolver(const NarrowRequest& request);

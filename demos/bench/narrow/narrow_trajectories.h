@@ -25,7 +25,7 @@ struct NarrowRegime
 
 const std::vector<NarrowRegime>& narrowRegimes();
 
-/// Pairs of one hull that move coherently, and the truth about each of them.
+/// Pairs of one hull that move coherently, and the exact answers.
 ///
 /// From frame to frame B turns by 1 to 3 degrees, moves by 1 % of its size, and swings between the regime's gaps.
 class NarrowTrajectories
@@ -37,7 +37,7 @@ public:
     NarrowTrajectories(const Hull<btScalar>& hull, const NarrowRegime& regime, unsigned seed);
 
     const Hull<btScalar>& hull() const { return m_hull; }
-    /// Frame-major: query i is of pair i % kPairs.
+    /// Frame-major: query i belongs to pair i % kPairs.
     const std::vector<PairScene<btScalar>>& scenes() const { return m_scenes; }
     /// Proven bounds of the distance, in long double.
     const Bounds& truth(std::size_t query) const { return m_truth[query]; }

@@ -12,7 +12,8 @@ namespace cullet
 /// Johnson's distance algorithm with its backup procedure, the comparator of the Voronoi regions: Gilbert, Johnson and
 /// Keerthi 1988, "A Fast Procedure for Computing the Distance Between Complex Objects", appendix.
 ///
-/// Cofactors of every subset by the recursion over its points; of the subsets with positive weights the closest counts.
+/// Computes the cofactors of every subset by recursion over its points; of the subsets with positive weights the
+/// closest is the answer.
 inline ClosestOnSimplex closestByJohnson(const SimplexPoints& p, int count)
 {
     std::array<std::array<double, 4>, 16> cofactor = {};

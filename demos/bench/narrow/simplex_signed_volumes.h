@@ -8,9 +8,9 @@
 #include <cmath>
 #include <limits>
 
-/// Signed volumes, the second comparator: Montanari, Petrinic and Barbieri 2017, "Improving the GJK Algorithm for Faster
-/// and More Reliable Distance Queries Between Convex Objects", section 4: project on the coordinate axis or plane where
-/// the simplex is largest, and compare signs of lengths, areas and volumes there.
+/// Signed volumes, the second comparator: Montanari, Petrinic and Barbieri 2017, "Improving the GJK Algorithm for
+/// Faster and More Reliable Distance Queries Between Convex Objects", section 4: project on the coordinate axis or
+/// plane where the simplex is largest, and compare signs of lengths, areas and volumes there.
 namespace cullet
 {
 inline ClosestOnSimplex onSubset(const Eigen::Vector3d& point, unsigned subset)

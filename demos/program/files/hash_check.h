@@ -8,13 +8,13 @@
 
 namespace cullet
 {
-/// Holds everyone who answers a question to the answer of the first: a faster wrong one ends the program.
+/// Checks that all subjects find the pairs of the first subject for each question; a mismatch ends the program.
 class HashCheck
 {
 public:
-    /// @param question for example the scene, its size and what is asked for
-    /// @param subject  who answers
-    /// @throws ProgramError (kExitDisagreement), naming both, where another one found other pairs
+    /// @param question for example the scene, its size and the kind of query
+    /// @param subject  name of the backend or library
+    /// @throws ProgramError (kExitDisagreement), naming both, if an earlier subject found other pairs
     void require(const std::string& question, const std::string& subject, std::uint64_t pairs,
                  std::uint64_t hash);
 

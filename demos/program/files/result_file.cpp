@@ -24,7 +24,7 @@ void writeText(const std::string& path, const std::string& text)
         throw ProgramError(kExitOutput, "result file '" + path + "': cannot be written");
 }
 
-/// A CSV field after RFC 4180.
+/// A CSV field by RFC 4180.
 std::string toField(const Json& value)
 {
     std::string text = value.is_string() ? value.get<std::string>() : value.dump();

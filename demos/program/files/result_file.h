@@ -8,20 +8,20 @@
 
 namespace cullet
 {
-/// Keeps the order in which keys were added.
+/// JSON that keeps the insertion order of keys.
 using Json = nlohmann::ordered_json;
 
 /// Results of one run of the program: `machine`, `commit`, `options` and `rows`, as JSON and as CSV.
 ///
 /// Every row starts with the columns benchmark, scene, backend, precision, threads, bodies, pairs, median_ms, p90_ms,
-/// min_ms, hash; more may follow. The CSV file has the union of all columns, and cpu, gpu, commit and the whole line of the
-/// machine in each row.
+/// min_ms, hash; more may follow. The CSV file has the union of all columns, and in each row cpu, gpu, commit and the
+/// machine's description.
 class ResultFile
 {
 public:
     /// @param options  the options that reproduce the run
-    /// @param jsonPath where to write; empty: nowhere. The same for csvPath.
-    /// @throws ProgramError (kExitOutput) at once when a path cannot be opened, before hours of work are lost
+    /// @param jsonPath output file; empty: none. csvPath likewise.
+    /// @throws ProgramError (kExitOutput) at once if a path cannot be opened, before hours of work
     ResultFile(Json options, std::string jsonPath, std::string csvPath);
 
     void addRow(Json row) { m_rows.push_back(std::move(row)); }
@@ -42,6 +42,6 @@ private:
 /// Throws ProgramError (kExitOutput) when a file cannot be opened for writing; an empty path is fine.
 void requireWritable(const std::string& path);
 
-/// The hash as it stands in result files: 16 hexadecimal digits.
+/// The hash in the form of result files: 16 hexadecimal digits.
 std::string toHex(std::uint64_t hash);
 }  // namespace cullet

@@ -13,8 +13,8 @@ namespace cullet
 {
 /// Spans of time as a Chrome trace (a JSON array of complete events), which Perfetto and chrome://tracing show.
 ///
-/// Written as it comes; nothing is kept in memory. close() ends the array, or the destructor when an exception ends the run,
-/// which says nothing where that fails; of a process that was killed, the viewers read what is there.
+/// Events are written at once and not kept in memory. close() ends the array; if an exception ends the run, the
+/// destructor does so and ignores failures. The viewers also read the incomplete file of a killed process.
 class TraceFile
 {
 public:
@@ -26,11 +26,11 @@ public:
 
     using Clock = std::chrono::steady_clock;
 
-    /// A new row of the picture, below the others.
+    /// Adds a row below the others; returns its number.
     int addLane(const std::string& name);
 
-    /// Nothing can be added behind this.
-    /// @throws ProgramError (kExitOutput) when something could not be written
+    /// Ends the array; no event can be added afterwards.
+    /// @throws ProgramError (kExitOutput) if a write has failed
     void close();
 
     void addSpan(int lane, const char* name, Clock::time_point begin, Clock::time_point end);
@@ -46,7 +46,7 @@ private:
     int m_laneCount = 0;
 };
 
-/// The file that a user asked for, which then is in `trace`; null for an empty path.
+/// Opens the trace file of a command line in `trace`; returns null for an empty path.
 ///
 /// @throws as the constructor
 inline TraceFile* openTrace(std::optional<TraceFile>& trace, const std::string& path)
@@ -54,7 +54,7 @@ inline TraceFile* openTrace(std::optional<TraceFile>& trace, const std::string& 
     return path.empty() ? nullptr : &trace.emplace(path);
 }
 
-/// What a run that has gone well does at its end.
+/// Closes the trace at the end of a successful run.
 ///
 /// @throws as TraceFile::close()
 inline void closeTrace(std::optional<TraceFile>& trace)
@@ -63,7 +63,7 @@ inline void closeTrace(std::optional<TraceFile>& trace)
         trace->close();
 }
 
-/// One row of a trace: spans that lie within each other. Without a file it does nothing.
+/// One row of a trace: nested spans. Without a file the functions have no effect.
 class TraceLane
 {
 public:

@@ -16,7 +16,7 @@ namespace cullet
 {
 namespace
 {
-/// Runs a program with its output thrown away; its exit code, or 127 if it cannot be started.
+/// Runs a program and discards its output; returns its exit code, or 127 if it cannot be started.
 int runQuietly(std::vector<std::string> words)
 {
     std::vector<char*> arguments;
@@ -67,12 +67,12 @@ void joinFrames(const std::string& folder, double framesPerSecond, const std::st
         "-framerate", std::to_string(framesPerSecond),
         "-i",         (std::filesystem::path(folder) / "frame_%05d.png").string()};
     if (endsIn(file, ".gif"))
-        // One palette for all frames, and only what changes in each.
+        // One palette for all frames, and only the changes of each frame.
         words.insert(words.end(), {"-filter_complex",
                                    "[0:v]split[a][b];[a]palettegen=max_colors=128:stats_mode=full[p];"
                                    "[b][p]paletteuse=dither=bayer:bayer_scale=4:diff_mode=rectangle"});
     else
-        // Players want even sizes and this pixel format.
+        // Players require even sizes and this pixel format.
         words.insert(words.end(), {"-vf", "crop=trunc(iw/2)*2:trunc(ih/2)*2", "-c:v", "libx264", "-pix_fmt",
                                    "yuv420p", "-crf", "20", "-movflags", "+faststart"});
     words.push_back(file);

@@ -11,26 +11,26 @@
 #include <string>
 #include <vector>
 
-/// What was seen of a scene over time, in single precision and without Bullet: what painters and exporters take.
+/// A scene over time, in single precision and without Bullet: the input of painters and exporters.
 namespace cullet
 {
-/// What a body is painted as.
+/// State of a body, which determines its colour.
 enum class BodyState : std::uint8_t
 {
-    Hidden,     ///< not in the world (any more, or yet)
+    Hidden,     ///< not in the world (no longer, or not yet)
     Static,     ///< never moves: ground, walls
-    Asleep,     ///< does not move until touched
+    Asleep,     ///< at rest until touched
     Separated,  ///< no other box overlaps its box
-    Near,       ///< a box overlaps its box, but nothing touches it
+    Near,       ///< a box overlaps its box, but no body touches it
     Touching,   ///< has a contact point without distance
-    Ghost       ///< reports what it overlaps and is passed through; painted translucent
+    Ghost       ///< reports overlaps without response; painted translucent
 };
 inline constexpr int kBodyStateCount = 7;
 
 struct StateLook
 {
     const char* name;
-    Eigen::Vector4f color;  ///< red, green, blue, opacity, as on a screen (sRGB)
+    Eigen::Vector4f color;  ///< red, green, blue, opacity, in sRGB
 };
 const StateLook& lookOf(BodyState state);
 
@@ -46,7 +46,7 @@ struct BodyPose
     Eigen::Affine3f toMatrix() const;
 };
 
-/// What a body looks like from a frame on.
+/// New look of a body from a frame on.
 struct BodyChange
 {
     std::uint32_t body = 0;  ///< number of the body in the film
@@ -65,11 +65,11 @@ struct FilmLine
 struct FilmFrame
 {
     double time = 0;                  ///< seconds since the start of the scene
-    std::vector<BodyChange> changes;  ///< bodies that look other than in the frame before, ascending
+    std::vector<BodyChange> changes;  ///< bodies whose look differs from the previous frame, ascending
     std::vector<FilmLine> lines;
 };
 
-/// What was filmed, as it was at the end.
+/// The filmed scene, in its final state.
 struct FilmSource
 {
     std::string backend;  ///< broad phase
@@ -78,7 +78,7 @@ struct FilmSource
     std::uint64_t hash = 0;   ///< of the state of the world; of a recording, of its boxes
 };
 
-/// Frames as differences, so that a million bodies that rest take next to nothing.
+/// Frames as differences, so that resting bodies take almost no memory.
 struct Film
 {
     static constexpr std::uint32_t kCube = 0;    ///< mesh 0: a cube with edge 1
@@ -93,7 +93,7 @@ struct Film
     FilmSource source;
 };
 
-/// All bodies as they look in one frame, from the first frame on.
+/// The looks of all bodies in one frame, by applying the changes from the first frame on.
 class FilmState
 {
 public:

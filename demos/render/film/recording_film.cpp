@@ -21,8 +21,8 @@ bool isSameBox(const StreamBox& a, const StreamBox& b)
     return std::memcmp(&a, &b, sizeof a) == 0;
 }
 
-/// Which boxes change after their first frame, by the order in which they are created; an id is used again. Before it,
-/// Bullet sets each box once more, a little larger.
+/// Finds the boxes that change after their first frame, in order of creation, since ids are reused. In the first frame
+/// Bullet sets each box twice, the second time a little larger.
 std::vector<bool> findMovers(const std::string& path)
 {
     RecordingFile file(path);
@@ -52,7 +52,7 @@ std::vector<bool> findMovers(const std::string& path)
     return moves;
 }
 
-/// The boxes of a recording in a broad phase, and what they look like.
+/// The boxes of a recording in a broad phase, and their looks.
 class RecordingFilmer
 {
 public:
@@ -203,10 +203,10 @@ private:
 
     Film& m_film;
     DebugDrawOptions m_overlay;
-    std::vector<bool> m_moves;  ///< [bodies] in the order of their creation, as all below
+    std::vector<bool> m_moves;  ///< [bodies] in order of creation, like all members below
     Broadphase m_broadphase;
-    std::vector<btBroadphaseProxy*> m_proxies;  ///< null: not there
-    std::vector<bool> m_hasChanged;             ///< since the frame before
+    std::vector<btBroadphaseProxy*> m_proxies;  ///< null: no box
+    std::vector<bool> m_hasChanged;             ///< since the previous frame
     std::vector<BodyChange> m_looks;
     std::vector<std::uint32_t> m_numbers;  ///< id -> body
     std::uint32_t m_created = 0;

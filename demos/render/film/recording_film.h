@@ -13,10 +13,10 @@ inline namespace CULLET_PRECISION
 {
 /// Films a recording (docs/recording-format.md): its boxes, as boxes.
 ///
-/// Static are boxes that never change, asleep those that have not changed since the frame before; near those in a pair,
-/// and separated the others. What touches is not in a recording. Boxes without end are left out.
+/// Boxes that never change are Static, boxes unchanged since the previous frame Asleep, boxes in a pair Near, and the
+/// others Separated. A recording has no contacts. Unbounded boxes are skipped.
 ///
-/// @param options steps, every, start (frames of the recording), overlay and world.dt; the rest is not read
+/// @param options steps, every, start (frames of the recording), overlay and world.dt; the rest is ignored
 /// @param step    called before each frame with its number; false ends the film early
 /// @throws ProgramError (kExitInput) for a file that is missing, truncated or corrupt
 Film filmRecording(const std::string& path, const SceneFilmOptions& options,

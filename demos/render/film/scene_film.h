@@ -21,7 +21,7 @@ struct SceneFilmOptions
     int every = 2;                              ///< steps between two frames
     int start = 0;                              ///< steps before the first frame
     DebugDrawOptions overlay = nothingDrawn();  ///< needs one of cullet's broad phases
-    TraceFile* trace = nullptr;                 ///< gets the phases of every step
+    TraceFile* trace = nullptr;                 ///< receives the phases of every step
 
     static DebugDrawOptions nothingDrawn();
 };

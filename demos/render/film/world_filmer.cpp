@@ -15,7 +15,7 @@ inline namespace CULLET_PRECISION
 {
 namespace
 {
-/// Takes lines and draws nothing.
+/// Collects lines without drawing.
 class LineTaker : public btIDebugDraw
 {
 public:
@@ -59,7 +59,7 @@ bool touches(const btPersistentManifold& manifold)
     return false;
 }
 
-/// Sums of the normals of the faces around each vertex, weighted by area, to unit length.
+/// Unit vertex normals: the sums of adjacent face normals, weighted by area.
 std::vector<Eigen::Vector3f> smoothNormals(const DrawMesh& mesh)
 {
     std::vector<Eigen::Vector3f> normals(mesh.positions.size(), Eigen::Vector3f::Zero());
@@ -80,7 +80,8 @@ std::vector<Eigen::Vector3f> smoothNormals(const DrawMesh& mesh)
     return normals;
 }
 
-/// Smooth, since a soft body is bent and not folded. Bullet's own normals are zero before the first step.
+/// A soft body has smooth normals, since it is bent and not folded. Bullet's own normals are zero before the first
+/// step.
 DrawMesh makeSoftMesh(const btSoftBody& soft)
 {
     DrawMesh mesh;
@@ -193,7 +194,7 @@ BodyChange WorldFilmer::lookAt(const btCollisionObject& object, std::uint32_t bo
     return look;
 }
 
-/// Adds it to the frame if it is new or another than before.
+/// Adds a look to the frame if it is new or has changed.
 void WorldFilmer::see(const BodyChange& look, FilmFrame& frame)
 {
     m_seenIn[look.body] = m_film.frames.size() + 1;

@@ -25,16 +25,17 @@ std::vector<FilmLine> drawnLines(const Broadphase& broadphase, const DebugDrawOp
 
 /// Films any Bullet world: shapes, places and states of all its objects, one frame for each shoot().
 ///
-/// Rigid and soft bodies and ghosts, in the world or in and out of it, and the wheels of vehicles, which are no objects.
-/// Shapes must live as long as this object. Cost of a frame: O(objects + manifolds + pairs), and memory for what changed.
+/// Rigid and soft bodies and ghosts, which may enter and leave the world, and the wheels of vehicles, which are no
+/// objects. Shapes must outlive this object. Cost of a frame: O(objects + manifolds + pairs), and memory for the
+/// changes.
 class WorldFilmer
 {
 public:
-    /// @param overlay what to draw of the broad phase, if the world has cullet's; all off: nothing
+    /// @param overlay debug drawing of the broad phase, if it is cullet's; all off: none
     WorldFilmer(Film& film, const DebugDrawOptions& overlay);
 
     /// @param time     seconds since the start
-    /// @param vehicles of the world, whose wheels are drawn: touching where their rays meet something
+    /// @param vehicles of the world, whose wheels are drawn: Touching if their rays hit
     void shoot(const btCollisionWorld& world, double time,
                const std::vector<const btRaycastVehicle*>& vehicles = {});
 
@@ -65,7 +66,7 @@ private:
     std::unordered_map<const void*, std::uint32_t> m_numbers;  ///< of objects and wheels
     std::vector<BodyChange> m_looks;                           ///< [bodies] as of the last frame
     std::vector<Meeting> m_meetings;                           ///< [bodies] of this frame
-    std::vector<std::size_t> m_seenIn;  ///< [bodies] 1 + the last frame in which it was in the world
+    std::vector<std::size_t> m_seenIn;  ///< [bodies] 1 + the last frame with the body in the world
 };
 }  // namespace CULLET_PRECISION
 }  // namespace cullet

@@ -31,8 +31,8 @@ public:
     /// Appends values and returns the number of their accessor.
     ///
     /// @param width    numbers of an element: 1, 3 or 4
-    /// @param target   kind of buffer, 0 for what no vertex is made of
-    /// @param isRanged whether min and max are stated
+    /// @param target   kind of buffer, 0 for data other than vertices and indices
+    /// @param isRanged whether to write min and max
     template <class Number>
     int add(const std::vector<Number>& values, int width, int target, bool isRanged)
     {
@@ -92,7 +92,7 @@ Json toJson(const Eigen::Vector4f& v)
     return {v.x(), v.y(), v.z(), v.w()};
 }
 
-/// glTF wants linear colours.
+/// glTF requires linear colours.
 Json materialOf(BodyState state)
 {
     const StateLook& look = lookOf(state);
@@ -109,7 +109,7 @@ Json materialOf(BodyState state)
     return material;
 }
 
-/// One body with one mesh over all frames; scale 0 where it is not there.
+/// One body with one mesh over all frames; scale 0 in frames without it.
 struct Track
 {
     BodyState state = BodyState::Hidden;  ///< the last one that is not hidden
@@ -255,7 +255,7 @@ private:
         return values;
     }
 
-    /// q and -q are the same rotation; viewers take the short way only between neighbours in sign.
+    /// q and -q are the same rotation; viewers interpolate along the short arc only if the signs of neighbours agree.
     static std::vector<float> rotationsOf(const Track& track)
     {
         std::vector<float> values;

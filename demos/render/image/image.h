@@ -19,7 +19,7 @@ struct Image
     const std::uint8_t* at(int x, int y) const { return pixels.data() + 3 * (std::size_t(y) * width + x); }
 };
 
-/// The picture with each square of factor x factor pixels averaged; what is left over at the edges is dropped.
+/// The picture with each square of factor x factor pixels averaged; incomplete squares at the edges are dropped.
 Image shrink(const Image& image, int factor);
 
 /// @throws ProgramError (kExitOutput, kExitInput) with the file and the reason

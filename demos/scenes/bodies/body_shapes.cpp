@@ -86,7 +86,7 @@ HullPoints makeIcosphere(float radius)
             const Point& p = corners[i];
             const Point& q = corners[j];
             const Point d = {p[0] - q[0], p[1] - q[1], p[2] - q[2]};
-            // An edge of this icosahedron is 2 long, the next longer distance 3.2.
+            // The edges of this icosahedron are 2 long; the next larger distance of vertices is 3.2.
             if (d[0] * d[0] + d[1] * d[1] + d[2] * d[2] < 5.0f)
                 addOnSphere({p[0] + q[0], p[1] + q[1], p[2] + q[2]});
         }

@@ -14,8 +14,8 @@ inline namespace CULLET_PRECISION
 {
 /// A world in which bodies of about one metre fall from a loose column onto a floor within four walls.
 ///
-/// The column is at most 16 layers high; places shake by 0.1 m, rotations are uniform, the shape of each body is drawn.
-/// The floor is the top of a static box at y = 0; the walls reach above the column.
+/// The column is at most 16 layers high; positions are random within 0.1 m, rotations uniform, and shapes drawn at
+/// random. The floor is the top of a static box at y = 0; the walls reach above the column.
 class BodyWorld : public WorldScene
 {
 public:

@@ -36,7 +36,7 @@ NamedBroadphase makeCullet(const BroadphaseRequest& request, BackendChoice choic
     return nameCullet(request, std::make_unique<Broadphase>(options));
 }
 
-/// "cuda" by name means a device: without one, timings of the fallback would go under the wrong name.
+/// "cuda" requires a device: without one, timings of the fallback would have the wrong name.
 NamedBroadphase makeCuda(const BroadphaseRequest& request)
 {
     std::string why;
@@ -62,7 +62,7 @@ NamedBroadphase makeAxisSweep(const BroadphaseRequest& request)
     const btVector3 high(btScalar(bounds.max[0]), btScalar(bounds.max[1]), btScalar(bounds.max[2]));
     NamedBroadphase result;
     result.name = request.name;
-    // Without the second tree that it keeps for ray casts.
+    // Without its second tree, which serves ray casts.
     result.broadphase = std::make_unique<bt32BitAxisSweep3>(low, high, request.mostProxies, nullptr, true);
     return result;
 }
@@ -110,7 +110,7 @@ NamedBroadphase makeNamedBroadphase(const BroadphaseRequest& request)
     else if (request.name == "axissweep")
         result = makeAxisSweep(request);
     else if (std::unique_ptr<Backend> backend = makeBackend(request.name, request.threads))
-        // One that only benchmarks know.
+        // A backend for benchmarks only.
         result = nameCullet(request, std::make_unique<Broadphase>(std::move(backend)));
     else
     {

@@ -17,14 +17,14 @@ inline namespace CULLET_PRECISION
 {
 class Broadphase;
 
-/// A broad phase under its name, with the margin that it is to run with.
+/// A broad phase with its name and its margin.
 struct NamedBroadphase
 {
     std::string name;
     std::unique_ptr<btBroadphaseInterface> broadphase;
-    const Broadphase* cullet = nullptr;  ///< the same object when it is one of ours
+    const Broadphase* cullet = nullptr;  ///< the broadphase if it is cullet's, else null
     btScalar margin = 0;                 ///< see MarginScope
-    int threads = 1;                     ///< that it may use
+    int threads = 1;                     ///< maximum number that it uses
 };
 
 struct BroadphaseInfo
@@ -33,7 +33,7 @@ struct BroadphaseInfo
     const char* summary;
 };
 
-/// Every name that makeNamedBroadphase() knows.
+/// The names that makeNamedBroadphase() accepts.
 const std::vector<BroadphaseInfo>& broadphaseNames();
 
 struct BroadphaseRequest
@@ -46,12 +46,12 @@ struct BroadphaseRequest
 
 /// Makes a broad phase by name.
 ///
-/// @throws std::invalid_argument for an unknown name, listing the known ones; std::runtime_error when there is no
-///         CUDA device for "cuda"
+/// @throws std::invalid_argument for an unknown name, listing the known ones; std::runtime_error if there is no CUDA
+///         device for "cuda"
 NamedBroadphase makeNamedBroadphase(const BroadphaseRequest& request);
 
-/// Sets Bullet's global gDbvtMargin for its own lifetime, because it is the only way to give one DBVT among several
-/// another margin.
+/// Sets Bullet's global gDbvtMargin for its own lifetime, which is the only way to give one of several DBVTs a
+/// different margin.
 class MarginScope
 {
 public:

@@ -12,7 +12,7 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// Makes a world of class Base whose boxes are updated by so many threads.
+/// Makes a world of class Base whose boxes are updated by a number of threads.
 template <class Base>
 std::unique_ptr<btDiscreteDynamicsWorld> makeParallelWorld(btDispatcher& dispatcher,
                                                            btBroadphaseInterface& broadphase,

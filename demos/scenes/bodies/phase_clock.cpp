@@ -30,7 +30,7 @@ constexpr Zone kZones[] = {
     {"integrateTransforms", Phase::Integrate},
 };
 
-/// Bullet's callbacks carry no context.
+/// A global, since Bullet's callbacks have no context argument.
 PhaseClock* running = nullptr;
 }  // namespace
 

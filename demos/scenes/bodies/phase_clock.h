@@ -19,7 +19,7 @@ inline namespace CULLET_PRECISION
 /// The parts of a step of a Bullet world.
 enum class Phase
 {
-    UpdateAabbs,  ///< shape boxes and setAabb; DBVT looks for pairs in here
+    UpdateAabbs,  ///< shape boxes and setAabb, in which DBVT finds pairs
     CalculateOverlappingPairs,
     Dispatch,  ///< narrow phase
     Islands,
@@ -42,19 +42,19 @@ struct StepSample
     std::vector<double> milliseconds;
 };
 
-/// Every phase, then "broadPhase" (updateAabbs + calculateOverlappingPairs: what a broad phase costs, wherever it looks
-/// for pairs) and "step" (all phases).
+/// Every phase, then "broadPhase" (updateAabbs + calculateOverlappingPairs: the cost of a broad phase, in whichever of
+/// them it finds pairs) and "step" (all phases).
 std::vector<StepSample> samplesOf(const std::vector<PhaseTimes>& steps);
 
-/// Measures one step at a time through Bullet's profile zones, which call functions of ours also where Bullet's own
-/// profiler is compiled out (btSetCustomEnterProfileZoneFunc).
+/// Measures single steps through Bullet's profile zones, which call custom functions even where Bullet's own profiler
+/// is compiled out (btSetCustomEnterProfileZoneFunc).
 ///
-/// Each moment counts for the innermost zone that has a phase, so the phases add up to the whole step. Zones of other
+/// Time is attributed to the innermost zone with a phase, so the phases add up to the whole step. Zones of other
 /// threads would be mixed in; Bullet as shipped by Debian steps in one thread. One clock may run at a time.
 class PhaseClock
 {
 public:
-    /// Runs `step` and returns what it spent where; every zone, with a phase or not, goes to the trace.
+    /// Runs `step` and returns its time per phase; every zone, with or without a phase, is written to the trace.
     template <class Step>
     static PhaseTimes measure(TraceLane& trace, Step step)
     {
@@ -79,7 +79,7 @@ private:
     btEnterProfileZoneFunc* m_previousEnter;
     btLeaveProfileZoneFunc* m_previousLeave;
     std::vector<Phase> m_stack;
-    std::vector<std::pair<const char*, Phase>> m_known;  ///< zones without a phase of their own are not in it
+    std::vector<std::pair<const char*, Phase>> m_known;  ///< only zones with their own phase
     std::vector<const char*> m_foreign;
     PhaseTimes m_times = {};
     Clock::time_point m_last;

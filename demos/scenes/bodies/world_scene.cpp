@@ -75,7 +75,7 @@ void hashScalars(std::uint64_t& hash, const btVector3& vector)
 {
     for (int axis = 0; axis < 3; ++axis)
     {
-        // -0 and 0 are the same place.
+        // Makes -0 equal to 0.
         const btScalar value = vector[axis] + btScalar(0);
         const unsigned char* bytes = reinterpret_cast<const unsigned char*>(&value);
         for (std::size_t i = 0; i < sizeof(value); ++i)
@@ -102,7 +102,7 @@ WorldScene::WorldScene(std::string name, NamedBroadphase broadphase, const World
 
 WorldScene::~WorldScene()
 {
-    // Pairs first, from the end of the array: Bullet's cache scans all pairs for each body that goes.
+    // Pairs first, from the end of the array: Bullet's cache scans all pairs for each body that is removed.
     btOverlappingPairCache& cache = *m_world->getPairCache();
     while (cache.getNumOverlappingPairs() > 0)
     {
@@ -111,7 +111,7 @@ WorldScene::~WorldScene()
     }
     while (m_world->getNumConstraints() > 0)
         m_world->removeConstraint(m_world->getConstraint(m_world->getNumConstraints() - 1));
-    // From the front: the world looks for the object from there, and moves the last one into its place.
+    // From the front: the world searches the object from there, and moves the last one into its place.
     const btCollisionObjectArray& objects = m_world->getCollisionObjectArray();
     while (objects.size() > 0)
         m_world->removeCollisionObject(objects[0]);
@@ -163,7 +163,7 @@ btCollisionObject& WorldScene::addObject(btCollisionShape& shape, const btTransf
     btCollisionObject& object = keep(std::make_unique<btCollisionObject>());
     object.setCollisionShape(&shape);
     object.setWorldTransform(transform);
-    // Neither static nor kinematic: two of those have no pair.
+    // Neither static nor kinematic, since two such objects form no pair.
     object.setCollisionFlags(btCollisionObject::CF_NO_CONTACT_RESPONSE);
     const MarginScope margin(m_broadphase.margin);
     m_world->addCollisionObject(&object, btBroadphaseProxy::DefaultFilter, btBroadphaseProxy::AllFilter);

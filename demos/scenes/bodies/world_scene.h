@@ -23,14 +23,14 @@ inline namespace CULLET_PRECISION
 {
 struct WorldSceneOptions
 {
-    std::uint32_t bodies = 0;            ///< that move; 0: as many as the scene has by default
-    std::uint64_t seed = 1;              ///< of places, rotations, velocities and shapes
+    std::uint32_t bodies = 0;            ///< moving bodies; 0: the scene's default
+    std::uint64_t seed = 1;              ///< of positions, rotations, velocities and shapes
     btScalar dt = btScalar(1.0 / 60.0);  ///< length of a step, seconds
     bool sleeping = true;                ///< let resting bodies fall asleep, as Bullet does by default
     std::string narrow = "bullet";       ///< narrow phase: one of narrowPhaseNames()
     std::string backend = "auto";        ///< broad phase: one of broadphaseNames()
-    std::string update = "bullet";       ///< of the boxes: one of boxUpdateNames()
-    int threads = 0;                     ///< of all three; 0: as many as the machine has
+    std::string update = "bullet";       ///< update of the boxes: one of boxUpdateNames()
+    int threads = 0;                     ///< of backend, narrow and update; 0: as many as the machine has
     std::vector<HullPoints> hulls;       ///< shapes for the scenes that take meshes
     std::size_t hullPoints = 20;         ///< vertices of a random hull
     std::string file;                    ///< the .bullet file of scene "file"
@@ -42,13 +42,13 @@ const std::vector<std::string>& narrowPhaseNames();
 /// "bullet"; "parallel": cullet::World.
 const std::vector<std::string>& boxUpdateNames();
 
-/// Which classes of Bullet a scene is built from.
+/// The Bullet classes from which a scene is built.
 struct WorldKind
 {
     std::unique_ptr<btDefaultCollisionConfiguration> (*makeConfiguration)();
     std::unique_ptr<btDiscreteDynamicsWorld> (*makeWorld)(btDispatcher&, btBroadphaseInterface&,
                                                           btConstraintSolver&, btCollisionConfiguration&);
-    /// The same with boxes updated by so many threads.
+    /// Makes a world whose boxes are updated by a number of threads.
     std::unique_ptr<btDiscreteDynamicsWorld> (*makeParallelWorld)(btDispatcher&, btBroadphaseInterface&,
                                                                   btConstraintSolver&,
                                                                   btCollisionConfiguration&, int threads);
@@ -57,11 +57,11 @@ struct WorldKind
 /// btDefaultCollisionConfiguration and btDiscreteDynamicsWorld.
 const WorldKind& rigidWorld();
 
-/// A Bullet world and what happens in it. Lengths in metres, y is up, gravity -10, mass 1, Bullet's defaults for
-/// everything that a scene does not name.
+/// A Bullet world and its script. Lengths in metres, y is up, gravity -10, mass 1, Bullet's defaults for all other
+/// parameters that a scene does not set.
 ///
-/// Deterministic: two scenes with the same name and options differ in nothing, and with backends of cullet stay the same
-/// bit by bit. Owns all that is in the world.
+/// Deterministic: two scenes with equal names and options are equal, and with backends of cullet remain bitwise equal.
+/// Owns all objects of the world.
 class WorldScene
 {
 public:
@@ -69,11 +69,11 @@ public:
     WorldScene(const WorldScene&) = delete;
     WorldScene& operator=(const WorldScene&) = delete;
 
-    /// One step of dt, phase by phase. What the scene's own script takes is not in the times, but for creating and
-    /// removing bodies, which is in Phase::Rest.
+    /// One step of dt, phase by phase. The times exclude the scene's script, except that creating and removing bodies
+    /// counts in Phase::Rest.
     PhaseTimes step();
 
-    /// From now on every step writes the zones of Bullet's profiler there.
+    /// Later steps write the zones of Bullet's profiler to a trace.
     void setTrace(TraceLane trace) { m_trace = std::move(trace); }
 
     const std::string& name() const noexcept { return m_name; }
@@ -95,23 +95,23 @@ public:
     /// bit: equal for equal simulations.
     std::uint64_t stateHash() const;
 
-    /// Lowest origin of an object that is not static; BT_LARGE_FLOAT when there is none.
+    /// Lowest origin of an object that is not static; BT_LARGE_FLOAT if there is none.
     btScalar lowestHeight() const;
 
 protected:
     WorldScene(std::string name, NamedBroadphase broadphase, const WorldSceneOptions& options,
                const WorldKind& kind = rigidWorld());
 
-    /// What the scene does before a step: velocities, steering, targets. Not in the times.
+    /// The scene's script before a step: velocities, steering, targets. Not in the times.
     virtual void direct() {}
 
-    /// Bodies that come and go before a step. In the times.
+    /// Creates and removes bodies before a step. In the times.
     virtual void change() {}
 
-    /// Adds what the transforms do not tell.
+    /// Adds state beyond the transforms to the hash.
     virtual void hashMore(std::uint64_t& hash) const;
 
-    /// Owns something until the world is empty, and returns it.
+    /// Takes ownership of an object until the world is empty, and returns it.
     template <class T>
     T& keep(std::unique_ptr<T> thing)
     {
@@ -142,7 +142,7 @@ protected:
     /// Adds an object that takes part in the broad and the narrow phase and has no mass, velocity or response.
     btCollisionObject& addObject(btCollisionShape& shape, const btTransform& transform);
 
-    /// For a scene that learns only now how many bodies it has.
+    /// For a scene whose number of bodies is determined while it is built.
     void setBodyCount(std::uint32_t count) { m_options.bodies = count; }
 
     /// Installs Bullet's ghost pair callback.
@@ -160,7 +160,7 @@ private:
     std::unique_ptr<btDiscreteDynamicsWorld> m_world;
 };
 
-/// Hashes a vector, bit by bit; -0 and 0 are the same.
+/// Hashes a vector, bit by bit; -0 and 0 hash alike.
 void hashScalars(std::uint64_t& hash, const btVector3& vector);
 
 btTransform transformAt(const btVector3& origin);
@@ -170,12 +170,12 @@ struct WorldSceneInfo
     const char* name;
     const char* summary;   ///< one line
     std::uint32_t bodies;  ///< by default
-    double halfExtent;     ///< every box stays within this distance of the origin on each axis
+    double halfExtent;     ///< bound of all boxes' coordinates at all times
     std::unique_ptr<WorldScene> (*make)(const std::string& name, NamedBroadphase, const WorldSceneOptions&);
     bool takesMeshes = false;  ///< options.hulls are among its shapes
 };
 
-/// Every scene, in the order in which people should read them.
+/// Every scene, in reading order.
 const std::vector<WorldSceneInfo>& worldScenes();
 
 /// The scene of that name (case matters), or null.
@@ -183,10 +183,10 @@ const WorldSceneInfo* findWorldScene(std::string_view name);
 
 /// The scene of that name.
 ///
-/// @throws std::invalid_argument when there is none, listing the known ones
+/// @throws std::invalid_argument if there is none, listing the known ones
 const WorldSceneInfo& requireWorldScene(std::string_view name);
 
-/// What a broad phase for this scene has to be able to hold; options.backend names it.
+/// The requirements of this scene on a broad phase, which options.backend names.
 ///
 /// @throws std::invalid_argument for an unknown scene, listing the known ones
 BroadphaseRequest requestForScene(std::string_view name, const WorldSceneOptions& options);
@@ -194,10 +194,10 @@ BroadphaseRequest requestForScene(std::string_view name, const WorldSceneOptions
 /// Makes a scene with the broad phase options.backend.
 ///
 /// @throws std::invalid_argument for an unknown scene, backend or narrow phase, listing the known ones; ProgramError
-///         (kExitInput) for a file that cannot be read; std::runtime_error when a backend cannot run here
+///         (kExitInput) for a file that cannot be read; std::runtime_error if a backend cannot run here
 std::unique_ptr<WorldScene> makeWorldScene(std::string_view name, const WorldSceneOptions& options);
 
-/// The same with a broad phase of the caller's, options.backend is not read.
+/// makeWorldScene() with the caller's broad phase; options.backend is ignored.
 std::unique_ptr<WorldScene> makeWorldScene(std::string_view name, const WorldSceneOptions& options,
                                            NamedBroadphase broadphase);
 }  // namespace CULLET_PRECISION

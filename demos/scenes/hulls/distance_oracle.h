@@ -15,13 +15,13 @@
 #include <utility>
 #include <vector>
 
-/// The truth about two posed hulls, in long double and independent of the library's simplex solver and searches.
+/// Reference distance of two posed hulls, in long double and independent of the library's simplex solver and searches.
 namespace cullet
 {
 using LongVector = Eigen::Matrix<long double, 3, 1>;
 
-/// Distance with proof: a plane with `lower` between the shapes, and two points `upper` apart. 0, 0 if they overlap,
-/// then `inner` is the largest ball around the origin seen inside a tetrahedron of A - B.
+/// Distance with proof: a plane with a gap of `lower` between the shapes, and two points at distance `upper`. 0, 0 if
+/// they overlap; then `inner` is the radius of the largest ball around the origin found inside a tetrahedron of A - B.
 struct Bounds
 {
     long double lower = 0.0L;
@@ -58,7 +58,7 @@ public:
                 bounds.lower = lower;
                 bounds.axis = v / v.norm();
             }
-            // 1e-17: a fiftieth of the resolution that the tests ask for, per unit of size.
+            // 1e-17: a fiftieth of the resolution that the tests need, per unit of size.
             if (bounds.upper - bounds.lower <= 1e-17L)
                 break;
             simplex.push_back(w);

@@ -41,19 +41,19 @@ Pose<S> poseOf(const Eigen::Matrix3d& basis, const Eigen::Vector3d& origin)
     return {basis.cast<S>(), origin.cast<S>()};
 }
 
-/// Moves B so that the distance is about `gap`; for a negative gap so deep that no direction has a larger one.
+/// Moves B so that the distance is about `gap`; for a negative gap so deep that no direction has a larger gap.
 template <class S>
 void setGap(PairScene<S>& scene, double gap, std::mt19937& engine)
 {
     const Eigen::Vector3d away = randomDirection(engine);
     const Eigen::Vector3d home = scene.a.origin.template cast<double>();
-    // The shapes are smaller than this.
+    // This distance exceeds the size of the shapes.
     scene.b.origin = (home + 4.0 * away).template cast<S>();
     GjkCache<double> cache;
     const PosedHull<S> a = scene.posedA();
     const PosedHull<S> b = scene.posedB();
     const GjkResult<double> far = gjkDistance(a, b, std::numeric_limits<double>::infinity(), cache);
-    // Along its axis the distance shrinks one to one as long as the shapes do not touch.
+    // Along its axis the distance shrinks one to one until the shapes touch.
     const Eigen::Vector3d shift = far.axis * (far.distance - gap);
     scene.b.origin = (scene.b.origin.template cast<double>() + shift).template cast<S>();
 }
@@ -85,13 +85,13 @@ void moveALittle(PairScene<S>& scene, double step, std::mt19937& engine)
     scene.b.origin += (step * randomDirection(engine)).template cast<S>();
 }
 
-/// Moves B to a gap along the axis of the distance that it has a little farther out.
+/// Moves B to a gap along the axis of the distance measured a little farther out.
 template <class S>
 void setGapOutwards(PairScene<S>& scene, double gap)
 {
     const Eigen::Vector3d home = scene.b.origin.template cast<double>();
     const Eigen::Vector3d away = (home - scene.a.origin.template cast<double>()).normalized();
-    // The first is enough but for shapes that are large and thin.
+    // The first step suffices, except for large and thin shapes.
     for (const double step : {0.3, 1.0, 4.0})
     {
         scene.b.origin = (home + step * away).template cast<S>();

@@ -20,7 +20,7 @@
 /// Point sets for hulls: regular ones and thin ones. Sizes are about 1.
 namespace cullet
 {
-// In hull_points.cpp: building takes most of the time that the compiler needs for a small test.
+// Instantiated in hull_points.cpp, since hull building dominates the compile time of a small test.
 extern template Hull<float> makeHull(const std::vector<Eigen::Vector3f>&, HullExtra);
 extern template Hull<double> makeHull(const std::vector<Eigen::Vector3d>&, HullExtra);
 extern template Hull<float> makeHull(const Eigen::Vector3f*, std::int32_t, HullExtra);
@@ -151,7 +151,7 @@ struct NamedPoints
     bool isThin = false;
 };
 
-/// Shapes on which queries are tested and measured. `isThin`: with a side a thousand times shorter than the others.
+/// Shapes on which queries are tested and measured. `isThin`: one side is a thousand times shorter than the others.
 inline std::vector<NamedPoints> hullShapes()
 {
     return {{"ico12", icoPoints(0)},

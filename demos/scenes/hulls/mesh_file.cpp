@@ -26,7 +26,7 @@ namespace
 {
 using Clock = std::chrono::steady_clock;
 
-// First byte of what the reading process sends; vertices or a text follow.
+// First byte of the reading process's output; vertices or an error text follow.
 constexpr char kVertices = 'V';
 constexpr char kFailure = 'F';
 
@@ -36,7 +36,7 @@ constexpr char kFailure = 'F';
     throw MeshError("mesh '" + path + "': cannot be read: " + reason);
 }
 
-/// Both ends of a pipe; closes what is open.
+/// Both ends of a pipe; the destructor closes open ends.
 class Pipe
 {
 public:
@@ -99,7 +99,7 @@ void sendVertices(int file, const aiScene& scene)
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 void limitAddressSpace(std::uint64_t) {}
 #else
-/// Lets this process take so many bytes of address space more than it has.
+/// Limits the growth of this process's address space in bytes.
 void limitAddressSpace(std::uint64_t bytes)
 {
     std::uint64_t pages = 0;
@@ -110,10 +110,10 @@ void limitAddressSpace(std::uint64_t bytes)
 }
 #endif
 
-/// In the reading process, before anything else.
+/// Called first in the reading process.
 void limitSelf(const MeshLimits& limits)
 {
-    // The user's Ctrl-C, which reaches both processes, is the waiting one's affair; the end of that one ends this one.
+    // Ctrl-C reaches both processes; only the waiting process handles it, and its end terminates this process.
     std::signal(SIGINT, SIG_IGN);
     std::signal(SIGTERM, SIG_IGN);
     prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -122,7 +122,7 @@ void limitSelf(const MeshLimits& limits)
     limitAddressSpace(limits.bytes);
 }
 
-/// What the reading process does; never returns, so that nothing of its parent's is flushed or destroyed twice.
+/// Body of the reading process; never returns, so that no buffer or object of its parent is flushed or destroyed twice.
 [[noreturn]] void readAndSend(const std::string& path, const MeshLimits& limits, int file)
 {
     limitSelf(limits);
@@ -147,7 +147,7 @@ void limitSelf(const MeshLimits& limits)
     _exit(0);
 }
 
-/// Everything up to the end of the file, or false at the deadline.
+/// Reads up to the end of the file; returns false at the deadline.
 bool receive(int file, Clock::time_point deadline, std::vector<char>& received)
 {
     std::array<char, 65536> buffer;
@@ -170,7 +170,7 @@ bool receive(int file, Clock::time_point deadline, std::vector<char>& received)
     }
 }
 
-/// @return how the process ended, as waitpid() tells
+/// @return status from waitpid()
 int waitFor(pid_t process)
 {
     int status = 0;

@@ -10,21 +10,21 @@
 
 namespace cullet
 {
-/// What reading a mesh file may take.
+/// Resource limits for reading a mesh file.
 struct MeshLimits
 {
     double seconds;
-    std::uint64_t bytes;  ///< of address space on top of what this process has
+    std::uint64_t bytes;  ///< of address space in addition to that of this process
 };
 
-/// Limits that no sound mesh of so many bytes reaches: a broken count in a small file makes Assimp loop or allocate for
+/// Limits that no valid mesh of that size reaches: a corrupt count in a small file makes Assimp loop or allocate for
 /// hours.
 MeshLimits limitsForMesh(std::uint64_t fileBytes);
 
 /// The vertices of all meshes of a file.
 ///
-/// Assimp runs in a process of its own, so that neither a loop nor a crash in it reaches this one.
+/// Assimp runs in a separate process, so that neither a loop nor a crash in it affects this one.
 ///
-/// @throws MeshError when the file is missing, cannot be read, or takes more than the limits allow
+/// @throws MeshError if the file is missing, cannot be read, or exceeds the limits
 std::vector<Point> readMeshVertices(const std::string& path, const MeshLimits& limits);
 }  // namespace cullet

@@ -91,7 +91,7 @@ std::vector<Point> centreAndScale(const std::vector<Point>& points)
     return result;
 }
 
-/// Bytes of a file that is there; 0 where that cannot be known, as of a device.
+/// Size of a file in bytes; 0 if it is unknown, as for a device.
 std::uint64_t sizeOfMesh(const std::string& path)
 {
     std::error_code error;

@@ -11,7 +11,7 @@ namespace cullet
 {
 using Point = std::array<float, 3>;
 
-/// A mesh file that cannot serve as a body; what() is one line that names the file and the reason.
+/// Thrown for a mesh file that is unusable as a body; what() is one line that names the file and the reason.
 class MeshError : public std::runtime_error
 {
 public:
@@ -23,7 +23,7 @@ struct HullPoints
 {
     std::string name;  ///< file name without its folder
     std::vector<Point> points;
-    std::size_t meshVertices = 0;  ///< vertices that the file had
+    std::size_t meshVertices = 0;  ///< vertices in the file
 };
 
 constexpr std::size_t kMaxHullPoints = 64;
@@ -35,8 +35,8 @@ constexpr std::size_t kMaxHullPoints = 64;
 /// meshes of glmark2 it misses less than 3 % of its extent. Then the points are moved so that their mean is the origin
 /// and scaled so that the longest edge of their bounds is 1.
 ///
-/// @throws MeshError when the file is missing, not readable, without vertices, flat, holds a NaN or an infinity, or takes
-///         more than limitsForMesh() to read
+/// @throws MeshError if the file is missing, not readable, without vertices, flat, has a NaN or an infinity, or exceeds
+///         limitsForMesh()
 HullPoints loadMeshHull(const std::string& path);
 
 /// The reduction alone; throws MeshError with `name` in its text.

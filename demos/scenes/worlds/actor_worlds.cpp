@@ -69,7 +69,7 @@ private:
                 wheel.m_rollInfluence = btScalar(0.1);
             }
         }
-        // addWheel() places the wheel by a length of its suspension that nobody has set.
+        // addWheel() places the wheel by its suspension length, which is uninitialised.
         vehicle.resetSuspension();
         for (int wheel = 0; wheel < vehicle.getNumWheels(); ++wheel)
             vehicle.updateWheelTransform(wheel, false);
@@ -122,7 +122,7 @@ public:
     {
         allowGhosts();
         addFloor();
-        // Bullet's controller turns the z axis of its object up.
+        // Bullet's controller rotates the z axis of its object to point up.
         auto& capsule = makeShape<btCapsuleShapeZ>(btScalar(0.4), btScalar(0.8));
         for (std::uint32_t i = 0; i < scene.bodies; ++i)
             addWalker(capsule, btVector3(btScalar(2 * (i % m_perSide)), btScalar(0.85),

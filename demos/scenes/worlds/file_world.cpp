@@ -18,7 +18,7 @@ inline namespace CULLET_PRECISION
 #ifdef CULLET_HAS_IMPORTER
 namespace
 {
-/// Without a world, so that its data can go after the world has.
+/// Has no world, so that its data can be destroyed after the world.
 class Importer : public btBulletWorldImporter
 {
 public:

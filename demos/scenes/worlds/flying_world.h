@@ -14,8 +14,8 @@ inline namespace CULLET_PRECISION
 {
 /// A scene of boxes as a world: each box is an object without response, a frame is a step.
 ///
-/// The proxies' boxes are those of the box scene grown by Bullet's contact threshold of 0.02. Objects that the scene does
-/// not move in a step are handed over too, as Bullet does by default.
+/// The proxies' boxes are those of the box scene grown by Bullet's contact threshold of 0.02. Objects that the scene
+/// does not move in a step are set, too, as Bullet does by default.
 class FlyingWorld : public WorldScene
 {
 public:

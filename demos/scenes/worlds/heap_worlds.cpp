@@ -32,7 +32,7 @@ private:
 
     void change() override
     {
-        // Ten steps take a layer out of the next one's way.
+        // In ten steps a layer clears the space of the next one.
         if (m_step++ % 10 != 0)
             return;
         for (std::uint32_t i = 0; i < m_perLayer; ++i)
@@ -71,7 +71,7 @@ private:
     btCollisionShape& m_box;
     btCollisionShape& m_ball;
     std::vector<btRigidBody*> m_bodies;
-    std::size_t m_next = 0;  ///< the oldest, once all are in the world
+    std::size_t m_next = 0;  ///< next body to add, or the oldest once all are in the world
 };
 
 class PileWorld : public WorldScene
@@ -110,7 +110,7 @@ public:
     }
 
 private:
-    /// Of a layer of a cone of slope 0.6, in cells.
+    /// Radius of a layer of a cone of slope 0.6, in cells.
     static double radiusOf(double radius, int layer) { return radius - (layer + 0.5) / 0.6; }
 
     static std::uint32_t countCone(double radius)

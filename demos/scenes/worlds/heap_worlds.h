@@ -11,9 +11,9 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// Scene "pour": in every tenth step a twentieth of the bodies, four at least, leave a square spout 10 m up at 5 m/s, 1.25
-/// apart, and fall into a walled square: boxes of 0.7 and spheres of radius 0.4 in turn, rotations uniform. Once all bodies
-/// are in the world the oldest ones leave it and are poured anew.
+/// Scene "pour": in every tenth step a twentieth of the bodies, four at least, leave a square spout 10 m up at 5 m/s,
+/// 1.25 apart, and fall into a walled square: boxes of 0.7 and spheres of radius 0.4 in turn, rotations uniform. Once
+/// all bodies are in the world the oldest ones are removed and poured again.
 std::unique_ptr<WorldScene> makePourScene(const std::string& name, NamedBroadphase broadphase,
                                           const WorldSceneOptions& options);
 

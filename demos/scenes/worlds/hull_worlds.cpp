@@ -48,7 +48,7 @@ public:
         for (std::uint32_t i = 0; i < scene.bodies; ++i)
         {
             const std::uint32_t column = i % columns;
-            // Half a height, margins, and how far it falls.
+            // Half a height, margins, and the height of the fall.
             const btScalar y = btScalar(0.74) + btScalar(1.38) * btScalar(i / columns);
             addBody(barrel, 1,
                     transformAt(btVector3(btScalar(1.5) * (btScalar(column % perSide) - centre), y,

@@ -11,8 +11,8 @@ namespace cullet
 {
 inline namespace CULLET_PRECISION
 {
-/// Scene "barrels": hulls of 44 points, four rings of eleven, stand on each other in columns 1.5 apart, 15 high at most,
-/// with 0.1 between them at the start.
+/// Scene "barrels": hulls of 44 points, four rings of eleven, stand on each other in columns 1.5 apart, 15 high at
+/// most, with 0.1 between them at the start.
 std::unique_ptr<WorldScene> makeBarrelsScene(const std::string& name, NamedBroadphase broadphase,
                                              const WorldSceneOptions& options);
 

@@ -64,7 +64,7 @@ private:
         btSoftBody& ball = keep(std::unique_ptr<btSoftBody>(btSoftBodyHelpers::CreateEllipsoid(
             softRigidWorld().getWorldInfo(), place, btVector3(radius, radius, radius), kSamples)));
         ball.m_materials[0]->m_kLST = btScalar(0.5);
-        // Pressure keeps it round.
+        // Pressure keeps the ball round.
         ball.m_cfg.kPR = 200;
         ball.m_cfg.kDF = btScalar(0.5);
         ball.setTotalMass(1, true);

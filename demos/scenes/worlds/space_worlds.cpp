@@ -51,7 +51,7 @@ private:
         return result;
     }
 
-    /// A plain object: a million rigid bodies would take twice the memory and do no more.
+    /// Adds a plain collision object: a million rigid bodies would take twice the memory for the same effect.
     void addStatic(btCollisionShape& shape)
     {
         btCollisionObject& object = keep(std::make_unique<btCollisionObject>());
@@ -92,7 +92,7 @@ public:
         constexpr double kPlanet = 1e5;
         addBody(makeShape<btSphereShape>(btScalar(kPlanet)), 0, btTransform::getIdentity());
         SplitMix64 random(scene.seed);
-        // A fiftieth of the volume of the largest box for each, for scenes of whatever size.
+        // A fiftieth of the volume of the largest box per body, for scenes of any size.
         const double inner = 1.5 * kPlanet;
         const double outer =
             std::cbrt(inner * inner * inner + scene.bodies * (kPlanet * kPlanet * kPlanet / 50) / (4.19));

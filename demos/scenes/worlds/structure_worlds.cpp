@@ -52,7 +52,7 @@ public:
             const double radius = 2.0 + angle / SIMD_2_PI;
             const btVector3 place(btScalar(radius * std::sin(angle)), btScalar(0.5),
                                   btScalar(radius * std::cos(angle)));
-            // The thin side looks along the spiral.
+            // The thin side faces along the spiral.
             const btQuaternion along(btVector3(0, 1, 0), btScalar(angle));
             btRigidBody& body = addBody(piece, 1, btTransform(along, place));
             body.setFriction(btScalar(0.5));

@@ -16,14 +16,14 @@ inline namespace CULLET_PRECISION
 std::unique_ptr<WorldScene> makeWallScene(const std::string& name, NamedBroadphase broadphase,
                                           const WorldSceneOptions& options);
 
-/// Scene "domino": pieces of 0.1 x 1 x 0.5 stand 0.4 apart along a spiral whose arms are 1 apart; the innermost one falls
-/// outward along it. Friction 0.5.
+/// Scene "domino": pieces of 0.1 x 1 x 0.5 stand 0.4 apart along a spiral whose arms are 1 apart; the innermost one
+/// falls outward along it. Friction 0.5.
 std::unique_ptr<WorldScene> makeDominoScene(const std::string& name, NamedBroadphase broadphase,
                                             const WorldSceneOptions& options);
 
-/// Scene "cards": houses of four storeys, 26 cards of 1 x 0.7 x 0.02 each, 6 apart: pairs of cards lean against each other
-/// by 20 degrees, others lie on top. The last house is as complete as the number of bodies allows, from below. Friction 1.
-/// They come down when they do.
+/// Scene "cards": houses of four storeys, 26 cards of 1 x 0.7 x 0.02 each, 6 apart: pairs of cards lean against each
+/// other by 20 degrees, others lie on top. The last house is as complete as the number of bodies allows, from below.
+/// Friction 1. The time of their collapse is not prescribed.
 std::unique_ptr<WorldScene> makeCardsScene(const std::string& name, NamedBroadphase broadphase,
                                            const WorldSceneOptions& options);
 }  // namespace CULLET_PRECISION

@@ -79,7 +79,7 @@ BroadphaseRequest requestForScene(std::string_view name, const WorldSceneOptions
     request.name = options.backend;
     request.threads = options.threads;
     request.worldBounds = {{-extent, -extent, -extent}, {extent, extent, extent}};
-    // Ground, sensors and what else a scene adds to its bodies.
+    // Includes ground, sensors and other objects that a scene adds to its bodies.
     request.mostProxies = 2 * (options.bodies != 0 ? options.bodies : scene.bodies) + 1024;
     return request;
 }

@@ -17,7 +17,7 @@ namespace
 {
 using Clock = std::chrono::steady_clock;
 
-/// A thread that comes back as often as it leaves.
+/// A thread that rejoins each time it leaves.
 class Helper
 {
 public:
@@ -41,7 +41,7 @@ private:
     std::thread m_thread;
 };
 
-/// A loop of two tasks, each of which waits for the other: only two threads can do it.
+/// A loop of two tasks that wait for each other: it needs two threads.
 void meet(ForkJoin& crew)
 {
     std::atomic<int> there{0};
@@ -64,7 +64,7 @@ TEST(ForkJoin, EachTaskOfEachLoopIsDoneOnce)
     std::vector<unsigned> counts(100);
     for (unsigned loop = 1; loop <= 2000; ++loop)
     {
-        // What is written between and before loops is there without further ado.
+        // Writes between and before loops are visible without further synchronisation.
         const unsigned tasks = loop % 100 + 1;
         crew.run(tasks, [&](unsigned task, unsigned) { counts[task] = loop + task; });
         for (unsigned task = 0; task < tasks; ++task)
@@ -83,7 +83,7 @@ TEST(ForkJoin, NobodyWaitsForAHelperThatDoesNotCome)
     unsigned count = 0;
     crew.run(5, [&](unsigned task, unsigned) { count += task; });
     EXPECT_EQ(count, 10u);
-    // One comes, finds nothing to do and leaves; its number is free again.
+    // A thread joins, finds no task and leaves; its number is free again.
     crew.help();
     const Helper next(crew);
     meet(crew);

@@ -26,7 +26,7 @@ namespace
 {
 constexpr std::chrono::seconds kLongEnough{60};
 
-/// A crew of the process's threads, of as many as a test wants: a ParallelLoops has no more than there are cores.
+/// A region with any number of the pool's threads: a ParallelLoops uses no more threads than there are cores.
 class SharedCrew
 {
 public:
@@ -35,7 +35,7 @@ public:
     {
     }
 
-    /// Whether all take part in one loop: each task waits for all others.
+    /// Whether all threads take part in one loop, in which each task waits for all others.
     bool meet()
     {
         const auto end = std::chrono::steady_clock::now() + kLongEnough;
@@ -45,7 +45,7 @@ public:
             ++here;
             while (here.load() < m_count && std::chrono::steady_clock::now() < end)
             {
-                // One that was counted may just have left the loop before.
+                // A counted thread may just have left the previous loop.
                 if (thread == 0)
                     m_call.ask(m_count - 1);
                 std::this_thread::yield();
@@ -112,7 +112,7 @@ TEST(ThreadPool, AreSharedByWorldsOnSeveralThreads)
         worlds.emplace_back(
             [&sums, world]
             {
-                // Some that come and go, too.
+                // Also threads that join and leave.
                 std::optional<ParallelLoops> workers;
                 for (unsigned loop = 0; loop < kLoops; ++loop)
                 {
@@ -200,7 +200,7 @@ TEST(ThreadPool, FailuresReachTheCaller)
 }
 
 #if defined(__unix__) && !defined(__SANITIZE_THREAD__)
-// A forked process has none of the threads. Its loops are done by the one that it has, and nothing waits for the others.
+// A forked process has none of the pool's threads. Its single thread runs all loops, and does not wait for others.
 TEST(HelperThreadsDeathTest, AForkedProcessGoesOnAlone)
 {
     SharedCrew crew(3);
@@ -224,7 +224,7 @@ namespace
 {
 std::atomic<bool> isHeld{false}, isReleased{false};
 
-/// Keeps the thread that gets the signal, as a busy system does.
+/// Suspends the thread that receives the signal, as a busy system does.
 void hold(int)
 {
     isHeld = true;
@@ -254,7 +254,7 @@ TEST(ParallelLoops, DoesNotWaitForAHelperThatIsPutAsideBetweenLoops)
         const auto meetAndHold = [&]
         {
             workers.run(count, meet);
-            // It looks out for another loop, or sleeps already.
+            // The thread polls for another loop, or sleeps already.
             if (count == 2)
                 pthread_kill(helper, SIGUSR1);
             while (count == 2 && !isHeld)

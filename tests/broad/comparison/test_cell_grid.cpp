@@ -35,7 +35,7 @@ Aabb randomBox(Random& random, float side, int sizeLow, int sizeHigh)
     return box;
 }
 
-/// How often each pair of rows is visited, from either side.
+/// Number of visits of each pair of rows, from either side.
 std::map<Rows, int> visitsOf(const CellGrid& grid, std::uint32_t rowCount)
 {
     std::map<Rows, int> visits;
@@ -48,7 +48,8 @@ std::map<Rows, int> visitsOf(const CellGrid& grid, std::uint32_t rowCount)
     return visits;
 }
 
-/// Every pair comes once from either side, and all that overlap are among them. Returns how many overlap.
+/// Expects one visit of each visited pair from either side, including all overlapping pairs. Returns the number of
+/// overlapping pairs.
 std::size_t expectExact(const CellGrid& grid, const std::vector<Aabb>& boxes)
 {
     const auto visits = visitsOf(grid, static_cast<std::uint32_t>(boxes.size()));
@@ -73,7 +74,7 @@ TEST(CellGridLevel, IsHalfOpenAtPowersOfTwo)
     for (int exponent = -148; exponent <= 127; ++exponent)
     {
         const float size = std::ldexp(1.0f, exponent);
-        // size / s = 1 belongs to s, size / s = 0.5 does not.
+        // A box with size / s = 1 is at the level of s, one with size / s = 0.5 is not.
         EXPECT_EQ(grid.levelOf(boxOfSize(size)), exponent);
         EXPECT_EQ(grid.levelOf(boxOfSize(std::nextafter(size, 0.0f))), exponent - (exponent == -148 ? 1 : 0));
         if (exponent < 127)
@@ -206,7 +207,7 @@ TEST(CellGrid, HandlesSizesOfOneToAMillion)
     }
     EXPECT_GE(grid.counters().levels, 18u);
     EXPECT_GT(expectExact(grid, boxes), 500u);
-    // Eight cells in each grid from the own one up, and no more.
+    // At most eight cells in each grid from the box's own level up.
     EXPECT_LE(grid.counters().ids, 300u * 8 * grid.counters().levels);
 }
 

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// The variants of the lecture's cells that are there to be compared: what they store, touch and look at. Their pairs are
-// held by the conformance suite.
+// The variants of the cells of Lesson 04 that serve for comparison: what they store and visit. The conformance suite
+// checks their pairs.
 
 #include "cullet/broad/comparison/cell_grid.h"
 #include "cullet/broad/comparison/cell_hash.h"
@@ -168,7 +168,7 @@ TEST(OnePointPlacement, StoresABoxOnceAndSearchesEightCellsOfItsLevel)
     EXPECT_GT(neighbours, 1000u);
 }
 
-/// A cloud in which all boxes move a little, through a backend of cells with some placement.
+/// Cost of a cloud in which all boxes move a little, for a cell backend with a given placement.
 struct CloudCost
 {
     std::uint64_t cells = 0;  ///< touched and visited
@@ -230,7 +230,7 @@ TEST(CellGridBackend, TouchesOnlyTheCellsThatChange)
         options.cellScale = 1;
         options.rebuildFraction = 1;
         BackendSession session{makeGridBackend(options)};
-        // Size 1, and the mean is 1: cells of size 1; each box lies in 2 x 1 x 1 of them.
+        // Size 1, and a mean of 1: cells of size 1; each box lies in 2 x 1 x 1 cells.
         for (int i = 0; i < 100; ++i)
             session.add({{3.0f * static_cast<float>(i) + 0.5f, 0.25f, 0.25f},
                          {3.0f * static_cast<float>(i) + 1.5f, 0.75f, 0.75f}});

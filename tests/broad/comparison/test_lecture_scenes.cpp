@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// The worked scenes of Lecture 4, Broad Phase, with coordinates that give the slides' cells and orders. The slides are
-// flat; here every box is one unit deep.
+// The worked scenes of Lesson 04, Broad Phase, with coordinates that give the slides' cells and orders. The slides are
+// two-dimensional; here every box is one unit deep.
 
 #include "cullet/broad/comparison/cell_grid.h"
 #include "cullet/broad/comparison/uniform_grid.h"
@@ -143,7 +143,7 @@ TEST_P(LectureScenesOnBackends, SweepAndPruneSceneAndItsIncrementalUpdate)
     session.table.setBox(4, translated(sweepAndPruneScene()[4], 1.5f, 0, 0));
     ASSERT_TRUE(session.step());
     EXPECT_TRUE(session.reported({{2, 5}}, {}));
-    // And back left.
+    // It moves back left.
     session.table.setBox(4, sweepAndPruneScene()[4]);
     ASSERT_TRUE(session.step());
     EXPECT_TRUE(session.reported({}, {{2, 5}}));

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Incremental sweep and prune: the swap cases and sweeps of Lecture 4, and what its counters tell.
+// Incremental sweep and prune: the swap cases and sweeps of Lesson 04, and the counters.
 
 #include "cullet/broad/comparison/sap_backend.h"
 #include "cullet/broad/comparison/sap_endpoints.h"
@@ -24,8 +24,8 @@ namespace
 {
 using Rows = std::set<std::pair<std::uint32_t, std::uint32_t>>;
 
-/// "SAP - Algorithm Principle": orders on x 1 3 3' 4 1' 4' 5 5' 2 2' and on y 4 1 1' 5 4' 2 3 5' 3' 2' (' = end).
-/// Row 0 is nobody, so that rows are the labels of the slide.
+/// "SAP - Algorithm Principle": orders on x 1 3 3' 4 1' 4' 5 5' 2 2' and on y 4 1 1' 5 4' 2 3 5' 3' 2' (' = end). Row 0
+/// is unused, so that rows are the labels of the slide.
 const std::vector<Aabb> kSlide = {kEmptyAabb,
                                   {{0, 1, 0}, {4, 2, 1}},
                                   {{8, 5, 0}, {9, 9, 1}},
@@ -46,7 +46,7 @@ LimitList listOf(int axis, const std::vector<Aabb>& boxes)
     return list;
 }
 
-/// Pairs that the sweep of the slides reports, and the sets of open intervals on the way.
+/// Pairs that the sweep of the slides reports, and the sets of open intervals during it.
 Rows sweep(const LimitList& list, std::vector<std::vector<std::uint32_t>>* sets = nullptr)
 {
     Rows pairs;
@@ -109,7 +109,7 @@ TEST(LimitEvent, HasTheEightCasesOfTheLecture)
 
 TEST(LimitList, MovingOneBoxReportsEachOfTheEightCases)
 {
-    // Box 0 stays at [4, 6]; box 1 moves so that one of its limits passes one of those of box 0.
+    // Box 0 stays at [4, 6]; box 1 moves so that one of its limits passes a limit of box 0.
     struct Move
     {
         float beforeStart, beforeEnd, afterStart, afterEnd;
@@ -154,7 +154,7 @@ TEST(LimitList, RandomMovesKeepTheOrderAndReportExactlyWhatChanges)
     std::vector<Aabb> boxes;
     const auto randomInterval = [&]
     {
-        // On a lattice, so that limits are often equal.
+        // Coordinates on a lattice, so that limits are often equal.
         const float start = static_cast<float>(random.below(40));
         return cube(start, start + static_cast<float>(random.below(6)));
     };
@@ -262,7 +262,7 @@ TEST(SapBackend, RestingAndSilentBoxesAreNotTouched)
     EXPECT_STREQ(session.backend().stats().path, "batch");
     ASSERT_TRUE(session.step());
     EXPECT_STREQ(session.backend().stats().path, "idle");
-    // One box moves by less than the gap: nobody is passed on x; on y it passes the limits of the 49 higher ones.
+    // One box moves by less than the gap: it passes no limit on x; on y it passes the limits of the 49 higher boxes.
     session.table.setBox(50, boxAt(100.25f, 0.25f, 0));
     ASSERT_TRUE(session.step());
     const BackendStats stats = session.backend().stats();
@@ -275,7 +275,7 @@ TEST(SapBackend, RestingAndSilentBoxesAreNotTouched)
 TEST(SapBackend, AxisAlongWhichAPileSettlesTakesMostOfTheSwaps)
 {
     SCOPED_TRACE("seed 3");
-    // Layers on y, each body at a place of its own on x and z; all jitter by the same amount on each axis.
+    // Layers on y, each body at its own position on x and z; all jitter by the same amount on each axis.
     Random random(3);
     BackendSession session{makeSapBackend()};
     std::vector<Aabb> home;

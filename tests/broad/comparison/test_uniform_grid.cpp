@@ -23,7 +23,7 @@ Aabb randomBox(Random& random, float side, float largest)
     Aabb box;
     for (int axis = 0; axis < 3; ++axis)
     {
-        // On a lattice of quarters, so that faces often lie on cell borders.
+        // Coordinates on a lattice of quarters, so that faces often lie on cell borders.
         box.min[axis] = std::floor(random.between(-side, side) * 4) / 4;
         box.max[axis] = box.min[axis] + std::floor(random.between(0, largest) * 4) / 4;
     }
@@ -48,7 +48,7 @@ CellRange intersection(CellRange a, const CellRange& b)
     return a;
 }
 
-/// Pairs of rows that the grid reports and that overlap; fails on a pair that comes more or less than once per row.
+/// Overlapping pairs of rows that the grid reports; fails on a pair not reported exactly once per row.
 std::set<std::pair<std::uint32_t, std::uint32_t>> overlapsFound(const UniformGrid& grid,
                                                                 const std::vector<Aabb>& boxes)
 {
@@ -254,7 +254,7 @@ TEST(UniformGrid, UpdateTouchesTheSymmetricDifferenceOnly)
 
 TEST(UniformGrid, APairThatLeavesOneOfItsCellsStaysAPair)
 {
-    // Shares cells 0 and 1 on x, then only cell 1: removing pairs cell by cell would lose it.
+    // The pair shares cells 0 and 1 on x, then only cell 1: removing pairs cell by cell would lose it.
     UniformGrid grid(0);
     std::vector<Aabb> boxes = {cube(0.5f, 1.5f), cube(0.75f, 1.75f)};
     grid.addBox(0, boxes[0]);

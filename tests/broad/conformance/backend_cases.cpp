@@ -6,14 +6,14 @@ namespace cullet::test
 {
 namespace
 {
-/// The row grid, however small the scene.
+/// The column grid, for scenes of any size.
 BackendCase grid(const char* name, GridOptions options = {})
 {
     options.flatLimit = 0;
     return {name, [options] { return makeGridBackend(options); }};
 }
 
-/// Flat up to so many rows, then the row grid.
+/// Flat arrays up to `limit` rows, then the column grid.
 BackendCase flat(const char* name, std::uint32_t limit, bool baselineSimd = false)
 {
     GridOptions options;

@@ -12,8 +12,8 @@
 
 namespace cullet::test
 {
-/// The variants and options of the sweep-and-prune backends, under the names of `prefix` and what is special.
-/// @param withComparators also the options that are there to be compared
+/// The variants and options of the sweep-and-prune backends, named by `prefix` and the option.
+/// @param withComparators also the options that serve for comparison
 inline std::vector<BackendCase> psapCases(
     const std::string& prefix, const std::function<std::unique_ptr<Backend>(const PsapOptions&)>& make,
     bool withComparators = true)

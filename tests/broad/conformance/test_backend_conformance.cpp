@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// What every backend owes its callers, on scenes small enough to know the answer by hand.
+// The contract of every backend, on scenes small enough for results by hand.
 
 #include "cullet/tests/broad/conformance/backend_cases.h"
 #include "cullet/tests/support/backend_session.h"
@@ -107,8 +107,8 @@ TEST_P(BackendConformance, StaticBodiesDoNotPairWithEachOther)
 TEST_P(BackendConformance, BothFilterDirectionsMustAgree)
 {
     session.add(cube(0, 1), {1, 2});
-    session.add(cube(0, 1), {2, 1});  // wants 1, and 1 wants it
-    session.add(cube(0, 1), {2, 4});  // 1 wants it, but it does not want 1
+    session.add(cube(0, 1), {2, 1});  // pairs with 1 by both masks
+    session.add(cube(0, 1), {2, 4});  // its own mask excludes 1
     ASSERT_TRUE(session.step());
     EXPECT_TRUE(session.reported({{1, 2}}, {}));
 }
@@ -135,11 +135,11 @@ TEST_P(BackendConformance, AFilterChangeLetsPairsInButNeverOut)
     session.table.setFilter(first, {1, 0});
     ASSERT_TRUE(session.step());
     EXPECT_TRUE(session.reported({}, {}));
-    // It stays even when the box moves, as long as it overlaps ...
+    // The pair stays when the box moves, as long as the boxes overlap ...
     session.table.setBox(first, cube(0.5f, 1.5f));
     ASSERT_TRUE(session.step());
     EXPECT_TRUE(session.reported({}, {}));
-    // ... and comes back only if the words allow it.
+    // ... and enters again only if the filter words allow it.
     session.table.setBox(first, cube(2, 3));
     ASSERT_TRUE(session.step());
     EXPECT_TRUE(session.reported({}, {{1, 2}}));
@@ -176,7 +176,7 @@ TEST_P(BackendConformance, APairStaysWithinTheMarginAndLeavesBeyondIt)
     session.table.setBox(row, boxAt(-0.5625f, 0, 0));
     ASSERT_TRUE(session.step());
     EXPECT_TRUE(session.reported({}, {{1, 2}}));
-    // Within the margin is not enough to enter.
+    // A gap within the margin is not enough to enter.
     session.table.setBox(row, boxAt(-0.25f, 0, 0));
     ASSERT_TRUE(session.step());
     EXPECT_TRUE(session.reported({}, {}));
@@ -196,7 +196,7 @@ TEST_P(BackendConformance, APairHeldByTheMarginStaysWhileNothingMoves)
     session.table.setBox(other, boxAt(51, 0, 0));
     ASSERT_TRUE(session.step());
     EXPECT_TRUE(session.reported({}, {}));
-    // The partner leaves, the row that moved away first does nothing.
+    // The partner moves away; the row that moved away first does not move.
     session.table.setBox(row + 1, boxAt(1.0625f, 0, 0));
     ASSERT_TRUE(session.step());
     EXPECT_TRUE(session.reported({}, {{1, 2}}));
@@ -219,7 +219,7 @@ TEST_P(BackendConformance, ASmallerMarginLetsPairsGoThoughNothingMoves)
     session.margin = 0.05f;
     ASSERT_TRUE(session.step());
     EXPECT_TRUE(session.reported({}, {{1, 2}}));
-    session.margin = 1.0f;  // nothing enters by a margin
+    session.margin = 1.0f;  // no pair enters by a margin
     ASSERT_TRUE(session.step());
     EXPECT_TRUE(session.reported({}, {}));
 }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Boxes that grids, sorted axes and hashes dislike.
+// Boxes that are hard for grids, sorted axes and hashes.
 
 #include "cullet/tests/broad/conformance/backend_cases.h"
 #include "cullet/tests/support/backend_session.h"
@@ -35,7 +35,7 @@ protected:
         return boxAt(x, y, z, random.between(0.25f, 1.0f));
     }
 
-    /// Sends every third ordinary row elsewhere and checks the update.
+    /// Teleports every third ordinary row and checks the update.
     void stirAndStep(std::uint32_t count, float halfSide)
     {
         for (std::uint32_t row = random.below(3); row < count; row += 3)
@@ -49,7 +49,7 @@ protected:
 
 CULLET_ON_EVERY_BACKEND(BackendExtremes);
 
-/// A box without bounds, of the kinds that Bullet and its users make.
+/// An unbounded box, of the kinds that Bullet and applications create.
 Aabb unboundedBox(std::uint32_t kind)
 {
     Aabb box = cube(-1e18f, 1e18f);
@@ -96,7 +96,7 @@ TEST_P(BackendExtremes, OneThreeAndFiftyUnboundedBoxesThatMoveToo)
             stirAndStep(60, 6);
             for (const ProxyId row : unbounded)
             {
-                // Bounded for a step, then unbounded again, in another way.
+                // Bounded for a step, then unbounded again, of another kind.
                 const std::uint32_t kind = random.below(8);
                 session.table.setBox(row, kind >= 6 ? randomBox(6) : unboundedBox(kind));
             }
@@ -243,7 +243,7 @@ TEST_P(BackendExtremes, SmallBoxesVeryFarFromTheOrigin)
     {
         SCOPED_TRACE(std::to_string(far));
         BackendSession world{GetParam().make()};
-        // At this distance neighbouring floats are further apart than any sensible cell.
+        // At this distance the spacing of floats exceeds any sensible cell.
         const float step = std::nextafter(std::fabs(far), 0.0f) - std::fabs(far);
         for (std::uint32_t i = 0; i < 60; ++i)
             world.add(boxAt(0, 0, 0));

@@ -29,7 +29,7 @@ protected:
         }
     }
 
-    /// The sample means something: pairs came and went, and not all the time all of them.
+    /// The sample is representative: pairs entered and left, but not all of them in every step.
     void expectRepresentative(std::uint64_t changes) const
     {
         EXPECT_GT(session.addedTotal(), changes);
@@ -96,7 +96,7 @@ TEST_P(BackendFuzz, FilterWordsThatAreSwitchedOffAndOnEqualTheOracle)
     for (int step = 0; step < 60; ++step)
     {
         SCOPED_TRACE("step " + std::to_string(step));
-        // Other words for everybody: whoever switches restarts, because no row is dirty for it.
+        // New filter words for all proxies: a caller that does so restarts the backend, because no row is dirty for it.
         if (step % 10 == 5)
         {
             session.useFilter = !session.useFilter;
@@ -169,7 +169,7 @@ TEST_P(BackendFuzz, SleepingWorldsThatWakeInPartsEqualTheOracle)
     for (int step = 0; step < 120; ++step)
     {
         SCOPED_TRACE("step " + std::to_string(step));
-        // Twelve steps of the same tenth, then others; now and then nobody.
+        // The same tenth moves for twelve steps, then another tenth; in some steps none.
         const std::uint32_t part = static_cast<std::uint32_t>(step / 12);
         for (std::uint32_t i = part; i < world.rows().size() && step % 6 != 5; i += 10)
         {
@@ -203,7 +203,7 @@ TEST_P(BackendFuzz, JitterAroundTheMarginAndAnEscapeEqualTheOracle)
     for (int step = 0; step < 220; ++step)
     {
         SCOPED_TRACE("step " + std::to_string(step));
-        // Below the margin, then around it, then each on its own way.
+        // Motions below the margin, then around it, then unrelated ones.
         const float reach = step < 100 ? 0.0499f : step < 200 ? 0.07f : 3.0f;
         for (std::uint32_t i = 0; i < home.size(); ++i)
         {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// An update for which there is no memory leaves nothing behind that a restart does not clear away.
+// After an update that fails for lack of memory, a restart clears all of its remains.
 
 #include "cullet/tests/broad/conformance/backend_cases.h"
 #include "cullet/tests/support/backend_session.h"
@@ -44,9 +44,9 @@ protected:
                                   : translated(session.table.box(row), random.between(-0.3f, 0.3f), 0, 0));
     }
 
-    /// An update of the backend alone, in which an allocation fails.
+    /// Updates the backend alone, with a failing allocation.
     ///
-    /// @return whether there were so many
+    /// @return whether that allocation was reached
     static bool updateWithFailure(BackendSession& session, std::uint64_t after)
     {
         PairDelta delta;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Changes of the scene that must not change the pairs. Cell size, number of buckets, threads, layout and instruction set
-// differ between the cases of the suite; scale, place, axes and the order of the rows are varied here.
+// Changes of the scene that must not change the pairs. Cell size, number of buckets, threads, layout and instruction
+// set differ between the cases of the suite; scale, position, axes and the order of the rows are varied here.
 
 #include "cullet/broad/proxy_table.h"
 #include "cullet/tests/broad/conformance/backend_cases.h"
@@ -26,15 +26,15 @@ constexpr std::uint32_t kCount = 300;
 constexpr int kSteps = 10;
 constexpr float kMargin = 0.0625f;
 
-/// A scene run in another way that must give the same deltas.
+/// A variant of a scene that must give the same deltas.
 struct Variant
 {
     std::function<Aabb(const Aabb&)> transform = [](const Aabb& box) { return box; };
     float marginScale = 1;
-    bool isPermuted = false;  ///< rows in another order, the same ids
+    bool isPermuted = false;  ///< rows in another order, with the same ids
 };
 
-/// Coordinates in steps of 1/64 of a scene below 2^7: 13 bits, so that there are 10 left for shifts.
+/// Coordinates in steps of 1/64 of a scene below 2^7: 13 bits, which leaves 10 for shifts.
 Aabb onLattice(const Aabb& box)
 {
     Aabb result;
@@ -75,7 +75,7 @@ std::vector<PairDelta> deltasOf(Backend& backend, SceneKind kind, const Variant&
 constexpr SceneKind kScenes[] = {SceneKind::Uniform, SceneKind::ManySizes, SceneKind::MostlyStatic,
                                  SceneKind::Pile, SceneKind::Teleport};
 
-/// The deltas that every backend and variant must give: those of brute force on the plain scene.
+/// The deltas that every backend and variant must give: the deltas of brute force on the plain scene.
 const std::vector<PairDelta>& expectedDeltas(SceneKind kind)
 {
     static std::map<SceneKind, std::vector<PairDelta>> cache;

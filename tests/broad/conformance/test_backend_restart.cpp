@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Backend::restart(): a backend takes over from another one without losing a pair.
+// Backend::restart(): a backend replaces another one without losing a pair.
 
 #include "cullet/tests/broad/conformance/backend_cases.h"
 #include "cullet/tests/support/backend_session.h"
@@ -49,7 +49,7 @@ TEST_P(BackendRestart, FromNothingReportsEverything)
 
 TEST_P(BackendRestart, FromStalePairsReportsTheDifference)
 {
-    // 1-3 does not overlap, 7 and 9 never lived.
+    // 1-3 does not overlap, 7 and 9 never existed.
     session.restart({{1, 3}, {2, 3}, {4, 7}, {7, 9}});
     ASSERT_TRUE(session.step());
     EXPECT_TRUE(session.reported({{1, 2}, {3, 4}, {4, 5}}, {{1, 3}, {4, 7}, {7, 9}}));
@@ -71,7 +71,7 @@ TEST_P(BackendRestart, ReadsRowsThatAreNotDirty)
     session.table.setBox(0, boxAt(10, 0, 0));
     ASSERT_TRUE(session.step());
     EXPECT_TRUE(session.reported({}, {{1, 2}}));
-    // A box that was clean when the second backend began meets the one that moved.
+    // A box that was clean when the second backend began now overlaps the moved box.
     session.table.setBox(0, boxAt(3.5f, 0, 0));
     ASSERT_TRUE(session.step());
     EXPECT_TRUE(session.reported({{1, 4}, {1, 5}}, {}));
@@ -115,20 +115,20 @@ TEST_P(BackendRestart, InTheMiddleOfARandomWorldLosesNothing)
     EXPECT_GT(random.removedTotal(), 100u);
 }
 
-/// What the boxes of a TableLife do in a step.
+/// The motion of the boxes of a TableLife in a step.
 enum class Motion : std::uint32_t
 {
-    Rest,    ///< one box trembles
-    Leave,   ///< ... and some behind the first half of the rows wander off
-    Jitter,  ///< all tremble
+    Rest,    ///< one box jitters
+    Leave,   ///< ... and some boxes after the first half of the rows drift away
+    Jitter,  ///< all boxes jitter
     Wander,
     Jump
 };
 
-/// A table whose proxies are destroyed together now and then, and which is cleared and filled again: with fewer rows, with as
-/// many, with more.
+/// A table whose proxies are destroyed together at times, and which is cleared and filled again: with fewer, as many
+/// and more rows.
 ///
-/// Boxes are of one size and loosely packed, so that most rest in the sense of every backend that has a mode for that.
+/// Boxes are of one size and loosely packed, so that most rest in the sense of every backend with a resting mode.
 class TableLife
 {
 public:
@@ -163,7 +163,7 @@ public:
         return result << "motion " << static_cast<std::uint32_t>(motion);
     }
 
-    /// @param isSeen whether the backend gets an update in between
+    /// @param isSeen whether the backend is updated in between
     testing::AssertionResult clear(bool isSeen)
     {
         for (const ProxyId row : m_rows)
@@ -173,7 +173,7 @@ public:
         const Pairs gone = m_session.pairs();
         m_session.table.clear();
         m_session.restart(gone);
-        // Pairs that are gone are known by ids that no proxy has again.
+        // Removed pairs are identified by ids that are not reused.
         m_nextId = gone.empty() ? 1 : m_nextId;
         return result;
     }

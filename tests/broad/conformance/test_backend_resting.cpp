@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// What every backend owes while most boxes rest, where some backends keep lists of the pairs that can change at all.
+// The contract of every backend while most boxes rest, where some backends keep lists of the pairs that can change.
 
 #include "cullet/tests/broad/conformance/backend_cases.h"
 #include "cullet/tests/support/backend_session.h"
@@ -17,7 +17,7 @@ namespace
 {
 constexpr float kRestingMargin = 0.1f;
 
-/// Forty boxes far from each other and from the origin, of which the first one trembles in every step.
+/// Forty boxes far from each other and from the origin, of which the first one jitters in every step.
 class BackendResting : public BackendTest
 {
 protected:
@@ -35,7 +35,7 @@ protected:
         return session.step();
     }
 
-    /// So many updates that backends take the others for resting.
+    /// Enough updates for backends to treat the other boxes as resting.
     testing::AssertionResult rest()
     {
         for (int update = 0; update < 4; ++update)
@@ -66,7 +66,7 @@ CULLET_ON_EVERY_BACKEND(BackendResting);
 
 TEST_P(BackendResting, PairsFollowAMarginThatChanges)
 {
-    // Pairs that only margins hold, with gaps of up to twice the margin.
+    // Pairs kept by the margin only, with gaps of up to twice the margin.
     std::vector<ProxyId> parting;
     for (int i = 0; i < 12; ++i)
     {
@@ -86,7 +86,7 @@ TEST_P(BackendResting, PairsFollowAMarginThatChanges)
         EXPECT_GE(session.delta().removed.size(), 3u);
         ASSERT_TRUE(rest());
     }
-    // A larger one brings none back, and holds for longer what is there.
+    // A larger margin adds no pair, and keeps existing pairs longer.
     session.margin = 2 * kRestingMargin;
     ASSERT_TRUE(step());
     EXPECT_TRUE(session.reported({}, {}));
@@ -111,7 +111,7 @@ TEST_P(BackendResting, APairThatLeftAgainstItsFilterStaysOutWhenItComesBack)
     EXPECT_EQ(session.removedTotal(), 1u);
     ASSERT_TRUE(move(other, 1, -0.26f));
     EXPECT_TRUE(session.reported({}, {}));
-    // It enters as soon as the words allow it.
+    // The pair enters as soon as the filter words allow it.
     session.table.setFilter(other, kEverything);
     ASSERT_TRUE(step());
     EXPECT_EQ(session.delta().added.size(), 1u);

@@ -8,7 +8,7 @@
 
 namespace cullet::test
 {
-/// The kernels of every instruction set that this processor runs.
+/// The kernels of every instruction set that this processor supports.
 inline std::vector<const ColumnKernels*> kernelsHere()
 {
     std::vector<const ColumnKernels*> kernels = {&kRowKernelsBaseline};

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Rows themselves: the kernels of every instruction set on the same rows, and which rows an update looks into.
+// Columns: the kernels of every instruction set on the same columns, and which columns an update reads.
 
 #include "cullet/broad/grid/column_grid_backend.h"
 #include "cullet/broad/grid/columns/column_builder.h"
@@ -23,7 +23,7 @@ namespace
 using Hit = std::tuple<FlaggedId, FlaggedId, float>;
 using Hits = std::vector<Hit>;
 
-/// Receives what a kernel finds; a buffer that overflows hands on to it.
+/// Receives the pairs that a kernel finds, in parts when its buffer is full.
 struct Collector
 {
     Hits hits;
@@ -51,7 +51,7 @@ struct Collector
     }
 };
 
-/// A row of random boxes, laid out by one set of kernels.
+/// A column of random boxes, laid out by one set of kernels.
 struct RandomRow
 {
     RandomRow(const ColumnKernels& kernels, Random& random, std::uint32_t firstId, std::uint32_t count,
@@ -73,7 +73,7 @@ struct RandomRow
             kernels, {ids.data(), count, sortedCount, boxes.data(), 0, -30, 30, 0.125f, nullptr}, soa);
         for (std::uint32_t i = 0; isBounded && i < count; ++i)
             soa.bounds[i] = static_cast<float>(soa.id[i] % 7) * 0.05f;
-        // Behind the sentinel there may be anything.
+        // Entries behind the sentinel may have any value.
         for (std::uint32_t i = count + 1; i < count + 8; ++i)
             soa.x0[i] = soa.y0[i] = soa.z0[i] = -100.0f;
     }
@@ -89,7 +89,7 @@ float gapOf(const ColumnSoa& a, std::uint32_t i, const ColumnSoa& b, std::uint32
                      b.z0[j] - a.z1[i], a.z0[i] - b.z1[j]});
 }
 
-/// The definition, pair by pair.
+/// Adds a pair if the definition says so.
 void addIfFound(const ColumnSoa& a, std::uint32_t i, const ColumnSoa& b, std::uint32_t j, Collector& out)
 {
     const float gap = gapOf(a, i, b, j);
@@ -162,7 +162,7 @@ TEST(RowKernelSets, AskedAboutOneBoxFindWhatOverlapsItBehindTheGivenEntry)
         const RandomRow queries(*kernels, random, 300, 40, false);
         for (std::uint32_t i = 0; i < queries.soa.count; ++i)
         {
-            // The sentinel is no entry: a question ends before infinity.
+            // The sentinel is no entry: queries end before infinity.
             queries.soa.x1[i] = std::min(queries.soa.x1[i], std::numeric_limits<float>::max());
             Collector expected(0, kReportAll);
             Collector found(0, kReportAll);
@@ -191,7 +191,7 @@ struct Motions
     }
 };
 
-/// Empty, endless, far away, on the borders of cells, or anywhere.
+/// An empty, unbounded or far box, one on the borders of cells, or any box.
 Aabb randomBox(Random& random)
 {
     Aabb box = boxAt(random.between(-9, 9), random.between(-9, 9), random.between(-9, 9));
@@ -287,12 +287,12 @@ TEST(RowKernelSets, LocateTheSameWithEveryWidth)
     }
 }
 
-/// Boxes of 1 in a cube, `movers` of which moved by more than their shells in each of the last updates.
+/// Statistics of boxes of size 1 in a cube, `movers` of which left their skins in each of the last updates.
 BackendStats statsOfMovers(std::uint32_t movers, int updates)
 {
     GridOptions options;
     options.threads = 1;
-    options.rebuildFraction = 1;  // settles at once
+    options.rebuildFraction = 1;  // enters the resting mode at once
     ColumnGridBackend grid(options);
     ProxyTable table;
     Random random(33);
@@ -314,7 +314,7 @@ TEST(RowWork, AnUpdateLooksIntoTheRowsOfThoseThatMoveOnly)
 {
     const BackendStats few = statsOfMovers(20, 7);
     EXPECT_STREQ(few.path, "incremental");
-    // A box of 1, and what its list reaches, touches at most four of the wider cells.
+    // A box of size 1, grown by the skin of its list, touches at most four of the wider cells.
     EXPECT_GE(few.cellsVisited, 20u);
     EXPECT_LE(few.cellsVisited, 4u * 20u);
     EXPECT_GT(few.candidates, 0u);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// The moving mode of the row grid where it keeps its rows from update to update, and what only it uses.
+// The moving mode of the column grid where it keeps its columns from update to update, and its helpers.
 
 #include "cullet/broad/grid/column_grid_backend.h"
 #include "cullet/broad/grid/resting/mode_policy.h"
@@ -29,7 +29,7 @@ GridOptions alwaysMoving(int threads, bool baseline)
     return options;
 }
 
-/// Everybody drifts; nobody jumps, comes or goes.
+/// All boxes drift; none teleports, is created or destroyed.
 RandomWorldOptions driftingWorld()
 {
     RandomWorldOptions options;
@@ -58,7 +58,7 @@ std::ostream& operator<<(std::ostream& out, const FollowCase& followCase)
 class RowFollow : public testing::TestWithParam<FollowCase>
 {
 protected:
-    /// driftingWorld() where and how the case has it.
+    /// driftingWorld() with the parameters of the case.
     static RandomWorldOptions drifting()
     {
         RandomWorldOptions options = driftingWorld();
@@ -78,7 +78,7 @@ TEST_P(RowFollow, DriftingWorldsThatAreNowAndThenStirredEqualTheOracle)
     for (int step = 0; step < 120; ++step)
     {
         SCOPED_TRACE("seed 21, step " + std::to_string(step));
-        // Single jumps, filter words that change, and crowds of events.
+        // Single teleports, changes of filter words, and steps with many events.
         const bool isStirred = step % 12 == 7;
         world.options.teleport = step % 5 == 3 ? 0.004f : 0.0f;
         world.options.refilter = step % 17 == 11 ? 0.02f : 0.0f;
@@ -105,7 +105,7 @@ TEST_P(RowFollow, WorldsOfUnevenMotionsEqualTheOracle)
     for (int step = 0; step < 120; ++step)
     {
         SCOPED_TRACE("seed 26, step " + std::to_string(step));
-        // Few move, then all; then single ones jump, which a grid of bounds by box does not tell.
+        // Few boxes move, then all; then single boxes teleport, which a motion bound per box does not cover.
         world.options.move = step % 16 < 12 ? 0.15f : 1.0f;
         world.options.stride = step % 7 == 3 ? 0.5f : 0.125f;
         world.options.teleport = step % 16 == 6 ? 0.004f : 0.0f;
@@ -122,15 +122,15 @@ TEST_P(RowFollow, WorldsOfUnevenMotionsEqualTheOracle)
 TEST_P(RowFollow, WorldsInWhichMostBoxesJumpEqualTheOracle)
 {
     GridOptions gridOptions = GetParam().options;
-    gridOptions.cellScale = 1;  // cells so narrow that no jump is within their reach
+    gridOptions.cellScale = 1;  // cells so narrow that every teleport exceeds them
     BackendSession session{std::make_unique<ColumnGridBackend>(gridOptions)};
     RandomWorld world(25, drifting(), session.table);
     std::map<std::string, int> reasons;
     for (int step = 0; step < 120; ++step)
     {
         SCOPED_TRACE("seed 25, step " + std::to_string(step));
-        // Series of jumps, alone and among events, with calm updates and single jumps between them; margins that keep
-        // pairs over a jump.
+        // Series of teleports, alone and among events, with calm updates and single teleports between them; margins
+        // that keep pairs across a teleport.
         const bool isJump = step % 16 < 7;
         session.margin = step % 32 < 16 ? 0.0625f : 1.0f;
         world.options.teleport = isJump ? 0.8f : step % 5 == 3 ? 0.004f : 0.0f;
@@ -156,7 +156,7 @@ INSTANTIATE_TEST_SUITE_P(Grids, RowFollow,
                                          FollowCase{"FarAway", alwaysMoving(1, false), 3e5f, false}),
                          [](const auto& test) { return test.param.name; });
 
-/// Updates two backends, which report the same. @return how many pairs part
+/// Updates two backends, which must report the same delta. @return the number of removed pairs
 std::size_t updateBoth(Backend& one, Backend& other, ProxyTable& table)
 {
     const ProxyView view = table.beginUpdate(0.0625f, true);
@@ -192,7 +192,7 @@ TEST(RowFollow, ThreadsReportTheSameWhenWorkIsSharedOut)
 TEST(RowFollow, ThreadsReportTheSameWhenActiveBoxesAreSharedOut)
 {
     GridOptions options;
-    options.rebuildFraction = 1;  // settles at once, and stays
+    options.rebuildFraction = 1;  // enters the resting mode at once, and stays in it
     options.threads = 1;
     ColumnGridBackend one(options);
     options.threads = 4;
@@ -216,7 +216,8 @@ TEST(RowFollow, ThreadsReportTheSameWhenActiveBoxesAreSharedOut)
     {
         SCOPED_TRACE("seed 27, step " + std::to_string(step));
         changes += updateBoth(one, four, table);
-        // A tenth moves, so that the others rest and more are active than one thread takes; now and then others too.
+        // A tenth moves, so that the others rest and more boxes are awake than one thread processes; at times others
+        // move, too.
         for (std::uint32_t row = step % 8 == 6 ? 5 : 0; row < table.size(); row += 10)
         {
             boxes[row].min[step % 3] += 0.25f;
@@ -228,7 +229,7 @@ TEST(RowFollow, ThreadsReportTheSameWhenActiveBoxesAreSharedOut)
     EXPECT_GT(changes, 1000u);
 }
 
-/// Updates a grid of boxes of 1 in a cube and a single one of 64, all moved by `stride` between updates.
+/// Updates a grid of boxes of size 1 in a cube and a single box of size 64, all moved by `stride` between updates.
 BackendStats statsOfMotion(GridOptions options, float stride, int updates)
 {
     options.threads = 1;
@@ -295,7 +296,8 @@ TEST(GridDecision, TakesTheCheaperPathAndSaysWhy)
     EXPECT_LT(resting.decision.cost, resting.decision.otherCost);
 }
 
-/// Updates in settled mode of 30, in each of which a twentieth of the boxes moves: the same one, or the next.
+/// Number of updates in resting mode out of 30, in each of which a twentieth of the boxes moves: the same or the next
+/// one.
 int settledUpdatesOf(bool isFresh)
 {
     constexpr std::uint32_t kCount = 5000;
@@ -348,7 +350,7 @@ TEST(GridDecision, FixedChoicesAreKept)
     EXPECT_STREQ(statsOfMotion(options, 0.001f, 12).path, "follow");
 }
 
-/// Keys of one distribution on some lists; the first ones once more, which takes them away.
+/// Fills lists with keys of one distribution; the first keys are added twice, which removes them.
 Pairs fillLists(Random& random, std::uint32_t ids, std::uint32_t firsts, std::size_t count,
                 std::vector<KeyList>& lists)
 {
@@ -411,7 +413,7 @@ TEST(PairSort, ListsInOrderAreTakenAsTheyAre)
     Pairs pairs;
     sort.write(workers, lists, pairs);
     EXPECT_EQ(pairs, expected);
-    // A double, one of each list.
+    // Duplicates, one in each list.
     lists[1].push(pairKey(expected[7]));
     expected.erase(expected.begin() + 7);
     sort.write(workers, lists, pairs);

@@ -17,7 +17,7 @@ namespace cullet::test
 {
 namespace
 {
-/// Box tests that a forward scan along x makes in rows that cut y and z.
+/// Box tests of a forward scan along x in columns that divide y and z.
 double countTests(const std::vector<Aabb>& boxes, float width)
 {
     std::map<std::pair<int, int>, std::vector<std::pair<float, float>>> rows;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// What the row grid has learned of a table is void in the next one: not for its pairs alone, for its choices too.
+// The state of the column grid is reset for a new table: its pairs, and also its choices.
 
 #include "cullet/broad/backend.h"
 #include "cullet/broad/proxy_table.h"
@@ -27,7 +27,7 @@ std::unique_ptr<Backend> makeColumnGrid()
     return makeGridBackend(options);
 }
 
-/// Boxes of one size in a cube, which all move a little in every step.
+/// Boxes of one size in a cube, all of which move a little in every step.
 class Cloud
 {
 public:
@@ -53,7 +53,7 @@ private:
     Random m_random{3};
 };
 
-/// @return the way that the update took, and why
+/// @return the path of the update, and its reason
 std::string wayOfUpdate(Backend& backend, ProxyTable& table, PairDelta& delta)
 {
     EXPECT_EQ(backend.update(table.beginUpdate(kCloudMargin, true), delta), Status::Ok);
@@ -63,8 +63,8 @@ std::string wayOfUpdate(Backend& backend, ProxyTable& table, PairDelta& delta)
 
 /// Runs a backend on a table, restarts it, and compares it with a new one on another table.
 ///
-/// @param way of the boxes in each step
-/// @return whether the two have settled
+/// @param way motion of the boxes in each step
+/// @return whether both entered the resting mode
 bool expectToGoOnAsNew(Cloud& before, Cloud& after, float way)
 {
     const std::unique_ptr<Backend> restarted = makeColumnGrid();

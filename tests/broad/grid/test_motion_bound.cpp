@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// The moving mode of the row grid finds a pair that parts in a cell that both boxes reach: at any place, by any motion.
+// The moving mode of the column grid finds a separating pair in a cell that both boxes touch: at any position, for any
+// motion.
 
 #include "cullet/broad/grid/column_grid_backend.h"
 #include "cullet/tests/support/backend_session.h"
@@ -33,8 +34,8 @@ struct TouchingPair
 struct ReachCase
 {
     const char* name;
-    float way;                ///< of each box that moves
-    std::uint32_t oneInMany;  ///< pairs of which one moves so far
+    float way;                ///< motion of each moving box
+    std::uint32_t oneInMany;  ///< one of so many pairs moves that far
 };
 
 std::ostream& operator<<(std::ostream& out, const ReachCase& reachCase)
@@ -68,7 +69,7 @@ protected:
         session.table.setBox(row, box);
     }
 
-    /// Moves the boxes of pairs apart, or back again; those that do not go far by the least step.
+    /// Separates the boxes of pairs, or moves them back; the other pairs move by the least step.
     void part(float sign)
     {
         for (std::size_t i = 0; i < pairs.size(); ++i)
@@ -85,7 +86,7 @@ protected:
         result.settles = false;
         result.threads = 1;
         result.cellScale =
-            1;  // as narrow as such a reach allows, so that many pairs part across the edge of a cell
+            1;  // as narrow as the motion bound allows, so that many pairs separate across the edge of a cell
         return result;
     }
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Boxes that wander among others at rest, with lists of their neighbours, against the oracle.
+// Wandering boxes with neighbour lists among resting ones, against the oracle.
 
 #include "cullet/broad/grid/column_grid_backend.h"
 #include "cullet/tests/support/backend_session.h"
@@ -33,7 +33,8 @@ std::ostream& operator<<(std::ostream& out, const WandererCase& wandererCase)
     return out << wandererCase.name;
 }
 
-/// Resting boxes, one of them without bounds, and wanderers: most go on by a little in each step, some are fast or stop and go.
+/// Resting boxes, one of them unbounded, and wanderers: most move a little in each step, some are fast or stop at
+/// times.
 class Wanderers
 {
 public:
@@ -49,14 +50,14 @@ public:
             m_wandering.push_back(newcomer());
     }
 
-    /// @param isCalm nothing but the wanderers changes
+    /// @param isCalm only the wanderers change
     void step(bool isCalm)
     {
         for (Wanderer& wanderer : m_wandering)
             go(wanderer, isCalm);
         if (isCalm)
             return;
-        // Some that rest go elsewhere, or come to rest in their shells; some go for good, and others come.
+        // Some resting boxes teleport, or move within their skins; some are destroyed, and others created.
         for (int i = 0; i < 2; ++i)
             m_session.table.setBox(m_resting[1 + m_random.below(kResting - 1)], randomBox());
         if (m_random.chance(0.3f))
@@ -71,7 +72,7 @@ public:
             m_session.table.destroy(one.row);
             one = newcomer();
         }
-        // Held pairs stay, whatever the words.
+        // Held pairs stay with any filter words.
         if (m_random.chance(0.1f))
         {
             for (const Wanderer& wanderer : m_wandering)
@@ -92,7 +93,7 @@ private:
     Aabb randomBox()
     {
         Aabb box = boxAt(m_random.between(0, kSide), m_random.between(0, kSide), m_random.between(0, kSide));
-        // Points and plates among them.
+        // Some boxes are points and plates.
         if (m_random.chance(0.1f))
             box.max[m_random.below(3)] = kSide;
         if (m_random.chance(0.1f))
@@ -124,7 +125,7 @@ private:
         if (wanderer.stops && m_random.chance(0.5f))
             return;
         Aabb box = m_session.table.box(wanderer.row);
-        // Empty ones come back, as some without bounds do.
+        // Empty boxes become valid again, and some unbounded ones bounded.
         if (!isValid(box) || (!isCalm && m_random.chance(0.01f)))
         {
             const bool isOdd = m_random.chance(0.3f);
@@ -159,7 +160,7 @@ TEST_P(NeighbourLists, WanderersAmongRestingBoxesEqualTheOracle)
 {
     GridOptions options;
     options.threads = GetParam().threads;
-    options.rebuildFraction = 1;  // settles at once, and stays
+    options.rebuildFraction = 1;  // enters the resting mode at once, and stays in it
     BackendSession session{std::make_unique<ColumnGridBackend>(options)};
     session.margin = GetParam().margin;
     session.useFilter = GetParam().useFilter;

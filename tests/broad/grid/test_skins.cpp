@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Boxes that rest in their shells: kernels of every instruction set against the definition, and updates in which nearly all rest.
+// Boxes that rest in their skins: kernels of every instruction set against the definition, and updates in which nearly
+// all boxes rest.
 
 #include "cullet/broad/grid/column_grid_backend.h"
 #include "cullet/broad/grid/resting/verlet_pairs.h"
@@ -41,7 +42,7 @@ TEST(Shells, KernelsFindTheBoxesOutsideOfTheirs)
         reference.push_back(randomBox(random, 9));
         if (random.chance(0.05f))
             reference.back().max[random.below(3)] = random.chance(0.5f) ? kInfinity : kNan;
-        // Many exactly on the edge of the shell; a face in eight boxes only.
+        // Many boxes exactly at the edge of the skin, by one face in each of eight boxes.
         boxes.push_back(reference.back());
         if (random.chance(0.1f))
             boxes.back().min[random.below(3)] -= random.chance(0.5f) ? kSlack : 1.5f * kSlack;
@@ -110,8 +111,8 @@ TEST(Shells, KernelsFindEveryWatchedPairThatChanges)
     }
 }
 
-/// Every box of a heap jitters in each step; one or two leave their place, one has no or an endless box, one goes and another
-/// one comes in its row.
+/// Every box of a heap jitters in each step; one or two move away, one becomes empty or unbounded, one is destroyed and
+/// another created in its row.
 class RestingHeap
 {
 public:
@@ -157,7 +158,7 @@ TEST(Shells, UpdatesWhereNearlyAllRestTellEveryChange)
 {
     GridOptions options;
     options.threads = 1;
-    options.rebuildFraction = 1;  // settles at once, and stays
+    options.rebuildFraction = 1;  // enters the resting mode at once, and stays in it
     ColumnGridBackend grid(options);
     const std::unique_ptr<Backend> brute = makeBruteForceBackend();
     RestingHeap heap;

@@ -80,7 +80,7 @@ TEST(PairDiff, AppliedToTheFirstListGivesTheSecond)
     }
 }
 
-/// updateHeldPairs() in terms of sets, for a filter and a margin that are drawn at random.
+/// updateHeldPairs() against sets, for a random filter and margin.
 TEST(CandidatePairs, EnterByTheFilterAndLeaveByTheMargin)
 {
     SCOPED_TRACE("seed 2");

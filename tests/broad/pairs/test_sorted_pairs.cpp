@@ -82,7 +82,7 @@ TEST(SortedPairs, AnswerAsASetDoes)
     }
 }
 
-// All but a few of the pairs in one of the parts that the range is cut into.
+// Nearly all pairs are in one part of the divided range.
 TEST(SortedPairs, MayBeCrowded)
 {
     std::set<std::uint64_t> keys = {PairSet::keyOf(0, 1), PairSet::keyOf(0x3ffffffe, 0x3fffffff)};

@@ -16,7 +16,7 @@
 
 namespace cullet::test
 {
-/// HostExec with lanes to spare, which remembers what was searched.
+/// HostExec with extra lanes that records the searches.
 class WatchedExec : public psap::HostExec
 {
 public:
@@ -47,7 +47,7 @@ public:
     std::uint32_t mostTiles = psap::TileShape::kMostTiles;
 };
 
-/// A search that finds every pair, again and again.
+/// A search for all pairs that can be repeated.
 class WatchedSearch
 {
 public:
@@ -57,7 +57,7 @@ public:
     {
     }
 
-    /// @return all pairs in order, found by counting where a bin or a tile was full
+    /// @return all pairs in order, by the counting-sort search if a bin or a tile was full
     Pairs find(const std::vector<Aabb>& boxes, std::uint64_t expectedPairs = 0)
     {
         m_search.look(exec);
@@ -74,7 +74,7 @@ public:
         return inOrder({m_found.begin(), m_found.begin() + static_cast<std::ptrdiff_t>(m_count)});
     }
 
-    /// Whether find() of the same would make the launches of the last one once more.
+    /// Whether find() with these arguments would repeat the launches of the last one.
     bool isRepeatable(const std::vector<Aabb>& boxes, std::uint64_t expectedPairs)
     {
         m_search.look(exec);
@@ -82,7 +82,7 @@ public:
     }
     std::uint32_t launches() const { return m_search.launches(); }
 
-    /// The same once more, as where the list was too short.
+    /// Repeats the last find(), as for a list that was too short.
     Pairs findAgain()
     {
         m_count = 0;
@@ -114,7 +114,7 @@ private:
     bool m_wasFull = false;
 };
 
-/// Unit cubes in a block of space with these sides, relative to each other; one for each `volume`.
+/// Unit cubes in a block of space with these sides, relative to each other; one per `volume`.
 inline std::vector<Aabb> cubesIn(std::uint32_t count, float volume, Random& random, float x = 1, float y = 1,
                                  float z = 1)
 {
@@ -126,7 +126,8 @@ inline std::vector<Aabb> cubesIn(std::uint32_t count, float volume, Random& rand
     return boxes;
 }
 
-/// Makes some of 1,000 boxes such as a plan for unit cubes does not foresee: larger ones, far away ones, unbounded and invalid.
+/// Changes some of 1,000 boxes to kinds that a plan for unit cubes does not cover: larger, far, unbounded and invalid
+/// ones.
 inline void makeSomeUnplanned(std::vector<Aabb>& boxes, Random& random)
 {
     for (std::uint32_t i = 0; i < 10; ++i)

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// The changes of an update named by unique ids: in order whichever way they are sorted.
+// The changes of an update by unique ids: in order with every sorting method.
 
 #include "cullet/broad/psap/exec/host_exec.h"
 #include "cullet/broad/psap/update/delta_output.h"
@@ -26,7 +26,7 @@ using psap::OrderBucket;
 using psap::RankChange;
 using psap::Tally;
 
-/// HostExec that counts what it sorted and sent.
+/// HostExec that counts its sorts and transfers.
 class WatchedExec : public psap::HostExec
 {
 public:
@@ -58,11 +58,11 @@ public:
 
     int sorts = 0;
     int scans = 0;
-    int lists = 0;  ///< of changes that were to be written
+    int lists = 0;  ///< lists of changes written
     bool canLock = true;
 };
 
-/// Rows of boxes, and their unique ids in another order.
+/// Rows with unique ids in a different order.
 class Names : public ::testing::Test
 {
 protected:
@@ -82,7 +82,7 @@ protected:
         return pairs;
     }
 
-    /// Pairs of the row with the least id and others.
+    /// Pairs of the row with the least id and other rows.
     std::vector<RowPair> star(std::uint32_t count) const
     {
         const auto least =
@@ -96,7 +96,7 @@ protected:
         return pairs;
     }
 
-    /// @param room of the list of pairs that are held
+    /// @param room capacity of the list of held pairs
     void expectNamed(const std::vector<RowPair>& added, const std::vector<RowPair>& removed,
                      std::uint64_t room = 100000)
     {
@@ -137,17 +137,17 @@ protected:
                 << i;
     }
 
-    /// How often the last call sent both lists of changes.
+    /// How often the last call transferred both lists of changes.
     int askings() const { return m_exec.lists / 2; }
 
-    /// The lists of changes are other ones from now on.
+    /// Later calls use new lists of changes.
     void takeOtherLists() { m_delta = {}; }
     void lockNoLists() { m_exec.canLock = false; }
     const Pair* addedList() const { return m_delta.added.data(); }
 
-    /// Whether the last call put changes in order by buckets alone.
+    /// Whether the last call sorted the changes by buckets alone.
     bool wentByBuckets() const { return m_exec.sorts == 0 && m_exec.scans > 0; }
-    /// Whether it compared all changes with each other.
+    /// Whether the last call sorted by comparing all changes with each other.
     bool wereRanked() const { return m_exec.sorts == 0 && m_exec.scans == 0; }
 
     void recover() { m_names.recover(); }
@@ -172,14 +172,14 @@ private:
     DeltaOutput<WatchedExec> m_names;
 };
 
-/// Where few changes are expected.
+/// Fixture in which few changes are expected.
 class FewNames : public Names
 {
 protected:
     FewNames() : Names(20000, 1, 600) {}
 };
 
-/// Ids that take all bits of a key.
+/// Fixture with ids that need all bits of a key.
 class LargeNames : public Names
 {
 protected:
@@ -216,7 +216,7 @@ TEST_F(FewNames, FewChangesAreRanked)
     expectNamed(chain(600), star(600));
     EXPECT_TRUE(wereRanked());
     EXPECT_EQ(askings(), 1);
-    // Fewer than a change has indices, as many, and more.
+    // Fewer changes than kShares, as many, and more.
     for (const std::uint32_t count :
          {1u, RankChange::kShares - 1, RankChange::kShares, RankChange::kShares + 1, 599u})
     {
@@ -282,7 +282,7 @@ TEST_F(Names, BucketsAreEmptyAfterAnUpdateThatFailed)
 
 TEST_F(Names, ChangesOfOtherBoxesThanBeforeAreInOrder)
 {
-    // Boxes with large ids, then with small ones, and all.
+    // Boxes with large ids, then with small ids, then all.
     std::vector<RowPair> large, small;
     for (const RowPair& pair : chain(9000))
     {
@@ -314,7 +314,7 @@ TEST_F(Names, AFewSmallerIdsThanBeforeComeFirst)
     ASSERT_GT(large.size(), 300u);
     ASSERT_EQ(few.size(), 5u);
     expectNamed(large, large);
-    // The buckets are for ids like those, and one of them takes all that are smaller.
+    // The buckets fit large ids, and one bucket receives all smaller ones.
     few.insert(few.end(), large.begin(), large.end());
     expectNamed(few, few);
     EXPECT_TRUE(wentByBuckets());

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// What changes between sets of boxes in an executor's memory, against every pair.
+// Changes between sets of boxes in an executor's memory, against brute force.
 
 #include "cullet/broad/psap/delta_search.h"
 #include "cullet/broad/psap/exec/host_exec.h"
@@ -27,7 +27,7 @@ public:
         m_search.prepare(m_exec, m_boxes.data(), m_boxes.size());
         m_search.launch(m_exec);
         m_search.planAhead(m_exec);
-        // Somebody is quick to use that memory for something else.
+        // The caller reuses the memory immediately.
         m_boxes.assign(m_boxes.size(), cube(0, 1));
         m_repeats += m_search.finish(m_exec) ? 0 : 1;
         ++m_frames[static_cast<int>(m_search.frame())];
@@ -58,7 +58,7 @@ PsapOptions literal()
     return options;
 }
 
-/// Few boxes have their near pairs kept, too.
+/// Options that use neighbour lists for few boxes, too.
 PsapOptions ordered(PsapOrder order, std::uint32_t capacity = PsapOptions{}.initialCapacity)
 {
     PsapOptions options;
@@ -109,7 +109,7 @@ TEST(PsapDeltas, ListsThatAreTooShortGrowAndNothingIsLost)
 
 TEST(PsapDeltas, TellThatPairsAreMissingWhenTheListOfNearPairsIsTooShort)
 {
-    // Steps that follow on the device read these counts before anything can be done again.
+    // Later steps on the device read these counts before any repetition.
     psap::HostExec exec{PsapOptions{}};
     psap::DeltaSearch<psap::HostExec> search(ordered(PsapOrder::Counting, 1));
     int begun = 0;
@@ -132,8 +132,8 @@ TEST(PsapDeltas, TellThatPairsAreMissingWhenTheListOfNearPairsIsTooShort)
     EXPECT_GT(tooShort, 0);
 }
 
-/// Boxes that go on with velocities of their own, and now and then one that jumps, is empty for a while, grows, is lost, or goes
-/// to infinity.
+/// Boxes with constant velocities; at times one teleports, is empty for a while, grows, becomes invalid, or goes to
+/// infinity.
 std::vector<std::vector<Aabb>> steadyBoxes(std::uint32_t count, float fastest, std::uint32_t seed)
 {
     std::vector<Aabb> boxes = BoxScene(SceneKind::Uniform, count, seed).boxes();
@@ -186,7 +186,7 @@ TEST(PsapDeltas, OfBoxesThatGoShortWaysNeedFewSearches)
             EXPECT_GT(oracle.removed(), 500u);
             EXPECT_GT(deltas.frames(psap::NearFrame::Begin), 8);
             EXPECT_GT(deltas.frames(psap::NearFrame::Follow), 30);
-            EXPECT_GE(deltas.repeats(), 5);  // each of the boxes that did not go on
+            EXPECT_GE(deltas.repeats(), 5);  // one for each box that changed its velocity
         }
     }
 }
@@ -204,7 +204,7 @@ TEST(PsapDeltas, CountTheMemoryThatTheyHold)
         first = run == 0 ? deltas.bytes() : first;
         EXPECT_EQ(deltas.bytes(), first) << run;
         deltas.recover(options);
-        // What is searched with is made anew; boxes and lists stay.
+        // Search memory is reallocated; boxes and lists are kept.
         EXPECT_LT(deltas.bytes(), first);
         EXPECT_GT(deltas.bytes(), 100000u);
     }
@@ -224,12 +224,12 @@ TEST(PsapDeltas, OfBoxesThatGoFarAreSearchedFor)
     EXPECT_GT(ofNever.added(), 2000u);
     EXPECT_EQ(automatic.frames(psap::NearFrame::Search), 70);
     EXPECT_EQ(never.frames(psap::NearFrame::Search), 70);
-    // Each list is void at once.
+    // Each list becomes invalid at once.
     EXPECT_GT(always.frames(psap::NearFrame::Begin), 50);
     EXPECT_GT(always.repeats(), 50);
 }
 
-/// The pair of two boxes through one update after the other, none of which looks at them.
+/// Depth of a pair of boxes over several updates that do not test it.
 float depthAfter(int updates, float way, float depth)
 {
     const std::uint32_t motion = bitsOf(way);
@@ -254,7 +254,7 @@ TEST(PsapDeltas, WhatIsLeftOfADepthIsNeverMoreThanItIs)
 {
     EXPECT_LT(depthAfter(10, 0.01f, 1.0f), 1 - 10 * 0.02);
     EXPECT_GT(depthAfter(10, 0.01f, 1.0f), 1 - 10 * 0.0201);
-    // So short a way that one minus twice that is one again.
+    // So short that 1 - 2 * way rounds to 1.
     const float way = 0x1p-28f;
     ASSERT_EQ(1.0f - 2 * way, 1.0f);
     EXPECT_LT(depthAfter(1000, way, 1.0f), 1 - 1000 * 2.0 * way);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Bins of fixed room: when they are used, and what happens where one is full.
+// Bins of fixed capacity: when they are used, and what happens if one is full.
 
 #include "cullet/tests/broad/psap/counting_search_probe.h"
 
@@ -51,7 +51,7 @@ TEST(PsapBins, WorldsWithManyPairsAreNot)
         boxes.push_back(boxAt(cube.min[0], cube.min[1], cube.min[2], random.logUniform(-6, 0)));
     WatchedSearch ofManySizes;
     const Pairs expected = everyPair(boxes);
-    for (const std::uint64_t pairs : {160000u, 30000u, 32000u})  // at first it does not know of sizes
+    for (const std::uint64_t pairs : {160000u, 30000u, 32000u})  // sizes are unknown at first
     {
         EXPECT_EQ(ofManySizes.find(boxes, pairs), expected) << pairs;
         EXPECT_FALSE(ofManySizes.wasFull()) << pairs;
@@ -71,7 +71,7 @@ TEST(PsapBins, WhereOneIsFullCountingFindsThePairs)
     EXPECT_EQ(search.find(sparse), everyPair(sparse));
     EXPECT_EQ(search.find(piled), expected);
     EXPECT_TRUE(search.wasFull());
-    // And goes on, for a while.
+    // Further updates.
     for (int update = 0; update < 256; ++update)
     {
         ASSERT_EQ(search.find(piled), expected) << update;
@@ -83,7 +83,7 @@ TEST(PsapBins, WhereOneIsFullCountingFindsThePairs)
     EXPECT_EQ(search.searchesOfBins(), 3);
 }
 
-// Up to a dozen cells across, a cell ahead of a box may be one behind it, wrapped.
+// With up to a dozen cells across, a cell ahead of a box may be a wrapped cell behind it.
 TEST(PsapBins, FewCellsFindEachPairOnce)
 {
     SCOPED_TRACE("seed 8");
@@ -94,13 +94,13 @@ TEST(PsapBins, FewCellsFindEachPairOnce)
         std::vector<Aabb> boxes;
         for (std::uint32_t i = 0; i < 60; ++i)
             boxes.push_back(boxAt(random.between(0, side), random.between(0, side), random.between(0, side)));
-        // Some far outside of where the plan looks, and a larger size.
+        // Some boxes far outside of the planned range, and a larger one.
         for (std::uint32_t i = 0; i < 6; ++i)
             boxes.push_back(boxAt(random.between(-9 * side, 9 * side), random.between(0, side), side / 2));
         for (std::uint32_t i = 0; i < 3; ++i)
             boxes.push_back({{random.between(0, side), 0, 0}, {2 * side, side / 3, side / 3}});
         const Pairs expected = everyPair(boxes);
-        // The last with windows over many bins.
+        // The last one has windows over many bins.
         for (const float scale : {0.0f, 0.5f, 3.0f, 0.1f})
         {
             PsapOptions options;
@@ -113,7 +113,7 @@ TEST(PsapBins, FewCellsFindEachPairOnce)
     EXPECT_GT(inBins, 60) << "of 128";
 }
 
-// Boxes that come after the plan was made: larger ones, far away ones, and some without any cell.
+// Boxes created after the plan: larger ones, far ones, and some without a cell.
 TEST(PsapBins, APlanOfAnotherFrameFindsThePairs)
 {
     SCOPED_TRACE("seed 9");

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Near pairs: what a skin holds, what closeness tells, and when a list is kept.
+// Neighbour lists: skins, closeness, and when a list is kept.
 
 #include "cullet/broad/psap/verlet/neighbour_steps.h"
 #include "cullet/broad/psap/verlet/skin_policy.h"
@@ -22,7 +22,7 @@ using psap::NearFrame;
 
 constexpr std::uint32_t kSeed = 4711;
 
-/// Sizes and places of all magnitudes.
+/// A box with size and position of any magnitude.
 Aabb anyBox(Random& random, float scale, float offset)
 {
     Aabb box;
@@ -36,7 +36,7 @@ Aabb anyBox(Random& random, float scale, float offset)
     return box;
 }
 
-/// No side goes farther than that, at least as floats have it.
+/// Moves no side by more than `farthest`, as rounded to float.
 Aabb moved(Random& random, const Aabb& box, float farthest)
 {
     Aabb other = box;
@@ -69,7 +69,7 @@ TEST(PsapNear, SkinsAreNoThinnerThanTheyAre)
             rounded += double{box.max[axis] + skin} < double{box.max[axis]} + double{skin} ? 1 : 0;
         }
     }
-    EXPECT_GT(rounded, 30000);  // a plain sum would not do
+    EXPECT_GT(rounded, 30000);  // a plain sum would fail
     const Aabb unbounded = {{-kInfinity, -1, 0}, {kInfinity, 1, kInfinity}};
     const Aabb grown = psap::grownBy(unbounded, 1);
     EXPECT_EQ(grown.min[0], -kInfinity);
@@ -89,7 +89,7 @@ TEST(PsapNear, ClosenessTellsWhatBecomesOfBoxes)
         const float offset = scale * random.between(-10, 10);
         psap::SkinnedBox a = {anyBox(random, scale, offset), scale * random.between(0.05f, 0.3f)};
         psap::SkinnedBox b = {anyBox(random, scale, offset), scale * random.between(0.05f, 0.3f)};
-        // Also boxes that touch, are one in the other, and stay.
+        // Also boxes that touch, contain each other, or do not move.
         if (trial % 7 == 0)
             b.box.min[0] = std::min(b.box.max[0], a.box.max[0]);
         const float share = trial % 5 == 0 ? 0.0f : random.between(0, 1.1f);
@@ -136,7 +136,7 @@ TEST(PsapNear, BoxesThatComeOrGoHaveLeftTheirSkins)
     const Aabb unbounded = {{-kInfinity, 0, 0}, {kInfinity, 1, 1}};
     EXPECT_EQ(psap::stretchOf({unbounded, 1}, unbounded), 0.0f);
     EXPECT_EQ(psap::stretchOf({unbounded, 1}, box), kInfinity);
-    // What cannot be told is looked at.
+    // Undecidable cases must be tested.
     const Aabb atInfinity = {{kInfinity, 0, 0}, {kInfinity, 1, 1}};
     EXPECT_FALSE(std::fabs(psap::closenessOf({unbounded, 1}, {atInfinity, 1})) >= 0);
 }
@@ -152,13 +152,13 @@ TEST(PsapNear, SkinsAreThickerForThoseWhoAreFast)
     EXPECT_EQ(rule.skinFor(kInfinity), 1);
 }
 
-/// A scene as the policy sees it: boxes of one size that go equally far in each set.
+/// A scene as input of the policy: boxes of one size that move equally far in each set.
 class Scene
 {
 public:
     Scene(PsapNearPairs choice, float way) : m_policy(choice), m_way(way) {}
 
-    /// @return what is done at last with the next set
+    /// @return the final decision for the next set
     NearFrame step(bool someJump = false)
     {
         NearFrame frame = m_policy.choose(boxes);
@@ -200,13 +200,13 @@ private:
     int counts[3] = {};
 };
 
-/// The same where lists are made behind a set.
+/// A scene with lists that are built asynchronously after a set.
 class SceneBehind
 {
 public:
     SceneBehind(PsapNearPairs choice, float way) : m_policy(choice), m_way(way) {}
 
-    /// @param way that boxes go, if not as before
+    /// @param way motion of the boxes, if it changes
     void step(float way)
     {
         const bool isFollowed = m_policy.follows(boxes, 0);
@@ -263,7 +263,7 @@ TEST(PsapNearPolicy, MakesListsAheadWhereBoxesGoAsFarAsBefore)
         EXPECT_LT(scene.searched, 4);
         EXPECT_GT(scene.followed, 395);
         EXPECT_EQ(scene.voids, 0);
-        // The first one, and those after which skins were found to be too thin.
+        // The first list, and those after skins that were too thin.
         EXPECT_LE(scene.behind, 3);
         EXPECT_LT(scene.ahead, 200);
         EXPECT_GE(scene.ahead, way >= 0.03f ? 40 : 0);
@@ -279,7 +279,7 @@ TEST(PsapNearPolicy, MakesNewListsBehindSetsThatWereSearchedInstead)
         jumping.step(kInfinity);
     }
     EXPECT_EQ(scene.voids, 20);
-    EXPECT_GT(scene.followed, 1500);  // jumps that end a new list make pauses
+    EXPECT_GT(scene.followed, 1500);  // teleports that end a new list cause pauses
     EXPECT_GT(scene.ahead, 200);
     EXPECT_GT(scene.behind, 15);
     EXPECT_LT(jumping.behind, 30);
@@ -315,8 +315,8 @@ TEST(PsapNearPolicy, DoesNotKeepWhatDoesNotPay)
         crowded.step();
     }
     EXPECT_EQ(fast.count(NearFrame::Search), 2000);
-    EXPECT_LT(slow.count(NearFrame::Begin), 30);  // pauses become longer
-    EXPECT_GT(slow.count(NearFrame::Begin), 4);   // but it is tried again
+    EXPECT_LT(slow.count(NearFrame::Begin), 30);  // pauses get longer
+    EXPECT_GT(slow.count(NearFrame::Begin), 4);   // but a list is tried again
     EXPECT_EQ(never.count(NearFrame::Search), 2000);
     EXPECT_GT(always.count(NearFrame::Begin), 1900);
     EXPECT_LT(crowded.count(NearFrame::Begin), 20);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Where there is no memory for near pairs, updates are searched as without them, and nothing fails.
+// Without memory for neighbour lists, updates search as without lists, and do not fail.
 
 #include "cullet/broad/psap/delta_search.h"
 #include "cullet/broad/psap/exec/host_exec.h"
@@ -22,7 +22,7 @@ namespace cullet::test
 {
 namespace
 {
-/// HostExec without memory for long lists of whether near pairs are held.
+/// HostExec whose allocations fail for long lists of held flags.
 class TightExec : public psap::HostExec
 {
 public:
@@ -51,7 +51,7 @@ PsapOptions keepingNear(std::uint32_t capacity)
     return options;
 }
 
-// A list that begins finds none, or one that is found to be longer.
+// The allocation fails for a new list, or for a list that turns out longer.
 constexpr std::uint32_t kCapacities[] = {8192, 1};
 constexpr std::uint32_t kBoxes = 600;
 
@@ -81,7 +81,7 @@ TEST(PsapNearMemory, ABackendThatHasNoneSearches)
     }
 }
 
-// The list that is followed is gone then, while the update that begins the next one has not been taken.
+// The current list is then lost, while the result of the update that begins the next list was not collected.
 TEST(PsapNearMemory, ABackendThatHasNoneForALaterListSearches)
 {
     TightExec::mostFlags = 1u << 30;
@@ -91,7 +91,7 @@ TEST(PsapNearMemory, ABackendThatHasNoneForALaterListSearches)
     BoxScene scene(SceneKind::Uniform, kBoxes, 33);
     for (const Aabb& box : scene.boxes())
         session.add(box);
-    // Boxes come together, so that the next list is longer, and fly apart.
+    // Boxes move together, so that the next list is longer, and separate again.
     int followed = 0;
     for (int step = 0; step < 60; ++step)
     {

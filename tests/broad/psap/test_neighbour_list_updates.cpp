@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Updates that follow near pairs, with margins, filter words and proxies that come and go, against the oracle.
+// Updates with neighbour lists, with margins, filter words, and creation and destruction of proxies, against the
+// oracle.
 
 #include "cullet/tests/broad/conformance/backend_cases.h"
 #include "cullet/tests/support/backend_session.h"
@@ -21,7 +22,7 @@ namespace cullet::test
 {
 namespace
 {
-/// Those that keep near pairs of so few boxes.
+/// The cases that use neighbour lists for so few boxes.
 std::vector<BackendCase> nearCases()
 {
     std::vector<BackendCase> cases;
@@ -33,7 +34,7 @@ std::vector<BackendCase> nearCases()
     return cases;
 }
 
-/// Boxes with velocities of their own in a block of space with walls; of three groups, of which two do not meet.
+/// Boxes with constant velocities in a walled block; of three groups, two of which do not pair with each other.
 class SteadyWorld
 {
 public:
@@ -44,7 +45,7 @@ public:
             m_bodies.push_back(newBody());
     }
 
-    /// @param every one of so many bodies moves
+    /// @param every one of `every` bodies moves
     void move(std::uint32_t every = 1)
     {
         ++m_moves;
@@ -85,7 +86,7 @@ public:
 
     BackendSession session;
     std::map<std::string, int> paths;
-    // While near pairs were followed: held pairs that are apart, and those that no filter would let enter.
+    // While a neighbour list is used: held pairs that are separated, and held pairs that the filter would refuse now.
     std::uint64_t apart = 0, unwanted = 0;
 
 private:
@@ -167,7 +168,7 @@ TEST_P(PsapNearUpdates, OfASteadyWorldEqualTheOracle)
     EXPECT_GT(world.unwanted, 300u);
 }
 
-// Pairs that the words kept out enter where these let them; those that are held stay.
+// Pairs refused by the filter words enter once the words allow them; held pairs stay.
 TEST_P(PsapNearUpdates, OfWorldsWhoseFiltersChangeEqualTheOracle)
 {
     SCOPED_TRACE("seed 22");
@@ -179,7 +180,7 @@ TEST_P(PsapNearUpdates, OfWorldsWhoseFiltersChangeEqualTheOracle)
             world.refilter(body);
         world.move();
         world.session.useFilter = step / 10 % 3 != 2;
-        // As the contract has it.
+        // As the contract requires.
         if (step % 30 == 20 || (step != 0 && step % 30 == 0))
             world.session.restart(world.session.pairs());
         ASSERT_TRUE(world.step());
@@ -189,7 +190,7 @@ TEST_P(PsapNearUpdates, OfWorldsWhoseFiltersChangeEqualTheOracle)
     EXPECT_GT(world.unwanted, 3000u);
 }
 
-// A margin as wide as the boxes takes skins that are no thinner.
+// A margin as wide as the boxes needs skins at least as wide.
 TEST_P(PsapNearUpdates, WithAWideMarginEqualTheOracle)
 {
     SCOPED_TRACE("seed 23");
@@ -228,12 +229,12 @@ void setFilters(SteadyWorld& world, Filter filter)
         world.session.table.setFilter(row, filter);
 }
 
-/// Worlds in which something happens at once, each in another one of the updates between two lists: the next list may have
-/// been begun when it shows what that was.
+/// Worlds with a sudden event, each in a different update between two lists: the next list may have been begun before
+/// the event shows.
 ///
 /// @param prepare called before each update with its number
-/// @param happen  called once, before an update that follows near pairs, in most worlds
-/// @param check   called in the end with each world that goes on for a while
+/// @param happen  called once, before an update that uses a neighbour list, in most worlds
+/// @param check   called at the end with each world after further updates
 template <class Prepare, class Happen, class Check>
 void tryBetweenLists(const BackendCase& backend, std::uint32_t seed, const Prepare& prepare,
                      const Happen& happen, const Check& check)
@@ -257,7 +258,7 @@ void tryBetweenLists(const BackendCase& backend, std::uint32_t seed, const Prepa
         }
         if (end > at + 1)
             check(world);
-        // A search begins with the pairs that are held; one that it was not told of shows when it leaves.
+        // A search begins with the held pairs; a missing one shows when it leaves.
         world.replace(0);
         world.move();
         ASSERT_TRUE(world.step());
@@ -283,8 +284,8 @@ TEST_P(PsapNearUpdates, ManyPairsMayEnterAtOnce)
         [](const SteadyWorld& world) { EXPECT_GT(world.session.addedTotal(), 800u); });
 }
 
-// First those of some boxes. With half of them there is no room for all that enter later, with three quarters there is, but not
-// behind those that are held.
+// First the pairs of some boxes. With half of the boxes the list has no room for all pairs that enter later; with three
+// quarters it has, but not after the held pairs.
 TEST_P(PsapNearUpdates, MorePairsMayEnterThanThereIsRoomForBesideTheHeldOnes)
 {
     for (const ProxyId share : {2u, 4u})
@@ -304,7 +305,7 @@ TEST_P(PsapNearUpdates, MorePairsMayEnterThanThereIsRoomForBesideTheHeldOnes)
     }
 }
 
-// While others are held that neither boxes nor filter words tell of.
+// Other pairs stay held that neither the boxes nor the filter words would give now.
 TEST_P(PsapNearUpdates, ManyPairsMayLeaveAtOnce)
 {
     tryBetweenLists(
@@ -327,7 +328,7 @@ TEST_P(PsapNearUpdates, ManyPairsMayLeaveAtOnce)
         });
 }
 
-// What near pairs knew to be held is of no account then, and neither is what they did not know.
+// A restart invalidates the held flags of the neighbour list.
 TEST_P(PsapNearUpdates, ARestartWithOtherPairsEqualsTheOracle)
 {
     SCOPED_TRACE("seed 28");
@@ -349,7 +350,7 @@ TEST_P(PsapNearUpdates, ARestartWithOtherPairsEqualsTheOracle)
     EXPECT_GT(world.paths["near pairs"], 12);
 }
 
-// Pairs leave whose boxes are where they were, and which did not come in that update.
+// Pairs leave whose boxes have not moved, and which were not reported in that update.
 TEST_P(PsapNearUpdates, AMarginMayShrinkWhileMostBoxesRest)
 {
     SCOPED_TRACE("seed 29");

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// What the options of the sweep-and-prune backends change: not the pairs, which the conformance suite holds, but the work.
+// Effects of the options of the sweep-and-prune backends on their work; the conformance suite checks the pairs.
 
 #include "cullet/broad/psap/exec/host_exec.h"
 #include "cullet/broad/psap/search.h"
@@ -21,7 +21,7 @@ namespace cullet::test
 {
 namespace
 {
-/// HostExec that remembers the most tests that one index of a step made.
+/// HostExec that records the largest number of tests by one index of a step.
 class CountingExec : public psap::HostExec
 {
 public:
@@ -89,7 +89,7 @@ std::vector<Aabb> uniformCubes(std::uint32_t count, float side, Random& random)
     return boxes;
 }
 
-/// Centres in a slab along (1, 1, 0) and z, which is thin across.
+/// Centres in a thin slab along (1, 1, 0) and z.
 std::vector<Aabb> slantedSlab(std::uint32_t count, Random& random)
 {
     std::vector<Aabb> boxes;
@@ -101,14 +101,14 @@ std::vector<Aabb> slantedSlab(std::uint32_t count, Random& random)
     return boxes;
 }
 
-/// Every overlapping pair of a scene by the search with rows, in order.
+/// Every overlapping pair of a scene by the counting-sort search, in order.
 Pairs pairsOfRows(const std::vector<Aabb>& boxes, const PsapOptions& options)
 {
     psap::HostExec exec(options);
     psap::RowSearch<psap::HostExec> search(options, options.axis);
     std::vector<RowPair> found(1u << 18);
     std::uint64_t count = 0;
-    // The second time with what the first left behind.
+    // The second update uses the state of the first.
     for (int update = 0; update < 2; ++update)
     {
         search.build(exec, {boxes.data(), boxes.size(), &count});
@@ -119,7 +119,8 @@ Pairs pairsOfRows(const std::vector<Aabb>& boxes, const PsapOptions& options)
     return inOrder(found);
 }
 
-// Up to a dozen cells across, a cell ahead of a box may be one behind it, wrapped: who reports a pair then is another rule.
+// With up to a dozen cells across, a cell ahead of a box may be a wrapped cell behind it: a different rule then decides
+// which box reports a pair.
 TEST(PsapOptions, RowsOfFewCellsFindEachPairOnce)
 {
     SCOPED_TRACE("seed 11");
@@ -128,7 +129,7 @@ TEST(PsapOptions, RowsOfFewCellsFindEachPairOnce)
     for (float side = 2; side < 60; side *= 1.1f)
     {
         std::vector<Aabb> boxes = uniformCubes(400, side, random);
-        // Some far outside of where the plan looks, and a larger size.
+        // Some boxes far outside of the planned range, and a larger one.
         for (std::uint32_t i = 0; i < 20; ++i)
             boxes.push_back(boxAt(random.between(-9 * side, 9 * side), random.between(0, side), side / 2));
         for (std::uint32_t i = 0; i < 5; ++i)
@@ -162,7 +163,7 @@ TEST(PsapOptions, PrincipalDirectionsAreThoseOfTheCloud)
     sums.reset();
     for (int i = 0; i < 10000; ++i)
     {
-        // Along (2, 1, 2) / 3 far, along (-2, 2, 1) / 3 less, along (1, 2, -2) / 3 hardly.
+        // Spread widely along (2, 1, 2) / 3, less along (-2, 2, 1) / 3, hardly along (1, 2, -2) / 3.
         const float a = random.between(-30, 30), b = random.between(-10, 10), c = random.between(-1, 1);
         sums.add(boxAt((2 * a - 2 * b + c) / 3 + 5, (a + 2 * b + 2 * c) / 3 - 7, (2 * a + b - 2 * c) / 3));
     }
@@ -173,7 +174,7 @@ TEST(PsapOptions, PrincipalDirectionsAreThoseOfTheCloud)
         float cosine = 0;
         for (int axis = 0; axis < 3; ++axis)
             cosine += found.along[k][axis] * expected[k][axis] / 3;
-        // The spread of 10,000 samples turns the directions by about a hundredth.
+        // The variance of 10,000 samples rotates the directions by about a hundredth.
         EXPECT_GT(std::fabs(cosine), 0.999f) << k;
     }
 }
@@ -282,7 +283,7 @@ TEST(RadixSort, OrdersFloatsByTheirKeysAndKeepsEqualOnes)
     EXPECT_GT(equalCount, 500);
 }
 
-/// The cells of `count` boxes spread over a room whose sides are `u` and `v` across the sweep axis.
+/// The cells for `count` boxes in a room with sides `u` and `v` across the sweep axis.
 psap::CellPlan planFor(PsapCells rule, std::uint64_t count, float u, float v, std::uint32_t cellCount = 1)
 {
     psap::Moments moments;

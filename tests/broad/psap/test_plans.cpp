@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// The first plan of a search is made at once, later ones beside updates that go on with the one before.
+// The first plan of a search is made synchronously, later plans asynchronously while updates use the previous one.
 
 #include "cullet/tests/broad/psap/counting_search_probe.h"
 
@@ -17,7 +17,7 @@ std::uint64_t testsOf(WatchedSearch& search, const std::vector<Aabb>& boxes, con
     return search.exec.takeTestCount();
 }
 
-/// Boxes close together, and as many that have spread out.
+/// Boxes close together, and the same number spread out.
 struct GrowingWorld
 {
     explicit GrowingWorld(std::uint32_t seed) : random(seed) {}
@@ -49,7 +49,7 @@ TEST(PsapPlans, FollowAWorldThatGrows)
     }
 }
 
-// Then most boxes are far away from where most were when the last plan was made.
+// Most boxes are then far from the bulk of the boxes at the time of the last plan.
 TEST(PsapPlans, OfAWorldThatHasGrownKeepToTheirRoom)
 {
     SCOPED_TRACE("seed 3");
@@ -92,7 +92,7 @@ void expectSearchesToRepeat(PsapOrder order)
     }
 }
 
-// A list that was too short is filled once more, when the next plan may be there already.
+// The search is repeated for a list that was too short, when the next plan may be ready.
 TEST(PsapPlans, DoNotChangeBetweenASearchAndItsRepetition)
 {
     for (const PsapOrder order : {PsapOrder::Counting, PsapOrder::Radix, PsapOrder::Bins, PsapOrder::Tiles})

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// How often an update waits for its executor: a GPU stands idle then. And how many bytes go between both.
+// Number of times that an update waits for its executor, while a GPU is idle, and bytes transferred.
 
 #include "cullet/broad/proxy_table.h"
 #include "cullet/broad/psap/exec/host_exec.h"
@@ -19,10 +19,10 @@ namespace
 struct Counts
 {
     int waits = 0;
-    std::uint64_t bytesThere = 0, bytesBack = 0;  ///< to memory of the executor, and from there
+    std::uint64_t bytesThere = 0, bytesBack = 0;  ///< to and from memory of the executor
 };
 
-/// HostExec that counts how often it is waited for, and what a GPU would move.
+/// HostExec that counts waits and the bytes that a GPU would transfer.
 class TransferCountingExec : public psap::HostExec
 {
 public:
@@ -85,7 +85,7 @@ protected:
         m_table.endUpdate();
         return m_counts.waits;
     }
-    /// Of the last update.
+    /// Bytes to the executor in the last update.
     std::uint64_t bytesThere() const { return m_counts.bytesThere; }
     std::uint64_t bytesBack() const { return m_counts.bytesBack; }
 
@@ -111,7 +111,7 @@ private:
     ProxyTable m_table;
 };
 
-/// With no more room for changes than is expected.
+/// Fixture whose lists have room only for the expected changes.
 class PsapBytes : public PsapWaits
 {
 protected:
@@ -154,17 +154,17 @@ TEST_F(PsapBytes, ThoseOfTheChangesAndOfTheRowsThatChanged)
     {
         for (int frame = 0; frame < 6; ++frame)
         {
-            // Every second one leaves while the others come back.
+            // Every second body leaves while the others return.
             for (std::uint32_t k = 0; k < moved; ++k)
                 move(3 * k, (k + static_cast<std::uint32_t>(frame)) % 2 == 0
                                 ? 10.0f * static_cast<float>(1000 + 3 * k)
                                 : 0.0f);
             update(delta);
             if (frame < 3)
-                continue;  // as many had not been expected
+                continue;  // more than expected
             const std::uint64_t changed = delta.added.size() + delta.removed.size();
             EXPECT_NEAR(static_cast<double>(changed), 2.0 * moved, 2.0) << frame;
-            // Eight bytes a pair, of which there may be a quarter more, a box and its row, and what is always told.
+            // Eight bytes per pair, with room for a quarter more, a box and its row, and constant-size results.
             EXPECT_LE(bytesBack(), 10 * changed + 300) << moved;
             EXPECT_GE(bytesBack(), 8 * changed) << moved;
             EXPECT_LE(bytesThere(), (sizeof(Aabb) + 4 + 1) * moved + 300) << moved;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Tiles: when they are used, and what happens where one is full.
+// Tiles: when they are used, and what happens if one is full.
 
 #include "cullet/tests/broad/psap/counting_search_probe.h"
 
@@ -54,7 +54,8 @@ TEST(PsapTiles, NeitherAreThoseThatADeviceHasNoMemoryFor)
     EXPECT_EQ(search.searchesOfTiles(), 0);
 }
 
-// Cells, bins and tiles are where most boxes are: one far away would make the others look like one point.
+// Cells, bins and tiles cover the bulk of the boxes: with one far box in their range the others would be like one
+// point.
 TEST(PsapTiles, BodiesFlungFarAwayDoNotSpoilThePlan)
 {
     SCOPED_TRACE("seed 12");
@@ -120,13 +121,13 @@ TEST(PsapTiles, WhereOneIsFullCountingFindsThePairs)
     EXPECT_EQ(search.searchesOfTiles(), 19);
     EXPECT_EQ(search.find(piled), expected);
     EXPECT_TRUE(search.wasFull());
-    // By counting, until there is a plan that knows of the pile.
+    // By the counting-sort search, until a plan accounts for the pile.
     EXPECT_EQ(search.find(piled), expected);
     EXPECT_EQ(search.searchesOfTiles(), 20);
     EXPECT_EQ(search.find(piled), expected);
     EXPECT_FALSE(search.wasFull());
     EXPECT_EQ(search.searchesOfTiles(), 21);
-    // A plan as good as new is not tried again for a while.
+    // After a failed recent plan, tiles are not tried again for a while.
     EXPECT_EQ(search.find(sparse), pairsByCounting(sparse));
     std::vector<Aabb> heap = sparse;
     for (std::uint32_t i = 0; i < 20000; ++i)
@@ -149,7 +150,7 @@ TEST(PsapTiles, RoomIsUsedToTheLastPlace)
     std::vector<Aabb> boxes = cubesIn(1500, 4, random);
     WatchedSearch search(PsapOrder::Tiles);
     search.find(boxes);
-    // One after the other to the same place.
+    // Bodies move one after the other to the same position.
     std::uint32_t piled = 0;
     while (!search.wasFull())
     {
@@ -190,7 +191,7 @@ TEST(PsapTiles, AnyWorldThatIsForcedIntoThem)
     EXPECT_GT(pairs, 100000u);
 }
 
-// Boxes that come after the plan was made, larger ones and far away ones; coordinates that end on the edges of tiles.
+// Boxes created after the plan, larger and far ones; coordinates on the edges of tiles.
 TEST(PsapTiles, APlanOfAnotherFrameFindsThePairs)
 {
     SCOPED_TRACE("seed 11");
@@ -205,7 +206,7 @@ TEST(PsapTiles, APlanOfAnotherFrameFindsThePairs)
     EXPECT_EQ(search.find(boxes), everyPair(boxes));
     EXPECT_EQ(search.searchesOfTiles(), 2);
     EXPECT_FALSE(search.wasFull());
-    // More large ones than the side list takes.
+    // More large boxes than the overflow list holds.
     for (std::uint32_t i = 0; i < 40; ++i)
         boxes[20 * i] = boxAt(random.between(0, 16), random.between(0, 16), random.between(0, 16), 1.5f);
     EXPECT_EQ(search.find(boxes), everyPair(boxes));

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Records that search together, as the lanes of a warp do on a GPU: the pairs are those that there are, whatever the scene.
+// Warp-cooperative search: records search together, like the lanes of a GPU's warp. It finds exactly the overlapping
+// pairs in every scene.
 
 #include "cullet/tests/broad/psap/counting_search_probe.h"
 #include "cullet/tests/broad/psap/warp_exec.h"
@@ -52,7 +53,7 @@ Found searchTogether(const std::vector<Aabb>& boxes, const IsNew& isNew, const P
     return {pairs, search.levelCount(), exec.largestSum, exec.mostAtOnce};
 }
 
-/// As some entry tests do, asks for rows and for how deep.
+/// An entry test that needs rows and depths.
 struct ShallowAndEven
 {
     ShallowAndEven ready() const { return *this; }
@@ -89,7 +90,7 @@ TEST(PsapGroups, FindThePairsOfADenseScene)
     EXPECT_GT(expected.size(), 6 * boxes.size());
     const Found found = searchTogether(boxes, psap::EveryPair{});
     EXPECT_EQ(found.pairs, expected);
-    EXPECT_GT(found.mostAtOnce, 96u);  // three for a lane
+    EXPECT_GT(found.mostAtOnce, 96u);  // three per lane
 }
 
 TEST(PsapGroups, AskWhetherAPairEnters)
@@ -108,7 +109,7 @@ TEST(PsapGroups, AskWhetherAPairEnters)
     EXPECT_EQ(searchTogether(boxes, ShallowAndEven{}).pairs, expected);
 }
 
-// A group has records of several levels, and some boxes no level at all.
+// A group has records of several levels, and some boxes have no level.
 TEST(PsapGroups, FindThePairsOfManySizes)
 {
     SCOPED_TRACE("seed 3");
@@ -131,7 +132,7 @@ TEST(PsapGroups, FindThePairsOfManySizes)
     }
 }
 
-// Boxes far apart in one group would have to look at all that is between them: they search in halves.
+// Boxes far apart in one group would have to test everything between them: the group searches in halves.
 TEST(PsapGroups, SearchInHalvesAroundAHeap)
 {
     SCOPED_TRACE("seed 4");
@@ -177,7 +178,7 @@ TEST(PsapGroups, HaveTheShorterRowsOfCells)
     }
 }
 
-/// Lines of so many boxes, `apart` from each other, in which each meets the six behind it.
+/// Lines of `boxesOfLine` boxes, `apart` from each other, in which each box overlaps the six after it.
 std::vector<Aabb> lines(std::uint32_t count, std::uint32_t boxesOfLine, float apart)
 {
     std::vector<Aabb> boxes;
@@ -192,7 +193,7 @@ std::uint64_t pairsOfLines(std::uint32_t count, std::uint32_t boxesOfLine)
     return std::uint64_t{count / boxesOfLine} * (6 * boxesOfLine - 21);
 }
 
-/// @return whether the update could have been a repetition of the one before
+/// @return whether the update could have repeated the recorded launches of the previous one
 bool update(WatchedSearch& search, const std::vector<Aabb>& boxes, std::uint64_t expectedPairs,
             std::uint64_t pairs)
 {
@@ -203,7 +204,8 @@ bool update(WatchedSearch& search, const std::vector<Aabb>& boxes, std::uint64_t
 
 constexpr std::uint32_t kMany = (1u << 15) + 1;
 
-// Else what was recorded of boxes that search alone would be repeated for records in another order, in memory of before.
+// Otherwise launches recorded for boxes that search alone would be repeated for records in another order, in old
+// memory.
 TEST(PsapGroups, BeginAndEndWithLaunchesOfTheirOwn)
 {
     const std::vector<Aabb> boxes = lines(kMany, kMany, 0);
@@ -215,7 +217,7 @@ TEST(PsapGroups, BeginAndEndWithLaunchesOfTheirOwn)
     EXPECT_FALSE(update(search, boxes, 4 * kMany, pairs));
     const std::uint32_t together = search.launches();
     EXPECT_NE(together, alone);
-    EXPECT_TRUE(update(search, boxes, 3 * kMany, pairs));  // not to and fro where there are about four
+    EXPECT_TRUE(update(search, boxes, 3 * kMany, pairs));  // no alternation at about four
     EXPECT_EQ(search.launches(), together);
     EXPECT_FALSE(update(search, boxes, 3 * kMany - 1, pairs));
     EXPECT_NE(search.launches(), together);
@@ -249,7 +251,7 @@ TEST(PsapGroups, AreForManySizes)
     }
 }
 
-// Cells of the mean distance would have many boxes each.
+// Cells of the mean distance would hold many boxes each.
 TEST(PsapGroups, AreNotForHeapsFarApart)
 {
     for (const float apart : {20.0f, 1e6f})

@@ -14,7 +14,7 @@
 
 namespace cullet::test
 {
-/// Lets threads wait for each other, again and again.
+/// A reusable barrier.
 class Meeting
 {
 public:
@@ -42,8 +42,8 @@ private:
     std::uint64_t m_round = 0;
 };
 
-/// HostExec whose groups are as a GPU's: 32 lanes, each a thread, so that the thread sanitizer tells where one does not wait for
-/// what another does with their room. Unlike a GPU's, lanes that vote wait for each other.
+/// HostExec with groups like a GPU's: 32 lanes, each a thread, so that the thread sanitizer reports missing
+/// synchronisation of shared memory. Unlike on a GPU, lanes that vote wait for each other.
 class WarpExec : public psap::HostExec
 {
 public:
@@ -74,9 +74,9 @@ public:
         mostAtOnce = warp.mostAtOnce;
     }
 
-    /// What the lanes of the last step have asked for at the most.
+    /// The largest total that the lanes of the last step requested.
     std::uint32_t largestSum = 0;
-    std::uint32_t mostAtOnce = 0;  ///< pairs that they appended together
+    std::uint32_t mostAtOnce = 0;  ///< pairs appended by a group at once
 
 private:
     template <class Room>
@@ -86,10 +86,10 @@ private:
         Meeting meeting{kLanes};
         std::uint64_t said[kLanes] = {};
         Room room = {};
-        std::uint32_t largestSum = 0, mostAtOnce = 0;  ///< the first lane says
+        std::uint32_t largestSum = 0, mostAtOnce = 0;  ///< written by the first lane
     };
 
-    /// What a step sees.
+    /// The group as seen by a step.
     template <class Room>
     class Lane
     {
@@ -156,7 +156,7 @@ private:
         }
 
     private:
-        /// What `body` makes of what all lanes say.
+        /// The result of `body` on the values of all lanes.
         template <class Body>
         auto hear(std::uint64_t own, const Body& body)
         {

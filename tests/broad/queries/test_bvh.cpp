@@ -54,7 +54,7 @@ std::vector<ProxyId> find(const Bvh& tree, const Aabb& box)
     return found;
 }
 
-/// Every row in one slot, every node inside the lane of its parent.
+/// Expects every row in one slot, and every node inside the lane of its parent.
 void expectSound(const Bvh& tree, const std::vector<Aabb>& boxes)
 {
     std::vector<int> seen(boxes.size(), 0);
@@ -106,7 +106,7 @@ TEST(Bvh, DepthIsThatOfACompleteTreeWhateverTheBoxesAre)
     std::vector<Aabb> twoPlaces(count);
     for (std::size_t i = 0; i < count; ++i)
     {
-        // A million times as long as wide, spaced in powers, so that no grid could tell the short end apart.
+        // A million times as long as wide, with exponential spacing, so that no grid could resolve the short end.
         const float x = std::exp2(static_cast<float>(i) / 2000.0f);
         line[i] = {{x, 0, 0}, {x * 1.0001f, 1e-3f, 1e-3f}};
         twoPlaces[i] = i % 2 == 0 ? Aabb{{0, 0, 0}, {1, 1, 1}} : Aabb{{1e12f, 0, 0}, {1e12f, 1, 1}};

@@ -43,7 +43,7 @@ private:
     std::mt19937 m_engine;
 };
 
-/// Runs a query and fails on a row that comes twice.
+/// Runs a query and fails on a row that is reported twice.
 template <class Query>
 std::vector<ProxyId> collect(const ProxyTable& table, Query query)
 {
@@ -60,7 +60,7 @@ std::vector<ProxyId> collect(const ProxyTable& table, Query query)
     return rows;
 }
 
-/// The candidates that the caller's exact test leaves over.
+/// The candidates that pass the caller's exact test.
 std::vector<ProxyId> overlapping(const ProxyTable& table, const QueryIndex& index, const Aabb& box)
 {
     std::vector<ProxyId> rows = collect(table, [&](auto visit) { index.forEachOverlap(box, visit); });
@@ -121,14 +121,14 @@ RaySegment rayAlong(const float* origin, const float* direction, double lambdaMa
     for (int axis = 0; axis < 3; ++axis)
     {
         ray.origin[axis] = origin[axis];
-        // As Bullet's float build prepares it; a direction of -0 is parallel with a positive sign.
+        // Prepared as in Bullet's float build; a direction of -0 is parallel with a positive sign.
         ray.inverseDirection[axis] = direction[axis] == 0.0f ? 1e18f : 1.0f / direction[axis];
     }
     ray.lambdaMax = lambdaMax;
     return ray;
 }
 
-/// Boxes on a coarse lattice, so that rays along faces and corners are frequent, with all kinds of odd ones.
+/// Boxes on a coarse lattice, so that rays along faces and corners are frequent, including all special kinds.
 Aabb randomBox(Random& random)
 {
     const std::uint32_t kind = random.below(40);
@@ -175,7 +175,7 @@ RaySegment randomRay(Random& random)
     for (float& d : direction)
         d = length == 0.0f ? 0.0f : d / length;
     RaySegment ray = rayAlong(origin, direction, random.below(4) == 0 ? random.uniform(0.0f, 5.0f) : 40.0);
-    if (kind == 2 || length == 0.0f)  // a sweep that stands still
+    if (kind == 2 || length == 0.0f)  // a sweep of length 0
     {
         ray.lambdaMax = 0.0;
         for (double& inverse : ray.inverseDirection)
@@ -226,7 +226,7 @@ TEST(QueryIndex, OverlapsEqualBruteForceForAllKindsOfBoxes)
     EXPECT_LT(hits, checks / 4);
 }
 
-/// Counts over all rays of a test; the floor and the ceiling show that the sample means something.
+/// Counts over all rays of a test; the lower and upper bounds ensure a representative sample.
 struct RayCount
 {
     std::uint64_t checks = 0;
@@ -274,7 +274,7 @@ TEST(QueryIndex, RaysNeverMissWhatTheSlabTestOfEitherPrecisionReports)
     EXPECT_GT(count.checks, 1000000u);
     EXPECT_GT(count.hits, count.checks / 100);
     EXPECT_LT(count.hits, count.checks / 4);
-    // Rays along faces and from far away are among the extras, nothing else should be.
+    // The extras should be rays along faces and from far away only.
     EXPECT_LT(count.extras, count.hits / 3);
 }
 
@@ -395,7 +395,7 @@ TEST(QueryIndex, UnboundedBoxesAreFoundFromEverywhere)
     }
 }
 
-/// One random change of a table; returns its kind for the count of what the test saw.
+/// Makes one random change of a table; returns its kind, for the test's counts.
 int changeAtRandom(ProxyTable& table, std::vector<ProxyId>& live, std::uint32_t& nextId, Random& random)
 {
     const std::uint32_t kind = random.below(20);
@@ -442,7 +442,7 @@ TEST(QueryIndex, AnyInterleavingOfChangesAndQueriesEqualsBruteForce)
         for (int step = 0; step < 300; ++step)
         {
             SCOPED_TRACE(step);
-            // From single changes to all rows at once, so that every way of taking them in is used.
+            // From single changes to all rows at once, so that every update path of the trees is used.
             const std::uint32_t changes = random.below(4) == 0 ? 1200 : random.below(12);
             for (std::uint32_t i = 0; i < changes; ++i)
                 ++kinds[changeAtRandom(table, live, nextId, random)];
@@ -521,7 +521,7 @@ TEST(QueryIndex, FewQueriesScanAndManyBuildTheTree)
         overlapping(table, index, cube(0, 0, 0, 1));
     EXPECT_EQ(index.syncsTotal(), 1u);
     table.setBox(1, cube(1.5f, 0, 0, 1));
-    // One moved box is taken in sooner than all boxes are scanned once or twice.
+    // Updating the tree for one moved box is cheaper than scanning all boxes once or twice.
     for (int i = 0; i < 3; ++i)
         EXPECT_EQ(overlapping(table, index, cube(0, 0, 0, 1)).size(), 2u);
     EXPECT_EQ(index.syncsTotal(), 2u);
@@ -567,7 +567,7 @@ TEST(QueryIndex, BoxesThatMoveOneByOneAreFoundAfterEachStepWithFewOthers)
     {
         const ProxyId row = step % table.size();
         Aabb box = table.box(row);
-        // The small steps of a walker; now and then a box shrinks to a tenth where it is, or jumps.
+        // Small steps; at times a box shrinks to a tenth in place, or teleports.
         const std::uint32_t kind = random.below(50);
         if (kind == 0 && box.max[0] - box.min[0] > 0.5f)
             box = cube(box.min[0] + 0.2f, box.min[1] + 0.2f, box.min[2] + 0.2f, 0.05f);
@@ -586,7 +586,7 @@ TEST(QueryIndex, BoxesThatMoveOneByOneAreFoundAfterEachStepWithFewOthers)
     EXPECT_LT(candidates, found + found / 4);
 }
 
-/// Rows that queries tested and trees took in, apart from the trees that queries descend.
+/// Rows tested by queries and inserted into trees, not counting the descent of trees.
 struct Work
 {
     explicit Work(const QueryIndex& index_)
@@ -628,7 +628,7 @@ void ask(const QueryIndex& index, Random& random, std::uint32_t times)
 
 constexpr std::uint32_t kCrowd = 30000;
 
-/// Calls change(i) so many times, with a query after each, and expects that to cost no look at all boxes.
+/// Calls change(i) `count` times, with a query after each, and expects no scan of all boxes.
 template <class Change>
 void expectFewTestsAfterEach(const QueryIndex& index, Random& random, const Change& change)
 {
@@ -674,7 +674,7 @@ TEST(QueryIndex, AFewBoxesThatRunAcrossTheWorldDoNotMakeANewTreeAgainAndAgain)
     constexpr std::uint32_t kSteps = 30;
     for (std::uint32_t i = 0; i < 4000; ++i)
     {
-        // Ever faster, so that the leaf it is in grows along with the box.
+        // The box accelerates, so that its leaf grows with it.
         const ProxyId row = 100 * (i / kSteps);
         Aabb box = table.box(row);
         for (int axis = 0; axis < 2; ++axis)
@@ -779,8 +779,8 @@ TEST(QueryIndex, RowsWithoutAProxyCostNothingAfterAPeak)
     EXPECT_LT(work.builtPer(4000), 40.0);
 }
 
-/// A change of one row of any kind, to the box that another kind may leave: rows come, go and come again, run, jump,
-/// lose their boxes and get them back, and reach beyond every tree.
+/// Makes a change of any kind to one row: rows are created, destroyed and reused, move, teleport, become empty and
+/// valid again, and leave the bounds of every tree.
 void changeOne(ProxyTable& table, std::vector<ProxyId>& live, std::uint32_t& nextId, Random& random)
 {
     const std::uint32_t kind = random.below(12);
@@ -825,7 +825,7 @@ TEST(QueryIndex, QueriesBetweenSingleChangesEqualBruteForce)
         std::vector<ProxyId> live = fillCrowd(table, 1500, random);
         std::uint32_t nextId = 2000;
         std::size_t hits = 0;
-        std::uint32_t quietBuilds = 0;  // trees that were made between two changes, for the list
+        std::uint32_t quietBuilds = 0;  // trees built between two changes, for the list
         for (int step = 0; step < 4000; ++step)
         {
             for (std::uint32_t i = random.below(3); i > 0; --i)

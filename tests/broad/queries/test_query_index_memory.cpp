@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Queries while the trees take changes in, and after there was no memory for that: they find what a look at every box finds.
+// Queries while the trees are updated, and after a failed allocation: they find the same as a scan of every box.
 
 #include "cullet/broad/proxy_table.h"
 #include "cullet/broad/queries/query_index.h"
@@ -56,7 +56,7 @@ public:
             table.setBox(row, anyBox());
     }
 
-    /// Every row jumps, and others come.
+    /// Every row teleports, and new rows are created.
     void changeAll()
     {
         moveAll();
@@ -64,7 +64,8 @@ public:
             table.create(anyBox(), kRows + i + 1, kEverything);
     }
 
-    /// The rows beside the main tree are so many that they get a tree only once queries have tested them often.
+    /// There are so many rows outside of the main tree that they get a second tree only once queries have tested them
+    /// often.
     void changeFew()
     {
         for (ProxyId row = 0; row < 10; ++row)
@@ -81,7 +82,7 @@ public:
     Random random{kSeed};
 };
 
-/// Asks for boxes all over the world; takes no memory while it asks.
+/// Queries all over the world that allocate no memory.
 class Questions
 {
 public:
@@ -99,7 +100,7 @@ public:
         }
     }
 
-    /// How many rows of all answers are missed or come twice.
+    /// Number of missed or duplicate rows in all answers.
     std::uint32_t countWrongAnswers(const ProxyTable& table, const QueryIndex& index)
     {
         std::uint32_t wrong = 0;
@@ -166,8 +167,8 @@ INSTANTIATE_TEST_SUITE_P(Changes, QueryIndexMemory,
                                          Change{"OfFewRows", &ChangedTable::changeFew}),
                          [](const auto& test) { return test.param.name; });
 
-// This thread waits for the other query, which must therefore not wait for the trees: they have to be dearer than a scan. They
-// are when all rows changed before the last query.
+// This thread waits for the other query, so that query must not wait for the trees: their update has to be more
+// expensive than a scan, as it is if all rows changed before the last query.
 TEST(QueryIndexSync, AQueryOfAnotherThreadWhileTheTreesChangeMissesNothing)
 {
     bool hasCalled = true;

@@ -22,14 +22,15 @@ Aabb cubeOnLine(float x)
     return {{x - 1.0f, -1.0f, -1.0f}, {x + 1.0f, 1.0f, 1.0f}};
 }
 
-/// Boxes two apart on a line, so that each overlaps itself and both neighbours by touching them.
+/// Boxes at a spacing of two on a line, so that each touches both neighbours.
 void fill(ProxyTable& table)
 {
     for (std::uint32_t i = 0; i < kRows; ++i)
         table.create(cubeOnLine(2.0f * i), i + 1, {1, -1});
 }
 
-/// Asks for the neighbours of the neighbours of `row`, the inner queries from inside the outer visit; returns how many answers were wrong.
+/// Queries the neighbours of the neighbours of `row`, the inner queries from inside the outer visit; returns the number
+/// of wrong answers.
 int askNested(const ProxyTable& table, const QueryIndex& index, ProxyId row, bool byRay)
 {
     int outer = 0;
@@ -62,7 +63,7 @@ TEST(QueryIndexThreads, EightThreadsAskNestedQuestionsWhileChangesArePending)
         for (int round = 0; round < 30; ++round)
         {
             SCOPED_TRACE(round);
-            // All rows, a few, and none: every way of taking changes in, and none at all.
+            // All rows, a few, and none change, for every update path of the trees.
             const std::uint32_t stride = round % 3 == 0 ? 1 : round % 3 == 1 ? 400 : kRows;
             for (ProxyId row = 0; row < kRows; row += stride)
                 table.setBox(row, cubeOnLine(2.0f * row));
@@ -89,13 +90,13 @@ TEST(QueryIndexThreads, RowsThatJumpedGetATreeWhileOthersReadTheirList)
     std::uint64_t quietBuilds = 0;
     for (std::uint32_t round = 0; round < 40; ++round)
     {
-        // Two rows change places, so that both leave their leaves, and every place still has its box.
+        // Two rows swap positions, so that both leave their leaves, and every position still has a box.
         for (ProxyId row = 0; row < kJumpers; ++row)
         {
             const Aabb box = table.box(row);
             table.setBox(row, table.box(kRows - 1 - row));
             table.setBox(kRows - 1 - row, box);
-            index.forEachOverlap(box, [](ProxyId) {});  // many at once would get their tree at once
+            index.forEachOverlap(box, [](ProxyId) {});  // many at once would get a tree at once
         }
         const std::uint64_t built = index.builtRowsTotal(), syncs = index.syncsTotal();
         onThreads(kThreads,

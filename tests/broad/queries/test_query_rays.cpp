@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Rays that graze a face, or end at one, within the rounding of Bullet's own test: a query visits every box that either
-// precision of that test reports.
+// Rays that graze a face, or end at one, within the rounding of Bullet's own test: a query visits every box that the
+// test reports in either precision.
 
 #include "cullet/broad/proxy_table.h"
 #include "cullet/broad/queries/query_index.h"
@@ -55,7 +55,7 @@ struct Slabs
     bool isMissed = false;
 };
 
-/// How large coordinates are, and the swept box.
+/// Magnitudes of coordinates and of the swept box.
 struct RayScale
 {
     const char* name;
@@ -79,7 +79,7 @@ protected:
 
     float place() { return GetParam().place + random.between(-10, 10); }
 
-    /// A ray that begins before a box on the first axis and runs along it, more or less.
+    /// A ray that begins before a box on the first axis and runs approximately along it.
     RaySegment rayTo(const Aabb& box)
     {
         RaySegment ray = {};
@@ -99,7 +99,7 @@ protected:
         return ray;
     }
 
-    /// A ray to the middle of a box, whose direction is not one of floats.
+    /// A ray to the middle of a box, with a direction that is not exact in float.
     static RaySegment rayFromTheOrigin(const Aabb& box)
     {
         RaySegment ray = {};
@@ -122,7 +122,7 @@ protected:
         return ray;
     }
 
-    /// Puts the origin next to where a parallel ray would touch the lower or upper face.
+    /// Moves the origin next to the position where a parallel ray would touch the lower or upper face.
     void graze(RaySegment& ray, const Aabb& box)
     {
         const bool isLow = random.chance(0.5f);
@@ -200,8 +200,8 @@ TEST_P(QueryRays, VisitBoxesAtWhichARayEnds)
     EXPECT_GT(doubtful, 20u) << "no ray ended so near to a face that rounding decides";
 }
 
-// For a ray from the origin the index moves no plane apart. Its inverse direction and the product with it, rounded to float, may
-// put a face behind the end; only the slack of the length covers that.
+// For a ray from the origin the index widens no slab. Its inverse direction and the product with it, rounded to float,
+// may put a face behind the end; only the tolerance of the length covers that.
 TEST_P(QueryRays, VisitBoxesThatARayReachesByLessThanAFloatCanTell)
 {
     SCOPED_TRACE("seed " + std::to_string(kSeed));

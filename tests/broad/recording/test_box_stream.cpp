@@ -43,7 +43,7 @@ bool isSame(const BoxEvent& a, const BoxEvent& b)
         return false;
     for (int axis = 0; axis < 3; ++axis)
     {
-        // A NaN is the same as a NaN.
+        // NaNs compare as equal here.
         const auto differ = [](double x, double y) { return x != y && (x == x || y == y); };
         if (differ(a.box.min[axis], b.box.min[axis]) || differ(a.box.max[axis], b.box.max[axis]))
             return false;
@@ -51,7 +51,7 @@ bool isSame(const BoxEvent& a, const BoxEvent& b)
     return true;
 }
 
-/// Reads to the end or the error, and returns the error.
+/// Reads to the end or to an error, and returns the error.
 std::string readAll(BoxStreamReader* reader, std::vector<BoxEvent>* events = nullptr)
 {
     BoxEvent event;
@@ -70,7 +70,7 @@ std::string readAll(const std::string& path, std::vector<BoxEvent>* events = nul
     return reader ? readAll(reader.get(), events) : why;
 }
 
-/// From memory: thousands of files would take long.
+/// Opens from memory, since thousands of files would take long.
 std::unique_ptr<BoxStreamReader> openMemory(const Bytes& bytes, std::string& why,
                                             const BoxStreamLimits& limits = {})
 {
@@ -102,7 +102,7 @@ StreamBox randomBox(std::mt19937& random, StreamPrecision precision)
     return box;
 }
 
-/// Random events, legal ones, written through the interface; returns what a reader has to give.
+/// Writes random valid events through the interface; returns the events that a reader must return.
 std::vector<BoxEvent> writeRandom(const std::string& path, StreamPrecision precision, int count,
                                   unsigned seed)
 {
@@ -238,7 +238,7 @@ TEST(BoxStream, PacksBoxesThatDoNotMoveToNextToNothing)
         writer.frame();
     }
     ASSERT_TRUE(writer.finish());
-    // 61,000 bytes of boxes that are random, and 100,000 calls.
+    // 61,000 bytes of random boxes, and 100,000 calls.
     EXPECT_LT(readBytes(path).size(), 75000u);
     std::remove(path.c_str());
 }
@@ -267,7 +267,7 @@ TEST(BoxStream, NoticesEveryFlippedByteAndEveryTruncation)
     std::remove(path.c_str());
 }
 
-/// A file with good checksums around whatever events.
+/// A file with valid checksums around any events.
 Bytes hostile(const std::vector<Bytes>& blocks, const BoxStreamInfo& info)
 {
     Bytes file = box_stream::encodeHead(info);
@@ -311,14 +311,14 @@ TEST(BoxStream, NeedsNoMemoryForWhatAFileOnlyClaims)
     info.ids = ~std::uint32_t(0);
     info.events = info.frames = ~std::uint64_t(0) - 1;
     EXPECT_NE(readAll(hostile({}, info)).find("promises"), std::string::npos);
-    // A block that says it has 4 GiB.
+    // A block that claims 4 GiB.
     Bytes file = box_stream::encodeHead(info);
     const Bytes block = {'C', 'B', 'L', 'K', 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0, 0, 0, 0};
     file.insert(file.end(), block.begin(), block.end());
     EXPECT_NE(readAll(file).find("4294967295 bytes"), std::string::npos) << readAll(file);
 }
 
-/// A creation of box after box, or one and a thousand calls that change nothing; `count` events in all.
+/// `count` creations of boxes, or one creation and calls that change nothing.
 Bytes manyEvents(std::uint32_t count, bool areCreations)
 {
     Bytes create = {1};
@@ -337,7 +337,7 @@ TEST(BoxStream, RefusesAFrameOfMoreEventsThanTheLimit)
 {
     BoxStreamLimits limits;
     limits.frameEvents = 5000;
-    // Blocks without the end of a frame, of which each event takes less than a tenth of a byte in the file.
+    // Blocks without the end of a frame, with less than a tenth of a byte per event in the file.
     for (const std::uint32_t count : {4999u, 5000u, 5001u, 20000u})
     {
         SCOPED_TRACE(count);
@@ -356,7 +356,7 @@ TEST(BoxStream, RefusesAFrameOfMoreEventsThanTheLimit)
                   isTooMany ? "recording 'memory', frame 0: more than 5000 events before its end, the limit "
                               "of this reader"
                             : "");
-        // Event by event there is nothing to be kept.
+        // Reading event by event stores nothing.
         EXPECT_EQ(readAll(file, limits), "");
     }
 }
@@ -383,7 +383,7 @@ TEST(BoxStream, SurvivesRandomEventsBehindGoodChecksums)
     for (int round = 0; round < 500; ++round)
     {
         Bytes events(1 + random() % 200);
-        // Small numbers, so that some of the events are legal ones.
+        // Small numbers, so that some of the events are valid.
         for (std::uint8_t& byte : events)
             byte = static_cast<std::uint8_t>(random() % 4 == 0 ? random() % 8 : 0);
         events[0] = static_cast<std::uint8_t>(random() % 7);

@@ -125,7 +125,7 @@ TEST(SmallWorldBackend, JitteringHeapIsWatchedInShellsAndStaysExact)
         addedInShells += path == "flat in shells" ? session.delta().added.size() : 0;
     }
     EXPECT_GT(updates["flat in shells"], 80);
-    // Pairs came while the boxes stayed in their shells.
+    // Pairs were added while the boxes stayed in their skins.
     EXPECT_GT(addedInShells, 50u);
     EXPECT_LT(session.backend().stats().candidates, 216u * 12u);
 }
@@ -167,7 +167,8 @@ TEST(SmallWorldBackend, FindsOthersWhereTheyHaveGoneInsideTheirShells)
         heap.jitter(0.001f);
         ASSERT_TRUE(session.step()) << "step " << step;
     }
-    // All rise, which no row is tested for; then one comes to lie on top of another, where that has been for an update.
+    // All boxes rise, for which no row is tested; then one overlaps another at a position that the other has had for an
+    // update.
     for (const ProxyId row : heap.rows())
         session.table.setBox(row, translated(session.table.box(row), 0, 0, 0.015f));
     ASSERT_TRUE(session.step());

@@ -16,7 +16,7 @@
 
 namespace cullet::test
 {
-/// The boxes of some frames; those of a body are in the same row of each.
+/// The boxes of several frames; a body has the same row in each.
 using BoxFrames = std::vector<std::vector<Aabb>>;
 
 inline BoxFrames framesOf(SceneKind kind, std::uint32_t count, int frames)
@@ -31,7 +31,7 @@ inline BoxFrames framesOf(SceneKind kind, std::uint32_t count, int frames)
     return boxes;
 }
 
-/// What a backend reported, frame after frame.
+/// The reports of a backend over several frames.
 struct PairStream
 {
     std::uint64_t hash = 0;
@@ -50,7 +50,7 @@ inline void PrintTo(const PairStream& stream, std::ostream* out)
          << std::dec;
 }
 
-/// Shows the frames to the backend; every tenth body pairs with the others only.
+/// Updates the backend with the frames; bodies of every tenth row do not pair with each other.
 inline PairStream follow(Backend& backend, const BoxFrames& frames)
 {
     ProxyTable table;

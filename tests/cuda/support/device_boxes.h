@@ -13,8 +13,8 @@
 
 namespace cullet::test
 {
-/// cudaMemcpy() from memory that is not locked may return before the device has everything, and a finder's own stream does
-/// not wait for it.
+/// cudaMemcpy() from pageable memory may return before the transfer is complete, and a finder's own stream does not
+/// wait for it.
 inline void upload(const DeviceBuffer<Aabb>& to, const std::vector<Aabb>& boxes)
 {
     ASSERT_EQ(cudaMemcpy(to.data(), boxes.data(), boxes.size() * sizeof(Aabb), cudaMemcpyHostToDevice),

@@ -12,13 +12,13 @@
 
 namespace cullet::test
 {
-/// What a call that fails so makes of an update or a search.
+/// The status of an update or a search after such a failing call.
 inline Status statusOf(FaultInjection fault)
 {
     return fault == FaultInjection::OutOfMemory ? Status::OutOfMemory : Status::DeviceLost;
 }
 
-/// No fault outlives the scope.
+/// Ends the fault at the end of the scope.
 struct FaultEnd
 {
     FaultEnd() = default;
@@ -27,7 +27,7 @@ struct FaultEnd
     ~FaultEnd() { setCudaFault(FaultInjection::None, 0); }
 };
 
-/// The call that is to fail, of those after begin().
+/// The call after begin() that fails.
 struct FaultPlan
 {
     FaultInjection fault;
@@ -36,9 +36,9 @@ struct FaultPlan
     void begin() const { setCudaFault(fault, call); }
 };
 
-/// Fails every CUDA call of `body` once, one in each run; returns how many there were.
+/// Fails every CUDA call of `body` once, one in each run; returns the number of calls.
 ///
-/// @param body gets the plan, begins it, and ends the fault when a failure has reached it
+/// @param body receives the plan, begins it, and ends the fault when a failure is reported
 template <class Body>
 std::uint64_t failEachCall(FaultInjection fault, const Body& body)
 {
@@ -47,7 +47,7 @@ std::uint64_t failEachCall(FaultInjection fault, const Body& body)
         SCOPED_TRACE("call " + std::to_string(call));
         const FaultEnd end;
         body(FaultPlan{fault, call});
-        // A call that need not succeed may fail without anybody's notice.
+        // A call that need not succeed may fail unnoticed.
         if (!hasCudaFaultHappened() || testing::Test::HasFailure())
             return call;
     }

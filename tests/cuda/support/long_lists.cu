@@ -21,7 +21,7 @@ struct StoreKey
     CULLET_HOST_DEVICE void operator()(std::uint64_t i) const { to[i] = count - 1 - i; }
 };
 
-/// Each number is to be that of its place.
+/// Each element must equal its index.
 template <class T>
 struct CountWrong
 {

@@ -6,12 +6,12 @@
 
 namespace cullet::test
 {
-// How many places are wrong after the executor of the GPU has done that to so many elements.
+// Number of wrong elements after the GPU's executor has scanned `count` elements.
 
 std::uint64_t wrongAfterScan(std::uint64_t count);
 std::uint64_t wrongAfterSort(std::uint64_t count);
 
-/// Memory that wrongAfterSort() takes, which is the larger one.
+/// Memory of wrongAfterSort(), which needs more than wrongAfterScan().
 inline std::uint64_t bytesForSort(std::uint64_t count)
 {
     return 4 * sizeof(std::uint64_t) * count;

@@ -45,7 +45,7 @@ inline PsapOptions literal()
     return options;
 }
 
-/// A plan is begun as soon as the last one is done.
+/// A new plan begins as soon as the last one is complete.
 inline PsapOptions plannedOften(PsapOrder order)
 {
     PsapOptions options = rowOptions(order);
@@ -53,7 +53,7 @@ inline PsapOptions plannedOften(PsapOrder order)
     return options;
 }
 
-/// Near pairs of few boxes are kept, too.
+/// Neighbour lists are used for few boxes, too.
 inline PsapOptions keepingNear()
 {
     PsapOptions options;
@@ -61,7 +61,7 @@ inline PsapOptions keepingNear()
     return options;
 }
 
-/// As many frames, or as it takes to plan ahead once where that begins at once, or to follow near pairs.
+/// The number of frames, at least as many as are needed for one asynchronous plan, or to use a neighbour list.
 inline int framesWithPlan(const PsapOptions& options, int frames)
 {
     constexpr int kStepsToPlan = 13, kStepsToFollow = 8;
@@ -70,7 +70,7 @@ inline int framesWithPlan(const PsapOptions& options, int frames)
     return options.nearPairs == PsapNearPairs::Always ? std::max(frames, kStepsToFollow) : frames;
 }
 
-/// Every way in which the rows variant brings boxes into order and looks for partners.
+/// Every sorting and search method of the rows variant.
 inline std::vector<NamedOptions> rowVariants()
 {
     return {{"Automatic", {}},
@@ -83,7 +83,7 @@ inline std::vector<NamedOptions> rowVariants()
             {"TilesPlannedOften", plannedOften(PsapOrder::Tiles)}};
 }
 
-/// The same, and the search as the thesis has it.
+/// rowVariants() and the thesis's search.
 inline std::vector<NamedOptions> allOrders()
 {
     std::vector<NamedOptions> all = rowVariants();
@@ -91,7 +91,7 @@ inline std::vector<NamedOptions> allOrders()
     return all;
 }
 
-/// The same, and the options of the thesis's search, each by itself.
+/// allOrders() and each single option of the thesis's search.
 inline std::vector<NamedOptions> allVariants()
 {
     std::vector<NamedOptions> all = allOrders();

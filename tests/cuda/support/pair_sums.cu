@@ -12,10 +12,10 @@ namespace cullet::test
 namespace
 {
 constexpr unsigned kThreads = 256;
-constexpr unsigned kTile = kThreads;          // boxes that a block has in shared memory
-constexpr unsigned kMine = 4;                 // boxes that a thread has in registers
+constexpr unsigned kTile = kThreads;          // boxes of a block in shared memory
+constexpr unsigned kMine = 4;                 // boxes of a thread in registers
 constexpr unsigned kRows = kThreads * kMine;  // boxes that a block tests against others
-constexpr unsigned kOthers = 8192;            // against so many others
+constexpr unsigned kOthers = 8192;            // number of these others
 
 void check(cudaError_t error)
 {
@@ -23,7 +23,7 @@ void check(cudaError_t error)
         throw std::runtime_error(cudaGetErrorString(error));
 }
 
-/// The box, or one that passes no comparison.
+/// The box, or one for which every comparison is false.
 __device__ Aabb boxOrNothing(const Aabb* boxes, std::uint32_t row, std::uint32_t count)
 {
     if (row < count && isValid(boxes[row]))
@@ -31,7 +31,7 @@ __device__ Aabb boxOrNothing(const Aabb* boxes, std::uint32_t row, std::uint32_t
     return {{NAN, NAN, NAN}, {NAN, NAN, NAN}};
 }
 
-/// Both corners for few loads from shared memory.
+/// Both corners, laid out for few loads from shared memory.
 struct alignas(16) TileBox
 {
     float4 first;
@@ -40,7 +40,7 @@ struct alignas(16) TileBox
 
 __device__ bool meet(const Aabb& a, const TileBox& b)
 {
-    // All six at once: a branch after each would cost more.
+    // All six comparisons without branches, which would cost more.
     return (a.min[0] <= b.first.w) & (b.first.x <= a.max[0]) & (a.min[1] <= b.last.x) &
            (b.first.y <= a.max[1]) & (a.min[2] <= b.last.y) & (b.first.z <= a.max[2]);
 }
@@ -53,7 +53,7 @@ __device__ void addTo(PairSum* total, const PairSum& sum)
     atomicAdd(reinterpret_cast<unsigned long long*>(&total->hash), sum.hash);
 }
 
-/// Block (x, y) tests the x-th kRows boxes against those of the y-th kOthers that come later.
+/// Block (x, y) tests the x-th kRows boxes against the later ones of the y-th kOthers boxes.
 __global__ void sumPairs(const Aabb* boxes, std::uint32_t count, PairSum* total)
 {
     __shared__ TileBox tile[kTile];
@@ -93,7 +93,7 @@ __global__ void sumList(const RowPair* pairs, std::uint64_t count, PairSum* tota
     addTo(total, sum);
 }
 
-/// What `launch` adds to a sum on the device.
+/// The sum that `launch` accumulates on the device.
 template <class Launch>
 PairSum summed(const Launch& launch)
 {

@@ -12,7 +12,7 @@
 
 namespace cullet::test
 {
-/// How many pairs a set has, and a fingerprint that does not depend on their order.
+/// Number of pairs of a set, and a fingerprint independent of their order.
 struct PairSum
 {
     std::uint64_t count = 0;
@@ -49,6 +49,6 @@ inline void PrintTo(const PairSum& sum, std::ostream* out)
 /// @param boxes [count] device memory; invalid ones overlap nothing
 PairSum sumOfBruteForce(const Aabb* boxes, std::uint32_t count);
 
-/// Of pairs in device memory.
+/// The sum of pairs in device memory.
 PairSum sumOf(const DevicePairs& pairs);
 }  // namespace cullet::test

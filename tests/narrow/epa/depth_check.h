@@ -19,10 +19,10 @@
 #include <string>
 #include <vector>
 
-/// Depths, as the algorithm of a pair asks for them, against the exact search over all faces and edge pairs.
+/// Depths, queried like by the algorithm of a pair, against the exact search over all faces and edge pairs.
 namespace cullet::test
 {
-/// A hull that is moved only.
+/// A translated hull.
 template <class S>
 PosedHull<S> at(const Hull<S>& hull, double x, double y, double z)
 {
@@ -38,9 +38,9 @@ struct DepthTally
     double worstOutside = 0.0;  ///< of a deepest point, from its own shape
 };
 
-/// How far a point is outside of a hull, 0 for one inside. Both relative to the origin of a shape.
+/// Distance of a point outside of a hull, 0 for one inside. Both are relative to the origin of a shape.
 ///
-/// @param shift from that origin to the hull's
+/// @param shift from that origin to the origin of the hull
 template <class S>
 double outsideOf(const PosedHull<S>& posed, const Eigen::Vector3d& shift, const Eigen::Matrix<S, 3, 1>& point)
 {
@@ -95,7 +95,7 @@ void checkDepth(const PairScene<S>& scene, GjkCache<S>& cache, EpaCache& memory,
     (depth > 0.05 ? tally.deep : tally.shallow) += 1;
     tally.worstDepth = std::max(tally.worstDepth, std::abs(static_cast<double>(result.depth) - depth));
     tally.worstGap = std::max(tally.worstGap, static_cast<double>(result.dualGap));
-    // Moving A along the axis by the depth leaves nothing that overlaps more than rounding.
+    // After moving A along the axis by the depth, the shapes overlap by no more than rounding.
     const DistanceOracle oracle(a, b);
     const double rest =
         static_cast<double>(oracle.extent(-result.axis.template cast<long double>())) - result.depth;
@@ -105,7 +105,7 @@ void checkDepth(const PairScene<S>& scene, GjkCache<S>& cache, EpaCache& memory,
     EXPECT_LT((result.pointB - result.pointA - result.depth * result.axis).norm(), 1e-5);
 }
 
-/// Random pairs of the named shapes, each with a second query after a small motion, which remembers the first.
+/// Random pairs of the named shapes, each with a second query after a small motion, which uses the cache of the first.
 /// @param farAway of both shapes from the world's origin
 template <class S>
 DepthTally checkDepths(bool isThin, double farAway, int rounds, unsigned seed)
@@ -152,11 +152,11 @@ inline void expectGood(const DepthTally& tally, double tolerance, const char* na
     EXPECT_LE(tally.worstOutside, tolerance) << name;
     EXPECT_GT(tally.deep, tally.queries / 20) << name;
     EXPECT_GT(tally.shallow, tally.queries / 20) << name;
-    // From the surface that the query before has left, and from its closest face alone.
+    // Expects answers from the cached surface of the previous query, and from its closest face alone.
     EXPECT_GT(tally.remembered, tally.queries / 4) << name;
     EXPECT_GT(tally.atOnce, tally.remembered / 4) << name;
     EXPECT_GT(tally.remembered - tally.atOnce, tally.remembered / 10) << name;
-    // The fallback is the exception.
+    // The exact fallback is rare.
     EXPECT_LT(tally.exact, tally.queries / 10) << name;
 }
 }  // namespace cullet::test

@@ -22,7 +22,7 @@ struct Arc
     Eigen::Vector3d from, to;
 };
 
-/// Whether the shorter great arcs have a point in common, unless by rounding.
+/// Whether the shorter great arcs intersect beyond rounding.
 bool doCross(const Arc& a, const Arc& b)
 {
     const Eigen::Vector3d acrossA = a.from.cross(a.to), acrossB = b.from.cross(b.to);
@@ -51,7 +51,7 @@ std::vector<Arc> randomArcs(int count, std::mt19937& engine)
     return arcs;
 }
 
-/// Smallest extent over all normals of faces and all products of two edges, each seen by all vertices.
+/// Smallest extent over all face normals and all cross products of two edges, each by all vertices.
 double leastExtent(const PlacedHull& a, const PlacedHull& b)
 {
     double least = std::numeric_limits<double>::infinity();
@@ -167,7 +167,7 @@ TEST(ExactPenetration, IsTheLeastExtentAlongFacesAndProductsOfEdges)
                 const double least = leastExtent(PlacedHull(a, Eigen::Vector3d::Zero(), 1.0),
                                                  PlacedHull(b, b.origin() - a.origin(), -1.0));
                 ASSERT_EQ(isKnown, std::isfinite(least));
-                // Apart: then another direction may be the least, which is no depth.
+                // For separated hulls another direction may have the smallest extent, which is no depth.
                 if (least < 0.0)
                     continue;
                 ++depths[least > 0.05];

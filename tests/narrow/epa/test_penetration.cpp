@@ -74,7 +74,7 @@ TEST(Penetration, FlatShapesInOnePlaneHaveDepthZeroAlongItsNormal)
 
 namespace
 {
-/// How far a point is from a segment.
+/// Distance of a point from a segment.
 template <class S>
 double offSegment(const PosedHull<S>& segment, const Eigen::Matrix<S, 3, 1>& point)
 {
@@ -84,7 +84,7 @@ double offSegment(const PosedHull<S>& segment, const Eigen::Matrix<S, 3, 1>& poi
     return (p - part * along).norm();
 }
 
-/// Points around the origin, a standard deviation away along each axis.
+/// Normally distributed points around the origin, with a standard deviation per axis.
 struct NormalPoints
 {
     std::mt19937& engine;
@@ -184,7 +184,8 @@ TEST(Penetration, CoincidentShapesOfEveryKindHaveOne)
     }
 }
 
-/// All faces of A - B are about equally close to the origin: the expansion has to find nearly all of them.
+/// Checks shapes for which all faces of A - B are about equally close to the origin, so that the expansion has to find
+/// nearly all of them.
 template <class S>
 void checkLargePolytope(const Hull<S>& hull, const PosedHull<S>& b)
 {
@@ -233,7 +234,7 @@ TEST(Penetration, TheExactSearchTakesOverWhenTheLargePolytopeIsFull)
     const auto result = penetration(at(hull, 0, 0, 0), at(hull, 0, 0, 0), cache);
     ASSERT_EQ(result.state, GjkState::Overlapping);
     EXPECT_EQ(result.method, PenetrationMethod::Exact);
-    // Twice the radius of the inner sphere of the solid.
+    // Twice the radius of the inscribed sphere of the solid.
     double inner = 1.0;
     for (const auto& face : hull.faces())
         inner = std::min(inner, face.offset);
@@ -253,7 +254,7 @@ void checkMemoryOfAnotherPair()
     for (int i = 0; i < 2000; ++i)
     {
         SCOPED_TRACE(i);
-        // Every fourth query is about another pair, and the others about one that jumps.
+        // Every fourth query is for a new pair, and the others for a pair that teleports.
         if (i % 4 == 0)
             scene = randomPair(hulls[engine() % 2], hulls[engine() % 2], -0.1, 0.0, engine);
         else
@@ -285,7 +286,7 @@ TEST(Penetration, WhatIsRememberedOfAnotherPairIsForgottenOrGivesTheSameDepth)
     checkMemoryOfAnotherPair<double>();
 }
 
-/// Points of A - B that moved apart leave a surface with dents, or one that the origin has left.
+/// Checks cached surfaces with dents, or without the origin inside, after points of A - B have moved apart.
 template <class S>
 void checkMemoryOfPairsThatTurn()
 {
@@ -339,8 +340,8 @@ void expectPointsOfTheShapes(const PosedHull<S>& a, const PosedHull<S>& b, const
     EXPECT_LT(outsideOf(b, b.origin() - a.origin(), result.pointB), tolerance);
 }
 
-/// Boxes turned alike that overlap, and then touch in one, two or three of their axes: most faces of A - B are level with
-/// others, or in line with the normal.
+/// Checks equally rotated boxes that overlap, and then touch along one, two or three of their axes: most faces of A - B
+/// are coplanar with others, or parallel to the normal.
 template <class S>
 void checkTouchingBoxes(double tolerance)
 {
@@ -380,7 +381,7 @@ void checkTouchingBoxes(double tolerance)
     EXPECT_GT(remembered, 500);
 }
 
-/// A splinter in an edge of a box of a billion times its size, where most faces of A - B are slivers.
+/// Checks a splinter in an edge of a box of a billion times its size, where most faces of A - B are slivers.
 void checkSplinters()
 {
     std::mt19937 engine(14);
@@ -404,7 +405,7 @@ void checkSplinters()
         if (result.method != PenetrationMethod::Expansion)
             continue;
         ++depths;
-        // The distance query that looks for them where the surface has none is within 1e-7 of the size.
+        // The distance query that finds the points where the surface gives none is accurate to 1e-7 of the size.
         expectPointsOfTheShapes(a, b, result, 100.0);
     }
     EXPECT_GT(depths, 1000);
@@ -424,9 +425,9 @@ TEST(Penetration, DeepestPointsOfASplinterInTheEdgeOfALargeBoxAreOfTheShapes)
 
 namespace
 {
-/// Triangles that crossed, and then lie in one plane, where the remembered surface is flat, or nearly so.
+/// Checks triangles that crossed and then lie in one plane, for which the cached surface is flat, or nearly so.
 ///
-/// @param lean what is left of the angle between them
+/// @param lean remaining angle between them
 template <class S>
 void checkTrianglesInOnePlane(double lean, int* remembered)
 {
@@ -494,7 +495,7 @@ TEST(ExactPenetration, FacesThatAFlatBasisTakesAwayAreNone)
     EXPECT_FALSE(exactPenetration(point, point, normal, depth));
 }
 
-/// The exact search is the reference below; here it is held against directions: no direction has a smaller extent.
+/// The exact search is the reference below; here it is tested itself: no direction has a smaller extent.
 TEST(ExactPenetration, OfASegmentThroughAnEdgeOfABoxIsAcrossBoth)
 {
     const Hull<double> box = hullOf<double>(boxPoints(1.0, 1.0, 1.0));
@@ -547,7 +548,7 @@ TEST(ExactPenetration, OfTrianglesIsThatOfTheExpansion)
 
 namespace
 {
-/// Segments that cross, so that rounding decides whether their difference has any volume.
+/// Checks crossing segments, for which rounding decides whether their difference has a volume.
 template <class S>
 void checkCrossingSegments()
 {
@@ -600,7 +601,7 @@ TEST(ExactPenetration, NoDirectionSeparatesSooner)
         const PosedHull<double> b = scene.posedB();
         ASSERT_TRUE(exactPenetration(a, b, normal, depth));
         const DistanceOracle oracle(a, b);
-        // A thin shape may have come out on the other side.
+        // A thin shape may have passed through to the other side.
         if (depth < 0.0)
             continue;
         ++depthCount;
@@ -608,7 +609,7 @@ TEST(ExactPenetration, NoDirectionSeparatesSooner)
         EXPECT_NEAR(extent, depth, 1e-12);
         for (int k = 0; k < 2000; ++k)
         {
-            // From all around and, to find a local minimum, from nearby.
+            // Directions from all around and, to find a local minimum, nearby ones.
             const Eigen::Vector3d d =
                 k % 2 == 0 ? randomDirection(engine)
                            : Eigen::Vector3d(normal + std::pow(10.0, -(k % 7)) * randomDirection(engine));

@@ -8,12 +8,12 @@
 #include <initializer_list>
 #include <limits>
 
-/// Supports and coordinates that are not finite, or nearly not, on the way of a depth.
+/// Depth queries with supports and coordinates that are not finite, or nearly overflow.
 namespace cullet::test
 {
 namespace
 {
-/// A hull by its support function, one answer of which goes wrong.
+/// A hull given by its support function, one result of which is faulty.
 class FaultySupport
 {
 public:
@@ -43,7 +43,7 @@ private:
     mutable int m_calls = 0;
 };
 
-/// Nothing but what is documented, and no number that is none.
+/// Expects a documented result without NaNs.
 template <class S>
 void expectDefined(const PenetrationResult<S>& result)
 {
@@ -57,9 +57,9 @@ void expectDefined(const PenetrationResult<S>& result)
     EXPECT_TRUE(result.pointA.allFinite() && result.pointB.allFinite());
 }
 
-/// Asks anew and from what is remembered.
+/// Queries without and with the cache.
 ///
-/// @return how many of the answers were depths
+/// @return number of depths among the answers
 template <class S>
 int checkSize(const Hull<S>& hull, double size)
 {
@@ -104,7 +104,7 @@ void checkSizes(std::initializer_list<double> sizes)
 
 TEST(PenetrationFaults, ASupportThatIsNotFiniteEndsTheExpansionWithoutAnAnswerOrWithTheRightOne)
 {
-    // Nearly coincident, so that the large polytope is needed too.
+    // Nearly coincident, so that the large polytope is needed, too.
     const Hull<float> ball = hullOf<float>(icoPoints(2));
     const PosedHull<float> hull = at(ball, 0, 0, 0), other = at(ball, 0.02, 0.01, 0.03);
     GjkCache<float> reference;
@@ -127,12 +127,12 @@ TEST(PenetrationFaults, ASupportThatIsNotFiniteEndsTheExpansionWithoutAnAnswerOr
             {
                 EXPECT_EQ(result.state, GjkState::Overlapping);
             }
-            // The support that found the first polytope full is asked for again.
+            // The support for which the first polytope was full is computed again.
             if (!isMet || (std::isnan(bad) && result.state != GjkState::NotConverged))
             {
                 EXPECT_NEAR(result.depth, depth, 1e-5f);
             }
-            // GJK takes a dozen.
+            // GJK uses a dozen supports.
             unanswered += badCall > 15 && result.state == GjkState::NotConverged;
         }
     }

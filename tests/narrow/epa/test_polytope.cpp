@@ -18,7 +18,7 @@
 #include <utility>
 #include <vector>
 
-/// The surface that grows around the origin, and the points that it begins with.
+/// The expanding surface around the origin, and its initial points.
 namespace cullet::test
 {
 namespace
@@ -36,7 +36,7 @@ Polytope surfaceOf(const Points& points, const std::vector<Corners>& faces)
     return surface;
 }
 
-/// Every edge has one face on each side.
+/// Expects every edge to have one face on each side.
 void expectClosed(const Polytope& surface)
 {
     std::vector<std::pair<int, int>> edges;
@@ -52,10 +52,10 @@ void expectClosed(const Polytope& surface)
         EXPECT_TRUE(std::binary_search(edges.begin(), edges.end(), std::pair<int, int>(to, from)));
 }
 
-/// Two pyramids on a triangle, but for what lies between the first side of that and the line between the tips, which is
-/// near the origin.
+/// Two pyramids on a triangle, without the part between the first side of the triangle and the line between the tips,
+/// which is near the origin.
 ///
-/// @param lift of that side from the plane of the others
+/// @param lift height of that side over the plane of the others
 Polytope dentedSurface(double lift)
 {
     const double half = std::sqrt(0.75);
@@ -77,7 +77,7 @@ TEST(Polytope, AFaceIsLiftedOutOfADent)
     const Polytope::Face closest = surface.closestFace();
     EXPECT_NEAR(closest.distance, 0.9 / std::sqrt(5.0), 1e-12);
     EXPECT_FALSE(surface.lift(closest));
-    // It grows as one that was convex from the beginning.
+    // The surface grows like one that was always convex.
     EXPECT_EQ(surface.add({3, 3, 0}), 5);
     EXPECT_TRUE(surface.isValid());
     expectClosed(surface);
@@ -103,7 +103,8 @@ TEST(Polytope, AFaceStaysWhereTheNewOnesWouldBeNearer)
 
 TEST(Polytope, NoEdgeIsMadeTwice)
 {
-    // A tetrahedron with a pit down through its tip instead of a side: whatever edge of the pit turned would be one of its rim.
+    // A tetrahedron with a pit through its tip instead of a side: a flip of any edge of the pit would duplicate an edge
+    // of its rim.
     Polytope surface = surfaceOf({{4, 0, 1}, {-2, 3, 1}, {-2, -3, 1}, {0, 0, -4}, {0, 0, -10}},
                                  {{0, 1, 4}, {1, 2, 4}, {2, 0, 4}, {1, 0, 3}, {2, 1, 3}, {0, 2, 3}});
     EXPECT_LT(surface.closestFace().distance, 0.0);
@@ -114,7 +115,7 @@ TEST(Polytope, ABrokenOneTakesNoMorePoints)
 {
     Polytope surface(1.0);
     surface.setTetrahedron({{{-1, -1, -1}, {1, -1, -1}, {0, 1, -1}, {0, 0, 1}}});
-    // In line with an edge: a face between them would be all rounding.
+    // The point is collinear with an edge: a face between them would be only rounding.
     EXPECT_EQ(surface.add({3, -1, -1 - 5e-13}), -1);
     EXPECT_FALSE(surface.isValid());
     EXPECT_EQ(surface.add({0, 0, 9}), -1);
@@ -156,7 +157,7 @@ TEST(LevelNeighbours, AreTheEndsOfTheEdgesThatFallOffLeast)
     checkLevelNeighbours<double>();
 }
 
-/// Shapes that are near in one frame, and overlap in the next.
+/// Checks shapes that are near in one frame and overlap in the next.
 template <class S>
 void checkEntries()
 {
@@ -181,13 +182,13 @@ void checkEntries()
         const PenetrationResult<S> deep = penetration(moved, b, cache, &memory);
         ASSERT_EQ(deep.state, GjkState::Overlapping);
         EXPECT_EQ(deep.method, PenetrationMethod::Expansion);
-        // Wherever they overlap so little, less than the way in is enough.
+        // For so small an overlap the depth is at most the motion.
         EXPECT_LE(deep.depth, S(0.0101));
         EXPECT_GT(memory.vertexCount, 3);
         ++entries;
         points += deep.iterations;
     }
-    // From the tetrahedron alone it would be eight.
+    // From the tetrahedron alone there would be eight.
     EXPECT_LT(points, entries) << "of " << entries;
 }
 

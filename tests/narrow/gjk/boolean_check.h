@@ -18,8 +18,8 @@
 #include <string>
 #include <vector>
 
-/// Booleans against the oracle, by the query's own certificate where it has one. Gaps below kUndecided times the size are
-/// left out, as is usual for float coordinates; in double the searches tell a tenth of that. The size is 1.
+/// Booleans against the oracle, by the query's own certificate where it has one. Gaps below kUndecided times the size
+/// are excluded, as usual for float coordinates; in double the searches resolve a tenth of that. The size is 1.
 namespace cullet::test
 {
 template <class S>
@@ -28,13 +28,13 @@ inline constexpr double kUndecided = sizeof(S) == sizeof(float) ? 1e-6 : 1e-7;
 struct Tally
 {
     std::int64_t queries = 0, separated = 0, overlapping = 0, undecided = 0, wrong = 0, unanswered = 0;
-    std::int64_t near = 0;    ///< apart, but by no more than asked
+    std::int64_t near = 0;    ///< separated by no more than the limit
     std::int64_t proved = 0;  ///< by the query's own axis or tetrahedron, in long double
     std::int64_t withoutSimplex = 0;
     std::int32_t mostIterations = 0;
 };
 
-/// The remembered tetrahedron contains the origin, in long double: the shapes overlap.
+/// Whether the cached tetrahedron contains the origin, in long double, so that the shapes overlap.
 template <class S>
 bool provesOverlap(const PosedHull<S>& a, const PosedHull<S>& b, const GjkCache<S>& cache)
 {
@@ -58,7 +58,8 @@ bool provesOverlap(const PosedHull<S>& a, const PosedHull<S>& b, const GjkCache<
            side(0, 2, 3, o) * side(0, 2, 3, p[1]) > 0.0L && side(1, 2, 3, o) * side(1, 2, 3, p[0]) > 0.0L;
 }
 
-/// Is an answer not that of the oracle? The truth is undecided if the shapes, or the gap asked for, miss by next to nothing.
+/// Whether an answer differs from the oracle's. It is undecided if the shapes, or the gap and the limit, differ by
+/// almost nothing.
 template <class S>
 bool isRefuted(const PosedHull<S>& a, const PosedHull<S>& b, double limit, GjkState state,
                const DistanceOracle& oracle, Tally& tally)
@@ -82,7 +83,7 @@ bool isRefuted(const PosedHull<S>& a, const PosedHull<S>& b, double limit, GjkSt
     return isWrong;
 }
 
-/// @param limit the gap asked for
+/// @param limit the required gap
 template <class S>
 void checkBoolean(const PairScene<S>& scene, S limit, GjkCache<S>& cache, Tally& tally)
 {
@@ -106,7 +107,7 @@ void checkBoolean(const PairScene<S>& scene, S limit, GjkCache<S>& cache, Tally&
     tally.proved += isProved;
     if (!isProved)
         tally.wrong += isRefuted(a, b, static_cast<double>(limit), result.state, oracle, tally);
-    // As the plug-in goes on. What one kind of query remembers, the other one uses.
+    // Continues like the plug-in: each kind of query uses the cache of the other.
     if (!(limit > S(0)) || isSeparated)
         return;
     const GjkState measured = gjkDistance(a, b, limit, cache).state;
@@ -115,12 +116,12 @@ void checkBoolean(const PairScene<S>& scene, S limit, GjkCache<S>& cache, Tally&
         tally.wrong += isRefuted(a, b, static_cast<double>(limit), measured, oracle, tally);
 }
 
-/// Relative to the gap that is asked for: where the rounding of the shapes decides, just beside that, and far away.
+/// Gaps relative to the limit: where the rounding of the shapes decides, just beside that, and far away.
 inline constexpr double kBesideLimit[] = {0.5, 0.95, 0.999, 1.001, 1.05, 1.5, 4.0};
 
-/// Every named shape against every one, at gaps from deep to wide, `rounds` times; cold, then `frames` warm frames.
+/// Every named shape against every other, at gaps from deep to wide, `rounds` times; cold, then `frames` warm frames.
 ///
-/// @param limits gaps that are asked for, one of them for each pair, and now and then another in its frames
+/// @param limits required gaps, one for each pair, sometimes changed between its frames
 template <class S>
 Tally checkAll(bool isThin, double farAway, int rounds, int frames, unsigned seed,
                const std::vector<double>& limits = {0.0})
@@ -129,7 +130,7 @@ Tally checkAll(bool isThin, double farAway, int rounds, int frames, unsigned see
     std::vector<Hull<S>> hulls;
     for (const NamedPoints& shape : shapes)
         hulls.push_back(hullOf<S>(shape.points));
-    // Far from the origin coordinates are rounded to eps times farAway: gaps below that are random, and harmless.
+    // Far from the origin coordinates are rounded to eps times farAway; gaps below that are random, which is harmless.
     const double least = 2.0 * kUndecided<S>;
     const double gaps[] = {0.06, 0.03, 3e-3, 1e-3, 1e-5, least, -least, -1e-4, -3e-3, -0.03, -0.2};
     Tally tally;
@@ -192,20 +193,20 @@ inline void expectGood(const Tally& tally, const char* name)
     EXPECT_GT(tally.proved, tally.queries * 9 / 10) << name;
 }
 
-/// The gaps that a dispatcher asks for, by margins and breaking thresholds: a hair, a usual one, and one of thick margins.
+/// The limits of a dispatcher, by margins and breaking thresholds: tiny, usual, and for thick margins.
 inline const std::vector<double>& askedGaps()
 {
     static const std::vector<double> gaps = {0.002, 0.02, 0.1};
     return gaps;
 }
 
-/// The same of queries that ask for a gap: all three outcomes.
+/// expectGood() for queries with a limit: all three outcomes.
 inline void expectGoodGaps(const Tally& tally, const char* name)
 {
     expectAnswered(tally, name);
     EXPECT_GT(tally.near, tally.queries / 6) << name;
     EXPECT_GT(tally.overlapping, tally.queries / 10) << name;
-    // An axis that proves the gap, or a tetrahedron that proves the overlap; for what is near there is neither.
+    // Proved by an axis for the gap, or a tetrahedron for the overlap; a Near result has neither.
     EXPECT_GT(tally.proved, (tally.separated + tally.overlapping) * 9 / 10) << name;
 }
 }  // namespace cullet::test

@@ -17,7 +17,7 @@
 #include <string>
 #include <vector>
 
-/// Distances by the cone of a corner: what is remembered may be anything, the answer is the closest point or none.
+/// Distances by the cone of a corner: with any cache, the answer is the closest point or none.
 namespace cullet::test
 {
 namespace
@@ -30,7 +30,7 @@ class CornerCones : public testing::Test
 using Scalars = testing::Types<float, double>;
 TYPED_TEST_SUITE(CornerCones, Scalars, );
 
-/// By what the closest point was made of.
+/// Counts by the feature of the closest point.
 struct Tally
 {
     int corners = 0, edges = 0, triangles = 0, parallelograms = 0, unknown = 0;
@@ -53,11 +53,11 @@ void count(const GjkCache<S>& cache, Tally& tally)
         ++(isTriangle(cache) ? tally.triangles : tally.parallelograms);
 }
 
-/// How far the answer may be off, of shapes of size 1.
+/// Tolerance of the answer, for shapes of size 1.
 template <class S>
 constexpr double kAccuracy = sizeof(S) == sizeof(float) ? 2e-7 : 1e-13;
 
-/// Against the bounds of the oracle; the axis has to prove the distance, and the points to be that far apart.
+/// Compares with the bounds of the oracle; the axis has to prove the distance, and the points must be that far apart.
 template <class S>
 void expectClosest(const PosedHull<S>& a, const PosedHull<S>& b, const GjkResult<S>& result)
 {
@@ -66,13 +66,13 @@ void expectClosest(const PosedHull<S>& a, const PosedHull<S>& b, const GjkResult
     ASSERT_EQ(result.state, GjkState::Near);
     ASSERT_NEAR(double(result.distance), double(truth.upper), kAccuracy<S>);
     const long double proved = -oracle.extent(-result.axis.template cast<long double>());
-    // The axis is rounded: by so much times the size.
+    // Tolerance for the rounding of the axis, times the size.
     ASSERT_GT(double(proved), double(truth.lower) - (sizeof(S) == sizeof(float) ? 1e-6 : 1e-12));
     const S rounding = std::numeric_limits<S>::epsilon() * S(8);
     ASSERT_LT((result.pointA - result.pointB - result.axis * result.distance).norm(), rounding);
 }
 
-/// Any vertices that do not face away from the other shape, of which the others have one in common with the first, or not.
+/// Random vertices that do not face away from the other shape; the later pairs share a vertex with the first, or not.
 template <class S>
 GjkCache<S> anyCorner(const PosedHull<S>& a, const PosedHull<S>& b, std::mt19937& engine)
 {
@@ -125,7 +125,7 @@ TYPED_TEST(CornerCones, AnswerRightFromAnyVerticesOrNotAtAll)
         }
         expectClosest(a, b, result);
         count(cache, tally);
-        // It has kept what answers the same question at once.
+        // The cache answers the same query at once.
         GjkResult<S> again;
         ASSERT_TRUE(gjkFromCorner(a, b, std::numeric_limits<S>::infinity(), cache, observer, again));
         ASSERT_EQ(again.iterations, 0);
@@ -195,7 +195,7 @@ TYPED_TEST(CornerCones, AnswerNearlyAllPairsThatStayApart)
 TYPED_TEST(CornerCones, FacesAndEdgesInParallelAreAnsweredInDouble)
 {
     using S = TypeParam;
-    // All neighbours in a face are level with each other, up to the rounding of a turned basis.
+    // All neighbours in a face are level with each other, up to the rounding of a rotated basis.
     const Hull<S> grid = hullOf<S>(gridBoxPoints(5)), box = hullOf<S>(boxPoints(0.7, 0.5, 0.6)),
                   prism = hullOf<S>(prismPoints(100, 0.5));
     const std::array<const Hull<S>*, 3> hulls = {&grid, &box, &prism};
@@ -250,7 +250,8 @@ TYPED_TEST(CornerCones, DoNotAnswerWhatOverlapsOrTouchesOrIsNoNumber)
 TYPED_TEST(CornerCones, NeighboursThatHardlySpanTheirConeAreConfirmed)
 {
     using S = TypeParam;
-    // Rounding moves points off the faces and edges of a turned grid, and a corner on an edge may have neighbours on that edge alone.
+    // Rounding moves points off the faces and edges of a rotated grid, and a corner on an edge may have neighbours on
+    // that edge alone.
     std::mt19937 engine(47);
     std::vector<Hull<S>> grids;
     for (const int cells : {5, 9, 12, 17})
@@ -272,8 +273,8 @@ TYPED_TEST(CornerCones, NeighboursThatHardlySpanTheirConeAreConfirmed)
     }
 }
 
-/// Corners in line along an edge, off it by rounding, and a tip so near that the closest point is known only to as much: what is
-/// left of it along the edge must not hide that one side of the edge rises towards the origin.
+/// Corners collinear along an edge up to rounding, and a tip so near that the error of the closest point is as large:
+/// its remainder along the edge must not hide that one side of the edge rises towards the origin.
 TEST(CornerCone, TellsNothingFromCornersInLineThatRoundingOfTheClosestPointHides)
 {
     std::mt19937 turned(5);
@@ -301,7 +302,8 @@ TEST(CornerCone, TellsNothingFromCornersInLineThatRoundingOfTheClosestPointHides
 
 TEST(CornerCone, LeavesToGjkWhatHasTooFewDigits)
 {
-    // The corner is billions of times as far away as the other shape: the point on an edge is square to it to 1e-7 only.
+    // The corner is billions of times as far away as the other shape: the point on an edge is perpendicular to it only
+    // to 1e-7.
     constexpr double kSize = 1e4;
     std::vector<Hull<double>> hulls;
     for (const Points& points : {boxPoints(0.7, 0.5, 0.6), icoPoints(0), prismPoints(32, 0.5)})
@@ -361,7 +363,7 @@ TYPED_TEST(CornerCones, AreAsGoodForThinShapesOfDifferentSizes)
         PairScene<S> scene = randomPair(hulls[engine() % hulls.size()], hulls[engine() % hulls.size()],
                                         gaps[engine() % std::size(gaps)], 0.0, engine);
         const S size = S(sizes[engine() % std::size(sizes)]);
-        // B grows away from A, roughly.
+        // B extends roughly away from A.
         const Eigen::Matrix<S, 3, 1> away = scene.b.origin - scene.a.origin;
         const PosedHull<S> a = scene.posedA();
         const PosedHull<S> b(*scene.hullB, scene.b.basis * size, scene.a.origin + away * size);
@@ -376,7 +378,7 @@ TYPED_TEST(CornerCones, AreAsGoodForThinShapesOfDifferentSizes)
         const double accuracy = kAccuracy<S> * std::max(1.0, double(size)) * 10.0;
         ASSERT_NEAR(double(result.distance), double(truth.upper), accuracy);
         const long double proved = -DistanceOracle(a, b).extent(-result.axis.template cast<long double>());
-        // The axis is rounded, and reaches across the larger shape.
+        // The error of the rounded axis grows with the larger shape.
         const double rounding = (sizeof(S) == sizeof(float) ? 4e-7 : 1e-11) * double(size);
         ASSERT_GT(double(proved), double(truth.lower) - rounding);
     }

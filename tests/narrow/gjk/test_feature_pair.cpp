@@ -28,7 +28,7 @@ VertexPairs rotated(const VertexPairs& pairs)
     return other;
 }
 
-/// From a shape to a point, relative to the shape's origin.
+/// Distance from a shape to a point, relative to the shape's origin.
 template <class S>
 double distanceTo(const PosedHull<S>& shape, const Eigen::Vector3d& point)
 {
@@ -47,7 +47,7 @@ class FeaturePairTest : public testing::Test
 using Scalars = testing::Types<float, double>;
 TYPED_TEST_SUITE(FeaturePairTest, Scalars);
 
-/// Every pair of shapes at random places with a gap.
+/// Visits every pair of shapes at random poses with a gap.
 template <class S, class Visit>
 void forNearPairs(unsigned seed, double gap, const Visit& visit)
 {
@@ -96,7 +96,7 @@ TYPED_TEST(FeaturePairTest, GivesTheDistanceOfTheSearch)
                         EXPECT_NEAR((pair.normal() - near.axis.template cast<double>()).norm(), 0.0,
                                     tolerance / pair.distance());
                         EXPECT_NEAR(pair.normal().norm(), 1.0, 1e-14);
-                        // Where faces are level, other points are as close.
+                        // For level faces, other points are as close.
                         const Eigen::Vector3d onA = pair.pointOfB() + pair.distance() * pair.normal();
                         EXPECT_LE(distanceTo(a, onA), 1e-6 * size);
                         EXPECT_LE(distanceTo(b, pair.pointOfB() - (b.origin() - a.origin())), 1e-6 * size);
@@ -107,7 +107,7 @@ TYPED_TEST(FeaturePairTest, GivesTheDistanceOfTheSearch)
         EXPECT_GT(kinds[static_cast<std::size_t>(count)], 20) << count;
 }
 
-/// Order and way do not count.
+/// The order of vertices and the path of the search have no effect.
 TYPED_TEST(FeaturePairTest, GivesTheSameBitsForAnyWayToTheFeatures)
 {
     using S = TypeParam;
@@ -144,7 +144,7 @@ TYPED_TEST(FeaturePairTest, GivesTheSameBitsForAnyWayToTheFeatures)
     EXPECT_GT(compared, 1000);
 }
 
-/// Features that were the closest in an earlier pose are taken only while they are.
+/// The closest features of an earlier pose are accepted only while they are the closest.
 TYPED_TEST(FeaturePairTest, RefusesFeaturesThatAreNotTheClosest)
 {
     using S = TypeParam;
@@ -179,7 +179,7 @@ TYPED_TEST(FeaturePairTest, RefusesFeaturesThatAreNotTheClosest)
     EXPECT_GT(taken, 500);
 }
 
-/// Corners of a turned box are rounded, so that hardly four are in one plane.
+/// Corners of a rotated box are rounded, so that hardly four are coplanar.
 TYPED_TEST(FeaturePairTest, SettlesFacesWhoseCornersAreRounded)
 {
     using S = TypeParam;
@@ -205,7 +205,7 @@ TYPED_TEST(FeaturePairTest, SettlesFacesWhoseCornersAreRounded)
     EXPECT_GT(settled, asked * 9 / 10);
 }
 
-/// Whichever two or three corners of the face a search has ended with.
+/// For any two or three corners of the face at which a search has ended.
 TYPED_TEST(FeaturePairTest, GivesTheSameBitsForAVertexOverADiagonal)
 {
     using S = TypeParam;

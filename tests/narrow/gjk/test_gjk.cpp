@@ -65,7 +65,7 @@ public:
         const double end = direction.z() > 0.0 ? m_halfLength : -m_halfLength;
         return {m_radius * direction.normalized() + Eigen::Vector3d(0.0, 0.0, end), -1};
     }
-    /// Of a point; negative inside.
+    /// Distance to a point; negative inside.
     double distanceTo(const Eigen::Vector3d& p) const
     {
         const double along = std::min(std::max(p.z(), -m_halfLength), m_halfLength);
@@ -115,7 +115,7 @@ TEST(Gjk, MaxDistanceDividesSeparatedFromNear)
 
 TEST(Gjk, LimitsWhoseSquareUnderflowsAreKept)
 {
-    // All but points, so that the distance is that of the origins.
+    // Tiny shapes, so that the distance is that of the origins.
     Points points = icoPoints(0);
     for (Eigen::Vector3d& p : points)
         p *= 1e-27;
@@ -343,7 +343,7 @@ TEST(Gjk, InputsThatAreNotFiniteDoNotConverge)
             }
             const PosedHull<float> turned(*hull, Eigen::Matrix3f::Constant(bad), Eigen::Vector3f::Zero());
             EXPECT_EQ(isaGjk(a, turned, 0.0f, cache).state, GjkState::NotConverged) << bad;
-            // A warm cache does not hide it.
+            // A warm cache has no influence on that.
             EXPECT_EQ(isaGjk(a, at(*hull, 5, 0, 0), 0.0f, cache).state, GjkState::Separated);
             EXPECT_EQ(isaGjk(a, at(*hull, bad, 0, 0), 0.0f, cache).state, GjkState::NotConverged) << bad;
             EXPECT_EQ(isaGjk(a, at(*hull, 0.1f, 0, 0), 0.0f, cache).state, GjkState::Overlapping);

@@ -12,7 +12,7 @@
 #include <random>
 #include <vector>
 
-/// Pairs without memory whose balls around the origins may tell that they are apart.
+/// Pairs without a cache, whose bounding balls around the origins may prove that they are separated.
 namespace cullet::test
 {
 namespace
@@ -41,7 +41,7 @@ struct BallTally
 {
     int separated = 0, overlapping = 0, without = 0;
 
-    /// Asks without memory, and a search in double.
+    /// Compares a query without a cache to a search in double.
     void check(const Shape& shapeA, const Place& placeA, const Shape& shapeB, const Place& placeB,
                float limit)
     {
@@ -58,7 +58,7 @@ struct BallTally
             ASSERT_EQ(state, GjkState::Separated);
             EXPECT_GT(truth.distance, double(limit));
             ++without;
-            // What it remembers is an axis that separates.
+            // The cached axis separates.
             NoObserver none;
             EXPECT_EQ(isaGjk(a, b, limit, cache, none).state, GjkState::Separated);
         }
@@ -76,7 +76,7 @@ Eigen::Matrix3d anyBasis(std::mt19937& engine)
     return randomRotation(engine) * scales.asDiagonal() * randomRotation(engine);
 }
 
-/// How far the ball of a shape goes along a direction, once it is stretched as the shape is.
+/// Extent of a shape's ball along a direction, after the shape's linear map.
 double ballAlong(const Shape& shape, const Eigen::Matrix3d& basis, const Eigen::Vector3d& direction)
 {
     return shape.wide.radius() * (basis.transpose() * direction).norm();
@@ -120,9 +120,10 @@ TEST(GjkBalls, TouchWhereTwoVerticesDo)
     {
         SCOPED_TRACE(i);
         const Eigen::Vector3d way = randomDirection(engine);
-        // Every other pair is stretched along the way, for which the first look at the sizes finds them apart too soon.
+        // Every other pair is stretched along the line between the origins, for which the filter by size() separates
+        // them too early.
         const double stretch = i % 2;
-        // Turns a vertex of the shape into a direction.
+        // Rotates a vertex of the shape into a direction.
         const auto turn = [&](const Eigen::Vector3d& direction) -> Eigen::Matrix3d
         {
             const auto vertex =

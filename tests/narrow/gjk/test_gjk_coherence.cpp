@@ -10,26 +10,27 @@
 #include <random>
 #include <string>
 
-/// For how long what a boolean query remembers answers the next ones, as pairs move from frame to frame.
+/// For how many frames the cache of a boolean query answers the next queries of moving pairs.
 namespace cullet::test
 {
 namespace
 {
-/// Queries that followed one with the same answer, and of these the ones that what was remembered did not answer.
+/// Queries with the same answer as the previous one, and those of them that the cache did not answer.
 struct Coherence
 {
     int queries = 0, failures = 0;
 };
 
-/// How pairs of hulls of two shapes move, and what is asked.
+/// Motion of pairs of hulls of two shapes, and the limit of the query.
 struct Swing
 {
     Points points[2];
-    double middle;      ///< of the gap, which swings by 3 % of the size
+    double middle;      ///< middle of the gap, which swings by 3 % of the size
     float maxDistance;  ///< see isaGjk()
 };
 
-/// @param see called with the scene, the cache before, the result, the cache now and how many axes were tested, for each query
+/// @param see called for each query with the scene, the cache before, the result, the cache after and the number of
+///            tested axes
 template <class See>
 void forQueriesOf(const Swing& swing, unsigned seed, const See& see)
 {
@@ -61,7 +62,7 @@ void forCrossingQueries(unsigned seed, const See& see)
     forQueriesOf({{boxPoints(0.7, 0.5, 0.6), icoPoints(0)}, 0.0, 0.0f}, seed, see);
 }
 
-/// @param state answers that count
+/// @param state of the counted answers
 Coherence coherenceOf(GjkState state, unsigned seed)
 {
     Coherence coherence;
@@ -72,7 +73,7 @@ Coherence coherenceOf(GjkState state, unsigned seed)
                            if (before.state != state || result.state != state)
                                return;
                            ++coherence.queries;
-                           // A remembered axis is one, a tetrahedron none.
+                           // A cached axis counts as one tested axis, a tetrahedron as none.
                            coherence.failures += axes > (state == GjkState::Separated ? 1 : 0);
                        });
     testing::Test::RecordProperty("failures", std::to_string(coherence.failures));
@@ -85,7 +86,7 @@ TEST(GjkCoherence, ATetrahedronKeepsTheOriginInside)
     const Coherence coherence = coherenceOf(GjkState::Overlapping, 71);
     EXPECT_GT(coherence.queries, 2500);
     EXPECT_GT(coherence.failures, 50);
-    // A fifth if the point beyond a face is that along its normal.
+    // It would be a fifth with the support point along the normal of a face.
     EXPECT_LT(coherence.failures, coherence.queries / 7) << coherence.failures;
 }
 
@@ -94,11 +95,11 @@ TEST(GjkCoherence, AnAxisThatSucceedsAnotherPointsAtTheNearestCorner)
     const Coherence coherence = coherenceOf(GjkState::Separated, 72);
     EXPECT_GT(coherence.queries, 2500);
     EXPECT_GT(coherence.failures, 50);
-    // A ninth if the axis is tilted at the corner of the failed one only.
+    // It would be a ninth with the axis tilted only at the corner of the failed one.
     EXPECT_LT(coherence.failures, coherence.queries / 15) << coherence.failures;
 }
 
-/// Whether another vertex is as far along a world direction as the one of a support, up to rounding.
+/// Whether another vertex is as far along a world direction as the support vertex, up to rounding.
 bool isLevel(const PosedHull<float>& shape, const Eigen::Vector3d& direction)
 {
     const SupportPoint support = shape.support(direction, -1);
@@ -128,7 +129,8 @@ TEST(GjkCoherence, AnAxisFoundWhereATetrahedronIsLeftIsLevelWithNoEdge)
                            levelAxes += isLevel(scene, cache);
                        });
     EXPECT_GT(axes, 100);
-    // All of them if it stays the normal of a face: as long as A rests, its support is then searched in every frame.
+    // It would be all of them with the normal of a face as the axis: while A rests, its support would be searched in
+    // every frame.
     EXPECT_LT(levelAxes, axes / 10) << axes;
 }
 
@@ -146,7 +148,7 @@ TEST(GjkCoherence, AnAxisFoundForAGapIsLevelWithNoEdge)
                      levelAxes += isLevel(scene, cache);
                  });
     EXPECT_GT(axes, 200);
-    // A third if it stays the way to an edge or a face.
+    // It would be a third with the direction to an edge or a face as the axis.
     EXPECT_LT(levelAxes, axes / 10) << axes;
 }
 }  // namespace

@@ -11,10 +11,10 @@ namespace cullet::test
 {
 namespace
 {
-/// A million queries of five classes, none of them wrong.
+/// Runs a million queries of five classes, none of which may be wrong.
 ///
-/// @param limits gaps that are asked for
-/// @param expect expect(tally, name) of each
+/// @param limits required gaps
+/// @param expect expect(tally, name) is called for each class
 template <class Expect>
 void checkAMillion(unsigned seed, const std::vector<double>& limits, const Expect& expect)
 {
@@ -28,7 +28,7 @@ void checkAMillion(unsigned seed, const std::vector<double>& limits, const Expec
     expect(far, "far");
     expect(warm, "warm");
     expect(warmThin, "warm thin");
-    // Undecided: the gap or depth is too small to be told from rounding.
+    // Undecided queries have gaps or depths within rounding.
     std::int64_t decided = 0;
     for (const Tally& tally : {regular, thin, far, warm, warmThin})
         decided += tally.queries - tally.undecided;
@@ -40,7 +40,7 @@ TEST(IsaGjkMillion, NoBooleanOfAMillionIsWrong)
     checkAMillion(101, {0.0}, [](const Tally& tally, const char* name) { expectGood(tally, name); });
 }
 
-/// As the plug-in asks: margins and breaking threshold are a gap.
+/// Queries as by the plug-in: the limit is margins and breaking threshold.
 TEST(IsaGjkMillion, NoGapOfAMillionIsWrong)
 {
     checkAMillion(111, askedGaps(),

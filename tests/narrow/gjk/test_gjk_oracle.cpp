@@ -38,7 +38,7 @@ TEST(IsaGjkOracle, WarmTrajectoriesInFloat)
 {
     const Tally tally = checkAll<float>(false, 0.0, 10, 40, 4);
     expectGood(tally, "warm");
-    // The caches do their work: most queries need no new simplex.
+    // The caches work: most queries need no new simplex.
     EXPECT_GT(tally.withoutSimplex, tally.queries / 2);
 }
 
@@ -63,7 +63,7 @@ TEST(IsaGjkOracle, GapsOfAllClassesInFloat)
     expectGoodGaps(checkAll<float>(true, 0.0, 5, 40, 55, askedGaps()), "warm thin");
     const Tally warm = checkAll<float>(false, 0.0, 5, 40, 54, askedGaps());
     expectGoodGaps(warm, "warm");
-    // The proofs in the shapes' own precision do their work.
+    // The proofs in the shapes' own precision work.
     EXPECT_GT(warm.withoutSimplex, warm.queries / 2);
 }
 

@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-/// What a search begins with: the memory of a pair, a corner, an axis, four directions, reflections.
+/// Starts of a search: the cache of a pair, a corner, an axis, four directions, reflections.
 namespace cullet::test
 {
 namespace
@@ -103,7 +103,7 @@ TEST(Gjk, EveryStartGivesTheSameAnswer)
     }
     EXPECT_GT(stateCounts[static_cast<int>(GjkState::Separated)], 3000);
     EXPECT_GT(stateCounts[static_cast<int>(GjkState::Overlapping)], 3000);
-    // The starts are not the same: what is remembered answers more questions at once, and four axes some.
+    // The starts differ: the cache answers more queries at once, and four axes some.
     EXPECT_GT(atOnceCounts[0], atOnceCounts[1]);
     EXPECT_GT(atOnceCounts[1], atOnceCounts[2]);
     EXPECT_GT(atOnceCounts[2], 1000);
@@ -160,7 +160,7 @@ TEST(Gjk, VerticesAnswerAloneWhileTheyAreTheClosestPoints)
                 ASSERT_TRUE(gjkFromVertices(a, b, 0.9f * whole.distance, other, observer, limited));
                 ASSERT_EQ(limited.state, GjkState::Separated);
                 ASSERT_EQ(isaGjk(a, b, 0.9f * whole.distance, cache).state, GjkState::Separated);
-                // A vertex across the box is never one of the closest points.
+                // A vertex on the opposite side of the box is never a closest point.
                 other.verticesA[0] = static_cast<std::uint16_t>(box.opposite(cache.verticesA[0]));
                 ASSERT_FALSE(gjkFromVertices(a, b, kNoLimit, other, observer, limited));
                 other.verticesA = cache.verticesA;
@@ -177,7 +177,7 @@ TEST(Gjk, VerticesAnswerAloneWhileTheyAreTheClosestPoints)
     EXPECT_GT(refused, 20);
 }
 
-/// Pairs without history that the axis between the centres, or the corner where it fails, is enough for.
+/// Number of pairs without a cache that the axis between the centres, or the corner where it fails, answers.
 int settledAtOnce(double gap, GjkState state, std::mt19937& engine)
 {
     const Hull<float> hulls[] = {
@@ -211,9 +211,9 @@ struct Axes
     int tried = 0;
 };
 
-/// Whether a query with the memory of the frame before is right about a gap.
+/// Checks a query for a gap with the cache of the previous frame.
 ///
-/// @return how many axes it has tried to prove it, 0 if it needed a simplex or there is no such gap
+/// @return number of axes tested to prove the gap, 0 if a simplex was needed or there is no such gap
 int axesForGap(const PairScene<float>& scene, float limit, GjkCache<float>& cache)
 {
     Axes axes;
@@ -245,14 +245,14 @@ TEST(Gjk, TheCornerOfAFailedAxisProvesAGapThatIsAskedForToo)
         GjkCache<float> cache;
         for (int frame = 0; frame < 12; ++frame, ++queries)
         {
-            // Before the corner, the axis is moved where a hull has many.
+            // For hulls of many vertices the axis is improved before the corner is used.
             const int axes = axesForGap(scene, limit, cache);
             proved += axes == 2 || axes == 3;
             moveALittle(scene, 0.003, engine);
         }
     }
     testing::Test::RecordProperty("proved", std::to_string(proved));
-    // An eighth if it is asked only where an axis does not separate at all.
+    // It would be an eighth with the corner used only where an axis does not separate at all.
     EXPECT_GT(proved, queries / 7);
 }
 
@@ -280,7 +280,7 @@ TEST(Gjk, AStepUphillFindsNearlyTheBestAxisOfTwoBalls)
     EXPECT_LT(std::abs(cache.axis[1]) + std::abs(cache.axis[2]), 0.1f);
 }
 
-/// Pairs of shapes of a size, without memory and then remembering, against the long double oracle.
+/// Checks pairs of shapes of a size, without and with a cache, against the long double oracle.
 template <class S>
 void checkScale(double size, std::int64_t& separated, std::int64_t& near, std::int64_t& overlapping)
 {
@@ -345,13 +345,13 @@ TEST(Gjk, AnOverlapThatIsRememberedWithoutAnAxisIsOfAnotherPair)
         GjkCache<float> cache;
         cache.state = GjkState::Overlapping;
         cache.count = 4;
-        // The box has no such corners.
+        // Vertex ids that the box does not have.
         cache.verticesB = {100, 101, 102, 103};
         EXPECT_EQ(isaGjk(a, b, 0.0f, cache).state, GjkState::Overlapping) << "seed 1, pair " << i;
     }
 }
 
-/// Notes how far what a search says of an axis is above the truth.
+/// Records by how much the bound of an axis exceeds the exact distance.
 struct BoundObserver
 {
     const DistanceOracle& oracle;
@@ -373,7 +373,7 @@ TEST(Gjk, AFirstAxisInDoubleIsTheOneThatIsRemembered)
     double worst = -1.0;
     for (int i = 0; i < 400; ++i)
     {
-        // One upon the other, so that the axis between the centres is nearly the best.
+        // One above the other, so that the axis between the centres is nearly the best.
         const Eigen::Matrix3d turn = randomRotation(engine);
         const double gap = 0.01 + (i % 2 == 0 ? 1.0 : -1.0) * std::pow(10.0, exponent(engine));
         const double height = 2.0 * prism.z()[0] < 0.0 ? -2.0 * prism.z()[0] : 2.0 * prism.z()[0];

@@ -20,10 +20,10 @@ namespace cullet::test
 {
 namespace
 {
-/// Point sets whose hulls have no volume, for the first so many shapes.
+/// The first kFlat shapes have hulls without volume.
 constexpr std::size_t kFlat = 6;
 
-/// Those, and the usual ones.
+/// Flat and usual point sets.
 std::vector<NamedPoints> samples()
 {
     std::vector<NamedPoints> shapes;
@@ -39,7 +39,7 @@ std::vector<NamedPoints> samples()
     return shapes;
 }
 
-/// How many queries of each answer there were: a sample with none of one kind tests nothing of that.
+/// Number of queries by answer, to check that the sample has every kind.
 struct Answers
 {
     int separated = 0, near = 0, overlapping = 0, flat = 0, remembered = 0;
@@ -58,7 +58,7 @@ class QueryFlags
 public:
     Answers answers;
 
-    /// All kinds of queries of a pair, each with and without what the one before remembers.
+    /// Runs all kinds of queries of a pair, each with and without the cache of the previous one.
     void query(const PairScene<S>& scene)
     {
         const PosedHull<S> a = scene.posedA(), b = scene.posedB();
@@ -68,7 +68,7 @@ public:
         depth(a, b);
     }
 
-    /// For another pair.
+    /// Clears the caches for another pair.
     void forget()
     {
         m_boolean = m_distance = m_depth = GjkCache<S>();
@@ -138,7 +138,7 @@ private:
     EpaCache m_memory;
 };
 
-/// The same pair, larger or smaller.
+/// The pair, scaled.
 template <class S>
 void scale(PairScene<S>& scene, S size)
 {
@@ -149,7 +149,7 @@ void scale(PairScene<S>& scene, S size)
     }
 }
 
-/// Pairs of all shapes, apart, near, touching, deep and concentric, of all sizes, or each moved on a little.
+/// Runs pairs of all shapes, separated, near, touching, deep and concentric, of all sizes, or each with a small motion.
 template <class S>
 Answers queryAll(int rounds, unsigned seed)
 {

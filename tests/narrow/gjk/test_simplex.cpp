@@ -73,7 +73,7 @@ TEST(Simplex, EveryRegionAgreesWithJohnsonAndSignedVolumes)
             ++regions[{count, mine.isInside ? 15u : mine.subset}];
         }
     }
-    // 1 + 3 + 7 + 15 regions, each seen.
+    // 1 + 3 + 7 + 15 regions, each of which occurs.
     EXPECT_EQ(regions.size(), 26u);
     for (const auto& [region, seen] : regions)
         EXPECT_GE(seen, 10) << region.first << " points, subset " << region.second;
@@ -132,8 +132,8 @@ TEST(Simplex, TheReducedSolverAgreesWhereTheNewestPointIsASupportPoint)
     EXPECT_LE(regions.size(), 7u);
 }
 
-/// What rounding may make of a newest point that is a support point only just: the origin is beyond no face but the one without
-/// that point, and closest to the edge there that the newest point's own regions leave out.
+/// A case that rounding may create if the newest point is barely a support point: the origin is beyond only the face
+/// without that point, and closest to the edge of it that the newest point's own regions exclude.
 TEST(Simplex, FindsTheEdgeFarthestFromTheNewestPointWhenOnlyItsFaceIsLeft)
 {
     const SimplexPoints points = {Eigen::Vector3d(-1, 1, 0), Eigen::Vector3d(1, 1, 0),
@@ -167,7 +167,7 @@ TEST(Simplex, AnySizeGivesTheSameAnswer)
     }
 }
 
-/// Equal points, points on one line, four points in a plane, slivers.
+/// Equal points, collinear points, four coplanar points, slivers.
 TEST(Simplex, DegenerateSimplicesHaveFiniteAnswersAsGoodAsTheBestSubset)
 {
     int insideCount = 0;
@@ -205,7 +205,7 @@ TEST(Simplex, DegenerateSimplicesHaveFiniteAnswersAsGoodAsTheBestSubset)
                 continue;
             }
             ASSERT_TRUE(c.point.allFinite());
-            // At least as close as every edge; and no closer than what its weights say.
+            // The answer is at least as close as every edge, and no closer than the point of its weights.
             for (int i = 0; i < count; ++i)
             {
                 for (int j = 0; j < i; ++j)
@@ -222,7 +222,7 @@ TEST(Simplex, DegenerateSimplicesHaveFiniteAnswersAsGoodAsTheBestSubset)
 
 TEST(Simplex, ATetrahedronAsThinAsTheRoundingOfItsPointsHasNothingInside)
 {
-    // Of two needles 2e-5 apart: its height is less than what a unit in the last place of a coordinate is.
+    // From two needles 2e-5 apart: its height is less than a unit in the last place of a coordinate.
     const SimplexPoints points = {
         Eigen::Vector3d(0.36600911276323678, 0.85936023105050063, -0.35711486563141426),
         {-2.2268271862250044, -0.20143099217166038, 0.033078642593781515},

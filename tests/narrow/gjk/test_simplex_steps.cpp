@@ -16,11 +16,11 @@ namespace
 {
 struct Outcome
 {
-    int failed = 0;  ///< axes of the frame before that did not prove the gap although there was one
-    int found = 0;   ///< of these, pairs that got another axis
+    int failed = 0;  ///< cached axes that did not prove an existing gap
+    int found = 0;   ///< those of them for which another axis was found
 };
 
-/// A pair of the hull along a path on which the gap is a little more than asked for.
+/// Moves a pair of the hull along a path on which the gap slightly exceeds the limit.
 void follow(const Hull<float>& hull, std::mt19937& engine, Outcome& outcome)
 {
     constexpr float kLimit = 0.02f;

@@ -26,7 +26,7 @@ TYPED_TEST_SUITE(HullOf, Scalars);
 
 TEST(Orientation, IsExactWhereRoundedArithmeticIsNot)
 {
-    // Points on a plane through three doubles, and one step off it: only exact arithmetic tells them apart.
+    // Points on a plane through three points of doubles, and one step off it: only exact arithmetic distinguishes them.
     const Eigen::Vector3d a(0.1, 0.2, 0.3), b(1.1, 0.2, 0.3), c(0.1, 1.2, 0.3);
     const double next = std::nextafter(0.3, 1.0);
     EXPECT_EQ(orientation(a, b, c, {0.7, 0.9, 0.3}), 0);
@@ -35,7 +35,7 @@ TEST(Orientation, IsExactWhereRoundedArithmeticIsNot)
     int zeroCount = 0;
     for (int i = 0; i < 64; ++i)
     {
-        // On the line y = x = z seen from far away, with coordinates of full precision.
+        // Points near the line x = y = z, with coordinates of full precision.
         const double t = 12.0 + i * std::pow(2.0, -48);
         const int sign = orientation({0.5, 0.5, 0.0}, {12.0, 12.0, 0.0}, {0.0, 0.0, 1.0}, {t, 12.0, 0.0});
         EXPECT_EQ(sign, i == 0 ? 0 : sign);
@@ -55,7 +55,7 @@ TYPED_TEST(HullOf, NoPointsIsEmpty)
 
 TYPED_TEST(HullOf, NotFinitePointsAreRefused)
 {
-    // Products of the last would overflow, in double.
+    // Products of the last one would overflow in double.
     for (const double bad :
          {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), -1e61})
     {
@@ -178,7 +178,7 @@ TYPED_TEST(HullOf, ParallelEdgesOfAGridBoxMergeToSixSquares)
 
 TYPED_TEST(HullOf, CornersAreTheExtremePointsAlone)
 {
-    // The last of these has a corner over the middle of each face of the grid.
+    // The last shape has a corner over the middle of each face of the grid.
     Points star = gridBoxPoints(5);
     for (const Eigen::Vector3d axis :
          {Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ()})
@@ -236,7 +236,7 @@ TYPED_TEST(HullOf, FacesContainAllPointsAndSatisfyEuler)
         const auto points = castPoints<TypeParam>(shape.points);
         const Hull<TypeParam> hull = makeHull(points);
         ASSERT_EQ(hull.kind(), HullKind::Solid);
-        // 16 for the merging; the normal of a needle's face is wrong by a thousand roundings.
+        // 16 for the merging; the normal of a needle's face is off by a thousand roundings.
         const double tolerance =
             (20.0 * std::numeric_limits<TypeParam>::epsilon() + (shape.isThin ? 1e-13 : 0.0)) * hull.radius();
         std::set<int> corners;
@@ -284,7 +284,7 @@ TYPED_TEST(HullOf, EveryVertexHasANeighbourBelowItsPlaneAndBlocksRepeatTheLists)
             EXPECT_EQ(fromLists.count(v), 0u);
             EXPECT_GE(hull.naturalNeighbours(v).size(), 3);
             artificialCount += hull.neighbours(v).size() - hull.naturalNeighbours(v).size();
-            // The vertices and this one are not in one plane: otherwise a climb could get stuck on the plane.
+            // The vertex and its neighbours are not coplanar: otherwise a climb could get stuck in the plane.
             double height = 0.0;
             const Eigen::Vector3d at = hull.vertex(v).template cast<double>();
             for (const int i : hull.neighbours(v))
@@ -384,7 +384,7 @@ TYPED_TEST(HullOf, ManyPointsInOneFaceOrOnOneEdgeHaveFewNeighboursEach)
         std::int64_t neighbours = 0;
         for (std::int32_t v = 0; v < hull.vertexCount(); ++v)
             neighbours += hull.naturalNeighbours(v).size();
-        // Corners of a piece in each of two triangles, of four at the most; and the way back.
+        // Corners of a piece in each of two triangles, at most four pieces; and the reverse neighbours.
         EXPECT_LE(neighbours, 2 * 12 * hull.vertexCount());
         std::uniform_real_distribution<double> side(-1.0, 1.0);
         for (int i = 0; i < 600; ++i)

@@ -13,14 +13,14 @@
 #include <utility>
 #include <vector>
 
-/// Hulls of very many points: comparisons of points with planes, triangles and boxes are counted, and no clock is read.
+/// Hulls of very many points, measured by comparisons of points with planes, triangles and boxes instead of time.
 namespace cullet::test
 {
 namespace
 {
 constexpr int kCount = 40000;
 
-/// Coordinates of floats, as those of shapes are.
+/// Coordinates rounded to float, like those of shapes.
 Points asFloats(const Points& points)
 {
     Points rounded;
@@ -84,7 +84,7 @@ TEST(HullCost, ComparesEachPointWithFewTrianglesWhenThereAreMany)
         const Points rounded = asFloats(points);
         const Quickhull surface(rounded, seedOf(rounded));
         const SurfacePoints extra(rounded, surface, 16.0 * std::numeric_limits<float>::epsilon());
-        // 15 levels, of which a point sees a few facets each.
+        // 15 levels, in each of which a few facets are visible from a point.
         EXPECT_LT(surface.testCount(), std::uint64_t(150) * kCount);
         EXPECT_LT(extra.testCount(), std::uint64_t(200) * kCount);
         EXPECT_GT(surface.testCount(), std::uint64_t(kCount));

@@ -79,7 +79,7 @@ Points latticeCloud(int count, int cells, std::mt19937& engine)
 
 using Faces = std::vector<std::vector<std::int32_t>>;
 
-/// Which faces have a side; each face has to be a closed walk that visits no vertex twice.
+/// The faces of each side; each face has to be a closed walk that visits no vertex twice.
 std::map<std::pair<int, int>, std::set<int>> sidesOf(const Faces& faces)
 {
     std::map<std::pair<int, int>, std::set<int>> sides;
@@ -94,7 +94,7 @@ std::map<std::pair<int, int>, std::set<int>> sidesOf(const Faces& faces)
     return sides;
 }
 
-/// Faces and edges are those of a polyhedron: each side of a face is an edge to one other face.
+/// Expects faces and edges of a polyhedron: each side of a face is an edge to one other face.
 template <class Edges>
 void expectPolyhedron(const Faces& faces, const Edges& edges)
 {
@@ -121,7 +121,7 @@ void expectPolyhedron(const Faces& faces, const Edges& edges)
     }
 }
 
-/// Normals are unit and outward, corners level and counter-clockwise around them, and no vertex lies outside.
+/// Expects unit outward normals, coplanar corners in counter-clockwise order, and no vertex outside.
 template <class S>
 void expectOutwardFaces(const Hull<S>& hull)
 {

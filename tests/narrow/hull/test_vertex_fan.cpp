@@ -26,7 +26,7 @@ TYPED_TEST_SUITE(VertexFanTest, FanScalars);
 template <class S>
 using PointsOf = std::vector<Eigen::Matrix<S, 3, 1>>;
 
-/// On a ball, in it, flattened, in a grid, or in two planes up to `rise`.
+/// Points on a ball, in it, flattened, in a grid, or in two planes up to `rise`.
 template <class S>
 PointsOf<S> fanPoints(int kind, int count, double rise, std::mt19937& engine)
 {
@@ -49,7 +49,7 @@ PointsOf<S> fanPoints(int kind, int count, double rise, std::mt19937& engine)
     return points;
 }
 
-/// Every face of the one at its place in the other.
+/// Expects every face of one hull at its index in the other.
 template <class S>
 void expectSameFaces(const VertexFan<S>& fan, const Hull<S>& hull, std::int32_t vertex)
 {
@@ -77,7 +77,7 @@ TYPED_TEST(VertexFanTest, HasTheFacesOfTheHullOrIsNotKnown)
     for (int i = 0; i < 1500; ++i)
     {
         const int kind = i % 5;
-        // On both sides of the height up to which triangles are one face.
+        // Heights on both sides of the tolerance of merging.
         const double rise = eps * std::pow(10.0, 0.002 * i);
         const PointsOf<S> points = fanPoints<S>(kind, 4 + i % 60, rise, engine);
         const Hull<S> hull = makeCornerHull(points), cloud = makeCloud(points);

@@ -50,7 +50,7 @@ struct Comparison
     {
     }
 
-    /// At the answer, a neighbour of it and the start.
+    /// Checks isPeak() at the answer, a neighbour of it and the start.
     void checkPeaks(const Eigen::Matrix<S, 3, 1>& d, std::int32_t start, std::int32_t expected)
     {
         if (!hull.hasNeighbours())
@@ -73,7 +73,7 @@ struct Comparison
         }
     }
 
-    /// One climb along the direction and one against it, each in both places.
+    /// Checks climbBoth() along the direction and against it, in both orders.
     void checkBoth(const Eigen::Matrix<S, 3, 1>& d, std::int32_t start)
     {
         if (!hull.hasNeighbours())
@@ -88,7 +88,8 @@ struct Comparison
         EXPECT_EQ(swapped.b, found.a);
     }
 
-    /// The hull of the corners alone, which the queries search: by value, since another vertex may be level with the scan's.
+    /// Checks the hull of the corners, which the queries search: compares products, since another vertex may be level
+    /// with the scan's.
     void checkCorners(const Eigen::Matrix<S, 3, 1>& d, std::int32_t start, std::int32_t expected)
     {
         const Hull<S>& corners = hull.corners();
@@ -133,13 +134,13 @@ struct Comparison
     Hull<S> hull;
     SupportCounters counters;
     std::int64_t peakCount = 0, sureCount = 0;
-    std::int64_t cornerCount = 0;  ///< directions asked of fewer vertices
+    std::int64_t cornerCount = 0;  ///< directions searched on hulls with fewer vertices
     double worstCornerUlps = 0.0;  ///< of the radius times the direction's length
     int directionCount = 0;
     int wrongCount = 0;
 };
 
-/// Normals of faces, of edges and of what lies between, axes, and all of these slightly off.
+/// Normals of faces and edges, directions between them, axes, and small perturbations of all of these.
 template <class S>
 std::vector<Eigen::Matrix<S, 3, 1>> specialDirections(const Hull<S>& hull, std::mt19937& engine,
                                                       std::size_t limit)
@@ -168,7 +169,8 @@ std::vector<Eigen::Matrix<S, 3, 1>> specialDirections(const Hull<S>& hull, std::
     return directions;
 }
 
-/// @param randomCount directions for each shape, and `specialCount` where rounding decides; a tenth for large shapes
+/// @param randomCount directions for each shape, and `specialCount` directions where rounding decides; a tenth for
+///                    large shapes
 template <class S>
 void compareOnAllShapes(int randomCount, std::size_t specialCount, std::int64_t leastDirections)
 {
@@ -208,7 +210,7 @@ void compareOnAllShapes(int randomCount, std::size_t specialCount, std::int64_t 
     EXPECT_LT(sureCount, peakCount * 9 / 10);
     testing::Test::RecordProperty("directions", std::to_string(directionCount));
     testing::Test::RecordProperty("searches", std::to_string(searchCount));
-    // The sample has both: climbs that end by themselves and ties that the scan decides.
+    // The sample has both climbs that end and ties that the scan decides.
     EXPECT_GT(tieCount, searchCount / (sizeof(S) == sizeof(float) ? 500 : 5000));
     EXPECT_LT(tieCount, searchCount / 2);
     EXPECT_GE(directionCount, leastDirections);

@@ -25,7 +25,7 @@ TEST(Support, AllMethodsFindTheScansVertexInDouble)
     compareOnAllShapes<double>(6000, 2000, 100000);
 }
 
-/// Of points on a coarse grid, so that many are level.
+/// A hull of points on a coarse grid, so that many are level.
 template <class S>
 Hull<S> smallHull(int count, std::mt19937& engine)
 {
@@ -40,7 +40,7 @@ template <class S>
 void compareFew()
 {
     std::mt19937 engine(11);
-    // Few values, so that products tie.
+    // Few values, so that products are often equal.
     std::uniform_int_distribution<int> component(-3, 3);
     std::array<int, kFewVertices + 1> hulls = {};
     int ties = 0;
@@ -81,7 +81,7 @@ TEST(Support, AScanOfFewVerticesIsTheScan)
 
 TEST(Support, EveryStartVertexReachesTheSupportOfAxesOnAGridBox)
 {
-    // Here a climb without artificial neighbours and without the tie check stops in the middle of a face.
+    // On this hull a climb without artificial neighbours and without the tie check stops in the middle of a face.
     Comparison<float> comparison(gridBoxPoints(5));
     int stuckCount = 0;
     for (int axis = 0; axis < 6; ++axis)
@@ -105,7 +105,7 @@ TEST(Support, ArtificialNeighboursLeadOffEveryPlateau)
     for (const NamedPoints& shape : nastyShapes())
     {
         SCOPED_TRACE(shape.name);
-        // Rounded coordinates turn a plateau into slivers with steps below rounding; there the tie check is needed.
+        // Rounded coordinates turn a plateau into slivers with steps below rounding, which require the tie check.
         const bool isRounded =
             shape.name.find("turned") != std::string::npos || shape.name.find("far") != std::string::npos;
         if (isRounded)

@@ -10,7 +10,7 @@ namespace cullet::test
 {
 namespace
 {
-/// Points of a small lattice: most faces of their hulls have several, often inside of the face or of an edge.
+/// Points of a small lattice: most faces of their hulls contain several, often inside the face or an edge.
 Points latticePoints(std::mt19937& engine)
 {
     std::uniform_int_distribution<int> place(-2, 2);

@@ -86,7 +86,7 @@ inline bool hasPair(btBroadphaseInterface& broadphase, const btBroadphaseProxy* 
     return std::binary_search(pairs.begin(), pairs.end(), makePair(idOf(a), idOf(b)));
 }
 
-/// btDbvtBroadphase that frees the proxies which live at its end: its own destructor leaks them.
+/// btDbvtBroadphase that frees the remaining proxies, which its own destructor leaks.
 class StockBroadphase final : public btDbvtBroadphase
 {
 public:
@@ -117,18 +117,18 @@ private:
     }
 };
 
-/// Collects what a query reports, in order.
+/// Collects the results of a query, in order.
 struct BoxHits final : btBroadphaseAabbCallback
 {
     bool process(const btBroadphaseProxy* proxy) override
     {
         ids.push_back(idOf(proxy));
-        return false;  // means nothing, as in Bullet
+        return false;  // without effect, as in Bullet
     }
     std::vector<std::uint32_t> ids;
 };
 
-/// A ray as btCollisionWorld makes it: normalised direction, 1 / 0 as BT_LARGE_FLOAT.
+/// A ray as prepared by btCollisionWorld: normalised direction, 1 / 0 as BT_LARGE_FLOAT.
 struct RayHits : btBroadphaseRayCallback
 {
     RayHits(const btVector3& from, const btVector3& to, btScalar parallel = btScalar(BT_LARGE_FLOAT))

@@ -48,7 +48,7 @@ inline Pairs exactPairs(const std::vector<btBroadphaseProxy*>& proxies)
     return pairs;
 }
 
-/// Both sorted.
+/// Whether `all` contains `some`. @pre both are sorted
 inline bool containsAll(const Pairs& all, const Pairs& some)
 {
     return std::includes(all.begin(), all.end(), some.begin(), some.end());

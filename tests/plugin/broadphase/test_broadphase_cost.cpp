@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// What must cost nothing or little, in counts, which are the same on every machine.
+// Operations that must cost nothing or little, measured by counts, which are the same on every machine.
 #include "cullet/broad/proxy_table.h"
 #include "cullet/plugin/pair_cache/pair_cache.h"
 #include "cullet/tests/plugin/broadphase/broadphase_support.h"
@@ -91,7 +91,7 @@ TEST(BroadphaseCost, WorldThatIsOnlyQueriedDoesNotGrowWithTheBodiesThatCameAndWe
         ASSERT_EQ(boxHits(broadphase, vec(-9, -9, -9), vec(2, 9, 9)).size(), 2u);
         if (round != 5)
             continue;
-        // With the tree, which is there sooner or later.
+        // With the tree, which is built eventually.
         while (broadphase.stats().queryTreeBuildsTotal == 0)
             boxHits(broadphase, vec(-9, -9, -9), vec(2, 9, 9));
         bytes = broadphase.stats().bytes;
@@ -99,14 +99,14 @@ TEST(BroadphaseCost, WorldThatIsOnlyQueriedDoesNotGrowWithTheBodiesThatCameAndWe
     EXPECT_LE(broadphase.table().size(), 6000u);
     EXPECT_LE(broadphase.stats().bytes, bytes + bytes / 10);
     EXPECT_EQ(broadphase.stats().updatesTotal, 0u);
-    // And then somebody steps it after all.
+    // Then the world is stepped after all.
     moveCube(broadphase, proxies[0], vec(2, 0.5, 0));
     EXPECT_EQ(updatedPairs(broadphase), (Pairs{makePair(idOf(proxies[0]), idOf(proxies[1]))}));
 }
 
 TEST(BroadphaseCost, BodyTakesNoMoreMemoryThanInDbvt)
 {
-    // DBVT: a proxy of 88 bytes (120 in double builds) and two nodes of 64 (96), without malloc's own.
+    // DBVT: a proxy of 88 bytes (120 in double builds) and two nodes of 64 (96), without malloc's overhead.
     const double stock = sizeof(btScalar) == 4 ? 88 + 2 * 64 : 120 + 2 * 96;
     Broadphase broadphase(bruteOptions());
     for (int i = 0; i < 100000; ++i)

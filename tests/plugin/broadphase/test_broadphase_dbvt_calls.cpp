@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// What applications call and assign that were written for btDbvtBroadphase.
+// Calls and assignments of applications that were written for btDbvtBroadphase.
 #include "cullet/tests/plugin/broadphase/broadphase_support.h"
 
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
@@ -11,7 +11,7 @@ namespace cullet::test
 {
 namespace
 {
-/// Every public field that is a setting or a counter, and every call that is not of btBroadphaseInterface.
+/// Uses every public setting and counter, and every function outside of btBroadphaseInterface.
 template <class AnyBroadphase>
 void useAll(AnyBroadphase& broadphase)
 {
@@ -38,7 +38,7 @@ void useAll(AnyBroadphase& broadphase)
     AnyBroadphase::benchmark(&broadphase);
 }
 
-/// The pairs of a scene that such calls stand between the lines of.
+/// The pairs of a scene with such calls in between.
 template <class AnyBroadphase>
 void expectPairsAmongAllCalls()
 {

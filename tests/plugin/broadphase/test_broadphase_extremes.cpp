@@ -56,7 +56,7 @@ TEST(BroadphaseExtremes, PlanesAndInfiniteBoxesOverlapEverythingTheyShould)
         ASSERT_GT(pairsOf(broadphase).size(), 900u);
         for (std::size_t i = 4; i < proxies.size(); ++i)
             moveCube(broadphase, proxies[i], vec(0.0009 * double(i), 0.011 * double(i), 0), 0.0005);
-        // Nothing that left the slab is nearer than the margin.
+        // No separated pair is nearer than the margin.
         for (const Pair pair : updatedPairs(broadphase))
             EXPECT_LE(pair.first, 303u);
         btVector3 min;
@@ -141,7 +141,7 @@ TEST(BroadphaseExtremes, AwkwardScenesHaveExactlyTheirPairs)
             std::vector<btBroadphaseProxy*> proxies;
             for (int i = 0; i < 400; ++i)
                 proxies.push_back(addCube(broadphase, layout.centre(i, random), layout.half));
-            // A kilometre by a millimetre by a kilometre, through the middle of it all.
+            // A kilometre by a millimetre by a kilometre, through the middle of the scene.
             const btVector3 middle = proxies[200]->m_aabbMin;
             proxies.push_back(
                 addBox(broadphase, middle - vec(500, 0.0005, 500), middle + vec(500, 0.0005, 500)));
@@ -154,7 +154,7 @@ TEST(BroadphaseExtremes, AwkwardScenesHaveExactlyTheirPairs)
 
 TEST(BroadphaseExtremes, LongBoxesOfFastBodiesStayCheap)
 {
-    // 1000 bodies at 1,000 m/s: boxes of 0.5 x 0.5 x 17 m, turned every step.
+    // 1000 bodies at 1,000 m/s: boxes of 0.5 x 0.5 x 17 m, rotated in every step.
     BroadphaseOptions grid;
     grid.backend = BackendChoice::Grid;
     grid.grid.flatLimit = 0;

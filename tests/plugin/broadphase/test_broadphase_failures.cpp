@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// The pairs after an allocation has failed, any of those that a small scene takes.
+// The pairs after a failed allocation, for each allocation of a small scene.
 #include "cullet/broad/log.h"
 #include "cullet/tests/plugin/broadphase/broadphase_support.h"
 #include "cullet/tests/plugin/pair_cache/pair_cache_support.h"
@@ -23,7 +23,7 @@ namespace cullet::test
 namespace
 {
 constexpr std::size_t kCubes = 36;
-constexpr int kRefused = 2;  // group of cubes that the filter keeps from each other
+constexpr int kRefused = 2;  // group of cubes whose pairs the filter refuses
 
 struct FailureCase
 {
@@ -32,7 +32,7 @@ struct FailureCase
     bool hasGhostLog;  ///< a ghost callback of the application
     bool hasGhosts;    ///< every third client object is one, with Bullet's callback
     bool hasOwnCache;  ///< the pair cache is the application's
-    bool hasRows;      ///< the grid of large worlds
+    bool hasRows;      ///< the column grid, for large worlds
     bool isBrute;
 };
 
@@ -68,7 +68,7 @@ BroadphaseOptions optionsOf(const FailureCase& scene)
     return options;
 }
 
-/// A scene whose life is the same each time but for the allocation that fails.
+/// A scene with a deterministic life cycle, except for the failing allocation.
 class FragileScene
 {
 public:
@@ -88,7 +88,7 @@ public:
 
     int thrown() const { return m_thrown; }
 
-    /// @return whether the allocation that was to fail was reached
+    /// @return whether the failing allocation was reached
     bool liveWithFailingNew(std::uint64_t goodAllocations)
     {
         const OneNewFails failure(goodAllocations);
@@ -97,7 +97,7 @@ public:
         return failure.hasHappened();
     }
 
-    /// @return whether the call of the filter that was to throw was reached
+    /// @return whether the throwing call of the filter was reached
     bool liveWithThrowingFilter(int goodCalls)
     {
         m_filter.failAfter(goodCalls);
@@ -188,13 +188,13 @@ private:
 
     void destroy(std::size_t i)
     {
-        // Throws nothing, and has to be done.
+        // Must run, and does not throw.
         if (m_proxies[i] != nullptr)
             m_broadphase.destroyProxy(m_proxies[i], nullptr);
         m_proxies[i] = nullptr;
     }
 
-    /// Cubes that rest and that the filter has kept from each other.
+    /// Allows pairs of resting cubes that the filter had refused.
     void allow()
     {
         for (std::size_t i = 0; i < kCubes; i += 8)
@@ -217,7 +217,7 @@ private:
     {
         const bool hadFailed = m_hasFailed();
         attempt([&] { m_broadphase.calculateOverlappingPairs(nullptr); });
-        // Memory for what is compared is not to fail.
+        // Allocations of the comparison must not fail.
         if (hadFailed)
         {
             EXPECT_EQ(pairsOf(m_broadphase), bruteForce()) << "in an update after the failure";

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// One random sequence of operations on several broad phases at once: cullet's with different backends, which must agree
-// in everything, and Bullet's DBVT, which must agree in the pairs whose boxes overlap now.
+// One random sequence of operations on several broad phases: cullet's with different backends, which must agree
+// completely, and Bullet's DBVT, which must agree in the pairs whose boxes overlap now.
 #include "cullet/tests/plugin/broadphase/broadphase_support.h"
 #include "cullet/tests/plugin/broadphase/exact_oracle.h"
 #include "cullet/tests/support/random.h"
@@ -54,7 +54,7 @@ struct World
         proxies.erase(proxies.begin() + std::ptrdiff_t(i));
         clients.erase(clients.begin() + std::ptrdiff_t(i));
     }
-    /// What btCollisionWorld::refreshBroadphaseProxy does, with other filter words.
+    /// Does the same as btCollisionWorld::refreshBroadphaseProxy(), with new filter words.
     void refresh(std::size_t i, int group, int mask)
     {
         const btVector3 min = proxies[i]->m_aabbMin;
@@ -89,7 +89,7 @@ public:
         addOwn(BackendChoice::Grid, 2, nullptr, 0);
         addOwn(BackendChoice::Grid, 3, std::make_unique<btHashedOverlappingPairCache>());
         m_ownCount = m_worlds.size();
-        // Boxes with a NaN spoil the bounds of DBVT's tree.
+        // Boxes with a NaN corrupt the bounds of DBVT's tree.
         if (!withInvalidBoxes)
             m_worlds.push_back(std::make_unique<World>(std::make_unique<btDbvtBroadphase>()));
     }
@@ -198,7 +198,7 @@ private:
         update();
     }
 
-    /// Pairs within a gap of each other that the masks let pass.
+    /// Pairs within a gap of each other that the masks allow.
     Pairs near(btScalar gap)
     {
         Pairs pairs;
@@ -268,7 +268,7 @@ private:
         m_counts.hits += ray.size() + box.size();
     }
 
-    /// At any time a ghost has at least what it overlaps and is allowed to pair with.
+    /// At any time a ghost has at least the allowed pairs whose boxes overlap.
     void checkGhosts()
     {
         for (auto& world : m_worlds)

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Saving a world with its contacts and restoring it with Bullet's importer, which finds the pairs of the saved manifolds
-// by the unique ids of their proxies.
+// Saving a world with its contacts and restoring it with Bullet's importer, which finds the pairs of the saved
+// manifolds by the unique ids of their proxies.
 
 #include "cullet/tests/plugin/broadphase/broadphase_support.h"
 
@@ -62,7 +62,7 @@ public:
         return importer.loadFileFromMemory(file.data(), static_cast<int>(file.size()));
     }
 
-    /// Impulses of all contact points, pair by pair: what is lost when a manifold does not find its pair.
+    /// Impulses of all contact points, pair by pair: lost if a manifold does not find its pair.
     std::vector<btScalar> impulses()
     {
         std::vector<btScalar> result;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// One broad phase that serves world after world: what an earlier one has left behind must not show.
+// One broad phase for several worlds in turn: remains of an earlier world must have no effect.
 #include "cullet/tests/plugin/broadphase/broadphase_support.h"
 #include "cullet/tests/plugin/broadphase/exact_oracle.h"
 #include "cullet/tests/support/random.h"
@@ -21,11 +21,11 @@ namespace cullet::test
 {
 namespace
 {
-// All coordinates are multiples of it, so that no sum is rounded.
+// All coordinates are multiples of this, so that no sum is rounded.
 constexpr double kUnit = 1.0 / 16;
 constexpr btScalar kMargin = btScalar(2 * kUnit);
 
-/// Lets a third of all pairs not pass, by their ids.
+/// Refuses a third of all pairs, by their ids.
 struct ThirdRefused final : btOverlapFilterCallback
 {
     bool needBroadphaseCollision(btBroadphaseProxy* a, btBroadphaseProxy* b) const override
@@ -95,7 +95,7 @@ private:
     void chooseCallbacks()
     {
         cache().setOverlapFilterCallback(m_random.chance(0.5f) ? &m_filter : nullptr);
-        // Bullet's caches want a callback that is there while they have pairs of ghosts.
+        // Bullet's caches need a callback while they have pairs of ghosts.
         if (m_bodies.empty())
         {
             m_hasGhosts = m_random.chance(0.5f);
@@ -184,7 +184,7 @@ private:
         }
     }
 
-    /// Brute force over all pairs, with what was held before.
+    /// Updates the expected pairs by brute force from the previously held ones.
     void followUpdate()
     {
         for (std::size_t j = 0; j < m_bodies.size(); ++j)

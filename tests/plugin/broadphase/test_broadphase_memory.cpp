@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Broad phase and pair cache where an allocation fails.
+// Broad phase and pair cache with failing allocations.
 #include "cullet/broad/proxy_table.h"
 #include "cullet/tests/plugin/broadphase/broadphase_support.h"
 #include "cullet/tests/plugin/pair_cache/pair_cache_support.h"
@@ -21,7 +21,7 @@ namespace cullet::test
 {
 namespace
 {
-/// On one thread, because only allocations of the test's own can be made to fail.
+/// On one thread, because only allocations of the test's own thread can be made to fail.
 BroadphaseOptions gridOptions()
 {
     BroadphaseOptions options;
@@ -30,10 +30,10 @@ BroadphaseOptions gridOptions()
     return options;
 }
 
-/// The allocations that fail in attempts to add one cube, by how many come before them.
+/// The index of the failing allocation in each attempt to add one cube.
 ///
-/// What an attempt has found stays with the arrays, so that 1, again and again, lets each of theirs fail in turn. What an
-/// attempt gives back the next one asks for anew: then the numbers have to grow.
+/// Memory allocated by an attempt stays with the arrays, so repeating 1 lets each of their allocations fail in turn.
+/// Memory that an attempt frees is allocated again by the next one; then the numbers have to grow.
 std::uint64_t goodAllocations(std::uint64_t attempt)
 {
     constexpr std::uint64_t kArrays = 10;
@@ -46,7 +46,7 @@ class ScarceRow
 public:
     ScarceRow() : broadphase(gridOptions()) {}
 
-    /// Adds the next cube, in the end.
+    /// Adds the next cube, after failed attempts.
     void add(void* client)
     {
         const auto next = static_cast<double>(proxies.size());
@@ -70,14 +70,14 @@ public:
                 proxies.push_back(proxy);
                 return;
             }
-            // Some memory can be done without.
+            // Some allocations are optional.
             if (proxy != nullptr)
                 broadphase.destroyProxy(proxy, nullptr);
             ASSERT_EQ(outcome(), before) << proxies.size() << " cubes, attempt " << attempt;
         }
     }
 
-    /// Whether nothing is left once the cubes are gone.
+    /// Expects no remains once the cubes are removed.
     void expectCleanEnd()
     {
         for (btBroadphaseProxy* proxy : proxies)
@@ -210,7 +210,7 @@ TEST(BroadphaseMemory, APairThatFindsNoneLeavesNoListsOfItsProxies)
     PairCache cache;
     GhostLog ghosts;
     Proxies proxies;
-    // On pages of their own, so that the second list may find no memory where the first has.
+    // On separate pages, so that the allocation may fail for the second list only.
     constexpr int kPage = 1024;
     for (int i = 1; i < 40; ++i)
         proxies.add(i * kPage);
@@ -262,7 +262,7 @@ TEST(BroadphaseMemory, APairThatWasToldOfComesWhateverBecomesOfOthersMeanwhile)
     EXPECT_EQ(cache.stats().proxies, 2u);
 }
 
-/// A query in the destructor of a variable of a thread.
+/// A query in the destructor of a thread-local variable.
 struct LastQuery
 {
     ~LastQuery()
@@ -293,7 +293,8 @@ TEST(BroadphaseMemory, AQueryAfterTheEndOfWhatItsThreadKeepsTakesMemoryOfItsOwn)
     std::thread(
         [&]
         {
-            // Made before the first query of the thread, and so destroyed after what queries keep; as is any static object.
+            // Constructed before the thread's first query, and so destroyed after the thread-local data of queries,
+            // like any static object.
             thread_local LastQuery last{&broadphase, hits, taken};
             last.broadphase->aabbTest(vec(-1, -1, -1), vec(1e4, 1, 1), hits);
             const std::uint64_t before = newCount();

@@ -35,7 +35,7 @@ public:
         moveCube(m_broadphase, m_cubes[index], placeOf(index) + vec(way, 0, 0));
     }
 
-    /// The first cube trembles, so that the others are seen to rest.
+    /// The first cube jitters, so that the others count as resting.
     void rest(int updates)
     {
         for (int update = 0; update < updates; ++update)

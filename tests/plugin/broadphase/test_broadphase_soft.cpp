@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Worlds with soft bodies set boxes before updateAabbs() does, with a dispatcher that may be null, and override rayTest.
+// Worlds with soft bodies set boxes before updateAabbs() does, with a dispatcher that may be null, and override
+// rayTest.
 #include "cullet/tests/plugin/broadphase/broadphase_support.h"
 
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
@@ -49,8 +50,7 @@ struct SoftMultiBodyWorld : SoftStage
 };
 struct DeformableWorld : SoftStage
 {
-    static constexpr bool kClothStops =
-        false;  // contact takes solver settings that are not the broad phase's matter
+    static constexpr bool kClothStops = false;  // contacts depend on solver settings
     explicit DeformableWorld(std::unique_ptr<btBroadphaseInterface> made) : SoftStage(std::move(made))
     {
         solver.setDeformableSolver(&deformableSolver);
@@ -77,7 +77,7 @@ double dropCloth(std::unique_ptr<btBroadphaseInterface> broadphase)
     stage.world.setGravity(vec(0, -10, 0));
     btSoftBodyWorldInfo& info = stage.world.getWorldInfo();
     info.m_broadphase = stage.broadphase.get();
-    info.m_dispatcher = nullptr;  // the default: setAabb() comes with a null dispatcher
+    info.m_dispatcher = nullptr;  // the default: setAabb() is called with a null dispatcher
     info.m_gravity.setValue(0, -10, 0);
     info.m_sparsesdf.Initialize();
 

@@ -46,7 +46,7 @@ TYPED_TEST(BroadphaseWorld, HeapComesToRestAsWithDbvt)
         heights[isStock] = heap.meanHeight();
     }
     EXPECT_GT(heights[0], 0.49);
-    // A chaotic heap: the same kind of result, not the same numbers.
+    // A chaotic heap: results are similar, not equal.
     EXPECT_NEAR(heights[0], heights[1], 0.35 * heights[1]);
 }
 
@@ -117,7 +117,8 @@ TEST(BroadphaseWorlds, PileStandsStillAndItsPairsKeepTheirAlgorithms)
 
 TEST(BroadphaseWorlds, LargeBoxesDoNotFlickerWithinTheirContactThreshold)
 {
-    // Contacts of 10 m boxes live to a gap of 0.17 m at most, boxes are inflated by 0.02 m only: the margin hides it.
+    // Contacts of 10 m boxes persist up to a gap of 0.17 m, but boxes are inflated by 0.02 m only; the margin
+    // compensates for that.
     Broadphase broadphase(bruteOptions());
     btBroadphaseProxy* upper = addCube(broadphase, vec(0, 10.02, 0), 5.02);
     addCube(broadphase, vec(0, 0, 0), 5.02);

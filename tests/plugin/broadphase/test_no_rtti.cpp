@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// An application compiled with -fno-rtti: its classes have no type_info where cullet looks for one.
+// An application compiled with -fno-rtti: its classes have no type_info for cullet to compare.
 #include "cullet/plugin/convex_dispatcher.h"
 #include "cullet/plugin/world.h"
 #include "cullet/tests/plugin/broadphase/broadphase_support.h"
@@ -19,7 +19,7 @@ namespace cullet::test
 {
 namespace
 {
-/// A convex algorithm of the application's, which counts its calls and reports nothing.
+/// A convex algorithm of the application, which counts its calls and reports no contacts.
 class OwnAlgorithm : public btCollisionAlgorithm
 {
 public:
@@ -157,7 +157,7 @@ TEST(NoRtti, ResultOfTheApplicationGetsWhatAQueryGets)
     ConvexBench bench;
     const auto hull = makeHullShape(boxPoints(0.5, 0.5, 0.5));
     ConvexPairProbe probe(bench.dispatcher, *hull, *hull);
-    // Beyond the breaking threshold, which ends the points of a step.
+    // Beyond the breaking threshold, where points are removed.
     probe.place(vec(0, 1.2, 0), vec(0, 0, 0));
     EXPECT_EQ(probe.step()->getNumContacts(), 0);
     EXPECT_FALSE(probe.query(0.5).empty());

@@ -16,7 +16,7 @@ namespace cullet::test
 {
 using Corners = std::vector<Eigen::Vector3d>;
 
-/// All faces of a core in double, by brute force. World axes, relative to a point that both cores of a pair share.
+/// All faces of a core in double, by brute force. World axes, relative to a common point of both cores of a pair.
 class CoreSurface
 {
 public:
@@ -54,7 +54,7 @@ public:
     const Corners& points() const { return m_points; }
     const std::vector<Side>& sides() const { return m_sides; }
 
-    /// How far a point is from the plane of any face, or from the segment.
+    /// Distance of a point from the nearest face plane, or from the segment.
     double offPlane(const Eigen::Vector3d& p) const
     {
         if (m_kind == HullKind::Segment)
@@ -65,7 +65,7 @@ public:
         return least;
     }
 
-    /// How far it is outside of the planes of all faces, and of the edges of a flat core.
+    /// Distance of a point outside of all face planes, and of the edges of a flat core.
     double outside(const Eigen::Vector3d& p) const
     {
         if (m_kind == HullKind::Segment)
@@ -84,7 +84,7 @@ public:
         return most;
     }
 
-    /// The face that looks best along a direction, if no other one looks nearly as well.
+    /// The face most aligned with a direction, if no other one is nearly as aligned.
     const Side* faceAlong(const Eigen::Vector3d& direction) const
     {
         const Side* best = nullptr;
@@ -113,7 +113,7 @@ private:
     std::vector<Side> m_sides;
 };
 
-/// What of a polygon, or of a segment with two corners, is where a linear function is not negative.
+/// Clips a polygon, or a segment with two corners, to where a linear function is not negative.
 template <class Height>
 Corners cutPolygon(const Corners& polygon, const Height& height)
 {
@@ -130,7 +130,7 @@ Corners cutPolygon(const Corners& polygon, const Height& height)
     return kept;
 }
 
-/// Area of the convex polygon that points have as corners, in any order, seen along a unit vector.
+/// Area of the convex hull of points, in any order, projected along a unit vector.
 inline double areaOf(Corners points, const Eigen::Vector3d& normal)
 {
     if (points.size() < 3)
@@ -149,7 +149,7 @@ inline double areaOf(Corners points, const Eigen::Vector3d& normal)
     return 0.5 * doubled;
 }
 
-/// Largest distance of two of the points, seen along a unit vector.
+/// Largest distance of two of the points, projected along a unit vector.
 inline double lengthOf(const Corners& points, const Eigen::Vector3d& normal)
 {
     double longest = 0.0;
@@ -161,11 +161,11 @@ inline double lengthOf(const Corners& points, const Eigen::Vector3d& normal)
     return longest;
 }
 
-/// The corners of what a face of one core has in common with one of the other, or with a segment, seen along the normal; of
-/// those the ones that count.
+/// The corners of the intersection of a face of one core with a face of the other, or with a segment, projected along
+/// the normal, filtered by `counts`.
 ///
 /// @param other  corners of a face, or the ends of a segment
-/// @param counts of a corner and the distance of the cores there
+/// @param counts predicate of a corner and the distance of the cores there
 template <class Counts>
 Corners exactPatch(const CoreSurface::Side& face, const Corners& other, const Eigen::Vector3d& normal,
                    const Counts& counts)

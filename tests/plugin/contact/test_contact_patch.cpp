@@ -21,7 +21,7 @@ PosedShape turned(const Hull<btScalar>& hull, std::mt19937& engine)
     return {hull, randomRotation(engine).cast<btScalar>(), Vector::Zero()};
 }
 
-/// Corner to corner: so far apart along a random direction that the support points have a gap.
+/// Moves B along a random direction, corner to corner, until the support points have the gap.
 PosedShape besides(const PosedShape& a, const PosedShape& b, const Eigen::Vector3d& direction, double gap)
 {
     const Eigen::Vector3d apart =

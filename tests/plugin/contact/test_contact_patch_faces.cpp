@@ -23,13 +23,13 @@ using Eigen::Vector3d;
 constexpr double kPatchLimit = 0.03;
 constexpr double kPatchSame = 0.02;
 
-/// Rounding of the places, and in what overlaps the certificate of the depth.
+/// Tolerance for rounding of the positions, and for the certified depth of overlaps.
 constexpr double kPlace = sizeof(btScalar) == 4 ? 4e-6 : 1e-13;
 constexpr double kDeepPlace = sizeof(btScalar) == 4 ? 3e-5 : 1e-9;
-/// So far beyond a face a polygon is not cut, times the largest ratio of a 1-norm and a 2-norm.
+/// The clipping tolerance of a polygon beyond a face, times the largest ratio of a 1-norm and a 2-norm.
 constexpr double kOverhang = 0.05 * 1.42 * kPatchSame;
 
-/// A core that is placed by its points' matrix; a triangle and a segment as the plug-in poses them.
+/// A core posed by a matrix of its points; a triangle and a segment like in the plug-in.
 struct PatchShape
 {
     std::string name;
@@ -64,14 +64,14 @@ std::vector<PatchShape> patchShapes()
     return shapes;
 }
 
-/// A place on the surface of a core that is not turned yet.
+/// A point on the surface of a core before its rotation.
 struct Spot
 {
     Vector3d normal, point;
     double size;  ///< of the face there
 };
 
-/// On any face, half of the time on one with most corners.
+/// A spot on a random face, half of the time on one with the most corners.
 Spot anySpot(const PatchShape& shape, std::mt19937& engine)
 {
     if (shape.unmoved.kind() == HullKind::Segment)
@@ -94,7 +94,7 @@ Spot anySpot(const PatchShape& shape, std::mt19937& engine)
     return {side.normal, centre, size};
 }
 
-/// Two cores, a face of each nearly parallel to one of the other, and what touches.
+/// Two cores with nearly parallel faces, and their contact.
 struct PatchScene
 {
     PatchScene(const PatchShape& shapeA, const PatchShape& shapeB, double tilt, std::mt19937& engine)
@@ -117,7 +117,7 @@ struct PatchScene
                   (meets - turnB * spotB.point).cast<btScalar>());
     }
 
-    /// As the algorithm of the plug-in finds it. @return false if there is none
+    /// Finds the contact like the algorithm of the plug-in. @return false if there is none
     bool findTouch(bool knowsVertices)
     {
         GjkCache<btScalar> cache;
@@ -148,7 +148,8 @@ struct PatchTally
     double leastArea = 1.0, leastLength = 1.0, areaTotal = 0.0;
 };
 
-/// What covers a patch of the exact one, where it is clear which faces meet, and neither is only a point of the manifold.
+/// Checks the share of the exact patch that a patch covers, where the meeting faces are unambiguous, and neither patch
+/// is a single point.
 void checkCover(const PatchScene& scene, const CoreSurface& surfaceA, const CoreSurface& surfaceB,
                 const Corners& points, PatchTally& tally)
 {
@@ -170,13 +171,13 @@ void checkCover(const PatchScene& scene, const CoreSurface& surfaceA, const Core
     const Corners exact = exactPatch(reference, other, normal, carries);
     const double length = lengthOf(exact, normal), area = areaOf(exact, normal);
     const bool isThinned = reference.corners.size() > 16 || other.size() > 16;
-    // Sixteen corners of a round face leave out a rim, here up to 0.06 wide: what only the rims have in common may be lost.
+    // Sixteen corners of a round face omit a rim, here up to 0.06 wide, so intersections of the rims alone may be lost.
     if (length < 5.0 * kPatchSame || (isThinned && area < 0.25 * length))
         return;
     ++tally.lengths;
     const double covered = lengthOf(points, normal) / length;
     tally.leastLength = std::min(tally.leastLength, covered);
-    // The farthest from a corner is farther away than half of the diameter.
+    // The farthest point from a corner is farther away than half of the diameter.
     EXPECT_GT(covered, 0.5);
     EXPECT_LT(covered, 1.0 + 8.0 * kOverhang / length + 1e-3);
     if (isSegmentA || isSegmentB || area < 5.0 * kPatchSame * length)
@@ -184,8 +185,8 @@ void checkCover(const PatchScene& scene, const CoreSurface& surfaceA, const Core
     ++tally.areas;
     const double share = areaOf(points, normal) / area;
     tally.leastArea = std::min(tally.leastArea, share);
-    // Nothing is farther from the deepest than the farthest, nor from the line through both than what was taken on its side:
-    // at least a quarter.
+    // No point is farther from the deepest than the farthest point, nor farther from the line through both than the
+    // chosen point on its side, so at least a quarter is covered.
     EXPECT_GT(share, 0.25);
     tally.areaTotal += share;
     EXPECT_LT(share, 1.0 + 4.0 * kOverhang * length / area + 1e-3);
@@ -203,7 +204,7 @@ void checkPatch(PatchScene& scene, bool knowsVertices, PatchTally& tally)
     ASSERT_GE(patch.count, 1);
     ASSERT_LE(patch.count, 4);
     ++tally.patches;
-    // From the origin of A, as the touch.
+    // Relative to the origin of A, like the contact.
     const CoreSurface surfaceA(*scene.a, scene.a->origin()), surfaceB(*scene.b, scene.a->origin());
     const double place = touch.distance < 0.0 ? kDeepPlace : kPlace;
     double deepest = kPatchLimit;
@@ -216,11 +217,12 @@ void checkPatch(PatchScene& scene, bool knowsVertices, PatchTally& tally)
         const Vector3d onA = onB + distance * touch.normal;
         EXPECT_LT(surfaceB.offPlane(onB), place);
         EXPECT_LT(surfaceB.outside(onB), place + kOverhang);
-        // What overhangs would be deeper than the touch where the faces are not parallel, but is not reported so.
+        // Overhanging points would be deeper than the contact where the faces are not parallel, but their reported
+        // distance is clamped.
         const bool isClamped = distance <= touch.distance;
         EXPECT_LT(surfaceA.offPlane(onA), place + (isClamped ? 0.3 * kOverhang : 0.0));
         EXPECT_LT(surfaceA.outside(onA), place + kOverhang);
-        // No rounding makes a contact deeper than the shapes are.
+        // Rounding must not make a contact deeper than the shapes.
         EXPECT_GE(point.distance, static_cast<btScalar>(touch.distance));
         EXPECT_LT(distance, kPatchLimit);
         deepest = std::min(deepest, distance);
@@ -240,7 +242,7 @@ TEST(ContactPatch, OfFacesOfEveryKindIsOnBothSurfacesAndCoversWhatAClipInDoubleD
     {
         const PatchShape& a = shapes[engine() % shapes.size()];
         const PatchShape& b = shapes[engine() % shapes.size()];
-        // Brute force has its price.
+        // Limits the cost of brute force.
         if (a.hull.vertexCount() + b.hull.vertexCount() > 2000 && i % 8 != 0)
             continue;
         const double tilt = std::array<double, 5>{0.0, 1e-6, 1e-3, 0.01, 0.3}[engine() % 5];

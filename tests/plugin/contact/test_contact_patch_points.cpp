@@ -27,7 +27,7 @@ class OverFloor
 public:
     explicit OverFloor(const Points& body) : m_body(hullOf<btScalar>(body)) {}
 
-    /// @param turn of the body, which then is lowered to the gap
+    /// @param turn rotation of the body, which is then lowered to the gap
     ContactPatch patch(const Matrix3d& turn, int most = 4)
     {
         double lowest = 0.0;
@@ -44,7 +44,7 @@ public:
         return makeContactPatch(*m_a, *m_b, m_touch, {kWithin, btScalar(kSame), most});
     }
 
-    /// Of a patch, on the floor.
+    /// The points of a patch on the floor.
     Corners places(const ContactPatch& patch) const
     {
         Corners corners;
@@ -64,12 +64,12 @@ Matrix3d about(const Vector3d& axis, double angle)
     return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
 }
 
-/// A wheel that stands, its axle along z: a prism whose sides are edges along the axle.
+/// An upright wheel with its axle along z: a prism with edges along the axle.
 constexpr int kSides = 24;
 Points wheelPoints()
 {
     Points points = prismPoints(kSides, 0.15);
-    // The middle of a side points down.
+    // The middle of a side faces down.
     const Matrix3d turn = about(Vector3d::UnitZ(), 3.14159265358979323846 * (1.0 / kSides - 0.5));
     for (Vector3d& p : points)
         p = 0.3 * (turn * p);
@@ -170,7 +170,7 @@ TEST(ContactPatchPoints, MostOfThemIsALimitAndTheDeepestIsAmongThem)
 
 TEST(ContactPatchPoints, FourthIsBeyondTheTriangleWhereAllAreOnOneSide)
 {
-    // Half of a disc: the deepest and the farthest from it are the ends of its straight side.
+    // Half of a disc: the deepest point and the farthest from it are the ends of its straight side.
     Points points;
     constexpr int kArc = 12;
     for (int i = 0; i <= kArc; ++i)
@@ -180,7 +180,7 @@ TEST(ContactPatchPoints, FourthIsBeyondTheTriangleWhereAllAreOnOneSide)
             points.push_back({std::cos(angle), y, std::sin(angle)});
     }
     OverFloor half(points);
-    // So that an end of the straight side is the lowest of all.
+    // Tilted so that an end of the straight side is the lowest point.
     const ContactPatch patch = half.patch(about(Vector3d(-0.2, 0, -1), 0.3 * kDegree));
     EXPECT_EQ(patch.count, 4);
     const Corners places = half.places(patch);

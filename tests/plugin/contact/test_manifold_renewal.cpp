@@ -79,7 +79,7 @@ TEST(ManifoldRenewal, KeepsImpulsesOfPointsThatAreRenewedAndDropsOthers)
     ASSERT_EQ(manifold->getNumContacts(), 4);
     for (int i = 0; i < 4; ++i)
         EXPECT_EQ(manifold->getContactPoint(i).m_appliedImpulse, 1) << i;
-    // On an edge.
+    // The wheel stands on an edge.
     const double angle = 0.07;
     probe.place(btTransform(btQuaternion(0, 0, btScalar(angle)),
                             vec(0, 0.58 + 0.5 * (std::cos(angle) + std::sin(angle)), 0)),

@@ -12,7 +12,7 @@
 
 namespace cullet::test
 {
-/// A point as an algorithm reported it.
+/// A contact point reported by an algorithm.
 struct Reported
 {
     btVector3 normal;  ///< from B to A
@@ -20,7 +20,7 @@ struct Reported
     double distance;
 };
 
-/// Two bodies without a world, and the algorithm that a dispatcher finds for them.
+/// Two bodies without a world, and the algorithm of a dispatcher for them.
 class ConvexPairProbe
 {
 public:
@@ -52,7 +52,7 @@ public:
         place(btTransform(btQuaternion::getIdentity(), a), btTransform(btQuaternion::getIdentity(), b));
     }
 
-    /// As in a step of a world: the points go to the manifold.
+    /// Updates the manifold, as in a step of a world.
     btPersistentManifold* step(const btDispatcherInfo& info = {})
     {
         const Wraps wraps(*this);
@@ -61,7 +61,7 @@ public:
         return result.getPersistentManifold();
     }
 
-    /// As in contactPairTest(): whatever is reported.
+    /// Returns all reported points, as in contactPairTest().
     std::vector<Reported> query(double threshold = 0, const btDispatcherInfo& info = {})
     {
         const Wraps wraps(*this);
@@ -99,7 +99,7 @@ private:
     btCollisionDispatcher& m_dispatcher;
 };
 
-/// A dispatcher of Bullet's, with or without ISA-GJK.
+/// Bullet's dispatcher, with or without ISA-GJK.
 struct ConvexBench
 {
     explicit ConvexBench(bool isStock = false, const IsaGjkOptions& options = {})
@@ -126,7 +126,7 @@ struct ConvexBench
     IsaGjkRegistration* registration = nullptr;
 
 private:
-    /// Bullet writes to all of its pools, eight thousand places, when they are made, and tests make many.
+    /// Small pools, since Bullet initialises all eight thousand entries of a pool, and tests create many.
     static btDefaultCollisionConstructionInfo smallPools()
     {
         btDefaultCollisionConstructionInfo info;

@@ -25,7 +25,7 @@ enum class Narrow
     Dispatcher  ///< cullet::Dispatcher
 };
 
-/// A world whose narrow phase is chosen; Bullet's tree is the broad phase.
+/// A world with a selectable narrow phase; Bullet's tree is the broad phase.
 class ConvexWorld
 {
 public:
@@ -61,7 +61,7 @@ public:
         return add(shape, mass, btTransform(btQuaternion::getIdentity(), at));
     }
 
-    /// Five bodies in a row without gravity that never sleep: each near the next, none touching.
+    /// Five bodies in a row without gravity that never sleep: neighbours are near but do not touch.
     ///
     /// @param cube hull of edges 1
     void addIdleRow(btCollisionShape* cube)
@@ -112,7 +112,7 @@ private:
         return own;
     }
 
-    const Dispatcher* m_own = nullptr;  ///< before what sets it
+    const Dispatcher* m_own = nullptr;  ///< declared before the member that sets it
     std::unique_ptr<btCollisionDispatcher> m_dispatcher;
     btDbvtBroadphase m_broadphase;
     btSequentialImpulseConstraintSolver m_solver;
@@ -140,7 +140,7 @@ inline std::vector<btVector3> boxPoints(double x, double y, double z)
     return points;
 }
 
-/// Points on a sphere, drawn at random: nearly all are corners.
+/// Random points on a sphere: nearly all are corners.
 inline std::vector<btVector3> ballPoints(int count, double radius, unsigned seed)
 {
     std::mt19937 engine(seed);

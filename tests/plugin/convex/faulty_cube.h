@@ -6,7 +6,7 @@
 
 namespace cullet::test
 {
-/// A cube by its support function, one call of which goes wrong.
+/// A cube given by its support function, one call of which is faulty.
 ///
 /// @tparam Fault called then, in place of the answer
 template <class Fault>
@@ -24,7 +24,7 @@ public:
             return m_fault();
         return vec(d.x() < 0 ? -0.5 : 0.5, d.y() < 0 ? -0.5 : 0.5, d.z() < 0 ? -0.5 : 0.5);
     }
-    /// Without a support.
+    /// Computed without a support.
     void getAabb(const btTransform&, btVector3& low, btVector3& high) const override
     {
         low = vec(-1, -1, -1);

@@ -17,11 +17,11 @@ namespace cullet::test
 {
 namespace
 {
-/// A triangle and another shape near the origin. Places are multiples of 1/16, so that both can be moved 1,000 km away without
-/// a rounding.
+/// A triangle and another shape near the origin. Positions are multiples of 1/16, so that both can be moved 1,000 km
+/// away without rounding.
 struct NearPair
 {
-    /// @param reach of the triangle's corners from the origin of its shape, as in a large mesh
+    /// @param reach distance of the triangle's corners from the origin of its shape, as in a large mesh
     NearPair(std::mt19937& engine, double reach) : triangle(vec(0, 0, 0), vec(0, 0, 0), vec(0, 0, 0))
     {
         std::uniform_real_distribution<double> place(-1, 1);
@@ -60,7 +60,7 @@ btTransform movedBy(const btTransform& transform, const btVector3& shift)
     return btTransform(transform.getBasis(), transform.getOrigin() + shift);
 }
 
-/// The reported distance but for the margins, with the triangle first or second.
+/// The reported distance without the margins, with the triangle first or second.
 double distanceOf(ConvexBench& bench, NearPair& pair, btCollisionShape& other, const btVector3& shift,
                   bool isTriangleFirst)
 {
@@ -74,11 +74,11 @@ double distanceOf(ConvexBench& bench, NearPair& pair, btCollisionShape& other, c
 struct Sample
 {
     int apart = 0, overlapping = 0;
-    double worst = 0.0;  ///< error of a distance between shapes that are apart
+    double worst = 0.0;  ///< error of a distance between separated shapes
     double worstDepth = 0.0;
 };
 
-/// Pairs as far as this from the world's origin.
+/// Measures pairs at distance `away` from the world's origin.
 Sample measure(btCollisionShape& other, double away, double reach)
 {
     ConvexBench bench;
@@ -98,7 +98,7 @@ Sample measure(btCollisionShape& other, double away, double reach)
     return sample;
 }
 
-/// Some roundings of sizes of about 1; depths are certified to less.
+/// Expects errors of some roundings for sizes of about 1; depths are certified to less.
 void expectExact(btCollisionShape& other, double away, double reach)
 {
     SCOPED_TRACE(testing::Message() << other.getName() << ", " << away << " m away, corners at " << reach);
@@ -128,7 +128,7 @@ TEST(FarTriangles, AreAsFarFromHullsAndBoxesAsNearTheOrigin)
 
 TEST(FarTriangles, OfAGroundOfLargeOnesAreExactToo)
 {
-    // Not turned, so that no corner is rounded.
+    // Not rotated, so that no corner is rounded.
     ConvexBench bench;
     auto round = makeHullShape(ballPoints(20, 0.5, 9));
     std::mt19937 engine(12);
@@ -148,7 +148,7 @@ TEST(FarTriangles, OfAGroundOfLargeOnesAreExactToo)
                                       : bench.closest(*round, at, triangle, identity, 200);
         ASSERT_TRUE(found.has_value());
         const double exact = exactDistance(CoreOracle(triangle, identity), CoreOracle(*round, at));
-        // Of the distance itself one rounding is left.
+        // One rounding of the distance itself remains.
         if (exact > 0 && exact < 8)
             worst = std::max(worst, std::abs(double(found->distance) + double(round->getMargin()) - exact));
     }

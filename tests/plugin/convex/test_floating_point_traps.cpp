@@ -1,13 +1,14 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Worlds in which a division by zero or an invalid operation ends the application: cullet raises none of Bullet's flags.
+// Applications may trap divisions by zero and invalid operations: cullet raises no such flag that Bullet does not
+// raise.
 
 #include "cullet/tests/plugin/convex/convex_world.h"
 #include "cullet/tests/plugin/world_crowd.h"
 #include "cullet/tests/support/process/floating_point_flags.h"
 
-// Its Point must come after the kind of a hull.
+// Included after the headers of narrow, because of its type Point.
 #include "cullet/demos/scenes/bodies/world_scene.h"
 
 #include <gtest/gtest.h>
@@ -21,7 +22,7 @@ namespace cullet::test
 {
 namespace
 {
-/// Of a scene's first second or so, and what happened in it.
+/// Flags and events of about the first second of a scene.
 struct SceneRun
 {
     int flags = 0;

@@ -16,7 +16,7 @@ namespace cullet::test
 {
 namespace
 {
-/// A contact callback of the application, called for bodies that ask for it.
+/// A contact callback of the application, called for bodies with the flag.
 class AddedCallback
 {
 public:
@@ -38,7 +38,7 @@ private:
     inline static std::function<void()> s_function;
 };
 
-/// The least distance that a query reports; infinite: none.
+/// The least reported distance of a query; infinite: none.
 struct Deepest : btCollisionWorld::ContactResultCallback
 {
     Deepest() { m_closestDistanceThreshold = 1; }
@@ -75,7 +75,7 @@ struct TouchingCubes
         b = &world.add(shapeB.get(), 1, vec(0.95, 0, 0));
         a->setCollisionFlags(a->getCollisionFlags() | btCollisionObject::CF_CUSTOM_MATERIAL_CALLBACK);
     }
-    /// To half the size.
+    /// Scales the points to half the size.
     static void shrink(btConvexHullShape& shape)
     {
         for (int i = 0; i < shape.getNumPoints(); ++i)
@@ -114,7 +114,7 @@ TEST(IsaGjkCallbacks, WhatAContactCallbackThrowsReachesTheApplication)
             EXPECT_EQ(cubes.world.stats().notConvergedTotal, 0u);
             EXPECT_EQ(cubes.world.stats().touchingTotal, 1u);
         }
-        // The next step is as if nothing had been, and what is left of the one before is taken back.
+        // The next step is unaffected, and remains of the interrupted step are undone.
         cubes.world.world.performDiscreteCollisionDetection();
         EXPECT_EQ(cubes.world.contactsOf(*cubes.a, *cubes.b), narrow == Narrow::Stock ? 1 : 4);
         cubes.b->setWorldTransform(btTransform(btQuaternion::getIdentity(), vec(1.15, 0, 0)));
@@ -166,7 +166,7 @@ TEST(IsaGjkCallbacks, AShapeMadeAnewInTheSameMemoryDuringADispatchIsNotTakenForT
                         debris.setCollisionShape(&*shape);
                         distances.push_back(distanceOf(world, probe, debris));
                     }
-                    // Another one that is edited.
+                    // Another shape is edited.
                     TouchingCubes::shrink(*shape);
                     distances.push_back(distanceOf(world, probe, debris));
                 });

@@ -26,7 +26,7 @@ bool isOurs(const btCollisionAlgorithm& algorithm)
     return typeid(algorithm) == typeid(IsaGjkAlgorithm);
 }
 
-/// A shape of the application's: an ellipsoid.
+/// A shape class of the application: an ellipsoid.
 class EggShape : public btConvexInternalShape
 {
 public:
@@ -48,7 +48,7 @@ public:
     const char* getName() const override { return "Egg"; }
 };
 
-/// One shape of each kind that Bullet has an own type for.
+/// One shape of each of Bullet's types.
 struct Shapes
 {
     Shapes()
@@ -149,7 +149,7 @@ TEST(IsaGjkAlgorithm, IsRegisteredInBothOrdersAndBothTablesButForPairsWithAlgori
             }
         }
     }
-    // Two round shapes, a sphere and a triangle, two boxes.
+    // Excluded: two round shapes, a sphere and a triangle, two boxes.
     EXPECT_EQ(ours, 2 * (14 * 14 - 4 - 2 - 1));
     btBox2dShape flat(vec(1, 1, 0));
     ConvexPairProbe probe(bench.dispatcher, flat, *shapes.hull);
@@ -184,7 +184,7 @@ TEST(IsaGjkAlgorithm, RefreshesWhatIsAddedToTheManifoldOfShapesThatStayApart)
     probe.step();
     btPersistentManifold* manifold = probe.step();
     EXPECT_EQ(bench.registration->stats().separatedTotal, 2u);
-    // A point of the bodies' centres is farther apart than the threshold of the manifold.
+    // At the bodies' centres the distance of the point exceeds the threshold of the manifold.
     manifold->addManifoldPoint(btManifoldPoint(vec(0, 0, 0), vec(0, 0, 0), vec(0, 1, 0), 0));
     probe.step();
     EXPECT_EQ(bench.registration->stats().separatedTotal, 3u);
@@ -226,7 +226,7 @@ TEST(IsaGjkAlgorithm, HandlesAShapeOfAnyTypeThatABodyIsGivenLater)
         {
             for (btConvexShape* b : shapes.all)
             {
-                // Points of the last shapes would stay, as they do in Bullet.
+                // Points of the old shapes would stay, as in Bullet.
                 probe.place(vec(0, 9, 0), vec(0, 0, 0));
                 probe.step();
                 probe.bodyA.setCollisionShape(a);
@@ -234,7 +234,7 @@ TEST(IsaGjkAlgorithm, HandlesAShapeOfAnyTypeThatABodyIsGivenLater)
                 probe.place(vec(0.05, height, 0), vec(0, 0, 0.03));
                 const bool isTouching = probe.step()->getNumContacts() > 0;
                 ConvexPairProbe fresh(stock.dispatcher, *shapes.hull, *shapes.hull);
-                // So that its manifold has the threshold of the same shapes.
+                // Its manifold then has the threshold of the same shapes.
                 fresh.place(vec(0, 9, 0), vec(0, 0, 0));
                 fresh.step();
                 fresh.bodyA.setCollisionShape(a);
@@ -365,7 +365,7 @@ TEST(IsaGjkAlgorithm, NeverEmitsNanAndEndsWithTransformsThatAreNotFinite)
             probe.place(btTransform::getIdentity(), btTransform(basis));
             EXPECT_TRUE(probe.query().empty());
         }
-        // And works as before once the transforms are valid again.
+        // The algorithm works as before once the transforms are valid again.
         probe.place(vec(0, 0.1, 0), vec(0, 0, 0));
         EXPECT_FALSE(probe.query().empty());
     }
@@ -386,7 +386,7 @@ TEST(IsaGjkAlgorithm, TriangleWithACornerThatIsNotFiniteTouchesNothing)
     const btScalar infinity = std::numeric_limits<btScalar>::infinity();
     for (btConvexShape* partner : shapes.all)
     {
-        // Pairs that are Bullet's.
+        // Pairs handled by Bullet.
         if (partner == &shapes.sphere)
             continue;
         for (int i = 0; i < 9; ++i)

@@ -32,7 +32,7 @@ TEST(IsaGjkFallback, AQueryThatMeetsANanIsCountedAndAnsweredByBullet)
             EXPECT_EQ(probe.query().empty(), height > 2);
             const IsaGjkStats stats = bench.registration->stats();
             EXPECT_EQ(stats.separatedTotal + stats.notConvergedTotal + stats.delegatedTotal, 1u);
-            // The first axis needs a support of the faulty shape whatever the pair is like.
+            // The first axis needs a support of the faulty shape for every pair.
             EXPECT_TRUE(badCall != 0 || stats.notConvergedTotal == 1);
             failed += int(stats.notConvergedTotal);
             delegated += int(stats.delegatedTotal);
@@ -81,7 +81,7 @@ TEST(IsaGjkFallback, CountsRoundShapesThatTouchAsLeftToBulletAndNotAsWithoutAnAn
 
 namespace
 {
-/// Two overlapping bodies with numbers at the ends of what btScalar holds.
+/// Two overlapping bodies with numbers at the limits of btScalar.
 struct Extreme
 {
     double size;   ///< of the points
@@ -89,8 +89,8 @@ struct Extreme
     double shift;  ///< between the bodies, of size * scale
 };
 
-/// @param isCounted the shapes have points, whatever scales and places them
-/// @return what the queries were counted as
+/// @param isCounted the shapes have points, with any scale and position
+/// @return the statistics of the queries
 IsaGjkStats checkExtreme(const Extreme& extreme, bool isRound, bool isCounted)
 {
     constexpr std::uint64_t kFrames = 3;
@@ -108,7 +108,7 @@ IsaGjkStats checkExtreme(const Extreme& extreme, bool isRound, bool isCounted)
     for (std::uint64_t frame = 0; frame < kFrames; ++frame)
     {
         const std::vector<Reported> points = probe.query();
-        // Otherwise they are Bullet's.
+        // Otherwise the contacts are Bullet's.
         const bool areOurs = bench.registration->stats().touchingTotal > touching;
         touching = bench.registration->stats().touchingTotal;
         for (std::size_t i = 0; i < points.size() && areOurs; ++i)
@@ -142,7 +142,7 @@ TEST(IsaGjkFallback, NumbersAtTheEndsOfTheirRangeGiveFiniteContactsOrAreCountedA
                 {
                     SCOPED_TRACE(testing::Message() << "size " << size << ", scale " << scale << ", shift "
                                                     << shift << (isRound ? ", round" : ""));
-                    // A place that is not finite has no contacts.
+                    // A body at a non-finite position has no contacts.
                     const bool isPlaced =
                         std::isfinite(double(btScalar(shift) * btScalar(size) * btScalar(scale)));
                     const IsaGjkStats stats = checkExtreme({size, scale, shift}, isRound, isPlaced);

@@ -14,7 +14,7 @@ namespace cullet::test
 {
 namespace
 {
-/// Distance of the deepest point of a pair that has just been made; infinity without any.
+/// Distance of the deepest point of a new pair; infinity without a point.
 double deepestOf(btCollisionDispatcher& dispatcher, btCollisionShape& a, const btTransform& at,
                  btCollisionShape& b, const btTransform& bt)
 {
@@ -45,7 +45,7 @@ TEST(IsaGjkFeatures, ShapesTouchWithoutTheirMargins)
     for (const Reported& point : points)
         EXPECT_NEAR(point.distance, -0.01, 1e-6);
 
-    // Bullet's separating axis test, where the application asks for it.
+    // Bullet's separating axis test, if the application enables it.
     btDispatcherInfo info;
     info.m_enableSatConvex = true;
     const std::uint64_t before = bench.registration->stats().delegatedTotal;
@@ -79,7 +79,7 @@ TEST(IsaGjkFeatures, ContactsAreThoseOfBulletsClipping)
         const btTransform bt = btTransform::getIdentity();
         const double ours = deepestOf(bench.dispatcher, upper, at, *slab, bt);
         const double bullets = deepestOf(stock.dispatcher, upper, at, *slab, bt);
-        // Not where rounding decides whether a point is within the breaking threshold.
+        // Skips cases in which rounding decides whether a point is within the breaking threshold.
         if (std::min(ours, bullets) > 0.0199)
             continue;
         EXPECT_NEAR(ours, bullets, 1e-3);

@@ -11,12 +11,12 @@
 #include <string>
 #include <vector>
 
-/// A query gives the same bits whatever its pair was asked before.
+/// A query gives the same bits for any history of its pair.
 namespace cullet::test
 {
 namespace
 {
-/// Shapes whose cores may be any polytope, by name, in a size of about 1.
+/// Named shapes with polytope cores, of a size of about 1.
 struct NamedShape
 {
     std::string name;
@@ -62,7 +62,7 @@ btQuaternion turn(Random& random, double angle)
     return btQuaternion(axis.normalized(), btScalar(angle * uniform(random)));
 }
 
-/// Poses of B, each near the one before: turned anyhow, nearly level, or level; A is at the origin.
+/// Poses of B, each near the previous one: randomly rotated, nearly level, or level; A is at the origin.
 struct Poses
 {
     enum class Kind
@@ -143,7 +143,7 @@ class IsaGjkHistory : public testing::TestWithParam<Poses::Kind>
 {
 };
 
-/// Every pair of shapes, from deep to just within the threshold.
+/// Tests every pair of shapes, from deep to just within the threshold.
 TEST_P(IsaGjkHistory, GivesTheSameBitsWhateverWasAskedBefore)
 {
     constexpr unsigned kSeed = 20261125;
@@ -195,7 +195,7 @@ std::string nameOf(const testing::TestParamInfo<Poses::Kind>& info)
 INSTANTIATE_TEST_SUITE_P(Poses, IsaGjkHistory,
                          testing::Values(Poses::Kind::Any, Poses::Kind::Nearly, Poses::Kind::Level), nameOf);
 
-/// The distance of a query is compared with the threshold as it is, not as a search that began elsewhere rounds it.
+/// The distance compared with the threshold is the final one, not the differently rounded one of a search.
 TEST(IsaGjkThreshold, FindsTheSameContactsAtTheThreshold)
 {
     Random random(5);
@@ -210,7 +210,7 @@ TEST(IsaGjkThreshold, FindsTheSameContactsAtTheThreshold)
         const btTransform far(turned, direction * btScalar(1.5));
         const std::vector<double> closest = queryAt(fresh, far, 10);
         ASSERT_EQ(closest.size(), 7u);
-        // One rounding more or less decides.
+        // One rounding decides.
         for (const double threshold :
              {closest[6], std::nextafter(closest[6], 0.0), std::nextafter(closest[6], 2.0)})
         {
@@ -226,7 +226,7 @@ TEST(IsaGjkThreshold, FindsTheSameContactsAtTheThreshold)
     EXPECT_GT(touching, 100);
 }
 
-/// Points whose hull has faces that stand clear, that are level up to rounding, and that are none.
+/// Points whose hull has clear faces, faces that are level up to rounding, or no faces.
 std::vector<btVector3> anyPoints(Random& random, int kind)
 {
     const int counts[] = {4, 6, 8, 12, 24, 60, 150};
@@ -247,7 +247,7 @@ std::vector<btVector3> anyPoints(Random& random, int kind)
             case 3:
                 p = vec(std::round(6 * p.x()), std::round(6 * p.y()), std::round(6 * p.z())) * btScalar(0.1);
                 break;
-            // Both sides of the height up to which triangles are one face.
+            // Heights on both sides of the tolerance of merging.
             default:
                 p.setY(btScalar(std::copysign(0.4, p.y()) + 3e-6 * uniform(random)));
         }
@@ -255,7 +255,7 @@ std::vector<btVector3> anyPoints(Random& random, int kind)
     return points;
 }
 
-/// How a hull's contacts are found: without its graph where that is not there yet, or with it.
+/// Compares the contacts of a hull before and after its graph is built.
 class ContactsOfNewHulls
 {
 public:
@@ -264,7 +264,7 @@ public:
     {
     }
 
-    /// @return true if the same bits came of both
+    /// Expects equal bits from both
     void compare(btCollisionShape& other, const btTransform& at, const std::string& name)
     {
         const std::uint64_t before = hullCacheStats().buildsTotal;

@@ -56,7 +56,7 @@ TEST(IsaGjkFallback, APairWhoseGraphsFindNoMemoryIsCountedAndAnsweredByBullet)
     {
         SCOPED_TRACE(after);
         ConvexBench bench;
-        // New points with level faces, of which there is no graph yet, at an address that may be known.
+        // New points with level faces, without a graph yet, at an address that may have a record.
         const auto hull = makeHullShape(boxPoints(0.5, 0.5, 0.4 + 1e-3 * double(after)));
         ConvexPairProbe probe(bench.dispatcher, *hull, *cube);
         probe.place(vec(0, 0.5, 0), vec(0, 0, 0));
@@ -68,7 +68,7 @@ TEST(IsaGjkFallback, APairWhoseGraphsFindNoMemoryIsCountedAndAnsweredByBullet)
         const IsaGjkStats stats = bench.registration->stats();
         EXPECT_EQ(stats.notConvergedTotal + stats.touchingTotal, 1u);
         failed += stats.notConvergedTotal;
-        // Of a shape whose record found no memory, too.
+        // Valid for a shape without a record, too, whose allocation failed.
         invalidate(*hull);
         probe.step();
         EXPECT_EQ(bench.registration->stats().touchingTotal, stats.touchingTotal + 1);
@@ -81,7 +81,7 @@ namespace
 /// Coincident round hulls: all faces of the difference are equally close.
 ///
 /// @param level     of icoPoints()
-/// @param isExact   the large polytope has no room for all of them either
+/// @param isExact   the large polytope is too small for all faces, too
 /// @param failures  which allocation of a step fails
 void checkDepthWithoutMemory(int level, bool isExact, std::initializer_list<std::size_t> failures)
 {
@@ -127,7 +127,7 @@ TEST(IsaGjkFallback, AShapeThatThrowsIsCountedAndAnsweredByBullet)
     }
 }
 
-// A motion of sleepers that a dispatch without memory has seen, and their pair has not, counts when they are awake.
+// A motion of sleeping bodies during a dispatch that failed to allocate still counts when they are awake.
 TEST(DispatcherMemory, APairThatTouchesIsNotLeftOutWhateverADispatchBeforeHasMissed)
 {
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
@@ -141,7 +141,7 @@ TEST(DispatcherMemory, APairThatTouchesIsNotLeftOutWhateverADispatchBeforeHasMis
         pairs.addPair(*cube, 0.3);
         pairs.dispatch(3);
         EXPECT_EQ(pairs.dispatcher.stillPairs(), 2u);
-        // More of them than there was room for.
+        // More pairs than the capacity.
         for (int i = 0; i < 100; ++i)
             pairs.addPair(*cube, 0.3);
         pairs.setState(0, ISLAND_SLEEPING);

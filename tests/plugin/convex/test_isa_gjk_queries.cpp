@@ -36,7 +36,7 @@ btTransform randomPlace(std::mt19937& engine, double spread)
     return btTransform(randomRotation(engine), vec(x, y, z));
 }
 
-/// Distance of two boxes, or minus the depth, which lies along a normal of a face or of an edge of each.
+/// Distance of two boxes, or minus the depth, which is along a face normal or a cross product of edges.
 double exactBoxDistance(const CoreOracle& a, const CoreOracle& b, const DistanceOracle& oracle)
 {
     const Bounds bounds = oracle.solve();
@@ -117,8 +117,8 @@ TEST(IsaGjkQueries, ClosestPointsWithinAThresholdAreThoseOfBullet)
         const double threshold = i % 3 == 0 ? 0 : 1;
         const auto ours = bench.closest(a, atA, b, atB, threshold);
         const auto theirs = stock.closest(a, atA, b, atB, threshold);
-        // Bullet gives up once the cores are farther apart than margins, breaking threshold and threshold together, and
-        // reports what it has then: up to twice the margins more, or nothing.
+        // Bullet's search ends once the cores are farther apart than margins, breaking threshold and threshold
+        // together, and reports its current value: up to twice the margins more, or nothing.
         const double reach = threshold + 0.008;
         if (ours.has_value() != theirs.has_value())
         {
@@ -151,7 +151,7 @@ TEST(IsaGjkQueries, ContactPairTestReportsTheGapsThatBulletReports)
             return bench.closest(*cube, btTransform(btQuaternion::getIdentity(), vec(0, 1 + gap, 0)), *cube,
                                  btTransform::getIdentity(), threshold);
         };
-        // 0.08 of margins, once more 0.08, and the breaking threshold of about 0.019.
+        // Twice 0.08 of margins, and the breaking threshold of about 0.019.
         EXPECT_TRUE(at(0.17, 0)) << isStock;
         EXPECT_FALSE(at(0.19, 0)) << isStock;
         EXPECT_TRUE(at(0.42, 0.25)) << isStock;
@@ -163,7 +163,7 @@ TEST(IsaGjkQueries, ContactPairTestReportsTheGapsThatBulletReports)
 TEST(IsaGjkQueries, AnAlgorithmThatRemembersAnswersLikeOneThatDoesNot)
 {
     ConvexBench bench;
-    // The relative threshold is that of the shapes for which the manifold was made.
+    // The relative threshold depends on the shapes at the creation of the manifold.
     bench.dispatcher.setDispatcherFlags(0);
     std::mt19937 engine(31);
     std::vector<std::unique_ptr<btConvexHullShape>> hulls;
@@ -271,7 +271,7 @@ TEST(IsaGjkQueries, NormalsOfATurnedPebbleOnATurnedRockTenThousandTimesItsSizeAr
     rock->setMargin(0);
     std::uniform_real_distribution<double> inside(-1, 1), gap(-0.08, 0.12);
     int apart = 0, overlapping = 0;
-    // Of coordinates of 700.
+    // The error for coordinates of 700.
     const double tolerance = sizeof(btScalar) == sizeof(float) ? 4e-4 : 2e-8;
     for (int i = 0; i < 2000; ++i)
     {
@@ -297,7 +297,7 @@ TEST(IsaGjkQueries, NormalsOfATurnedPebbleOnATurnedRockTenThousandTimesItsSizeAr
         const btVector3 normal = isSwapped ? -found->normal : found->normal;
         const LongVector n(normal.x(), normal.y(), normal.z());
         EXPECT_NEAR(found->distance, exact, tolerance) << i;
-        // The gap along the normal, or how far the pebble has to go along it.
+        // The gap along the normal, or the distance of the pebble from it along the normal.
         EXPECT_NEAR(-double(oracle.extent(-n)), exact, tolerance) << i;
         (exact > 0 ? apart : overlapping)++;
     }
@@ -334,7 +334,7 @@ TEST(IsaGjkQueries, PatchOfTwoBricksHasTheCornersOfTheirOverlap)
 TEST(IsaGjkQueries, PatchHasNoPointThatAManifoldWouldTakeForTheDeepest)
 {
     ConvexBench bench;
-    // On its edge, thinner than the threshold at which Bullet's manifold takes two points for one.
+    // On its edge, and thinner than the threshold within which Bullet's manifold merges points.
     auto plate = makeHullShape(boxPoints(0.5, 0.5, 0.004));
     btBoxShape ground(vec(5, 0.5, 5));
     const btScalar threshold = plate->getContactBreakingThreshold(gContactBreakingThreshold);

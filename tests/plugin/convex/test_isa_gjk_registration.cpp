@@ -14,7 +14,7 @@ namespace cullet::test
 {
 namespace
 {
-/// A dispatcher, its world, and two hulls of which one falls onto the other.
+/// A dispatcher with its world, and two hulls, one of which falls onto the other.
 struct OwnWorld
 {
     OwnWorld()
@@ -74,7 +74,8 @@ TEST(IsaGjkRegistration, CreateFunctionsOutliveDispatcherAndWorld)
     for (int i = 0; i < 10; ++i)
         own.world->stepSimulation(btScalar(1) / 60, 0, btScalar(1) / 60);
     EXPECT_GT(first.stats().touchingTotal, 0u);
-    // Again, while pairs exist: counters start anew, and the pairs' algorithms go on with the same object.
+    // A second registration while pairs exist: counters are reset, and the pairs' algorithms keep using the same
+    // object.
     EXPECT_EQ(&registerIsaGjk(*own.dispatcher), &first);
     EXPECT_EQ(first.stats().touchingTotal, 0u);
     own.bodies[1]->activate(true);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// How much of a thread's stack the narrow phase takes: threads and fibres of applications have 64 kB.
+// Stack usage of the narrow phase: threads and fibres of applications may have 64 kB.
 
 #include "cullet/narrow/build/hull_builder.h"
 #include "cullet/narrow/epa/exact_penetration.h"
@@ -21,18 +21,18 @@ namespace cullet::test
 namespace
 {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || !defined(__OPTIMIZE__)
-// Variables then have room around them, or a place each.
+// Sanitizers pad variables, or give each its own memory.
 constexpr std::size_t kMost = 1024 * 1024;
 #else
 constexpr std::size_t kMost = 48 * 1024;
 #endif
 constexpr std::size_t kStack = 4 * kMost;
 
-/// A stack that shows how much of it was written to.
+/// A stack with a pattern, to measure its used part.
 class PaintedStack
 {
 public:
-    /// Bytes that a thread of its own takes for code.
+    /// Stack bytes that code uses on a separate thread.
     std::size_t usedBy(const std::function<void()>& code)
     {
         std::fill(m_memory.begin(), m_memory.end(), kPaint);
@@ -68,7 +68,7 @@ private:
     std::vector<std::byte> m_memory = std::vector<std::byte>(kStack + kPage);
 };
 
-/// What the contacts of two bodies take, as in a step, with the graphs of their hulls.
+/// Stack bytes of the contacts of two bodies, as in a step, with the graphs of their hulls.
 std::size_t stackOf(btConvexShape& a, btConvexShape& b, const btVector3& apart, IsaGjkStats& stats)
 {
     ConvexWorld world(Narrow::IsaGjk);
@@ -79,7 +79,7 @@ std::size_t stackOf(btConvexShape& a, btConvexShape& b, const btVector3& apart, 
     const std::size_t used = stack.usedBy(
         [&]
         {
-            // The second time, from what is remembered.
+            // The second step uses the cache.
             world.world.performDiscreteCollisionDetection();
             world.world.performDiscreteCollisionDetection();
         });
@@ -94,7 +94,7 @@ TEST(IsaGjkStack, IsSmallForRoundHullsWhoseCentresNearlyCoincide)
 {
     for (const int count : {100, 400, 1000})
     {
-        // The graphs of other points would be there already.
+        // New points, since the graphs of equal points would exist already.
         const auto a = makeHullShape(ballPoints(count, 1.0, 71)),
                    b = makeHullShape(ballPoints(count, 1.0, 72));
         for (const double apart : {1e-3, 0.0, 0.05})

@@ -21,7 +21,7 @@ Outcome run(Narrow narrow, int steps, const Build& build)
     return watch(world.world, *world.bodies.back(), steps, [&] { world.step(); });
 }
 
-/// Steps of a world: once with each narrow phase.
+/// Steps a world once with each narrow phase.
 ///
 /// @param ours [out] of cullet::Dispatcher
 template <class Build>
@@ -84,9 +84,9 @@ TEST(IsaGjkWorlds, StackOfTenHullsStandsAMinuteAndSleeps)
 
 TEST(IsaGjkWorlds, StackOfFiveHullsStandsWithoutEverSleeping)
 {
-    // Ten would lean over in any case: so do ten of Bullet's own boxes, with ten iterations of the solver.
+    // A tower of ten would topple in any case, as with ten of Bullet's own boxes and ten solver iterations.
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
-    // Faces that are nearly congruent have many corners in common to choose from: no start may make the stack sway.
+    // Nearly congruent faces have many possible common corners: no start may make the stack sway.
     for (const double lean : {0.0, 1e-7, 3e-5, 1e-3})
     {
         Outcome stock, ours;
@@ -177,7 +177,7 @@ TEST(IsaGjkWorlds, HouseOfSevenCardsStandsAsWithBullet)
         for (const auto& body : world.bodies)
             body->setFriction(1);
     };
-    // Cards shift until they hold.
+    // The cards shift until they are stable.
     compare(240, build, stock, ours, {1.25, 0.002, 1e-3, 0.01});
     EXPECT_EQ(ours.topHeight > 1.4, stock.topHeight > 1.4) << stock << '\n' << ours;
     EXPECT_GT(ours.topHeight, 1.4) << stock << '\n' << ours;
@@ -283,7 +283,7 @@ struct Callbacks
         };
         gContactProcessedCallback = [](btManifoldPoint& point, void*, void*)
         {
-            // What makes Bullet tell when the point goes.
+            // Non-null user data makes Bullet report the removal of the point.
             point.m_userPersistentData = &events;
             note('P');
             return true;
@@ -305,7 +305,7 @@ struct Callbacks
     }
 };
 
-/// One body that falls on the ground, and is thrown up in the middle if it does not bounce; then it goes.
+/// Events of a body that falls on the ground, is thrown up halfway if it does not bounce, and is removed.
 std::string eventsOf(Narrow narrow, btCollisionShape& shape, double restitution, int steps)
 {
     const Callbacks callbacks;
@@ -332,7 +332,7 @@ std::string eventsOf(Narrow narrow, btCollisionShape& shape, double restitution,
     return events;
 }
 
-/// Without what depends on how many points there are.
+/// The events that do not depend on the number of points.
 std::string startsAndEnds(const std::string& all)
 {
     std::string kept;
@@ -355,10 +355,10 @@ TEST(IsaGjkWorlds, ContactCallbacksComeInBulletsOrderForARestingAndABouncingBody
         const std::string ours = eventsOf(Narrow::IsaGjk, *cube, restitution, steps);
         const std::string dispatcher = eventsOf(Narrow::Dispatcher, *cube, restitution, steps);
         EXPECT_EQ(ours, dispatcher);
-        // A bounce more or less, with time, is a matter of rounding.
+        // The number of later bounces depends on rounding.
         EXPECT_EQ(startsAndEnds(ours).substr(0, 4), startsAndEnds(stock).substr(0, 4))
             << stock << ' ' << ours;
-        // A patch starts as one point does, with more of them.
+        // A patch starts like a single point, with more points.
         EXPECT_EQ(ours.substr(0, 2), stock.substr(0, 2)) << stock << ' ' << ours;
         EXPECT_LT(ours.find('S'), ours.find('P')) << ours;
         for (const char event : std::string("SADPE"))

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Boxes and cylinders that are thinner than their margin after setMargin() or setLocalScaling(), and what else is scaled
-// inside out.
+// Boxes and cylinders that are thinner than their margin after setMargin() or setLocalScaling(), and other inside-out
+// scalings.
 #include "cullet/tests/plugin/convex/convex_contacts.h"
 
 #include <BulletCollision/CollisionShapes/btTriangleShape.h>
@@ -48,7 +48,7 @@ std::vector<std::unique_ptr<btBoxShape>> thinBoxes()
     return boxes;
 }
 
-/// What thin boxes lie on, and the height of its top.
+/// The ground of thin boxes, and the height of its top.
 struct Ground
 {
     Ground()
@@ -135,7 +135,7 @@ TEST(ThinBoxes, ComeIntoContactInTheStepInWhichTheyAreNear)
         btCollisionObject below, above;
         below.setCollisionShape(ground.hull.get());
         above.setCollisionShape(box.get());
-        // So that its pairs are not new in every step.
+        // Keeps its pairs from being new in every step.
         btSphereShape large(2);
         btCollisionObject far;
         far.setCollisionShape(&large);

@@ -10,7 +10,7 @@
 
 namespace cullet::test
 {
-/// What Bullet tells of contacts, in the order in which it does, and the manifolds after each step, bit by bit.
+/// Bullet's contact events in order, and the manifolds after each step, bit by bit.
 class ContactLog
 {
 public:
@@ -22,7 +22,7 @@ public:
         gContactEndedCallback = [](btPersistentManifold* const& manifold) { addPair('E', *manifold); };
         gContactProcessedCallback = [](btManifoldPoint& point, void* a, void* b)
         {
-            // What makes Bullet tell when the point goes.
+            // Non-null user data makes Bullet report the removal of the point.
             if (point.m_userPersistentData == nullptr)
                 point.m_userPersistentData = reinterpret_cast<void*>(++s_points);
             s_entries.push_back('P');

@@ -10,7 +10,7 @@
 
 namespace cullet::test
 {
-/// A body with a proxy whose memory, once it is destroyed, is no body to anyone who looks at it.
+/// A body with a proxy whose memory is overwritten on destruction, so that a later read is detected.
 class DoomedBody
 {
 public:
@@ -41,7 +41,7 @@ private:
     btCollisionObject* m_body;
 };
 
-/// As ConvexWorld::addIdleRow(), without a world.
+/// ConvexWorld::addIdleRow() without a world.
 inline void addDoomedRow(std::deque<DoomedBody>& row, btCollisionShape& cube, btOverlappingPairCache& cache)
 {
     for (int i = 0; i < 5; ++i)

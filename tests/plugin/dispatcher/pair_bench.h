@@ -9,7 +9,7 @@
 
 namespace cullet::test
 {
-/// A dispatcher and pairs that a test puts into a cache by hand.
+/// A dispatcher, and pairs that a test adds to a cache directly.
 class PairBench
 {
 public:
@@ -19,7 +19,7 @@ public:
             cache.removeOverlappingPairsContainingProxy(&body.proxy, &dispatcher);
     }
 
-    /// @param gap between two cubes of edges 1 beside each other
+    /// @param gap between two adjacent cubes of edge 1
     btBroadphasePair& addPair(btCollisionShape& cube, double gap)
     {
         const double z = 10.0 * double(bodies.size());
@@ -53,7 +53,7 @@ public:
         return count;
     }
 
-    /// Along the line between its bodies; the second one comes nearer by so much.
+    /// Moves the second body of a pair by a distance towards the first.
     void closeGap(std::size_t pair, double by)
     {
         btCollisionObject& body = *bodies[2 * pair + 1].get();

@@ -54,7 +54,7 @@ Wide reachOf(const btConvexHullShape& core)
     return reach;
 }
 
-/// How far A reaches beyond B along an axis.
+/// Gap between A and B along an axis.
 Wide gapOf(const btConvexHullShape& core, const btTransform& a, const btTransform& b, const Axis& axis)
 {
     return along(a.getOrigin(), axis, 1) - along(b.getOrigin(), axis, 1) - heightOf(core, a, axis, -1) -
@@ -68,7 +68,7 @@ Axis randomAxis(std::mt19937& engine)
     return {float(v.x() / largest), float(v.y() / largest), float(v.z() / largest)};
 }
 
-/// A body beside one that is at rest unless it is told to move, looked at in a pass of its own each time.
+/// A body beside one that moves only on request; each test is a separate pass.
 class Watched
 {
 public:
@@ -102,7 +102,7 @@ public:
     {
         return m_motions.approach(m_place, m_anchor, axis, rates);
     }
-    /// So that the place is known.
+    /// Records the position.
     void rest()
     {
         update();
@@ -140,7 +140,7 @@ TEST(BodyMotions, BoundHowMuchLessACoreReachesBeyondTheOther)
         const double far = i % 3 == 0 ? 1e4 : 1.0;
         btTransform at[2] = {btTransform(randomRotation(engine), vec(far, 0, -far)),
                              btTransform(randomRotation(engine), vec(far, 1, 1 - far))};
-        // Matrices that are no rotations count too.
+        // Matrices that are no rotations are tested, too.
         if (i % 7 == 0)
             at[0].setBasis(at[0].getBasis().scaled(vec(1.001, 1, 0.9)));
         const auto place = [&]
@@ -239,7 +239,7 @@ TEST(BodyMotions, OfNoUseAreLeftAloneForSomeTime)
     int unknown = 0;
     for (int i = 0; i < 160; ++i)
     {
-        // What happens in a pause must not be taken for rest.
+        // A motion during a pause must not count as rest.
         watched.body.getWorldTransform().getOrigin() += vec(1, 0, 0);
         const float moved = watched.updateUnused();
         unknown += moved == std::numeric_limits<float>::infinity();
@@ -254,7 +254,7 @@ TEST(BodyMotions, OfNoUseAreLeftAloneForSomeTime)
     EXPECT_LT(waited, 98) << "found again";
     for (int i = 0; i < 10; ++i)
         EXPECT_EQ(watched.update(), 0.0f);
-    // Once it was of use it is left alone as shortly as at first.
+    // After a successful test the pause is as short as at first.
     for (int i = 0; i < 12; ++i)
     {
         watched.body.getWorldTransform().getOrigin() += vec(1, 0, 0);
@@ -308,7 +308,7 @@ TEST(BodyMotions, ThatAreAbandonedLookAtNoBodyAndFollowItAnewInAnotherPlace)
     update();
     EXPECT_EQ(motions.approach(a, b, {1, 0, 0}, rates), 0.0f);
     motions.abandon();
-    // What would be read of a body.
+    // Invalidates the data of a body that would be read.
     bodies[0].setCollisionShape(nullptr);
     bodies[1].setCollisionShape(nullptr);
     update();
@@ -332,7 +332,7 @@ TEST(BodyMotions, ThatAreAbandonedLookAtNoBodyAndFollowItAnewInAnotherPlace)
 TEST(MotionTrackedPairs, KnowAlgorithmsWhereTheyWereUnlessOneAtThatAddressCameOrWent)
 {
     using Kind = MotionTrackedPairs::Kind;
-    // Of which the addresses count only.
+    // Only the addresses matter.
     alignas(16) unsigned char memory[6][192];
     const auto algorithm = [&](std::size_t i) { return reinterpret_cast<btCollisionAlgorithm*>(memory[i]); };
     std::vector<btBroadphasePair> pairs(6);
@@ -363,7 +363,7 @@ TEST(MotionTrackedPairs, KnowAlgorithmsWhereTheyWereUnlessOneAtThatAddressCameOr
     watched.remove();
     EXPECT_EQ(watched.total(), 1u);
     EXPECT_EQ(watched.firstUnknown(pairs.data(), 0, pairs.size()), 3u);
-    // A shorter array, whose list is a shorter one.
+    // A shorter array with a shorter list.
     pairs.resize(4);
     pairs[3].m_algorithm = nullptr;
     ASSERT_TRUE(watched.makeRoom(pairs.size()));

@@ -12,7 +12,7 @@ namespace cullet::test
 {
 namespace
 {
-/// Bodies for all pairs of which the dispatcher's table has algorithms of Bullet's own.
+/// Bodies whose pairs all have Bullet's own algorithms in the dispatcher's table.
 enum class OwnPairs
 {
     Boxes,
@@ -20,7 +20,7 @@ enum class OwnPairs
     Compounds
 };
 
-/// Bodies that fall onto a static ground, past a platform that moves by itself and some that sleep until they are hit.
+/// Bodies that fall onto a static ground, past a kinematic platform and sleeping bodies.
 class OwnPairsWorld
 {
 public:
@@ -116,7 +116,7 @@ private:
 };
 }  // namespace
 
-// Islands and solver take manifolds in the dispatcher's order, so that another one gives other bits.
+// Islands and solver take manifolds in the dispatcher's order, so that a different order gives different bits.
 TEST(DispatcherOrder, MatchesBulletsWhereEveryPairIsBulletsOwn)
 {
     for (const OwnPairs kind : {OwnPairs::Boxes, OwnPairs::Balls, OwnPairs::Compounds})

@@ -20,7 +20,7 @@ TEST(DispatcherPairs, ProcessesAPairThatComesIntoThePlaceOfAnIdleOneDuringTheDis
     pairs.addPair(*cube, 0.3);
     pairs.dispatch(2);
     EXPECT_EQ(pairs.dispatcher.idlePairs(), 2u);
-    // The last pair, which touches now, moves up.
+    // The last pair, which touches now, takes the index of the removed one.
     pairs.bodies[5].get()->setWorldTransform(pairs.bodies[4].get()->getWorldTransform());
     gContactProcessedCallback = [](btManifoldPoint&, void*, void*)
     {
@@ -28,13 +28,13 @@ TEST(DispatcherPairs, ProcessesAPairThatComesIntoThePlaceOfAnIdleOneDuringTheDis
                                            &bench->dispatcher);
         return true;
     };
-    // Bullet reports points that are kept.
+    // Bullet reports persistent points.
     pairs.dispatch();
     gContactProcessedCallback = nullptr;
     ASSERT_EQ(pairs.cache.getNumOverlappingPairs(), 2);
     EXPECT_GT(pairs.contactsOfPair(0), 0);
     EXPECT_GT(pairs.contactsOfPair(2), 0);
-    // One that is idle as well.
+    // Another idle pair.
     pairs.addPair(*cube, 0.3);
     pairs.dispatch();
     EXPECT_EQ(pairs.dispatcher.idlePairs(), 1u);
@@ -42,7 +42,7 @@ TEST(DispatcherPairs, ProcessesAPairThatComesIntoThePlaceOfAnIdleOneDuringTheDis
 
 TEST(DispatcherPairs, KeepsNothingOfADispatcherThatWasAtItsAddress)
 {
-    // Algorithms that leak use its record for good; no other shape may come to its address.
+    // Leaked algorithms use its record permanently, so no other shape may be created at its address.
     static const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
     btDefaultCollisionConfiguration configuration;
     std::optional<Dispatcher> dispatcher;
@@ -56,7 +56,7 @@ TEST(DispatcherPairs, KeepsNothingOfADispatcherThatWasAtItsAddress)
         for (int i = 0; i < 3; ++i)
             dispatcher->dispatchAllCollisionPairs(&*caches[life], {}, &*dispatcher);
         EXPECT_EQ(dispatcher->stillPairs(), 4u) << "life " << life;
-        // The algorithms leak, as in Bullet, and bodies go.
+        // The algorithms leak, as in Bullet, and the bodies are destroyed.
         for (DoomedBody& body : rows[life])
             body.destroy();
     }
@@ -79,8 +79,7 @@ TEST(DispatcherPairs, TakesAnAlgorithmForWhatItIsInMemoryOfAnother)
         EXPECT_EQ(pairs.dispatcher.idlePairs(), isHull ? 0u : 4u);
         const btCollisionAlgorithm* before[4] = {address(0), address(1), address(2), address(3)};
         pairs.setShape(isHull ? static_cast<btCollisionShape&>(*cube) : box);
-        // Made by the application's callback, of which the dispatcher sees nothing.
-        // The pool hands out first what came back last.
+        // Created by the application's callback, without the dispatcher. The pool returns the last freed block first.
         for (int i = 3; i >= 0; --i)
             pairs.cache.cleanOverlappingPair(pairs.cache.getOverlappingPairArray()[i], &pairs.dispatcher);
         pairs.dispatcher.setNearCallback(
@@ -108,9 +107,9 @@ TEST(DispatcherPairs, LeavesOutNothingOfSleepersThatAreWoken)
         for (std::size_t i = areAllAsleep ? 0 : 1; i < 3; ++i)
             pairs.setState(i, ISLAND_SLEEPING);
         pairs.dispatch(2);
-        // Bullet has nothing to do for the others.
+        // The other pairs need no work by Bullet.
         EXPECT_EQ(pairs.dispatcher.idlePairs(), areAllAsleep ? 0u : 3u);
-        // Twice what leaves a pair apart, the first time while it sleeps.
+        // Two motions that leave a pair separated, the first while it sleeps.
         pairs.closeGap(1, 0.15);
         pairs.dispatch();
         for (std::size_t i = 0; i < 3; ++i)
@@ -160,7 +159,7 @@ TEST(DispatcherPairs, TrustsNoProofFromATurnWhoseMotionsAreUnknown)
     pairs.dispatch(3);
     for (std::size_t i = 0; i < 160; ++i)
         pairs.setState(i, ISLAND_SLEEPING);
-    // One that no sample has; far apart when it is asked, and near where it was in the last update.
+    // A pair outside of the sample, separated when it is tested, and near at the positions of the last update.
     pairs.setState(1, ACTIVE_TAG);
     pairs.closeGap(1, -0.5);
     pairs.dispatch();

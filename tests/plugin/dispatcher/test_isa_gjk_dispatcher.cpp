@@ -16,7 +16,7 @@ namespace cullet::test
 {
 namespace
 {
-/// Bodies of changing shapes, all of them in pairs, dispatched by one that remembers and held against the exact distances.
+/// Bodies of changing shapes, all in pairs, dispatched with caches and compared with the exact distances.
 class RestlessCrowd
 {
 public:
@@ -49,7 +49,7 @@ public:
             m_cache.removeOverlappingPairsContainingProxy(&entry.proxy, &m_dispatcher);
     }
 
-    /// @return pairs that touch, and not for the dispatcher
+    /// @return touching pairs that the dispatcher misses
     int step()
     {
         for (Entry& entry : m_entries)
@@ -72,7 +72,7 @@ public:
     }
 
     std::uint64_t stillTotal = 0, pairsTotal = 0;
-    int began = 0;  ///< pairs that did not touch in the frame before
+    int began = 0;  ///< pairs that did not touch in the previous frame
 
 private:
     struct Entry
@@ -125,7 +125,7 @@ private:
         }
     }
 
-    /// Bullet fixes the other one when a manifold is made, from the shapes of that moment.
+    /// Bullet sets the relative threshold at the creation of a manifold, from the shapes at that time.
     static void useOneThreshold(btCollisionDispatcher& dispatcher)
     {
         dispatcher.setDispatcherFlags(dispatcher.getDispatcherFlags() &
@@ -147,7 +147,7 @@ private:
         return pairs;
     }
 
-    /// Pairs so near that no rounding of a manifold's points can take the contact away.
+    /// Pairs so near that rounding of a manifold's points cannot remove the contact.
     std::set<std::pair<int, int>> touchingExactly() const
     {
         const double threshold = (m_far > 0 ? 0.8 : 0.99) * double(gContactBreakingThreshold);
@@ -170,7 +170,7 @@ private:
 
     static double marginOf(const Entry& entry) { return double(entry.body.getCollisionShape()->getMargin()); }
 
-    /// By balls around both.
+    /// Compares bounding balls.
     static bool areNear(const Entry& a, const Entry& b, double limit)
     {
         const auto reachOf = [](const Entry& entry)
@@ -226,7 +226,7 @@ TEST(IsaGjkDispatcher, KeepsWatchingItsPairsWhenItIsRegisteredAgain)
     registerIsaGjk(dispatcher);
     world.step();
     EXPECT_EQ(dispatcher.stillPairs(), 4u);
-    // Its pair goes, and with it one that watched.
+    // Its pair is removed, and with it the pair that tracked the body.
     world.world.removeRigidBody(world.bodies[0].get());
     world.step();
     EXPECT_EQ(dispatcher.stillPairs(), 3u);
@@ -274,7 +274,7 @@ TEST(IsaGjkDispatcher, APairWithABodyThatBecomesKinematicWakesItsNeighbourAsInBu
 
 TEST(IsaGjkDispatcher, FindsTheContactWithAPlateThatHasTurnedOver)
 {
-    // The face of the last query is on the far side then.
+    // The face of the last query is then on the far side.
     const auto plate = makeHullShape(boxPoints(2, 0.1, 2));
     const auto top =
         makeHullShape({vec(0, -0.5, 0), vec(0.4, 0.4, 0.4), vec(-0.4, 0.4, 0.3), vec(0, 0.4, -0.4)});
@@ -293,7 +293,7 @@ TEST(IsaGjkDispatcher, FindsTheContactWithAPlateThatHasTurnedOver)
 
 TEST(IsaGjkDispatcher, RefreshesPointsThatOthersPutIntoTheManifoldOfAnIdlePair)
 {
-    // As Bullet's importer does, after a dispatch at the saved places.
+    // Like Bullet's importer, after a dispatch at the saved poses.
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
     ConvexWorld world(Narrow::Dispatcher);
     btRigidBody &a = world.add(cube.get(), 1, vec(0, 0, 0)), &b = world.add(cube.get(), 1, vec(1.09, 0, 0));
@@ -346,7 +346,7 @@ TEST(IsaGjkDispatcher, LooksAtNoBodyOfACacheThatWasThereBefore)
     btDefaultCollisionConfiguration configuration;
     Dispatcher dispatcher(&configuration);
     const btDispatcherInfo info;
-    // All at the same address.
+    // All caches have the same address.
     std::optional<btHashedOverlappingPairCache> cache;
     std::deque<DoomedBody> rows[3];
     for (std::deque<DoomedBody>& row : rows)

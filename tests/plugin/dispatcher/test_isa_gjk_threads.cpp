@@ -10,7 +10,7 @@ namespace cullet::test
 {
 namespace
 {
-/// A cloud of rods that drift and turn: the boxes of most overlap, and few of them touch.
+/// A cloud of drifting and rotating rods: most boxes overlap, and few rods touch.
 std::vector<std::uint64_t> contactsOfRods(unsigned seed, int threads)
 {
     constexpr int kRods = 72;
@@ -128,7 +128,7 @@ TEST(IsaGjkThreads, GraphsMayBeForgottenWhileOthersAsk)
                       EXPECT_EQ(hull->vertexCount(), shape.getNumPoints());
                   }
               });
-    // Some were, and were built again.
+    // Some graphs were removed and built again.
     EXPECT_GT(hullCacheStats().buildsTotal, before + shapes.size());
     for (const auto& shape : shapes)
         invalidate(*shape);
@@ -162,7 +162,7 @@ TEST(IsaGjkThreads, DispatcherGivesTheSameWorldOnAnyNumberOfThreads)
             idle += static_cast<Dispatcher&>(world.dispatcher()).idlePairs();
         }
         EXPECT_GT(idle, 10000u);
-        // Only pairs that came close have one.
+        // Only near pairs have a manifold.
         EXPECT_LT(world.dispatcher().getNumManifolds(), world.world.getPairCache()->getNumOverlappingPairs());
         EXPECT_GT(world.stats().touchingTotal, 3000u);
         hashes.push_back(world.hash());

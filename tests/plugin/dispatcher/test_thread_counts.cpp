@@ -18,7 +18,7 @@ namespace cullet::test
 {
 namespace
 {
-/// All of cullet on so many threads, and hulls that drift past each other.
+/// All parts of cullet on a number of threads, and hulls that drift past each other.
 class DriftingWorld
 {
 public:
@@ -85,10 +85,10 @@ std::size_t threadsOfThisProcess()
     return static_cast<std::size_t>(std::distance(begin(tasks), end(tasks)));
 }
 
-// A step of two hundred bodies is over before a thread would come.
+// A step of two hundred bodies ends before a thread would join.
 TEST(ThreadCounts, ASmallWorldStartsNoThread)
 {
-    // A sanitizer starts a thread of its own with the first of a program.
+    // A sanitizer starts its own thread with the first thread of a program.
     std::promise<void> isOver;
     std::thread first([&isOver] { isOver.get_future().wait(); });
     const std::size_t before = threadsOfThisProcess();
@@ -105,7 +105,7 @@ TEST(ThreadCounts, ASmallWorldStartsNoThread)
 }
 #endif
 
-// A library that is asked for more threads than there are says nothing on the application's streams.
+// A request for more threads than cores prints nothing to the application's streams.
 TEST(ThreadCountsDeathTest, MoreThreadsThanCoresAreNoReasonForAWarning)
 {
     testing::FLAGS_gtest_death_test_style = "threadsafe";

@@ -31,7 +31,7 @@ inline std::vector<RowPair> idsOf(const PairCache& cache)
     return ids;
 }
 
-/// Proxies that stay in their places; ids as asked, or 1, 2, 3...
+/// Proxies at fixed addresses; with given ids, or 1, 2, 3...
 class Proxies
 {
 public:
@@ -51,7 +51,7 @@ public:
         return proxy;
     }
 
-    /// The proxy made as number `index`, from 0.
+    /// The proxy created with index `index`, from 0.
     btBroadphaseProxy* operator[](std::size_t index) { return &m_proxies[index]; }
     std::size_t size() const { return m_proxies.size(); }
 
@@ -59,7 +59,7 @@ private:
     std::deque<btBroadphaseProxy> m_proxies;
 };
 
-/// Knows only how to make and free algorithms that do nothing.
+/// A dispatcher that only creates and frees algorithms without function.
 class FakeDispatcher final : public btDispatcher
 {
 public:
@@ -130,7 +130,7 @@ public:
     int freedCount = 0;
 };
 
-/// Hands each pair to a function.
+/// Calls a function for each pair.
 class Visit final : public btOverlapCallback
 {
 public:
@@ -147,7 +147,7 @@ private:
     std::function<bool(btBroadphasePair&)> m_function;
 };
 
-/// Writes down what a ghost callback is told.
+/// Records the calls of a ghost callback.
 class GhostLog final : public btOverlappingPairCallback
 {
 public:

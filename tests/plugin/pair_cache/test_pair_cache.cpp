@@ -252,7 +252,8 @@ TEST(PairCache, SurvivesGhostCallbacksThatChangeIt)
     EXPECT_EQ(cache.getNumOverlappingPairs(), 11);
     EXPECT_TRUE(cache.isConsistent());
 
-    // A removal that removes others, re-adds itself and passes over the pairs, while its own entry is still there.
+    // A removal whose callback removes other pairs, adds the pair again and iterates over the pairs, while its own
+    // entry still exists.
     ghosts.onRemove = [&](btBroadphaseProxy* proxy0, btBroadphaseProxy* proxy1)
     {
         if (std::exchange(isNested, true))
@@ -326,7 +327,7 @@ TEST(PairCache, VisitsPairsAddedDuringThePassAtItsEnd)
     Visit visit(
         [&](btBroadphasePair&)
         {
-            // Enough of them to move the array several times.
+            // Enough pairs to reallocate the array several times.
             if (next < proxies.size())
                 cache.addOverlappingPair(proxies[0], proxies[next++]);
             return false;
@@ -443,7 +444,7 @@ TEST(PairCache, ProcessesInOrderEveryPairThatIsStillThereWhenCallbacksRemove)
     std::vector<RowPair> expected = idsOf(cache);
     std::sort(expected.rbegin(), expected.rend());
     // Of the pairs (a, b): a divisible by 3 is removed by the answer, (a, 30) removes (a - 1, 29) ahead of its visit,
-    // and whatever is added waits for the next pass.
+    // and added pairs are visited in the next pass.
     const auto isRemovedAhead = [](RowPair ids) { return ids.second == 29; };
     expected.erase(std::remove_if(expected.begin(), expected.end(), isRemovedAhead), expected.end());
     Visit visit(
@@ -540,7 +541,7 @@ TEST(PairCache, StaysUsableWhenACallbackThrows)
     EXPECT_THROW(cache.removeOverlappingPair(proxies[0], proxies[1], nullptr), std::runtime_error);
     EXPECT_EQ(cache.getNumOverlappingPairs(), 14);
     EXPECT_TRUE(cache.isConsistent());
-    cache.sortOverlappingPairs(nullptr);  // would do nothing if the passes above still counted as running
+    cache.sortOverlappingPairs(nullptr);  // would have no effect if the passes above still counted as running
     const std::vector<RowPair> ids = idsOf(cache);
     EXPECT_TRUE(std::is_sorted(ids.rbegin(), ids.rend()));
 }
@@ -614,7 +615,7 @@ TEST(PairCache, APairWhoseProxyGoesInTheGhostCallbackDoesNotCome)
     EXPECT_EQ(idsOf(cache), (std::vector<RowPair>{{1, 3}}));
     EXPECT_EQ(ghosts.removed, (std::vector<RowPair>{{1, 2}})) << "told to come, so told to go";
     EXPECT_EQ(ghosts.lastDispatcher, &dispatcher);
-    // The pair alone, by its proxies and by its ids.
+    // Finds the pair alone, by its proxies and by its ids.
     for (const bool byIds : {false, true})
     {
         ghosts.onAdd = [&, byIds](btBroadphaseProxy* first, btBroadphaseProxy* second)
@@ -647,7 +648,7 @@ TEST(PairCache, APairThatDoesNotComeLeavesNoListsOfItsProxies)
     ghosts.onAdd = [](btBroadphaseProxy*, btBroadphaseProxy*) { throw std::runtime_error("of the test"); };
     EXPECT_THROW(cache.addOverlappingPair(proxies[2], proxies[3]), std::runtime_error);
     EXPECT_EQ(cache.stats().proxies, 2u);
-    // One that comes while another one does not.
+    // A pair is added while the addition of another one fails.
     ghosts.onAdd = [&](btBroadphaseProxy*, btBroadphaseProxy* second)
     {
         if (second != proxies[3])

@@ -51,7 +51,7 @@ TEST(PairCacheCost, ProbesStayShortForAHubAndForAGridOfIds)
         hub.addPairUnfiltered(proxies[0], proxies[i]);
     expectShortProbes(hub, 119999);
 
-    // Every id of one run with every id of another, whose steps meet in the upper and lower half of the key.
+    // Every id of one range with every id of another, whose strides interfere in the upper and lower half of the key.
     PairCache square;
     Proxies rows;
     Proxies columns;

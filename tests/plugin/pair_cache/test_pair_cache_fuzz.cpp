@@ -108,7 +108,7 @@ private:
         return std::minmax(pair.first->m_uniqueId, pair.second->m_uniqueId);
     }
 
-    /// A pair that is there, as often as possible; of two live proxies in any case.
+    /// An existing pair, as often as possible; always of two live proxies.
     ProxyPair probablyKnownPair()
     {
         const int count = m_cache.getNumOverlappingPairs();
@@ -162,7 +162,7 @@ private:
         ++m_counts[pair != nullptr ? "found" : "found none"];
     }
 
-    /// The proxy goes and another one takes its place, with a later id that may lie far ahead.
+    /// Replaces a proxy by another one with a larger id, which may be much larger.
     void replaceProxy()
     {
         const std::uint32_t slot = m_random.below(static_cast<std::uint32_t>(m_live.size()));

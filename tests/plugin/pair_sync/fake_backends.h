@@ -9,7 +9,7 @@
 
 namespace cullet::test
 {
-/// The brute-force backend, until it fails in the update that it is told to.
+/// A brute-force backend that fails in a given update.
 class FailingBackend final : public Backend
 {
 public:
@@ -19,7 +19,7 @@ public:
     {
         if (m_goodUpdates-- > 0)
             return m_inner->update(proxies, delta);
-        // What a dying device may leave behind must not reach the pair cache.
+        // Partial results of a failing device must not reach the pair cache.
         delta.added = {{1, 2}, {7, 9}};
         delta.removed = {{1, 3}};
         return m_failure;
@@ -34,7 +34,7 @@ private:
     std::unique_ptr<Backend> m_inner = makeBruteForceBackend();
 };
 
-/// What passed through a backend, in numbers.
+/// Counts of a backend's input and output.
 struct Traffic
 {
     std::uint64_t updates = 0;
@@ -43,7 +43,7 @@ struct Traffic
     bool hadFilters = false;
 };
 
-/// Counts what reaches the backend inside.
+/// Counts the input of the wrapped backend.
 class CountingBackend final : public Backend
 {
 public:

@@ -18,7 +18,7 @@ namespace
 constexpr std::uint32_t kDeviceBodies = 100;
 constexpr int kPatience = BackendChooser::kUpdatesOfPatience;
 
-/// A chooser between backends that count what reaches them.
+/// A chooser between backends that count their input.
 class Choice
 {
 public:
@@ -37,7 +37,7 @@ public:
         };
     }
 
-    /// Updates until a backend takes over, `most` of them; returns their number, or 0.
+    /// Runs at most `most` updates until a backend takes over; returns their number, or 0.
     int updatesUntilSwitch(std::uint32_t bodies, int most)
     {
         for (int update = 1; update <= most; ++update)
@@ -108,7 +108,7 @@ TEST(BackendChoice, ABackendOfTheApplicationStaysWhereTheFirstOneWasInMemory)
     options.deviceBodies = 1;
     Broadphase broadphase(options);
     addCube(broadphase, vec(0, 0, 0));
-    // Each is made before the one that it replaces goes, so that the second one may have the place of the first.
+    // Each backend is created before its predecessor is destroyed, so that the second one after may have its address.
     for (int i = 0; i < 4; ++i)
     {
         broadphase.setBackend(makeGridBackend());

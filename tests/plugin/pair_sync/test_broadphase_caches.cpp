@@ -14,7 +14,7 @@ namespace cullet::test
 {
 namespace
 {
-/// Counts what a ghost pair callback is told; the balance is the number of pairs.
+/// Counts the calls of a ghost pair callback; the balance is the number of pairs.
 struct CountingGhosts final : btOverlappingPairCallback
 {
     btBroadphasePair* addOverlappingPair(btBroadphaseProxy* a, btBroadphaseProxy* b) override
@@ -37,13 +37,13 @@ struct CountingGhosts final : btOverlappingPairCallback
     int removedCount = 0;
 };
 
-/// Removes pairs as an application does, through the cache's own traversal.
+/// Removes pairs like an application, through the cache's own traversal.
 struct RemoveAll final : btOverlapCallback
 {
     bool processOverlap(btBroadphasePair&) override { return true; }
 };
 
-/// A narrow phase that makes real algorithms, so that leaks and crashes of removal are real.
+/// A narrow phase with real algorithms, so that removal errors cause leaks or crashes.
 struct NarrowPhase
 {
     btDefaultCollisionConfiguration configuration;
@@ -182,7 +182,7 @@ TYPED_TEST(BroadphaseStockCache, PairTheApplicationTookOutStaysOutWhileOthersCom
     ASSERT_EQ(updatedPairs(broadphase), (Pairs{{1, 2}}));
     RemoveAll removeAll;
     base.processAllOverlappingPairs(&removeAll, nullptr);
-    // Another one comes in the same update.
+    // Another pair is added in the same update.
     moveCube(broadphase, comer, vec(-0.7, 0, 0));
     EXPECT_EQ(updatedPairs(broadphase), (Pairs{{1, 3}}));
     for (int step = 1; step <= 4; ++step)

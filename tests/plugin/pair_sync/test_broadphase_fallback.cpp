@@ -17,7 +17,7 @@ namespace cullet::test
 {
 namespace
 {
-/// Boxes in a heap on the ground; ends with the algorithms of all pairs by ids.
+/// Boxes in a heap on the ground; the result is the algorithms of all pairs by ids.
 class HeapWorld
 {
 public:

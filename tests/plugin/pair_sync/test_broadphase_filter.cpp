@@ -14,7 +14,7 @@ namespace cullet::test
 {
 namespace
 {
-/// Counts how often it is asked, checks what it is asked, and answers by a rule.
+/// A filter that counts its calls, checks its arguments, and answers by a rule.
 struct CountingFilter final : btOverlapFilterCallback
 {
     using Rule = std::function<bool(const btBroadphaseProxy&, const btBroadphaseProxy&)>;
@@ -100,7 +100,7 @@ TEST(BroadphaseFilter, RefusedPairIsAskedAgainLikeInDbvtWhenABoxLeavesItsGrownBo
     Broadphase ours(bruteOptions());
     EXPECT_EQ(run(ours), (std::vector<int>{1, 1, 1, 2, 2, 2}));
     EXPECT_EQ(ours.stats().pendingPairs, 1u);
-    // DBVT starts with a leaf that is not grown, so that it asks once more at the first move.
+    // DBVT starts with a leaf that is not enlarged, so that it calls the filter once more at the first move.
     StockBroadphase stock;
     const std::vector<int> stockAsked = run(stock);
     EXPECT_EQ(stockAsked.back(), 3);
@@ -148,7 +148,7 @@ TEST(BroadphaseFilter, NewlyEnabledMaskIsSeenInTheNextUpdate)
 
 TEST(BroadphaseFilter, MaskEditOfASilentBodyDecidesAboutTheNextOneThatComes)
 {
-    // Words are written straight into the proxy; the body itself gets no setAabb (sleeping, no forced updates).
+    // Filter words are written directly into the proxy; the body gets no setAabb (sleeping, no forced updates).
     Broadphase broadphase(bruteOptions());
     btBroadphaseProxy* silent = addCube(broadphase, vec(0, 0, 0));
     btBroadphaseProxy* mover = addCube(broadphase, vec(5, 0, 0));
@@ -250,7 +250,7 @@ TEST(BroadphaseFilter, CallbackMayCreateMoveAndDestroyProxies)
             victim = nullptr;
             if (born.size() < 3)
                 born.push_back(addCube(broadphase, vec(100 + 0.1 * double(born.size()), 0, 0)));
-            broadphase.calculateOverlappingPairs(nullptr);  // nested: does nothing
+            broadphase.calculateOverlappingPairs(nullptr);  // nested: no effect
             return true;
         });
     for (int i = 0; i < 5; ++i)
@@ -278,7 +278,7 @@ TEST(BroadphaseFilter, CallbackMayDestroyMoreThanTheQuarantineHolds)
             for (btBroadphaseProxy* proxy : crowd)
                 broadphase.destroyProxy(proxy, nullptr);
             crowd.clear();
-            // Moves that the rows' change marks, skipped above, must not lose.
+            // This move must not be lost although the change marks of the rows above are skipped.
             moveCube(broadphase, mover, vec(20, 0, 0));
             return true;
         });
@@ -297,7 +297,7 @@ TEST(BroadphaseFilter, RefusedPairsAreForgottenWhenTheirBoxesPart)
         cubes.push_back(addCube(broadphase, vec(3 * i, 0, 0)));
     CountingFilter filter(kNo);
     broadphase.getOverlappingPairCache()->setOverlapFilterCallback(&filter);
-    // The first one visits the others, one after another.
+    // The first cube visits the other cubes one after another.
     for (int visit = 1; visit < 40; ++visit)
     {
         moveCube(broadphase, cubes[0], vec(3 * visit + 0.5, 0, 0));

@@ -19,7 +19,7 @@ namespace cullet::test
 {
 namespace
 {
-/// A btGhostPairCallback that also keeps account: each pair enters once and leaves once.
+/// A btGhostPairCallback that also checks that each pair enters once and leaves once.
 struct CheckedGhostCallback final : btGhostPairCallback
 {
     btBroadphasePair* addOverlappingPair(btBroadphaseProxy* a, btBroadphaseProxy* b) override
@@ -42,7 +42,7 @@ struct CheckedGhostCallback final : btGhostPairCallback
     bool sawNullDispatcher = false;
 };
 
-/// A collision world with a sphere shape; objects remove themselves before the world goes.
+/// A collision world with a sphere shape; objects remove themselves before the world is destroyed.
 class GhostWorld
 {
 public:
@@ -276,7 +276,7 @@ TEST(BroadphaseGhosts, CallbackInstalledLateCountsForGhostsThatAreThere)
     EXPECT_EQ(ghost->getNumOverlappingObjects(), 1);
     scene.broadphase.calculateOverlappingPairs(&scene.dispatcher);
     EXPECT_EQ(ghost->getNumOverlappingObjects(), 2);
-    // Without the callback the ghost is a body like others.
+    // Without the callback the ghost is an ordinary body.
     scene.world.getPairCache()->setInternalGhostPairCallback(nullptr);
     scene.broadphase.calculateOverlappingPairs(&scene.dispatcher);
     EXPECT_EQ(scene.broadphase.stats().ghosts, 0u);
@@ -353,7 +353,7 @@ TEST(BroadphaseGhosts, GhostsAlwaysHaveAtLeastTheirExactOverlaps)
     EXPECT_GT(scene.callback.removedCount, 100);
 }
 
-/// Removes what enters it from the world.
+/// Removes entering objects from the world.
 class Collector final : public btGhostObject
 {
 public:
@@ -375,7 +375,7 @@ TEST(BroadphaseGhosts, AGhostMayRemoveTheBodyThatEntersIt)
     collector->world = &scene.world;
     for (int body = 1; body <= 4; ++body)
     {
-        // At once, and in an update.
+        // Immediately, and in an update.
         auto* object = scene.add<btCollisionObject>(vec(9, 0, 0));
         if (body % 2 == 0)
             scene.move(object, vec(0.5, 0, 0));
@@ -390,7 +390,7 @@ TEST(BroadphaseGhosts, AGhostMayRemoveTheBodyThatEntersIt)
     }
 }
 
-/// Nudges what enters it.
+/// Moves entering objects slightly.
 class Pusher final : public btGhostObject
 {
 public:
@@ -488,7 +488,7 @@ TEST(BroadphaseGhosts, AProvisionalPairGoesWhenABoxIsNoneAnyMore)
     EXPECT_EQ(ghost->getNumOverlappingObjects(), 0);
 }
 
-/// Asks for what overlaps, and moves a ghost, whenever a pair of a body goes.
+/// Queries overlaps and moves a ghost whenever a pair of a body is removed.
 struct Busybody final : btGhostPairCallback
 {
     void* removeOverlappingPair(btBroadphaseProxy* a, btBroadphaseProxy* b, btDispatcher* dispatcher) override

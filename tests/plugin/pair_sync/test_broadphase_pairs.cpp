@@ -109,7 +109,7 @@ TEST(BroadphasePairs, MarginOfTheOptionsWinsOverBulletsGlobal)
 
 TEST(BroadphasePairs, AllPairsOfTeleportedBodiesAreGoneAfterOneUpdate)
 {
-    // DBVT still has 80 % of them two updates later, and keeps them for ever when nothing moves.
+    // DBVT still has 80 % of them two updates later, and keeps them permanently if no body moves.
     Broadphase broadphase(bruteOptions());
     std::vector<btBroadphaseProxy*> proxies;
     for (int i = 0; i < 400; ++i)
@@ -164,7 +164,7 @@ TEST(BroadphasePairs, LastOfSeveralSetAabbInAFrameWins)
     for (const double x : {0.0, 7.0, 0.5})
         moveCube(broadphase, b, vec(x, 0, 0));
     EXPECT_EQ(updatedPairs(broadphase).size(), 1u);
-    // There and back between two updates is no change.
+    // Moving away and back between two updates is no change.
     moveCube(broadphase, b, vec(50, 0, 0));
     moveCube(broadphase, b, vec(0.5, 0, 0));
     EXPECT_EQ(updatedPairs(broadphase).size(), 1u);
@@ -185,7 +185,7 @@ TEST(BroadphasePairs, UpdatesMayComeTwiceOrNotAtAll)
 
 TEST(BroadphasePairs, BodiesThatAreNotSetAgainKeepTheirPairsAndGetNewOnes)
 {
-    // setForceUpdateAllAabbs(false): statics and sleepers are silent, for ever.
+    // setForceUpdateAllAabbs(false): static and sleeping bodies are never set.
     Broadphase broadphase(bruteOptions());
     btBroadphaseProxy* still = addCube(broadphase, vec(0, 0, 0));
     btBroadphaseProxy* stillToo = addCube(broadphase, vec(0.5, 0, 0));
@@ -196,7 +196,7 @@ TEST(BroadphasePairs, BodiesThatAreNotSetAgainKeepTheirPairsAndGetNewOnes)
     broadphase.calculateOverlappingPairs(nullptr);
     EXPECT_TRUE(hasPair(broadphase, still, mover));
     EXPECT_FALSE(hasPair(broadphase, stillToo, mover));
-    // A sleeper wakes, after many silent frames, on top of a static.
+    // A sleeping body wakes, after many frames without setAabb(), on top of a static one.
     moveCube(broadphase, stillToo, vec(-0.5, 0, 0));
     broadphase.calculateOverlappingPairs(nullptr);
     EXPECT_TRUE(hasPair(broadphase, stillToo, mover));
@@ -221,7 +221,7 @@ TEST(BroadphasePairs, DispatcherMayBeNullEverywhere)
 TEST(BroadphasePairs, ClientObjectsAreNotLookedAtWithoutAGhostCallback)
 {
     Broadphase broadphase(bruteOptions());
-    // Not addresses of anything: reading them would crash.
+    // Invalid addresses: reading them would crash.
     auto* nonsense = reinterpret_cast<void*>(std::uintptr_t{1});
     addCube(broadphase, vec(0, 0, 0), 0.5, 1, kAllGroups, nonsense);
     btBroadphaseProxy* b = addCube(broadphase, vec(0.5, 0, 0), 0.5, 1, kAllGroups, nonsense);

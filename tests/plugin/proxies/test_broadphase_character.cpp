@@ -14,10 +14,11 @@ namespace cullet::test
 {
 namespace
 {
-/// Where a character of 1 m diameter stands that is warped near a wall and walks into it before the world has stepped.
+/// Final position of a character of 1 m diameter that is warped near a wall and walks into it before the world has
+/// stepped.
 ///
-/// The wall's near side is at x = 15. The controller reads its ghost's pairs right after it moved the ghost: a broad
-/// phase that finds pairs only in calculateOverlappingPairs() lets it through.
+/// The wall's near side is at x = 15. The controller reads its ghost's pairs right after moving the ghost: with a broad
+/// phase that finds pairs only in calculateOverlappingPairs() it passes through the wall.
 double walkIntoAWall(btBroadphaseInterface& broadphase)
 {
     btDefaultCollisionConfiguration configuration;

@@ -227,7 +227,7 @@ TEST(Broadphase, CanBeDeletedWithLivingProxies)
 
 TEST(Broadphase, MayGoAfterMain)
 {
-    // A crash in its destructor is the exit status of this program.
+    // A crash in its destructor would change the exit status of this program.
     static Broadphase last(
         []
         {
@@ -304,7 +304,7 @@ TEST(PairSync, KeepsPairsOfIdsThatBulletTakesForNegative)
                 store.create(vec(0.1 * i, 0, 0), vec(0.1 * i + 1, 1, 1), nullptr, {1, kAllGroups}));
         pairSync.update(0.05f, nullptr);
         EXPECT_EQ(pairSync.adapter().count(), 15);
-        // The application takes one out: the backend begins anew from the others.
+        // The application removes a pair: the backend restarts from the other pairs.
         pairSync.adapter().cache()->removeOverlappingPair(cubes[0], cubes[1], nullptr);
         pairSync.update(0.05f, nullptr);
         EXPECT_EQ(pairSync.adapter().count(), 14);
@@ -316,7 +316,7 @@ TEST(PairSync, KeepsPairsOfIdsThatBulletTakesForNegative)
         pairSync.addAtOnce(*cubes[0], *cubes[5]);
         pairSync.update(0.05f, nullptr);
         EXPECT_EQ(pairSync.adapter().count(), 0) << first;
-        // At once, and gone with the boxes.
+        // Pairs appear at once, and are removed with the boxes.
         store.setBox(cubes[5], vec(0, 0, 0), vec(1, 1, 1));
         pairSync.addAtOnce(*cubes[5], *cubes[0]);
         EXPECT_EQ(pairSync.adapter().count(), 1);

@@ -16,7 +16,7 @@ namespace
 {
 constexpr double kLarge = double(BT_LARGE_FLOAT);
 
-/// A sweep as btCollisionWorld::convexSweepTest sets it up: zero length gives BT_LARGE_FLOAT on all axes, length 0.
+/// A sweep as prepared by btCollisionWorld::convexSweepTest: zero length gives BT_LARGE_FLOAT on all axes, length 0.
 struct SweepHits final : RayHits
 {
     SweepHits(const btVector3& from, const btVector3& to) : RayHits(from, to + vec(1, 0, 0))
@@ -164,7 +164,7 @@ TEST(BroadphaseQueries, ReportEachProxyOnceAndInfiniteOnesAlways)
                                nullptr);
     for (int i = 0; i < 200; ++i)
         addCube(broadphase, vec(30 + i % 20, i / 20, 0), 0.001 * (i + 1));
-    for (int round = 0; round < 50; ++round)  // until the tree answers
+    for (int round = 0; round < 50; ++round)  // until the tree is used
     {
         EXPECT_EQ(rayHits(broadphase, vec(0, 50, 0), vec(1, 50, 0)), (Ids{1, 2, 3}));
         EXPECT_EQ(rayHits(broadphase, vec(0, 0, 50), vec(-1, 2, 51)), (Ids{1, 2, 3}));
@@ -175,13 +175,13 @@ TEST(BroadphaseQueries, ReportEachProxyOnceAndInfiniteOnesAlways)
             ASSERT_EQ(all[i], i + 1) << "ascending and each once";
     }
     EXPECT_GT(broadphase.stats().queryTreeBuildsTotal, 0u);
-    // Soft body worlds pass 1e30 for an axis without direction, which overflows a float.
+    // Soft body worlds pass 1e30 for a zero component of the direction, which overflows a float.
     RayHits soft(vec(0, 50, 0), vec(1, 50, 0), btScalar(1e30));
     broadphase.rayTest(vec(0, 50, 0), vec(1, 50, 0), soft);
     EXPECT_EQ(soft.ids, (Ids{1, 2, 3}));
 }
 
-/// What Bullet's linear broad phase would do with Bullet's own box test, over the exact boxes.
+/// The result of Bullet's linear broad phase with Bullet's own box test, over the exact boxes.
 Ids bruteRay(const std::vector<btBroadphaseProxy*>& proxies, const btVector3& from, const RayHits& ray,
              const btVector3& boxMin, const btVector3& boxMax)
 {

@@ -53,7 +53,7 @@ std::vector<Line> draw(const Broadphase& broadphase, const DebugDrawOptions& opt
 
 using Box = std::array<btScalar, 6>;
 
-/// The boxes that the lines make, twelve lines each.
+/// The boxes formed by the lines, twelve lines each.
 std::vector<Box> boxesOf(const std::vector<Line>& lines)
 {
     EXPECT_EQ(lines.size() % 12, 0u);
@@ -74,7 +74,7 @@ std::vector<Box> boxesOf(const std::vector<Line>& lines)
     return boxes;
 }
 
-/// A field of cubes, evenly spread, of which some overlap.
+/// A field of evenly spread cubes, some of which overlap.
 struct Field
 {
     explicit Field(const GridOptions& grid) : broadphase(optionsWith(grid))
@@ -100,7 +100,7 @@ struct Field
     std::vector<btBroadphaseProxy*> proxies;
 };
 
-/// btIDebugDraw::drawAabb() goes through centre and half extents, which rounds.
+/// btIDebugDraw::drawAabb() converts to centre and half extents, which rounds.
 constexpr double kRounding = 1e-4;
 
 bool isNear(btScalar a, btScalar b)

@@ -16,7 +16,7 @@ namespace cullet::test
 {
 namespace
 {
-/// Distance to a box below, by an algorithm that keeps what it knows between calls.
+/// Distance to a box below, by an algorithm that keeps its cache between calls.
 class HeightProbe
 {
 public:
@@ -25,7 +25,7 @@ public:
     {
         m_probe.place(vec(0, 3, 0), vec(0, 0, 0));
     }
-    /// Of the lowest point of the hull.
+    /// Height of the lowest point of the hull.
     double lowest()
     {
         const std::vector<Reported> points = m_probe.query(10);
@@ -72,7 +72,7 @@ TEST(HullCache, ShapeThatIsEditedInPlaceIsNeverStale)
     EXPECT_NEAR(probe.lowest(), -0.7, 1e-5);
     shape->addPoint(vec(0.1, -0.9, 0));
     EXPECT_NEAR(probe.lowest(), -0.9, 1e-5);
-    // A point moves inside the box of the shape: neither count nor box tell.
+    // A point moves inside the box of the shape, so neither count nor box change.
     shape->getUnscaledPoints()[61].setY(btScalar(-0.8));
     shape->addPoint(vec(0.3, -0.2, 0));
     EXPECT_NEAR(probe.lowest(), -0.8, 1e-5);
@@ -123,7 +123,7 @@ TEST(HullCache, ShapesWithEqualPointsShareOneGraph)
     const HullCacheStats after = hullCacheStats();
     EXPECT_EQ(after.buildsTotal, before.buildsTotal + 1);
     EXPECT_GE(after.shapes, 50u);
-    // One of them is edited; the others keep theirs.
+    // One shape is edited; the others keep their contents.
     shapes[7]->addPoint(vec(0, -2, 0));
     EXPECT_NEAR(probes[7]->lowest(), -2, 1e-5);
     EXPECT_GT(probes[8]->lowest(), -0.6);
@@ -147,7 +147,7 @@ TEST(HullCache, PreparedShapesAreNotBuiltAgain)
 
 TEST(HullCache, ForgetsShapesThatNobodyUses)
 {
-    // All at the same time, or addresses would be used again.
+    // All exist at the same time; otherwise addresses would be reused.
     std::vector<btConvexHullShape> shapes(20000);
     for (const btConvexHullShape& shape : shapes)
     {
@@ -211,7 +211,7 @@ TEST(HullCache, InvalidateAndTrimLetGoOfWhatNobodyUses)
     trimHullCache();
     EXPECT_EQ(hullCacheStats().graphs, before.graphs + 2);
     EXPECT_EQ(hullCacheStats().pointSets, hullCacheStats().graphs);
-    // Still the graph that the pair uses and the one that was prepared.
+    // Still the graph used by the pair and the prepared one.
     const std::uint64_t builds = hullCacheStats().buildsTotal;
     EXPECT_NE(use.hullOf(*used, 0), nullptr);
     EXPECT_NE(HullUse().hullOf(*kept, 0), nullptr);
@@ -273,7 +273,7 @@ TEST(HullCache, BuildsAGraphOfVeryManyPointsOnlyWhenItIsPrepared)
 
 TEST(HullCache, BuildsNoGraphOfAShapeThatIsDeforming)
 {
-    // Level faces, which a contact needs a graph for.
+    // Level faces, for which a contact needs a graph.
     auto shape = makeHullShape(boxPoints(0.5, 0.5, 0.5));
     ConvexBench bench;
     btBoxShape ground(vec(5, 0.5, 5));
@@ -311,7 +311,7 @@ TEST(HullCache, BuildsAGraphWhenScansHaveCostAsMuch)
     EXPECT_GE(scans, HullCache::kLeastScans);
     EXPECT_LE(scans, HullCache::kLeastScans + HullCache::kScanSpread);
     EXPECT_EQ(ofLarge.hullOf(*large, 0)->kind(), HullKind::Solid);
-    // A change begins anew.
+    // A change resets the count.
     large->getUnscaledPoints()[0].setX(btScalar(0.6));
     EXPECT_EQ(ofLarge.hullOf(*large, 0)->kind(), HullKind::Cloud);
 }

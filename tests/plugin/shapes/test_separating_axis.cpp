@@ -18,8 +18,8 @@ namespace
 {
 using Wide = long double;
 
-/// The highest product of the cache's axis, or its opposite, with a point of a shape at its place: over all points, each
-/// in long double.
+/// The highest product of the cache's axis, or its opposite, with a point of a posed shape, over all points in long
+/// double.
 Wide heightAlongAxis(const std::vector<btVector3>& points, const btVector3& stretch, const btTransform& place,
                      const std::array<float, 3>& axis, int sign)
 {
@@ -39,7 +39,7 @@ Wide heightAlongAxis(const std::vector<btVector3>& points, const btVector3& stre
     return highest;
 }
 
-/// A shape as Bullet has it, and the points of its core before they are stretched.
+/// A Bullet shape, and the points of its core before scaling.
 struct AxisShape
 {
     std::unique_ptr<btConvexShape> shape;
@@ -75,7 +75,7 @@ std::vector<AxisShape> axisShapes()
     return shapes;
 }
 
-/// Two shapes of any sizes at places of which the truth along an axis is known.
+/// Two shapes of any sizes and poses, with the exact gap along an axis.
 class AxisScene
 {
 public:
@@ -102,7 +102,7 @@ public:
         placeB.setOrigin(placeB.getOrigin() + v * btScalar(move / Wide(v.length())));
     }
 
-    /// How far apart the cores are along the axis, length unit of the world.
+    /// Gap of the cores along the axis, length unit of the world.
     Wide exactGap(const std::array<float, 3>& axis) const
     {
         Wide along = 0, length2 = 0;
@@ -187,7 +187,7 @@ TEST(AxisTest, ProvesNoGapThatIsNotThereAndMissesNoneThatRoundingLeaves)
         (isProved ? proved : refused)++;
         close += std::abs(gap - Wide(limit)) < Wide(1e-4) * scene.scale;
         ASSERT_TRUE(!isProved || gap > Wide(limit)) << double(gap) << ' ' << double(limit);
-        // What stays away from the limit by some roundings of all sizes is proved.
+        // A gap that differs from the limit by some roundings of all sizes is proved.
         const Wide distance = (scene.placeA.getOrigin() - scene.placeB.getOrigin()).length();
         const Wide rounding = 200 * kEps * (8 * scene.scale + distance);
         ASSERT_TRUE(isProved || gap <= Wide(limit) + rounding) << double(gap) << ' ' << double(limit);
@@ -202,7 +202,7 @@ TEST(AxisTest, ProvesNoGapThatIsNotThereAndMissesNoneThatRoundingLeaves)
         {
             ASSERT_NEAR(double(failed.along), double(gap * length), double(rounding * length));
         }
-        // The next question starts from the support vertices.
+        // The next query starts from the support vertices.
         const std::uint16_t startA = cache.startA, startB = cache.startB;
         AxisRoom again;
         ASSERT_EQ(scene.prove(limit, cache, again, failed), isProved);

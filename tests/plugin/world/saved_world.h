@@ -24,12 +24,12 @@
 
 namespace cullet::test
 {
-/// All numbers of each body that the next step begins with.
+/// The state of all bodies at the start of a step.
 using Moment = std::vector<std::vector<btScalar>>;
 /// One moment for each step.
 using Future = std::vector<Moment>;
 
-/// Where two futures differ first; empty: nowhere, bit by bit.
+/// The first difference of two futures; empty if they are bitwise equal.
 inline std::string firstDifference(const Future& expected, const Future& actual)
 {
     if (expected.size() != actual.size())
@@ -54,14 +54,14 @@ inline std::string firstDifference(const Future& expected, const Future& actual)
     return "";
 }
 
-/// Bullet sorts manifolds by their bodies, and those of the children of two compounds are in the order of their making. Here
-/// they are in the order of the children.
+/// Bullet sorts manifolds by their bodies, and those of the children of two compounds in the order of creation. This
+/// world sorts them by the children.
 class SortingWorld : public btMultiBodyDynamicsWorld
 {
 public:
     using btMultiBodyDynamicsWorld::btMultiBodyDynamicsWorld;
 
-    /// The solver gets the manifolds as they are.
+    /// Keeps the order of the manifolds for the solver.
     void sortManifolds()
     {
         m_sorts = true;
@@ -100,9 +100,10 @@ private:
     bool m_sorts = false;
 };
 
-/// A world of rigid bodies and multibodies whose narrow phase is chosen, and which can be put back to an earlier moment.
+/// A world of rigid bodies and multibodies with a selectable narrow phase, which can be restored to an earlier moment.
 ///
-/// What else a step depends on is taken out: pairs are those of the boxes that overlap now, and manifolds are sorted.
+/// Other dependencies of a step are removed: pairs are those of the currently overlapping boxes, and manifolds are
+/// sorted.
 class SavedWorld
 {
 public:
@@ -207,7 +208,7 @@ public:
         return moment;
     }
 
-    /// Puts all bodies where they were; contact points are the caller's.
+    /// Restores all bodies; contact points are the caller's responsibility.
     void restore(const Moment& moment)
     {
         std::size_t i = 0;
@@ -285,7 +286,7 @@ private:
         world.addCollisionObject(&collider, btBroadphaseProxy::DefaultFilter, btBroadphaseProxy::AllFilter);
     }
 
-    /// Colliders follow their links.
+    /// Moves colliders to their links.
     static void place(btMultiBody& robot)
     {
         btAlignedObjectArray<btQuaternion> rotations;
@@ -294,7 +295,7 @@ private:
         robot.updateCollisionObjectWorldTransforms(rotations, origins);
     }
 
-    // Numbers are written and read by one function each, in one order.
+    // One template visits all numbers in a fixed order, for writing and reading.
 
     template <class Numbers>
     static void put(Numbers& numbers, const btVector3& vector)
@@ -349,7 +350,7 @@ private:
     static void restore(btRigidBody& body, const std::vector<btScalar>& numbers)
     {
         Reader from(numbers);
-        // With the inertia of its rotation.
+        // Also updates the inertia for the rotation.
         body.setCenterOfMassTransform(from.transform());
         body.setInterpolationWorldTransform(from.transform());
         body.setLinearVelocity(from.vector());

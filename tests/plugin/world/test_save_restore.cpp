@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// A world that is put back to an earlier moment goes on as it did then, bit by bit, as it does with Bullet's narrow phase:
-// what rollback networking and replay rely on.
+// A world restored to an earlier moment repeats its evolution bit by bit, as with Bullet's narrow phase, which rollback
+// networking and replay rely on.
 
 #include "cullet/tests/plugin/world/saved_world.h"
 
@@ -20,7 +20,7 @@ namespace
 constexpr int kRounds = 6, kStepsBetween = 10, kStepsAfter = 8;
 constexpr unsigned kSeed = 35;
 
-/// Every second body flies off.
+/// Gives every second body a velocity.
 void push(SavedWorld& saved, std::mt19937& engine)
 {
     std::normal_distribution<double> speed(0, 3);
@@ -33,7 +33,7 @@ void push(SavedWorld& saved, std::mt19937& engine)
     }
 }
 
-/// The world goes on three times from one moment: as it comes, back from its own end, and back from other events.
+/// Steps the world three times from one moment: directly, restored from its own end, and restored after other events.
 void expectTheSameFuture(SavedWorld& saved, std::mt19937& engine)
 {
     const Moment moment = saved.now();
@@ -54,7 +54,7 @@ void expectTheSameFuture(SavedWorld& saved, std::mt19937& engine)
     EXPECT_EQ(firstDifference(first, goOn()), "") << "back from other events";
 }
 
-/// @param fallSteps until the first bodies touch
+/// @param fallSteps steps until the first bodies touch
 void expectTheSameFutures(SavedWorld& saved, Narrow narrow, int fallSteps)
 {
     std::mt19937 engine(kSeed);

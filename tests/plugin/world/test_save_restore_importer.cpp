@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// A world that Bullet's serialiser has saved and Bullet's importer puts back, as saveState and restoreState of Bullet's
-// Python binding do, goes on as it did then, bit by bit, as it does with Bullet's narrow phase.
+// A world saved by Bullet's serialiser and restored by Bullet's importer, as by saveState and restoreState of Bullet's
+// Python binding, repeats its evolution bit by bit, as with Bullet's narrow phase.
 
 #include "cullet/tests/plugin/world/saved_world.h"
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// World<Base> does what Base does, bit for bit: each test steps both and compares fingerprints of every step.
+// World<Base> behaves like Base, bit for bit: each test steps both and compares fingerprints of every step.
 #include "cullet/plugin/shapes/thread_safe_aabb.h"
 #include "cullet/plugin/world.h"
 #include "cullet/tests/plugin/world_crowd.h"
@@ -65,7 +65,7 @@ struct DeformableStage : Stage
     W world{&dispatcher, broadphase.get(), &solver, &configuration, &deformableSolver};
 };
 
-/// A link collider or a soft body where the world has such, since their boxes differ from those of rigid bodies.
+/// A link collider or a soft body, if the world supports it, since their boxes differ from those of rigid bodies.
 template <class W>
 class Guest
 {
@@ -119,7 +119,7 @@ private:
 
 constexpr int kSteps = 10;
 
-/// Prepares a world after its crowd and guest are in it.
+/// Prepares a world after its crowd and guest were added.
 using Prepare = void (*)(btCollisionWorld&);
 
 /// Fingerprints of a world after each step.
@@ -219,7 +219,7 @@ TEST(ParallelWorlds, AnyBroadPhaseGetsItsBoxesInBulletsOrder)
     EXPECT_EQ(history<Discrete::Parallel>(makeSweep(), 3), sweep);
 }
 
-/// A world of a crowd with a ghost among it, whose pairs appear in the order in which boxes are set.
+/// A world with a crowd and a ghost, whose pairs appear in the order in which boxes are set.
 template <class StageT>
 std::vector<std::uint64_t> historyWithGhost()
 {
@@ -255,8 +255,8 @@ TEST(ParallelWorlds, GhostsGetTheirPairsInTheSameOrder)
     EXPECT_EQ(historyWithGhost<Discrete::Parallel>(), historyWithGhost<Discrete::Serial>());
 }
 
-/// A ghost whose next visitor replaces bodies of the world: the last one comes again elsewhere, at the same address and
-/// index; before that some may go, and some come.
+/// A ghost whose next visitor causes bodies of the world to be replaced: the last one is created again elsewhere, at
+/// the same address and index; before that others may be removed and added.
 class ReplacingGhost : public btGhostObject
 {
 public:
@@ -308,7 +308,7 @@ private:
 template <class StageT>
 std::vector<std::uint64_t> historyOfReplacement(int newObjects)
 {
-    // Bullet's tree must not be changed while it is walked.
+    // Bullet's tree must not change during its traversal.
     StageT stage(std::make_unique<Broadphase>());
     btGhostPairCallback callback;
     stage.world.getPairCache()->setInternalGhostPairCallback(&callback);

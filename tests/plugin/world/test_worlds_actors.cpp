@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Things that act on a world by themselves: vehicles, characters, fast bodies, zones, and applications that change bodies
-// while the world runs. One moving body each, so that no order of pairs matters and numbers can be compared.
+// Active objects: vehicles, characters, fast bodies, zones, and applications that change bodies while the world runs.
+// Each has one moving body, so that no order of pairs matters and numbers can be compared.
 
 #include "cullet/tests/plugin/small_world.h"
 
@@ -38,7 +38,7 @@ struct Hills
                                     btScalar(1), 1,     PHY_FLOAT,      false};
 };
 
-/// Where a car of four wheels is after three seconds of full throttle over the hills, and how its wheels stand.
+/// Position of a car with four wheels after three seconds of full throttle over the hills, and the state of its wheels.
 std::vector<double> driveOverHills(btBroadphaseInterface& broadphase)
 {
     Hills hills;
@@ -79,7 +79,7 @@ TEST(WorldsActors, VehicleDrivesOverAHeightfieldAsWithDbvt)
     expectAsWithDbvt(driveOverHills, 1e-3);
 }
 
-/// Where a character is that walks up five stairs, in steps of the world.
+/// Positions of a character that walks up five stairs, by steps of the world.
 std::vector<double> climbStairs(btBroadphaseInterface& broadphase)
 {
     btGhostPairCallback ghostCallback;
@@ -91,7 +91,7 @@ std::vector<double> climbStairs(btBroadphaseInterface& broadphase)
         scene.add(scene.shape<btBoxShape>(vec(10, 1, 10)), 0, vec(0, -1, 0));
         for (int i = 0; i < 5; ++i)
             scene.add(stair, 0, vec(2 + i, 0.1 + 0.2 * i, 0));
-        // Along z, since the controller turns the ghost from z up to y up.
+        // Along z, since the controller rotates the ghost from z up to y up.
         btCapsuleShapeZ capsule(btScalar(0.3), btScalar(1));
         btPairCachingGhostObject ghost;
         ghost.setWorldTransform(btTransform(btQuaternion::getIdentity(), vec(0, 1, 0)));
@@ -122,7 +122,7 @@ TEST(WorldsActors, CharacterClimbsStairsAsWithDbvt)
     expectAsWithDbvt(climbStairs, 1e-3);
 }
 
-/// Where a bullet of 10 cm ends that flies at 240 m/s towards a wall of 2 cm at x = 10.
+/// Final position of a bullet of 10 cm that flies at 240 m/s towards a wall of 2 cm at x = 10.
 double shoot(btBroadphaseInterface& broadphase, bool isContinuous)
 {
     SmallWorld scene(broadphase);
@@ -150,7 +150,7 @@ TEST(WorldsActors, ContinuousBulletIsStoppedByAThinWallAsWithDbvt)
                      1e-3);
 }
 
-/// A body that falls through a zone from above: the first and the last step in which the zone sees it.
+/// The first and the last step in which a zone reports a body that falls through it.
 std::vector<double> fallThroughAZone(btBroadphaseInterface& broadphase)
 {
     btGhostPairCallback ghostCallback;
@@ -182,7 +182,7 @@ std::vector<double> fallThroughAZone(btBroadphaseInterface& broadphase)
 
 TEST(WorldsActors, ZoneSeesABodyFallThroughAsWithDbvt)
 {
-    // Its box leaves DBVT's grown leaf a little later.
+    // Its box leaves DBVT's enlarged leaf a little later.
     expectAsWithDbvt(fallThroughAZone, 2.0);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// A world that is saved with one broad phase and loaded by Bullet's importer into an empty one with another.
+// A world is saved with one broad phase and loaded by Bullet's importer into an empty world with another one.
 #include "cullet/tests/plugin/small_world.h"
 
 #include <BulletWorldImporter/btBulletWorldImporter.h>
@@ -13,7 +13,7 @@ namespace cullet::test
 {
 namespace
 {
-/// A world of boxes and a compound on a floor, and what Bullet's serialiser makes of it.
+/// The data of Bullet's serialiser for a world of boxes and a compound on a floor.
 std::vector<char> savedWorld(btBroadphaseInterface& broadphase)
 {
     SmallWorld scene(broadphase);

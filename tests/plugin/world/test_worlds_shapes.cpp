@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Shapes that are more than one convex body, as ground and as falling things, in worlds and in a collision world without
-// dynamics; and multibodies with joints.
+// Non-convex shapes as ground and as falling bodies, in dynamic worlds and in a collision world; and multibodies with
+// joints.
 
 #include "cullet/tests/plugin/small_world.h"
 
@@ -33,7 +33,7 @@ double groundHeight(int x, int z)
     return 0.25 * std::sin(0.5 * x) + 0.25 * std::cos(0.4 * z);
 }
 
-/// The same gentle ground as a mesh of triangles, as a heightfield, and a flat one as a compound of tiles.
+/// One gentle ground as a triangle mesh and as a heightfield, and a flat one as a compound of tiles.
 struct Grounds
 {
     Grounds()
@@ -98,7 +98,7 @@ struct Compounds
     btCompoundShape dumbbell, angle, both;
 };
 
-/// Heights of nine things that have fallen onto a ground, far from each other.
+/// Heights of nine bodies that have fallen onto a ground, far from each other.
 std::vector<double> dropOnto(btCollisionShape& ground, btBroadphaseInterface& broadphase)
 {
     Compounds compounds;
@@ -120,7 +120,7 @@ std::vector<double> dropOnto(btCollisionShape& ground, btBroadphaseInterface& br
     for (int i = 0; i < 9; ++i)
     {
         bodies.push_back(&scene.add(*shapes[i], 1, vec(5 * (i % 3) - 5, 1.5, 5 * (i / 3) - 5)));
-        bodies.back()->setDamping(btScalar(0.2), btScalar(0.9));  // so that what rolls stays near
+        bodies.back()->setDamping(btScalar(0.2), btScalar(0.9));  // so that rolling bodies stay near
     }
     scene.step(100);
     std::vector<double> heights;
@@ -140,7 +140,7 @@ TEST(WorldsShapes, CompoundsAndHullsLandOnMeshesHeightfieldsAndCompoundsAsWithDb
     for (btCollisionShape* ground : grounds.all())
     {
         SCOPED_TRACE(ground->getName());
-        // Nobody meets anybody else, but the order in which the solver takes their contacts is that of the pairs.
+        // The bodies do not meet, but the solver processes their contacts in the order of the pairs.
         expectAsWithDbvt([&](btBroadphaseInterface& broadphase) { return dropOnto(*ground, broadphase); },
                          0.05);
     }
@@ -183,7 +183,7 @@ struct ContactCount final : btCollisionWorld::ContactResultCallback
     double deepest = 0;
 };
 
-/// What a world without dynamics answers about a probe over every ground.
+/// Results of a world without dynamics for a probe over every ground.
 std::vector<double> askTheGround(btCollisionShape& ground, btBroadphaseInterface& broadphase)
 {
     btDefaultCollisionConfiguration configuration;
@@ -314,7 +314,7 @@ std::vector<double> swingIntoAWall(btBroadphaseInterface& broadphase)
 
 TEST(WorldsShapes, ChainOfMultibodyLinksHitsAWallAsWithDbvt)
 {
-    // Several links touch at once, and the solver takes them in the order of the pairs.
+    // Several links touch at once, and the solver processes them in the order of the pairs.
     expectAsWithDbvt(swingIntoAWall, 0.05);
 }
 }  // namespace

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 
-// Soft bodies with each other and with rigid ones. Their boxes are set in the middle of a step, before updateAabbs().
+// Soft bodies in contact with each other and with rigid bodies. Their boxes are set in the middle of a step, before
+// updateAabbs().
 #include "cullet/tests/plugin/broadphase/broadphase_support.h"
 
 #include <BulletSoftBody/btSoftBodyHelpers.h>

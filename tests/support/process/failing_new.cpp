@@ -32,13 +32,13 @@ void* take(std::size_t size) noexcept
 
 void* takeAligned(std::size_t size, std::size_t alignment) noexcept
 {
-    // aligned_alloc() asks for multiples, of no less than a pointer.
+    // aligned_alloc() requires multiples of the alignment, which is at least the size of a pointer.
     alignment = std::max(alignment, sizeof(void*));
     return isNextToFail() ? nullptr : std::aligned_alloc(alignment, (size / alignment + 1) * alignment);
 }
 }  // namespace
 
-// Not inline: the compiler would take free() for what does not belong to the new of others.
+// Not inlined, since the compiler would report a mismatch of free() and operator new.
 [[gnu::noinline]] void* operator new(std::size_t size)
 {
     if (void* memory = take(size))
@@ -97,7 +97,7 @@ OneNewFails::~OneNewFails()
 
 bool OneNewFails::hasHappened() const noexcept
 {
-    return leftBeforeFailure > kNever / 2;  // it counts on below 0
+    return leftBeforeFailure > kNever / 2;  // the counter continues below 0
 }
 
 OneNewCalls::OneNewCalls(std::uint64_t after, const std::function<void()>& function) noexcept : m_turn(after)

@@ -5,13 +5,13 @@
 #include <cstdint>
 #include <functional>
 
-/// operator new of the programs that are linked with failing_new.cpp.
+/// Replaced operator new of the programs that link failing_new.cpp.
 namespace cullet::test
 {
 /// Calls of this thread so far.
 std::uint64_t newCount() noexcept;
 
-/// One call of this thread fails in the life of this object, that after so many others.
+/// During the lifetime of this object one call of this thread fails, after a number of successful ones.
 class OneNewFails
 {
 public:
@@ -23,11 +23,11 @@ public:
     bool hasHappened() const noexcept;
 };
 
-/// One call of this thread, that after so many others, calls a function before it takes memory.
+/// One call of this thread, after a number of others, calls a function before it allocates.
 class OneNewCalls
 {
 public:
-    /// @param function throws nothing; its own calls of operator new are like any others
+    /// @param function must not throw; its own calls of operator new are ordinary ones
     OneNewCalls(std::uint64_t after, const std::function<void()>& function) noexcept;
     ~OneNewCalls();
     OneNewCalls(const OneNewCalls&) = delete;

@@ -8,12 +8,12 @@
 /// The floating-point exceptions that end a program with feenableexcept().
 namespace cullet::test
 {
-/// Those that code raises on this thread: the flags say the same as traps would, and do not end the test.
+/// The flags that code raises on this thread; equivalent to traps, without ending the test.
 template <class F>
 int flagsOf(const F& code)
 {
     std::feclearexcept(FE_ALL_EXCEPT);
-    // The compiler may not move arithmetic over these two.
+    // The compiler must not move arithmetic across these two barriers.
     asm volatile("" ::: "memory");
     code();
     asm volatile("" ::: "memory");

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the cullet authors
 // SPDX-License-Identifier: Zlib
 //
-// In a program that is linked with this, loops run on several threads however short they are.
+// In a program that links this file, loops of any length run on several threads.
 #include "cullet/base/threads/parallel_loops.h"
 
 namespace

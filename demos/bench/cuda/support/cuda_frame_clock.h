@@ -8,12 +8,12 @@
 
 namespace cullet
 {
-// A CPU that wakes up late takes no longer.
+// Delays of a CPU that wakes up late are shorter than this.
 inline constexpr double kLateMs = 0.02;
 
 /// Times the frames of a finder of boxes in device memory.
 ///
-/// @tparam Found what its collect() tells
+/// @tparam Found result of its collect()
 template <class Finder, class Found>
 class FrameClock
 {
@@ -23,8 +23,8 @@ public:
     {
     }
 
-    /// Milliseconds of the device. Where a bin was full or the list too short, collect() searches again: it takes longer by
-    /// that than a second one, which has nothing to do.
+    /// Milliseconds of the device. Where a bin was full or the list too short, collect() searches again, which shows as
+    /// extra time compared with a second call, which does nothing.
     double time(const Aabb* boxes, std::uint64_t bodies, Found& found)
     {
         m_search.begin();

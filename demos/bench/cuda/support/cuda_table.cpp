@@ -16,7 +16,7 @@ namespace
 {
 constexpr std::uint64_t kCopiedBytes = 1u << 28;
 
-/// Milliseconds of some copies from device memory, or from pinned memory of the CPU.
+/// Milliseconds of several copies from device memory, or from pinned CPU memory.
 std::vector<double> timeCopies(bool isFromHost)
 {
     void* from = nullptr;

@@ -14,27 +14,27 @@
 
 namespace cullet
 {
-/// What rows of all the pairs of a frame's boxes answer.
+/// The question of rows that find all pairs of a frame's boxes.
 inline constexpr const char* kFreshPairs = "all pairs";
 
-/// A line of `bench cuda`; its columns are told at runCudaBench().
+/// A line of `bench cuda`; runCudaBench() documents its columns.
 struct CudaRow
 {
     std::string scene, variant;
-    std::string question;  ///< rows of one scene that answer the same one have the same hash; empty: none
+    std::string question;  ///< rows of one scene with the same question have the same hash; empty: none
     std::uint64_t bodies = 0, pairs = 0, bytes = 0, hash = 0;
     double gpuMs = 0, endToEndMs = 0;  ///< medians
     double p90Ms = 0, maxMs = 0;       ///< of the same times
-    std::uint64_t lateFrames = 0;      ///< of pairs: searched twice, since a bin was full or a list too short
-    double behindMs = 0;               ///< of updates: what the device still does when they are done, mean
-    double overBest = 0;               ///< of bench cuda --orders, where the search was not told how
+    std::uint64_t lateFrames = 0;      ///< for pairs: searched twice, for lack of room
+    double behindMs = 0;               ///< for updates: mean time that the device works after them
+    double overBest = 0;               ///< for bench cuda --orders, for the automatic choice
     LeastBytes moved;
 };
 
 /// Sets a median of the row, p90 and the maximum.
 void setTimes(CudaRow& row, double CudaRow::*median, const std::vector<double>& times);
 
-/// The same with the mean, where frames differ by what they do.
+/// Sets a mean of the row, p90 and the maximum, for frames that do different work.
 void setMeans(CudaRow& row, double CudaRow::*mean, const std::vector<double>& times);
 
 CudaRow rowFor(const FreshScene& scene, const std::string& variant, const std::string& question);
@@ -44,13 +44,13 @@ class CudaTable
 {
 public:
     explicit CudaTable(ResultFile& file);
-    /// Measures how fast the device copies, which rows from then on are compared with, and adds a row for each way.
+    /// Measures the copy speeds of the device, to which later rows are compared, and adds a row for each kind of copy.
     void addCopies();
-    /// @throws ProgramError (kExitDisagreement) where the hash is not that of an earlier row
+    /// @throws ProgramError (kExitDisagreement) if the hash differs from that of an earlier row
     void add(const CudaRow& row);
 
 private:
-    /// The time of a row of all pairs over that of the uniform scene; 0 where that is not known.
+    /// The time of a row of all pairs over that of the uniform scene; 0 if that is unknown.
     double overUniform(const CudaRow& row);
 
     ResultFile& m_file;

@@ -13,7 +13,7 @@
 #include <stdexcept>
 #include <vector>
 
-// What benchmarks of a GPU share: errors as exceptions, boxes in its memory, its clock, and hashes of what it found.
+// Shared by GPU benchmarks: errors as exceptions, boxes in device memory, device timers, and hashes of pairs.
 namespace cullet
 {
 /// Frames before the timed ones.
@@ -46,7 +46,7 @@ private:
     cudaStream_t m_stream = nullptr;
 };
 
-/// Milliseconds of a stream between two places.
+/// Milliseconds of a stream between two points.
 class StreamTimer
 {
 public:
@@ -100,7 +100,7 @@ private:
     Aabb* m_data = nullptr;
 };
 
-/// The hash of a set of pairs is the sum of those of its pairs, in any order.
+/// Hash of a pair; the hash of a set is the sum over its pairs, independent of their order.
 inline std::uint64_t hashOf(Pair pair)
 {
     return splitMix(pairKey(pair));

@@ -2,5 +2,5 @@
 // SPDX-License-Identifier: Zlib
 #pragma once
 
-// A header of the application's. cullet's of this name must not be taken for it, nor this one for cullet's.
+// A header of the application, which must not be confused with cullet's header of the same name.
 #error "cullet includes a header of the application"
