@@ -79,7 +79,7 @@ HeapResult dropHeapLinked()
     return dropHeap(broadphase, dispatcher, configuration);
 }
 
-TEST(CInterface, OpenedLibraryStepsAWorldAsTheLinkedOne)
+TEST(CInterface, StepsSameWorldFromOpenedLibraryAsLinkedCppLibrary)
 {
     const Library library;
     btDefaultCollisionConfiguration configuration;
@@ -107,7 +107,7 @@ TEST(CInterface, OpenedLibraryStepsAWorldAsTheLinkedOne)
     LOADED(library, cullet_broadphase_destroy)(handle);
 }
 
-TEST(CInterface, OptionsReachTheBroadPhase)
+TEST(CInterface, PassesOptionsToBroadPhase)
 {
     const Library library;
     const auto create = LOADED(library, cullet_broadphase_create);
@@ -132,7 +132,7 @@ TEST(CInterface, OptionsReachTheBroadPhase)
     LOADED(library, cullet_broadphase_destroy)(handle);
 }
 
-TEST(CInterface, WrongCallsOfTheBulletPartAreErrors)
+TEST(CInterface, ReturnsErrorForWrongCallsOfBulletFunctions)
 {
     const Library library;
     const auto create = LOADED(library, cullet_broadphase_create);

@@ -35,7 +35,7 @@ class BoxSetFailure : public testing::TestWithParam<Status>
 {
 };
 
-TEST_P(BoxSetFailure, OfABackendIsNoticedByNothingButAWarning)
+TEST_P(BoxSetFailure, LosesNoPairAndLogsOneWarningWhenBackendFails)
 {
     warningCount = 0;
     setLogFunction([](LogLevel level, const char*) { warningCount += level == LogLevel::Warning; });
@@ -127,7 +127,7 @@ private:
     }
 };
 
-TEST(BoxSetMemory, AnUpdateThatFindsNoneChangesNothingAndTheNextOneFindsAll)
+TEST(BoxSetMemory, KeepsPairsWhenUpdateRunsOutOfMemoryAndFindsAllNextTime)
 {
     const LogScope log;  // a backend whose allocation fails is replaced, with a warning
     ChangedRow expected;

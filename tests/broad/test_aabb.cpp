@@ -90,7 +90,7 @@ TEST(RoundToFloat, DoesNotLoseDoublesBelowTheSmallestDenormal)
     EXPECT_EQ(roundDownToFloat(-1e-300), -kTiny);
 }
 
-TEST(Aabb, IsEmptyWhenInvertedOrNanOnAnyAxis)
+TEST(Aabb, IsInvalidWhenInvertedOrNanOnAnyAxis)
 {
     EXPECT_TRUE(isValid(cube(0, 0)));
     EXPECT_TRUE(isValid(cube(-kInfinity, kInfinity)));
@@ -108,7 +108,7 @@ TEST(Aabb, IsEmptyWhenInvertedOrNanOnAnyAxis)
     }
 }
 
-TEST(Aabb, OverlapIsClosedOnEveryAxisAndSide)
+TEST(Aabb, OverlapsWhenFacesTouchButNotAcrossGapOnAnyAxis)
 {
     for (int axis = 0; axis < 3; ++axis)
     {
@@ -126,7 +126,7 @@ TEST(Aabb, OverlapIsClosedOnEveryAxisAndSide)
     }
 }
 
-TEST(Aabb, NanNeverOverlaps)
+TEST(Aabb, DoesNotOverlapWhenCoordinateIsNan)
 {
     for (int axis = 0; axis < 3; ++axis)
     {
@@ -137,7 +137,7 @@ TEST(Aabb, NanNeverOverlaps)
     }
 }
 
-TEST(Aabb, AMarginOfZeroIsTheOverlapItself)
+TEST(Aabb, OverlapsAlikeWithZeroMarginAndInBranchlessForms)
 {
     Random random(3);
     const float values[] = {-kInfinity, -kLargest, -1,       -kTiny, -0.0f,
@@ -168,7 +168,7 @@ TEST(Aabb, AMarginOfZeroIsTheOverlapItself)
     EXPECT_LT(overlapCount, 180000);
 }
 
-TEST(Aabb, TheMarginCountsOnBothSides)
+TEST(Aabb, OverlapsAcrossGapOfTwiceTheMarginOnAnyAxisAndSide)
 {
     const Aabb box = cube(0, 1);
     for (int axis = 0; axis < 3; ++axis)
@@ -186,7 +186,7 @@ TEST(Aabb, TheMarginCountsOnBothSides)
     }
 }
 
-TEST(Aabb, BoxesThatReachTheSameInfinityAreNear)
+TEST(Aabb, OverlapsWhenBothBoxesReachTheSameInfinity)
 {
     const Aabb everything = cube(-kInfinity, kInfinity);
     const Aabb corner = cube(kInfinity, kInfinity);

@@ -45,7 +45,7 @@ class BackendGolden : public BackendTest
 
 CULLET_ON_EVERY_BACKEND(BackendGolden);
 
-TEST_P(BackendGolden, PairStreamsOfTheFixedScenesAreUnchanged)
+TEST_P(BackendGolden, ReproducesRecordedPairStreamHashesOfFixedScenes)
 {
     for (const Golden& golden : kGolden)
     {

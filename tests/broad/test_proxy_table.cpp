@@ -62,7 +62,7 @@ TEST(ProxyTable, HidesFilterWordsOnRequest)
     EXPECT_NE(table.beginUpdate(0, true).filters, nullptr);
 }
 
-TEST(ProxyTable, InvalidBoxesBecomeTheEmptyBox)
+TEST(ProxyTable, StoresEmptyBoxWhenBoxIsInvertedOrNan)
 {
     ProxyTable table;
     const ProxyId row = table.create(cube(2, 1), 1, kEverything);
@@ -108,7 +108,7 @@ TEST(ProxyTable, SetsManyBoxesAndMarksThoseThatDiffer)
     EXPECT_EQ(table.box(299), kEmptyAabb);
 }
 
-TEST(ProxyTable, ADestroyedRowIsQuarantinedUntilTheUpdateIsOver)
+TEST(ProxyTable, QuarantinesDestroyedRowUntilUpdateEnds)
 {
     ProxyTable table;
     const ProxyId row = table.create(cube(0, 1), 1, kEverything);
@@ -129,7 +129,7 @@ TEST(ProxyTable, ADestroyedRowIsQuarantinedUntilTheUpdateIsOver)
     EXPECT_EQ(table.changes(row), kRowCreated);
 }
 
-TEST(ProxyTable, ChangesAddUpUntilEndUpdate)
+TEST(ProxyTable, AccumulatesChangesOfRowUntilUpdateEnds)
 {
     ProxyTable table;
     const ProxyId row = table.create(cube(0, 1), 1, kEverything);
@@ -142,7 +142,7 @@ TEST(ProxyTable, ChangesAddUpUntilEndUpdate)
     EXPECT_EQ(table.changes(row), kRowUnchanged);
 }
 
-TEST(ProxyTable, TheSameFilterWordsAreNoChange)
+TEST(ProxyTable, MarksRowRefilteredOnlyWhenFilterWordsDiffer)
 {
     ProxyTable table;
     const ProxyId row = table.create(cube(0, 1), 1, {1, 2});
@@ -153,7 +153,7 @@ TEST(ProxyTable, TheSameFilterWordsAreNoChange)
     EXPECT_EQ(table.changes(row), kRowRefiltered);
 }
 
-TEST(ProxyTable, DirtyRowsAreAscendingAndEachOnce)
+TEST(ProxyTable, ListsEachDirtyRowOnceInAscendingOrder)
 {
     // 20,000 rows: five blocks of 4,096, the last one not full.
     ProxyTable table;
@@ -180,7 +180,7 @@ TEST(ProxyTable, DirtyRowsAreAscendingAndEachOnce)
     }
 }
 
-TEST(ProxyTable, TellsWhatHasHappenedToAnyRow)
+TEST(ProxyTable, ReportsUnionOfChangesOverAllRows)
 {
     ProxyTable table;
     constexpr std::uint32_t kRows = 500;  // the last group of rows is incomplete
@@ -208,7 +208,7 @@ TEST(ProxyTable, TellsWhatHasHappenedToAnyRow)
     EXPECT_EQ(table.beginUpdate(0, true).anyChanges, kRowMoved | kRowDestroyed);
 }
 
-TEST(ProxyTable, QueriesFollowTheChangesOnTheirOwn)
+TEST(ProxyTable, TracksChangesForQueriesIndependentlyOfUpdates)
 {
     ProxyTable table;
     const ProxyId first = table.create(cube(0, 1), 1, kEverything);
@@ -229,7 +229,7 @@ TEST(ProxyTable, QueriesFollowTheChangesOnTheirOwn)
     EXPECT_TRUE(rows.empty());
 }
 
-TEST(ProxyTable, QueriesGetTheChangesInFewBlocksAndInMany)
+TEST(ProxyTable, CollectsQueryChangesFromAnyNumberOfBlocks)
 {
     constexpr std::uint32_t kBlock = 128;
     ProxyTable table;
@@ -257,7 +257,7 @@ TEST(ProxyTable, QueriesGetTheChangesInFewBlocksAndInMany)
     }
 }
 
-TEST(ProxyTable, ClearForgetsEverything)
+TEST(ProxyTable, ForgetsEverythingWhenCleared)
 {
     ProxyTable table;
     for (std::uint32_t i = 0; i < 5000; ++i)
@@ -282,7 +282,7 @@ TEST(ProxyTable, CountsItsMemory)
     EXPECT_LE(table.bytes(), 10000 * 100);
 }
 
-TEST(ProxyTable, RandomOperationsEqualAMap)
+TEST(ProxyTable, MatchesMapUnderRandomOperations)
 {
     SCOPED_TRACE("seed 2");
     Random random(2);

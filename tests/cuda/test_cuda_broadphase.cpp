@@ -127,7 +127,7 @@ BroadphaseOptions cudaOptions()
     return options;
 }
 
-TEST(CudaBroadphase, TheGridTakesOverFromADeviceThatFails)
+TEST(CudaBroadphase, FallsBackToGridWhenDeviceFails)
 {
     const LogScope log;
     for (const FaultInjection fault : {FaultInjection::DeviceLost, FaultInjection::OutOfMemory})
@@ -157,7 +157,7 @@ TEST(CudaBroadphase, TheGridTakesOverFromADeviceThatFails)
     }
 }
 
-TEST(CudaBroadphase, AWorldMovesToTheDeviceWhenItHasGrownAndBack)
+TEST(CudaBroadphase, MovesWorldToDeviceWhenItGrowsAndBackWhenItShrinks)
 {
     const LogScope log;
     const BroadphaseOptions options;
@@ -183,7 +183,7 @@ TEST(CudaBroadphase, AWorldMovesToTheDeviceWhenItHasGrownAndBack)
     EXPECT_TRUE(loggedLines().empty());
 }
 
-TEST(CudaBroadphase, MasksDecideOnTheDeviceOnlyWhileThereIsNoCallback)
+TEST(CudaBroadphase, AppliesMasksOnDeviceOnlyWithoutFilterCallback)
 {
     struct OddSums final : btOverlapFilterCallback
     {

@@ -65,7 +65,7 @@ class CudaBruteForce : public testing::TestWithParam<FreshScene>
 {
 };
 
-TEST_P(CudaBruteForce, HasThePairsOfEverySearchAndOfTheGrid)
+TEST_P(CudaBruteForce, FindsSamePairsAsEverySearchAndGrid)
 {
     const FreshScene& scene = GetParam();
     CheckedSets checked(scene);
@@ -111,7 +111,7 @@ std::string nameOfScene(const testing::TestParamInfo<FreshScene>& info)
 }
 INSTANTIATE_TEST_SUITE_P(Cuda, CudaBruteForce, testing::ValuesIn(scenes()), nameOfScene);
 
-TEST(CudaPairSums, AreThoseOfEveryPair)
+TEST(CudaPairSums, EqualSumOfAllPairsFoundByCpu)
 {
     std::vector<Aabb> boxes = uniformBoxes(5001, 3);
     boxes[17] = cube(-kInfinity, kInfinity);

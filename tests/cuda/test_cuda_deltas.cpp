@@ -136,7 +136,7 @@ std::vector<PsapOptions> everyWay()
     return ways;
 }
 
-TEST(CudaDeltas, EqualThoseOfEveryPair)
+TEST(CudaDeltas, EqualBruteForceDeltasWithEveryOption)
 {
     const auto sets = changingBoxes(1500, 21);
     for (const PsapOptions& options : everyWay())
@@ -148,7 +148,7 @@ TEST(CudaDeltas, EqualThoseOfEveryPair)
     }
 }
 
-TEST(CudaDeltas, RecordedLaunchesTellThemToo)
+TEST(CudaDeltas, EqualBruteForceDeltasWhenLaunchesAreReplayed)
 {
     // More frames than a plan lives.
     BoxScene scene(SceneKind::Pile, 2000, 22);
@@ -160,7 +160,7 @@ TEST(CudaDeltas, RecordedLaunchesTellThemToo)
     EXPECT_GT(oracle.removed(), 3000u);
 }
 
-TEST(CudaDeltas, AreThereForWhatComesBehindOnTheStreamAndNobodyNeedWait)
+TEST(CudaDeltas, AreCompleteOnStreamBeforeCollectWhenBuffersSuffice)
 {
     const auto sets = changingBoxes(1000, 23);
     for (const std::uint32_t capacity : {1u, 1u << 16})
@@ -185,7 +185,7 @@ TEST(CudaDeltas, AreThereForWhatComesBehindOnTheStreamAndNobodyNeedWait)
     }
 }
 
-TEST(CudaDeltas, OfSetsThatNobodyLooksAtAreToldAgainstTheRightPairs)
+TEST(CudaDeltas, ReferToPreviousSetAfterUncollectedSets)
 {
     const auto sets = changingBoxes(1000, 24);
     for (const std::size_t last : {7u, 10u, 14u, 21u, 23u})
@@ -201,7 +201,7 @@ TEST(CudaDeltas, OfSetsThatNobodyLooksAtAreToldAgainstTheRightPairs)
     }
 }
 
-TEST(CudaDeltas, WhatIsForgottenEntersAgain)
+TEST(CudaDeltas, AddAllPairsAgainAfterForgetWithoutGrowingMemory)
 {
     const auto sets = changingBoxes(500, 25);
     DeviceProgram program(ordered(PsapOrder::Automatic));
@@ -247,7 +247,7 @@ void runFailing(const PsapOptions& options, const std::vector<std::vector<Aabb>>
     }
 }
 
-TEST(CudaDeltas, AnyCallMayFailAndThenEverythingEntersAgain)
+TEST(CudaDeltas, AddAllPairsAgainAfterAnyCallFails)
 {
     // Neighbour lists are used from the fifth set on; the ninth is another scene.
     std::vector<std::vector<Aabb>> sets = changingBoxes(200, 26);

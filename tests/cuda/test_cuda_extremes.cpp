@@ -84,7 +84,7 @@ class CudaExtremes : public testing::TestWithParam<Extreme>
 {
 };
 
-TEST_P(CudaExtremes, HaveThePairsOfTheGridInBoundedMemory)
+TEST_P(CudaExtremes, GiveSamePairsAsGridInBoundedMemory)
 {
     const BoxFrames frames = GetParam().frames();
     const PairStream expected = follow(*makeGridBackend(), frames);

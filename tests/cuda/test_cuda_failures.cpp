@@ -131,12 +131,12 @@ class CudaFailuresOfVariants : public testing::TestWithParam<NamedOptions>
 {
 };
 
-TEST_P(CudaFailuresOfVariants, AnyCallMayRunOutOfMemoryAndTheBackendStartsAgain)
+TEST_P(CudaFailuresOfVariants, LeavePairsExactWhenBackendRestartsAfterOutOfMemory)
 {
     EXPECT_GT(failEveryCall(GetParam().options, FaultInjection::OutOfMemory, Heir::SameBackend), 50u);
 }
 
-TEST_P(CudaFailuresOfVariants, AnyCallMayLoseTheDeviceAndAnotherBackendGoesOn)
+TEST_P(CudaFailuresOfVariants, LeavePairsExactWhenGridTakesOverAfterDeviceLoss)
 {
     EXPECT_GT(failEveryCall(GetParam().options, FaultInjection::DeviceLost, Heir::Grid), 50u);
 }
@@ -152,14 +152,14 @@ std::vector<NamedOptions> variantsAndStages()
 }
 INSTANTIATE_TEST_SUITE_P(Cuda, CudaFailuresOfVariants, testing::ValuesIn(variantsAndStages()), nameOf);
 
-TEST(CudaFailures, AreTriedWhereNearPairsAreFollowed)
+TEST(CudaFailures, CoverUpdatesThatUseNeighbourLists)
 {
     FailingWorld world(keepingNear(), Heir::Grid, kAllMove);
     world.run(FaultInjection::None);
     EXPECT_TRUE(world.followsNear());
 }
 
-TEST(CudaFailures, AnyCallMayFailWhereTheDeviceReadsTheTable)
+TEST(CudaFailures, LeavePairsExactWhenDeviceReadsProxyTable)
 {
     EXPECT_GT(failEveryCall({}, FaultInjection::DeviceLost, Heir::Grid, kSomeMove), 50u);
     EXPECT_GT(failEveryCall({}, FaultInjection::OutOfMemory, Heir::SameBackend, kSomeMove), 50u);

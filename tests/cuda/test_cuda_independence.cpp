@@ -50,7 +50,7 @@ class CudaIndependence : public testing::TestWithParam<NamedOptions>
 {
 };
 
-TEST_P(CudaIndependence, NeitherAxisNorCellsChangeThePairs)
+TEST_P(CudaIndependence, GivesSamePairsForEveryAxisAndCellSize)
 {
     for (const SceneKind kind : {SceneKind::Uniform, SceneKind::ManySizes, SceneKind::Pile})
     {
@@ -66,7 +66,7 @@ TEST_P(CudaIndependence, NeitherAxisNorCellsChangeThePairs)
     }
 }
 
-TEST_P(CudaIndependence, BlocksOfAnySizeGiveTheSameStream)
+TEST_P(CudaIndependence, GivesSamePairsForEveryBlockSize)
 {
     const BoxFrames frames = framesOf(SceneKind::ManySizes, 20000, 4);
     const PairStream expected = follow(*makeGridBackend(), frames);
@@ -80,7 +80,7 @@ TEST_P(CudaIndependence, BlocksOfAnySizeGiveTheSameStream)
     }
 }
 
-TEST_P(CudaIndependence, TwentyRunsGiveTheSameStream)
+TEST_P(CudaIndependence, GivesSamePairsInTwentyRuns)
 {
     const BoxFrames frames = framesOf(SceneKind::ManySizes, 1u << 17, 3);
     const PairStream expected = follow(*makeGridBackend(), frames);
@@ -89,7 +89,7 @@ TEST_P(CudaIndependence, TwentyRunsGiveTheSameStream)
         ASSERT_EQ(follow(*makeCudaPsapBackend(GetParam().options), frames), expected) << run;
 }
 
-TEST_P(CudaIndependence, TwentyFindersFindTheSamePairs)
+TEST_P(CudaIndependence, GivesSamePairsFromTwentyFinders)
 {
     constexpr std::uint32_t kCount = 1u << 17;
     const std::vector<Aabb> sets[2] = {boxesOfManySizes(kCount, 1), boxesOfManySizes(kCount, 2)};

@@ -27,7 +27,7 @@ namespace
 {
 constexpr SceneKind kScenes[] = {SceneKind::Uniform, SceneKind::ManySizes, SceneKind::Pile};
 
-TEST(CudaScenes, BackendsOnAllDevicesAndThreadsGiveTheSamePairsSideBySide)
+TEST(CudaScenes, GiveSamePairsOnAllDevicesFromSeveralThreadsAtOnce)
 {
     int deviceCount = 0;
     ASSERT_EQ(cudaGetDeviceCount(&deviceCount), cudaSuccess);
@@ -58,7 +58,7 @@ TEST(CudaScenes, BackendsOnAllDevicesAndThreadsGiveTheSamePairsSideBySide)
     std::printf("%d devices, %zu backends at once\n", deviceCount, streams.size());
 }
 
-TEST(CudaScenes, PairStreamsEqualThoseOfTheGridUpToAMillionBoxes)
+TEST(CudaScenes, GiveSamePairStreamsAsGridUpToMillionBoxes)
 {
     for (const std::uint32_t count : {1u << 14, 1u << 17, 1u << 20})
     {
@@ -95,7 +95,7 @@ BoxFrames driftingFrames(SceneKind kind, std::uint32_t count, int frames)
     return all;
 }
 
-TEST(CudaScenes, UpdatesThatFollowNearPairsGiveThePairsOfTheGrid)
+TEST(CudaScenes, GiveSamePairsAsGridWhenNeighbourListsAreUsed)
 {
     for (const SceneKind kind : kScenes)
     {
@@ -110,14 +110,14 @@ TEST(CudaScenes, UpdatesThatFollowNearPairsGiveThePairsOfTheGrid)
     }
 }
 
-TEST(CudaScenes, ScatteredRowsPickedAndPackedGiveThePairsOfTheGrid)
+TEST(CudaScenes, GiveSamePairsAsGridWhenScatteredRowsChange)
 {
     const std::uint64_t expected = scatteredStream(*makeGridBackend(), true);
     for (const bool isLockable : {true, false})
         EXPECT_EQ(scatteredStream(*makeCudaPsapBackend(), isLockable), expected) << isLockable;
 }
 
-TEST(CudaScenes, HundredsOfThousandsOfHeldPairsAreSettled)
+TEST(CudaScenes, GiveSamePairsAsGridWithHundredsOfThousandsOfPersistentPairs)
 {
     const BoxFrames frames = framesOf(SceneKind::Pile, 80000, 3);
     const PairStream expected = follow(*makeGridBackend(), frames);
@@ -133,7 +133,7 @@ TEST(CudaScenes, HundredsOfThousandsOfHeldPairsAreSettled)
     }
 }
 
-TEST(CudaScenes, PairsOfBoxesOnTheDeviceEqualBruteForceInEveryFrame)
+TEST(CudaScenes, GiveSamePairsAsBruteForceForBoxesOnDevice)
 {
     PsapOptions capacityOne;
     capacityOne.initialCapacity = 1;
@@ -164,7 +164,7 @@ TEST(CudaScenes, PairsOfBoxesOnTheDeviceEqualBruteForceInEveryFrame)
 }
 
 // Small enough for a sanitizer: each search, with direct and recorded launches.
-TEST(CudaScenes, EveryVariantFindsThePairsOfFewBoxes)
+TEST(CudaScenes, GiveSamePairsOfFewBoxesWithEveryVariant)
 {
     constexpr std::uint32_t kFew = 2000;
     DeviceBuffer<Aabb> boxes;
@@ -187,7 +187,7 @@ TEST(CudaScenes, EveryVariantFindsThePairsOfFewBoxes)
     }
 }
 
-TEST(CudaScenes, ManyBoxesAtOnePointAndOneBoxOverEverything)
+TEST(CudaScenes, GiveRightPairCountForBoxesAtOnePointUnderHugeOnes)
 {
     std::vector<Aabb> boxes(3000, cube(0, 1));
     boxes.push_back(cube(-1e6f, 1e6f));

@@ -42,7 +42,7 @@ class CudaStart : public testing::TestWithParam<Make>
 {
 };
 
-TEST_P(CudaStart, AnyCallMayFail)
+TEST_P(CudaStart, ReportsReasonWhenAnyCallFailsAndSucceedsLater)
 {
     for (const FaultInjection fault : {FaultInjection::OutOfMemory, FaultInjection::DeviceLost})
     {
@@ -61,7 +61,7 @@ TEST_P(CudaStart, AnyCallMayFail)
     EXPECT_TRUE(GetParam()(0, &why)) << why << ": a failed start must leave no trace";
 }
 
-TEST_P(CudaStart, AnyAllocationMayFail)
+TEST_P(CudaStart, ReportsReasonWhenAnyAllocationFails)
 {
     std::uint64_t allocation = 0;
     bool hasFailed = true;
@@ -81,7 +81,7 @@ TEST_P(CudaStart, AnyAllocationMayFail)
     EXPECT_GT(allocation, 1u);
 }
 
-TEST_P(CudaStart, ADeviceThatIsNotThereIsToldByItsNumber)
+TEST_P(CudaStart, NamesMissingDeviceByItsNumber)
 {
     for (const int device : {-1, 1000})
     {

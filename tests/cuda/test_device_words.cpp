@@ -14,7 +14,7 @@ namespace cullet::test
 {
 namespace
 {
-TEST(DeviceWords, ThereIsNoDevice)
+TEST(DeviceWords, ExplainMissingDriverOrDevice)
 {
     EXPECT_EQ(whyNoDevice(cudaErrorInsufficientDriver, 0, 13000), "no NVIDIA driver is installed");
     EXPECT_EQ(whyNoDevice(cudaErrorInsufficientDriver, 11040, 13000),
@@ -25,7 +25,7 @@ TEST(DeviceWords, ThereIsNoDevice)
               0u);
 }
 
-TEST(DeviceWords, ADeviceIsRefused)
+TEST(DeviceWords, ExplainWhyDeviceIsRefused)
 {
     EXPECT_EQ(whyRefused(1, {61, cudaComputeModeDefault}, 75),
               "CUDA device 1 has compute capability 6.1; this build has code for 7.5 and newer");
@@ -36,7 +36,7 @@ TEST(DeviceWords, ADeviceIsRefused)
         << "another process may have it, which only a start can tell";
 }
 
-TEST(DeviceWords, ADeviceDoesNotStart)
+TEST(DeviceWords, ExplainWhyDeviceDoesNotStart)
 {
     EXPECT_EQ(whyNotStarted(2, cudaComputeModeExclusiveProcess, "cudaSetDevice: busy"),
               "CUDA device 2 does not start: cudaSetDevice: busy (its compute mode lets one process at a "
@@ -45,7 +45,7 @@ TEST(DeviceWords, ADeviceDoesNotStart)
               "CUDA device 0 does not start: cudaSetDevice: busy");
 }
 
-TEST(DeviceWords, AnyMachineHasAnAnswer)
+TEST(DeviceWords, GiveReasonForEveryUnusableDevice)
 {
     for (const int device : {-1, 0, 1000})
     {

@@ -85,12 +85,12 @@ class FinderFailures : public testing::TestWithParam<NamedOptions>
 {
 };
 
-TEST_P(FinderFailures, AnyCallMayRunOutOfMemory)
+TEST_P(FinderFailures, LeavePairsExactWhenAnyCallRunsOutOfMemory)
 {
     EXPECT_GT(failEveryCallOfAFinder(GetParam().options, FaultInjection::OutOfMemory), 30u);
 }
 
-TEST_P(FinderFailures, AnyCallMayLoseTheDevice)
+TEST_P(FinderFailures, LeavePairsExactWhenAnyCallLosesDevice)
 {
     EXPECT_GT(failEveryCallOfAFinder(GetParam().options, FaultInjection::DeviceLost), 30u);
 }

@@ -14,7 +14,7 @@ namespace cullet::test
 {
 namespace
 {
-TEST(CudaLongLists, AreScannedAndSorted)
+TEST(CudaLongLists, AreScannedAndSortedBeyondTwoBillionEntries)
 {
     constexpr std::uint64_t kLong = (1ull << 31) + 1000;
     for (const std::uint64_t count : {std::uint64_t{1000}, kLong})

@@ -36,7 +36,7 @@ void expectColumns(const json& row)
     EXPECT_LE(row["median_ms"], row["p90_ms"]);
 }
 
-TEST_F(BenchCommand, EveryBackendFindsTheSamePairsInEveryScene)
+TEST_F(BenchCommand, FindsExactPairsWithManyBackendsInManyScenes)
 {
     Outcome outcome;
     const json document = runForJson(
@@ -62,7 +62,7 @@ TEST_F(BenchCommand, EveryBackendFindsTheSamePairsInEveryScene)
         EXPECT_EQ(found.size(), 1u) << scene;
 }
 
-TEST_F(BenchCommand, EveryBackendOfTheAblationFindsTheSamePairsAndCounts)
+TEST_F(BenchCommand, FindsSamePairsWithEveryAblationBackendAndCountsTests)
 {
     const json document = runForJson(
         "bench broad --scene settle --bodies 300 --backend ablation --frames 3 --warmup 1 --per-frame");
@@ -89,7 +89,7 @@ TEST_F(BenchCommand, EveryBackendOfTheAblationFindsTheSamePairsAndCounts)
         EXPECT_EQ(count, 3) << backend;
 }
 
-TEST_F(BenchCommand, ComparesScenesThatNothingDividesWithBalancedOnesOfAsManyPairs)
+TEST_F(BenchCommand, ComparesExtremeScenesWithBalancedOnesOfAsManyPairs)
 {
     Outcome outcome;
     const json document = runForJson(
@@ -117,7 +117,7 @@ TEST_F(BenchCommand, ComparesScenesThatNothingDividesWithBalancedOnesOfAsManyPai
         EXPECT_NEAR(pairs[std::string(scene) + "-balanced"] / pairs[scene], 1.0, 0.1) << scene;
 }
 
-TEST_F(BenchCommand, MarginOfZeroHoldsNoPairThatDoesNotOverlap)
+TEST_F(BenchCommand, HoldsOnlyOverlappingPairsWhenMarginIsZero)
 {
     for (const std::string margin : {"0", "0.5"})
     {
@@ -129,7 +129,7 @@ TEST_F(BenchCommand, MarginOfZeroHoldsNoPairThatDoesNotOverlap)
     }
 }
 
-TEST_F(BenchCommand, OtherLibrariesFindTheSamePairsOrAreNamedAsMissing)
+TEST_F(BenchCommand, FindsSamePairsWithOtherLibrariesOrNamesMissingOnes)
 {
     Outcome outcome;
     const json document = runForJson(
@@ -179,7 +179,7 @@ TEST_F(BenchCommand, MeasuresThroughBulletInBothPrecisionsWithTheSamePairs)
     EXPECT_EQ(hashes.size(), 1u);
 }
 
-TEST_F(BenchCommand, CrossesSizesAndOrders)
+TEST_F(BenchCommand, MeasuresEverySizeWithEveryIdOrder)
 {
     const json document = runForJson(
         "bench broad --bodies 100,200 --ids random,sorted --backend grid --frames 3 --warmup 0 --threads 1");
@@ -205,7 +205,7 @@ TEST_F(BenchCommand, CutsAWarmUpAndAFrameCountThatExceedTheBudget)
     }
 }
 
-TEST_F(BenchCommand, ResendingUnmovedBoxesChangesNoPair)
+TEST_F(BenchCommand, FindsSamePairsWhenUnmovedBoxesAreSentAgain)
 {
     std::set<std::string> hashes;
     for (const char* resend : {"0", "1"})
@@ -220,7 +220,7 @@ TEST_F(BenchCommand, ResendingUnmovedBoxesChangesNoPair)
     EXPECT_EQ(hashes.size(), 1u);
 }
 
-TEST_F(BenchCommand, MeasuresEvents)
+TEST_F(BenchCommand, MeasuresCreateSpotAndRemoveEvents)
 {
     Outcome outcome;
     const json document = runForJson(
@@ -248,7 +248,7 @@ TEST_F(BenchCommand, StopsAnEventAtItsDeadline)
     EXPECT_LT(document["rows"][0]["bodies_done"], 20000);
 }
 
-TEST_F(BenchCommand, QueriesHitTheSameBodies)
+TEST_F(BenchCommand, HitsSameBodiesInQueriesOfGridAndDbvt)
 {
     Outcome outcome;
     const json document =
@@ -268,7 +268,7 @@ TEST_F(BenchCommand, QueriesHitTheSameBodies)
         EXPECT_EQ(found.size(), 1u) << name;
 }
 
-TEST_F(BenchCommand, MeasuresWholeSteps)
+TEST_F(BenchCommand, MeasuresWholeStepsAndKeepsStatesWithParallelUpdate)
 {
     for (const std::string scene : {"boxes", "hulls"})
     {
@@ -300,7 +300,7 @@ TEST_F(BenchCommand, MeasuresWholeSteps)
     EXPECT_EQ(runProgram("bench world --backend nothing").code, 2);
 }
 
-TEST_F(BenchCommand, WholeStepsTakeTheOptionsOfRunAndTheirPhasesGoToATrace)
+TEST_F(BenchCommand, TakesOptionsOfRunForWholeStepsAndTracesTheirPhases)
 {
     const std::string path = temporaryPath("world.json");
     const auto hashOf = [&](const std::string& extra)
@@ -450,7 +450,7 @@ TEST_F(BenchCommand, MeasuresOtherStartsAndSolversOfNarrowQueries)
     EXPECT_EQ(counts, expected);
 }
 
-TEST_F(BenchCommand, CudaIsMeasuredOrItSaysWhyNot)
+TEST_F(BenchCommand, MeasuresCudaOrSaysWhyNot)
 {
     Outcome outcome;
     const json document = runForJson("bench cuda --only nothing", &outcome);
@@ -468,7 +468,7 @@ TEST_F(BenchCommand, CudaIsMeasuredOrItSaysWhyNot)
     EXPECT_TRUE(contains(outcome.errors, "CUDA") || contains(outcome.errors, "NVIDIA")) << outcome.errors;
 }
 
-TEST_F(BenchCommand, InterruptedItWritesWhatItHas)
+TEST_F(BenchCommand, WritesResultsSoFarWhenInterrupted)
 {
     const std::string path = temporaryPath("interrupted.json");
     for (const std::string bench :
@@ -486,7 +486,7 @@ TEST_F(BenchCommand, InterruptedItWritesWhatItHas)
     std::remove(path.c_str());
 }
 
-TEST_F(BenchCommand, UnknownNamesAreAnsweredWithTheKnownOnes)
+TEST_F(BenchCommand, AnswersUnknownNamesWithKnownOnes)
 {
     const Outcome scene = runProgram("bench broad --scene W6");
     EXPECT_EQ(scene.code, 2);

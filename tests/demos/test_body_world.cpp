@@ -39,7 +39,7 @@ NamedBroadphase byName(const std::string& name, int threads = 1)
     return makeNamedBroadphase(request);
 }
 
-TEST(BodyWorld, IsTheSameBitForBitWithEveryBackendOfCullet)
+TEST(BodyWorld, StepsToSameBitsWithGridAndBruteForce)
 {
     BodyWorld grid("test", byName("grid", 2), makeShapes(), makeOptions(150));
     BodyWorld brute("test", byName("brute"), makeShapes(), makeOptions(150));
@@ -63,7 +63,7 @@ TEST(BodyWorld, KeepsItsBodiesWithinTheWalls)
     EXPECT_GT(world.lowestHeight(), btScalar(0.1));
 }
 
-TEST(BodyWorld, PhasesAddUpToTheStep)
+TEST(BodyWorld, MeasuresPhasesThatMakeUpMostOfStep)
 {
     BodyWorld world("test", byName("dbvt"), makeShapes(), makeOptions(200));
     double largestShare = 0.0;
@@ -86,7 +86,7 @@ TEST(BodyWorld, PhasesAddUpToTheStep)
     EXPECT_GT(largestShare, 0.5);
 }
 
-TEST(PairAudit, SeesEqualPairsInEqualWorldsAndAMissingOne)
+TEST(PairAudit, ConfirmsEqualPairsAndDetectsMissingOne)
 {
     BodyWorld world("test", byName("grid"), makeShapes(), makeOptions(120));
     ShadowBroadphase shadow(byName("dbvt"), collectProxies(world.world()));
@@ -142,7 +142,7 @@ TEST(BroadphaseFactory, AnswersAnUnknownNameWithTheKnownOnes)
     }
 }
 
-TEST(BroadphaseFactory, GivesDbvtItsMarginBackAfterAStep)
+TEST(BroadphaseFactory, RestoresDbvtMarginAfterStep)
 {
     const btScalar before = gDbvtMargin;
     BodyWorld world("test", byName("dbvt-m0"), makeShapes(), makeOptions(20));

@@ -55,7 +55,7 @@ std::ostream& operator<<(std::ostream& out, const Promise& promise)
     return out << promise.scene;
 }
 
-class EveryScene : public testing::TestWithParam<Promise>
+class EveryBoxScene : public testing::TestWithParam<Promise>
 {
 protected:
     std::unique_ptr<BoxScene> make(bool sortedIds = false) const
@@ -65,7 +65,7 @@ protected:
     }
 };
 
-TEST_P(EveryScene, HasThePromisedPairsPerBodyInEveryFrame)
+TEST_P(EveryBoxScene, HasThePromisedPairsPerBodyInEveryFrame)
 {
     const auto scene = make();
     ASSERT_NE(scene, nullptr);
@@ -78,7 +78,7 @@ TEST_P(EveryScene, HasThePromisedPairsPerBodyInEveryFrame)
     }
 }
 
-TEST_P(EveryScene, MovesExactlyTheRowsThatItNames)
+TEST_P(EveryBoxScene, MovesExactlyTheRowsThatItNames)
 {
     const auto scene = make();
     ASSERT_NE(scene, nullptr);
@@ -96,7 +96,7 @@ TEST_P(EveryScene, MovesExactlyTheRowsThatItNames)
     EXPECT_EQ(scene->moved(), changed);
 }
 
-TEST_P(EveryScene, IsTheSameOnEveryMachine)
+TEST_P(EveryBoxScene, MatchesStoredHashOnEveryMachine)
 {
     const auto scene = make();
     ASSERT_NE(scene, nullptr);
@@ -105,7 +105,7 @@ TEST_P(EveryScene, IsTheSameOnEveryMachine)
     EXPECT_EQ(hashOf(scene->boxes()), GetParam().hash) << std::hex << "0x" << hashOf(scene->boxes());
 }
 
-TEST_P(EveryScene, SortedIdsRenameTheSameBodies)
+TEST_P(EveryBoxScene, HasAsManyPairsAndNearerNeighboursWithSortedIds)
 {
     const auto random = make(false);
     const auto sorted = make(true);
@@ -128,7 +128,7 @@ TEST_P(EveryScene, SortedIdsRenameTheSameBodies)
     EXPECT_LT(meanStep(sorted->boxes()) * 3.0, meanStep(random->boxes()));
 }
 
-INSTANTIATE_TEST_SUITE_P(AllScenes, EveryScene,
+INSTANTIATE_TEST_SUITE_P(AllScenes, EveryBoxScene,
                          testing::Values(Promise{"W1", 0.9, 1.05, kBodies, 0x26c7f3192ca62f02ull},
                                          Promise{"W2", 3.2, 4.0, kBodies, 0xf67b5f39577b74a5ull},
                                          Promise{"W3", 0.9, 1.05, kBodies / 20, 0x3a9a24ffa3c6fe09ull},
@@ -154,7 +154,7 @@ TEST(BoxScenes, AreAllUnderTest)
     EXPECT_EQ(boxScenes().size(), 16u) << "add the new scene to the list of promises";
 }
 
-TEST(BoxScenes, BalancedSceneHasAboutThePairsThatItIsAskedFor)
+TEST(BoxScenes, GiveAboutRequestedPairCountWhenBalanced)
 {
     for (const double perBody : {0.5, 1.0, 4.0, 32.0})
     {
@@ -166,7 +166,7 @@ TEST(BoxScenes, BalancedSceneHasAboutThePairsThatItIsAskedFor)
     EXPECT_EQ(makeBalancedScene({1, false, 1}, 0)->boxes().size(), 1u);
 }
 
-TEST(BoxScenes, SixDecadesAreSixDecades)
+TEST(BoxScenes, SpanSixDecadesOfSizesInSceneDecades)
 {
     const auto scene = findBoxScene("decades")->make({kBodies, false, 12345});
     float smallest = 1e9f;
@@ -180,13 +180,13 @@ TEST(BoxScenes, SixDecadesAreSixDecades)
     EXPECT_LT(smallest, 1.5e-3f);
 }
 
-TEST(BoxScenes, UnknownNamesGiveNull)
+TEST(BoxScenes, GiveNullForUnknownNames)
 {
     EXPECT_EQ(findBoxScene("W6"), nullptr);
     EXPECT_EQ(findBoxScene("w1"), nullptr);
 }
 
-TEST(BoxScenes, SmallNumbersOfBodiesAreLegal)
+TEST(BoxScenes, TakeSmallNumbersOfBodies)
 {
     for (const BoxSceneInfo& info : boxScenes())
     {

@@ -25,7 +25,7 @@ Pairs everyPair(const std::vector<ExactBox>& boxes)
     return pairs;
 }
 
-TEST(ExactPairs, EqualTheDoubleLoopOnRandomBoxes)
+TEST(ExactPairs, EqualPairsOfDoubleLoopOnRandomBoxes)
 {
     constexpr unsigned kSeed = 7;
     RecordProperty("seed", kSeed);
@@ -47,7 +47,7 @@ TEST(ExactPairs, EqualTheDoubleLoopOnRandomBoxes)
     EXPECT_EQ(findExactPairs(boxes), expected);
 }
 
-TEST(ExactPairs, TouchingBoxesOverlapAndInvalidOnesDoNot)
+TEST(ExactPairs, IncludeTouchingBoxesAndExcludeInvalidOnes)
 {
     const double nan = std::numeric_limits<double>::quiet_NaN();
     const std::vector<ExactBox> boxes = {{{0, 0, 0}, {1, 1, 1}},

@@ -80,7 +80,7 @@ protected:
     std::string m_folder = temporaryPath("figures");
 };
 
-TEST_F(FigureCommand, Figure10ComparesTheCellsOfTheThesisWithOurs)
+TEST_F(FigureCommand, ComparesThesisCellsWithOursInFigure10)
 {
     const Outcome outcome = run("10 --quick --no-plots --bodies 500,1000");
     ASSERT_EQ(outcome.code, 0) << outcome.output << outcome.errors;
@@ -106,7 +106,7 @@ TEST_F(FigureCommand, Figure10ComparesTheCellsOfTheThesisWithOurs)
     EXPECT_EQ(backends["500"].count("psap-cells:81"), 1u) << outcome.output;
 }
 
-TEST_F(FigureCommand, Figure11HasEverySearchOnEveryShape)
+TEST_F(FigureCommand, MeasuresEverySupportSearchOnEveryShapeInFigure11)
 {
     const Outcome outcome = run("11 --quick --no-plots");
     ASSERT_EQ(outcome.code, 0) << outcome.errors;
@@ -127,7 +127,7 @@ TEST_F(FigureCommand, Figure11HasEverySearchOnEveryShape)
             << shape;
 }
 
-TEST_F(FigureCommand, Figure12CountsWhatBruteForceFindsAndProbabilityExpects)
+TEST_F(FigureCommand, CountsPairsOfBruteForceNearExpectationInFigure12)
 {
     const Outcome outcome = run("12 --no-plots --bodies 300,3000 --seed 3");
     ASSERT_EQ(outcome.code, 0) << outcome.errors;
@@ -147,7 +147,7 @@ TEST_F(FigureCommand, Figure12CountsWhatBruteForceFindsAndProbabilityExpects)
     EXPECT_NEAR(number(found.front(), "expected_pairs"), 258.75, 0.01);
 }
 
-TEST_F(FigureCommand, Figure13FindsTheSameTouchingPairsByBothSystems)
+TEST_F(FigureCommand, FindsSameTouchingPairsWithBothSystemsInFigure13)
 {
     const Outcome outcome = run("13 --quick --no-plots --bodies 1000");
     ASSERT_EQ(outcome.code, 0) << outcome.errors;
@@ -166,7 +166,7 @@ TEST_F(FigureCommand, Figure13FindsTheSameTouchingPairsByBothSystems)
         EXPECT_EQ(kinds.count(kind), 1u) << kind;
 }
 
-TEST_F(FigureCommand, OtherFiguresWriteWhatTheyAreAbout)
+TEST_F(FigureCommand, WritesRowsOfCellSizeScalingCrossoverThreadsAndPhases)
 {
     const Outcome outcome =
         run("cell-size scaling crossover threads phases --quick --no-plots --bodies 250,1000");
@@ -223,7 +223,7 @@ TEST_F(FigureCommand, DrawsSvgAndPngOrSaysHowToGetThem)
     }
 }
 
-TEST_F(FigureCommand, WithoutMatplotlibTheDataAreThereAndAMessage)
+TEST_F(FigureCommand, WritesDataAndMessageWithoutMatplotlib)
 {
     std::filesystem::create_directories(m_folder);
     std::ofstream(m_folder + "/matplotlib.py") << "raise ImportError('none')\n";
@@ -234,7 +234,7 @@ TEST_F(FigureCommand, WithoutMatplotlibTheDataAreThereAndAMessage)
     EXPECT_TRUE(contains(outcome.errors, "no plots; the measured data are in " + m_folder)) << outcome.errors;
 }
 
-TEST_F(FigureCommand, AnUnknownFigureIsAnsweredWithTheKnownOnes)
+TEST_F(FigureCommand, AnswersUnknownFigureWithKnownOnes)
 {
     const Outcome outcome = run("14");
     EXPECT_EQ(outcome.code, 2);

@@ -13,7 +13,7 @@ namespace
 {
 constexpr std::uint64_t kMillion = 1u << 20;
 
-TEST(GpuFloors, OfUpdatesInWhichAllBoxesMove)
+TEST(GpuFloors, CountBytesOfUpdatesWhenAllBoxesMove)
 {
     const UpdateWork work = {kMillion, kMillion, 1000000, 51000};
     EXPECT_EQ(leastForStage("upload", work).bus, 24 * kMillion);
@@ -26,7 +26,7 @@ TEST(GpuFloors, OfUpdatesInWhichAllBoxesMove)
     EXPECT_EQ(leastForPairs(1000, 10).all(), 24080u);
 }
 
-TEST(GpuFloors, OfUpdatesInWhichSomeBoxesMove)
+TEST(GpuFloors, CountBytesOfUpdatesWhenSomeBoxesMove)
 {
     const UpdateWork work = {1000, 100, 10000, 5};
     EXPECT_EQ(leastForStage("upload", work).bus, 28u * 100);
@@ -34,14 +34,14 @@ TEST(GpuFloors, OfUpdatesInWhichSomeBoxesMove)
     EXPECT_NEAR(static_cast<double>(leastForStage("settle", work).all()), 18.0 * 10000 + 48 * 1900, 100);
 }
 
-TEST(GpuFloors, AreTheTimeToCopyAsMuch)
+TEST(GpuFloors, EqualTimeToCopyAsManyBytes)
 {
     const CopySpeed speed = {4e9, 5e7};
     EXPECT_DOUBLE_EQ(speed.floorOf({8000000000, 100000000}), 4.0);
     EXPECT_DOUBLE_EQ(CopySpeed{}.floorOf({8, 8}), 0.0);
 }
 
-TEST(FreshBoxes, AreOtherOnesForEachSeed)
+TEST(FreshBoxes, RepeatForSameSeedAndDifferForAnother)
 {
     for (const auto make :
          {uniformBoxes, boxesOfManySizes, heapOfBoxes, flatBoxes, boxesOnOneLine, boxesUnderOne})
@@ -56,7 +56,7 @@ TEST(FreshBoxes, AreOtherOnesForEachSeed)
     }
 }
 
-TEST(FreshBoxes, AreFlatAlongOneAxis)
+TEST(FreshBoxes, ShareOneExtentAlongAxisOfFlatScenes)
 {
     int axis = 0;
     for (const auto make : {flatBoxes, flatBoxesY, flatBoxesZ})
@@ -71,7 +71,7 @@ TEST(FreshBoxes, AreFlatAlongOneAxis)
     }
 }
 
-TEST(FreshBoxes, TheFirstCoversAllOthers)
+TEST(FreshBoxes, LieUnderFirstBoxInSceneUnderOne)
 {
     const std::vector<Aabb> boxes = boxesUnderOne(1000, 1);
     for (const Aabb& box : boxes)

@@ -57,7 +57,7 @@ void expectSameHeap(const std::string& scene)
 }
 }  // namespace
 
-TEST(HullWorlds, ColumnsOfBarrelsStandAndSleep)
+TEST(HullWorlds, LetBarrelColumnsStandAndSleep)
 {
     constexpr double kHalfHeight = 0.64;  ///< margin included
     for (const std::uint32_t bodies : {5, 8})
@@ -74,7 +74,7 @@ TEST(HullWorlds, ColumnsOfBarrelsStandAndSleep)
     }
 }
 
-TEST(HullWorlds, TallColumnsStandNoLowerThanWithBullet)
+TEST(HullWorlds, KeepTallColumnsNoLowerThanBullet)
 {
     // With Bullet all of eight columns fall; here rounding may decide about one.
     const Outcomes outcomes("barrels", 120, 400, {1.5, 0.01, 2500, 10.0});
@@ -82,12 +82,12 @@ TEST(HullWorlds, TallColumnsStandNoLowerThanWithBullet)
     EXPECT_GT(outcomes.dispatcher.meanHeight, outcomes.stock.meanHeight - 0.1) << outcomes.dispatcher;
 }
 
-TEST(HullWorlds, PackOfDifferentHullsIsAsDenseAsWithBullet)
+TEST(HullWorlds, PackDifferentHullsAsDenselyAsBullet)
 {
     expectSameHeap("hulls");
 }
 
-TEST(HullWorlds, HullsComeToRestOnAMeshAsWithBullet)
+TEST(HullWorlds, RestHullsOnMeshAsBulletDoes)
 {
     expectSameHeap("hills");
 }

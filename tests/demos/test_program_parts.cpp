@@ -17,7 +17,7 @@ namespace cullet
 {
 namespace
 {
-TEST(Statistics, OfKnownSamples)
+TEST(Statistics, GiveMedianPercentileAndMeanOfKnownSamples)
 {
     const Statistics ten = summarise({10, 9, 8, 7, 6, 5, 4, 3, 2, 1});
     EXPECT_DOUBLE_EQ(ten.median, 5.5);
@@ -55,14 +55,14 @@ TEST(SpeedSentence, IsEmptyWithoutTimes)
     EXPECT_EQ(compareSteps(1.0, 0.0), "");
 }
 
-TEST(SpeedSentence, CountsOneAndMany)
+TEST(SpeedSentence, UsesSingularForOneAndPluralForMany)
 {
     EXPECT_EQ(countOf(0, "body", "bodies"), "0 bodies");
     EXPECT_EQ(countOf(1, "body", "bodies"), "1 body");
     EXPECT_EQ(countOf(2, "body", "bodies"), "2 bodies");
 }
 
-TEST(HashCheck, EndsTheProgramWhereTwoAnswersToOneQuestionDiffer)
+TEST(HashCheck, RejectsAnswerThatDiffersFromFirstOne)
 {
     HashCheck check;
     check.require("W1, 1000 bodies", "grid", 3, 7);
@@ -85,7 +85,7 @@ TEST(HashCheck, EndsTheProgramWhereTwoAnswersToOneQuestionDiffer)
     }
 }
 
-TEST(Progress, WritesDurationsForPeople)
+TEST(Progress, FormatsDurationsAsMinutesAndHours)
 {
     EXPECT_EQ(formatDuration(-1), "--:--");
     EXPECT_EQ(formatDuration(5), "0:05");

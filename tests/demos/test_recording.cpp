@@ -159,7 +159,7 @@ std::string writeThreeBoxes()
     return path;
 }
 
-TEST(Verify, NamesFramePairAndBoxesOfTheFirstDifference)
+TEST(Verification, NamesFramePairAndBoxesOfTheFirstDifference)
 {
     const std::string path = writeThreeBoxes();
     RecordingFile file(path);
@@ -176,7 +176,7 @@ TEST(Verify, NamesFramePairAndBoxesOfTheFirstDifference)
     std::remove(path.c_str());
 }
 
-TEST(Verify, RefusesABoxThatABroadPhaseCannotTake)
+TEST(Verification, IgnoresNanBoxAndRefusesInvertedOneForDbvt)
 {
     const std::string path = temporaryFile("nan");
     BoxStreamWriter writer(path, StreamPrecision::Double);

@@ -31,7 +31,7 @@ const std::string& smallRecording()
     return path;
 }
 
-TEST(RecordCommand, RecordsTheWorldThatRunSteps)
+TEST(RecordCommand, RecordsSameWorldAsRunCommand)
 {
     const auto hashOf = [](const json& document) { return document["rows"][0]["hash"].get<std::string>(); };
     const std::string path = temporaryPath("same.cbx");
@@ -112,7 +112,7 @@ TEST(VerifyCommand, AgreesInBothPrecisions)
     EXPECT_TRUE(contains(asDouble.output, "hash " + document["rows"][0]["hash"].get<std::string>()));
 }
 
-TEST(VerifyCommand, EndsWithOneAtTheFirstDifference)
+TEST(VerifyCommand, ExitsWithOneAtFirstDifference)
 {
     // A filter word changes between frames, which DBVT does not re-evaluate.
     const std::string path = temporaryPath("differ.cbx");
@@ -136,7 +136,7 @@ TEST(VerifyCommand, EndsWithOneAtTheFirstDifference)
     std::remove(path.c_str());
 }
 
-TEST(RecordingCommands, ExplainWhatIsWrong)
+TEST(RecordingCommands, ExplainMissingBrokenAndUnknownInputs)
 {
     const std::string path = temporaryPath("cut.cbx");
     const std::string bytes = readText(smallRecording());

@@ -123,7 +123,7 @@ Film filmSmallWorld(int frames)
 }
 }  // namespace
 
-TEST(DrawMesh, SolidsEncloseTheirVolumeAndFaceOutward)
+TEST(DrawMesh, EnclosesVolumeOfSolidsAndFacesOutward)
 {
     const double pi = std::acos(-1.0);
     const auto check = [](const DrawMesh& mesh, double volume, double tolerance)
@@ -158,7 +158,7 @@ TEST(DrawMesh, SolidsEncloseTheirVolumeAndFaceOutward)
     check(film.meshes[look.mesh], 8 + pi, 0.03);
 }
 
-TEST(DrawMesh, TriangleShapesAndPlanesGiveTheirTriangles)
+TEST(DrawMesh, HasTrianglesOfMeshesHeightFieldsAndPlanes)
 {
     btTriangleMesh triangles;
     triangles.addTriangle(btVector3(0, 0, 0), btVector3(1, 0, 0), btVector3(0, 1, 0));
@@ -177,7 +177,7 @@ TEST(DrawMesh, TriangleShapesAndPlanesGiveTheirTriangles)
     EXPECT_TRUE(makeShapeMesh(btEmptyShape(), 1).triangles.empty());
 }
 
-TEST(WorldFilmer, StatesFollowTheWorldAndUnchangedBodiesTakeNoRoom)
+TEST(WorldFilmer, RecordsBodyStatesAndOmitsUnchangedBodies)
 {
     const Film film = filmSmallWorld(60);
     ASSERT_EQ(film.bodyCount, 3u);
@@ -201,7 +201,7 @@ TEST(WorldFilmer, StatesFollowTheWorldAndUnchangedBodiesTakeNoRoom)
     EXPECT_EQ(film.frames.back().lines.size(), 2u) << "the plane is in a pair with each box";
 }
 
-TEST(WorldFilmer, WheelsOfVehiclesStandUprightOnTheFloorAndTouchIt)
+TEST(WorldFilmer, ShowsVehicleWheelsUprightAndTouchingFloor)
 {
     SceneFilmOptions options;
     options.scene = "stampede";
@@ -235,7 +235,7 @@ TEST(WorldFilmer, WheelsOfVehiclesStandUprightOnTheFloorAndTouchIt)
     }
 }
 
-TEST(WorldFilmer, BodiesThatComeAndGoAreHiddenMeanwhile)
+TEST(WorldFilmer, HidesBodiesWhileTheyAreRemoved)
 {
     SmallWorld small;
     Film film;
@@ -255,7 +255,7 @@ TEST(WorldFilmer, BodiesThatComeAndGoAreHiddenMeanwhile)
     EXPECT_EQ(film.bodyCount, 3u);
 }
 
-TEST(SceneFilm, EverySceneHasSoundMeshesBeforeItsFirstStep)
+TEST(SceneFilm, HasValidMeshesOfEverySceneBeforeFirstStep)
 {
     for (const WorldSceneInfo& scene : worldScenes())
     {
@@ -349,7 +349,7 @@ struct TemporaryGltf
 };
 }  // namespace
 
-TEST(Gltf, AccessorsBoundsAndSamplersAreSound)
+TEST(Gltf, HasValidAccessorsBoundsAndSamplers)
 {
     const Film film = filmSmallWorld(50);
     const TemporaryGltf file;
@@ -376,7 +376,7 @@ TEST(Gltf, AccessorsBoundsAndSamplersAreSound)
     EXPECT_EQ(targets.count({2, "translation"}), 0u) << "the sleeping box";
 }
 
-TEST(Gltf, AssimpReadsTheSameMotionBack)
+TEST(Gltf, GivesSameMotionWhenReadByAssimp)
 {
     const Film film = filmSmallWorld(50);
     const TemporaryGltf file;
@@ -400,7 +400,7 @@ TEST(Gltf, AssimpReadsTheSameMotionBack)
     EXPECT_EQ(scene->mMeshes[1]->mNumFaces, 12u);
 }
 
-TEST(Gltf, BodiesThatComeAndGoHaveStepsOfTheScale)
+TEST(Gltf, ScalesBodiesThatComeAndGoInSteps)
 {
     SmallWorld small;
     Film film;
@@ -426,7 +426,7 @@ TEST(Gltf, BodiesThatComeAndGoHaveStepsOfTheScale)
     EXPECT_TRUE(hasScale);
 }
 
-TEST(Gltf, FilesThatCannotBeWrittenAreNamed)
+TEST(Gltf, ThrowsWhenFileCannotBeWritten)
 {
     EXPECT_THROW(writeGltf(Film(), "film.obj"), std::invalid_argument);
     EXPECT_THROW(writeGltf(Film(), "/nowhere/film.gltf"), ProgramError);

@@ -74,7 +74,7 @@ TEST(RenderCommand, LeavesNoFramesOfAnEarlierFilm)
     }
 }
 
-TEST(RenderCommand, OverlaysChangeThePicture)
+TEST(RenderCommand, ChangesPictureWithOverlays)
 {
     if (!hasPainter())
         GTEST_SKIP() << "built without a renderer (libosmesa6-dev, libpng-dev)";
@@ -120,7 +120,7 @@ TEST(RenderCommand, SaysThatFfmpegIsMissingBeforeAnyWork)
     EXPECT_FALSE(std::filesystem::exists("a.gif"));
 }
 
-TEST(RenderCommand, ARecordingHasTheBoxesOfItsScene)
+TEST(RenderCommand, ShowsBoxesOfRecordingAndNamesBrokenOne)
 {
     const Folder folder;
     std::filesystem::create_directories(folder.path);
@@ -156,7 +156,7 @@ TEST(RenderCommand, ARecordingHasTheBoxesOfItsScene)
     EXPECT_TRUE(contains(broken.errors, recording)) << broken.errors;
 }
 
-TEST(RenderCommand, ExportNeedsNoRendererAndShowsTheWorldThatRunSteps)
+TEST(RenderCommand, ExportsWorldOfRunCommandWithoutRenderer)
 {
     const Folder folder;
     std::filesystem::create_directories(folder.path);
@@ -192,7 +192,7 @@ TEST(RenderCommand, TracesEveryPhaseOfEveryStep)
         EXPECT_EQ(counts[name], 6) << name;
 }
 
-TEST(RenderCommand, RefusesWhatItCannotDoInWords)
+TEST(RenderCommand, RefusesWrongArgumentsWithReason)
 {
     const auto refuses = [](const std::string& arguments, int code, const std::string& word)
     {

@@ -90,7 +90,7 @@ class RenderGolden : public testing::TestWithParam<Picture>
 };
 }  // namespace
 
-TEST_P(RenderGolden, LastFrameLooksAsStored)
+TEST_P(RenderGolden, MatchesStoredPictureInLastFrame)
 {
     if (!hasPainter())
         GTEST_SKIP() << "built without a renderer (libosmesa6-dev, libpng-dev)";
@@ -123,7 +123,7 @@ TEST_P(RenderGolden, LastFrameLooksAsStored)
 INSTANTIATE_TEST_SUITE_P(Scenes, RenderGolden, testing::ValuesIn(kPictures),
                          [](const auto& test) { return std::string(test.param.scene); });
 
-TEST(Render, EverySceneHasAStoredPicture)
+TEST(Render, HasStoredPictureOfEveryScene)
 {
     for (const WorldSceneInfo& scene : worldScenes())
     {
@@ -134,7 +134,7 @@ TEST(Render, EverySceneHasAStoredPicture)
     }
 }
 
-TEST(Render, SamePictureInEachRunAndMovedBodyAndChangedColourAreSeen)
+TEST(Render, RepeatsPictureAndShowsMovedBodyAndChangedColour)
 {
     if (!hasPainter())
         GTEST_SKIP() << "built without a renderer (libosmesa6-dev, libpng-dev)";
@@ -160,7 +160,7 @@ TEST(Render, SamePictureInEachRunAndMovedBodyAndChangedColourAreSeen)
     RecordProperty("colour", std::to_string(colour.largest));
 }
 
-TEST(Render, ComparisonOfPicturesCountsMeanAndWorstSquare)
+TEST(Render, ComparesPicturesByMeanAndWorstSquare)
 {
     Image black{16, 16, std::vector<std::uint8_t>(16 * 16 * 3)}, other = black;
     for (int y = 0; y < 8; ++y)

@@ -67,7 +67,7 @@ TEST(RunCommand, WritesMachineCommitOptionsAndRowsThatAddUp)
         << outcome.output;
 }
 
-TEST(RunCommand, SaysInOneSentenceWhatAUserGets)
+TEST(RunCommand, StatesSpeedInOneSentenceAboveTable)
 {
     const Outcome outcome =
         runProgram("run --scene boxes --bodies 120 --steps 45 --backend grid --threads 2");
@@ -83,7 +83,7 @@ TEST(RunCommand, SaysInOneSentenceWhatAUserGets)
         EXPECT_TRUE(contains(outcome.output, part)) << "the pairs of every step: " << outcome.output;
 }
 
-TEST(RunCommand, HasAColumnForEachPartThatIsNamed)
+TEST(RunCommand, MeasuresEachNamedPartOnce)
 {
     const auto partsOf = [](const std::string& arguments)
     {
@@ -131,7 +131,7 @@ TEST(RunCommand, AgreesInScenesWithGhostsSoftBodiesAndBodiesThatComeAndGo)
     }
 }
 
-TEST(RunCommand, IsAProgramOfItsOwnToo)
+TEST(RunCommand, WorksAsProgramOfItsOwn)
 {
     const std::string program = CULLET_RUN_PROGRAM;
     const Outcome outcome = runShell(program + " run --scene boxes --bodies 30 --steps 5");
@@ -143,7 +143,7 @@ TEST(RunCommand, IsAProgramOfItsOwnToo)
     EXPECT_EQ(runShell(program + " bench").errors, "cullet: unknown command 'bench'; known: run\n");
 }
 
-TEST(RunCommand, RepeatsBitForBitWithAnyNumberOfThreadsAndOtherwiseWithAnotherSeed)
+TEST(RunCommand, RepeatsBitForBitWithAnyThreadCountButNotWithOtherSeed)
 {
     const auto hashOf = [](const std::string& extra)
     {
@@ -215,7 +215,7 @@ TEST(RunCommand, TracesEveryPhaseOfEveryStep)
     EXPECT_EQ(runProgram("run --bodies 5 --steps 1 --trace /nowhere/t.json").code, 4);
 }
 
-TEST(RunCommand, SaysThatATraceCannotBeWrittenWhenTheResultsAre)
+TEST(RunCommand, ReportsUnwritableTraceAfterWritingResults)
 {
     const std::string recording = temporaryPath("full.cbx"), results = temporaryPath("full.json");
     const std::string film = temporaryPath("full.gltf");
@@ -309,7 +309,7 @@ TEST(RunCommand, PrintsWhatItHasWhenInterrupted)
     EXPECT_TRUE(contains(outcome.output, "agree")) << outcome.output;
 }
 
-TEST(RunCommand, InterruptedBeforeItsFirstStepItFindsNoFault)
+TEST(RunCommand, ReportsNoDisagreementWhenInterruptedBeforeFirstStep)
 {
     const Outcome outcome = runShell("timeout --preserve-status -s INT 0.1 " + std::string(CULLET_PROGRAM) +
                                      " run --bodies 5000 --steps 100000000");
@@ -317,7 +317,7 @@ TEST(RunCommand, InterruptedBeforeItsFirstStepItFindsNoFault)
     EXPECT_FALSE(contains(outcome.output, "DISAGREE")) << outcome.output;
 }
 
-TEST(Program, RefusesNumbersThatAreNone)
+TEST(Program, RefusesInvalidNumbersBeforeAnyWork)
 {
     for (const std::string arguments :
          {"run --dt nan", "run --dt 0", "run --seed -1", "run --check -1", "run --bodies 1e9",
@@ -334,7 +334,7 @@ TEST(Program, RefusesNumbersThatAreNone)
     }
 }
 
-TEST(Program, AnUnknownCommandIsAnsweredWithTheKnownOnes)
+TEST(Program, AnswersUnknownCommandWithKnownOnes)
 {
     const Outcome outcome = runProgram("rnu --bodies 5");
     EXPECT_EQ(outcome.code, 2);
@@ -360,7 +360,7 @@ TEST(RunCommand, ExplainsWrongUsage)
     EXPECT_TRUE(contains(help.output, "--mesh"));
 }
 
-TEST(Program, EveryCommandHasHelpWithExamplesAndExitCodes)
+TEST(Program, PrintsHelpWithExamplesAndExitCodesForEveryCommand)
 {
     for (const std::string command : {"run", "bench", "bench broad", "bench world", "bench narrow", "figure",
                                       "record", "replay", "verify", "render", "list"})
@@ -379,7 +379,7 @@ TEST(Program, EveryCommandHasHelpWithExamplesAndExitCodes)
     }
 }
 
-TEST(Program, CommandsOnScenesOfBodiesTakeTheSameOptions)
+TEST(Program, TakesSameOptionsInEveryCommandOnBodyScenes)
 {
     for (const std::string command : {"run", "bench world", "record", "render"})
     {

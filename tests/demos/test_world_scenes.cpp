@@ -77,7 +77,7 @@ std::string temporaryFile(const std::string& name)
     return testing::TempDir() + "cullet_scenes_" + std::to_string(sizeof(btScalar)) + name;
 }
 
-TEST(WorldScenes, AreTheSameBitByBitForTheSameOptionsAndEveryBackend)
+TEST(WorldScenes, StepToSameBitsWithGridBruteForceAndSap)
 {
     for (const WorldSceneInfo& info : worldScenes())
     {
@@ -154,7 +154,7 @@ TEST(WorldScenes, AnswerAnUnknownNameWithTheKnownOnes)
     }
 }
 
-TEST(WorldScenes, ThesisHasW1sPairsWithSpheresOf80Triangles)
+TEST(WorldScenes, MoveThesisSpheresOf80TrianglesLikeBoxesOfW1)
 {
     const auto thesis = make("thesis", 2000);
     const auto& hull = static_cast<const btConvexHullShape&>(*object(*thesis, 0).getCollisionShape());
@@ -179,7 +179,7 @@ TEST(WorldScenes, ThesisHasW1sPairsWithSpheresOf80Triangles)
     EXPECT_GT(thesis->contactPairCount(), thesis->pairCount() / 4);
 }
 
-TEST(WorldScenes, PourFillsUpAndThenTakesTheOldestAway)
+TEST(WorldScenes, PourBodiesAndReuseOldestWhenFull)
 {
     const auto pour = make("pour", 40);
     EXPECT_EQ(countObjects(*pour, moves), 0);
@@ -199,7 +199,7 @@ TEST(WorldScenes, PourFillsUpAndThenTakesTheOldestAway)
     EXPECT_GT(pour->contactPairCount(), 15u);
 }
 
-TEST(WorldScenes, PileIsAConeThatStaysOne)
+TEST(WorldScenes, BuildPileAsConeThatStays)
 {
     const auto pile = make("pile", 600);
     double highest = 0;
@@ -217,7 +217,7 @@ TEST(WorldScenes, PileIsAConeThatStaysOne)
     EXPECT_GT(pile->lowestHeight(), btScalar(0.4));
 }
 
-TEST(WorldScenes, WallStandsUntilTheBallComes)
+TEST(WorldScenes, KeepWallStandingUntilBallHits)
 {
     const auto wall = make("wall", 201);
     stepMany(*wall, 10);
@@ -236,7 +236,7 @@ TEST(WorldScenes, WallStandsUntilTheBallComes)
     EXPECT_GT(pushed, 5);
 }
 
-TEST(WorldScenes, DominoesFallOneAfterTheOther)
+TEST(WorldScenes, ToppleDominoesOneAfterAnother)
 {
     const auto domino = make("domino", 40);
     const auto isDown = [&](int piece) { return origin(*domino, piece + 1).y() < btScalar(0.4); };
@@ -250,7 +250,7 @@ TEST(WorldScenes, DominoesFallOneAfterTheOther)
     EXPECT_TRUE(isDown(38));
 }
 
-TEST(WorldScenes, CardsAreFourStoreysOfPairsThatLean)
+TEST(WorldScenes, BuildCardsInFourStoreysOfLeaningPairs)
 {
     const auto cards = make("cards", 26);
     int leaning = 0;
@@ -273,7 +273,7 @@ TEST(WorldScenes, CardsAreFourStoreysOfPairsThatLean)
     EXPECT_LT(fastest, 2.0) << "nothing is pressed apart";
 }
 
-TEST(WorldScenes, StaticHasAHundredMoversAndHandsOverOnlyThose)
+TEST(WorldScenes, MoveOnlyHundredBodiesOfStaticScene)
 {
     const auto scene = make("static", 3000);
     EXPECT_EQ(countObjects(*scene, moves), 100);
@@ -300,7 +300,7 @@ TEST(WorldScenes, StaticHasAHundredMoversAndHandsOverOnlyThose)
     EXPECT_LT(scene->pairCount(), 400u);
 }
 
-TEST(WorldScenes, PlanetHasBoxesOverSixDecades)
+TEST(WorldScenes, SpreadPlanetBoxesOverSixDecadesOfSizes)
 {
     const auto planet = make("planet", 3000);
     int decades[6] = {};
@@ -324,7 +324,7 @@ TEST(WorldScenes, PlanetHasBoxesOverSixDecades)
     EXPECT_LT(perBody, 20);
 }
 
-TEST(WorldScenes, WheelsHangUnderTheirVehiclesBeforeTheFirstStep)
+TEST(WorldScenes, HangWheelsUnderVehiclesBeforeFirstStep)
 {
     const auto stampede = make("stampede", 40);
     ASSERT_EQ(stampede->vehicles().size(), 20u);
@@ -344,7 +344,7 @@ TEST(WorldScenes, WheelsHangUnderTheirVehiclesBeforeTheFirstStep)
     }
 }
 
-TEST(WorldScenes, StampedeDrivesForwardAndItsGhostsSeeVehicles)
+TEST(WorldScenes, DriveStampedeForwardWithGhostsThatSeeVehicles)
 {
     const auto stampede = make("stampede", 40);
     int ghosts = 0;
@@ -371,7 +371,7 @@ TEST(WorldScenes, StampedeDrivesForwardAndItsGhostsSeeVehicles)
     EXPECT_GT(stampede->lowestHeight(), btScalar(0.4)) << "on wheels";
 }
 
-TEST(WorldScenes, SoftBallsAreSoftAndStayAboveTheFloor)
+TEST(WorldScenes, KeepSoftBallsAboveFloorWithExactPairs)
 {
     const auto soft = make("soft", 16);
     EXPECT_EQ(countObjects(*soft, [](const btCollisionObject& one)
@@ -383,7 +383,7 @@ TEST(WorldScenes, SoftBallsAreSoftAndStayAboveTheFloor)
         EXPECT_GT(proxy.box.max[1], -0.1);
 }
 
-TEST(WorldScenes, CrowdWalksOnTheFloorAndMeets)
+TEST(WorldScenes, LetCrowdWalkOnFloorAndMeet)
 {
     const auto crowd = make("crowd", 64);
     std::vector<btVector3> before;
@@ -404,7 +404,7 @@ TEST(WorldScenes, CrowdWalksOnTheFloorAndMeets)
     EXPECT_GT(met, 10);
 }
 
-TEST(WorldScenes, FileHoldsTheBodiesThatWereSaved)
+TEST(WorldScenes, LoadBodiesThatWereSavedToFile)
 {
     const auto saved = make("boxes", 30);
     stepMany(*saved, 20);
@@ -433,7 +433,7 @@ TEST(WorldScenes, FileHoldsTheBodiesThatWereSaved)
     EXPECT_GT(loaded->lowestHeight(), btScalar(0.4));
 }
 
-TEST(WorldScenes, FileNamesWhatItCannotRead)
+TEST(WorldScenes, NameFilesThatCannotBeRead)
 {
     const auto errorOf = [](const std::string& path)
     {

@@ -78,7 +78,7 @@ TEST_P(PreloadedLibrary, GivesTheWorldOfAProgramThatIsLinkedWithCullet)
     EXPECT_NE(hash(linked("broad")), hash(plain("stack"))) << "the hash cannot tell cullet from Bullet";
 }
 
-TEST_P(PreloadedLibrary, StandsInWhereverTheProgramPutsItsBroadPhase)
+TEST_P(PreloadedLibrary, ReplacesBroadPhaseWhereverProgramAllocatesIt)
 {
     const std::string expected = hash(linked("narrow"));
     for (const char* how : {"heap", "memory", "cache", "child"})
@@ -108,14 +108,14 @@ TEST_P(PreloadedLibrary, LetsTheTowersStandWhereTheyStandWithBullet)
     }
 }
 
-TEST_P(PreloadedLibrary, LeavesBulletAsItIsWhenAskedTo)
+TEST_P(PreloadedLibrary, LeavesBulletUnchangedWhenDisabled)
 {
     const std::string stock = hash(plain("stack"));
     EXPECT_EQ(hash(kPreloaded + "CULLET_DISABLE=1 " + plain("stack")), stock);
     EXPECT_EQ(hash(kPreloaded + "CULLET_BACKEND=dbvt CULLET_NARROW=0 " + plain("stack")), stock);
 }
 
-TEST_P(PreloadedLibrary, CarriesCallsPastTheVirtualTable)
+TEST_P(PreloadedLibrary, AnswersCallsThatBypassVirtualTableAsBulletDoes)
 {
     const std::string stock = run(plain("direct")).text;
     EXPECT_NE(stock.find("pairs 1\npairs 0\nbounds 0 5\nbox 0 0.5\nid 1"), std::string::npos) << stock;
@@ -123,21 +123,21 @@ TEST_P(PreloadedLibrary, CarriesCallsPastTheVirtualTable)
     EXPECT_EQ(run(kPreloaded + "CULLET_DISABLE=1 " + plain("direct")).text, stock);
 }
 
-TEST_P(PreloadedLibrary, RefusesDerivedClassesWithAMessage)
+TEST_P(PreloadedLibrary, LeavesDerivedClassesToBulletWithMessage)
 {
     const Output output = run(kPreloaded + "CULLET_NARROW=0 " + plain("derived"));
     EXPECT_TRUE(output.has("derived from btDbvtBroadphase keeps Bullet's own")) << output.text;
     EXPECT_EQ(output.line("hash"), hash(plain("derived")));
 }
 
-TEST_P(PreloadedLibrary, LeavesTheTreeInsideBulletsSweepAlone)
+TEST_P(PreloadedLibrary, LeavesTreeInsideAxisSweepAlone)
 {
     const Output output = run(kPreloaded + "CULLET_NARROW=0 CULLET_STATS=1 " + plain("sweep"));
     EXPECT_EQ(output.line("hash"), hash(plain("sweep")));
     EXPECT_TRUE(output.has("broad phases: 0")) << output.text;
 }
 
-TEST_P(PreloadedLibrary, TellsOfAPairCacheThatItDoesNotFill)
+TEST_P(PreloadedLibrary, WarnsOfPairCacheThatItDoesNotFill)
 {
     const Output output = run(kPreloaded + plain("foreign"));
     EXPECT_TRUE(output.has("another pair cache")) << output.text;
@@ -168,7 +168,7 @@ TEST_P(PreloadedLibrary, NamesTheBackendsWhenItDoesNotKnowOne)
     EXPECT_EQ(output.line("hash"), hash(linked("narrow")));
 }
 
-TEST_P(PreloadedLibrary, SaysWhatItDoesNotUnderstand)
+TEST_P(PreloadedLibrary, ReportsSettingsThatItDoesNotUnderstand)
 {
     const Output output = run(kPreloaded + "CULLET_NARROW=x CULLET_TREES=7 CULLET_STATS= " + plain("stack"));
     EXPECT_TRUE(output.has("CULLET_NARROW=x: 0 or 1 expected")) << output.text;
@@ -192,7 +192,7 @@ TEST_P(PreloadedLibrary, LimitsThePointsOfAPatchWhenAskedTo)
     }
 }
 
-TEST_P(PreloadedLibrary, SumsUpAtTheEndWhenAskedTo)
+TEST_P(PreloadedLibrary, PrintsStatisticsAtExitWhenAskedTo)
 {
     const Output output = run(kPreloaded + "CULLET_STATS=1 CULLET_BACKEND=brute " + plain("stack"));
     const std::string precision = GetParam().empty() ? "float" : "double";
@@ -208,13 +208,13 @@ INSTANTIATE_TEST_SUITE_P(Precisions, PreloadedLibrary, testing::Values("", "-flo
                          [](const testing::TestParamInfo<std::string>& precision)
                          { return std::string(precision.param.empty() ? "Float" : "Double"); });
 
-TEST(PreloadedLibraryElsewhere, ProgramsWithoutBulletSeeNothingOfIt)
+TEST(PreloadedLibraryElsewhere, PrintsNothingInProgramsWithoutBullet)
 {
     EXPECT_EQ(run(kPreloaded + "CULLET_STATS=1 sh -c 'sh -c \"echo hello\"'").text, "hello\n");
     EXPECT_EQ(run(kPreloaded + "CULLET_STATS=1 " + kFolder + "plugin_host").text, "");
 }
 
-TEST(PreloadedLibraryElsewhere, LeavesABulletAloneThatAPluginExports)
+TEST(PreloadedLibraryElsewhere, LeavesForeignBulletOfPluginAlone)
 {
     const Output output = run(kPreloaded + kFolder + "plugin_host " + kFolder + "foreign_bullet.so " +
                               kFolder + "tower_plugin.so");

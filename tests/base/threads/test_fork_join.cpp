@@ -54,7 +54,7 @@ void meet(ForkJoin& crew)
              });
 }
 
-TEST(ForkJoin, EachTaskOfEachLoopIsDoneOnce)
+TEST(ForkJoin, RunsEachTaskOfEachLoopOnce)
 {
     ForkJoin crew(3);
     crew.open();
@@ -76,7 +76,7 @@ TEST(ForkJoin, EachTaskOfEachLoopIsDoneOnce)
     crew.close();
 }
 
-TEST(ForkJoin, NobodyWaitsForAHelperThatDoesNotCome)
+TEST(ForkJoin, CompletesLoopWithoutHelperAndReusesNumberOfOneThatLeft)
 {
     ForkJoin crew(2);
     crew.open();
@@ -90,7 +90,7 @@ TEST(ForkJoin, NobodyWaitsForAHelperThatDoesNotCome)
     crew.close();
 }
 
-TEST(ForkJoin, ThreadsWithoutANumberDoNothing)
+TEST(ForkJoin, LetsNoTwoThreadsShareNumberWhenTooManyHelp)
 {
     ForkJoin crew(2);
     crew.open();
@@ -114,7 +114,7 @@ TEST(ForkJoin, ThreadsWithoutANumberDoNothing)
     crew.close();
 }
 
-TEST(ForkJoin, FailuresReachTheThreadThatRunsTheLoop)
+TEST(ForkJoin, RethrowsTaskExceptionInCallerAndRunsNextLoop)
 {
     ForkJoin crew(2);
     crew.open();
@@ -135,7 +135,7 @@ TEST(ForkJoin, FailuresReachTheThreadThatRunsTheLoop)
     crew.close();
 }
 
-TEST(ParallelLoops, LoopsTogetherGiveWhatLoopsAloneGive)
+TEST(ParallelLoops, RunsAllTasksInOneRegionAndRethrowsExceptions)
 {
     ParallelLoops workers(3);
     std::vector<unsigned> counts(1000);

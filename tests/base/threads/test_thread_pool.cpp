@@ -65,7 +65,7 @@ private:
     ThreadPool::Call m_call;
 };
 
-TEST(ThreadPool, AsManyComeAsAreCalled)
+TEST(ThreadPool, BringsAsManyThreadsAsRequested)
 {
     SharedCrew two(2);
     SharedCrew five(5);
@@ -76,7 +76,7 @@ TEST(ThreadPool, AsManyComeAsAreCalled)
     }
 }
 
-TEST(ThreadPool, ComeAgainAfterTheyHaveSlept)
+TEST(ThreadPool, WakesSleepingThreadsForNextLoop)
 {
     SharedCrew crew(3);
     for (int loop = 0; loop < 20; ++loop)
@@ -86,7 +86,7 @@ TEST(ThreadPool, ComeAgainAfterTheyHaveSlept)
     }
 }
 
-TEST(ThreadPool, EndWithTheLastPool)
+TEST(ThreadPool, EndsWithItsLastUserAndStartsAgain)
 {
     std::weak_ptr<ThreadPool> threads;
     {
@@ -103,7 +103,7 @@ TEST(ThreadPool, EndWithTheLastPool)
     EXPECT_TRUE(later.meet());
 }
 
-TEST(ThreadPool, AreSharedByWorldsOnSeveralThreads)
+TEST(ThreadPool, RunsAllTasksWhenSeveralThreadsShareIt)
 {
     constexpr unsigned kWorlds = 4, kLoops = 300, kTasks = 40;
     std::vector<std::thread> worlds;
@@ -130,7 +130,7 @@ TEST(ThreadPool, AreSharedByWorldsOnSeveralThreads)
         EXPECT_EQ(sum, std::uint64_t{kLoops} * kTasks * (kTasks - 1) / 2);
 }
 
-TEST(ThreadPool, NobodyComesWhereTooManyCall)
+TEST(ThreadPool, LeavesCallerAloneWhenAllSlotsAreTaken)
 {
     const auto threads = ThreadPool::shared();
     std::vector<std::unique_ptr<ForkJoin>> crews;
@@ -153,7 +153,7 @@ TEST(ThreadPool, NobodyComesWhereTooManyCall)
     EXPECT_TRUE(later.meet());
 }
 
-TEST(ThreadPool, NobodyComesLaterThanTheCallThatAskedForIt)
+TEST(ThreadPool, SendsNoThreadAfterRequestingCallHasEnded)
 {
     ThreadPool threads;
     ForkJoin closed(2);
@@ -182,7 +182,7 @@ TEST(ThreadPool, NobodyComesLaterThanTheCallThatAskedForIt)
     }
 }
 
-TEST(ThreadPool, FailuresReachTheCaller)
+TEST(ThreadPool, PassesTaskExceptionToCallerAndRunsNextLoop)
 {
     ParallelLoops workers(3);
     const auto fail = [](unsigned task)
@@ -201,7 +201,7 @@ TEST(ThreadPool, FailuresReachTheCaller)
 
 #if defined(__unix__) && !defined(__SANITIZE_THREAD__)
 // A forked process has none of the pool's threads. Its single thread runs all loops, and does not wait for others.
-TEST(HelperThreadsDeathTest, AForkedProcessGoesOnAlone)
+TEST(ThreadPoolDeathTest, RunsLoopsOnOneThreadInForkedProcess)
 {
     SharedCrew crew(3);
     ASSERT_TRUE(crew.meet());
@@ -234,7 +234,7 @@ void hold(int)
 }
 }  // namespace
 
-TEST(ParallelLoops, DoesNotWaitForAHelperThatIsPutAsideBetweenLoops)
+TEST(ParallelLoops, DoesNotWaitForHelperPreemptedBetweenLoops)
 {
     ASSERT_NE(std::signal(SIGUSR1, hold), SIG_ERR);
     const unsigned count = std::min(2u, std::thread::hardware_concurrency());
@@ -270,7 +270,7 @@ TEST(ParallelLoops, DoesNotWaitForAHelperThatIsPutAsideBetweenLoops)
 }
 #endif
 
-TEST(ParallelLoops, KeepsLoopsOnTheCallingThreadThatAreTooShortForAnother)
+TEST(ParallelLoops, KeepsShortLoopsOnCallingThread)
 {
     ParallelLoops workers(8);
     std::set<std::thread::id> threads;
@@ -312,7 +312,7 @@ TEST(ParallelLoops, GivesLoopsAsManyThreadsAsTheirWorkIsWorth)
     expectTasks(8);
 }
 
-TEST(ParallelLoops, HasNoMoreThreadsThanTheMachineHasCores)
+TEST(ParallelLoops, UsesNoMoreThreadsThanMachineHasCores)
 {
     ParallelLoops workers(64);
     std::mutex mutex;

@@ -84,7 +84,7 @@ TEST(CellGridLevel, IsHalfOpenAtPowersOfTwo)
     }
 }
 
-TEST(CellGridLevel, IsTheOnlyOneForAllFloats)
+TEST(CellGridLevel, FitsSizesOfHalfToOneCellForAllFloats)
 {
     SCOPED_TRACE("seed 1");
     const CellGrid grid;
@@ -129,7 +129,7 @@ TEST(CellGridLevel, IsSoCoarseThatCellNumbersDoNotSaturate)
     }
 }
 
-TEST(CellGridLevel, OfBoxesWithoutBoundsIsTheSideList)
+TEST(CellGridLevel, IsUnboundedForBoxesWithoutBounds)
 {
     const CellGrid grid;
     EXPECT_EQ(grid.levelOf(cube(-kInfinity, kInfinity)), CellGrid::kUnbounded);
@@ -160,7 +160,7 @@ TEST(CellGridLevel, FollowsTheConfiguredBounds)
     EXPECT_EQ(wide.levelOf(boxOfSize(1.0f)), 5) << "20 <= 2^5";
 }
 
-TEST(CellGrid, ReportsEachPairExactlyOnce)
+TEST(CellGrid, VisitsEachPairOnceFromEitherSide)
 {
     SCOPED_TRACE("seed 2");
     Random random(2);
@@ -211,7 +211,7 @@ TEST(CellGrid, HandlesSizesOfOneToAMillion)
     EXPECT_LE(grid.counters().ids, 300u * 8 * grid.counters().levels);
 }
 
-TEST(CellGrid, LevelsComeAndGo)
+TEST(CellGrid, AddsLevelForLargeBoxAndDropsItWhenUnused)
 {
     CellGrid grid;
     for (std::uint32_t row = 0; row < 10; ++row)
@@ -236,7 +236,7 @@ TEST(CellGrid, LevelsComeAndGo)
     EXPECT_EQ(grid.counters().ids, 0u);
 }
 
-TEST(CellGrid, ClearKeepsNothing)
+TEST(CellGrid, KeepsNothingWhenCleared)
 {
     CellGrid grid;
     grid.addBox(0, cube(0, 1));
@@ -251,7 +251,7 @@ TEST(CellGrid, ClearKeepsNothing)
     EXPECT_EQ(visits, 0);
 }
 
-TEST(CellGrid, TheUpdateOfChangedCellsTouchesFewerThanRemoveAndAdd)
+TEST(CellGrid, TouchesFiveTimesFewerCellsOnUpdateThanOnRemoveAndAdd)
 {
     std::uint64_t touched[2] = {};
     for (const bool isSimple : {false, true})

@@ -72,7 +72,7 @@ TEST(CellHash, EqualsAMapForEveryStorageAndNumberOfSlots)
     }
 }
 
-TEST(PairCounts, EqualAMap)
+TEST(PairCounts, MatchesMapAfterRandomAdditionsAndSubtractions)
 {
     SCOPED_TRACE("seed 2");
     Random random(2);
@@ -107,7 +107,7 @@ TEST(PairCounts, EqualAMap)
     EXPECT_LT(left.size(), 400u);
 }
 
-TEST(CountedPairs, AreThoseThatShareACellAtTheCoarserLevel)
+TEST(CountedPairs, EqualPairsThatShareCellAtCoarserLevel)
 {
     SCOPED_TRACE("seed 3");
     Random random(3);
@@ -205,7 +205,7 @@ CloudCost runCoherentCloud(const GridOptions& options)
     return cost;
 }
 
-TEST(MirtichsMethods, TheSecondOneTouchesSeveralTimesFewerCellsInACoherentScene)
+TEST(CellGridBackend, TouchesSixTimesFewerCellsWhenCountingPairsOverCoarserLevels)
 {
     GridOptions options;
     options.layout = GridLayout::Cells;
@@ -252,7 +252,7 @@ TEST(CellGridBackend, TouchesOnlyTheCellsThatChange)
     }
 }
 
-TEST(CellGridBackend, OneGridFitsTheMeanBoxAndPutsGiantsAside)
+TEST(CellGridBackend, FitsOneGridToMeanBoxAndTreatsGiantsAsUnbounded)
 {
     GridOptions options;
     options.layout = GridLayout::Cells;
@@ -273,7 +273,7 @@ TEST(CellGridBackend, OneGridFitsTheMeanBoxAndPutsGiantsAside)
     EXPECT_LT(tests, 8000u);
 }
 
-TEST(LeGrandBackend, CellsAreUnevenWorkWhenSizesOrPlacesAre)
+TEST(LeGrandBackend, ConcentratesTestsInOneCellWhenSizesOrPositionsAreUneven)
 {
     SCOPED_TRACE("seed 6");
     Random random(6);

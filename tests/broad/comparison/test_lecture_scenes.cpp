@@ -51,7 +51,7 @@ std::vector<Aabb> sweepAndPruneScene()
     return {flat(0, 4, 1, 2), flat(8, 9, 5, 9), flat(1, 2, 6, 8), flat(3, 5, 0, 4), flat(6, 7, 3, 7)};
 }
 
-TEST(LectureScenes, UniformGridCellsWithSeveralIdsAreThePairsOfTheSlide)
+TEST(LectureScenes, ShareUniformGridCellsExactlyForPairsOfSlide)
 {
     UniformGrid grid(0);
     for (std::uint32_t row = 0; row < 5; ++row)
@@ -75,7 +75,7 @@ TEST(LectureScenes, UniformGridCellsWithSeveralIdsAreThePairsOfTheSlide)
     EXPECT_EQ(overlapping, expected);
 }
 
-TEST(LectureScenes, HierarchicalGridGivesObjectsTheirResolution)
+TEST(LectureScenes, GetResolutionsOfSlideFromHierarchicalGrid)
 {
     CellGrid grid;
     const std::map<char, int> resolutions = {{'A', 2}, {'B', 0}, {'C', 3}, {'D', 3}, {'E', 3}, {'F', 1}};
@@ -83,7 +83,7 @@ TEST(LectureScenes, HierarchicalGridGivesObjectsTheirResolution)
         EXPECT_EQ(-grid.levelOf(box), resolutions.at(name)) << name;
 }
 
-TEST(LectureScenes, ACoarseCellPairsBoldIdsButNotRegularOnes)
+TEST(LectureScenes, PairBoldIdsButNotRegularOnesInCoarseCell)
 {
     CellGrid grid;
     for (std::uint32_t row = 0; row < 6; ++row)
@@ -117,7 +117,7 @@ protected:
 
 CULLET_ON_EVERY_BACKEND(LectureScenesOnBackends);
 
-TEST_P(LectureScenesOnBackends, UniformGridScene)
+TEST_P(LectureScenesOnBackends, GivePairsOfUniformGridSlide)
 {
     for (const auto& [name, box] : kUniformScene)
         session.add(box);
@@ -125,7 +125,7 @@ TEST_P(LectureScenesOnBackends, UniformGridScene)
     EXPECT_TRUE(session.reported({{1, 2}, {1, 4}, {4, 5}}, {}));
 }
 
-TEST_P(LectureScenesOnBackends, HierarchicalGridScene)
+TEST_P(LectureScenesOnBackends, GivePairsOfHierarchicalGridSlide)
 {
     for (const auto& [name, box] : kHierarchicalScene)
         session.add(box);
@@ -133,7 +133,7 @@ TEST_P(LectureScenesOnBackends, HierarchicalGridScene)
     EXPECT_TRUE(session.reported({{1, 2}, {4, 6}, {5, 6}}, {}));
 }
 
-TEST_P(LectureScenesOnBackends, SweepAndPruneSceneAndItsIncrementalUpdate)
+TEST_P(LectureScenesOnBackends, GivePairsOfSweepAndPruneSlideAndItsIncrementalUpdate)
 {
     for (const Aabb& box : sweepAndPruneScene())
         session.add(box);

@@ -83,7 +83,7 @@ Rows overlapsAlong(int axis, const std::vector<Aabb>& boxes)
     return pairs;
 }
 
-TEST(LimitEvent, HasTheEightCasesOfTheLecture)
+TEST(LimitEvent, DistinguishesEightCasesOfPassingLimits)
 {
     constexpr LimitSide kStart = LimitSide::Start;
     constexpr LimitSide kEnd = LimitSide::End;
@@ -107,7 +107,7 @@ TEST(LimitEvent, HasTheEightCasesOfTheLecture)
     }
 }
 
-TEST(LimitList, MovingOneBoxReportsEachOfTheEightCases)
+TEST(LimitList, ReportsOverlapEventsOfAllEightCasesWhenBoxMoves)
 {
     // Box 0 stays at [4, 6]; box 1 moves so that one of its limits passes a limit of box 0.
     struct Move
@@ -147,7 +147,7 @@ TEST(LimitList, MovingOneBoxReportsEachOfTheEightCases)
     }
 }
 
-TEST(LimitList, RandomMovesKeepTheOrderAndReportExactlyWhatChanges)
+TEST(LimitList, KeepsOrderAndReportsExactChangesUnderRandomMoves)
 {
     SCOPED_TRACE("seed 1");
     Random random(1);
@@ -184,7 +184,7 @@ TEST(LimitList, RandomMovesKeepTheOrderAndReportExactlyWhatChanges)
     EXPECT_GT(ends, 10000u);
 }
 
-TEST(LimitList, BatchesOfNewAndLeavingBoxesKeepTheOrder)
+TEST(LimitList, KeepsOrderWhenBatchesOfBoxesAreInsertedAndRemoved)
 {
     SCOPED_TRACE("seed 2");
     Random random(2);
@@ -220,7 +220,7 @@ TEST(LimitList, BatchesOfNewAndLeavingBoxesKeepTheOrder)
     EXPECT_EQ(list.swapsTotal(), 0u);
 }
 
-TEST(SapLecture, SweepsReportThePairsAndOpenSetsOfTheSlides)
+TEST(LimitList, GivesPairsAndOpenSetsOfSlidesWhenSwept)
 {
     const LimitList x = listOf(0, kSlide);
     const LimitList y = listOf(1, kSlide);
@@ -239,7 +239,7 @@ TEST(SapLecture, SweepsReportThePairsAndOpenSetsOfTheSlides)
     EXPECT_EQ(both, (Rows{{1, 4}}));
 }
 
-TEST(SapLecture, TheEndOfObjectFivePassesTheStartOfObjectTwo)
+TEST(LimitList, ReportsOverlapWhenEndOfObjectFivePassesStartOfObjectTwo)
 {
     LimitList x = listOf(0, kSlide);
     Rows begun;
@@ -253,7 +253,7 @@ TEST(SapLecture, TheEndOfObjectFivePassesTheStartOfObjectTwo)
     EXPECT_EQ(x.swapsTotal(), 1u);
 }
 
-TEST(SapBackend, RestingAndSilentBoxesAreNotTouched)
+TEST(SapBackend, SwapsOnlyLimitsPassedByMovedBoxAndIdlesOtherwise)
 {
     BackendSession session{makeSapBackend()};
     for (int i = 0; i < 100; ++i)
@@ -272,7 +272,7 @@ TEST(SapBackend, RestingAndSilentBoxesAreNotTouched)
     EXPECT_EQ(stats.swaps[2], 0u);
 }
 
-TEST(SapBackend, AxisAlongWhichAPileSettlesTakesMostOfTheSwaps)
+TEST(SapBackend, MakesMostSwapsOnAxisAlongWhichPileIsLayered)
 {
     SCOPED_TRACE("seed 3");
     // Layers on y, each body at its own position on x and z; all jitter by the same amount on each axis.

@@ -148,7 +148,7 @@ TEST(CellOf, IsMonotonicOverTheWholeRange)
     EXPECT_LT(saturated, 50000);
 }
 
-TEST(CellHash, IsTheXorOfTheProducts)
+TEST(CellHash, EqualsXorOfCellNumbersTimesPrimes)
 {
     EXPECT_EQ(cellHash({1, 0, 0}), 73856093u);
     EXPECT_EQ(cellHash({0, 1, 0}), 19349663u);
@@ -181,7 +181,7 @@ TEST(UniformGrid, EqualsBruteForceOnTenThousandScenes)
     EXPECT_LT(emptyScenes, 5000u);
 }
 
-TEST(UniformGrid, RemovingEverythingLeavesNoIdAndNoCell)
+TEST(UniformGrid, KeepsNoIdAndNoCellWhenAllBoxesAreRemoved)
 {
     SCOPED_TRACE("seed 3");
     Random random(3);
@@ -214,7 +214,7 @@ TEST(UniformGrid, RemovingEverythingLeavesNoIdAndNoCell)
     EXPECT_LE(grid.bytes(), bytes * 3 / 2) << "freed ids and cells are used again";
 }
 
-TEST(UniformGrid, UpdateTouchesTheSymmetricDifferenceOnly)
+TEST(UniformGrid, TouchesOnlyCellsThatUpdatedBoxEntersOrLeaves)
 {
     SCOPED_TRACE("seed 4");
     Random random(4);
@@ -252,7 +252,7 @@ TEST(UniformGrid, UpdateTouchesTheSymmetricDifferenceOnly)
         EXPECT_GT(count, 1000u);
 }
 
-TEST(UniformGrid, APairThatLeavesOneOfItsCellsStaysAPair)
+TEST(UniformGrid, KeepsPairThatLeavesOneOfItsSharedCells)
 {
     // The pair shares cells 0 and 1 on x, then only cell 1: removing pairs cell by cell would lose it.
     UniformGrid grid(0);
@@ -264,7 +264,7 @@ TEST(UniformGrid, APairThatLeavesOneOfItsCellsStaysAPair)
     EXPECT_EQ(overlapsFound(grid, boxes).size(), 1u);
 }
 
-TEST(UniformGrid, AnyNumberOfBucketsGivesTheSamePairs)
+TEST(UniformGrid, FindsSamePairsWithAnyNumberOfBuckets)
 {
     for (const std::uint32_t bucketCount : {0u, 1u, 2u, 7u, 64u, 1000003u})
     {
@@ -287,7 +287,7 @@ TEST(UniformGrid, AnyNumberOfBucketsGivesTheSamePairs)
     }
 }
 
-TEST(UniformGrid, FarAndHugeCoordinatesShareTheLastCell)
+TEST(UniformGrid, PutsFarAndHugeBoxesIntoLastCell)
 {
     UniformGrid grid(0);
     const std::vector<Aabb> boxes = {cube(1e30f, 1e30f), cube(1e30f, 2e30f), cube(-1e30f, -1e30f)};

@@ -21,20 +21,20 @@ protected:
 
 CULLET_ON_EVERY_BACKEND(BackendConformance);
 
-TEST_P(BackendConformance, AnEmptyTableHasNoPairs)
+TEST_P(BackendConformance, ReportsNoPairsWhenTableIsEmpty)
 {
     ASSERT_TRUE(session.step());
     EXPECT_TRUE(session.reported({}, {}));
 }
 
-TEST_P(BackendConformance, OneBoxDoesNotPairWithItself)
+TEST_P(BackendConformance, DoesNotPairSingleBoxWithItself)
 {
     session.add(cube(0, 1));
     ASSERT_TRUE(session.step());
     EXPECT_TRUE(session.reported({}, {}));
 }
 
-TEST_P(BackendConformance, BoxesThatOnlyTouchArePairs)
+TEST_P(BackendConformance, ReportsPairsOfBoxesThatOnlyTouch)
 {
     session.add(cube(0, 1));
     session.add(boxAt(1.5f, 0.5f, 0.5f));     // face
@@ -44,7 +44,7 @@ TEST_P(BackendConformance, BoxesThatOnlyTouchArePairs)
     EXPECT_TRUE(session.reported({{1, 2}, {1, 3}, {1, 4}, {2, 3}}, {}));
 }
 
-TEST_P(BackendConformance, AGapOfOneBitIsNoPair)
+TEST_P(BackendConformance, DoesNotPairBoxesAcrossGapOfOneUlp)
 {
     const float justAbove = std::nextafter(1.0f, 2.0f);
     session.add(cube(0, 1));
@@ -59,7 +59,7 @@ TEST_P(BackendConformance, AGapOfOneBitIsNoPair)
     EXPECT_TRUE(session.reported({}, {}));
 }
 
-TEST_P(BackendConformance, IdenticalBoxesArePairs)
+TEST_P(BackendConformance, ReportsAllPairsOfIdenticalBoxes)
 {
     for (int i = 0; i < 3; ++i)
         session.add(cube(-1, 1));
@@ -67,7 +67,7 @@ TEST_P(BackendConformance, IdenticalBoxesArePairs)
     EXPECT_TRUE(session.reported({{1, 2}, {1, 3}, {2, 3}}, {}));
 }
 
-TEST_P(BackendConformance, BoxesOfSizeZeroOverlapWhatTheyLieIn)
+TEST_P(BackendConformance, ReportsPairsOfZeroSizeBoxesWithBoxesTheyLieIn)
 {
     session.add(cube(0, 0));
     session.add(cube(0, 0));
@@ -78,7 +78,7 @@ TEST_P(BackendConformance, BoxesOfSizeZeroOverlapWhatTheyLieIn)
     EXPECT_TRUE(session.reported({{1, 2}, {1, 3}, {1, 5}, {2, 3}, {2, 5}, {3, 4}, {3, 5}}, {}));
 }
 
-TEST_P(BackendConformance, AllOfTwoHundredBoxesOverlap)
+TEST_P(BackendConformance, ReportsEveryPairWhenTwoHundredBoxesAllOverlap)
 {
     for (int i = 0; i < 200; ++i)
         session.add(boxAt(0.001f * static_cast<float>(i), 0, 0));
@@ -86,7 +86,7 @@ TEST_P(BackendConformance, AllOfTwoHundredBoxesOverlap)
     EXPECT_EQ(session.delta().added.size(), 200u * 199 / 2);
 }
 
-TEST_P(BackendConformance, NoneOfTwoHundredBoxesOverlap)
+TEST_P(BackendConformance, ReportsNoPairWhenTwoHundredBoxesAreApart)
 {
     for (int i = 0; i < 200; ++i)
         session.add(boxAt(1.5f * static_cast<float>(i), 0, 0));
@@ -94,7 +94,7 @@ TEST_P(BackendConformance, NoneOfTwoHundredBoxesOverlap)
     EXPECT_TRUE(session.reported({}, {}));
 }
 
-TEST_P(BackendConformance, StaticBodiesDoNotPairWithEachOther)
+TEST_P(BackendConformance, DoesNotPairStaticBodiesWithEachOther)
 {
     const Filter isStatic = {2, ~2};
     session.add(cube(0, 1), isStatic);
@@ -104,7 +104,7 @@ TEST_P(BackendConformance, StaticBodiesDoNotPairWithEachOther)
     EXPECT_TRUE(session.reported({{1, 3}, {2, 3}}, {}));
 }
 
-TEST_P(BackendConformance, BothFilterDirectionsMustAgree)
+TEST_P(BackendConformance, ReportsPairOnlyWhenBothFiltersAccept)
 {
     session.add(cube(0, 1), {1, 2});
     session.add(cube(0, 1), {2, 1});  // pairs with 1 by both masks
@@ -113,7 +113,7 @@ TEST_P(BackendConformance, BothFilterDirectionsMustAgree)
     EXPECT_TRUE(session.reported({{1, 2}}, {}));
 }
 
-TEST_P(BackendConformance, WithoutFilterWordsEveryOverlapCounts)
+TEST_P(BackendConformance, ReportsEveryOverlapWithoutFilterWords)
 {
     session.useFilter = false;
     session.add(cube(0, 1), {1, 0});
@@ -122,7 +122,7 @@ TEST_P(BackendConformance, WithoutFilterWordsEveryOverlapCounts)
     EXPECT_TRUE(session.reported({{1, 2}}, {}));
 }
 
-TEST_P(BackendConformance, AFilterChangeLetsPairsInButNeverOut)
+TEST_P(BackendConformance, AddsPairsButRemovesNoneWhenFilterChanges)
 {
     const ProxyId first = session.add(cube(0, 1), {1, 0});
     session.add(cube(0, 1));
@@ -148,7 +148,7 @@ TEST_P(BackendConformance, AFilterChangeLetsPairsInButNeverOut)
     EXPECT_TRUE(session.reported({}, {}));
 }
 
-TEST_P(BackendConformance, MovingApartAndBackRemovesAndAddsThePair)
+TEST_P(BackendConformance, RemovesPairWhenBoxesPartAndAddsItWhenTheyMeetAgain)
 {
     const ProxyId row = session.add(cube(0, 1));
     session.add(cube(0, 1));
@@ -161,7 +161,7 @@ TEST_P(BackendConformance, MovingApartAndBackRemovesAndAddsThePair)
     EXPECT_TRUE(session.reported({{1, 2}}, {}));
 }
 
-TEST_P(BackendConformance, APairStaysWithinTheMarginAndLeavesBeyondIt)
+TEST_P(BackendConformance, KeepsPairWithinMarginAndRemovesItBeyond)
 {
     session.margin = 0.25f;
     const ProxyId row = session.add(boxAt(0, 0, 0));
@@ -182,7 +182,7 @@ TEST_P(BackendConformance, APairStaysWithinTheMarginAndLeavesBeyondIt)
     EXPECT_TRUE(session.reported({}, {}));
 }
 
-TEST_P(BackendConformance, APairHeldByTheMarginStaysWhileNothingMoves)
+TEST_P(BackendConformance, KeepsPairHeldByMarginWhileNeitherBoxMoves)
 {
     session.margin = 0.25f;
     const ProxyId row = session.add(boxAt(0, 0, 0));
@@ -204,7 +204,7 @@ TEST_P(BackendConformance, APairHeldByTheMarginStaysWhileNothingMoves)
     EXPECT_TRUE(session.reported({}, {}));
 }
 
-TEST_P(BackendConformance, ASmallerMarginLetsPairsGoThoughNothingMoves)
+TEST_P(BackendConformance, RemovesPairsWhenMarginShrinksThoughNothingMoves)
 {
     const ProxyId row = session.add(boxAt(0, 0, 0));
     session.add(boxAt(1, 0, 0));
@@ -224,7 +224,7 @@ TEST_P(BackendConformance, ASmallerMarginLetsPairsGoThoughNothingMoves)
     EXPECT_TRUE(session.reported({}, {}));
 }
 
-TEST_P(BackendConformance, DestroyedRowsLoseTheirPairs)
+TEST_P(BackendConformance, RemovesPairsOfDestroyedRows)
 {
     const ProxyId row = session.add(cube(0, 1));
     session.add(cube(0, 1));
@@ -237,7 +237,7 @@ TEST_P(BackendConformance, DestroyedRowsLoseTheirPairs)
     EXPECT_TRUE(session.reported({}, {}));
 }
 
-TEST_P(BackendConformance, ADestroyAndACreateInOneStepAreTwoProxies)
+TEST_P(BackendConformance, TreatsDestroyAndCreateInOneStepAsTwoProxies)
 {
     const ProxyId first = session.add(cube(0, 1));
     session.add(cube(0, 1));
@@ -249,7 +249,7 @@ TEST_P(BackendConformance, ADestroyAndACreateInOneStepAreTwoProxies)
     EXPECT_TRUE(session.reported({{2, 3}}, {{1, 2}}));
 }
 
-TEST_P(BackendConformance, AReusedRowIsAnotherProxy)
+TEST_P(BackendConformance, TreatsReusedRowAsNewProxy)
 {
     const ProxyId first = session.add(cube(0, 1));
     session.add(cube(0, 1));
@@ -262,7 +262,7 @@ TEST_P(BackendConformance, AReusedRowIsAnotherProxy)
     EXPECT_TRUE(session.reported({{2, 3}}, {}));
 }
 
-TEST_P(BackendConformance, AProxyThatLivesForLessThanAStepLeavesNoTrace)
+TEST_P(BackendConformance, IgnoresProxyCreatedAndDestroyedWithinOneStep)
 {
     session.add(cube(0, 1));
     session.table.destroy(session.add(cube(0, 1)));
@@ -273,7 +273,7 @@ TEST_P(BackendConformance, AProxyThatLivesForLessThanAStepLeavesNoTrace)
     EXPECT_TRUE(session.reported({{1, 3}}, {}));
 }
 
-TEST_P(BackendConformance, ASecondUpdateReportsNothing)
+TEST_P(BackendConformance, ReportsNothingOnSecondUpdateWithoutChanges)
 {
     for (int i = 0; i < 20; ++i)
         session.add(boxAt(0.9f * static_cast<float>(i), 0, 0));
@@ -283,7 +283,7 @@ TEST_P(BackendConformance, ASecondUpdateReportsNothing)
     EXPECT_TRUE(session.reported({}, {}));
 }
 
-TEST_P(BackendConformance, RowsThatAreSentAgainUnchangedReportNothing)
+TEST_P(BackendConformance, ReportsNothingWhenBoxesAreSetAgainUnchanged)
 {
     for (int i = 0; i < 20; ++i)
         session.add(boxAt(0.9f * static_cast<float>(i), 0, 0));
@@ -294,7 +294,7 @@ TEST_P(BackendConformance, RowsThatAreSentAgainUnchangedReportNothing)
     EXPECT_TRUE(session.reported({}, {}));
 }
 
-TEST_P(BackendConformance, IdsNeedNotBeDense)
+TEST_P(BackendConformance, ReportsPairsOfSparseAndLargestIds)
 {
     const std::uint32_t last = 0xffffffffu;
     session.addWithId(last, cube(0, 1));

@@ -77,7 +77,7 @@ Aabb unboundedBox(std::uint32_t kind)
     return box;
 }
 
-TEST_P(BackendExtremes, OneThreeAndFiftyUnboundedBoxesThatMoveToo)
+TEST_P(BackendExtremes, ReportsExactPairsWithUpToFiftyMovingUnboundedBoxes)
 {
     addCluster(60, 6);
     std::vector<ProxyId> unbounded;
@@ -106,7 +106,7 @@ TEST_P(BackendExtremes, OneThreeAndFiftyUnboundedBoxesThatMoveToo)
     EXPECT_GT(session.removedTotal(), 1000u);
 }
 
-TEST_P(BackendExtremes, UnboundedBoxesPairWithEachOther)
+TEST_P(BackendExtremes, ReportsPairsOfUnboundedBoxesWithEachOther)
 {
     session.add(cube(-kInfinity, kInfinity));
     session.add(cube(kInfinity, kInfinity));
@@ -116,7 +116,7 @@ TEST_P(BackendExtremes, UnboundedBoxesPairWithEachOther)
     EXPECT_TRUE(session.reported({{1, 2}, {1, 3}, {1, 4}, {2, 4}, {3, 4}}, {}));
 }
 
-TEST_P(BackendExtremes, InvertedAndNanBoxesComeAndGo)
+TEST_P(BackendExtremes, RemovesPairsOfInvalidBoxesAndAddsThemWhenValidAgain)
 {
     addCluster(40, 3);
     ASSERT_TRUE(session.step());
@@ -143,7 +143,7 @@ TEST_P(BackendExtremes, InvertedAndNanBoxesComeAndGo)
     }
 }
 
-TEST_P(BackendExtremes, OneNanPoisonsNothing)
+TEST_P(BackendExtremes, ReportsNoPairOfNanBoxAndExactPairsOfOthers)
 {
     addCluster(30, 3);
     const ProxyId row = session.add({{kNan, kNan, kNan}, {kNan, kNan, kNan}});
@@ -154,7 +154,7 @@ TEST_P(BackendExtremes, OneNanPoisonsNothing)
         EXPECT_NE(pair.second, session.table.uniqueId(row));
 }
 
-TEST_P(BackendExtremes, OneBoxOverEverything)
+TEST_P(BackendExtremes, ReportsExactPairsWithOneBoxAroundAllOthers)
 {
     addCluster(100, 20);
     const ProxyId large = session.add(cube(-25, 25));
@@ -166,7 +166,7 @@ TEST_P(BackendExtremes, OneBoxOverEverything)
     EXPECT_GT(session.pairs().size(), 90u);
 }
 
-TEST_P(BackendExtremes, AllInOneCellOnOneLineAndAtOnePoint)
+TEST_P(BackendExtremes, ReportsExactPairsOfBoxesInOneCellOnOneLineAndAtOnePoint)
 {
     const float spreads[][3] = {{0.01f, 0.01f, 0.01f}, {200, 0, 0}, {0, 200, 0}, {0, 0, 200}, {0, 0, 0}};
     for (int i = 0; i < 120; ++i)
@@ -190,7 +190,7 @@ TEST_P(BackendExtremes, AllInOneCellOnOneLineAndAtOnePoint)
     EXPECT_GT(session.removedTotal(), 5000u);
 }
 
-TEST_P(BackendExtremes, BoxesOfAKilometreByAMillimetre)
+TEST_P(BackendExtremes, ReportsExactPairsOfBoxesOneKilometreByOneMillimetre)
 {
     for (std::uint32_t i = 0; i < 60; ++i)
         session.add(cube(0, 0));
@@ -215,7 +215,7 @@ TEST_P(BackendExtremes, BoxesOfAKilometreByAMillimetre)
     EXPECT_GT(session.removedTotal(), 100u);
 }
 
-TEST_P(BackendExtremes, SizesFromTheSmallestToTheLargestFloat)
+TEST_P(BackendExtremes, ReportsExactPairsOfSizesFromSmallestToLargestFloat)
 {
     const float largest = std::numeric_limits<float>::max();
     for (int exponent = -149; exponent < 128; exponent += 3)
@@ -237,7 +237,7 @@ TEST_P(BackendExtremes, SizesFromTheSmallestToTheLargestFloat)
     EXPECT_GT(session.delta().removed.size(), 100u);
 }
 
-TEST_P(BackendExtremes, SmallBoxesVeryFarFromTheOrigin)
+TEST_P(BackendExtremes, ReportsExactPairsOfSmallBoxesFarFromOrigin)
 {
     for (const float far : {1e9f, -1e15f, 1e30f, -3e38f})
     {
@@ -266,7 +266,7 @@ TEST_P(BackendExtremes, SmallBoxesVeryFarFromTheOrigin)
     }
 }
 
-TEST_P(BackendExtremes, BoxesOnTheBordersOfPowersOfTwo)
+TEST_P(BackendExtremes, ReportsExactPairsOfBoxesWithFacesOnCellBorders)
 {
     // Faces on multiples of powers of two are faces of cells; sizes that are powers of two change level there.
     for (std::uint32_t i = 0; i < 100; ++i)

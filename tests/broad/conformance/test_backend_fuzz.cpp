@@ -41,7 +41,7 @@ protected:
 
 CULLET_ON_EVERY_BACKEND(BackendFuzz);
 
-TEST_P(BackendFuzz, AThousandRandomStepsEqualTheOracle)
+TEST_P(BackendFuzz, MatchesOracleOverThousandRandomSteps)
 {
     SCOPED_TRACE("seed 1");
     session.margin = 0.0625f;
@@ -57,7 +57,7 @@ TEST_P(BackendFuzz, AThousandRandomStepsEqualTheOracle)
         EXPECT_GT(count, 150u);
 }
 
-TEST_P(BackendFuzz, ExactPairsWithoutAMarginEqualTheOracle)
+TEST_P(BackendFuzz, MatchesOracleWithoutMargin)
 {
     SCOPED_TRACE("seed 2");
     RandomWorldOptions options;
@@ -68,7 +68,7 @@ TEST_P(BackendFuzz, ExactPairsWithoutAMarginEqualTheOracle)
     expectRepresentative(1000);
 }
 
-TEST_P(BackendFuzz, MarginsThatChangeBetweenUpdatesEqualTheOracle)
+TEST_P(BackendFuzz, MatchesOracleWhenMarginChangesBetweenUpdates)
 {
     SCOPED_TRACE("seed 3");
     RandomWorldOptions options;
@@ -87,7 +87,7 @@ TEST_P(BackendFuzz, MarginsThatChangeBetweenUpdatesEqualTheOracle)
     expectRepresentative(500);
 }
 
-TEST_P(BackendFuzz, FilterWordsThatAreSwitchedOffAndOnEqualTheOracle)
+TEST_P(BackendFuzz, MatchesOracleWhenFilterWordsAreSwitchedOffAndOn)
 {
     SCOPED_TRACE("seed 4");
     RandomWorldOptions options;
@@ -108,7 +108,7 @@ TEST_P(BackendFuzz, FilterWordsThatAreSwitchedOffAndOnEqualTheOracle)
     expectRepresentative(100);
 }
 
-TEST_P(BackendFuzz, CoordinatesFarFromTheOriginEqualTheOracle)
+TEST_P(BackendFuzz, MatchesOracleFarFromOrigin)
 {
     for (const float shift : {1e5f, -1e6f})
     {
@@ -127,7 +127,7 @@ TEST_P(BackendFuzz, CoordinatesFarFromTheOriginEqualTheOracle)
     }
 }
 
-TEST_P(BackendFuzz, SizesOverSixDecadesEqualTheOracle)
+TEST_P(BackendFuzz, MatchesOracleWithSizesOverSixDecades)
 {
     SCOPED_TRACE("seed 6");
     session.margin = 0.01f;
@@ -142,7 +142,7 @@ TEST_P(BackendFuzz, SizesOverSixDecadesEqualTheOracle)
     expectRepresentative(500);
 }
 
-TEST_P(BackendFuzz, BoxesThatAreOftenSpecialEqualTheOracle)
+TEST_P(BackendFuzz, MatchesOracleWhenBoxesAreOftenUnboundedOrInvalid)
 {
     SCOPED_TRACE("seed 7");
     RandomWorldOptions options;
@@ -154,7 +154,7 @@ TEST_P(BackendFuzz, BoxesThatAreOftenSpecialEqualTheOracle)
     expectRepresentative(1000);
 }
 
-TEST_P(BackendFuzz, SleepingWorldsThatWakeInPartsEqualTheOracle)
+TEST_P(BackendFuzz, MatchesOracleWhenRestingWorldWakesInParts)
 {
     SCOPED_TRACE("seed 8");
     session.margin = 0.05f;
@@ -186,7 +186,7 @@ TEST_P(BackendFuzz, SleepingWorldsThatWakeInPartsEqualTheOracle)
     expectRepresentative(100);
 }
 
-TEST_P(BackendFuzz, JitterAroundTheMarginAndAnEscapeEqualTheOracle)
+TEST_P(BackendFuzz, MatchesOracleWhenBoxesJitterAroundMarginAndScatter)
 {
     SCOPED_TRACE("seed 9");
     const std::uint32_t side = 4;
@@ -217,7 +217,7 @@ TEST_P(BackendFuzz, JitterAroundTheMarginAndAnEscapeEqualTheOracle)
     EXPECT_GE(quietSteps, 90u) << "below the margin nothing may leave";
 }
 
-TEST_P(BackendFuzz, WorldsThatShrinkToNothingAndGrowAgainEqualTheOracle)
+TEST_P(BackendFuzz, MatchesOracleWhenWorldEmptiesAndGrowsAgain)
 {
     SCOPED_TRACE("seed 10");
     RandomWorldOptions options;
@@ -238,7 +238,7 @@ TEST_P(BackendFuzz, WorldsThatShrinkToNothingAndGrowAgainEqualTheOracle)
     expectRepresentative(500);
 }
 
-TEST_P(BackendFuzz, IdsNearTheEndOfTheirRangeEqualTheOracle)
+TEST_P(BackendFuzz, MatchesOracleWithIdsNearEndOfRange)
 {
     SCOPED_TRACE("seed 11");
     RandomWorldOptions options;

@@ -66,7 +66,7 @@ protected:
 
 CULLET_ON_EVERY_BACKEND(BackendMemory);
 
-TEST_P(BackendMemory, ARestartAfterAFailedUpdateIsExactWhenTheNextTableIsSmaller)
+TEST_P(BackendMemory, RestartsExactlyAfterFailedUpdateWhenNextTableIsSmaller)
 {
     bool hasFailed = true;
     std::uint64_t failures = 0;

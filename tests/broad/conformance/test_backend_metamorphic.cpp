@@ -110,19 +110,19 @@ protected:
 
 CULLET_ON_EVERY_BACKEND(BackendMetamorphic);
 
-TEST_P(BackendMetamorphic, TheDeltasAreThoseOfBruteForce)
+TEST_P(BackendMetamorphic, ReportsDeltasOfBruteForce)
 {
     expectSameDeltas({});
 }
 
-TEST_P(BackendMetamorphic, AnotherOrderOfRowsChangesNothing)
+TEST_P(BackendMetamorphic, ReportsSameDeltasWhenRowsArePermuted)
 {
     Variant variant;
     variant.isPermuted = true;
     expectSameDeltas(variant);
 }
 
-TEST_P(BackendMetamorphic, APowerOfTwoScaleChangesNothing)
+TEST_P(BackendMetamorphic, ReportsSameDeltasWhenSceneIsScaledByPowerOfTwo)
 {
     for (const float scale : {0x1p-20f, 0x1p-1f, 0x1p+3f, 0x1p+40f})
     {
@@ -142,14 +142,14 @@ TEST_P(BackendMetamorphic, APowerOfTwoScaleChangesNothing)
     }
 }
 
-TEST_P(BackendMetamorphic, AShiftThatRoundsNothingChangesNothing)
+TEST_P(BackendMetamorphic, ReportsSameDeltasWhenSceneIsShiftedWithoutRounding)
 {
     Variant variant;
     variant.transform = [](const Aabb& box) { return translated(box, 4096, -8192, 1.5f); };
     expectSameDeltas(variant);
 }
 
-TEST_P(BackendMetamorphic, AnotherOrderOfAxesChangesNothing)
+TEST_P(BackendMetamorphic, ReportsSameDeltasWhenAxesArePermuted)
 {
     Variant variant;
     variant.transform = [](const Aabb& box) {
@@ -158,7 +158,7 @@ TEST_P(BackendMetamorphic, AnotherOrderOfAxesChangesNothing)
     expectSameDeltas(variant);
 }
 
-TEST_P(BackendMetamorphic, AMirroredWorldChangesNothing)
+TEST_P(BackendMetamorphic, ReportsSameDeltasWhenSceneIsMirrored)
 {
     Variant variant;
     variant.transform = [](const Aabb& box) {

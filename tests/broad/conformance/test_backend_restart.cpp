@@ -32,14 +32,14 @@ protected:
 
 CULLET_ON_EVERY_BACKEND(BackendRestart);
 
-TEST_P(BackendRestart, FromTheCorrectPairsReportsNothing)
+TEST_P(BackendRestart, ReportsNothingWhenRestartedFromCorrectPairs)
 {
     session.restart({{1, 2}, {2, 3}, {3, 4}, {4, 5}});
     ASSERT_TRUE(session.step());
     EXPECT_TRUE(session.reported({}, {}));
 }
 
-TEST_P(BackendRestart, FromNothingReportsEverything)
+TEST_P(BackendRestart, ReportsAllPairsWhenRestartedFromNone)
 {
     ASSERT_TRUE(session.step());
     session.restart({});
@@ -47,7 +47,7 @@ TEST_P(BackendRestart, FromNothingReportsEverything)
     EXPECT_TRUE(session.reported({{1, 2}, {2, 3}, {3, 4}, {4, 5}}, {}));
 }
 
-TEST_P(BackendRestart, FromStalePairsReportsTheDifference)
+TEST_P(BackendRestart, ReportsDifferenceWhenRestartedFromStalePairs)
 {
     // 1-3 does not overlap, 7 and 9 never existed.
     session.restart({{1, 3}, {2, 3}, {4, 7}, {7, 9}});
@@ -55,7 +55,7 @@ TEST_P(BackendRestart, FromStalePairsReportsTheDifference)
     EXPECT_TRUE(session.reported({{1, 2}, {3, 4}, {4, 5}}, {{1, 3}, {4, 7}, {7, 9}}));
 }
 
-TEST_P(BackendRestart, KnowsDestroyedProxies)
+TEST_P(BackendRestart, RemovesPairsOfProxyDestroyedBeforeRestart)
 {
     ASSERT_TRUE(session.step());
     session.table.destroy(2);
@@ -87,7 +87,7 @@ TEST_P(BackendRestart, KeepsPairsWithinTheMarginAndPairsThatTheFilterNoLongerWan
     EXPECT_TRUE(session.reported({{2, 3}, {3, 4}}, {}));
 }
 
-TEST_P(BackendRestart, InTheMiddleOfARandomWorldLosesNothing)
+TEST_P(BackendRestart, MatchesOracleWhenRestartedWithinRandomWorld)
 {
     BackendSession random{GetParam().make()};
     random.margin = 0.125f;

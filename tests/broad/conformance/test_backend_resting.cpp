@@ -64,7 +64,7 @@ private:
 
 CULLET_ON_EVERY_BACKEND(BackendResting);
 
-TEST_P(BackendResting, PairsFollowAMarginThatChanges)
+TEST_P(BackendResting, RemovesPairsWhenMarginShrinksAndAddsNoneWhenItGrows)
 {
     // Pairs kept by the margin only, with gaps of up to twice the margin.
     std::vector<ProxyId> parting;
@@ -95,7 +95,7 @@ TEST_P(BackendResting, PairsFollowAMarginThatChanges)
     EXPECT_EQ(session.removedTotal(), 9u);
 }
 
-TEST_P(BackendResting, APairThatLeftAgainstItsFilterStaysOutWhenItComesBack)
+TEST_P(BackendResting, AddsReturningPairOnlyWhenFilterAcceptsItAgain)
 {
     session.add(boxAt(0, 0, 0));
     const ProxyId other = session.add(boxAt(0, 0.95f, 0));
@@ -117,7 +117,7 @@ TEST_P(BackendResting, APairThatLeftAgainstItsFilterStaysOutWhenItComesBack)
     EXPECT_EQ(session.delta().added.size(), 1u);
 }
 
-TEST_P(BackendResting, ADestroyedBoxLosesItsPairsWhenTheMarginHasNoEnd)
+TEST_P(BackendResting, RemovesPairOfDestroyedBoxWhenMarginIsInfinite)
 {
     session.margin = kInfinity;
     session.add(boxAt(0, 0, 0));
@@ -130,7 +130,7 @@ TEST_P(BackendResting, ADestroyedBoxLosesItsPairsWhenTheMarginHasNoEnd)
     EXPECT_EQ(session.delta().removed.size(), 1u);
 }
 
-TEST_P(BackendResting, ABoxMeetsAHalfSpaceThatItComesNearTo)
+TEST_P(BackendResting, AddsAndRemovesPairOfMovingBoxAndRestingHalfSpace)
 {
     session.add({{-kInfinity, -kInfinity, -kInfinity}, {kInfinity, 0, kInfinity}});
     const ProxyId box = session.add(boxAt(0, 0.9f, 0));

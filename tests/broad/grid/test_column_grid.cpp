@@ -107,11 +107,11 @@ struct KernelCase
     bool isBounded;
 };
 
-class RowKernelSets : public testing::TestWithParam<KernelCase>
+class ColumnKernelSets : public testing::TestWithParam<KernelCase>
 {
 };
 
-TEST_P(RowKernelSets, FindThePairsOfTheDefinitionWithEveryWidth)
+TEST_P(ColumnKernelSets, FindPairsOfDefinitionWithEveryWidth)
 {
     constexpr std::uint32_t kCounts[] = {2, 3, 15, 16, 17, 33, 700};
     std::size_t hits = 0;
@@ -145,13 +145,13 @@ TEST_P(RowKernelSets, FindThePairsOfTheDefinitionWithEveryWidth)
     EXPECT_GT(hits, 1000u * kernelsHere().size());
 }
 
-INSTANTIATE_TEST_SUITE_P(All, RowKernelSets,
+INSTANTIATE_TEST_SUITE_P(All, ColumnKernelSets,
                          testing::Values(KernelCase{"Overlapping", 0, kReportAll, false},
                                          KernelCase{"NearTouching", 0.25f, -0.25f, false},
                                          KernelCase{"Bounded", 0.6f, kReportAll, true}),
                          [](const auto& test) { return test.param.name; });
 
-TEST(RowKernelSets, AskedAboutOneBoxFindWhatOverlapsItBehindTheGivenEntry)
+TEST(ColumnKernelSets, FindOverlapsOfOneBoxFromGivenEntryOn)
 {
     std::size_t hits = 0;
     for (const ColumnKernels* kernels : kernelsHere())
@@ -226,7 +226,7 @@ Motions motionsBy(const ColumnKernels& kernels, int sweepAxis, const std::vector
     return result;
 }
 
-TEST(RowKernelSets, TellTheSameOfMotionsWithEveryWidth)
+TEST(ColumnKernelSets, ReportSameMotionsWithEveryWidth)
 {
     Random random(34);
     std::vector<Aabb> then;
@@ -252,7 +252,7 @@ TEST(RowKernelSets, TellTheSameOfMotionsWithEveryWidth)
     }
 }
 
-TEST(RowKernelSets, LocateTheSameWithEveryWidth)
+TEST(ColumnKernelSets, LocateBoxesInSameCellsWithEveryWidth)
 {
     Random random(35);
     std::vector<Aabb> boxes;
@@ -310,7 +310,7 @@ BackendStats statsOfMovers(std::uint32_t movers, int updates)
     return grid.stats();
 }
 
-TEST(RowWork, AnUpdateLooksIntoTheRowsOfThoseThatMoveOnly)
+TEST(ColumnGridBackend, VisitsOnlyColumnsOfBoxesThatMove)
 {
     const BackendStats few = statsOfMovers(20, 7);
     EXPECT_STREQ(few.path, "incremental");
@@ -326,7 +326,7 @@ TEST(RowWork, AnUpdateLooksIntoTheRowsOfThoseThatMoveOnly)
     EXPECT_EQ(statsOfMovers(0, 7).candidates, 0u);
 }
 
-TEST(RowWork, AListOfNeighboursLastsWhileItsBoxIsInReach)
+TEST(ColumnGridBackend, VisitsNoColumnWhileNeighbourListsCoverMovedBoxes)
 {
     const BackendStats stats = statsOfMovers(200, 6);
     EXPECT_STREQ(stats.path, "incremental");

@@ -55,7 +55,7 @@ std::ostream& operator<<(std::ostream& out, const FollowCase& followCase)
     return out << followCase.name;
 }
 
-class RowFollow : public testing::TestWithParam<FollowCase>
+class ColumnUpdate : public testing::TestWithParam<FollowCase>
 {
 protected:
     /// driftingWorld() with the parameters of the case.
@@ -69,7 +69,7 @@ protected:
     }
 };
 
-TEST_P(RowFollow, DriftingWorldsThatAreNowAndThenStirredEqualTheOracle)
+TEST_P(ColumnUpdate, MatchesOracleInDriftingWorldWithBurstsOfEvents)
 {
     BackendSession session{std::make_unique<ColumnGridBackend>(GetParam().options)};
     session.margin = 0.0625f;
@@ -96,7 +96,7 @@ TEST_P(RowFollow, DriftingWorldsThatAreNowAndThenStirredEqualTheOracle)
     EXPECT_GT(world.counts().destroyed, 50u);
 }
 
-TEST_P(RowFollow, WorldsOfUnevenMotionsEqualTheOracle)
+TEST_P(ColumnUpdate, MatchesOracleWhenMotionsAreUneven)
 {
     BackendSession session{std::make_unique<ColumnGridBackend>(GetParam().options)};
     session.margin = 0.0625f;
@@ -119,7 +119,7 @@ TEST_P(RowFollow, WorldsOfUnevenMotionsEqualTheOracle)
     EXPECT_GT(world.counts().teleported, 5u);
 }
 
-TEST_P(RowFollow, WorldsInWhichMostBoxesJumpEqualTheOracle)
+TEST_P(ColumnUpdate, MatchesOracleWhenMostBoxesAreTeleported)
 {
     GridOptions gridOptions = GetParam().options;
     gridOptions.cellScale = 1;  // cells so narrow that every teleport exceeds them
@@ -148,7 +148,7 @@ TEST_P(RowFollow, WorldsInWhichMostBoxesJumpEqualTheOracle)
     EXPECT_GT(world.counts().destroyed, 50u);
 }
 
-INSTANTIATE_TEST_SUITE_P(Grids, RowFollow,
+INSTANTIATE_TEST_SUITE_P(Grids, ColumnUpdate,
                          testing::Values(FollowCase{"OneThread", alwaysMoving(1, false), 0, true},
                                          FollowCase{"TwoThreads", alwaysMoving(2, false), 0, true},
                                          FollowCase{"Baseline", alwaysMoving(1, true), 0, true},
@@ -170,7 +170,7 @@ std::size_t updateBoth(Backend& one, Backend& other, ProxyTable& table)
     return a.removed.size();
 }
 
-TEST(RowFollow, ThreadsReportTheSameWhenWorkIsSharedOut)
+TEST(ColumnUpdate, ReportsSameDeltasWithOneAndFourThreadsWhenMostBoxesMove)
 {
     RandomWorldOptions options = driftingWorld();
     options.count = 20000;
@@ -189,7 +189,7 @@ TEST(RowFollow, ThreadsReportTheSameWhenWorkIsSharedOut)
     EXPECT_GT(changes, 1000u);
 }
 
-TEST(RowFollow, ThreadsReportTheSameWhenActiveBoxesAreSharedOut)
+TEST(ColumnUpdate, ReportsSameDeltasWithOneAndFourThreadsWhenTenthIsAwake)
 {
     GridOptions options;
     options.rebuildFraction = 1;  // enters the resting mode at once, and stays in it
@@ -268,7 +268,7 @@ BackendStats statsOfMotion(GridOptions options, float stride, int updates)
     return grid.stats();
 }
 
-TEST(GridDecision, TakesTheCheaperPathAndSaysWhy)
+TEST(GridDecision, TakesCheaperPathAndReportsReason)
 {
     const BackendStats drifting = statsOfMotion({}, 0.1f, 6);
     EXPECT_STREQ(drifting.path, "follow");
@@ -321,13 +321,13 @@ int settledUpdatesOf(bool isFresh)
     return settled;
 }
 
-TEST(GridDecision, BoxesThatMoveInTurnAreNoReasonToSettle)
+TEST(GridDecision, EntersRestingModeOnlyWhenSameBoxesKeepMoving)
 {
     EXPECT_GT(settledUpdatesOf(false), 24);
     EXPECT_EQ(settledUpdatesOf(true), 0);
 }
 
-TEST(GridDecision, ThePlanIsNoDearerThanItsAlternatives)
+TEST(GridDecision, ChoosesPlanNoDearerThanItsAlternatives)
 {
     const BackendStats stats = statsOfMotion({}, 0.1f, 2);
     EXPECT_GT(stats.decision.cellWidth, 0.0f);
@@ -336,7 +336,7 @@ TEST(GridDecision, ThePlanIsNoDearerThanItsAlternatives)
     EXPECT_LE(stats.decision.planCost, stats.decision.allLevelsCost);
 }
 
-TEST(GridDecision, FixedChoicesAreKept)
+TEST(GridDecision, KeepsChoicesFixedByOptions)
 {
     GridOptions options;
     options.levels = 2;
@@ -374,7 +374,7 @@ Pairs fillLists(Random& random, std::uint32_t ids, std::uint32_t firsts, std::si
     return expected;
 }
 
-TEST(PairSort, ListsAreSortedAndDoublesTakenOut)
+TEST(PairSort, SortsListsAndRemovesKeysThatOccurTwice)
 {
     Random random(26);
     PairSort sort;
@@ -399,7 +399,7 @@ TEST(PairSort, ListsAreSortedAndDoublesTakenOut)
     }
 }
 
-TEST(PairSort, ListsInOrderAreTakenAsTheyAre)
+TEST(PairSort, MergesListsThatAreAlreadyInOrder)
 {
     PairSort sort;
     ParallelLoops workers(2);
@@ -441,7 +441,7 @@ TEST(PairSort, EqualsSortingByComparisons)
     }
 }
 
-TEST(ModePolicy, WaitsLongerEachTimeThatSettlingDidNotPay)
+TEST(ModePolicy, WaitsLongerEachTimeThatRestingModeDidNotPay)
 {
     ModePolicy policy;
     for (const std::uint32_t wait : {32u, 64u, 128u, 256u, 256u})

@@ -42,7 +42,7 @@ double countTests(const std::vector<Aabb>& boxes, float width)
     return tests;
 }
 
-TEST(GridPlan, PredictsTheTestsOfALevelWithSizesOverSixDecades)
+TEST(GridPlan, PredictsTestCountOfLevelWithSizesOverSixDecades)
 {
     SCOPED_TRACE("seed 11");
     Random random(11);
@@ -72,7 +72,7 @@ TEST(GridPlan, PredictsTheTestsOfALevelWithSizesOverSixDecades)
     }
 }
 
-TEST(GridPlan, OneGiantInTheSampleGetsNoLevelOfItsOwn)
+TEST(GridPlan, AddsNoLevelForSingleGiantInSample)
 {
     SCOPED_TRACE("seed 12");
     Random random(12);

@@ -91,20 +91,20 @@ bool expectToGoOnAsNew(Cloud& before, Cloud& after, float way)
     return haveSettled;
 }
 
-TEST(GridRestart, SettlesAsANewGridWhenTheNextTableIsSmaller)
+TEST(GridRestart, MatchesNewGridWhenNextTableIsSmaller)
 {
     Cloud before(600, 8, 0.4f);
     Cloud after(40, 4, 0.4f);
     EXPECT_TRUE(expectToGoOnAsNew(before, after, 0.25f * kCloudMargin));
 }
 
-TEST(GridRestart, SettlesAsANewGridWhenTheTableIsTheSame)
+TEST(GridRestart, MatchesNewGridWhenTableIsTheSame)
 {
     Cloud cloud(200, 6, 0.4f);
     EXPECT_TRUE(expectToGoOnAsNew(cloud, cloud, 0.25f * kCloudMargin));
 }
 
-TEST(GridRestart, ReachesAsFarAsANewGridWhenBoxesWereFastBefore)
+TEST(GridRestart, MatchesNewGridWhenBoxesWereFastBefore)
 {
     Cloud before(400, 100, 8);
     Cloud after(200, 1, 0.02f);

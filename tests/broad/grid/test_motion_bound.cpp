@@ -43,10 +43,10 @@ std::ostream& operator<<(std::ostream& out, const ReachCase& reachCase)
     return out << reachCase.name;
 }
 
-class RowReach : public testing::TestWithParam<ReachCase>
+class MotionBound : public testing::TestWithParam<ReachCase>
 {
 protected:
-    RowReach()
+    MotionBound()
     {
         for (std::size_t i = 0; i < kPairs; ++i)
         {
@@ -95,7 +95,7 @@ protected:
     std::vector<TouchingPair> pairs;
 };
 
-TEST_P(RowReach, FindsEveryPairThatPartsWhenBoxesMoveAsFarAsCellsAreReached)
+TEST_P(MotionBound, FindsEverySeparatedPairWhenBoxesMoveAsFarAsColumnsReach)
 {
     SCOPED_TRACE("seed " + std::to_string(kSeed));
     ASSERT_TRUE(session.step());
@@ -111,7 +111,7 @@ TEST_P(RowReach, FindsEveryPairThatPartsWhenBoxesMoveAsFarAsCellsAreReached)
     EXPECT_GT(reasons["few boxes came into other cells"], 0);
 }
 
-INSTANTIATE_TEST_SUITE_P(Motions, RowReach,
+INSTANTIATE_TEST_SUITE_P(Motions, MotionBound,
                          testing::Values(ReachCase{"AlmostAnOctave", 127 * kStep, 1},
                                          ReachCase{"JustAboveAnOctave", 65 * kStep, 1},
                                          ReachCase{"OneInThirty", 127 * kStep, 30},

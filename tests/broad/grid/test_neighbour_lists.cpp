@@ -156,7 +156,7 @@ class NeighbourLists : public testing::TestWithParam<WandererCase>
 {
 };
 
-TEST_P(NeighbourLists, WanderersAmongRestingBoxesEqualTheOracle)
+TEST_P(NeighbourLists, MatchOracleWhenBoxesWanderAmongRestingOnes)
 {
     GridOptions options;
     options.threads = GetParam().threads;

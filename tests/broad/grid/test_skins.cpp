@@ -30,7 +30,7 @@ Aabb jittered(const Aabb& box, Random& random, float stride)
                       random.between(-stride, stride));
 }
 
-TEST(Shells, KernelsFindTheBoxesOutsideOfTheirs)
+TEST(RestingMode, FindsBoxesOutsideTheirSkinsWithEveryKernelSet)
 {
     constexpr std::uint32_t kCount = 2003;
     constexpr float kSlack = 0.25f;
@@ -68,7 +68,7 @@ TEST(Shells, KernelsFindTheBoxesOutsideOfTheirs)
     }
 }
 
-TEST(Shells, KernelsFindEveryWatchedPairThatChanges)
+TEST(RestingMode, FindsEveryListedPairThatChangesWithEveryKernelSet)
 {
     constexpr float kMargin = 0.125f;
     using State = VerletPairs::State;
@@ -154,7 +154,7 @@ private:
     std::uint32_t m_nextId = kCount + 1;
 };
 
-TEST(Shells, UpdatesWhereNearlyAllRestTellEveryChange)
+TEST(RestingMode, ReportsEveryChangeWhenNearlyAllBoxesRest)
 {
     GridOptions options;
     options.threads = 1;

@@ -34,7 +34,7 @@ TEST(Pair, HasTheLowerIdFirst)
     EXPECT_EQ(makePair(0xffffffffu, 0x80000000u), (Pair{0x80000000u, 0xffffffffu}));
 }
 
-TEST(Pair, KeysSortAsPairsDo)
+TEST(Pair, SortsInSameOrderAsItsKey)
 {
     const Pairs sorted = {{1, 2}, {1, 0x80000000u}, {1, 0xffffffffu}, {2, 3}, {0x80000000u, 0xffffffffu}};
     for (std::size_t i = 0; i < sorted.size(); ++i)
@@ -48,7 +48,7 @@ TEST(Pair, KeysSortAsPairsDo)
     }
 }
 
-TEST(PairDiff, OfEqualListsIsEmpty)
+TEST(PairDiff, IsEmptyWhenListsAreEqual)
 {
     PairDelta delta{{{1, 2}}, {{3, 4}}};
     diffSortedPairs({{1, 2}, {5, 6}}, {{1, 2}, {5, 6}}, delta);
@@ -56,7 +56,7 @@ TEST(PairDiff, OfEqualListsIsEmpty)
     EXPECT_TRUE(delta.removed.empty());
 }
 
-TEST(PairDiff, NamesWhatCameAndWhatWent)
+TEST(PairDiff, ListsAddedAndRemovedPairs)
 {
     PairDelta delta;
     diffSortedPairs({{1, 2}, {1, 3}, {5, 6}}, {{1, 3}, {4, 9}, {5, 6}, {5, 7}}, delta);
@@ -64,7 +64,7 @@ TEST(PairDiff, NamesWhatCameAndWhatWent)
     EXPECT_EQ(delta.removed, (Pairs{{1, 2}}));
 }
 
-TEST(PairDiff, AppliedToTheFirstListGivesTheSecond)
+TEST(PairDiff, GivesSecondListWhenAppliedToFirst)
 {
     SCOPED_TRACE("seed 1");
     Random random(1);
@@ -125,7 +125,7 @@ TEST(CandidatePairs, EnterByTheFilterAndLeaveByTheMargin)
         EXPECT_GT(count, 1000u);
 }
 
-TEST(PairStreamHash, IsFnv1aOfTheWordsInOrder)
+TEST(PairStreamHash, EqualsFnv1aForEmptyStreamAndEmptyDelta)
 {
     // The empty stream is the offset basis; one empty delta is eight zero bytes.
     PairStreamHash empty;
@@ -137,7 +137,7 @@ TEST(PairStreamHash, IsFnv1aOfTheWordsInOrder)
     EXPECT_EQ(empty.value(), zeros);
 }
 
-TEST(PairStreamHash, SeesOrderSideAndTime)
+TEST(PairStreamHash, DependsOnOrderSideAndTimeOfPairs)
 {
     const PairDelta one{{{1, 2}}, {}};
     const PairDelta two{{}, {{1, 2}}};

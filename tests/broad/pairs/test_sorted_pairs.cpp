@@ -46,7 +46,7 @@ void expectSameAnswers(SortedPairs& pairs, std::set<std::uint64_t> keys,
     }
 }
 
-TEST(SortedPairs, WithoutPairsHaveNone)
+TEST(SortedPairs, ContainsNoKeyWhenEmpty)
 {
     SortedPairs pairs;
     for (const std::uint64_t key : {std::uint64_t{0}, ~std::uint64_t{0}, PairSet::keyOf(1, 2)})
@@ -58,7 +58,7 @@ TEST(SortedPairs, WithoutPairsHaveNone)
     EXPECT_FALSE(pairs.contains(0));
 }
 
-TEST(SortedPairs, AnswerAsASetDoes)
+TEST(SortedPairs, ContainsAndErasesSameKeysAsSet)
 {
     for (std::uint32_t seed = 1; seed <= 20; ++seed)
     {
@@ -83,7 +83,7 @@ TEST(SortedPairs, AnswerAsASetDoes)
 }
 
 // Nearly all pairs are in one part of the divided range.
-TEST(SortedPairs, MayBeCrowded)
+TEST(SortedPairs, FindsPairsWhenKeysAreClustered)
 {
     std::set<std::uint64_t> keys = {PairSet::keyOf(0, 1), PairSet::keyOf(0x3ffffffe, 0x3fffffff)};
     for (std::uint32_t row = 0; row < 5000; ++row)
@@ -95,7 +95,7 @@ TEST(SortedPairs, MayBeCrowded)
     expectSameAnswers(pairs, keys, questions);
 }
 
-TEST(SortedPairs, MayHaveTheLowestAndTheHighestKey)
+TEST(SortedPairs, FindsLowestAndHighestPossibleKey)
 {
     const std::set<std::uint64_t> keys = {0, 1, ~std::uint64_t{0} - 1, ~std::uint64_t{0}};
     SortedPairs pairs = pairsOf(keys);
@@ -103,7 +103,7 @@ TEST(SortedPairs, MayHaveTheLowestAndTheHighestKey)
                       {2, 0, ~std::uint64_t{0}, ~std::uint64_t{0} - 2, 1, ~std::uint64_t{0} - 1});
 }
 
-TEST(SortedPairs, TakeOthersInPlaceOfThose)
+TEST(SortedPairs, ReplacesAllPairsWhenTakingOthers)
 {
     SortedPairs pairs = pairsOf({3, 5, 9});
     EXPECT_TRUE(pairs.erase(5));

@@ -63,10 +63,11 @@ public:
 };
 
 /// Rows with unique ids in a different order.
-class Names : public ::testing::Test
+class DeltaOutputs : public ::testing::Test
 {
 protected:
-    explicit Names(std::uint32_t rows = 20000, std::uint32_t firstId = 1, std::uint64_t expected = 17000)
+    explicit DeltaOutputs(std::uint32_t rows = 20000, std::uint32_t firstId = 1,
+                          std::uint64_t expected = 17000)
         : m_ids(rows), m_names(expected)
     {
         std::iota(m_ids.begin(), m_ids.end(), firstId);
@@ -173,21 +174,21 @@ private:
 };
 
 /// Fixture in which few changes are expected.
-class FewNames : public Names
+class SmallDeltaOutputs : public DeltaOutputs
 {
 protected:
-    FewNames() : Names(20000, 1, 600) {}
+    SmallDeltaOutputs() : DeltaOutputs(20000, 1, 600) {}
 };
 
 /// Fixture with ids that need all bits of a key.
-class LargeNames : public Names
+class LargeIdDeltaOutputs : public DeltaOutputs
 {
 protected:
-    LargeNames() : Names(20000, 0xffff0000u, 17000) {}
+    LargeIdDeltaOutputs() : DeltaOutputs(20000, 0xffff0000u, 17000) {}
 };
 }  // namespace
 
-TEST_F(Names, ChangesOfManyBoxesAreNotSorted)
+TEST_F(DeltaOutputs, OrderManyChangesByBucketsWithoutSort)
 {
     for (int update = 0; update < 3; ++update)
     {
@@ -203,7 +204,7 @@ TEST_F(Names, ChangesOfManyBoxesAreNotSorted)
     EXPECT_TRUE(wentByBuckets());
 }
 
-TEST_F(FewNames, FewChangesAreRanked)
+TEST_F(SmallDeltaOutputs, RankFewChangesInsteadOfSorting)
 {
     expectNamed(chain(100), chain(50, 2));
     EXPECT_TRUE(wereRanked());
@@ -228,7 +229,7 @@ TEST_F(FewNames, FewChangesAreRanked)
     EXPECT_EQ(askings(), 3) << "more than expected, and too many of one box";
 }
 
-TEST_F(FewNames, MoreChangesThanExpectedAreAskedForAgainAndThenExpected)
+TEST_F(SmallDeltaOutputs, RequestChangesTwiceOnlyWhenMoreThanExpected)
 {
     expectNamed(chain(600), chain(601, 2));
     EXPECT_EQ(askings(), 2);
@@ -242,13 +243,13 @@ TEST_F(FewNames, MoreChangesThanExpectedAreAskedForAgainAndThenExpected)
     EXPECT_EQ(askings(), 2) << "few are expected again";
 }
 
-TEST_F(FewNames, APairThatFindsNoRoomAmongTheHeldIsNamedAllTheSame)
+TEST_F(SmallDeltaOutputs, ReportChangesWhenAddedPairsExactlyFillHeldList)
 {
     expectNamed(chain(600), chain(300, 2), 601);
     EXPECT_EQ(askings(), 1);
 }
 
-TEST_F(Names, ABoxWithMoreChangesThanABucketHasRoomForIsNamedAsWell)
+TEST_F(DeltaOutputs, ReportAllChangesOfBoxThatOverfillsItsBucket)
 {
     for (const std::uint64_t ofOne : {OrderBucket::kOverfull - 1, OrderBucket::kOverfull})
     {
@@ -257,7 +258,7 @@ TEST_F(Names, ABoxWithMoreChangesThanABucketHasRoomForIsNamedAsWell)
     }
 }
 
-TEST_F(Names, AfterABoxWithManyChangesBucketsAreTriedAgainOnlyLater)
+TEST_F(DeltaOutputs, TryBucketsAgainSixteenUpdatesAfterBucketWasOverfull)
 {
     expectNamed(chain(9000), {});
     expectNamed(star(9000), {});
@@ -271,7 +272,7 @@ TEST_F(Names, AfterABoxWithManyChangesBucketsAreTriedAgainOnlyLater)
     EXPECT_EQ(updates, 16);
 }
 
-TEST_F(Names, BucketsAreEmptyAfterAnUpdateThatFailed)
+TEST_F(DeltaOutputs, OrderChangesByBucketsAfterRecovery)
 {
     expectNamed(chain(9000), chain(8000, 2));
     expectNamed(chain(8000), chain(9000, 2));
@@ -280,7 +281,7 @@ TEST_F(Names, BucketsAreEmptyAfterAnUpdateThatFailed)
     EXPECT_TRUE(wentByBuckets());
 }
 
-TEST_F(Names, ChangesOfOtherBoxesThanBeforeAreInOrder)
+TEST_F(DeltaOutputs, OrderChangesWhenOtherBoxesChangeThanBefore)
 {
     // Boxes with large ids, then with small ids, then all.
     std::vector<RowPair> large, small;
@@ -301,7 +302,7 @@ TEST_F(Names, ChangesOfOtherBoxesThanBeforeAreInOrder)
     }
 }
 
-TEST_F(Names, AFewSmallerIdsThanBeforeComeFirst)
+TEST_F(DeltaOutputs, PutFewSmallerIdsThanBeforeFirst)
 {
     std::vector<RowPair> large, few;
     for (const RowPair& pair : chain(9000))
@@ -321,7 +322,7 @@ TEST_F(Names, AFewSmallerIdsThanBeforeComeFirst)
     EXPECT_EQ(askings(), 1);
 }
 
-TEST_F(Names, ListsThatComeBackAreWrittenWithoutACopy)
+TEST_F(DeltaOutputs, KeepMemoryOfListsThatCallerReturns)
 {
     expectNamed(chain(9000), chain(8000, 2));
     const Pair* list = addedList();
@@ -338,7 +339,7 @@ TEST_F(Names, ListsThatComeBackAreWrittenWithoutACopy)
     expectNamed(chain(8000), chain(9000, 2));
 }
 
-TEST_F(LargeNames, TheLargestIdsAreInOrder)
+TEST_F(LargeIdDeltaOutputs, OrderChangesOfLargestIds)
 {
     expectNamed(chain(9000), chain(8000, 2));
     expectNamed(chain(9000), chain(8000, 2));

@@ -75,7 +75,7 @@ PsapOptions keeping(PsapNearPairs nearPairs)
     return options;
 }
 
-TEST(PsapDeltas, EqualThoseOfEveryPairInAnyOrderOfTheSteps)
+TEST(PsapDeltas, EqualBruteForceWithEveryExecutorAndOrder)
 {
     const auto sets = changingBoxes(600, 11);
     for (const PsapExecutor executor : {PsapExecutor::InOrder, PsapExecutor::Shuffled, PsapExecutor::Threads})
@@ -95,7 +95,7 @@ TEST(PsapDeltas, EqualThoseOfEveryPairInAnyOrderOfTheSteps)
     }
 }
 
-TEST(PsapDeltas, ListsThatAreTooShortGrowAndNothingIsLost)
+TEST(PsapDeltas, LoseNoPairWhenListsAreTooShortAndGrow)
 {
     const auto sets = changingBoxes(300, 12);
     for (const PsapOrder order : {PsapOrder::Counting, PsapOrder::Bins, PsapOrder::Tiles})
@@ -107,7 +107,7 @@ TEST(PsapDeltas, ListsThatAreTooShortGrowAndNothingIsLost)
     }
 }
 
-TEST(PsapDeltas, TellThatPairsAreMissingWhenTheListOfNearPairsIsTooShort)
+TEST(PsapDeltas, ReportMissingPairsWhenNeighbourListIsTooShort)
 {
     // Later steps on the device read these counts before any repetition.
     psap::HostExec exec{PsapOptions{}};
@@ -171,7 +171,7 @@ std::vector<std::vector<Aabb>> steadyBoxes(std::uint32_t count, float fastest, s
     return sets;
 }
 
-TEST(PsapDeltas, OfBoxesThatGoShortWaysNeedFewSearches)
+TEST(PsapDeltas, NeedFewSearchesWhenBoxesMoveShortDistances)
 {
     for (const PsapOrder order : {PsapOrder::Counting, PsapOrder::Bins, PsapOrder::Tiles})
     {
@@ -210,7 +210,7 @@ TEST(PsapDeltas, CountTheMemoryThatTheyHold)
     }
 }
 
-TEST(PsapDeltas, OfBoxesThatGoFarAreSearchedFor)
+TEST(PsapDeltas, FallBackToSearchWhenBoxesMoveFar)
 {
     HostDeltas always(keeping(PsapNearPairs::Always)), automatic(keeping(PsapNearPairs::Automatic)),
         never(keeping(PsapNearPairs::Never));
@@ -250,7 +250,7 @@ float depthAfter(int updates, float way, float depth)
     return depth;
 }
 
-TEST(PsapDeltas, WhatIsLeftOfADepthIsNeverMoreThanItIs)
+TEST(PsapDeltas, NeverOverestimateDepthLeftAfterMotion)
 {
     EXPECT_LT(depthAfter(10, 0.01f, 1.0f), 1 - 10 * 0.02);
     EXPECT_GT(depthAfter(10, 0.01f, 1.0f), 1 - 10 * 0.0201);
@@ -261,7 +261,7 @@ TEST(PsapDeltas, WhatIsLeftOfADepthIsNeverMoreThanItIs)
     EXPECT_GT(depthAfter(1000, way, 1.0f), 0.999f);
 }
 
-TEST(PsapDeltas, WhatIsForgottenEntersAgain)
+TEST(PsapDeltas, AddAllPairsAgainAfterForget)
 {
     const auto sets = changingBoxes(300, 13);
     HostDeltas deltas(ordered(PsapOrder::Automatic));

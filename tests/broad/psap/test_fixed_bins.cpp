@@ -9,7 +9,7 @@ namespace cullet::test
 {
 namespace
 {
-TEST(PsapBins, SmallWorldsAreSearchedInBins)
+TEST(PsapBins, FindAllPairsInWorldsOfUpTo65536Boxes)
 {
     SCOPED_TRACE("seed 5");
     Random random(5);
@@ -28,7 +28,7 @@ TEST(PsapBins, SmallWorldsAreSearchedInBins)
     }
 }
 
-TEST(PsapBins, LargerWorldsAreNot)
+TEST(PsapBins, AreNotUsedInWorldsOfMoreThan65536Boxes)
 {
     Random random(6);
     const std::vector<Aabb> boxes = cubesIn((1u << 16) + 1, 4, random);
@@ -37,7 +37,7 @@ TEST(PsapBins, LargerWorldsAreNot)
     EXPECT_EQ(search.searchesOfBins(), 0);
 }
 
-TEST(PsapBins, WorldsWithManyPairsAreNot)
+TEST(PsapBins, AreNotUsedWhenManyPairsAreExpected)
 {
     SCOPED_TRACE("seed 10");
     Random random(10);
@@ -59,7 +59,7 @@ TEST(PsapBins, WorldsWithManyPairsAreNot)
     EXPECT_EQ(ofManySizes.searchesOfBins(), 2);
 }
 
-TEST(PsapBins, WhereOneIsFullCountingFindsThePairs)
+TEST(PsapBins, FallBackToCountingWhenBinIsFull)
 {
     SCOPED_TRACE("seed 7");
     Random random(7);
@@ -84,7 +84,7 @@ TEST(PsapBins, WhereOneIsFullCountingFindsThePairs)
 }
 
 // With up to a dozen cells across, a cell ahead of a box may be a wrapped cell behind it.
-TEST(PsapBins, FewCellsFindEachPairOnce)
+TEST(PsapBins, FindEachPairOnceWhenGridHasFewCells)
 {
     SCOPED_TRACE("seed 8");
     Random random(8);
@@ -114,7 +114,7 @@ TEST(PsapBins, FewCellsFindEachPairOnce)
 }
 
 // Boxes created after the plan: larger ones, far ones, and some without a cell.
-TEST(PsapBins, APlanOfAnotherFrameFindsThePairs)
+TEST(PsapBins, FindAllPairsWithPlanOfEarlierFrame)
 {
     SCOPED_TRACE("seed 9");
     Random random(9);

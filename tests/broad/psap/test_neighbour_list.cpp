@@ -50,7 +50,7 @@ Aabb moved(Random& random, const Aabb& box, float farthest)
     return other;
 }
 
-TEST(PsapNear, SkinsAreNoThinnerThanTheyAre)
+TEST(PsapSkins, GrowBoxesByAtLeastTheirThickness)
 {
     SCOPED_TRACE("seed " + std::to_string(kSeed));
     Random random(kSeed);
@@ -78,7 +78,7 @@ TEST(PsapNear, SkinsAreNoThinnerThanTheyAre)
     EXPECT_TRUE(isValid(psap::grownBy(atTheEnds, 1)));
 }
 
-TEST(PsapNear, ClosenessTellsWhatBecomesOfBoxes)
+TEST(PsapSkins, DecideOverlapByClosenessWhileBoxesStayInside)
 {
     SCOPED_TRACE("seed " + std::to_string(kSeed));
     Random random(kSeed);
@@ -122,7 +122,7 @@ TEST(PsapNear, ClosenessTellsWhatBecomesOfBoxes)
     EXPECT_GT(gone, 10000);
 }
 
-TEST(PsapNear, BoxesThatComeOrGoHaveLeftTheirSkins)
+TEST(PsapSkins, ReportInfiniteDisplacementWhenBoxAppearsOrVanishes)
 {
     const Aabb box = {{0, 0, 0}, {1, 1, 1}};
     const Aabb inverted = {{0, 0.01f, 0}, {1, 0, 1}};
@@ -141,7 +141,7 @@ TEST(PsapNear, BoxesThatComeOrGoHaveLeftTheirSkins)
     EXPECT_FALSE(std::fabs(psap::closenessOf({unbounded, 1}, {atInfinity, 1})) >= 0);
 }
 
-TEST(PsapNear, SkinsAreThickerForThoseWhoAreFast)
+TEST(PsapSkins, AreThickerForFastBoxesUpToLimit)
 {
     const psap::SkinRule rule = {1};
     EXPECT_EQ(rule.skinFor(0), 1);
@@ -252,7 +252,7 @@ private:
     float m_gone = 0;
 };
 
-TEST(PsapNearPolicy, MakesListsAheadWhereBoxesGoAsFarAsBefore)
+TEST(SkinPolicy, MakesNeighbourListsAheadWhenBoxesMoveAsFarAsBefore)
 {
     for (const float way : {0.0f, 1e-4f, 0.01f, 0.03f, 0.06f})
     {
@@ -270,7 +270,7 @@ TEST(PsapNearPolicy, MakesListsAheadWhereBoxesGoAsFarAsBefore)
     }
 }
 
-TEST(PsapNearPolicy, MakesNewListsBehindSetsThatWereSearchedInstead)
+TEST(SkinPolicy, MakesNeighbourListsAfterSetsThatWereSearched)
 {
     SceneBehind scene(PsapNearPairs::Automatic, 0.03f), jumping(PsapNearPairs::Automatic, 0.01f);
     for (int set = 0; set < 2000; ++set)
@@ -286,7 +286,7 @@ TEST(PsapNearPolicy, MakesNewListsBehindSetsThatWereSearchedInstead)
     EXPECT_GT(jumping.behind, 4);
 }
 
-TEST(PsapNearPolicy, FollowsWhereBoxesGoShortWays)
+TEST(SkinPolicy, FollowsNeighbourListsWhenBoxesMoveShortDistances)
 {
     for (const float way : {0.0f, 1e-4f, 0.01f, 0.03f, 0.06f})
     {
@@ -300,7 +300,7 @@ TEST(PsapNearPolicy, FollowsWhereBoxesGoShortWays)
     }
 }
 
-TEST(PsapNearPolicy, DoesNotKeepWhatDoesNotPay)
+TEST(SkinPolicy, DoesNotKeepNeighbourListsThatDoNotPay)
 {
     Scene fast(PsapNearPairs::Automatic, 0.2f), slow(PsapNearPairs::Automatic, 0.01f);
     Scene never(PsapNearPairs::Never, 0.01f), always(PsapNearPairs::Always, 0.2f),
@@ -322,7 +322,7 @@ TEST(PsapNearPolicy, DoesNotKeepWhatDoesNotPay)
     EXPECT_LT(crowded.count(NearFrame::Begin), 20);
 }
 
-TEST(PsapNearPolicy, LeavesSmallWorldsAlone)
+TEST(SkinPolicy, UsesNoNeighbourListsInSmallWorldsUnlessForced)
 {
     Scene small(PsapNearPairs::Automatic, 0.01f), forced(PsapNearPairs::Always, 0.01f);
     small.boxes = forced.boxes = 1000;
@@ -335,7 +335,7 @@ TEST(PsapNearPolicy, LeavesSmallWorldsAlone)
     EXPECT_GT(forced.count(NearFrame::Follow), 70);
 }
 
-TEST(PsapNearPolicy, TriesAgainWhereASceneComesToRest)
+TEST(SkinPolicy, TriesNeighbourListsAgainWhenSceneComesToRest)
 {
     Scene scene(PsapNearPairs::Automatic, 0.5f);
     for (int set = 0; set < 500; ++set)
@@ -347,7 +347,7 @@ TEST(PsapNearPolicy, TriesAgainWhereASceneComesToRest)
     EXPECT_GT(scene.count(NearFrame::Follow), 450);
 }
 
-TEST(PsapNearPolicy, ASampleWithoutBoxesTellsNothing)
+TEST(SkinPolicy, KeepsSearchingAfterSamplesWithoutBoxesOrSizes)
 {
     psap::SkinPolicy policy(PsapNearPairs::Always);
     std::vector<psap::BoxInSample> none(10, {-1.0f, 0.0f});

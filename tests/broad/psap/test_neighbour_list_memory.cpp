@@ -55,7 +55,7 @@ PsapOptions keepingNear(std::uint32_t capacity)
 constexpr std::uint32_t kCapacities[] = {8192, 1};
 constexpr std::uint32_t kBoxes = 600;
 
-TEST(PsapNearMemory, ABackendThatHasNoneSearches)
+TEST(PsapNeighbourListMemory, FallsBackToSearchWhenFirstNeighbourListAllocationFails)
 {
     for (const std::uint32_t capacity : kCapacities)
     {
@@ -82,7 +82,7 @@ TEST(PsapNearMemory, ABackendThatHasNoneSearches)
 }
 
 // The current list is then lost, while the result of the update that begins the next list was not collected.
-TEST(PsapNearMemory, ABackendThatHasNoneForALaterListSearches)
+TEST(PsapNeighbourListMemory, FallsBackToSearchWhenLaterNeighbourListAllocationFails)
 {
     TightExec::mostFlags = 1u << 30;
     TightExec::failures = 0;
@@ -120,7 +120,7 @@ TEST(PsapNearMemory, ABackendThatHasNoneForALaterListSearches)
     EXPECT_STREQ(session.backend().stats().path, "rebuild");
 }
 
-TEST(PsapNearMemory, AFinderOfChangesThatHasNoneSearches)
+TEST(PsapNeighbourListMemory, FallsBackToSearchInDeltaSearchWhenListAllocationFails)
 {
     for (const std::uint32_t capacity : kCapacities)
     {

@@ -137,11 +137,11 @@ private:
     std::uint32_t m_moves = 0;
 };
 
-class PsapNearUpdates : public BackendTest
+class PsapNeighbourListUpdates : public BackendTest
 {
 };
 
-TEST_P(PsapNearUpdates, OfASteadyWorldEqualTheOracle)
+TEST_P(PsapNeighbourListUpdates, MatchOracleInSteadyWorld)
 {
     SCOPED_TRACE("seed 21");
     SteadyWorld world(GetParam().make(), 21);
@@ -169,7 +169,7 @@ TEST_P(PsapNearUpdates, OfASteadyWorldEqualTheOracle)
 }
 
 // Pairs refused by the filter words enter once the words allow them; held pairs stay.
-TEST_P(PsapNearUpdates, OfWorldsWhoseFiltersChangeEqualTheOracle)
+TEST_P(PsapNeighbourListUpdates, MatchOracleWhenFiltersChange)
 {
     SCOPED_TRACE("seed 22");
     SteadyWorld world(GetParam().make(), 22);
@@ -191,7 +191,7 @@ TEST_P(PsapNearUpdates, OfWorldsWhoseFiltersChangeEqualTheOracle)
 }
 
 // A margin as wide as the boxes needs skins at least as wide.
-TEST_P(PsapNearUpdates, WithAWideMarginEqualTheOracle)
+TEST_P(PsapNeighbourListUpdates, MatchOracleWithMarginAsWideAsBoxes)
 {
     SCOPED_TRACE("seed 23");
     SteadyWorld world(GetParam().make(), 23);
@@ -207,7 +207,7 @@ TEST_P(PsapNearUpdates, WithAWideMarginEqualTheOracle)
     EXPECT_GT(world.apart, 10000u);
 }
 
-TEST_P(PsapNearUpdates, TakeMarginsThatNoSkinCanHave)
+TEST_P(PsapNeighbourListUpdates, FallBackToSearchWhenMarginExceedsEverySkin)
 {
     SCOPED_TRACE("seed 24");
     for (const float margin : {1e31f, kInfinity})
@@ -271,7 +271,7 @@ void tryBetweenLists(const BackendCase& backend, std::uint32_t seed, const Prepa
     EXPECT_GT(followed, 8);
 }
 
-TEST_P(PsapNearUpdates, ManyPairsMayEnterAtOnce)
+TEST_P(PsapNeighbourListUpdates, MatchOracleWhenManyPairsEnterAtOnce)
 {
     tryBetweenLists(
         GetParam(), 25,
@@ -286,7 +286,7 @@ TEST_P(PsapNearUpdates, ManyPairsMayEnterAtOnce)
 
 // First the pairs of some boxes. With half of the boxes the list has no room for all pairs that enter later; with three
 // quarters it has, but not after the held pairs.
-TEST_P(PsapNearUpdates, MorePairsMayEnterThanThereIsRoomForBesideTheHeldOnes)
+TEST_P(PsapNeighbourListUpdates, MatchOracleWhenMorePairsEnterThanHeldListHasRoomFor)
 {
     for (const ProxyId share : {2u, 4u})
     {
@@ -306,7 +306,7 @@ TEST_P(PsapNearUpdates, MorePairsMayEnterThanThereIsRoomForBesideTheHeldOnes)
 }
 
 // Other pairs stay held that neither the boxes nor the filter words would give now.
-TEST_P(PsapNearUpdates, ManyPairsMayLeaveAtOnce)
+TEST_P(PsapNeighbourListUpdates, MatchOracleWhenManyPairsLeaveAtOnce)
 {
     tryBetweenLists(
         GetParam(), 26,
@@ -329,7 +329,7 @@ TEST_P(PsapNearUpdates, ManyPairsMayLeaveAtOnce)
 }
 
 // A restart invalidates the held flags of the neighbour list.
-TEST_P(PsapNearUpdates, ARestartWithOtherPairsEqualsTheOracle)
+TEST_P(PsapNeighbourListUpdates, MatchOracleAfterRestartWithHalfOfPairs)
 {
     SCOPED_TRACE("seed 28");
     SteadyWorld world(GetParam().make(), 28);
@@ -351,7 +351,7 @@ TEST_P(PsapNearUpdates, ARestartWithOtherPairsEqualsTheOracle)
 }
 
 // Pairs leave whose boxes have not moved, and which were not reported in that update.
-TEST_P(PsapNearUpdates, AMarginMayShrinkWhileMostBoxesRest)
+TEST_P(PsapNeighbourListUpdates, MatchOracleWhenMarginShrinksWhileMostBoxesRest)
 {
     SCOPED_TRACE("seed 29");
     SteadyWorld world(GetParam().make(), 29);
@@ -366,6 +366,6 @@ TEST_P(PsapNearUpdates, AMarginMayShrinkWhileMostBoxesRest)
     EXPECT_GT(world.session.removedTotal(), 250u);
 }
 
-INSTANTIATE_TEST_SUITE_P(Backends, PsapNearUpdates, testing::ValuesIn(nearCases()), backendCaseName);
+INSTANTIATE_TEST_SUITE_P(Backends, PsapNeighbourListUpdates, testing::ValuesIn(nearCases()), backendCaseName);
 }  // namespace
 }  // namespace cullet::test

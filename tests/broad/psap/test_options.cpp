@@ -121,7 +121,7 @@ Pairs pairsOfRows(const std::vector<Aabb>& boxes, const PsapOptions& options)
 
 // With up to a dozen cells across, a cell ahead of a box may be a wrapped cell behind it: a different rule then decides
 // which box reports a pair.
-TEST(PsapOptions, RowsOfFewCellsFindEachPairOnce)
+TEST(PsapSearch, FindsEachPairOnceWhenGridHasFewCells)
 {
     SCOPED_TRACE("seed 11");
     Random random(11);
@@ -155,7 +155,7 @@ TEST(PsapOptions, RowsOfFewCellsFindEachPairOnce)
     EXPECT_GT(pairs, 100000u);
 }
 
-TEST(PsapOptions, PrincipalDirectionsAreThoseOfTheCloud)
+TEST(PsapSearch, ComputesPrincipalDirectionsOfCloud)
 {
     SCOPED_TRACE("seed 1");
     Random random(1);
@@ -179,7 +179,7 @@ TEST(PsapOptions, PrincipalDirectionsAreThoseOfTheCloud)
     }
 }
 
-TEST(PsapOptions, ScenesWithoutASpreadHaveTheWorldAxes)
+TEST(PsapSearch, UsesWorldAxesWhenSpreadOverflows)
 {
     psap::CentreSums sums;
     sums.reset();
@@ -194,7 +194,7 @@ TEST(PsapOptions, ScenesWithoutASpreadHaveTheWorldAxes)
     }
 }
 
-TEST(PsapOptions, ProjectionsOfOverlappingBoxesOverlap)
+TEST(PsapSearch, ProjectsTouchingBoxesToOverlappingOnes)
 {
     SCOPED_TRACE("seed 2");
     Random random(2);
@@ -227,7 +227,7 @@ TEST(PsapOptions, ProjectionsOfOverlappingBoxesOverlap)
     EXPECT_GT(touching, 100) << "otherwise the rounding was never put to the test";
 }
 
-TEST(PsapOptions, PrincipalAxisSavesTestsInASlantedSlabAndCostsSomeElsewhere)
+TEST(PsapSearch, MakesFewerTestsWithPrincipalAxisOnlyInSlantedSlab)
 {
     SCOPED_TRACE("seed 3");
     Random random(3);
@@ -252,7 +252,7 @@ TEST(PsapOptions, PrincipalAxisSavesTestsInASlantedSlabAndCostsSomeElsewhere)
     }
 }
 
-TEST(RadixSort, OrdersFloatsByTheirKeysAndKeepsEqualOnes)
+TEST(RadixSort, OrdersFloatsByKeyAndKeepsOrderOfEqualOnes)
 {
     SCOPED_TRACE("seed 8");
     Random random(8);
@@ -297,7 +297,7 @@ psap::CellPlan planFor(PsapCells rule, std::uint64_t count, float u, float v, st
     return plan;
 }
 
-TEST(PsapOptions, ThesisHasOneCellPer64000BoxesRoundedUp)
+TEST(PsapSearch, PlansOneThesisCellPer64000BoxesRoundedUp)
 {
     const auto cells = [](std::uint64_t boxes, float u = 100)
     {
@@ -316,7 +316,7 @@ TEST(PsapOptions, ThesisHasOneCellPer64000BoxesRoundedUp)
     EXPECT_EQ(cells(1000000, 0), 16u);
 }
 
-TEST(PsapOptions, FixedCountsAreReachedInNearlySquareCells)
+TEST(PsapSearch, PlansAtLeastFixedNumberOfNearlySquareCells)
 {
     for (const std::uint32_t wanted : {1u, 5u, 20u, 1000u, 5000u})
     {
@@ -329,7 +329,7 @@ TEST(PsapOptions, FixedCountsAreReachedInNearlySquareCells)
     }
 }
 
-TEST(PsapOptions, CellsWithOneBoxAreLeftOut)
+TEST(PsapSearch, MakesNoTestsInCellsWithOneBox)
 {
     std::vector<Aabb> boxes;
     for (int i = 0; i < 400; ++i)
@@ -342,7 +342,7 @@ TEST(PsapOptions, CellsWithOneBoxAreLeftOut)
     EXPECT_EQ(searchOnce(boxes, options).tests, 400u * 399 / 2);
 }
 
-TEST(PsapOptions, BitStringsSaveTests)
+TEST(PsapSearch, MakesEightTimesFewerTestsWithBitStrings)
 {
     SCOPED_TRACE("seed 4");
     Random random(4);
@@ -356,7 +356,7 @@ TEST(PsapOptions, BitStringsSaveTests)
     EXPECT_LT(with.tests * 8, without.tests);
 }
 
-TEST(PsapOptions, SplitWorkBoundsTheTestsOfAnIndex)
+TEST(PsapSearch, BoundsTestsPerIndexWhenWorkIsSplit)
 {
     SCOPED_TRACE("seed 5");
     Random random(5);
@@ -372,7 +372,7 @@ TEST(PsapOptions, SplitWorkBoundsTheTestsOfAnIndex)
     EXPECT_EQ(split.mostTests, psap::kSweepPart);
 }
 
-TEST(PsapOptions, ShiftingInFloatFindsFalsePairsTheMoreCellsThereAre)
+TEST(PsapSearch, FindsMoreFalsePairsWithMoreCellsWhenShiftingInFloat)
 {
     SCOPED_TRACE("seed 6");
     Random random(6);

@@ -28,7 +28,7 @@ struct GrowingWorld
     const Pairs pairs = everyPair(sparse);
 };
 
-TEST(PsapPlans, FollowAWorldThatGrows)
+TEST(PsapPlans, ReduceTestsAgainAfterWorldSpreadsOut)
 {
     SCOPED_TRACE("seed 3");
     const GrowingWorld world(3);
@@ -50,7 +50,7 @@ TEST(PsapPlans, FollowAWorldThatGrows)
 }
 
 // Most boxes are then far from the bulk of the boxes at the time of the last plan.
-TEST(PsapPlans, OfAWorldThatHasGrownKeepToTheirRoom)
+TEST(PsapPlans, FindAllPairsInEveryUpdateAfterWorldSpreadsOut)
 {
     SCOPED_TRACE("seed 3");
     const GrowingWorld world(3);
@@ -93,13 +93,13 @@ void expectSearchesToRepeat(PsapOrder order)
 }
 
 // The search is repeated for a list that was too short, when the next plan may be ready.
-TEST(PsapPlans, DoNotChangeBetweenASearchAndItsRepetition)
+TEST(PsapPlans, DoNotChangeWhenSearchIsRetried)
 {
     for (const PsapOrder order : {PsapOrder::Counting, PsapOrder::Radix, PsapOrder::Bins, PsapOrder::Tiles})
         expectSearchesToRepeat(order);
 }
 
-TEST(PsapPlans, OfBinsFollowBoxesThatSpreadOut)
+TEST(PsapPlans, AvoidFullBinsAgainAfterBoxesSpreadOut)
 {
     SCOPED_TRACE("seed 4");
     const GrowingWorld world(4);
@@ -117,7 +117,7 @@ TEST(PsapPlans, OfBinsFollowBoxesThatSpreadOut)
     EXPECT_FALSE(search.wasFull());
 }
 
-TEST(PsapPlans, OfTilesFollowBoxesThatMoveAway)
+TEST(PsapPlans, AvoidFullTilesWhenRemadeOftenWhileBoxesMoveAway)
 {
     SCOPED_TRACE("seed 13");
     Random random(13);

@@ -17,7 +17,7 @@ namespace cullet::test
 {
 namespace
 {
-TEST(OrderedParts, PartsAreTakenInOrderAsSoonAsTheyAreDone)
+TEST(OrderedParts, TakesPartsInOrderAsSoonAsTheyAreFinished)
 {
     OrderedParts parts({100, 175}, 10, 3);
     ASSERT_EQ(parts.tasks(), 8u);
@@ -51,14 +51,14 @@ TEST(OrderedParts, PartsAreTakenInOrderAsSoonAsTheyAreDone)
     EXPECT_EQ(taken, all);
 }
 
-TEST(OrderedParts, NothingHasNoParts)
+TEST(OrderedParts, HasNoPartsWhenRangeIsEmpty)
 {
     OrderedParts parts({5, 5}, 10, 3);
     EXPECT_EQ(parts.tasks(), 0u);
     parts.takeReady([](OrderedParts::Range, unsigned, unsigned) { FAIL(); });
 }
 
-TEST(ScatteredRows, PairStreamsEqualThoseOfTheGrid)
+TEST(ScatteredRows, GivePairStreamOfGridWhenPickedOrPacked)
 {
     const std::uint64_t expected = scatteredStream(*makeGridBackend(), true);
     for (const int threads : {1, 4})

@@ -33,7 +33,7 @@ void addRow(ProxyTable& table)
         table.create(cube(static_cast<float>(body), static_cast<float>(body) + 1.5f), body + 1, kEverything);
 }
 
-TEST(PsapStages, AreTimedWhereAskedFor)
+TEST(PsapStats, ReportStageTimesOnlyWhenEnabled)
 {
     ProxyTable table;
     addRow(table);
@@ -48,7 +48,7 @@ TEST(PsapStages, AreTimedWhereAskedFor)
     EXPECT_EQ(stagesOf(*timed, table), "") << "nothing changed, nothing was done";
 }
 
-TEST(PsapRetries, AreCountedWhereAListIsTooShort)
+TEST(PsapStats, CountRetriesOnlyWhenListIsTooShort)
 {
     ProxyTable table;
     addRow(table);

@@ -65,10 +65,10 @@ private:
 };
 
 /// Bodies in a row, each touching the next one.
-class PsapWaits : public ::testing::Test
+class PsapSynchronisation : public ::testing::Test
 {
 protected:
-    explicit PsapWaits(std::uint64_t capacity = kCapacity)
+    explicit PsapSynchronisation(std::uint64_t capacity = kCapacity)
         : m_options(optionsFor(capacity)), m_backend(m_options, "psap", m_options, m_counts)
     {
         for (std::uint32_t body = 0; body < 500; ++body)
@@ -112,13 +112,13 @@ private:
 };
 
 /// Fixture whose lists have room only for the expected changes.
-class PsapBytes : public PsapWaits
+class PsapTransfers : public PsapSynchronisation
 {
 protected:
-    PsapBytes() : PsapWaits(1) {}
+    PsapTransfers() : PsapSynchronisation(1) {}
 };
 
-TEST_F(PsapWaits, OnceForAsManyChangesAsTheLastUpdatesHad)
+TEST_F(PsapSynchronisation, WaitsOnceForAsManyChangesAsLastUpdatesHad)
 {
     PairDelta delta;
     EXPECT_GT(update(delta), 1) << "all pairs are new, and the lists too short for them";
@@ -132,7 +132,7 @@ TEST_F(PsapWaits, OnceForAsManyChangesAsTheLastUpdatesHad)
     }
 }
 
-TEST_F(PsapWaits, OnceMoreForManyChangesAfterFew)
+TEST_F(PsapSynchronisation, WaitsTwiceWhenManyChangesFollowFew)
 {
     PairDelta delta;
     update(delta);
@@ -146,7 +146,7 @@ TEST_F(PsapWaits, OnceMoreForManyChangesAfterFew)
     EXPECT_EQ(delta.removed.size(), 499u);
 }
 
-TEST_F(PsapBytes, ThoseOfTheChangesAndOfTheRowsThatChanged)
+TEST_F(PsapTransfers, MoveOnlyBytesOfChangesAndChangedRows)
 {
     PairDelta delta;
     update(delta);

@@ -9,7 +9,7 @@ namespace cullet::test
 {
 namespace
 {
-TEST(PsapTiles, LargeWorldsOfOneSizeAreSearchedInTiles)
+TEST(PsapTiles, FindAllPairsInLargeWorldsOfEqualBoxes)
 {
     SCOPED_TRACE("seed 5");
     Random random(5);
@@ -27,7 +27,7 @@ TEST(PsapTiles, LargeWorldsOfOneSizeAreSearchedInTiles)
     EXPECT_GT(search.exec.lastShape.tiles, 200u);
 }
 
-TEST(PsapTiles, SmallerDenserAndMixedWorldsAreNot)
+TEST(PsapTiles, AreNotUsedInSmallDenseOrMixedWorlds)
 {
     SCOPED_TRACE("seed 6");
     Random random(6);
@@ -43,7 +43,7 @@ TEST(PsapTiles, SmallerDenserAndMixedWorldsAreNot)
     }
 }
 
-TEST(PsapTiles, NeitherAreThoseThatADeviceHasNoMemoryFor)
+TEST(PsapTiles, AreNotUsedWhenDeviceHasTooLittleMemory)
 {
     Random random(7);
     const std::vector<Aabb> boxes = cubesIn(70000, 4, random);
@@ -56,7 +56,7 @@ TEST(PsapTiles, NeitherAreThoseThatADeviceHasNoMemoryFor)
 
 // Cells, bins and tiles cover the bulk of the boxes: with one far box in their range the others would be like one
 // point.
-TEST(PsapTiles, BodiesFlungFarAwayDoNotSpoilThePlan)
+TEST(PsapTiles, KeepTestCountLowWhenSomeBodiesAreFarAway)
 {
     SCOPED_TRACE("seed 12");
     Random random(12);
@@ -84,7 +84,7 @@ TEST(PsapTiles, BodiesFlungFarAwayDoNotSpoilThePlan)
 }
 
 // Few large boxes, and some without bounds, are tested against all others.
-TEST(PsapTiles, LargeBoxesAmongMany)
+TEST(PsapTiles, FindAllPairsWithFewLargeAndUnboundedBoxes)
 {
     SCOPED_TRACE("seed 8");
     Random random(8);
@@ -106,7 +106,7 @@ TEST(PsapTiles, LargeBoxesAmongMany)
     }
 }
 
-TEST(PsapTiles, WhereOneIsFullCountingFindsThePairs)
+TEST(PsapTiles, FallBackToCountingWhenTileIsFull)
 {
     SCOPED_TRACE("seed 9");
     Random random(9);
@@ -143,7 +143,7 @@ TEST(PsapTiles, WhereOneIsFullCountingFindsThePairs)
     EXPECT_GT(search.searchesOfTiles(), searches);
 }
 
-TEST(PsapTiles, RoomIsUsedToTheLastPlace)
+TEST(PsapTiles, FindAllPairsUntilTileIsFull)
 {
     SCOPED_TRACE("seed 13");
     Random random(13);
@@ -162,7 +162,7 @@ TEST(PsapTiles, RoomIsUsedToTheLastPlace)
 }
 
 // Flat, long and sparse worlds, few boxes and many, tiles narrower than boxes; sizes that differ.
-TEST(PsapTiles, AnyWorldThatIsForcedIntoThem)
+TEST(PsapTiles, FindAllPairsInAnyWorldWhenForced)
 {
     SCOPED_TRACE("seed 10");
     Random random(10);
@@ -192,7 +192,7 @@ TEST(PsapTiles, AnyWorldThatIsForcedIntoThem)
 }
 
 // Boxes created after the plan, larger and far ones; coordinates on the edges of tiles.
-TEST(PsapTiles, APlanOfAnotherFrameFindsThePairs)
+TEST(PsapTiles, FindAllPairsWithPlanOfEarlierFrame)
 {
     SCOPED_TRACE("seed 11");
     Random random(11);

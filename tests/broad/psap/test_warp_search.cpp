@@ -81,7 +81,7 @@ std::vector<Aabb> boxesOfManySizes(std::uint32_t count, float side, Random& rand
 }
 
 // 404 boxes: the last group has twenty.
-TEST(PsapGroups, FindThePairsOfADenseScene)
+TEST(WarpSearch, FindsPairsOfDenseScene)
 {
     SCOPED_TRACE("seed 1");
     Random random(1);
@@ -93,7 +93,7 @@ TEST(PsapGroups, FindThePairsOfADenseScene)
     EXPECT_GT(found.mostAtOnce, 96u);  // three per lane
 }
 
-TEST(PsapGroups, AskWhetherAPairEnters)
+TEST(WarpSearch, FindsOnlyPairsThatEntryTestAccepts)
 {
     SCOPED_TRACE("seed 2");
     Random random(2);
@@ -110,7 +110,7 @@ TEST(PsapGroups, AskWhetherAPairEnters)
 }
 
 // A group has records of several levels, and some boxes have no level.
-TEST(PsapGroups, FindThePairsOfManySizes)
+TEST(WarpSearch, FindsPairsOfManySizes)
 {
     SCOPED_TRACE("seed 3");
     Random random(3);
@@ -133,7 +133,7 @@ TEST(PsapGroups, FindThePairsOfManySizes)
 }
 
 // Boxes far apart in one group would have to test everything between them: the group searches in halves.
-TEST(PsapGroups, SearchInHalvesAroundAHeap)
+TEST(WarpSearch, SearchesInHalvesAroundHeap)
 {
     SCOPED_TRACE("seed 4");
     Random random(4);
@@ -147,7 +147,7 @@ TEST(PsapGroups, SearchInHalvesAroundAHeap)
     EXPECT_GT(found.largestSum, 512u);
 }
 
-TEST(PsapGroups, FindThePairsOfFewBoxesAndOfTheSame)
+TEST(WarpSearch, FindsPairsOfFewIdenticalBoxes)
 {
     for (const std::uint32_t count : {1u, 2u, 17u, 31u, 32u, 33u, 64u, 100u})
     {
@@ -157,7 +157,7 @@ TEST(PsapGroups, FindThePairsOfFewBoxesAndOfTheSame)
     }
 }
 
-TEST(PsapGroups, HaveTheShorterRowsOfCells)
+TEST(WarpSearch, UsesShorterAxisAsFirstCellAxis)
 {
     SCOPED_TRACE("seed 6");
     for (const std::uint32_t flat : {1u, 2u})
@@ -206,7 +206,7 @@ constexpr std::uint32_t kMany = (1u << 15) + 1;
 
 // Otherwise launches recorded for boxes that search alone would be repeated for records in another order, in old
 // memory.
-TEST(PsapGroups, BeginAndEndWithLaunchesOfTheirOwn)
+TEST(WarpSearch, StartsAndStopsWithNewLaunchesAsPairCountChanges)
 {
     const std::vector<Aabb> boxes = lines(kMany, kMany, 0);
     const std::uint64_t pairs = pairsOfLines(kMany, kMany);
@@ -225,7 +225,7 @@ TEST(PsapGroups, BeginAndEndWithLaunchesOfTheirOwn)
     EXPECT_TRUE(update(search, boxes, 0, pairs));
 }
 
-TEST(PsapGroups, AreForManyBoxes)
+TEST(WarpSearch, IsNotUsedForManyPairsOfOnly32768Boxes)
 {
     const std::vector<Aabb> boxes = lines(kMany - 1, kMany - 1, 0);
     const std::uint64_t pairs = pairsOfLines(kMany - 1, kMany - 1);
@@ -234,7 +234,7 @@ TEST(PsapGroups, AreForManyBoxes)
     EXPECT_TRUE(update(search, boxes, 9 * kMany, pairs));
 }
 
-TEST(PsapGroups, AreForManySizes)
+TEST(WarpSearch, IsUsedForManySizesOnlyFrom32768BoxesOn)
 {
     SCOPED_TRACE("seed 5");
     constexpr std::uint32_t kLeast = 1u << 15;
@@ -252,7 +252,7 @@ TEST(PsapGroups, AreForManySizes)
 }
 
 // Cells of the mean distance would hold many boxes each.
-TEST(PsapGroups, AreNotForHeapsFarApart)
+TEST(WarpSearch, IsNotUsedWhenHeapsAreFarApart)
 {
     for (const float apart : {20.0f, 1e6f})
     {

@@ -98,7 +98,7 @@ TEST(Bvh, HoldsEveryRowOnceForAnyCount)
     }
 }
 
-TEST(Bvh, DepthIsThatOfACompleteTreeWhateverTheBoxesAre)
+TEST(Bvh, HasDepthOfCompleteTreeWhateverTheBoxesAre)
 {
     const std::size_t count = 50000;
     std::vector<Aabb> samePoint(count, Aabb{{1, 2, 3}, {1, 2, 3}});
@@ -120,7 +120,7 @@ TEST(Bvh, DepthIsThatOfACompleteTreeWhateverTheBoxesAre)
     }
 }
 
-TEST(Bvh, MovesAndRemovalsKeepEveryNodeTight)
+TEST(Bvh, KeepsEveryNodeTightAfterMovesAndRemovals)
 {
     std::vector<Aabb> boxes = randomBoxes(3000, 22);
     Bvh tree;
@@ -159,7 +159,7 @@ TEST(Bvh, MovesAndRemovalsKeepEveryNodeTight)
     EXPECT_EQ(find(tree, query), expected);
 }
 
-TEST(Bvh, ARefitKeepsNeighboursAndLetsFarAwayAndEmptyRowsGo)
+TEST(Bvh, KeepsNeighboursOnRefitAndDropsFarAwayAndEmptyRows)
 {
     std::vector<Aabb> boxes = randomBoxes(5000, 23);
     Bvh tree;
@@ -181,7 +181,7 @@ TEST(Bvh, ARefitKeepsNeighboursAndLetsFarAwayAndEmptyRowsGo)
     EXPECT_NEAR(tree.leafArea(), tree.leafAreaAtBuild(), 0.1 * tree.leafAreaAtBuild());
 }
 
-TEST(Bvh, ASlotHoldsWhatLiesInItsBoxAndFillsHalfOfIt)
+TEST(Bvh, HoldsBoxInSlotOnlyWhenItLiesInsideAndFillsHalf)
 {
     const std::vector<Aabb> boxes = {{{0, 0, 0}, {4, 4, 4}}};
     Bvh tree;
@@ -195,7 +195,7 @@ TEST(Bvh, ASlotHoldsWhatLiesInItsBoxAndFillsHalfOfIt)
     EXPECT_FALSE(tree.holds(slot, kEmptyAabb));
 }
 
-TEST(Bvh, ALargeBoxDoesNotSpoilLeavesOfSmallOnes)
+TEST(Bvh, KeepsLeavesOfSmallBoxesTightBesideLargeOnes)
 {
     std::vector<Aabb> boxes;
     for (int i = 0; i < 8000; ++i)

@@ -202,7 +202,7 @@ RaySegment randomRay(Random& random)
     return ray;
 }
 
-TEST(QueryIndex, OverlapsEqualBruteForceForAllKindsOfBoxes)
+TEST(QueryIndex, FindsOverlapsOfBruteForceForAllKindsOfBoxes)
 {
     std::uint64_t hits = 0;
     std::uint64_t checks = 0;
@@ -253,7 +253,7 @@ void checkRay(const ProxyTable& table, const QueryIndex& index, const RaySegment
     }
 }
 
-TEST(QueryIndex, RaysNeverMissWhatTheSlabTestOfEitherPrecisionReports)
+TEST(QueryIndex, NeverMissesRayHitOfSlabTestInEitherPrecision)
 {
     RayCount count;
     for (const QueryOptions& options : kAllOptions)
@@ -278,7 +278,7 @@ TEST(QueryIndex, RaysNeverMissWhatTheSlabTestOfEitherPrecisionReports)
     EXPECT_LT(count.extras, count.hits / 3);
 }
 
-TEST(QueryIndex, RaysFarFromTheOriginCoverTheRoundingOfTheFloatSlabTest)
+TEST(QueryIndex, CoversRoundingOfFloatSlabTestFarFromOrigin)
 {
     constexpr float kFar = 300000.0f;  // floats are 1/32 apart here
     ProxyTable table;
@@ -307,7 +307,7 @@ TEST(QueryIndex, RaysFarFromTheOriginCoverTheRoundingOfTheFloatSlabTest)
     EXPECT_GT(count.extras, 0u) << "no ray came close enough to a face";
 }
 
-TEST(QueryIndex, RaysAmongBoxesInGeneralPositionHaveAlmostNoExtraCandidates)
+TEST(QueryIndex, VisitsAlmostNoExtraCandidatesOnRaysInGeneralPosition)
 {
     ProxyTable table;
     const QueryIndex index(table, {QueryMode::Tree, false});
@@ -326,7 +326,7 @@ TEST(QueryIndex, RaysAmongBoxesInGeneralPositionHaveAlmostNoExtraCandidates)
     EXPECT_LE(count.extras, count.hits / 500);
 }
 
-TEST(QueryIndex, AStandingSweepFindsTheBoxesAroundItsPoint)
+TEST(QueryIndex, FindsBoxesAroundPointWhenSweepHasNoLength)
 {
     for (const QueryOptions& options : kAllOptions)
     {
@@ -341,7 +341,7 @@ TEST(QueryIndex, AStandingSweepFindsTheBoxesAroundItsPoint)
     }
 }
 
-TEST(QueryIndex, RaysThatAreNoNumbersHitNothingOrFallBackToEverything)
+TEST(QueryIndex, FindsNothingOrEverythingOnRaysWithNanOrInfinity)
 {
     for (const QueryOptions& options : kAllOptions)
     {
@@ -359,7 +359,7 @@ TEST(QueryIndex, RaysThatAreNoNumbersHitNothingOrFallBackToEverything)
     }
 }
 
-TEST(QueryIndex, InfiniteInversesMeanParallelToTheAxis)
+TEST(QueryIndex, TreatsInfiniteInverseDirectionAsParallelToAxis)
 {
     for (const QueryOptions& options : kAllOptions)
     {
@@ -376,7 +376,7 @@ TEST(QueryIndex, InfiniteInversesMeanParallelToTheAxis)
     }
 }
 
-TEST(QueryIndex, UnboundedBoxesAreFoundFromEverywhere)
+TEST(QueryIndex, FindsUnboundedBoxesFromEverywhere)
 {
     for (const QueryOptions& options : kAllOptions)
     {
@@ -428,7 +428,7 @@ int changeAtRandom(ProxyTable& table, std::vector<ProxyId>& live, std::uint32_t&
     return 3;
 }
 
-TEST(QueryIndex, AnyInterleavingOfChangesAndQueriesEqualsBruteForce)
+TEST(QueryIndex, EqualsBruteForceUnderAnyInterleavingOfChangesAndQueries)
 {
     for (const QueryOptions& options : kAllOptions)
     {
@@ -465,7 +465,7 @@ TEST(QueryIndex, AnyInterleavingOfChangesAndQueriesEqualsBruteForce)
     }
 }
 
-TEST(QueryIndex, AClearedTableIsEmptyAndCanBeFilledAgain)
+TEST(QueryIndex, FindsNothingAfterTableIsClearedUntilItIsFilledAgain)
 {
     for (const QueryOptions& options : kAllOptions)
     {
@@ -483,7 +483,7 @@ TEST(QueryIndex, AClearedTableIsEmptyAndCanBeFilledAgain)
     }
 }
 
-TEST(QueryIndex, QueriesNestWithAndWithoutPendingChanges)
+TEST(QueryIndex, AnswersNestedQueriesWithAndWithoutPendingChanges)
 {
     for (const QueryOptions& options : kAllOptions)
     {
@@ -509,7 +509,7 @@ TEST(QueryIndex, QueriesNestWithAndWithoutPendingChanges)
     }
 }
 
-TEST(QueryIndex, FewQueriesScanAndManyBuildTheTree)
+TEST(QueryIndex, ScansForFewQueriesAndBuildsTreeForMany)
 {
     ProxyTable table;
     const QueryIndex index(table);
@@ -528,7 +528,7 @@ TEST(QueryIndex, FewQueriesScanAndManyBuildTheTree)
     EXPECT_EQ(index.buildsTotal(), 1u);
 }
 
-TEST(QueryIndex, RowsThatWanderOffGetANewTree)
+TEST(QueryIndex, BuildsNewTreeWhenRowsWanderOff)
 {
     ProxyTable table;
     const QueryIndex index(table, {QueryMode::Tree, false});
@@ -554,7 +554,7 @@ TEST(QueryIndex, RowsThatWanderOffGetANewTree)
     EXPECT_LT(index.buildsTotal(), 20u);
 }
 
-TEST(QueryIndex, BoxesThatMoveOneByOneAreFoundAfterEachStepWithFewOthers)
+TEST(QueryIndex, FindsBoxesThatMoveOneByOneWithFewExtraCandidates)
 {
     ProxyTable table;
     const QueryIndex index(table, {QueryMode::Tree, false});
@@ -642,7 +642,7 @@ void expectFewTestsAfterEach(const QueryIndex& index, Random& random, const Chan
     EXPECT_LT(work.builtPer(kCrowd), 40.0);
 }
 
-TEST(QueryIndex, AQueryAfterEachBoxThatIsAddedTestsFewBoxes)
+TEST(QueryIndex, TestsFewBoxesInQueryAfterEachAddedBox)
 {
     ProxyTable table;
     const QueryIndex index(table);
@@ -651,7 +651,7 @@ TEST(QueryIndex, AQueryAfterEachBoxThatIsAddedTestsFewBoxes)
                             [&](std::uint32_t i) { table.create(cubeInCrowd(random), i + 1, kFilter); });
 }
 
-TEST(QueryIndex, AQueryAfterEachBoxThatJumpsTestsFewBoxes)
+TEST(QueryIndex, TestsFewBoxesInQueryAfterEachTeleportedBox)
 {
     ProxyTable table;
     const QueryIndex index(table);
@@ -662,7 +662,7 @@ TEST(QueryIndex, AQueryAfterEachBoxThatJumpsTestsFewBoxes)
                             [&](std::uint32_t) { table.setBox(random.below(kCrowd), cubeInCrowd(random)); });
 }
 
-TEST(QueryIndex, AFewBoxesThatRunAcrossTheWorldDoNotMakeANewTreeAgainAndAgain)
+TEST(QueryIndex, DoesNotRebuildTreeRepeatedlyWhenFewBoxesCrossWorld)
 {
     constexpr std::uint32_t kRows = 30000;
     ProxyTable table;
@@ -691,7 +691,7 @@ TEST(QueryIndex, AFewBoxesThatRunAcrossTheWorldDoNotMakeANewTreeAgainAndAgain)
     EXPECT_GT(work.builtPer(4000) * 4000, kRows) << "no leaf grew too large";
 }
 
-TEST(QueryIndex, ARowThatJumpsTwiceTheSecondTimeAlongWithAllOthersIsFound)
+TEST(QueryIndex, FindsRowTeleportedTwiceWhenAllOthersAreSetAgain)
 {
     ProxyTable table;
     const QueryIndex index(table, {QueryMode::Tree, false});
@@ -710,7 +710,7 @@ TEST(QueryIndex, ARowThatJumpsTwiceTheSecondTimeAlongWithAllOthersIsFound)
     EXPECT_EQ(index.buildsTotal(), 1u);
 }
 
-TEST(QueryIndex, RowsBeyondEveryTreeStayListedUntilTheyAreBounded)
+TEST(QueryIndex, KeepsUnboundedRowsOutOfTreesUntilTheyAreBounded)
 {
     constexpr std::uint32_t kPlanes = 300;
     ProxyTable table;
@@ -734,7 +734,7 @@ TEST(QueryIndex, RowsBeyondEveryTreeStayListedUntilTheyAreBounded)
     EXPECT_EQ(overlapping(table, index, table.box(1007)), overlappingByBruteForce(table, table.box(1007)));
 }
 
-TEST(QueryIndex, RowsThatJumpedGetATreeWhileNothingChangesIfManyAsk)
+TEST(QueryIndex, BuildsTreeOfTeleportedRowsAfterManyQueriesWithoutChanges)
 {
     ProxyTable table;
     const QueryIndex index(table);
@@ -753,7 +753,7 @@ TEST(QueryIndex, RowsThatJumpedGetATreeWhileNothingChangesIfManyAsk)
     EXPECT_EQ(overlapping(table, index, table.box(7)), overlappingByBruteForce(table, table.box(7)));
 }
 
-TEST(QueryIndex, RowsWithoutAProxyCostNothingAfterAPeak)
+TEST(QueryIndex, SpendsNothingOnRowsWithoutProxyAfterPeak)
 {
     constexpr std::uint32_t kPeak = 100000;
     ProxyTable table;
@@ -815,7 +815,7 @@ void changeOne(ProxyTable& table, std::vector<ProxyId>& live, std::uint32_t& nex
     }
 }
 
-TEST(QueryIndex, QueriesBetweenSingleChangesEqualBruteForce)
+TEST(QueryIndex, EqualsBruteForceBetweenSingleChanges)
 {
     for (const QueryOptions& options : kAllOptions)
     {
@@ -863,7 +863,7 @@ TEST(QueryIndex, QueriesBetweenSingleChangesEqualBruteForce)
     }
 }
 
-TEST(QueryIndex, MemoryStaysBelowSixtyBytesPerRow)
+TEST(QueryIndex, UsesLessThanSixtyBytesPerRow)
 {
     ProxyTable table;
     const QueryIndex index(table, {QueryMode::Tree, false});

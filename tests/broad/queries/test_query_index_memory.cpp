@@ -137,7 +137,7 @@ class QueryIndexMemory : public testing::TestWithParam<Change>
 {
 };
 
-TEST_P(QueryIndexMemory, QueriesMissNothingWhereverAnAllocationFails)
+TEST_P(QueryIndexMemory, MissesNoOverlapWhereverAllocationFails)
 {
     bool hasFailed = true;
     std::uint64_t after = 0;
@@ -169,7 +169,7 @@ INSTANTIATE_TEST_SUITE_P(Changes, QueryIndexMemory,
 
 // This thread waits for the other query, so that query must not wait for the trees: their update has to be more
 // expensive than a scan, as it is if all rows changed before the last query.
-TEST(QueryIndexSync, AQueryOfAnotherThreadWhileTheTreesChangeMissesNothing)
+TEST(QueryIndexSync, MissesNoOverlapWhenOtherThreadQueriesWhileTreesChange)
 {
     bool hasCalled = true;
     std::uint64_t after = 0;

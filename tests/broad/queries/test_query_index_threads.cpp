@@ -52,7 +52,7 @@ int askNested(const ProxyTable& table, const QueryIndex& index, ProxyId row, boo
     return (outer == 3 ? 0 : 1) + (inner == 9 ? 0 : 1);
 }
 
-TEST(QueryIndexThreads, EightThreadsAskNestedQuestionsWhileChangesArePending)
+TEST(QueryIndexThreads, GetCorrectNestedAnswersWhileChangesArePending)
 {
     for (const QueryMode mode : {QueryMode::Automatic, QueryMode::Tree, QueryMode::Scan})
     {
@@ -80,7 +80,7 @@ TEST(QueryIndexThreads, EightThreadsAskNestedQuestionsWhileChangesArePending)
     }
 }
 
-TEST(QueryIndexThreads, RowsThatJumpedGetATreeWhileOthersReadTheirList)
+TEST(QueryIndexThreads, BuildTreeOfTeleportedRowsWhileOthersReadList)
 {
     ProxyTable table;
     const QueryIndex index(table);
@@ -112,7 +112,7 @@ TEST(QueryIndexThreads, RowsThatJumpedGetATreeWhileOthersReadTheirList)
     EXPECT_GT(quietBuilds, 5u);
 }
 
-TEST(QueryIndexThreads, AllSeeASingleChangeWithoutAScanOfAllRows)
+TEST(QueryIndexThreads, SeeSingleChangeWithoutScanOfAllRows)
 {
     ProxyTable table;
     const QueryIndex index(table);
@@ -137,7 +137,7 @@ TEST(QueryIndexThreads, AllSeeASingleChangeWithoutAScanOfAllRows)
     EXPECT_LT(index.scannedRowsTotal() - scanned, kRounds * kThreads * 10u);
 }
 
-TEST(QueryIndexThreads, BoxesSetByManyThreadsAreSeenByTheNextQuery)
+TEST(QueryIndexThreads, SetBoxesThatNextQueryFinds)
 {
     ProxyTable table;
     const QueryIndex index(table, {QueryMode::Tree, false});

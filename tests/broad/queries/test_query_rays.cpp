@@ -152,7 +152,7 @@ protected:
 
 constexpr QueryMode kModes[] = {QueryMode::Scan, QueryMode::Tree};
 
-TEST_P(QueryRays, VisitBoxesThatARayGrazes)
+TEST_P(QueryRays, VisitBoxesThatRayGrazes)
 {
     SCOPED_TRACE("seed " + std::to_string(kSeed));
     std::uint32_t grazed = 0;
@@ -176,7 +176,7 @@ TEST_P(QueryRays, VisitBoxesThatARayGrazes)
     EXPECT_GT(doubtful, 20u) << "no ray came so near to a face that rounding decides";
 }
 
-TEST_P(QueryRays, VisitBoxesAtWhichARayEnds)
+TEST_P(QueryRays, VisitBoxesAtWhichRayEnds)
 {
     SCOPED_TRACE("seed " + std::to_string(kSeed));
     std::uint32_t reached = 0;
@@ -202,7 +202,7 @@ TEST_P(QueryRays, VisitBoxesAtWhichARayEnds)
 
 // For a ray from the origin the index widens no slab. Its inverse direction and the product with it, rounded to float,
 // may put a face behind the end; only the tolerance of the length covers that.
-TEST_P(QueryRays, VisitBoxesThatARayReachesByLessThanAFloatCanTell)
+TEST_P(QueryRays, VisitBoxesThatRayReachesByLessThanFloatPrecision)
 {
     SCOPED_TRACE("seed " + std::to_string(kSeed));
     for (const QueryMode mode : kModes)

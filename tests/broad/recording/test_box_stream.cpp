@@ -305,7 +305,7 @@ TEST(BoxStream, RefusesIdsThatAreNotThereAndEventsThatAreCutOff)
     }
 }
 
-TEST(BoxStream, NeedsNoMemoryForWhatAFileOnlyClaims)
+TEST(BoxStream, RejectsCountsAndBlockSizesThatFileOnlyClaims)
 {
     BoxStreamInfo info;
     info.ids = ~std::uint32_t(0);

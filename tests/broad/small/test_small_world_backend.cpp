@@ -45,7 +45,7 @@ struct RandomColumns
     std::vector<float> limits;
 };
 
-TEST(OverlapKernels, EveryWidthFindsTheOverlapsOfThePredicate)
+TEST(OverlapKernels, FindOverlapsOfPredicateWithEveryWidth)
 {
     constexpr std::uint32_t kColumns = 192;
     const RandomColumns columns(kColumns);
@@ -110,7 +110,7 @@ private:
     Random m_random{11};
 };
 
-TEST(SmallWorldBackend, JitteringHeapIsWatchedInShellsAndStaysExact)
+TEST(SmallWorldBackend, ReportsExactPairsOfHeapThatJittersInsideSkins)
 {
     BackendSession session(std::make_unique<SmallWorldBackend>(false));
     Heap heap(session);
@@ -130,7 +130,7 @@ TEST(SmallWorldBackend, JitteringHeapIsWatchedInShellsAndStaysExact)
     EXPECT_LT(session.backend().stats().candidates, 216u * 12u);
 }
 
-TEST(SmallWorldBackend, BoxesThatLeaveTheirShellsComeAndGoExactly)
+TEST(SmallWorldBackend, ReportsExactPairsWhenBoxesLeaveTheirSkins)
 {
     BackendSession session(std::make_unique<SmallWorldBackend>(false));
     Heap heap(session);
@@ -158,7 +158,7 @@ TEST(SmallWorldBackend, BoxesThatLeaveTheirShellsComeAndGoExactly)
     EXPECT_GT(session.removedTotal(), 200u);
 }
 
-TEST(SmallWorldBackend, FindsOthersWhereTheyHaveGoneInsideTheirShells)
+TEST(SmallWorldBackend, FindsOthersWhereTheyMovedInsideTheirSkins)
 {
     BackendSession session(std::make_unique<SmallWorldBackend>(false));
     Heap heap(session);
@@ -182,7 +182,7 @@ TEST(SmallWorldBackend, FindsOthersWhereTheyHaveGoneInsideTheirShells)
     EXPECT_GE(session.delta().added.size(), 1u);
 }
 
-TEST(SmallWorldBackend, PairsStayWhenTheColumnGridTakesOver)
+TEST(SmallWorldBackend, KeepsPairsWhenColumnGridTakesOver)
 {
     GridOptions options;
     options.flatLimit = 100;

@@ -8,7 +8,7 @@ namespace cullet::test
 {
 namespace
 {
-TEST(DepthOracle, AHundredThousandDepthsAreWithinATenThousandth)
+TEST(DepthOracle, AgreesOnHundredThousandDepthsWithinTenThousandth)
 {
     const DepthTally regular = checkDepths<float>(false, 0.0, 75000, 201);
     const DepthTally thin = checkDepths<float>(true, 0.0, 70000, 202);

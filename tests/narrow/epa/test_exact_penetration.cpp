@@ -80,7 +80,7 @@ double leastExtent(const PlacedHull& a, const PlacedHull& b)
 }
 }  // namespace
 
-TEST(GaussMapArcs, EveryPairThatCrossesIsFoundOnce)
+TEST(GaussMapArcs, FindEveryCrossingPairOnce)
 {
     constexpr unsigned kSeed = 20;
     SCOPED_TRACE(kSeed);
@@ -118,7 +118,7 @@ TEST(GaussMapArcs, EveryPairThatCrossesIsFoundOnce)
     EXPECT_LT(pairs, 20 * kArcs * kArcs / 2);
 }
 
-TEST(GaussMapArcs, AnArcWithoutAnEndMeetsEveryOther)
+TEST(GaussMapArcs, PairArcOfInvalidEndWithEveryOther)
 {
     std::mt19937 engine(21);
     constexpr double kNan = std::numeric_limits<double>::quiet_NaN(), kInfinite = HUGE_VAL;
@@ -136,7 +136,7 @@ TEST(GaussMapArcs, AnArcWithoutAnEndMeetsEveryOther)
     EXPECT_EQ(found, 300);
 }
 
-TEST(ExactPenetration, IsTheLeastExtentAlongFacesAndProductsOfEdges)
+TEST(ExactPenetration, EqualsLeastExtentAlongFaceNormalsAndEdgeProducts)
 {
     constexpr unsigned kSeed = 22;
     SCOPED_TRACE(kSeed);
@@ -179,7 +179,7 @@ TEST(ExactPenetration, IsTheLeastExtentAlongFacesAndProductsOfEdges)
     EXPECT_GT(depths[false], 5);
 }
 
-TEST(ExactPenetration, LooksAtFewPairsOfEdgesOfRoundHulls)
+TEST(ExactPenetration, TestsFewEdgePairsOfRoundHulls)
 {
     const Hull<float> hull = hullOf<float>(icoPoints(4));
     std::mt19937 engine(23);

@@ -21,7 +21,7 @@ namespace cullet::test
 {
 namespace
 {
-TEST(Penetration, OfTwoBoxesIsTheSmallestOverlapOfTheirSides)
+TEST(Penetration, EqualsSmallestOverlapOfTwoBoxes)
 {
     const Hull<float> box = hullOf<float>(boxPoints(0.5, 0.5, 0.5));
     GjkCache<float> cache;
@@ -38,14 +38,14 @@ TEST(Penetration, OfTwoBoxesIsTheSmallestOverlapOfTheirSides)
     }
 }
 
-TEST(Penetration, SeparatedShapesHaveNone)
+TEST(Penetration, ReportsSeparatedBoxesAsSeparated)
 {
     const Hull<float> box = hullOf<float>(boxPoints(0.5, 0.5, 0.5));
     GjkCache<float> cache;
     EXPECT_EQ(penetration(at(box, 0, 0, 0), at(box, 1.5f, 0, 0), cache).state, GjkState::Separated);
 }
 
-TEST(Penetration, TouchingShapesHaveDepthZeroAndTheContactNormal)
+TEST(Penetration, HasZeroDepthAndContactNormalWhenBoxesTouch)
 {
     const Hull<float> box = hullOf<float>(boxPoints(0.5, 0.5, 0.5));
     for (const Eigen::Vector3f& d : {Eigen::Vector3f(1, 0, 0), Eigen::Vector3f(1, 0.5f, 0.25f),
@@ -61,7 +61,7 @@ TEST(Penetration, TouchingShapesHaveDepthZeroAndTheContactNormal)
     }
 }
 
-TEST(Penetration, FlatShapesInOnePlaneHaveDepthZeroAlongItsNormal)
+TEST(Penetration, HasZeroDepthAlongPlaneNormalOfCoplanarShapes)
 {
     const Hull<float> square = hullOf<float>({{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}});
     GjkCache<float> cache;
@@ -125,13 +125,13 @@ void checkPointOnSegment(double tolerance)
 }
 }  // namespace
 
-TEST(Penetration, OfAPointOnASegmentIsThereAndAcrossTheSegment)
+TEST(Penetration, HasPerpendicularNormalWhenPointLiesOnSegment)
 {
     checkPointOnSegment<float>(1e-5);
     checkPointOnSegment<double>(1e-6);
 }
 
-TEST(Penetration, DeepestPointsOfFlatShapesInOnePlaneAreOfBoth)
+TEST(Penetration, PlacesDeepestPointsOfCoplanarShapesInBoth)
 {
     const Hull<float> square = hullOf<float>({{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}});
     const Hull<float> dot = hullOf<float>({{0, 0, 0}});
@@ -159,7 +159,7 @@ TEST(Penetration, DeepestPointsOfFlatShapesInOnePlaneAreOfBoth)
     }
 }
 
-TEST(Penetration, OfAFlatShapeAndABoxIsFound)
+TEST(Penetration, FindsDepthOfFlatShapeInBox)
 {
     const Hull<float> square = hullOf<float>({{-1, -1, 0}, {1, -1, 0}, {1, 1, 0}, {-1, 1, 0}});
     const Hull<float> box = hullOf<float>(boxPoints(0.5, 0.5, 0.5));
@@ -170,7 +170,7 @@ TEST(Penetration, OfAFlatShapeAndABoxIsFound)
     EXPECT_NEAR(result.axis.z(), -1.0f, 1e-5f);
 }
 
-TEST(Penetration, CoincidentShapesOfEveryKindHaveOne)
+TEST(Penetration, FindsDepthOfCoincidentShapesOfEveryKind)
 {
     for (const NamedPoints& shape : queryShapes())
     {
@@ -221,13 +221,13 @@ void checkLargePolytopes()
     checkLargePolytope<S>(hull, PosedHull<S>(hull, turn, {S(0.01), S(0), S(0)}));
 }
 
-TEST(Penetration, RoundHullsWhoseCentresNearlyCoincideHaveALargePolytope)
+TEST(Penetration, ExpandsLargePolytopeForNearlyConcentricRoundHulls)
 {
     checkLargePolytopes<float>();
     checkLargePolytopes<double>();
 }
 
-TEST(Penetration, TheExactSearchTakesOverWhenTheLargePolytopeIsFull)
+TEST(Penetration, FallsBackToExactSearchWhenLargePolytopeIsFull)
 {
     const Hull<float> hull = hullOf<float>(icoPoints(4));
     GjkCache<float> cache;
@@ -280,7 +280,7 @@ void checkMemoryOfAnotherPair()
     EXPECT_GT(forgottenCount, 100);
 }
 
-TEST(Penetration, WhatIsRememberedOfAnotherPairIsForgottenOrGivesTheSameDepth)
+TEST(Penetration, ForgetsMemoryOfOtherPairOrFindsSameDepthFromIt)
 {
     checkMemoryOfAnotherPair<float>();
     checkMemoryOfAnotherPair<double>();
@@ -324,7 +324,7 @@ void checkMemoryOfPairsThatTurn()
     EXPECT_GT(recalled, asked * 95 / 100) << asked;
 }
 
-TEST(Penetration, WhatIsRememberedServesWhereItsSurfaceHasDents)
+TEST(Penetration, FindsSameDepthFromRememberedSurfaceWithDents)
 {
     checkMemoryOfPairsThatTurn<float>();
     checkMemoryOfPairsThatTurn<double>();
@@ -412,13 +412,13 @@ void checkSplinters()
 }
 }  // namespace
 
-TEST(Penetration, DeepestPointsOfRememberedBoxesThatTouchAreOfTheShapes)
+TEST(Penetration, PlacesDeepestPointsInRememberedBoxesThatTouch)
 {
     checkTouchingBoxes<float>(1e-5);
     checkTouchingBoxes<double>(1e-9);
 }
 
-TEST(Penetration, DeepestPointsOfASplinterInTheEdgeOfALargeBoxAreOfTheShapes)
+TEST(Penetration, PlacesDeepestPointsInSplinterAndLargeBox)
 {
     checkSplinters();
 }
@@ -459,7 +459,7 @@ void checkTrianglesInOnePlane(double lean, int* remembered)
 }
 }  // namespace
 
-TEST(Penetration, WhatIsRememberedOfFlatShapesProvesNoOverlapInTheirPlane)
+TEST(Penetration, ProvesNoOverlapFromMemoryWhenTrianglesLieApartInPlane)
 {
     int remembered = 0;
     for (const double lean : {0.0, 1e-12, 1e-9, 1e-7, 1e-4})
@@ -470,7 +470,7 @@ TEST(Penetration, WhatIsRememberedOfFlatShapesProvesNoOverlapInTheirPlane)
     EXPECT_GT(remembered, 5000);
 }
 
-TEST(Penetration, InputsThatAreNotFiniteDoNotConverge)
+TEST(Penetration, DoesNotConvergeForNonFiniteInputs)
 {
     const Hull<float> hull = hullOf<float>(icoPoints(1));
     for (const float bad : {std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()})
@@ -482,7 +482,7 @@ TEST(Penetration, InputsThatAreNotFiniteDoNotConverge)
     }
 }
 
-TEST(ExactPenetration, FacesThatAFlatBasisTakesAwayAreNone)
+TEST(ExactPenetration, IgnoresFacesThatFlatBasisRemoves)
 {
     const Hull<double> box = hullOf<double>(boxPoints(0.5, 0.5, 0.5));
     const PosedHull<double> flat(box, Eigen::Vector3d(1, 1, 0).asDiagonal().toDenseMatrix(), {0, 0, 0});
@@ -496,7 +496,7 @@ TEST(ExactPenetration, FacesThatAFlatBasisTakesAwayAreNone)
 }
 
 /// The exact search is the reference below; here it is tested itself: no direction has a smaller extent.
-TEST(ExactPenetration, OfASegmentThroughAnEdgeOfABoxIsAcrossBoth)
+TEST(ExactPenetration, SeparatesSegmentThroughBoxEdgeAcrossBoth)
 {
     const Hull<double> box = hullOf<double>(boxPoints(1.0, 1.0, 1.0));
     const Hull<double> segment = hullOf<double>({{0, 0, 0}, {-5, 5, 0}, {5, -5, 0}, {1, -1, 0}});
@@ -510,7 +510,7 @@ TEST(ExactPenetration, OfASegmentThroughAnEdgeOfABoxIsAcrossBoth)
     EXPECT_NEAR(depth, 0.2 * std::sqrt(0.5), 1e-12);
 }
 
-TEST(ExactPenetration, OfSegmentsIsZeroAcrossBothUnlessTheyAreParallel)
+TEST(ExactPenetration, IsZeroForCrossingSegmentsAndUnknownForParallelOnes)
 {
     const Hull<double> segment = hullOf<double>({{-1, 0, 0}, {1, 0, 0}}),
                        other = hullOf<double>({{0, -1, 0}, {0, 1, 0}});
@@ -522,7 +522,7 @@ TEST(ExactPenetration, OfSegmentsIsZeroAcrossBothUnlessTheyAreParallel)
     EXPECT_FALSE(exactPenetration(at(segment, 0, 0, 0), at(segment, 0.5, 0, 0), normal, depth));
 }
 
-TEST(ExactPenetration, OfTrianglesIsThatOfTheExpansion)
+TEST(ExactPenetration, EqualsDepthOfExpansionForTriangles)
 {
     std::mt19937 engine(1);
     NormalPoints any{engine};
@@ -575,13 +575,13 @@ void checkCrossingSegments()
 }
 }  // namespace
 
-TEST(Penetration, OfSegmentsThatCrossIsFoundAlsoWhereTheirDifferenceIsASliver)
+TEST(Penetration, FindsDepthOfCrossingSegmentsWhenDifferenceIsSliver)
 {
     checkCrossingSegments<float>();
     checkCrossingSegments<double>();
 }
 
-TEST(ExactPenetration, NoDirectionSeparatesSooner)
+TEST(ExactPenetration, HasSmallestExtentOfAllSampledDirections)
 {
     const std::vector<NamedPoints> shapes = queryShapes();
     std::mt19937 engine(3);
@@ -622,13 +622,13 @@ TEST(ExactPenetration, NoDirectionSeparatesSooner)
     EXPECT_GT(improvedCount, 100);
 }
 
-TEST(Penetration, DepthsInFloatAreWithinATenThousandth)
+TEST(Penetration, MatchesOracleWithinTenThousandthInFloat)
 {
     expectGood(checkDepths<float>(false, 0.0, 6000, 31), 1e-4, "regular");
     expectGood(checkDepths<float>(true, 0.0, 6000, 32), 1e-4, "thin");
 }
 
-TEST(Penetration, DepthsInDoubleAreWithinAFewRoundings)
+TEST(Penetration, MatchesOracleWithinFewRoundingsInDouble)
 {
     expectGood(checkDepths<double>(false, 0.0, 2000, 33), 1e-12, "regular");
     expectGood(checkDepths<double>(true, 0.0, 2000, 34), 1e-12, "thin");

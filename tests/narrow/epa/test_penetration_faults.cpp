@@ -102,7 +102,7 @@ void checkSizes(std::initializer_list<double> sizes)
 }
 }  // namespace
 
-TEST(PenetrationFaults, ASupportThatIsNotFiniteEndsTheExpansionWithoutAnAnswerOrWithTheRightOne)
+TEST(PenetrationFaults, LeaveDefinedResultWhenOneSupportPointIsBad)
 {
     // Nearly coincident, so that the large polytope is needed, too.
     const Hull<float> ball = hullOf<float>(icoPoints(2));
@@ -139,7 +139,7 @@ TEST(PenetrationFaults, ASupportThatIsNotFiniteEndsTheExpansionWithoutAnAnswerOr
     EXPECT_GT(unanswered, 500);
 }
 
-TEST(PenetrationFaults, SizesAtTheEndsOfTheNumbersHaveADepthOrNone)
+TEST(PenetrationFaults, LeaveDefinedResultForExtremeSizes)
 {
     checkSizes<float>({3e38, 1e38, 1e30, 1e19, 1e-19, 1e-30, 1e-38, 1e-42, 1e-45});
     checkSizes<double>({1.7e308, 1e200, 1e154, 1e120, 1e90, 1e77, 1e61, 1e60, 1e50, 1e-50, 1e-60, 1e-77,

@@ -65,7 +65,7 @@ Polytope dentedSurface(double lift)
     return surfaceOf(points, {{0, 4, 3}, {3, 4, 1}, {1, 2, 3}, {4, 2, 1}, {3, 2, 0}, {0, 2, 4}});
 }
 
-TEST(Polytope, AFaceIsLiftedOutOfADent)
+TEST(Polytope, LiftsFaceOutOfDent)
 {
     Polytope surface = dentedSurface(0.0);
     expectClosed(surface);
@@ -94,14 +94,14 @@ void expectNoLift(Polytope& surface)
     EXPECT_EQ(after.vertex, before.vertex);
 }
 
-TEST(Polytope, AFaceStaysWhereTheNewOnesWouldBeNearer)
+TEST(Polytope, KeepsFaceWhenNewOnesWouldBeNearer)
 {
     Polytope surface = dentedSurface(7.0);
     EXPECT_NEAR(surface.closestFace().distance, std::sqrt(0.75) / 10, 1e-12);
     expectNoLift(surface);
 }
 
-TEST(Polytope, NoEdgeIsMadeTwice)
+TEST(Polytope, RefusesLiftThatWouldMakeEdgeTwice)
 {
     // A tetrahedron with a pit through its tip instead of a side: a flip of any edge of the pit would duplicate an edge
     // of its rim.
@@ -111,7 +111,7 @@ TEST(Polytope, NoEdgeIsMadeTwice)
     expectNoLift(surface);
 }
 
-TEST(Polytope, ABrokenOneTakesNoMorePoints)
+TEST(Polytope, TakesNoMorePointsWhenInvalid)
 {
     Polytope surface(1.0);
     surface.setTetrahedron({{{-1, -1, -1}, {1, -1, -1}, {0, 1, -1}, {0, 0, 1}}});
@@ -151,7 +151,7 @@ void checkLevelNeighbours()
     EXPECT_GT(left, 2000);
 }
 
-TEST(LevelNeighbours, AreTheEndsOfTheEdgesThatFallOffLeast)
+TEST(LevelNeighbours, AreThreeNeighboursOfLeastSlope)
 {
     checkLevelNeighbours<float>();
     checkLevelNeighbours<double>();
@@ -192,7 +192,7 @@ void checkEntries()
     EXPECT_LT(points, entries) << "of " << entries;
 }
 
-TEST(Penetration, OfShapesThatHaveJustComeToOverlapNeedsNextToNoExpansion)
+TEST(Penetration, NeedsHardlyAnyExpansionWhenShapesBeginToOverlap)
 {
     checkEntries<float>();
     checkEntries<double>();

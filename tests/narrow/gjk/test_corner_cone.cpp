@@ -192,7 +192,7 @@ TYPED_TEST(CornerCones, AnswerNearlyAllPairsThatStayApart)
     EXPECT_LT(iterations, 2 * told);
 }
 
-TYPED_TEST(CornerCones, FacesAndEdgesInParallelAreAnsweredInDouble)
+TYPED_TEST(CornerCones, AnswerMostPairsWithParallelFacesAndEdges)
 {
     using S = TypeParam;
     // All neighbours in a face are level with each other, up to the rounding of a rotated basis.
@@ -224,7 +224,7 @@ TYPED_TEST(CornerCones, FacesAndEdgesInParallelAreAnsweredInDouble)
     EXPECT_GT(told, 400);
 }
 
-TYPED_TEST(CornerCones, DoNotAnswerWhatOverlapsOrTouchesOrIsNoNumber)
+TYPED_TEST(CornerCones, DoNotAnswerOverlappingTouchingOrNonFinitePairs)
 {
     using S = TypeParam;
     const Hull<S> hull = hullOf<S>(boxPoints(0.5, 0.5, 0.5));
@@ -247,7 +247,7 @@ TYPED_TEST(CornerCones, DoNotAnswerWhatOverlapsOrTouchesOrIsNoNumber)
     }
 }
 
-TYPED_TEST(CornerCones, NeighboursThatHardlySpanTheirConeAreConfirmed)
+TYPED_TEST(CornerCones, GiveClosestPointsWhenNeighboursHardlySpanCone)
 {
     using S = TypeParam;
     // Rounding moves points off the faces and edges of a rotated grid, and a corner on an edge may have neighbours on
@@ -275,7 +275,7 @@ TYPED_TEST(CornerCones, NeighboursThatHardlySpanTheirConeAreConfirmed)
 
 /// Corners collinear along an edge up to rounding, and a tip so near that the error of the closest point is as large:
 /// its remainder along the edge must not hide that one side of the edge rises towards the origin.
-TEST(CornerCone, TellsNothingFromCornersInLineThatRoundingOfTheClosestPointHides)
+TEST(CornerCone, GivesRightDistanceWhenRoundingHidesCollinearCorners)
 {
     std::mt19937 turned(5);
     const Hull<double> grid = hullOf<double>(moved(gridBoxPoints(12), randomRotation(turned), {0, 0, 0}));
@@ -300,7 +300,7 @@ TEST(CornerCone, TellsNothingFromCornersInLineThatRoundingOfTheClosestPointHides
     EXPECT_NEAR(gjkDistance(a, b, infinity, cache).distance, truth.distance, 1e-12);
 }
 
-TEST(CornerCone, LeavesToGjkWhatHasTooFewDigits)
+TEST(CornerCone, LeavesPairsWithTooFewDigitsToGjk)
 {
     // The corner is billions of times as far away as the other shape: the point on an edge is perpendicular to it only
     // to 1e-7.
@@ -343,7 +343,7 @@ TEST(CornerCone, LeavesToGjkWhatHasTooFewDigits)
     EXPECT_GT(refused, 100);
 }
 
-TYPED_TEST(CornerCones, AreAsGoodForThinShapesOfDifferentSizes)
+TYPED_TEST(CornerCones, AreAccurateForThinShapesOfDifferentSizes)
 {
     using S = TypeParam;
     std::vector<Hull<S>> hulls;
@@ -386,7 +386,7 @@ TYPED_TEST(CornerCones, AreAsGoodForThinShapesOfDifferentSizes)
     EXPECT_GT(edges, 400);
 }
 
-TYPED_TEST(CornerCones, DistancesAreAsGoodAtEveryScaleAndWithStretchedBases)
+TYPED_TEST(CornerCones, AreAccurateAtEveryScaleAndWithStretchedBases)
 {
     using S = TypeParam;
     std::mt19937 engine(45);

@@ -70,7 +70,7 @@ void forNearPairs(unsigned seed, double gap, const Visit& visit)
     }
 }
 
-TYPED_TEST(FeaturePairTest, GivesTheDistanceOfTheSearch)
+TYPED_TEST(FeaturePairTest, GivesSameDistanceAsGjk)
 {
     using S = TypeParam;
     int solved = 0, asked = 0;
@@ -108,7 +108,7 @@ TYPED_TEST(FeaturePairTest, GivesTheDistanceOfTheSearch)
 }
 
 /// The order of vertices and the path of the search have no effect.
-TYPED_TEST(FeaturePairTest, GivesTheSameBitsForAnyWayToTheFeatures)
+TYPED_TEST(FeaturePairTest, GivesSameBitsHoweverFeaturesWereFound)
 {
     using S = TypeParam;
     int compared = 0;
@@ -180,7 +180,7 @@ TYPED_TEST(FeaturePairTest, RefusesFeaturesThatAreNotTheClosest)
 }
 
 /// Corners of a rotated box are rounded, so that hardly four are coplanar.
-TYPED_TEST(FeaturePairTest, SettlesFacesWhoseCornersAreRounded)
+TYPED_TEST(FeaturePairTest, SolvesFacesWhoseCornersAreRounded)
 {
     using S = TypeParam;
     std::mt19937 engine(15);
@@ -242,7 +242,7 @@ TYPED_TEST(FeaturePairTest, GivesTheSameBitsForAVertexOverADiagonal)
     }
 }
 
-TYPED_TEST(FeaturePairTest, SettlesDepthsThatAreExact)
+TYPED_TEST(FeaturePairTest, SolvesMostDepthsExactly)
 {
     using S = TypeParam;
     int settled = 0, asked = 0;

@@ -76,7 +76,7 @@ private:
     double m_halfLength, m_radius;
 };
 
-TEST(Gjk, DistanceOfTwoBoxesIsTheGapBetweenTheirFaces)
+TEST(Gjk, FindsGapBetweenFacesOfTwoBoxes)
 {
     GjkCache<float> cache;
     const auto result =
@@ -89,7 +89,7 @@ TEST(Gjk, DistanceOfTwoBoxesIsTheGapBetweenTheirFaces)
     EXPECT_FLOAT_EQ(result.pointA.y(), result.pointB.y());
 }
 
-TEST(Gjk, MaxDistanceDividesSeparatedFromNear)
+TEST(Gjk, DividesSeparatedFromNearAtMaxDistance)
 {
     const auto a = at(unitBox(), 0, 0, 0);
     const auto b = at(unitBox(), 1.5f, 0, 0);
@@ -113,7 +113,7 @@ TEST(Gjk, MaxDistanceDividesSeparatedFromNear)
     EXPECT_EQ(isaGjk(a, b, kInfinity, cache).state, GjkState::Near);
 }
 
-TEST(Gjk, LimitsWhoseSquareUnderflowsAreKept)
+TEST(Gjk, KeepsMaxDistanceWhoseSquareUnderflows)
 {
     // Tiny shapes, so that the distance is that of the origins.
     Points points = icoPoints(0);
@@ -136,7 +136,7 @@ TEST(Gjk, LimitsWhoseSquareUnderflowsAreKept)
     }
 }
 
-TEST(Gjk, TetrahedraWhoseVolumeUnderflowsProveNothing)
+TEST(Gjk, ProvesNoFalseOverlapWhenTetrahedronVolumeUnderflows)
 {
     std::mt19937 engine(72);
     std::normal_distribution<double> coordinate;
@@ -168,7 +168,7 @@ TEST(Gjk, TetrahedraWhoseVolumeUnderflowsProveNothing)
     EXPECT_GT(overlapCount, 3000);
 }
 
-TEST(Gjk, TouchingBoxesOverlapOrAreNearByRounding)
+TEST(Gjk, ReportsTouchingBoxesAsOverlapping)
 {
     for (const Eigen::Vector3f& d :
          {Eigen::Vector3f(1, 0, 0), Eigen::Vector3f(1, 1, 0), Eigen::Vector3f(1, 1, 1),
@@ -183,7 +183,7 @@ TEST(Gjk, TouchingBoxesOverlapOrAreNearByRounding)
     }
 }
 
-TEST(Gjk, CoincidentShapesOverlap)
+TEST(Gjk, ReportsCoincidentShapesAsOverlapping)
 {
     for (const NamedPoints& shape : queryShapes())
     {
@@ -196,7 +196,7 @@ TEST(Gjk, CoincidentShapesOverlap)
     }
 }
 
-TEST(Gjk, PointsSegmentsAndPolygonsAreShapesToo)
+TEST(Gjk, FindsDistancesOfPointsSegmentsAndPolygons)
 {
     const Hull<float> point = hullOf<float>({{0, 0, 0}});
     const Hull<float> segment = hullOf<float>({{-1, 0, 0}, {1, 0, 0}});
@@ -218,7 +218,7 @@ TEST(Gjk, PointsSegmentsAndPolygonsAreShapesToo)
               GjkState::Overlapping);
 }
 
-TEST(Gjk, BallsWithoutVerticesConvergeToo)
+TEST(Gjk, ConvergesForBallsWithoutVertices)
 {
     std::mt19937 engine(5);
     int nearCount = 0;
@@ -248,7 +248,7 @@ TEST(Gjk, BallsWithoutVerticesConvergeToo)
     EXPECT_GT(overlapCount, 200);
 }
 
-TEST(Gjk, DistancesOfABallFromABoxAndACapsuleAreThoseOfGeometry)
+TEST(Gjk, FindsExactDistanceOfBallFromBoxAndCapsule)
 {
     const Hull<double> box = hullOf<double>(boxPoints(0.7, 0.5, 0.6));
     const PosedHull<double> boxAtOrigin(box, Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero());
@@ -282,7 +282,7 @@ TEST(Gjk, DistancesOfABallFromABoxAndACapsuleAreThoseOfGeometry)
     EXPECT_GT(overlapCount, 200);
 }
 
-TEST(Gjk, AnyCacheGivesTheRightAnswer)
+TEST(Gjk, GivesRightAnswerFromAnyCache)
 {
     const Hull<float> ico = hullOf<float>(icoPoints(1));
     const Hull<float> box = hullOf<float>(boxPoints(0.7, 0.5, 0.6));
@@ -320,7 +320,7 @@ TEST(Gjk, AnyCacheGivesTheRightAnswer)
     EXPECT_EQ(overlapCount, 10000);
 }
 
-TEST(Gjk, InputsThatAreNotFiniteDoNotConverge)
+TEST(Gjk, DoesNotConvergeForNonFiniteInputs)
 {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     const Hull<float> ico = hullOf<float>(icoPoints(2));
@@ -352,7 +352,7 @@ TEST(Gjk, InputsThatAreNotFiniteDoNotConverge)
     }
 }
 
-TEST(Gjk, ScaledAndMirroredBasesAreAllowed)
+TEST(Gjk, TakesScaledAndMirroredBases)
 {
     const Hull<float> ico = hullOf<float>(icoPoints(2));
     Eigen::Matrix3f basis = Eigen::Vector3f(-2.0f, 0.5f, 1.0f).asDiagonal();
@@ -370,7 +370,7 @@ TEST(Gjk, ScaledAndMirroredBasesAreAllowed)
     EXPECT_GT(result.distance, 0.5f);
 }
 
-TEST(Gjk, TheObserverSeesBoundsThatCloseIn)
+TEST(Gjk, ShowsObserverBoundsThatConverge)
 {
     const Hull<float> ico = hullOf<float>(icoPoints(2));
     std::vector<double> upper;

@@ -82,7 +82,7 @@ double ballAlong(const Shape& shape, const Eigen::Matrix3d& basis, const Eigen::
     return shape.wide.radius() * (basis.transpose() * direction).norm();
 }
 
-TEST(GjkBalls, TellNothingWrongOfStretchedShapes)
+TEST(GjkBalls, ProveOnlyTrueSeparationsOfStretchedShapes)
 {
     std::vector<Shape> shapes;
     for (const Points& points : {icoPoints(1), icoPoints(2), prismPoints(32, 0.4), boxPoints(0.5, 0.3, 0.7)})
@@ -110,7 +110,7 @@ TEST(GjkBalls, TellNothingWrongOfStretchedShapes)
     EXPECT_GT(tally.without, 600) << "of " << tally.separated;
 }
 
-TEST(GjkBalls, TouchWhereTwoVerticesDo)
+TEST(GjkBalls, ProveOnlyTrueSeparationsWhenTwoVerticesNearlyTouch)
 {
     const Shape ball(icoPoints(2));
     std::mt19937 engine(17);

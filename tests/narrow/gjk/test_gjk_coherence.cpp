@@ -81,7 +81,7 @@ Coherence coherenceOf(GjkState state, unsigned seed)
     return coherence;
 }
 
-TEST(GjkCoherence, ATetrahedronKeepsTheOriginInside)
+TEST(GjkCoherence, AnswersMostOverlapsFromRememberedTetrahedron)
 {
     const Coherence coherence = coherenceOf(GjkState::Overlapping, 71);
     EXPECT_GT(coherence.queries, 2500);
@@ -90,7 +90,7 @@ TEST(GjkCoherence, ATetrahedronKeepsTheOriginInside)
     EXPECT_LT(coherence.failures, coherence.queries / 7) << coherence.failures;
 }
 
-TEST(GjkCoherence, AnAxisThatSucceedsAnotherPointsAtTheNearestCorner)
+TEST(GjkCoherence, AnswersMostSeparationsFromRememberedAxis)
 {
     const Coherence coherence = coherenceOf(GjkState::Separated, 72);
     EXPECT_GT(coherence.queries, 2500);
@@ -116,7 +116,7 @@ bool isLevel(const PairScene<float>& scene, const GjkCache<float>& cache)
     return isLevel(scene.posedA(), -axis) || isLevel(scene.posedB(), axis);
 }
 
-TEST(GjkCoherence, AnAxisFoundWhereATetrahedronIsLeftIsLevelWithNoEdge)
+TEST(GjkCoherence, FindsNonDegenerateAxisWhenOriginLeavesTetrahedron)
 {
     int axes = 0, levelAxes = 0;
     forCrossingQueries(73,
@@ -134,7 +134,7 @@ TEST(GjkCoherence, AnAxisFoundWhereATetrahedronIsLeftIsLevelWithNoEdge)
     EXPECT_LT(levelAxes, axes / 10) << axes;
 }
 
-TEST(GjkCoherence, AnAxisFoundForAGapIsLevelWithNoEdge)
+TEST(GjkCoherence, FindsNonDegenerateAxisForGap)
 {
     int axes = 0, levelAxes = 0;
     forQueriesOf({{icoPoints(1), icoPoints(1)}, 0.05, 0.02f}, 74,

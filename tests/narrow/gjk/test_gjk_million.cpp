@@ -35,13 +35,13 @@ void checkAMillion(unsigned seed, const std::vector<double>& limits, const Expec
     EXPECT_GE(decided, 1000000);
 }
 
-TEST(IsaGjkMillion, NoBooleanOfAMillionIsWrong)
+TEST(IsaGjkMillion, AnswersMillionBooleanQueriesWithoutError)
 {
     checkAMillion(101, {0.0}, [](const Tally& tally, const char* name) { expectGood(tally, name); });
 }
 
 /// Queries as by the plug-in: the limit is margins and breaking threshold.
-TEST(IsaGjkMillion, NoGapOfAMillionIsWrong)
+TEST(IsaGjkMillion, AnswersMillionGapQueriesWithoutError)
 {
     checkAMillion(111, askedGaps(),
                   [](const Tally& tally, const char* name) { expectGoodGaps(tally, name); });

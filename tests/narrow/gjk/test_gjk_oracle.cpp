@@ -19,22 +19,22 @@ namespace cullet::test
 {
 namespace
 {
-TEST(IsaGjkOracle, ColdRegularPairsInFloat)
+TEST(IsaGjkOracle, AgreesOnColdRegularPairsInFloat)
 {
     expectGood(checkAll<float>(false, 0.0, 400, 0, 1), "regular");
 }
 
-TEST(IsaGjkOracle, ColdThinPairsInFloat)
+TEST(IsaGjkOracle, AgreesOnColdThinPairsInFloat)
 {
     expectGood(checkAll<float>(true, 0.0, 400, 0, 2), "thin");
 }
 
-TEST(IsaGjkOracle, ColdPairsFarFromTheOriginInFloat)
+TEST(IsaGjkOracle, AgreesOnColdPairsFarFromOriginInFloat)
 {
     expectGood(checkAll<float>(false, 1e4, 100, 0, 3), "far");
 }
 
-TEST(IsaGjkOracle, WarmTrajectoriesInFloat)
+TEST(IsaGjkOracle, AgreesOnWarmTrajectoriesInFloat)
 {
     const Tally tally = checkAll<float>(false, 0.0, 10, 40, 4);
     expectGood(tally, "warm");
@@ -42,12 +42,12 @@ TEST(IsaGjkOracle, WarmTrajectoriesInFloat)
     EXPECT_GT(tally.withoutSimplex, tally.queries / 2);
 }
 
-TEST(IsaGjkOracle, WarmThinTrajectoriesInFloat)
+TEST(IsaGjkOracle, AgreesOnWarmThinTrajectoriesInFloat)
 {
     expectGood(checkAll<float>(true, 0.0, 10, 40, 5), "warm thin");
 }
 
-TEST(IsaGjkOracle, AllClassesInDouble)
+TEST(IsaGjkOracle, AgreesOnColdAndWarmPairsInDouble)
 {
     expectGood(checkAll<double>(false, 0.0, 100, 0, 6), "regular");
     expectGood(checkAll<double>(true, 0.0, 100, 0, 7), "thin");
@@ -55,7 +55,7 @@ TEST(IsaGjkOracle, AllClassesInDouble)
     expectGood(checkAll<double>(false, 0.0, 3, 40, 9), "warm");
 }
 
-TEST(IsaGjkOracle, GapsOfAllClassesInFloat)
+TEST(IsaGjkOracle, AgreesOnGapsOfAllPairClassesInFloat)
 {
     expectGoodGaps(checkAll<float>(false, 0.0, 100, 0, 51, askedGaps()), "regular");
     expectGoodGaps(checkAll<float>(true, 0.0, 100, 0, 52, askedGaps()), "thin");
@@ -67,7 +67,7 @@ TEST(IsaGjkOracle, GapsOfAllClassesInFloat)
     EXPECT_GT(warm.withoutSimplex, warm.queries / 2);
 }
 
-TEST(IsaGjkOracle, GapsOfAllClassesInDouble)
+TEST(IsaGjkOracle, AgreesOnGapsOfAllPairClassesInDouble)
 {
     expectGoodGaps(checkAll<double>(false, 0.0, 50, 0, 56, askedGaps()), "regular");
     expectGoodGaps(checkAll<double>(true, 0.0, 50, 0, 57, askedGaps()), "thin");
@@ -144,13 +144,13 @@ void expectGoodDistances(bool isThin, int rounds, unsigned seed, double toleranc
     EXPECT_GT(tally.overlapping, tally.queries / 50);
 }
 
-TEST(GjkOracle, DistancesInFloatAreWithinTwoTenMillionthsOfTheSize)
+TEST(GjkOracle, AgreesOnDistancesWithinTwoTenMillionthsInFloat)
 {
     expectGoodDistances<float>(false, 12000, 11, 2e-7);
     expectGoodDistances<float>(true, 6000, 12, 2e-7);
 }
 
-TEST(GjkOracle, DistancesInDoubleAreWithinRounding)
+TEST(GjkOracle, AgreesOnDistancesWithinRoundingInDouble)
 {
     expectGoodDistances<double>(false, 6000, 13, 1e-11);
     expectGoodDistances<double>(true, 3000, 14, 1e-11);

@@ -31,7 +31,7 @@ std::vector<Hull<float>> queryHulls()
     return hulls;
 }
 
-TEST(Gjk, ReflectionsFindAxesAndChangeNoAnswer)
+TEST(Gjk, FindsAxesByReflectionWithoutChangingAnswers)
 {
     const std::vector<Hull<float>> hulls = queryHulls();
     std::mt19937 engine(31);
@@ -70,7 +70,7 @@ TEST(Gjk, ReflectionsFindAxesAndChangeNoAnswer)
     EXPECT_GT(savedCount, 1000);
 }
 
-TEST(Gjk, EveryStartGivesTheSameAnswer)
+TEST(Gjk, GivesSameAnswerFromEveryStart)
 {
     const std::vector<Hull<float>> hulls = queryHulls();
     std::mt19937 engine(32);
@@ -109,7 +109,7 @@ TEST(Gjk, EveryStartGivesTheSameAnswer)
     EXPECT_GT(atOnceCounts[2], 1000);
 }
 
-TEST(Gjk, CoherentMotionTakesFewIterations)
+TEST(Gjk, TakesFewIterationsInCoherentMotion)
 {
     const Hull<float> ico = hullOf<float>(icoPoints(1));
     std::mt19937 engine(21);
@@ -132,7 +132,7 @@ TEST(Gjk, CoherentMotionTakesFewIterations)
     EXPECT_LT(booleanIterations / 5000.0, 0.02);
 }
 
-TEST(Gjk, VerticesAnswerAloneWhileTheyAreTheClosestPoints)
+TEST(Gjk, AnswersFromVerticesWhileTheyAreClosestPoints)
 {
     const Hull<float> box = hullOf<float>(boxPoints(0.7, 0.5, 0.6));
     std::mt19937 engine(23);
@@ -196,7 +196,7 @@ int settledAtOnce(double gap, GjkState state, std::mt19937& engine)
     return count;
 }
 
-TEST(Gjk, TheFirstCornerSettlesMostPairsWithoutHistory)
+TEST(Gjk, AnswersMostPairsWithoutHistoryFromFirstCorner)
 {
     std::mt19937 engine(22);
     for (const double gap : {0.01, 0.001})
@@ -231,7 +231,7 @@ int axesForGap(const PairScene<float>& scene, float limit, GjkCache<float>& cach
     return 0;
 }
 
-TEST(Gjk, TheCornerOfAFailedAxisProvesAGapThatIsAskedForToo)
+TEST(Gjk, ProvesRequestedGapFromCornerOfFailedAxis)
 {
     const Hull<float> hulls[] = {hullOf<float>(icoPoints(2)), hullOf<float>(boxPoints(0.7, 0.5, 0.6)),
                                  hullOf<float>(prismPoints(32, 0.5)), hullOf<float>(icoPoints(0))};
@@ -256,7 +256,7 @@ TEST(Gjk, TheCornerOfAFailedAxisProvesAGapThatIsAskedForToo)
     EXPECT_GT(proved, queries / 7);
 }
 
-TEST(Gjk, AStepUphillFindsNearlyTheBestAxisOfTwoBalls)
+TEST(Gjk, FindsBetterAxisOfTwoBallsByGradientStep)
 {
     const Hull<float> ball = hullOf<float>(icoPoints(3));
     const Eigen::Matrix3f turn = Eigen::AngleAxisf(0.3f, Eigen::Vector3f(1, 2, 3).normalized()).matrix();
@@ -319,7 +319,7 @@ void checkScale(double size, std::int64_t& separated, std::int64_t& near, std::i
     }
 }
 
-TEST(Gjk, FirstAndLaterAxesProveTheSameAtEveryScale)
+TEST(Gjk, GivesRightAnswersAtEveryScaleWithAndWithoutMemory)
 {
     std::int64_t separated = 0, near = 0, overlapping = 0;
     // Beyond 1e6 and below 1e-6 the first axis is scaled before it is tested.
@@ -333,7 +333,7 @@ TEST(Gjk, FirstAndLaterAxesProveTheSameAtEveryScale)
     EXPECT_GT(overlapping, 500);
 }
 
-TEST(Gjk, AnOverlapThatIsRememberedWithoutAnAxisIsOfAnotherPair)
+TEST(Gjk, FindsOverlapWhenRememberedVerticesDoNotExist)
 {
     const Hull<float> ball = hullOf<float>(icoPoints(2)), box = hullOf<float>(boxPoints(0.7, 0.5, 0.6));
     std::mt19937 engine(1);
@@ -364,7 +364,7 @@ struct BoundObserver
     }
 };
 
-TEST(Gjk, AFirstAxisInDoubleIsTheOneThatIsRemembered)
+TEST(Gjk, DoesNotOverstateGapOfFirstAxisInDouble)
 {
     const Hull<double> prism = hullOf<double>(prismPoints(200, 0.5));
     std::mt19937 engine(3);

@@ -194,17 +194,17 @@ void expectAll(const Answers& answers)
     EXPECT_GT(answers.remembered, 30);
 }
 
-TEST(QueryFlags, StayClearInFloat)
+TEST(QueryFlags, ReportNoFloatingPointExceptionOfFloatQueries)
 {
     expectAll(queryAll<float>(700, 1));
 }
 
-TEST(QueryFlags, StayClearInDouble)
+TEST(QueryFlags, ReportNoFloatingPointExceptionOfDoubleQueries)
 {
     expectAll(queryAll<double>(700, 2));
 }
 
-TEST(QueryFlags, StayClearWhenHullsAreBuilt)
+TEST(QueryFlags, ReportNoFloatingPointExceptionWhenHullsAreBuilt)
 {
     for (const NamedPoints& shape : samples())
     {

@@ -55,7 +55,7 @@ void expectConsistent(const SimplexPoints& points, int count, const ClosestOnSim
     EXPECT_LT((sum - c.point).norm(), 1e-12 * (1.0 + points[0].norm()));
 }
 
-TEST(Simplex, EveryRegionAgreesWithJohnsonAndSignedVolumes)
+TEST(Simplex, AgreesWithJohnsonAndSignedVolumesInEveryRegion)
 {
     std::map<std::pair<int, unsigned>, int> regions;
     for (unsigned seed = 0; seed < 20000; ++seed)
@@ -79,7 +79,7 @@ TEST(Simplex, EveryRegionAgreesWithJohnsonAndSignedVolumes)
         EXPECT_GE(seen, 10) << region.first << " points, subset " << region.second;
 }
 
-TEST(Simplex, TheReducedSolverAgreesWhereTheNewestPointIsASupportPoint)
+TEST(Simplex, AgreesWithReducedSolverWhenNewestPointIsSupportPoint)
 {
     // GJK on random tetrahedra and boxes: each step's last point is a support point against the closest one.
     std::map<int, int> countOf;
@@ -145,7 +145,7 @@ TEST(Simplex, FindsTheEdgeFarthestFromTheNewestPointWhenOnlyItsFaceIsLeft)
     EXPECT_EQ(closestOnSimplex(points, 4).subset, newest.subset);
 }
 
-TEST(Simplex, AnySizeGivesTheSameAnswer)
+TEST(Simplex, GivesSameAnswerAtEverySize)
 {
     for (unsigned seed = 0; seed < 300; ++seed)
     {
@@ -168,7 +168,7 @@ TEST(Simplex, AnySizeGivesTheSameAnswer)
 }
 
 /// Equal points, collinear points, four coplanar points, slivers.
-TEST(Simplex, DegenerateSimplicesHaveFiniteAnswersAsGoodAsTheBestSubset)
+TEST(Simplex, GivesFiniteAnswersNoFartherThanEdgesWhenDegenerate)
 {
     int insideCount = 0;
     for (unsigned seed = 0; seed < 20000; ++seed)
@@ -220,7 +220,7 @@ TEST(Simplex, DegenerateSimplicesHaveFiniteAnswersAsGoodAsTheBestSubset)
     EXPECT_GT(insideCount, 3);
 }
 
-TEST(Simplex, ATetrahedronAsThinAsTheRoundingOfItsPointsHasNothingInside)
+TEST(Simplex, HasNothingInsideTetrahedronAsThinAsRounding)
 {
     // From two needles 2e-5 apart: its height is less than a unit in the last place of a coordinate.
     const SimplexPoints points = {
@@ -239,7 +239,7 @@ TEST(Simplex, ATetrahedronAsThinAsTheRoundingOfItsPointsHasNothingInside)
     }
 }
 
-TEST(Simplex, TheOriginOnAFeatureIsAtDistanceZero)
+TEST(Simplex, HasZeroDistanceWhenOriginLiesOnFeature)
 {
     const SimplexPoints onVertex = {Eigen::Vector3d(0, 0, 0), {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     const SimplexPoints onEdge = {Eigen::Vector3d(-1, 0, 0), {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};

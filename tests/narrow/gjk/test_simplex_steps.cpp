@@ -59,7 +59,7 @@ void follow(const Hull<float>& hull, std::mt19937& engine, Outcome& outcome)
     }
 }
 
-TEST(SimplexSteps, FindNearlyAllAxesThatThereAreAndNoOthers)
+TEST(SimplexSteps, FindNearlyAllSeparatingAxesAndNoFalseOnes)
 {
     const Hull<float> hulls[] = {hullOf<float>(icoPoints(2)), hullOf<float>(boxPoints(0.7, 0.5, 0.6)),
                                  hullOf<float>(prismPoints(32, 0.5)), hullOf<float>(icoPoints(0))};

@@ -18,11 +18,11 @@ namespace cullet::test
 namespace
 {
 template <class S>
-class HullOf : public testing::Test
+class Hulls : public testing::Test
 {
 };
 using Scalars = testing::Types<float, double>;
-TYPED_TEST_SUITE(HullOf, Scalars);
+TYPED_TEST_SUITE(Hulls, Scalars);
 
 TEST(Orientation, IsExactWhereRoundedArithmeticIsNot)
 {
@@ -47,13 +47,13 @@ TEST(Orientation, IsExactWhereRoundedArithmeticIsNot)
     EXPECT_FALSE(isCollinear({0.1, 0.1, 0.1}, {0.3, 0.3, 0.3}, {0.7, 0.7, std::nextafter(0.7, 1.0)}));
 }
 
-TYPED_TEST(HullOf, NoPointsIsEmpty)
+TYPED_TEST(Hulls, AreEmptyWithoutPoints)
 {
     EXPECT_EQ(makeHull<TypeParam>(nullptr, 0).kind(), HullKind::Empty);
     EXPECT_EQ(makeHull<TypeParam>(nullptr, 0).vertexCount(), 0);
 }
 
-TYPED_TEST(HullOf, NotFinitePointsAreRefused)
+TYPED_TEST(Hulls, RefuseNonFiniteAndHugePoints)
 {
     // Products of the last one would overflow in double.
     for (const double bad :
@@ -66,7 +66,7 @@ TYPED_TEST(HullOf, NotFinitePointsAreRefused)
     }
 }
 
-TYPED_TEST(HullOf, CoordinatesWhoseProductsUnderflowAreZero)
+TYPED_TEST(Hulls, TreatCoordinatesWhoseProductsUnderflowAsZero)
 {
     Points points = boxPoints(1.0, 1.0, 1.0);
     for (const double tiny : {1e-61, -1e-200, 5e-324})
@@ -78,7 +78,7 @@ TYPED_TEST(HullOf, CoordinatesWhoseProductsUnderflowAreZero)
     EXPECT_EQ(hullOf<TypeParam>({{1e-61, 0, 0}, {0, 1e-70, 0}, {0, 0, 1e-80}}).kind(), HullKind::Point);
 }
 
-TYPED_TEST(HullOf, OnePointGivenOftenIsAPoint)
+TYPED_TEST(Hulls, BecomePointWhenAllPointsAreEqual)
 {
     const Hull<TypeParam> hull = hullOf<TypeParam>(Points(5, Eigen::Vector3d(1, 2, 3)));
     EXPECT_EQ(hull.kind(), HullKind::Point);
@@ -87,7 +87,7 @@ TYPED_TEST(HullOf, OnePointGivenOftenIsAPoint)
     EXPECT_FALSE(hull.hasNeighbours());
 }
 
-TYPED_TEST(HullOf, CollinearPointsAreASegment)
+TYPED_TEST(Hulls, BecomeSegmentWhenPointsAreCollinear)
 {
     Points points;
     for (int i = 0; i < 7; ++i)
@@ -98,7 +98,7 @@ TYPED_TEST(HullOf, CollinearPointsAreASegment)
     EXPECT_EQ(supportVertex(hull, Eigen::Matrix<TypeParam, 3, 1>(1, 0, 0)), 6);
 }
 
-TYPED_TEST(HullOf, CoplanarPointsAreAPolygonWithTwoFaces)
+TYPED_TEST(Hulls, BecomePolygonWithTwoFacesWhenPointsAreCoplanar)
 {
     Points points = {{0.5, 0.5, 2}, {0, 0, 2}, {1, 0, 2}, {0.5, 0, 2}, {1, 1, 2}, {0, 1, 2}};
     const Hull<TypeParam> hull = hullOf<TypeParam>(points);
@@ -113,7 +113,7 @@ TYPED_TEST(HullOf, CoplanarPointsAreAPolygonWithTwoFaces)
     EXPECT_EQ(hull.facesOf(1).size(), 2);
 }
 
-TEST(Orientation, NormalsOfNeedlesAreAccurate)
+TEST(Orientation, GivesAccurateNormalsOfNeedles)
 {
     const double step = std::pow(2.0, -52);
     // The last corner is off the line by one step. Rounded, the differences lose it.
@@ -123,7 +123,7 @@ TEST(Orientation, NormalsOfNeedlesAreAccurate)
     EXPECT_EQ(accurateCross(a, b, {1.0 / 3.0, 1.0 / 3.0, 0.25}), Eigen::Vector3d(0.0, 0.0, 0.0));
 }
 
-TYPED_TEST(HullOf, NearlyCollinearPolygonsHaveUnitNormals)
+TYPED_TEST(Hulls, HaveUnitNormalsWhenPolygonIsNearlyCollinear)
 {
     using Vector = Eigen::Matrix<TypeParam, 3, 1>;
     std::mt19937 engine(9);
@@ -150,7 +150,7 @@ TYPED_TEST(HullOf, NearlyCollinearPolygonsHaveUnitNormals)
     EXPECT_GT(polygonCount, 1000);
 }
 
-TYPED_TEST(HullOf, ABoxHasSixSquares)
+TYPED_TEST(Hulls, HaveSixRectanglesForTurnedBox)
 {
     std::mt19937 engine(3);
     for (int turn = 0; turn < 20; ++turn)
@@ -168,7 +168,7 @@ TYPED_TEST(HullOf, ABoxHasSixSquares)
     }
 }
 
-TYPED_TEST(HullOf, ParallelEdgesOfAGridBoxMergeToSixSquares)
+TYPED_TEST(Hulls, MergeGridBoxIntoSixFaces)
 {
     const Hull<TypeParam> hull = hullOf<TypeParam>(gridBoxPoints(5));
     EXPECT_EQ(hull.vertexCount(), 98);
@@ -176,7 +176,7 @@ TYPED_TEST(HullOf, ParallelEdgesOfAGridBoxMergeToSixSquares)
     EXPECT_EQ(hull.edges().size(), 12u);
 }
 
-TYPED_TEST(HullOf, CornersAreTheExtremePointsAlone)
+TYPED_TEST(Hulls, HaveOnlyExtremePointsAsCorners)
 {
     // The last shape has a corner over the middle of each face of the grid.
     Points star = gridBoxPoints(5);
@@ -217,7 +217,7 @@ TYPED_TEST(HullOf, CornersAreTheExtremePointsAlone)
     }
 }
 
-TYPED_TEST(HullOf, DuplicatesAndInteriorPointsAreDroppedAndOrderIsKept)
+TYPED_TEST(Hulls, DropDuplicatesAndInteriorPointsAndKeepOrder)
 {
     const Points points = withDuplicatesAndInterior(icoPoints(1), 5);
     const Hull<TypeParam> hull = hullOf<TypeParam>(points);
@@ -228,7 +228,7 @@ TYPED_TEST(HullOf, DuplicatesAndInteriorPointsAreDroppedAndOrderIsKept)
         EXPECT_EQ(hull.vertex(v), points[hull.sourceIndex(v)].template cast<TypeParam>());
 }
 
-TYPED_TEST(HullOf, FacesContainAllPointsAndSatisfyEuler)
+TYPED_TEST(Hulls, EncloseAllPointsWithFacesThatSatisfyEuler)
 {
     for (const NamedPoints& shape : nastyShapes())
     {
@@ -257,7 +257,7 @@ TYPED_TEST(HullOf, FacesContainAllPointsAndSatisfyEuler)
     }
 }
 
-TYPED_TEST(HullOf, EveryVertexHasANeighbourBelowItsPlaneAndBlocksRepeatTheLists)
+TYPED_TEST(Hulls, GiveVerticesNonCoplanarNeighboursAndMatchingBlocks)
 {
     for (const NamedPoints& shape : nastyShapes())
     {
@@ -303,7 +303,7 @@ TYPED_TEST(HullOf, EveryVertexHasANeighbourBelowItsPlaneAndBlocksRepeatTheLists)
     }
 }
 
-TYPED_TEST(HullOf, IsTheSameForTheSamePoints)
+TYPED_TEST(Hulls, AreEqualForEqualPoints)
 {
     const Points points = ellipsoidPoints(200, {1.0, 0.7, 0.5}, 8);
     const Hull<TypeParam> first = hullOf<TypeParam>(points);
@@ -315,7 +315,7 @@ TYPED_TEST(HullOf, IsTheSameForTheSamePoints)
             std::equal(first.neighbours(v).begin(), first.neighbours(v).end(), second.neighbours(v).begin()));
 }
 
-TYPED_TEST(HullOf, RandomClustersOnCoarseGridsAreHandled)
+TYPED_TEST(Hulls, EncloseRandomClustersOnCoarseGrids)
 {
     int solidCount = 0;
     int otherCount = 0;
@@ -371,7 +371,7 @@ Points linePoints(int n, double thickness)
     return points;
 }
 
-TYPED_TEST(HullOf, ManyPointsInOneFaceOrOnOneEdgeHaveFewNeighboursEach)
+TYPED_TEST(Hulls, HaveFewNeighboursPerVertexOnCrowdedFacesAndEdges)
 {
     std::mt19937 engine(3);
     for (const Points& points :

@@ -21,11 +21,11 @@ namespace cullet::test
 namespace
 {
 template <class S>
-class HullFacesOf : public testing::Test
+class HullFaces : public testing::Test
 {
 };
 using Scalars = testing::Types<float, double>;
-TYPED_TEST_SUITE(HullFacesOf, Scalars);
+TYPED_TEST_SUITE(HullFaces, Scalars);
 
 int upTo(std::mt19937& engine, int count)
 {
@@ -156,7 +156,7 @@ void expectFaces(const Hull<S>& hull)
     expectOutwardFaces(hull);
 }
 
-TYPED_TEST(HullFacesOf, TurnedGridBoxesHaveSixRectangles)
+TYPED_TEST(HullFaces, FormSixRectanglesForTurnedGridBoxes)
 {
     std::mt19937 engine(61);
     for (int i = 0; i < 1000 && !this->HasFailure(); ++i)
@@ -174,7 +174,7 @@ TYPED_TEST(HullFacesOf, TurnedGridBoxesHaveSixRectangles)
     }
 }
 
-TYPED_TEST(HullFacesOf, TurnedPrismsWithRingsHaveTheirSidesAndTwoEnds)
+TYPED_TEST(HullFaces, FormSidesAndTwoEndsForTurnedRingedPrisms)
 {
     std::mt19937 engine(62);
     for (int i = 0; i < 1000 && !this->HasFailure(); ++i)
@@ -191,7 +191,7 @@ TYPED_TEST(HullFacesOf, TurnedPrismsWithRingsHaveTheirSidesAndTwoEnds)
     }
 }
 
-TYPED_TEST(HullFacesOf, CloudsOnLatticesHaveSimpleOutlines)
+TYPED_TEST(HullFaces, HaveSimpleOutlinesForLatticeClouds)
 {
     std::mt19937 engine(63);
     int solidCount = 0;
@@ -212,7 +212,7 @@ TYPED_TEST(HullFacesOf, CloudsOnLatticesHaveSimpleOutlines)
     EXPECT_GT(solidCount, 2500);
 }
 
-TEST(FaceMerger, OutlinesAreSimpleForEveryTolerance)
+TEST(FaceMerger, MakesSimpleOutlinesForEveryTolerance)
 {
     std::mt19937 engine(64);
     for (int i = 0; i < 4000 && !HasFailure(); ++i)

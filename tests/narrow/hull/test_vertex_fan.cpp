@@ -105,7 +105,7 @@ TYPED_TEST(VertexFanTest, HasTheFacesOfTheHullOrIsNotKnown)
     EXPECT_GT(asked[3], 1000);
 }
 
-TYPED_TEST(VertexFanTest, IsNotKnownWhenPointsSpanNothing)
+TYPED_TEST(VertexFanTest, IsNotKnownWhenPointsSpanNoVolume)
 {
     using S = TypeParam;
     const Eigen::Vector3d up = Eigen::Vector3d::UnitY();

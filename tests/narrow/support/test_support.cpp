@@ -15,12 +15,12 @@ namespace cullet::test
 {
 namespace
 {
-TEST(Support, AllMethodsFindTheScansVertexInFloat)
+TEST(Support, FindsVertexOfScanWithAllMethodsInFloat)
 {
     compareOnAllShapes<float>(60000, 4000, 1000000);
 }
 
-TEST(Support, AllMethodsFindTheScansVertexInDouble)
+TEST(Support, FindsVertexOfScanWithAllMethodsInDouble)
 {
     compareOnAllShapes<double>(6000, 2000, 100000);
 }
@@ -73,13 +73,13 @@ void compareFew()
     EXPECT_LT(lost.vertex, 8);
 }
 
-TEST(Support, AScanOfFewVerticesIsTheScan)
+TEST(Support, FindsVertexOfScanAmongFewVertices)
 {
     compareFew<float>();
     compareFew<double>();
 }
 
-TEST(Support, EveryStartVertexReachesTheSupportOfAxesOnAGridBox)
+TEST(Support, ReachesAxisSupportOfGridBoxFromEveryStartVertex)
 {
     // On this hull a climb without artificial neighbours and without the tie check stops in the middle of a face.
     Comparison<float> comparison(gridBoxPoints(5));
@@ -100,7 +100,7 @@ TEST(Support, EveryStartVertexReachesTheSupportOfAxesOnAGridBox)
     EXPECT_GT(stuckCount, 20);
 }
 
-TEST(Support, ArtificialNeighboursLeadOffEveryPlateau)
+TEST(Support, ClimbsOffEveryPlateauByArtificialNeighbours)
 {
     for (const NamedPoints& shape : nastyShapes())
     {
@@ -134,7 +134,7 @@ TEST(Support, ArtificialNeighboursLeadOffEveryPlateau)
     }
 }
 
-TEST(Support, CoherentClimbsTakeFewSteps)
+TEST(Support, TakesFewStepsInCoherentClimbs)
 {
     const Hull<float> hull = hullOf<float>(icoPoints(3));
     std::mt19937 engine(6);
@@ -150,7 +150,7 @@ TEST(Support, CoherentClimbsTakeFewSteps)
     EXPECT_LT(static_cast<double>(counters.steps) / static_cast<double>(counters.searches), 1.6);
 }
 
-TEST(Support, TheStartTableIsNearTheAnswer)
+TEST(Support, StartsNearAnswerWithStartTable)
 {
     const Hull<float> hull = hullOf<float>(icoPoints(3));
     std::mt19937 engine(7);
@@ -187,7 +187,7 @@ std::int64_t verticesSeen(const Hull<double>& hull, const Eigen::Vector3d& d)
     return static_cast<std::int64_t>(seen);
 }
 
-TEST(Support, TheHierarchyLeadsToTheAnswerThroughLogarithmicallyManyLevels)
+TEST(Support, FindsVertexThroughLogarithmicallyManyHierarchyLevels)
 {
     for (const int subdivisions : {1, 2, 3, 4, 5})
     {
@@ -209,7 +209,7 @@ TEST(Support, TheHierarchyLeadsToTheAnswerThroughLogarithmicallyManyLevels)
     }
 }
 
-TEST(Support, EveryCornerIsOnTopOfTheHierarchyOrRemovedOnce)
+TEST(Support, KeepsEveryCornerInHierarchyTopOrRemovesItOnce)
 {
     for (const NamedPoints& shape : nastyShapes())
     {
@@ -241,7 +241,7 @@ TEST(Support, EveryCornerIsOnTopOfTheHierarchyOrRemovedOnce)
     }
 }
 
-TEST(Support, AHullWithoutAHierarchyIsSearchedAllTheSame)
+TEST(Support, FindsVertexWhenHullHasNoHierarchy)
 {
     const Hull<float> hull = hullOf<float>(icoPoints(2));
     ASSERT_FALSE(hull.hierarchy().isBuilt());
@@ -254,7 +254,7 @@ TEST(Support, AHullWithoutAHierarchyIsSearchedAllTheSame)
     }
 }
 
-TEST(Support, MeaninglessDirectionsEndWithAVertex)
+TEST(Support, ReturnsVertexForMeaninglessDirections)
 {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     for (const NamedPoints& shape : queryShapes())
@@ -274,7 +274,7 @@ TEST(Support, MeaninglessDirectionsEndWithAVertex)
     }
 }
 
-TEST(Support, AStartOutsideOfTheHullIsIgnored)
+TEST(Support, IgnoresStartVertexOutsideHull)
 {
     const Hull<float> hull = hullOf<float>(icoPoints(1));
     const Eigen::Vector3f d(0.3f, 0.2f, -0.7f);

@@ -24,7 +24,7 @@ Points latticePoints(std::mt19937& engine)
     return points;
 }
 
-TEST(SupportMillion, TenThousandHullsWithCoplanarFansHaveNoWrongSupport)
+TEST(SupportMillion, FindsNoWrongSupportOnTenThousandHullsWithCoplanarFans)
 {
     int fanCount = 0, stuckCount = 0, wrongCount = 0;
     for (unsigned seed = 0; seed < 10000 && wrongCount < 5; ++seed)
@@ -57,12 +57,12 @@ TEST(SupportMillion, TenThousandHullsWithCoplanarFansHaveNoWrongSupport)
     EXPECT_GT(stuckCount, 100);
 }
 
-TEST(SupportMillion, AllMethodsFindTheScansVertexInTenMillionDirections)
+TEST(SupportMillion, FindsVertexOfScanInTenMillionDirectionsInFloat)
 {
     compareOnAllShapes<float>(600000, 10000, 10000000);
 }
 
-TEST(SupportMillion, AllMethodsFindTheScansVertexInTenMillionDirectionsInDouble)
+TEST(SupportMillion, FindsVertexOfScanInTenMillionDirectionsInDouble)
 {
     compareOnAllShapes<double>(600000, 10000, 10000000);
 }

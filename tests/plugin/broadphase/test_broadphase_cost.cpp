@@ -16,7 +16,7 @@ namespace cullet::test
 {
 namespace
 {
-TEST(BroadphaseCost, UnchangedBoxesThatAreSentAgainReachNoBackend)
+TEST(BroadphaseCost, PassesNoUnchangedBoxToBackend)
 {
     Traffic traffic;
     Broadphase broadphase(std::make_unique<CountingBackend>(traffic, makeGridBackend()));
@@ -40,7 +40,7 @@ TEST(BroadphaseCost, UnchangedBoxesThatAreSentAgainReachNoBackend)
     EXPECT_EQ(traffic.restarts, 0u);
 }
 
-TEST(BroadphaseCost, SilentUpdateTouchesNoRow)
+TEST(BroadphaseCost, TouchesNoRowInUpdateWithoutChanges)
 {
     Traffic traffic;
     Broadphase broadphase(std::make_unique<CountingBackend>(traffic));
@@ -54,7 +54,7 @@ TEST(BroadphaseCost, SilentUpdateTouchesNoRow)
     EXPECT_TRUE(traffic.hadFilters);
 }
 
-TEST(BroadphaseCost, RemovingManyBodiesVisitsTheirOwnPairsOnly)
+TEST(BroadphaseCost, VisitsOnlyOwnPairsOfRemovedBodies)
 {
     Broadphase broadphase;
     std::vector<btBroadphaseProxy*> proxies;
@@ -74,7 +74,7 @@ TEST(BroadphaseCost, RemovingManyBodiesVisitsTheirOwnPairsOnly)
     broadphase.calculateOverlappingPairs(nullptr);
 }
 
-TEST(BroadphaseCost, WorldThatIsOnlyQueriedDoesNotGrowWithTheBodiesThatCameAndWent)
+TEST(BroadphaseCost, BoundsMemoryWithoutUpdatesWhileBodiesAreReplaced)
 {
     Broadphase broadphase(bruteOptions());
     std::vector<btBroadphaseProxy*> proxies;
@@ -104,7 +104,7 @@ TEST(BroadphaseCost, WorldThatIsOnlyQueriedDoesNotGrowWithTheBodiesThatCameAndWe
     EXPECT_EQ(updatedPairs(broadphase), (Pairs{makePair(idOf(proxies[0]), idOf(proxies[1]))}));
 }
 
-TEST(BroadphaseCost, BodyTakesNoMoreMemoryThanInDbvt)
+TEST(BroadphaseCost, UsesNoMoreMemoryPerBodyThanDbvt)
 {
     // DBVT: a proxy of 88 bytes (120 in double builds) and two nodes of 64 (96), without malloc's overhead.
     const double stock = sizeof(btScalar) == 4 ? 88 + 2 * 64 : 120 + 2 * 96;

@@ -64,13 +64,13 @@ void expectPairsAmongAllCalls()
     EXPECT_TRUE(updatedPairs(broadphase).empty());
 }
 
-TEST(BroadphaseDbvtCalls, CompileAndLeavePairsAsTheyAre)
+TEST(BroadphaseDbvtCalls, CompileAndLeavePairsUnchanged)
 {
     expectPairsAmongAllCalls<btDbvtBroadphase>();
     expectPairsAmongAllCalls<Broadphase>();
 }
 
-TEST(BroadphaseDbvtCalls, BeginWithBulletsValues)
+TEST(BroadphaseDbvtCalls, StartWithFieldValuesOfDbvt)
 {
     const btDbvtBroadphase stock;
     const Broadphase own;

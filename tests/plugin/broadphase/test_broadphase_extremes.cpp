@@ -40,7 +40,7 @@ void expectExactPairs(Broadphase& broadphase, const std::vector<btBroadphaseProx
     EXPECT_EQ(updatedPairs(broadphase), exactPairs(proxies)) << broadphase.stats().backendName;
 }
 
-TEST(BroadphaseExtremes, PlanesAndInfiniteBoxesOverlapEverythingTheyShould)
+TEST(BroadphaseExtremes, FindsAllOverlapsOfPlanesAndInfiniteBoxes)
 {
     for (const BroadphaseOptions& options : cpuBackends())
     {
@@ -66,7 +66,7 @@ TEST(BroadphaseExtremes, PlanesAndInfiniteBoxesOverlapEverythingTheyShould)
     }
 }
 
-TEST(BroadphaseExtremes, InvalidBoxesHaveNoPairsAreCountedAndRecover)
+TEST(BroadphaseExtremes, CountsInvalidBoxesAndPairsThemOnlyOnceValidAgain)
 {
     for (const BroadphaseOptions& options : cpuBackends())
     {
@@ -90,7 +90,7 @@ TEST(BroadphaseExtremes, InvalidBoxesHaveNoPairsAreCountedAndRecover)
     }
 }
 
-TEST(BroadphaseExtremes, NanBoxThatIsSentAgainIsNoChange)
+TEST(BroadphaseExtremes, CountsNanBoxOnceWhenSetRepeatedly)
 {
     Broadphase broadphase(bruteOptions());
     btBroadphaseProxy* proxy = addCube(broadphase, vec(0, 0, 0));
@@ -100,7 +100,7 @@ TEST(BroadphaseExtremes, NanBoxThatIsSentAgainIsNoChange)
     EXPECT_EQ(broadphase.stats().invalidBoxesTotal, 1u);
 }
 
-TEST(BroadphaseExtremes, BarelyInvertedDoubleBoxIsNotMadeValidByRounding)
+TEST(BroadphaseExtremes, RejectsBarelyInvertedDoubleBoxDespiteRounding)
 {
     Broadphase broadphase(bruteOptions());
     addCube(broadphase, vec(0, 0, 0));
@@ -118,7 +118,7 @@ struct Layout
     double half;
 };
 
-TEST(BroadphaseExtremes, AwkwardScenesHaveExactlyTheirPairs)
+TEST(BroadphaseExtremes, FindsExactPairsInDegenerateLayouts)
 {
     const std::vector<Layout> layouts = {
         {"far from the origin", [](int i, Random& r) { return vec(1e5 + 0.7 * i, 1e5 + r.unit(), -1e5); },
@@ -152,7 +152,7 @@ TEST(BroadphaseExtremes, AwkwardScenesHaveExactlyTheirPairs)
     }
 }
 
-TEST(BroadphaseExtremes, LongBoxesOfFastBodiesStayCheap)
+TEST(BroadphaseExtremes, FindsPairsOfLongBoxesWithin40MiB)
 {
     // 1000 bodies at 1,000 m/s: boxes of 0.5 x 0.5 x 17 m, rotated in every step.
     BroadphaseOptions grid;
@@ -177,7 +177,7 @@ TEST(BroadphaseExtremes, LongBoxesOfFastBodiesStayCheap)
     EXPECT_LT(broadphase.stats().bytes + broadphase.stats().backend.bytes, 40u << 20);
 }
 
-TEST(BroadphaseExtremes, ManyPairsAreNeverTruncated)
+TEST(BroadphaseExtremes, FindsAllPairsOfThousandCoincidentBoxes)
 {
     for (const BroadphaseOptions& options : cpuBackends())
     {
@@ -188,7 +188,7 @@ TEST(BroadphaseExtremes, ManyPairsAreNeverTruncated)
     }
 }
 
-TEST(BroadphaseExtremes, FarPlacesOfADoubleWorldKeepTheirResolution)
+TEST(BroadphaseExtremes, KeepsDoubleResolutionFarFromOrigin)
 {
     if (sizeof(btScalar) == 4)
         GTEST_SKIP() << "for double builds";
@@ -206,7 +206,7 @@ TEST(BroadphaseExtremes, FarPlacesOfADoubleWorldKeepTheirResolution)
     }
 }
 
-TEST(BroadphaseExtremes, PairsOfADoubleWorldLeaveFarFromTheOriginToo)
+TEST(BroadphaseExtremes, RemovesSeparatedPairsOfDoubleWorldFarFromOrigin)
 {
     if (sizeof(btScalar) == sizeof(float))
         GTEST_SKIP() << "a float has no such resolution";

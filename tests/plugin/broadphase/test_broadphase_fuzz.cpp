@@ -302,7 +302,7 @@ private:
     Counts m_counts;
 };
 
-TEST(BroadphaseFuzz, AllBackendsAndDbvtAgreeOnWhatOverlaps)
+TEST(BroadphaseFuzz, FindsSameOverlapsWithAllBackendsAndDbvt)
 {
     for (const std::uint32_t seed : {1u, 2u, 3u, 4u})
     {
@@ -317,7 +317,7 @@ TEST(BroadphaseFuzz, AllBackendsAndDbvtAgreeOnWhatOverlaps)
     }
 }
 
-TEST(BroadphaseFuzz, InvalidBoxesAmongTheOthersChangeNothingElse)
+TEST(BroadphaseFuzz, FindsSameOverlapsWithAllBackendsAmongInvalidBoxes)
 {
     for (const std::uint32_t seed : {5u, 6u})
     {

@@ -110,7 +110,7 @@ class BroadphaseImporter : public testing::TestWithParam<bool>
 {
 };
 
-TEST_P(BroadphaseImporter, RestoredWorldHasTheContactsThatWereSaved)
+TEST_P(BroadphaseImporter, RestoresImpulsesOfSavedContacts)
 {
     Stack original(make(GetParam()));
     original.step(30);

@@ -248,7 +248,7 @@ BroadphaseOptions withMargin(BackendChoice backend, int threads, std::uint32_t f
     return options;
 }
 
-TEST(BroadphaseLives, HaveThePairsOfBruteForceWhateverWasThereBefore)
+TEST(BroadphaseLives, MatchBruteForceWhateverEarlierWorldsLeftBehind)
 {
     const BroadphaseOptions all[] = {
         withMargin(BackendChoice::Brute, 1, 0), withMargin(BackendChoice::Grid, 1, GridOptions::kMeasured),

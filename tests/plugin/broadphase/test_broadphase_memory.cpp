@@ -115,7 +115,7 @@ private:
     }
 };
 
-TEST(BroadphaseMemory, AProxyThatFindsNoneLeavesNothingBehind)
+TEST(BroadphaseMemory, LeavesNothingBehindWhenProxyAllocationFails)
 {
     // More than a page of ids and a chunk of proxies in either precision.
     constexpr std::size_t kCubes = 1100;
@@ -129,7 +129,7 @@ TEST(BroadphaseMemory, AProxyThatFindsNoneLeavesNothingBehind)
     row.expectCleanEnd();
 }
 
-TEST(BroadphaseMemory, AGhostThatFindsNoneLeavesNeitherProxyNorPairs)
+TEST(BroadphaseMemory, LeavesNoProxyOrPairWhenGhostAllocationFails)
 {
     constexpr std::size_t kGhosts = 150;
     std::vector<std::unique_ptr<btGhostObject>> ghosts;
@@ -151,7 +151,7 @@ TEST(BroadphaseMemory, AGhostThatFindsNoneLeavesNeitherProxyNorPairs)
     row.expectCleanEnd();
 }
 
-TEST(BroadphaseMemory, APairOfAGhostLeavesInTheUpdateWhenNoMemoryToldThatItIsProvisional)
+TEST(BroadphaseMemory, RemovesSeparatedGhostPairInUpdateAfterFailedAllocation)
 {
     btGhostPairCallback callback;
     int failures = 0;
@@ -181,7 +181,7 @@ TEST(BroadphaseMemory, APairOfAGhostLeavesInTheUpdateWhenNoMemoryToldThatItIsPro
     EXPECT_GT(failures, 8);
 }
 
-TEST(BroadphaseMemory, AProxyWhoseGhostCallbackThrowsIsDestroyed)
+TEST(BroadphaseMemory, DestroysProxyWhenItsGhostCallbackThrows)
 {
     btGhostObject ghost;
     GhostLog log;
@@ -205,7 +205,7 @@ TEST(BroadphaseMemory, AProxyWhoseGhostCallbackThrowsIsDestroyed)
     EXPECT_EQ(pairsOf(broadphase).size(), 1u);
 }
 
-TEST(BroadphaseMemory, APairThatFindsNoneLeavesNoListsOfItsProxies)
+TEST(BroadphaseMemory, LeavesNoProxyListsWhenPairAllocationFails)
 {
     PairCache cache;
     GhostLog ghosts;
@@ -236,7 +236,7 @@ TEST(BroadphaseMemory, APairThatFindsNoneLeavesNoListsOfItsProxies)
     EXPECT_TRUE(cache.isConsistent());
 }
 
-TEST(BroadphaseMemory, APairThatWasToldOfComesWhateverBecomesOfOthersMeanwhile)
+TEST(BroadphaseMemory, AddsReportedPairWithoutAllocationAfterNestedPairIsCancelled)
 {
     PairCache cache;
     GhostLog ghosts;
@@ -283,7 +283,7 @@ struct LastQuery
     std::uint64_t& taken;
 };
 
-TEST(BroadphaseMemory, AQueryAfterTheEndOfWhatItsThreadKeepsTakesMemoryOfItsOwn)
+TEST(BroadphaseMemory, AllocatesForQueryAfterThreadLocalBuffersAreDestroyed)
 {
     Broadphase broadphase(gridOptions());
     for (int i = 0; i < 30; ++i)

@@ -121,7 +121,7 @@ class BroadphaseSoftWorld : public testing::Test
 using SoftWorlds = testing::Types<SoftRigidWorld, SoftMultiBodyWorld, DeformableWorld>;
 TYPED_TEST_SUITE(BroadphaseSoftWorld, SoftWorlds);
 
-TYPED_TEST(BroadphaseSoftWorld, ClothFallsOntoABoxAsWithDbvt)
+TYPED_TEST(BroadphaseSoftWorld, DropsClothOntoBoxAsWithDbvt)
 {
     const double ours = dropCloth<TypeParam>(std::make_unique<Broadphase>());
     const double stock = dropCloth<TypeParam>(std::make_unique<btDbvtBroadphase>());

@@ -25,7 +25,7 @@ std::vector<btBroadphaseProxy*> addRow(btBroadphaseInterface& broadphase, int co
     return proxies;
 }
 
-TEST(BroadphaseThreads, QueriesRunConcurrentlyWithPendingUpdates)
+TEST(BroadphaseThreads, RunQueriesConcurrentlyWithPendingUpdates)
 {
     Broadphase broadphase(bruteOptions());
     const std::vector<btBroadphaseProxy*> proxies = addRow(broadphase, 500);
@@ -52,7 +52,7 @@ TEST(BroadphaseThreads, QueriesRunConcurrentlyWithPendingUpdates)
     }
 }
 
-TEST(BroadphaseThreads, ConvexSweepsOfAWorldRunConcurrently)
+TEST(BroadphaseThreads, RunConvexSweepsOfOneWorldConcurrently)
 {
     btDefaultCollisionConfiguration configuration;
     btCollisionDispatcher dispatcher(&configuration);
@@ -88,7 +88,7 @@ TEST(BroadphaseThreads, ConvexSweepsOfAWorldRunConcurrently)
         world.removeCollisionObject(object.get());
 }
 
-TEST(BroadphaseThreads, SetAabbOfDifferentProxiesRunsConcurrently)
+TEST(BroadphaseThreads, SetAabbsOfDifferentProxiesConcurrently)
 {
     Broadphase broadphase(bruteOptions());
     const std::vector<btBroadphaseProxy*> proxies = addRow(broadphase, 2000);
@@ -109,7 +109,7 @@ TEST(BroadphaseThreads, SetAabbOfDifferentProxiesRunsConcurrently)
     }
 }
 
-TEST(BroadphaseThreads, ThreadsStepBroadPhasesOfTheirOwn)
+TEST(BroadphaseThreads, FindSamePairsWhenEachStepsItsOwnBroadphase)
 {
     std::vector<Pairs> results(kThreads);
     onThreads(kThreads,

@@ -25,7 +25,7 @@ class BroadphaseWorld : public testing::Test
 using Worlds = testing::Types<DiscreteWorld, SimpleWorld, MultiBodyWorld, MtWorld>;
 TYPED_TEST_SUITE(BroadphaseWorld, Worlds);
 
-TYPED_TEST(BroadphaseWorld, HeapComesToRestAsWithDbvt)
+TYPED_TEST(BroadphaseWorld, BringsHeapToRestAsWithDbvt)
 {
     double heights[2] = {};
     for (const int isStock : {0, 1})
@@ -50,7 +50,7 @@ TYPED_TEST(BroadphaseWorld, HeapComesToRestAsWithDbvt)
     EXPECT_NEAR(heights[0], heights[1], 0.35 * heights[1]);
 }
 
-TYPED_TEST(BroadphaseWorld, ResultIsTheSameBitForBitInEveryRunAndWithEveryBackend)
+TYPED_TEST(BroadphaseWorld, GivesSameBitsInEveryRunAndWithEveryBackend)
 {
     std::vector<std::uint64_t> hashes;
     for (int run = 0; run < 5; ++run)
@@ -70,7 +70,7 @@ TYPED_TEST(BroadphaseWorld, ResultIsTheSameBitForBitInEveryRunAndWithEveryBacken
         EXPECT_EQ(hash, hashes[0]);
 }
 
-TEST(BroadphaseWorlds, DeterministicFlagGivesTheSameResultWithEveryBackend)
+TEST(BroadphaseWorlds, GiveSameBitsWithEveryBackendWhenPairsAreDeterministic)
 {
     std::vector<std::uint64_t> hashes;
     for (const BackendChoice backend : {BackendChoice::Brute, BackendChoice::Grid})
@@ -87,7 +87,7 @@ TEST(BroadphaseWorlds, DeterministicFlagGivesTheSameResultWithEveryBackend)
     EXPECT_EQ(hashes[0], hashes[1]);
 }
 
-TEST(BroadphaseWorlds, PileStandsStillAndItsPairsKeepTheirAlgorithms)
+TEST(BroadphaseWorlds, KeepPileStandingAndAlgorithmsOfItsPairs)
 {
     DiscreteWorld stage(std::make_unique<Broadphase>());
     stage.world.setGravity(vec(0, -10, 0));
@@ -115,7 +115,7 @@ TEST(BroadphaseWorlds, PileStandsStillAndItsPairsKeepTheirAlgorithms)
     EXPECT_NEAR(double(pile.bodies[5]->getWorldTransform().getOrigin().y()), 4.5, 0.1);
 }
 
-TEST(BroadphaseWorlds, LargeBoxesDoNotFlickerWithinTheirContactThreshold)
+TEST(BroadphaseWorlds, KeepPairOfLargeBoxesWithinTheirContactThreshold)
 {
     // Contacts of 10 m boxes persist up to a gap of 0.17 m, but boxes are inflated by 0.02 m only; the margin
     // compensates for that.
@@ -130,7 +130,7 @@ TEST(BroadphaseWorlds, LargeBoxesDoNotFlickerWithinTheirContactThreshold)
     }
 }
 
-TEST(BroadphaseWorlds, BodyThatLeavesTheWorldsLimitsKeepsItsBoxAndPairs)
+TEST(BroadphaseWorlds, KeepBoxAndPairsOfBodyWhosePositionBecomesNan)
 {
     DiscreteWorld stage(std::make_unique<Broadphase>());
     Heap pile(stage.world, true);
@@ -149,7 +149,7 @@ TEST(BroadphaseWorlds, BodyThatLeavesTheWorldsLimitsKeepsItsBoxAndPairs)
     EXPECT_EQ(stage.world.getPairCache()->getNumOverlappingPairs(), pairCount);
 }
 
-TEST(BroadphaseWorlds, SleepersAndStaticsTakePartWithoutForcedUpdates)
+TEST(BroadphaseWorlds, WakeSleepingPileOnHitWithoutForcedAabbUpdates)
 {
     DiscreteWorld stage(std::make_unique<Broadphase>());
     stage.world.setGravity(vec(0, -10, 0));
@@ -168,7 +168,7 @@ TEST(BroadphaseWorlds, SleepersAndStaticsTakePartWithoutForcedUpdates)
     pile.bodies.pop_back();
 }
 
-TEST(BroadphaseWorlds, TickCallbackMayAddRemoveAndAddAgain)
+TEST(BroadphaseWorlds, KeepPairsWhenTickCallbackRemovesAndAddsBody)
 {
     DiscreteWorld stage(std::make_unique<Broadphase>());
     Heap pile(stage.world, true);
@@ -197,7 +197,7 @@ TEST(BroadphaseWorlds, TickCallbackMayAddRemoveAndAddAgain)
     EXPECT_EQ(pairsOf(*stage.broadphase).size(), 0u);
 }
 
-TEST(BroadphaseWorlds, RefreshOfABodyMakesItTheYoungerOfItsPairs)
+TEST(BroadphaseWorlds, GiveRefreshedBodyNewestIdAndItsPairsAgain)
 {
     DiscreteWorld stage(std::make_unique<Broadphase>());
     Heap pile(stage.world, true);
@@ -212,7 +212,7 @@ TEST(BroadphaseWorlds, RefreshOfABodyMakesItTheYoungerOfItsPairs)
     pairsOf(*stage.broadphase);
 }
 
-TEST(BroadphaseWorlds, SerialisedIdsAreThoseOfTheCreationOrderAsWithDbvt)
+TEST(BroadphaseWorlds, SerialiseSameIdsAsWithDbvt)
 {
     std::vector<int> ids[2];
     for (const int isStock : {0, 1})
@@ -242,7 +242,7 @@ TEST(BroadphaseWorlds, SerialisedIdsAreThoseOfTheCreationOrderAsWithDbvt)
     EXPECT_EQ(ids[0][3], 7);
 }
 
-TEST(BroadphaseWorlds, EmptiedWorldAndBroadPhaseGoInEitherOrder)
+TEST(BroadphaseWorlds, EndBeforeBroadphaseOrAfterItWhenEmptied)
 {
     for (const bool isWorldFirst : {true, false})
     {
@@ -264,7 +264,7 @@ TEST(BroadphaseWorlds, EmptiedWorldAndBroadPhaseGoInEitherOrder)
     }
 }
 
-TEST(BroadphaseWorlds, MultiBodyLandsOnThePlane)
+TEST(BroadphaseWorlds, LandMultiBodyOnPlane)
 {
     MultiBodyWorld stage(std::make_unique<Broadphase>());
     stage.world.setGravity(vec(0, -10, 0));

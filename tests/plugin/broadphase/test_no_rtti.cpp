@@ -95,7 +95,7 @@ using Caches = testing::Types<btHashedOverlappingPairCache, btSortedOverlappingP
 TYPED_TEST_SUITE(NoRttiCache, Caches);
 }  // namespace
 
-TYPED_TEST(NoRttiCache, HasItsPairsAddedAndRemoved)
+TYPED_TEST(NoRttiCache, ReceivesAndLosesPairsFromBroadphase)
 {
     constexpr bool kStores = !std::is_same_v<TypeParam, btNullPairCache>;
     btDefaultCollisionConfiguration configuration;
@@ -117,7 +117,7 @@ TYPED_TEST(NoRttiCache, HasItsPairsAddedAndRemoved)
     EXPECT_GT(cache.added, 0);
 }
 
-TEST(NoRtti, DispatcherLeavesPairsToAnAlgorithmOfTheApplication)
+TEST(NoRttiApplication, HasItsRegisteredAlgorithmCalledByDispatcher)
 {
     btDefaultCollisionConfiguration configuration;
     Dispatcher dispatcher(&configuration);
@@ -140,7 +140,7 @@ TEST(NoRtti, DispatcherLeavesPairsToAnAlgorithmOfTheApplication)
     world.removeCollisionObject(&b);
 }
 
-TEST(NoRtti, ConfigurationMayHaveAConvexAlgorithmOfTheApplication)
+TEST(NoRttiApplication, RegistersIsaGjkOverItsOwnConvexAlgorithm)
 {
     OwnConfiguration configuration;
     btCollisionDispatcher dispatcher(&configuration);
@@ -152,7 +152,7 @@ TEST(NoRtti, ConfigurationMayHaveAConvexAlgorithmOfTheApplication)
     EXPECT_EQ(registration.stats().touchingTotal, 1u);
 }
 
-TEST(NoRtti, ResultOfTheApplicationGetsWhatAQueryGets)
+TEST(NoRttiApplication, ReceivesPointsBeyondBreakingThresholdInItsOwnResult)
 {
     ConvexBench bench;
     const auto hull = makeHullShape(boxPoints(0.5, 0.5, 0.5));
@@ -163,7 +163,7 @@ TEST(NoRtti, ResultOfTheApplicationGetsWhatAQueryGets)
     EXPECT_FALSE(probe.query(0.5).empty());
 }
 
-TEST(NoRtti, WorldComputesBoxesOfItsShapesOnTheCallingThread)
+TEST(NoRttiApplication, HasAabbsOfItsShapesComputedOnCallingThread)
 {
     btDefaultCollisionConfiguration configuration;
     btCollisionDispatcher dispatcher(&configuration);

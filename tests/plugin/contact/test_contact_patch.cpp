@@ -30,7 +30,7 @@ PosedShape besides(const PosedShape& a, const PosedShape& b, const Eigen::Vector
 }
 }  // namespace
 
-TEST(ContactPatch, OfTwoCornersThatNothingElseIsNearIsThatOfTheirFaces)
+TEST(ContactPatch, EqualsClipOfFacesWhenTouchIsMarkedAsCorners)
 {
     std::mt19937 engine(31);
     std::normal_distribution<double> normal;

@@ -233,7 +233,7 @@ void checkPatch(PatchScene& scene, bool knowsVertices, PatchTally& tally)
 }
 }  // namespace
 
-TEST(ContactPatch, OfFacesOfEveryKindIsOnBothSurfacesAndCoversWhatAClipInDoubleDoes)
+TEST(ContactPatch, LiesOnBothSurfacesAndCoversExactClipForAllFaces)
 {
     const std::vector<PatchShape> shapes = patchShapes();
     std::mt19937 engine(77);

@@ -77,7 +77,7 @@ Points wheelPoints()
 }
 }  // namespace
 
-TEST(ContactPatchPoints, BoxHasFourOnAFaceTwoOnAnEdgeOneOnACorner)
+TEST(ContactPatchPoints, NumberFourOnFaceTwoOnEdgeAndOneOnCornerOfBox)
 {
     OverFloor box(boxPoints(0.5, 0.5, 0.5));
     const Matrix3d level = Matrix3d::Identity();
@@ -95,7 +95,7 @@ TEST(ContactPatchPoints, BoxHasFourOnAFaceTwoOnAnEdgeOneOnACorner)
     }
 }
 
-TEST(ContactPatchPoints, LegHasOnePointWhenItLeansThoughItsFootIsWithinTheLimit)
+TEST(ContactPatchPoints, BecomeFewerWhenLegLeansThoughItsFootIsWithinLimit)
 {
     OverFloor leg(boxPoints(0.05, 0.5, 0.05));
     EXPECT_EQ(leg.patch(about(Vector3d(1, 0, 0.7), 0.5 * kDegree)).count, 4);
@@ -107,7 +107,7 @@ TEST(ContactPatchPoints, LegHasOnePointWhenItLeansThoughItsFootIsWithinTheLimit)
     }
 }
 
-TEST(ContactPatchPoints, WheelOfManySidesHasTheEndsOfALine)
+TEST(ContactPatchPoints, LieAtEndsOfLineUnderWheelOfManySides)
 {
     OverFloor wheel(wheelPoints());
     int lines = 0;
@@ -126,7 +126,7 @@ TEST(ContactPatchPoints, WheelOfManySidesHasTheEndsOfALine)
     EXPECT_EQ(wheel.patch(about(Vector3d::UnitZ(), 0.0)).count, 4) << "on one of its sides it rests";
 }
 
-TEST(ContactPatchPoints, BallOfManyPointsHasOneOnACornerAndThreeOnAFace)
+TEST(ContactPatchPoints, NumberOneOnCornerAndThreeOnFaceOfBall)
 {
     const Points ico = icoPoints(2);
     OverFloor ball(ico);
@@ -139,7 +139,7 @@ TEST(ContactPatchPoints, BallOfManyPointsHasOneOnACornerAndThreeOnAFace)
     EXPECT_EQ(ball.patch(face).count, 3);
 }
 
-TEST(ContactPatchPoints, MostOfThemIsALimitAndTheDeepestIsAmongThem)
+TEST(ContactPatchPoints, StayWithinLimitAndIncludeDeepestPoint)
 {
     for (const int sides : {4, 5, 16})
     {
@@ -168,7 +168,7 @@ TEST(ContactPatchPoints, MostOfThemIsALimitAndTheDeepestIsAmongThem)
     }
 }
 
-TEST(ContactPatchPoints, FourthIsBeyondTheTriangleWhereAllAreOnOneSide)
+TEST(ContactPatchPoints, IncludeFourthBeyondTriangleWhenAllLieOnOneSide)
 {
     // Half of a disc: the deepest point and the farthest from it are the ends of its straight side.
     Points points;
@@ -189,7 +189,7 @@ TEST(ContactPatchPoints, FourthIsBeyondTheTriangleWhereAllAreOnOneSide)
     EXPECT_GT(areaOf(places, Vector3d::UnitY()), 1.15);
 }
 
-TEST(ContactPatchPoints, OfCongruentFacesAreTheirCornersThoughTheyAreTurnedABit)
+TEST(ContactPatchPoints, LieAtCornersOfCongruentFacesDespiteSmallTurn)
 {
     constexpr int kCorners = 8;
     const Hull<btScalar> hull = hullOf<btScalar>(prismPoints(kCorners, 0.5));

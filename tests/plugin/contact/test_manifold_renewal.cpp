@@ -37,7 +37,7 @@ std::unique_ptr<btConvexHullShape> makeWheel(int sides)
 }
 }  // namespace
 
-TEST(ManifoldRenewal, LeavesTheWheelThatRollsNoPointsThatItHasLeft)
+TEST(ManifoldRenewal, DropsPointsThatRollingWheelHasLeft)
 {
     const auto wheel = makeWheel(24);
     btBoxShape floor(vec(20, 1, 20));

@@ -111,7 +111,7 @@ void expectExact(btCollisionShape& other, double away, double reach)
 }
 }  // namespace
 
-TEST(FarTriangles, AreAsFarFromHullsAndBoxesAsNearTheOrigin)
+TEST(FarTriangles, HaveExactDistancesFromHullsAndBoxesFarFromOrigin)
 {
     auto round = makeHullShape(ballPoints(20, 0.5, 9));
     auto scaled = makeHullShape(ballPoints(40, 0.5, 10));
@@ -126,7 +126,7 @@ TEST(FarTriangles, AreAsFarFromHullsAndBoxesAsNearTheOrigin)
     }
 }
 
-TEST(FarTriangles, OfAGroundOfLargeOnesAreExactToo)
+TEST(FarTriangles, HaveExactDistancesWhenTheyAreLarge)
 {
     // Not rotated, so that no corner is rounded.
     ConvexBench bench;
@@ -156,7 +156,7 @@ TEST(FarTriangles, OfAGroundOfLargeOnesAreExactToo)
     EXPECT_GT(worst, 0.0);
 }
 
-TEST(FarTriangles, OfALargeMeshAreExactToo)
+TEST(FarTriangles, HaveExactDistancesWhenTheirMeshIsLarge)
 {
     auto round = makeHullShape(ballPoints(20, 0.5, 9));
     for (const double away : {0.0, 1e4, 1e6})

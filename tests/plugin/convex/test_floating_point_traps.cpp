@@ -50,7 +50,7 @@ SceneRun run(const char* name, const char* narrow, const char* backend)
     return result;
 }
 
-TEST(FloatingPointTraps, AreNotSetOffByWorldsThatDoNotSetThemOffInBullet)
+TEST(FloatingPointTraps, StaySilentInWorldScenesInWhichBulletRaisesNone)
 {
     int inContact = 0;
     for (const WorldSceneInfo& info : worldScenes())
@@ -109,7 +109,7 @@ int flagsOfPile(Narrow narrow, btCollisionShape& ground)
         });
 }
 
-TEST(FloatingPointTraps, AreNotSetOffByAnyKindOfShape)
+TEST(FloatingPointTraps, StaySilentForEveryKindOfShape)
 {
     const auto triangles = makeGround();
     btBvhTriangleMeshShape mesh(triangles.get(), true);

@@ -92,7 +92,7 @@ struct TouchingCubes
 constexpr Narrow kNarrows[] = {Narrow::Stock, Narrow::IsaGjk, Narrow::Dispatcher};
 }  // namespace
 
-TEST(IsaGjkCallbacks, WhatAContactCallbackThrowsReachesTheApplication)
+TEST(IsaGjkCallbacks, PassExceptionOfContactCallbackToApplication)
 {
     for (const Narrow narrow : kNarrows)
     {
@@ -123,7 +123,7 @@ TEST(IsaGjkCallbacks, WhatAContactCallbackThrowsReachesTheApplication)
     }
 }
 
-TEST(IsaGjkCallbacks, AShapeEditedAfterAnExceptionLeftTheDispatchIsSeen)
+TEST(IsaGjkCallbacks, LeaveLaterShapeEditsVisibleAfterException)
 {
     for (const Narrow narrow : kNarrows)
     {
@@ -140,7 +140,7 @@ TEST(IsaGjkCallbacks, AShapeEditedAfterAnExceptionLeftTheDispatchIsSeen)
     }
 }
 
-TEST(IsaGjkCallbacks, AShapeMadeAnewInTheSameMemoryDuringADispatchIsNotTakenForTheOldOne)
+TEST(IsaGjkCallbacks, DistinguishShapeRebuiltInSameMemoryDuringDispatch)
 {
     for (const Narrow narrow : kNarrows)
     {

@@ -124,7 +124,7 @@ TEST(IsaGjkAlgorithm, ReleasesItsOwnManifoldAndNoOther)
     bench.dispatcher.releaseManifold(shared);
 }
 
-TEST(IsaGjkAlgorithm, IsRegisteredInBothOrdersAndBothTablesButForPairsWithAlgorithmsOfTheirOwn)
+TEST(IsaGjkAlgorithm, IsRegisteredInBothOrdersAndTablesExceptForBulletsSpecialPairs)
 {
     Shapes shapes;
     ConvexBench bench, withBoxes(false, {true, true});
@@ -254,7 +254,7 @@ TEST(IsaGjkAlgorithm, HandlesAShapeOfAnyTypeThatABodyIsGivenLater)
     probe.step();
 }
 
-TEST(IsaGjkAlgorithm, DistancesOfShapesOfAllKindsAreBullets)
+TEST(IsaGjkAlgorithm, MatchesBulletsDistancesForShapesOfAllKinds)
 {
     Shapes shapes;
     ConvexBench bench, stock(true);
@@ -275,7 +275,7 @@ TEST(IsaGjkAlgorithm, DistancesOfShapesOfAllKindsAreBullets)
     EXPECT_EQ(bench.registration->stats().notConvergedTotal, 0u);
 }
 
-TEST(IsaGjkAlgorithm, NormalPointsFromBToAInBothOrders)
+TEST(IsaGjkAlgorithm, PointsNormalFromBToAInBothOrders)
 {
     Shapes shapes;
     ConvexBench bench;
@@ -298,7 +298,7 @@ TEST(IsaGjkAlgorithm, NormalPointsFromBToAInBothOrders)
     }
 }
 
-TEST(IsaGjkAlgorithm, FlatHullsThatCrossedAndLieApartInOnePlaneDoNotTouch)
+TEST(IsaGjkAlgorithm, ReportsNoContactOfFlatHullsApartInOnePlaneAfterCrossing)
 {
     const auto hull = makeHullShape({vec(0, 0, 0), vec(2, 0, 0), vec(0, 0, 2)});
     const auto other = makeHullShape({vec(0, 0, 0), vec(-2, 0, 0), vec(0, 0, -2)});
@@ -324,7 +324,7 @@ TEST(IsaGjkAlgorithm, FlatHullsThatCrossedAndLieApartInOnePlaneDoNotTouch)
     EXPECT_GT(crossed, 50);
 }
 
-TEST(IsaGjkAlgorithm, ASphereWithItsCentreInAFlatHullTouchesThere)
+TEST(IsaGjkAlgorithm, PlacesContactAtSphereCentreThatLiesInFlatHull)
 {
     const auto hull = makeHullShape({vec(-5, 0, -5), vec(5, 0, -5), vec(5, 0, 5), vec(-5, 0, 5)});
     btSphereShape sphere(btScalar(0.5));
@@ -346,7 +346,7 @@ TEST(IsaGjkAlgorithm, ASphereWithItsCentreInAFlatHullTouchesThere)
     }
 }
 
-TEST(IsaGjkAlgorithm, NeverEmitsNanAndEndsWithTransformsThatAreNotFinite)
+TEST(IsaGjkAlgorithm, ReportsNoPointForTransformsOrHullsThatAreNotFinite)
 {
     Shapes shapes;
     ConvexBench bench;
@@ -378,7 +378,7 @@ TEST(IsaGjkAlgorithm, NeverEmitsNanAndEndsWithTransformsThatAreNotFinite)
     EXPECT_TRUE(emptyProbe.query().empty());
 }
 
-TEST(IsaGjkAlgorithm, TriangleWithACornerThatIsNotFiniteTouchesNothing)
+TEST(IsaGjkAlgorithm, ReportsNoContactOfTriangleWithCornerThatIsNotFinite)
 {
     Shapes shapes;
     ConvexBench bench;
@@ -423,7 +423,7 @@ TEST(IsaGjkAlgorithm, LeavesTheUsersPointersAndIndicesAlone)
     EXPECT_EQ(shapes.hull->getUserIndex2(), 12);
 }
 
-TEST(IsaGjkAlgorithm, TimeOfImpactIsBullets)
+TEST(IsaGjkAlgorithm, MatchesBulletsTimeOfImpact)
 {
     Shapes shapes;
     ConvexBench bench, stock(true);
@@ -443,7 +443,7 @@ TEST(IsaGjkAlgorithm, TimeOfImpactIsBullets)
     EXPECT_EQ(fractions[0], fractions[1]);
 }
 
-TEST(IsaGjkAlgorithm, MultipointSettingsOfTheConfigurationActAtOnce)
+TEST(IsaGjkAlgorithm, AppliesMultipointSettingsOfConfigurationAtOnce)
 {
     ConvexBench bench;
     auto ball = makeHullShape(ballPoints(40, 0.5, 3));

@@ -12,7 +12,7 @@
 
 namespace cullet::test
 {
-TEST(IsaGjkFallback, AQueryThatMeetsANanIsCountedAndAnsweredByBullet)
+TEST(IsaGjkFallback, CountsQueryThatMeetsNanAndLeavesItToBullet)
 {
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
     const btTransform turned(btQuaternion(vec(1, 2, 3).normalized(), btScalar(0.3)), vec(0.1, 0, 0.05));
@@ -42,7 +42,7 @@ TEST(IsaGjkFallback, AQueryThatMeetsANanIsCountedAndAnsweredByBullet)
     EXPECT_GE(delegated, 5);
 }
 
-TEST(IsaGjkFallback, CountsRoundShapesThatTouchAsLeftToBulletAndNotAsWithoutAnAnswer)
+TEST(IsaGjkFallback, CountsTouchingRoundShapesAsDelegatedAndNotAsUnconverged)
 {
     constexpr unsigned kSeed = 18;
     SCOPED_TRACE(kSeed);
@@ -125,7 +125,7 @@ IsaGjkStats checkExtreme(const Extreme& extreme, bool isRound, bool isCounted)
 }
 }  // namespace
 
-TEST(IsaGjkFallback, NumbersAtTheEndsOfTheirRangeGiveFiniteContactsOrAreCountedAndAnsweredByBullet)
+TEST(IsaGjkFallback, GivesFiniteContactsOrCountsFailureForExtremeNumbers)
 {
     constexpr double kMost = double(std::numeric_limits<btScalar>::max());
     constexpr double kLeast = double(std::numeric_limits<btScalar>::denorm_min());

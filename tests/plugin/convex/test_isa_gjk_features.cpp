@@ -28,7 +28,7 @@ double deepestOf(btCollisionDispatcher& dispatcher, btCollisionShape& a, const b
 }
 }  // namespace
 
-TEST(IsaGjkFeatures, ShapesTouchWithoutTheirMargins)
+TEST(IsaGjkFeatures, RemoveMarginsFromContactDistances)
 {
     auto upper = makeHullShape(boxPoints(0.5, 0.5, 0.5));
     auto lower = makeHullShape(boxPoints(2, 0.5, 2));
@@ -55,7 +55,7 @@ TEST(IsaGjkFeatures, ShapesTouchWithoutTheirMargins)
     EXPECT_NEAR(points[0].distance, -0.01, 1e-3);
 }
 
-TEST(IsaGjkFeatures, ContactsAreThoseOfBulletsClipping)
+TEST(IsaGjkFeatures, GiveDeepestDistanceOfBulletsClipping)
 {
     constexpr unsigned kSeed = 67;
     SCOPED_TRACE(kSeed);

@@ -144,7 +144,7 @@ class IsaGjkHistory : public testing::TestWithParam<Poses::Kind>
 };
 
 /// Tests every pair of shapes, from deep to just within the threshold.
-TEST_P(IsaGjkHistory, GivesTheSameBitsWhateverWasAskedBefore)
+TEST_P(IsaGjkHistory, ChangesNoBitOfQueryOrStep)
 {
     constexpr unsigned kSeed = 20261125;
     SCOPED_TRACE(kSeed);
@@ -196,7 +196,7 @@ INSTANTIATE_TEST_SUITE_P(Poses, IsaGjkHistory,
                          testing::Values(Poses::Kind::Any, Poses::Kind::Nearly, Poses::Kind::Level), nameOf);
 
 /// The distance compared with the threshold is the final one, not the differently rounded one of a search.
-TEST(IsaGjkThreshold, FindsTheSameContactsAtTheThreshold)
+TEST(IsaGjkThreshold, GivesSameContactsWhateverWasQueriedBefore)
 {
     Random random(5);
     ConvexBench bench;
@@ -299,7 +299,7 @@ private:
     ConvexBench m_bench;
 };
 
-TEST(IsaGjkGraphs, AreNoPartOfTheAnswer)
+TEST(IsaGjkGraphs, ChangeNoBitOfContacts)
 {
     constexpr unsigned kSeed = 7;
     SCOPED_TRACE(kSeed);

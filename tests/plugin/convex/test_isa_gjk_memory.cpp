@@ -24,7 +24,7 @@ std::unique_ptr<btConvexHullShape> roundHull(int level)
 }
 }  // namespace
 
-TEST(IsaGjkMemory, NeitherConstructorNorDestructorNorAWarmStepTakesAny)
+TEST(IsaGjkMemory, IsNotAllocatedByConstructorDestructorOrWarmStep)
 {
     const auto hull = makeHullShape(ballPoints(40, 0.5, 1));
     const auto other = makeHullShape(boxPoints(0.5, 0.5, 0.5));
@@ -47,7 +47,7 @@ TEST(IsaGjkMemory, NeitherConstructorNorDestructorNorAWarmStepTakesAny)
     EXPECT_EQ(bench.registration->stats().depthsTotal, 2u);
 }
 
-TEST(IsaGjkFallback, APairWhoseGraphsFindNoMemoryIsCountedAndAnsweredByBullet)
+TEST(IsaGjkFallback, CountsPairAndLeavesItToBulletWhenGraphAllocationFails)
 {
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
     std::uint64_t failed = 0;
@@ -106,13 +106,13 @@ void checkDepthWithoutMemory(int level, bool isExact, std::initializer_list<std:
 }
 }  // namespace
 
-TEST(IsaGjkFallback, ADepthThatFindsNoMemoryIsCountedAndAnsweredByBullet)
+TEST(IsaGjkFallback, CountsDepthAndLeavesItToBulletWhenAllocationFails)
 {
     checkDepthWithoutMemory(3, false, {0});
     checkDepthWithoutMemory(4, true, {0, 1, 6});
 }
 
-TEST(IsaGjkFallback, AShapeThatThrowsIsCountedAndAnsweredByBullet)
+TEST(IsaGjkFallback, CountsShapeThatThrowsAndLeavesItToBullet)
 {
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
     for (const int badCall : {0, 1})
@@ -128,7 +128,7 @@ TEST(IsaGjkFallback, AShapeThatThrowsIsCountedAndAnsweredByBullet)
 }
 
 // A motion of sleeping bodies during a dispatch that failed to allocate still counts when they are awake.
-TEST(DispatcherMemory, APairThatTouchesIsNotLeftOutWhateverADispatchBeforeHasMissed)
+TEST(DispatcherMemory, LosesNoTouchingPairAfterFailedAllocationInEarlierDispatch)
 {
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
     std::uint64_t failures = 0;

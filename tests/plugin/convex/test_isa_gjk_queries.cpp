@@ -60,7 +60,7 @@ double exactBoxDistance(const CoreOracle& a, const CoreOracle& b, const Distance
 }
 }  // namespace
 
-TEST(IsaGjkQueries, DistancesEqualThoseOfADoubleOracleAndNoSignIsWrong)
+TEST(IsaGjkQueries, MatchDistancesOfDoubleOracleWithoutWrongSign)
 {
     ConvexBench bench;
     std::mt19937 engine(4711);
@@ -97,7 +97,7 @@ TEST(IsaGjkQueries, DistancesEqualThoseOfADoubleOracleAndNoSignIsWrong)
     EXPECT_EQ(bench.registration->stats().notConvergedTotal, 0u);
 }
 
-TEST(IsaGjkQueries, ClosestPointsWithinAThresholdAreThoseOfBullet)
+TEST(IsaGjkQueries, MatchBulletsClosestPointsWithinThreshold)
 {
     ConvexBench bench, stock(true);
     std::mt19937 engine(99);
@@ -140,7 +140,7 @@ TEST(IsaGjkQueries, ClosestPointsWithinAThresholdAreThoseOfBullet)
     EXPECT_GT(nothing, 300);
 }
 
-TEST(IsaGjkQueries, ContactPairTestReportsTheGapsThatBulletReports)
+TEST(IsaGjkQueries, ReportGapsUpToSameThresholdAsBullet)
 {
     for (const bool isStock : {true, false})
     {
@@ -160,7 +160,7 @@ TEST(IsaGjkQueries, ContactPairTestReportsTheGapsThatBulletReports)
     }
 }
 
-TEST(IsaGjkQueries, AnAlgorithmThatRemembersAnswersLikeOneThatDoesNot)
+TEST(IsaGjkQueries, AnswerEquallyWithReusedAndWithFreshAlgorithm)
 {
     ConvexBench bench;
     // The relative threshold depends on the shapes at the creation of the manifold.
@@ -221,7 +221,7 @@ TEST(IsaGjkQueries, AnAlgorithmThatRemembersAnswersLikeOneThatDoesNot)
     EXPECT_GT(nothing, 500);
 }
 
-TEST(IsaGjkQueries, ExtremeSizesMarginsAndPlacesGiveTheDepthAndNormalOfTheGeometry)
+TEST(IsaGjkQueries, GiveExactDepthAndNormalForExtremeSizesAndMargins)
 {
     ConvexBench bench;
     for (const double size : {1e-3, 1.0, 1e3})
@@ -261,7 +261,7 @@ TEST(IsaGjkQueries, ExtremeSizesMarginsAndPlacesGiveTheDepthAndNormalOfTheGeomet
     EXPECT_EQ(bench.registration->stats().notConvergedTotal, 0u);
 }
 
-TEST(IsaGjkQueries, NormalsOfATurnedPebbleOnATurnedRockTenThousandTimesItsSizeAreThoseOfAnOracle)
+TEST(IsaGjkQueries, MatchOracleForTurnedPebbleOnRockTenThousandTimesItsSize)
 {
     ConvexBench bench;
     std::mt19937 engine(65);
@@ -306,7 +306,7 @@ TEST(IsaGjkQueries, NormalsOfATurnedPebbleOnATurnedRockTenThousandTimesItsSizeAr
     EXPECT_EQ(bench.registration->stats().notConvergedTotal, 0u);
 }
 
-TEST(IsaGjkQueries, PatchOfTwoBricksHasTheCornersOfTheirOverlap)
+TEST(IsaGjkQueries, GivePatchWithCornersOfOverlapOfTwoBricks)
 {
     ConvexBench bench;
     auto upper = makeHullShape(boxPoints(0.5, 0.5, 0.5));
@@ -331,7 +331,7 @@ TEST(IsaGjkQueries, PatchOfTwoBricksHasTheCornersOfTheirOverlap)
     }
 }
 
-TEST(IsaGjkQueries, PatchHasNoPointThatAManifoldWouldTakeForTheDeepest)
+TEST(IsaGjkQueries, GiveNoPatchPointThatManifoldWouldMergeWithDeepest)
 {
     ConvexBench bench;
     // On its edge, and thinner than the threshold within which Bullet's manifold merges points.
@@ -355,7 +355,7 @@ TEST(IsaGjkQueries, PatchHasNoPointThatAManifoldWouldTakeForTheDeepest)
     }
 }
 
-TEST(IsaGjkQueries, PatchHasFourPointsAlsoWhereAllCornersAreOnOneSideOfTheLineToTheFarthest)
+TEST(IsaGjkQueries, GiveFourPatchPointsWhenCornersLieOnOneSideOfLongestLine)
 {
     ConvexBench bench;
     std::vector<btVector3> points;
@@ -385,7 +385,7 @@ TEST(IsaGjkQueries, PatchHasFourPointsAlsoWhereAllCornersAreOnOneSideOfTheLineTo
     }
 }
 
-TEST(IsaGjkQueries, PatchKeepsTheDeepestPointOfATiltedBrickAndNoneBeyondTheThreshold)
+TEST(IsaGjkQueries, GiveDeepestPatchPointOfTiltedBrickAndNoneBeyondThreshold)
 {
     ConvexBench bench;
     auto brick = makeHullShape(boxPoints(0.5, 0.5, 0.5));

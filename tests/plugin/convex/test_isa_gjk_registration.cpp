@@ -67,7 +67,7 @@ std::pair<bool, bool> hasBoxBox(btCollisionDispatcher& dispatcher, const IsaGjkR
 }
 }  // namespace
 
-TEST(IsaGjkRegistration, CreateFunctionsOutliveDispatcherAndWorld)
+TEST(IsaGjkRegistration, OutlivesDispatcherAndWorldAndIsReusedWhenRepeated)
 {
     OwnWorld own;
     const IsaGjkRegistration& first = registerIsaGjk(*own.dispatcher);
@@ -100,7 +100,7 @@ TEST(IsaGjkRegistration, GivesBoxesBackWhenItIsRegisteredAgainWithoutThem)
     EXPECT_EQ(hasBoxBox(dispatcher, registerIsaGjk(dispatcher)), none);
 }
 
-TEST(IsaGjkRegistration, PatchPointsLimitTheContactsOfAPair)
+TEST(IsaGjkRegistration, LimitsContactsOfPairToPatchPoints)
 {
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
     for (int most = 1; most <= 4; ++most)

@@ -90,7 +90,7 @@ std::size_t stackOf(btConvexShape& a, btConvexShape& b, const btVector3& apart, 
 }
 }  // namespace
 
-TEST(IsaGjkStack, IsSmallForRoundHullsWhoseCentresNearlyCoincide)
+TEST(IsaGjkStack, StaysWithinLimitForRoundHullsWhoseCentresNearlyCoincide)
 {
     for (const int count : {100, 400, 1000})
     {
@@ -108,7 +108,7 @@ TEST(IsaGjkStack, IsSmallForRoundHullsWhoseCentresNearlyCoincide)
     }
 }
 
-TEST(IsaGjkStack, IsSmallForExactDepths)
+TEST(IsaGjkStack, StaysWithinLimitForExactDepths)
 {
     using Scalar = btScalar;
     std::vector<Eigen::Matrix<Scalar, 3, 1>> points;
@@ -130,7 +130,7 @@ TEST(IsaGjkStack, IsSmallForExactDepths)
     EXPECT_LT(used, kMost);
 }
 
-TEST(IsaGjkStack, IsSmallForPatches)
+TEST(IsaGjkStack, StaysWithinLimitForContactPatches)
 {
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
     const auto drum = makeHullShape(ballPoints(30, 0.5, 8));

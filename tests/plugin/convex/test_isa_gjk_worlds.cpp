@@ -48,7 +48,7 @@ void addGround(ConvexWorld& world)
 }
 }  // namespace
 
-TEST(IsaGjkWorlds, HullBoxOnABoxHasFourContactsInTheFirstStepThatTouches)
+TEST(IsaGjkWorlds, GiveHullBoxFourContactsInFirstTouchingStep)
 {
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
     ConvexWorld world(Narrow::IsaGjk);
@@ -66,7 +66,7 @@ TEST(IsaGjkWorlds, HullBoxOnABoxHasFourContactsInTheFirstStepThatTouches)
     EXPECT_NEAR(double(body.getWorldTransform().getOrigin().y()), kStandingHalf, 2e-3);
 }
 
-TEST(IsaGjkWorlds, StackOfTenHullsStandsAMinuteAndSleeps)
+TEST(IsaGjkWorlds, KeepStackOfTenHullsStandingForAMinuteAndLetItSleep)
 {
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
     const auto build = [&](ConvexWorld& world)
@@ -82,7 +82,7 @@ TEST(IsaGjkWorlds, StackOfTenHullsStandsAMinuteAndSleeps)
     EXPECT_LT(ours.topShift, 0.1) << stock << '\n' << ours;
 }
 
-TEST(IsaGjkWorlds, StackOfFiveHullsStandsWithoutEverSleeping)
+TEST(IsaGjkWorlds, KeepStackOfFiveHullsStandingWithoutSleeping)
 {
     // A tower of ten would topple in any case, as with ten of Bullet's own boxes and ten solver iterations.
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
@@ -104,7 +104,7 @@ TEST(IsaGjkWorlds, StackOfFiveHullsStandsWithoutEverSleeping)
     }
 }
 
-TEST(IsaGjkWorlds, WallOfFiveHundredHullBricksStands)
+TEST(IsaGjkWorlds, KeepWallOfFiveHundredHullBricksStanding)
 {
     constexpr int kRows = 10;
     constexpr int kColumns = 50;
@@ -133,7 +133,7 @@ TEST(IsaGjkWorlds, WallOfFiveHundredHullBricksStands)
     EXPECT_LT(ours.topShift, 0.1) << stock << '\n' << ours;
 }
 
-TEST(IsaGjkWorlds, PyramidStandsAndSleeps)
+TEST(IsaGjkWorlds, KeepPyramidStandingAndLetItSleep)
 {
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
     Outcome stock, ours;
@@ -152,7 +152,7 @@ TEST(IsaGjkWorlds, PyramidStandsAndSleeps)
     EXPECT_LT(ours.topShift, 0.02) << stock << '\n' << ours;
 }
 
-TEST(IsaGjkWorlds, HouseOfSevenCardsStandsAsWithBullet)
+TEST(IsaGjkWorlds, KeepHouseOfSevenCardsStandingAsWithBullet)
 {
     const auto card = makeHullShape(boxPoints(0.5, 0.02, 0.4));
     const auto roof = makeHullShape(boxPoints(0.8, 0.02, 0.4));
@@ -183,7 +183,7 @@ TEST(IsaGjkWorlds, HouseOfSevenCardsStandsAsWithBullet)
     EXPECT_GT(ours.topHeight, 1.4) << stock << '\n' << ours;
 }
 
-TEST(IsaGjkWorlds, DodecahedronRollsAndComesToRest)
+TEST(IsaGjkWorlds, LetDodecahedronRollAndComeToRest)
 {
     std::vector<btVector3> points = boxPoints(0.3, 0.3, 0.3);
     const double g = (1 + std::sqrt(5.0)) / 2;
@@ -212,7 +212,7 @@ TEST(IsaGjkWorlds, DodecahedronRollsAndComesToRest)
     EXPECT_NEAR(ours.topHeight, stock.topHeight, 1e-3) << stock << '\n' << ours;
 }
 
-TEST(IsaGjkWorlds, HullsRestOnMeshesCompoundsAndCompoundsOfCompounds)
+TEST(IsaGjkWorlds, BringHullsAndCompoundsToRestOnMeshesAndCompounds)
 {
     btTriangleMesh mesh;
     for (int i = 0; i < 64; ++i)
@@ -345,7 +345,7 @@ std::string startsAndEnds(const std::string& all)
 }
 }  // namespace
 
-TEST(IsaGjkWorlds, ContactCallbacksComeInBulletsOrderForARestingAndABouncingBody)
+TEST(IsaGjkWorlds, CallContactCallbacksInBulletsOrderForRestingOrBouncingBody)
 {
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
     for (const double restitution : {0.0, 1.0})
@@ -371,7 +371,7 @@ TEST(IsaGjkWorlds, ContactCallbacksComeInBulletsOrderForARestingAndABouncingBody
     }
 }
 
-TEST(IsaGjkWorlds, ContactsOfARestingBodyAndOfChildrenStartAndEndAsOftenAsInBullet)
+TEST(IsaGjkWorlds, StartAndEndContactsOfBodyAndChildrenAsOftenAsBullet)
 {
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
     btCompoundShape one, two;
@@ -388,7 +388,7 @@ TEST(IsaGjkWorlds, ContactsOfARestingBodyAndOfChildrenStartAndEndAsOftenAsInBull
     }
 }
 
-TEST(IsaGjkDispatcher, AsksTheNearCallbackOfTheApplicationForEveryPair)
+TEST(IsaGjkDispatcher, CallsNearCallbackOfApplicationForEveryPair)
 {
     static int calls = 0;
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
@@ -409,7 +409,7 @@ TEST(IsaGjkDispatcher, AsksTheNearCallbackOfTheApplicationForEveryPair)
     EXPECT_EQ(dispatcher.idlePairs(), 0u);
 }
 
-TEST(IsaGjkDispatcher, CallbacksMayRemoveBodiesDuringTheDispatch)
+TEST(IsaGjkDispatcher, AllowsCallbacksToRemoveBodiesDuringDispatch)
 {
     static ConvexWorld* current = nullptr;
     static btRigidBody* victim = nullptr;

@@ -198,7 +198,7 @@ TEST(ThinBoxes, RestOnAHullAndSleep)
     }
 }
 
-TEST(InsideOut, ThinCylindersAndMirroredCapsulesTouchAsInBullet)
+TEST(InvertedShapes, MatchBulletForThinCylindersAndMirroredCapsules)
 {
     Ground ground;
     btCylinderShape die(vec(0.5, 0.5, 0.5)), disc(vec(0.5, 0.02, 0.5)), rod(vec(0.02, 0.5, 0.02));
@@ -235,7 +235,7 @@ TEST(InsideOut, ThinCylindersAndMirroredCapsulesTouchAsInBullet)
     EXPECT_GT(apart, 300);
 }
 
-TEST(ThinBoxes, InvertedOrEmptyBoxesGiveFiniteContacts)
+TEST(ThinBoxes, GiveFiniteContactsWhenInvertedOrEmpty)
 {
     const auto hull = makeHullShape(boxPoints(0.5, 0.5, 0.5));
     std::vector<std::unique_ptr<btBoxShape>> boxes;

@@ -183,7 +183,7 @@ TEST(BodyMotions, BoundHowMuchLessACoreReachesBeyondTheOther)
     EXPECT_GT(sharper, 1000);
 }
 
-TEST(BodyMotions, WhateverChangesTheCoreIsAnUnknownMotion)
+TEST(BodyMotions, AreUnknownAfterAnyChangeOfTheCore)
 {
     const float unknown = std::numeric_limits<float>::infinity();
     auto hull = makeHullShape(ballPoints(40, 0.5, 1));
@@ -231,7 +231,7 @@ TEST(BodyMotions, WhateverChangesTheCoreIsAnUnknownMotion)
         EXPECT_EQ(watched.update(), unknown) << "a kind that is not watched";
 }
 
-TEST(BodyMotions, OfNoUseAreLeftAloneForSomeTime)
+TEST(BodyMotions, PauseLongerEachTimeTheyAreUnused)
 {
     btSphereShape sphere(1);
     Watched watched(sphere);
@@ -290,7 +290,7 @@ TEST(BodyMotions, ServeOneCacheAtATimeAndReuseTheirPlaces)
     EXPECT_EQ(motions.size(), 2u);
 }
 
-TEST(BodyMotions, ThatAreAbandonedLookAtNoBodyAndFollowItAnewInAnotherPlace)
+TEST(BodyMotions, ReadNoBodyAfterAbandonAndTrackItAgainInNewSlot)
 {
     btSphereShape sphere(1);
     btCollisionObject bodies[2];
@@ -329,7 +329,7 @@ TEST(BodyMotions, ThatAreAbandonedLookAtNoBodyAndFollowItAnewInAnotherPlace)
     EXPECT_EQ(motions.size(), 3u);
 }
 
-TEST(MotionTrackedPairs, KnowAlgorithmsWhereTheyWereUnlessOneAtThatAddressCameOrWent)
+TEST(MotionTrackedPairs, RecogniseUnmovedAlgorithmsUnlessReplacedAtTheirAddress)
 {
     using Kind = MotionTrackedPairs::Kind;
     // Only the addresses matter.
@@ -381,7 +381,7 @@ TEST(MotionTrackedPairs, KnowAlgorithmsWhereTheyWereUnlessOneAtThatAddressCameOr
     EXPECT_EQ(watched.firstUnknown(pairs.data(), 0, pairs.size()), 0u);
 }
 
-TEST(Leeway, IsNeverMoreThanWhatTheMotionsHaveLeft)
+TEST(Leeway, DoesNotExceedDistanceThatMotionsLeave)
 {
     std::mt19937 engine(4);
     int lasted = 0;

@@ -9,7 +9,7 @@
 
 namespace cullet::test
 {
-TEST(DispatcherPairs, ProcessesAPairThatComesIntoThePlaceOfAnIdleOneDuringTheDispatch)
+TEST(DispatcherPairs, ProcessesPairMovedIntoSlotOfRemovedIdlePairDuringDispatch)
 {
     static PairBench* bench = nullptr;
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
@@ -62,7 +62,7 @@ TEST(DispatcherPairs, KeepsNothingOfADispatcherThatWasAtItsAddress)
     }
 }
 
-TEST(DispatcherPairs, TakesAnAlgorithmForWhatItIsInMemoryOfAnother)
+TEST(DispatcherPairs, RecognisesAlgorithmInReusedMemoryOfAnother)
 {
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
     btBoxShape box(vec(0.5, 0.5, 0.5));
@@ -93,7 +93,7 @@ TEST(DispatcherPairs, TakesAnAlgorithmForWhatItIsInMemoryOfAnother)
     EXPECT_GT(reused, 12);
 }
 
-TEST(DispatcherPairs, LeavesOutNothingOfSleepersThatAreWoken)
+TEST(DispatcherPairs, ProcessesWokenPairsThatMovedWhileAsleep)
 {
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
     for (const bool areAllAsleep : {true, false})
@@ -123,7 +123,7 @@ TEST(DispatcherPairs, LeavesOutNothingOfSleepersThatAreWoken)
     }
 }
 
-TEST(DispatcherPairs, AsksPairsInTurnWhereHardlyABodyIsAwake)
+TEST(DispatcherPairs, TestsPairsInTurnWhenFewBodiesAreAwake)
 {
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
     PairBench pairs;
@@ -150,7 +150,7 @@ TEST(DispatcherPairs, AsksPairsInTurnWhereHardlyABodyIsAwake)
     EXPECT_GT(idle, 80);
 }
 
-TEST(DispatcherPairs, TrustsNoProofFromATurnWhoseMotionsAreUnknown)
+TEST(DispatcherPairs, DiscardsSeparationProofMadeWhileMotionsWereUnknown)
 {
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
     PairBench pairs;

@@ -214,7 +214,7 @@ TEST(IsaGjkDispatcher, LeavesOutNoPairThatTouchesHoweverBodiesAndShapesChange)
     }
 }
 
-TEST(IsaGjkDispatcher, KeepsWatchingItsPairsWhenItIsRegisteredAgain)
+TEST(IsaGjkDispatcher, KeepsTrackingPairsWhenRegisteredAgain)
 {
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
     ConvexWorld world(Narrow::Dispatcher);
@@ -238,7 +238,7 @@ TEST(IsaGjkDispatcher, KeepsWatchingItsPairsWhenItIsRegisteredAgain)
     EXPECT_EQ(dispatcher.stillPairs(), 4u);
 }
 
-TEST(IsaGjkDispatcher, APairWithABodyThatBecomesKinematicWakesItsNeighbourAsInBullet)
+TEST(IsaGjkDispatcher, WakesNeighbourOfBodyThatBecomesKinematicAsInBullet)
 {
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
     const btQuaternion turn(vec(0, 0, 1), btScalar(0.785));
@@ -291,7 +291,7 @@ TEST(IsaGjkDispatcher, FindsTheContactWithAPlateThatHasTurnedOver)
     EXPECT_EQ(world.contactsOf(below, above), 1) << "mirrored";
 }
 
-TEST(IsaGjkDispatcher, RefreshesPointsThatOthersPutIntoTheManifoldOfAnIdlePair)
+TEST(IsaGjkDispatcher, RefreshesForeignPointsInManifoldOfIdlePair)
 {
     // Like Bullet's importer, after a dispatch at the saved poses.
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
@@ -316,7 +316,7 @@ TEST(IsaGjkDispatcher, RefreshesPointsThatOthersPutIntoTheManifoldOfAnIdlePair)
     EXPECT_EQ(static_cast<Dispatcher&>(world.dispatcher()).idlePairs(), 1u);
 }
 
-TEST(IsaGjkDispatcher, LooksAtNoBodyOfAPairThatWasRemovedWithoutADispatcher)
+TEST(IsaGjkDispatcher, ReadsNoBodyOfPairThatWasRemovedWithoutDispatcher)
 {
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
     ConvexWorld world(Narrow::Dispatcher);
@@ -340,7 +340,7 @@ TEST(IsaGjkDispatcher, LooksAtNoBodyOfAPairThatWasRemovedWithoutADispatcher)
     EXPECT_EQ(dispatcher.stillPairs(), 3u) << "and counted right";
 }
 
-TEST(IsaGjkDispatcher, LooksAtNoBodyOfACacheThatWasThereBefore)
+TEST(IsaGjkDispatcher, ReadsNoBodyOfEarlierCacheAtSameAddress)
 {
     const auto cube = makeHullShape(boxPoints(0.5, 0.5, 0.5));
     btDefaultCollisionConfiguration configuration;

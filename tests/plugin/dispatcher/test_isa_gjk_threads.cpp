@@ -64,7 +64,7 @@ std::vector<std::uint64_t> contactsOfRods(unsigned seed, int threads)
 }
 }  // namespace
 
-TEST(IsaGjkThreads, WorldsOfDifferentThreadsShareTheirShapes)
+TEST(IsaGjkThreads, GetSameWorldWhenTheyShareShapes)
 {
     const auto shape = makeHullShape(ballPoints(60, 0.5, 8));
     std::vector<std::uint64_t> hashes(4);
@@ -83,7 +83,7 @@ TEST(IsaGjkThreads, WorldsOfDifferentThreadsShareTheirShapes)
         EXPECT_EQ(hash, hashes[0]);
 }
 
-TEST(IsaGjkThreads, GraphsAreBuiltOnceWhoeverAsks)
+TEST(IsaGjkThreads, BuildEachGraphOnlyOnce)
 {
     std::vector<std::unique_ptr<btConvexHullShape>> shapes;
     for (int i = 0; i < 20; ++i)
@@ -105,7 +105,7 @@ TEST(IsaGjkThreads, GraphsAreBuiltOnceWhoeverAsks)
     EXPECT_EQ(hullCacheStats().buildsTotal, before + 20);
 }
 
-TEST(IsaGjkThreads, GraphsMayBeForgottenWhileOthersAsk)
+TEST(IsaGjkThreads, KeepGraphsInUseWhileOthersForgetThem)
 {
     std::vector<std::unique_ptr<btConvexHullShape>> shapes;
     for (int i = 0; i < 12; ++i)
@@ -134,7 +134,7 @@ TEST(IsaGjkThreads, GraphsMayBeForgottenWhileOthersAsk)
         invalidate(*shape);
 }
 
-TEST(IsaGjkThreads, DispatcherGivesTheSameWorldOnAnyNumberOfThreads)
+TEST(IsaGjkThreads, DoNotChangeDispatchersWorldHoweverManyTheyAre)
 {
     std::vector<std::unique_ptr<btConvexHullShape>> shapes;
     for (unsigned i = 0; i < 4; ++i)
@@ -171,7 +171,7 @@ TEST(IsaGjkThreads, DispatcherGivesTheSameWorldOnAnyNumberOfThreads)
         EXPECT_EQ(hash, hashes[0]);
 }
 
-TEST(IsaGjkThreads, DispatcherGivesTheSameContactsAndCallbacksOnAnyNumberOfThreads)
+TEST(IsaGjkThreads, DoNotChangeContactsOrCallbacksHoweverManyTheyAre)
 {
     for (unsigned seed = 1; seed <= 3; ++seed)
     {

@@ -86,7 +86,7 @@ std::size_t threadsOfThisProcess()
 }
 
 // A step of two hundred bodies ends before a thread would join.
-TEST(ThreadCounts, ASmallWorldStartsNoThread)
+TEST(ThreadCounts, RiseForLargeWorldsOnly)
 {
     // A sanitizer starts its own thread with the first thread of a program.
     std::promise<void> isOver;
@@ -106,7 +106,7 @@ TEST(ThreadCounts, ASmallWorldStartsNoThread)
 #endif
 
 // A request for more threads than cores prints nothing to the application's streams.
-TEST(ThreadCountsDeathTest, MoreThreadsThanCoresAreNoReasonForAWarning)
+TEST(ThreadCountsDeathTest, PrintNoWarningWhenTheyExceedCores)
 {
     testing::FLAGS_gtest_death_test_style = "threadsafe";
     for (const int threads : {3, 64, 4096})

@@ -183,7 +183,7 @@ TEST(PairCache, WorksWithoutADispatcherAndLeavesAlgorithmsAlone)
     dispatcher.freeCollisionAlgorithm(algorithm);
 }
 
-TEST(PairCache, TellsGhostsBeforeAPairExistsAndAfterItCanNoLongerBeFound)
+TEST(PairCache, ReportsPairToGhostsBeforeItIsFindableAndAfterItNoLongerIs)
 {
     PairCache cache;
     Proxies proxies(3);
@@ -215,7 +215,7 @@ TEST(PairCache, TellsGhostsBeforeAPairExistsAndAfterItCanNoLongerBeFound)
     EXPECT_EQ(calls, 3);
 }
 
-TEST(PairCache, TellsGhostsOfEveryPairWhenAProxyGoesOrAPassRemovesIt)
+TEST(PairCache, ReportsEveryRemovalByProxyOrPassToGhosts)
 {
     PairCache cache;
     Proxies proxies(6);
@@ -465,7 +465,7 @@ TEST(PairCache, ProcessesInOrderEveryPairThatIsStillThereWhenCallbacksRemove)
         EXPECT_TRUE(ids.first % 3 != 0 || ids.second > 900);
 }
 
-TEST(PairCache, SortsAgainOnlyAfterAChange)
+TEST(PairCache, ProcessesNestedOrderedPassesCorrectlyAfterChanges)
 {
     PairCache cache;
     Proxies proxies(40);
@@ -571,7 +571,7 @@ TEST(PairCache, MovesNothingAfterReserve)
     EXPECT_EQ(cache.stats().rehashes, rehashes);
 }
 
-TEST(PairCache, GrowsWhileTheGhostCallbackIsToldOfARemoval)
+TEST(PairCache, GrowsDuringGhostCallbackOfRemoval)
 {
     PairCache cache;
     Proxies proxies(62);
@@ -598,7 +598,7 @@ TEST(PairCache, GrowsWhileTheGhostCallbackIsToldOfARemoval)
     EXPECT_EQ(ghosts.added.size(), ghosts.removed.size());
 }
 
-TEST(PairCache, APairWhoseProxyGoesInTheGhostCallbackDoesNotCome)
+TEST(PairCache, AddsNoPairThatIsRemovedInItsGhostCallback)
 {
     PairCache cache;
     Proxies proxies(4);
@@ -632,7 +632,7 @@ TEST(PairCache, APairWhoseProxyGoesInTheGhostCallbackDoesNotCome)
     EXPECT_TRUE(cache.isConsistent());
 }
 
-TEST(PairCache, APairThatDoesNotComeLeavesNoListsOfItsProxies)
+TEST(PairCache, LeavesNoProxyListsOfPairThatIsNotAdded)
 {
     PairCache cache;
     Proxies proxies(4);
@@ -661,7 +661,7 @@ TEST(PairCache, APairThatDoesNotComeLeavesNoListsOfItsProxies)
     EXPECT_TRUE(cache.isConsistent());
 }
 
-TEST(PairCache, APairWhoseProxyGoesInTheFilterDoesNotCome)
+TEST(PairCache, AddsNoPairWhoseProxyIsRemovedInFilterCallback)
 {
     PairCache cache;
     Proxies proxies(3);
@@ -684,7 +684,7 @@ TEST(PairCache, APairWhoseProxyGoesInTheFilterDoesNotCome)
     cache.setOverlapFilterCallback(nullptr);
 }
 
-TEST(PairCache, APairIsToldOnceHoweverOftenItIsAddedMeanwhile)
+TEST(PairCache, ReportsPairOnceHoweverOftenItIsAddedMeanwhile)
 {
     PairCache cache;
     Proxies proxies(3);
@@ -706,7 +706,7 @@ TEST(PairCache, APairIsToldOnceHoweverOftenItIsAddedMeanwhile)
     EXPECT_TRUE(cache.isConsistent());
 }
 
-TEST(PairCache, IdsThatBulletTakesForNegativeAreFoundByEitherOrder)
+TEST(PairCache, FindsAndRemovesPairsOfIdsBeyondSignedRange)
 {
     PairCache cache;
     Proxies proxies;

@@ -13,7 +13,7 @@ namespace cullet::test
 {
 namespace
 {
-TEST(PairCacheCallbacks, SortingDoesNothingWhilePairsAreProcessed)
+TEST(PairCacheCallbacks, SortNothingWhilePairsAreProcessed)
 {
     PairCache cache;
     Proxies proxies(6);
@@ -33,7 +33,7 @@ TEST(PairCacheCallbacks, SortingDoesNothingWhilePairsAreProcessed)
     EXPECT_EQ(idsOf(cache), std::vector<RowPair>(before.rbegin(), before.rend()));
 }
 
-TEST(PairCacheCallbacks, SortingDoesNothingWhileAPairIsRemoved)
+TEST(PairCacheCallbacks, SortNothingWhilePairIsRemoved)
 {
     PairCache cache;
     Proxies proxies(6);
@@ -47,7 +47,7 @@ TEST(PairCacheCallbacks, SortingDoesNothingWhileAPairIsRemoved)
     EXPECT_TRUE(cache.isConsistent());
 }
 
-TEST(PairCacheCallbacks, CleaningAProxyReachesAllPairsWhenADestructorTakesItsPairOut)
+TEST(PairCacheCallbacks, CleanAllPairsOfProxyWhenDestructorRemovesOne)
 {
     for (std::size_t taken = 1; taken < 6; ++taken)
     {
@@ -70,7 +70,7 @@ TEST(PairCacheCallbacks, CleaningAProxyReachesAllPairsWhenADestructorTakesItsPai
     }
 }
 
-TEST(PairCacheCallbacks, AListStaysForAPairOnItsWayWhenANestedOneIsCancelled)
+TEST(PairCacheCallbacks, KeepProxyListOfPendingPairWhenNestedOneIsCancelled)
 {
     PairCache cache;
     Proxies proxies(3);

@@ -29,7 +29,7 @@ void expectShortProbes(const PairCache& cache, std::uint64_t pairs)
     EXPECT_LE(stats.meanProbe, 1.1);
 }
 
-TEST(PairCacheCost, ProbesStayShortForIdsInSteps)
+TEST(PairCacheCost, KeepsProbesShortForIdsInSteps)
 {
     for (const int shift : {0, 1, 4, 8, 12, 16})
     {
@@ -43,7 +43,7 @@ TEST(PairCacheCost, ProbesStayShortForIdsInSteps)
     }
 }
 
-TEST(PairCacheCost, ProbesStayShortForAHubAndForAGridOfIds)
+TEST(PairCacheCost, KeepsProbesShortForHubAndForGridOfIds)
 {
     PairCache hub;
     Proxies proxies(120000);
@@ -66,7 +66,7 @@ TEST(PairCacheCost, ProbesStayShortForAHubAndForAGridOfIds)
     expectShortProbes(square, 350 * 350);
 }
 
-TEST(PairCacheCost, RemovingProxiesWalksOverTheirPairsOnly)
+TEST(PairCacheCost, VisitsOnlyOwnPairsOfRemovedProxies)
 {
     PairCache cache;
     Proxies proxies(100000);
@@ -85,7 +85,7 @@ TEST(PairCacheCost, RemovingProxiesWalksOverTheirPairsOnly)
     EXPECT_TRUE(cache.isConsistent());
 }
 
-TEST(PairCacheCost, TakesAboutSixtyBytesPerPair)
+TEST(PairCacheCost, TakesLessThanSixtyBytesPerPair)
 {
     PairCache cache;
     Proxies proxies(60000);
@@ -97,7 +97,7 @@ TEST(PairCacheCost, TakesAboutSixtyBytesPerPair)
     EXPECT_LT(static_cast<double>(cache.bytes()), 60.0 * pairs);
 }
 
-TEST(PairCacheCost, MemoryFollowsTheLivingWhenIdsGrow)
+TEST(PairCacheCost, BoundsMemoryByLivingProxiesWhenIdsGrow)
 {
     PairCache cache;
     Random random(5);

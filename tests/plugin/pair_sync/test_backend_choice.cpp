@@ -58,7 +58,7 @@ public:
     BackendChooser chooser;
 };
 
-TEST(BackendChoice, WorldMovesToTheDeviceWhenItHasGrownAndBackAtHalfTheSize)
+TEST(BackendChoice, SwitchesToDeviceWhenWorldGrowsAndBackBelowHalf)
 {
     Choice choice;
     EXPECT_EQ(choice.updatesUntilSwitch(kDeviceBodies - 1, 50), 0);
@@ -70,7 +70,7 @@ TEST(BackendChoice, WorldMovesToTheDeviceWhenItHasGrownAndBackAtHalfTheSize)
     EXPECT_EQ(choice.largeAsked, 2);
 }
 
-TEST(BackendChoice, ShortPeaksDoNotSwitch)
+TEST(BackendChoice, DoesNotSwitchOnShortPeaks)
 {
     Choice choice;
     for (int peak = 0; peak < 10; ++peak)
@@ -80,7 +80,7 @@ TEST(BackendChoice, ShortPeaksDoNotSwitch)
     }
 }
 
-TEST(BackendChoice, WithoutADeviceTheQuestionIsAskedOnce)
+TEST(BackendChoice, TriesDeviceOnlyOnceWhenThereIsNone)
 {
     Choice choice;
     choice.hasDevice = false;
@@ -88,7 +88,7 @@ TEST(BackendChoice, WithoutADeviceTheQuestionIsAskedOnce)
     EXPECT_EQ(choice.largeAsked, 1);
 }
 
-TEST(BackendChoice, ABackendOfSomebodyElseStays)
+TEST(BackendChoice, KeepsBackendThatItDidNotMake)
 {
     Choice choice;
     ASSERT_EQ(choice.updatesUntilSwitch(kDeviceBodies, kPatience), kPatience);
@@ -98,7 +98,7 @@ TEST(BackendChoice, ABackendOfSomebodyElseStays)
     EXPECT_EQ(choice.largeAsked, 1);
 }
 
-TEST(BackendChoice, ABackendOfTheApplicationStaysWhereTheFirstOneWasInMemory)
+TEST(BackendChoice, KeepsBackendOfApplicationAtAddressOfFirstOne)
 {
     static int asked = 0;
     asked = 0;
@@ -121,7 +121,7 @@ TEST(BackendChoice, ABackendOfTheApplicationStaysWhereTheFirstOneWasInMemory)
     EXPECT_STREQ(broadphase.stats().backendName, "grid");
 }
 
-TEST(BackendChoice, PairsStayWhenTheBackendChanges)
+TEST(BackendChoice, KeepsPairsWhenBackendChanges)
 {
     Choice choice;
     Broadphase broadphase(makeBruteForceBackend());
@@ -155,7 +155,7 @@ TEST(BackendChoice, PairsStayWhenTheBackendChanges)
     EXPECT_EQ(choice.traffic[0].restarts, 1u);
 }
 
-TEST(BackendChoice, OptionsDecideWhereAWorldBegins)
+TEST(BackendChoice, TakesFirstBackendFromOptions)
 {
     BroadphaseOptions options;
     EXPECT_STREQ(makeBackend(options)->name(), makeGridBackend()->name());

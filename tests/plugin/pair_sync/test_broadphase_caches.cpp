@@ -71,7 +71,7 @@ class BroadphaseStockCache : public testing::Test
 using StockCaches = testing::Types<btHashedOverlappingPairCache, btSortedOverlappingPairCache, PairCache>;
 TYPED_TEST_SUITE(BroadphaseStockCache, StockCaches);
 
-TYPED_TEST(BroadphaseStockCache, ExternalCacheGetsThePairsAndOutlivesTheBroadPhase)
+TYPED_TEST(BroadphaseStockCache, ReceivesPairsAndOutlivesBroadphase)
 {
     TypeParam cache;
     {
@@ -97,7 +97,7 @@ TYPED_TEST(BroadphaseStockCache, ExternalCacheGetsThePairsAndOutlivesTheBroadPha
     EXPECT_EQ(static_cast<btOverlappingPairCache&>(cache).getNumOverlappingPairs(), 0);
 }
 
-TYPED_TEST(BroadphaseStockCache, GhostCallbackHearsOfEachTransitionOnce)
+TYPED_TEST(BroadphaseStockCache, ReportsEachTransitionToGhostCallbackOnce)
 {
     TypeParam cache;
     CountingGhosts ghosts;
@@ -119,7 +119,7 @@ TYPED_TEST(BroadphaseStockCache, GhostCallbackHearsOfEachTransitionOnce)
     EXPECT_EQ(base.getNumOverlappingPairs(), 0);
 }
 
-TYPED_TEST(BroadphaseStockCache, PairsWithAlgorithmsAreRemovedWithAndWithoutADispatcher)
+TYPED_TEST(BroadphaseStockCache, RemovesPairsWithAlgorithmsWithAndWithoutDispatcher)
 {
     NarrowPhase narrow;
     Spheres spheres(3);
@@ -147,7 +147,7 @@ TYPED_TEST(BroadphaseStockCache, PairsWithAlgorithmsAreRemovedWithAndWithoutADis
         broadphase.destroyProxy(proxy, nullptr);
 }
 
-TYPED_TEST(BroadphaseStockCache, PairTheApplicationTookOutComesBackWhenABoxChangesEnough)
+TYPED_TEST(BroadphaseStockCache, RegainsUserRemovedPairOnceItsBoxMovesEnough)
 {
     TypeParam cache;
     btOverlappingPairCache& base = cache;
@@ -171,7 +171,7 @@ TYPED_TEST(BroadphaseStockCache, PairTheApplicationTookOutComesBackWhenABoxChang
     EXPECT_EQ(updatedPairs(broadphase), Pairs{});
 }
 
-TYPED_TEST(BroadphaseStockCache, PairTheApplicationTookOutStaysOutWhileOthersCome)
+TYPED_TEST(BroadphaseStockCache, KeepsUserRemovedPairOutWhileOtherPairsAreAdded)
 {
     TypeParam cache;
     btOverlappingPairCache& base = cache;
@@ -194,7 +194,7 @@ TYPED_TEST(BroadphaseStockCache, PairTheApplicationTookOutStaysOutWhileOthersCom
     EXPECT_EQ(updatedPairs(broadphase), (Pairs{{1, 2}, {1, 3}}));
 }
 
-TYPED_TEST(BroadphaseStockCache, PairsTheApplicationTookOutOfABodyThatThenJumpsAreThereAfterTheUpdate)
+TYPED_TEST(BroadphaseStockCache, RegainsUserRemovedPairOfTeleportedBodyInUpdate)
 {
     TypeParam cache;
     btOverlappingPairCache& base = cache;
@@ -210,7 +210,7 @@ TYPED_TEST(BroadphaseStockCache, PairsTheApplicationTookOutOfABodyThatThenJumpsA
     }
 }
 
-TYPED_TEST(BroadphaseStockCache, PairTheApplicationTookOutAndPutBackGoesWhenItsBoxesPart)
+TYPED_TEST(BroadphaseStockCache, LosesPairThatUserRemovedAndReaddedWhenBoxesSeparate)
 {
     TypeParam cache;
     btOverlappingPairCache& base = cache;
@@ -227,7 +227,7 @@ TYPED_TEST(BroadphaseStockCache, PairTheApplicationTookOutAndPutBackGoesWhenItsB
     EXPECT_EQ(updatedPairs(broadphase), Pairs{});
 }
 
-TYPED_TEST(BroadphaseStockCache, PairTheApplicationAddedGoesWhenItsBoxesAreApart)
+TYPED_TEST(BroadphaseStockCache, LosesUserAddedPairWhenItsBoxesAreApart)
 {
     TypeParam cache;
     btOverlappingPairCache& base = cache;
@@ -241,7 +241,7 @@ TYPED_TEST(BroadphaseStockCache, PairTheApplicationAddedGoesWhenItsBoxesAreApart
     EXPECT_TRUE(hasPair(broadphase, a, c));
 }
 
-TEST(BroadphaseCaches, AsManyPairsTakenOutAsAddedAreNoticed)
+TEST(BroadphaseCaches, DetectUserRemovalWhenUserAddsAsManyPairs)
 {
     Broadphase broadphase(bruteOptions());
     btOverlappingPairCache& cache = *broadphase.getOverlappingPairCache();
@@ -257,7 +257,7 @@ TEST(BroadphaseCaches, AsManyPairsTakenOutAsAddedAreNoticed)
     EXPECT_EQ(updatedPairs(broadphase), (Pairs{{1, 2}}));
 }
 
-TEST(BroadphaseCaches, APairTakenOutByACallbackOfTheUpdateIsNoticed)
+TEST(BroadphaseCaches, DetectPairRemovedByCallbackDuringUpdate)
 {
     struct Remover final : btOverlappingPairCallback
     {
@@ -293,7 +293,7 @@ TEST(BroadphaseCaches, APairTakenOutByACallbackOfTheUpdateIsNoticed)
     remover.cache->setInternalGhostPairCallback(nullptr);
 }
 
-TEST(BroadphaseCaches, NullCacheStaysEmptyAndCostsNothing)
+TEST(BroadphaseCaches, HoldNoPairsInCacheOrBackendForNullPairCache)
 {
     btNullPairCache cache;
     Broadphase broadphase(&cache, bruteOptions());
@@ -313,7 +313,7 @@ TEST(BroadphaseCaches, NullCacheStaysEmptyAndCostsNothing)
         broadphase.destroyProxy(proxy, nullptr);
 }
 
-TEST(BroadphaseCaches, WorldUsesAnExternalHashedCache)
+TEST(BroadphaseCaches, ServeWorldFromExternalHashedCache)
 {
     NarrowPhase narrow;
     btHashedOverlappingPairCache cache;

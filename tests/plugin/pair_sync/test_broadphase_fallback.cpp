@@ -65,7 +65,7 @@ public:
     std::vector<std::unique_ptr<btRigidBody>> bodies;
 };
 
-TEST(BroadphaseFallback, FailingBackendLosesNoPairNoAlgorithmAndWarnsOnce)
+TEST(BroadphaseFallback, KeepsPairsAndAlgorithmsAndWarnsOnceWhenBackendFails)
 {
     for (const Status failure : {Status::DeviceLost, Status::OutOfMemory})
     {
@@ -89,7 +89,7 @@ TEST(BroadphaseFallback, FailingBackendLosesNoPairNoAlgorithmAndWarnsOnce)
     }
 }
 
-TEST(BroadphaseFallback, WorldGoesOnBitForBitAsIfNothingHadHappened)
+TEST(BroadphaseFallback, ContinuesWorldBitForBitWhenBackendFails)
 {
     const LogScope log;
     HeapWorld failing(std::make_unique<FailingBackend>(10, Status::DeviceLost));
@@ -108,7 +108,7 @@ TEST(BroadphaseFallback, WorldGoesOnBitForBitAsIfNothingHadHappened)
     EXPECT_EQ(failing.broadphase.stats().fallbacksTotal, 1u);
 }
 
-TEST(BroadphaseFallback, FailureInTheFirstUpdateAndWithPendingPairsIsHandled)
+TEST(BroadphaseFallback, HandlesFailureInFirstUpdatesWithPendingPairs)
 {
     struct Nobody final : btOverlapFilterCallback
     {
@@ -132,7 +132,7 @@ TEST(BroadphaseFallback, FailureInTheFirstUpdateAndWithPendingPairsIsHandled)
     }
 }
 
-TEST(BroadphaseFallback, BackendCanBeReplacedAtAnyTime)
+TEST(BroadphaseFallback, KeepsPairsAndAlgorithmsWhenBackendIsReplaced)
 {
     HeapWorld scene(makeBruteForceBackend());
     for (int step = 0; step < 10; ++step)
@@ -143,7 +143,7 @@ TEST(BroadphaseFallback, BackendCanBeReplacedAtAnyTime)
     EXPECT_EQ(scene.algorithms(), before);
 }
 
-TEST(BroadphaseFallback, BackendSetByACallbackOfAnUpdateKnowsThePairsThatAreThere)
+TEST(BroadphaseFallback, GivesExistingPairsToBackendSetByCallbackDuringUpdate)
 {
     struct Replacing final : btOverlapFilterCallback
     {
@@ -169,7 +169,7 @@ TEST(BroadphaseFallback, BackendSetByACallbackOfAnUpdateKnowsThePairsThatAreTher
     EXPECT_EQ(updatedPairs(broadphase), (Pairs{{2, 3}})) << "pairs from before the new backend leave, too";
 }
 
-TEST(BroadphaseFallback, ABackendThatIsNullBecomesTheGrid)
+TEST(BroadphaseFallback, UsesGridWhenBackendIsNull)
 {
     const LogScope log;
     Broadphase broadphase(std::unique_ptr<Backend>(), nullptr, bruteOptions());
@@ -180,7 +180,7 @@ TEST(BroadphaseFallback, ABackendThatIsNullBecomesTheGrid)
     EXPECT_EQ(updatedPairs(broadphase), (Pairs{{1, 2}}));
 }
 
-TEST(BroadphaseFallback, SettingABackendThatIsNullKeepsThePresentOne)
+TEST(BroadphaseFallback, KeepsPresentBackendWhenNullIsSet)
 {
     const LogScope log;
     Broadphase broadphase(bruteOptions());
@@ -195,7 +195,7 @@ TEST(BroadphaseFallback, SettingABackendThatIsNullKeepsThePresentOne)
     EXPECT_EQ(broadphase.stats().restartsTotal, 0u) << "nothing has happened";
 }
 
-TEST(BroadphaseFallback, CudaWithoutADeviceBecomesTheGrid)
+TEST(BroadphaseFallback, UsesGridWhenCudaIsRequestedWithoutDevice)
 {
     const LogScope log;
     BroadphaseOptions options;

@@ -36,7 +36,7 @@ struct CountingFilter final : btOverlapFilterCallback
 const auto kYes = [](const btBroadphaseProxy&, const btBroadphaseProxy&) { return true; };
 const auto kNo = [](const btBroadphaseProxy&, const btBroadphaseProxy&) { return false; };
 
-TEST(BroadphaseFilter, WithoutACallbackBothMasksMustAgree)
+TEST(BroadphaseFilter, RequiresBothMasksToAgreeWithoutCallback)
 {
     Broadphase broadphase(bruteOptions());
     addCube(broadphase, vec(0, 0, 0), 0.5, 1, 2);
@@ -46,7 +46,7 @@ TEST(BroadphaseFilter, WithoutACallbackBothMasksMustAgree)
     EXPECT_EQ(updatedPairs(broadphase), (Pairs{{1, 2}, {2, 4}}));
 }
 
-TEST(BroadphaseFilter, WithACallbackTheMasksAreNotLookedAt)
+TEST(BroadphaseFilter, IgnoresMasksWhenCallbackIsSet)
 {
     Broadphase broadphase(bruteOptions());
     CountingFilter filter(kYes);
@@ -57,7 +57,7 @@ TEST(BroadphaseFilter, WithACallbackTheMasksAreNotLookedAt)
     EXPECT_EQ(filter.askedCount, 1);
 }
 
-TEST(BroadphaseFilter, IsAskedOnlyForPairsAboutToBeAdded)
+TEST(BroadphaseFilter, CallsCallbackOnlyForPairsAboutToBeAdded)
 {
     Broadphase broadphase(bruteOptions());
     CountingFilter filter(kYes);
@@ -77,7 +77,7 @@ TEST(BroadphaseFilter, IsAskedOnlyForPairsAboutToBeAdded)
     EXPECT_EQ(filter.askedCount, 19);
 }
 
-TEST(BroadphaseFilter, RefusedPairIsAskedAgainLikeInDbvtWhenABoxLeavesItsGrownBox)
+TEST(BroadphaseFilter, ReevaluatesRefusedPairOnlyWhenBoxLeavesItsSkin)
 {
     const auto run = [](btBroadphaseInterface& broadphase)
     {
@@ -106,7 +106,7 @@ TEST(BroadphaseFilter, RefusedPairIsAskedAgainLikeInDbvtWhenABoxLeavesItsGrownBo
     EXPECT_EQ(stockAsked.back(), 3);
 }
 
-TEST(BroadphaseFilter, RefusedPairIsNotAskedAgainWhileNothingMoves)
+TEST(BroadphaseFilter, DoesNotReevaluateRefusedPairWhileNothingMoves)
 {
     Broadphase broadphase(bruteOptions());
     CountingFilter filter(kNo);
@@ -118,7 +118,7 @@ TEST(BroadphaseFilter, RefusedPairIsNotAskedAgainWhileNothingMoves)
     EXPECT_EQ(filter.askedCount, 50 * 49 / 2);
 }
 
-TEST(BroadphaseFilter, ExistingPairsSurviveMaskEditsUntilTheirBoxesSeparate)
+TEST(BroadphaseFilter, KeepsExistingPairsAfterMaskEditsUntilBoxesSeparate)
 {
     Broadphase broadphase(bruteOptions());
     addCube(broadphase, vec(0, 0, 0));
@@ -136,7 +136,7 @@ TEST(BroadphaseFilter, ExistingPairsSurviveMaskEditsUntilTheirBoxesSeparate)
     EXPECT_EQ(updatedPairs(broadphase).size(), 0u);
 }
 
-TEST(BroadphaseFilter, NewlyEnabledMaskIsSeenInTheNextUpdate)
+TEST(BroadphaseFilter, AppliesNewlyEnabledMaskInNextUpdate)
 {
     Broadphase broadphase(bruteOptions());
     addCube(broadphase, vec(0, 0, 0));
@@ -146,7 +146,7 @@ TEST(BroadphaseFilter, NewlyEnabledMaskIsSeenInTheNextUpdate)
     EXPECT_EQ(updatedPairs(broadphase).size(), 1u) << "without any setAabb";
 }
 
-TEST(BroadphaseFilter, MaskEditOfASilentBodyDecidesAboutTheNextOneThatComes)
+TEST(BroadphaseFilter, AppliesMaskEditOfUnmovedBodyToApproachingBody)
 {
     // Filter words are written directly into the proxy; the body gets no setAabb (sleeping, no forced updates).
     Broadphase broadphase(bruteOptions());
@@ -160,7 +160,7 @@ TEST(BroadphaseFilter, MaskEditOfASilentBodyDecidesAboutTheNextOneThatComes)
     EXPECT_EQ(updatedPairs(broadphase).size(), 1u);
 }
 
-TEST(BroadphaseFilter, MaskEditIsSeenBySetAabbOfAnUnchangedBoxInALargeWorld)
+TEST(BroadphaseFilter, NoticesMaskEditInSetAabbOfUnchangedBoxInLargeWorld)
 {
     // The sweep over silent bodies takes several updates in a world of this size; setAabb must not wait for it.
     Broadphase broadphase(bruteOptions());
@@ -173,7 +173,7 @@ TEST(BroadphaseFilter, MaskEditIsSeenBySetAabbOfAnUnchangedBoxInALargeWorld)
     EXPECT_EQ(updatedPairs(broadphase).size(), 1u);
 }
 
-TEST(BroadphaseFilter, CallbackSetOnTheCacheAtAnyTimeActsInTheNextUpdate)
+TEST(BroadphaseFilter, AppliesCallbackSetAtAnyTimeInNextUpdate)
 {
     Broadphase broadphase(bruteOptions());
     btOverlappingPairCache* cache = broadphase.getOverlappingPairCache();
@@ -215,7 +215,7 @@ TEST(BroadphaseFilter, FindsRestingPairsOfOtherMasksWhenACallbackTakesOver)
     }
 }
 
-TEST(BroadphaseFilter, DestroyedProxyIsNeverShownToTheCallback)
+TEST(BroadphaseFilter, PassesNoDestroyedProxyToCallback)
 {
     Broadphase broadphase(bruteOptions());
     CountingFilter filter(
@@ -237,7 +237,7 @@ TEST(BroadphaseFilter, DestroyedProxyIsNeverShownToTheCallback)
     EXPECT_EQ(filter.askedCount, 2);
 }
 
-TEST(BroadphaseFilter, CallbackMayCreateMoveAndDestroyProxies)
+TEST(BroadphaseFilter, AllowsCallbackToCreateAndDestroyProxiesAndNestUpdates)
 {
     Broadphase broadphase(bruteOptions());
     btBroadphaseProxy* victim = nullptr;
@@ -264,7 +264,7 @@ TEST(BroadphaseFilter, CallbackMayCreateMoveAndDestroyProxies)
     broadphase.getOverlappingPairCache()->setOverlapFilterCallback(nullptr);
 }
 
-TEST(BroadphaseFilter, CallbackMayDestroyMoreThanTheQuarantineHolds)
+TEST(BroadphaseFilter, AllowsCallbackToDestroyMoreProxiesThanQuarantineHolds)
 {
     Broadphase broadphase(bruteOptions());
     addCube(broadphase, vec(0, 0, 0));
@@ -289,7 +289,7 @@ TEST(BroadphaseFilter, CallbackMayDestroyMoreThanTheQuarantineHolds)
     broadphase.getOverlappingPairCache()->setOverlapFilterCallback(nullptr);
 }
 
-TEST(BroadphaseFilter, RefusedPairsAreForgottenWhenTheirBoxesPart)
+TEST(BroadphaseFilter, ForgetsRefusedPairsWhenTheirBoxesSeparate)
 {
     Broadphase broadphase(bruteOptions());
     std::vector<btBroadphaseProxy*> cubes;
@@ -311,7 +311,7 @@ TEST(BroadphaseFilter, RefusedPairsAreForgottenWhenTheirBoxesPart)
     broadphase.getOverlappingPairCache()->setOverlapFilterCallback(nullptr);
 }
 
-TEST(BroadphaseFilter, CallbackMayDestroyOneOfTheTwoAndLetThemPass)
+TEST(BroadphaseFilter, AddsNoPairWhenCallbackDestroysOneOfItsProxies)
 {
     Broadphase broadphase(bruteOptions());
     addCube(broadphase, vec(0, 0, 0));

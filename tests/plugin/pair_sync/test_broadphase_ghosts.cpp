@@ -84,7 +84,7 @@ public:
     btCollisionWorld world{&dispatcher, &broadphase, &configuration};
 };
 
-TEST(BroadphaseGhosts, OverlapsAreThereRightAfterAddingAndMovingWithoutAnUpdate)
+TEST(BroadphaseGhosts, HaveOverlapsRightAfterAddingAndMovingWithoutUpdate)
 {
     GhostWorld scene;
     scene.add<btCollisionObject>(vec(0, 0, 0));
@@ -110,7 +110,7 @@ TEST(BroadphaseGhosts, OverlapsAreThereRightAfterAddingAndMovingWithoutAnUpdate)
     EXPECT_EQ(ghost->getNumOverlappingObjects(), 0);
 }
 
-TEST(BroadphaseGhosts, TwoGhostsSeeEachOther)
+TEST(BroadphaseGhosts, OverlapEachOtherWithoutUpdate)
 {
     GhostWorld scene;
     auto* one = scene.add<btGhostObject>(vec(0, 0, 0));
@@ -120,7 +120,7 @@ TEST(BroadphaseGhosts, TwoGhostsSeeEachOther)
     EXPECT_EQ(other->getNumOverlappingObjects(), 1);
 }
 
-TEST(BroadphaseGhosts, EveryWayOfLeavingIsReportedOnce)
+TEST(BroadphaseGhosts, LoseEachOverlapOnceHoweverItEnds)
 {
     GhostWorld scene;
     auto* ghost = scene.add<btPairCachingGhostObject>(vec(0, 0, 0));
@@ -145,7 +145,7 @@ TEST(BroadphaseGhosts, EveryWayOfLeavingIsReportedOnce)
     EXPECT_FALSE(scene.callback.sawNullDispatcher);
 }
 
-TEST(BroadphaseGhosts, WorldThatGoesReportsThePairsItStillHasOnce)
+TEST(BroadphaseGhosts, LoseRemainingPairsOnceWhenWorldIsDestroyed)
 {
     btDefaultCollisionConfiguration configuration;
     btCollisionDispatcher dispatcher(&configuration);
@@ -171,7 +171,7 @@ TEST(BroadphaseGhosts, WorldThatGoesReportsThePairsItStillHasOnce)
     EXPECT_EQ(ghost.getNumOverlappingObjects(), 0);
 }
 
-TEST(BroadphaseGhosts, ProvisionalPairBecomesAnOrdinaryOneInTheUpdate)
+TEST(BroadphaseGhosts, TurnProvisionalPairsIntoOrdinaryOnesInUpdate)
 {
     GhostWorld scene;
     auto* body = scene.add<btCollisionObject>(vec(0, 0, 0));
@@ -195,7 +195,7 @@ TEST(BroadphaseGhosts, ProvisionalPairBecomesAnOrdinaryOneInTheUpdate)
     EXPECT_EQ(scene.broadphase.stats().provisionalPairs, 0u);
 }
 
-TEST(BroadphaseGhosts, ProxyThatGoesTakesItsProvisionalPairsWithIt)
+TEST(BroadphaseGhosts, LoseProvisionalPairsOfRemovedProxy)
 {
     GhostWorld scene;
     auto* body = scene.add<btCollisionObject>(vec(0, 0, 0));
@@ -208,7 +208,7 @@ TEST(BroadphaseGhosts, ProxyThatGoesTakesItsProvisionalPairsWithIt)
     EXPECT_EQ(scene.broadphase.stats().provisionalPairs, 0u);
 }
 
-TEST(BroadphaseGhosts, BodyInTheRowOfAGhostThatIsGoneIsNone)
+TEST(BroadphaseGhosts, LeaveNoGhostStateToBodyThatReusesTheirRow)
 {
     GhostWorld scene;
     auto* ghost = scene.add<btGhostObject>(vec(0, 0, 0));
@@ -228,7 +228,7 @@ TEST(BroadphaseGhosts, BodyInTheRowOfAGhostThatIsGoneIsNone)
 }
 
 #ifdef BT_USE_DOUBLE_PRECISION
-TEST(BroadphaseGhosts, PairThatWasNotExactComesAtOnceWhenItIs)
+TEST(BroadphaseGhosts, GainPendingPairAtOnceWhenBoxesOverlapExactly)
 {
     GhostWorld scene;
     // A float has a spacing of 1 m there.
@@ -244,7 +244,7 @@ TEST(BroadphaseGhosts, PairThatWasNotExactComesAtOnceWhenItIs)
 }
 #endif
 
-TEST(BroadphaseGhosts, FilterDecidesAtOnceToo)
+TEST(BroadphaseGhosts, ApplyFilterMasksAtOnce)
 {
     GhostWorld scene;
     auto* body = scene.add<btCollisionObject>(vec(0, 0, 0));
@@ -261,7 +261,7 @@ TEST(BroadphaseGhosts, FilterDecidesAtOnceToo)
     EXPECT_EQ(scene.callback.addedCount, 1);
 }
 
-TEST(BroadphaseGhosts, CallbackInstalledLateCountsForGhostsThatAreThere)
+TEST(BroadphaseGhosts, CountOnlyWhileCallbackIsInstalled)
 {
     GhostWorld scene;
     scene.world.getPairCache()->setInternalGhostPairCallback(nullptr);
@@ -316,7 +316,7 @@ TEST(BroadphaseGhosts, WorkInBulletsSortedCacheWhichItselfNeverReportsRemovals)
     scene.world.removeCollisionObject(other);
 }
 
-TEST(BroadphaseGhosts, GhostsAlwaysHaveAtLeastTheirExactOverlaps)
+TEST(BroadphaseGhosts, HaveAtLeastTheirExactOverlapsAtAnyTime)
 {
     GhostWorld scene;
     Random random(23);
@@ -368,7 +368,7 @@ public:
     int collectedCount = 0;
 };
 
-TEST(BroadphaseGhosts, AGhostMayRemoveTheBodyThatEntersIt)
+TEST(BroadphaseGhosts, RemoveEnteringBodyFromWorldInCallback)
 {
     GhostWorld scene;
     auto* collector = scene.add<Collector>(vec(0, 0, 0));
@@ -405,7 +405,7 @@ public:
     btCollisionWorld* world = nullptr;
 };
 
-TEST(BroadphaseGhosts, AGhostThatMovesWhatEntersItIsToldOnce)
+TEST(BroadphaseGhosts, ReportBodyOnceWhenTheyMoveItOnEntry)
 {
     GhostWorld scene;
     auto* pusher = scene.add<Pusher>(vec(0, 0, 0));
@@ -423,7 +423,7 @@ TEST(BroadphaseGhosts, AGhostThatMovesWhatEntersItIsToldOnce)
     }
 }
 
-TEST(BroadphaseGhosts, AGhostThatWarpsInAndOutAfterARefusalLeavesNothing)
+TEST(BroadphaseGhosts, KeepNoPairWhenTeleportedInAndOutAfterRefusal)
 {
     struct Gate final : btOverlapFilterCallback
     {
@@ -452,7 +452,7 @@ TEST(BroadphaseGhosts, AGhostThatWarpsInAndOutAfterARefusalLeavesNothing)
 
 constexpr auto kInfinity = std::numeric_limits<btScalar>::infinity();
 
-TEST(BroadphaseGhosts, AnInfiniteBoxMeetsTheGhostsThatHaveABoxAndNothingElse)
+TEST(BroadphaseGhosts, OverlapInfiniteBoxOnlyWhenTheirOwnBoxIsValid)
 {
     const btVector3 infinite(kInfinity, kInfinity, kInfinity);
     for (int ghostCount = 1; ghostCount <= 9; ++ghostCount)
@@ -475,7 +475,7 @@ TEST(BroadphaseGhosts, AnInfiniteBoxMeetsTheGhostsThatHaveABoxAndNothingElse)
     }
 }
 
-TEST(BroadphaseGhosts, AProvisionalPairGoesWhenABoxIsNoneAnyMore)
+TEST(BroadphaseGhosts, LoseProvisionalPairWhenTheirBoxBecomesInvalid)
 {
     const btVector3 infinite(kInfinity, kInfinity, kInfinity);
     GhostWorld scene;
@@ -508,7 +508,7 @@ struct Busybody final : btGhostPairCallback
     bool wasFound = false;
 };
 
-TEST(BroadphaseGhosts, ADyingProxyIsNotFoundAndGetsNoPairs)
+TEST(BroadphaseGhosts, GainNoPairWithProxyThatIsBeingDestroyed)
 {
     Broadphase broadphase(bruteOptions());
     Busybody callback;

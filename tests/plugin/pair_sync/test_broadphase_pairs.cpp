@@ -24,7 +24,7 @@ private:
     btScalar m_old;
 };
 
-TEST(BroadphasePairs, TouchingPointAndIdenticalBoxesOverlap)
+TEST(BroadphasePairs, IncludeTouchingPointAndIdenticalBoxes)
 {
     Broadphase broadphase(bruteOptions());
     const btVector3 zero = vec(0, 0, 0);
@@ -40,7 +40,7 @@ TEST(BroadphasePairs, TouchingPointAndIdenticalBoxesOverlap)
     EXPECT_EQ(updatedPairs(broadphase), (Pairs{{1, 2}, {1, 3}, {1, 4}, {2, 3}, {2, 4}, {3, 4}, {5, 6}}));
 }
 
-TEST(BroadphasePairs, SmallestGapIsNoOverlap)
+TEST(BroadphasePairs, ExcludeBoxesWithSmallestGap)
 {
     Broadphase broadphase(bruteOptions());
     const btScalar next = std::nextafter(btScalar(1), btScalar(2));
@@ -50,7 +50,7 @@ TEST(BroadphasePairs, SmallestGapIsNoOverlap)
     EXPECT_EQ(updatedPairs(broadphase), Pairs{});
 }
 
-TEST(BroadphasePairs, DoubleBoxesCloserThanAFloatPairWhenTheyMoveToTouch)
+TEST(BroadphasePairs, BeginOnlyOnExactTouchOfDoubleBoxesWithinFloatRounding)
 {
     Broadphase broadphase(bruteOptions());
     const double gap = 1e-12;
@@ -66,7 +66,7 @@ TEST(BroadphasePairs, DoubleBoxesCloserThanAFloatPairWhenTheyMoveToTouch)
     EXPECT_EQ(broadphase.stats().pendingPairs, 0u);
 }
 
-TEST(BroadphasePairs, PairIsKeptWithinTheMarginAndGoneBeyondItEvenWhenNothingMovesLater)
+TEST(BroadphasePairs, PersistWithinMarginAndEndBeyondIt)
 {
     Broadphase broadphase(bruteOptions());
     btBroadphaseProxy* a = addCube(broadphase, vec(0, 0, 0));
@@ -81,7 +81,7 @@ TEST(BroadphasePairs, PairIsKeptWithinTheMarginAndGoneBeyondItEvenWhenNothingMov
     EXPECT_EQ(updatedPairs(broadphase).size(), 0u);
 }
 
-TEST(BroadphasePairs, ZeroDbvtMarginIsHonouredFromTheNextUpdateOn)
+TEST(BroadphasePairs, FollowZeroDbvtMarginFromNextUpdate)
 {
     Broadphase broadphase(bruteOptions());
     addCube(broadphase, vec(0, 0, 0));
@@ -93,7 +93,7 @@ TEST(BroadphasePairs, ZeroDbvtMarginIsHonouredFromTheNextUpdateOn)
     EXPECT_EQ(updatedPairs(broadphase).size(), 0u);
 }
 
-TEST(BroadphasePairs, MarginOfTheOptionsWinsOverBulletsGlobal)
+TEST(BroadphasePairs, PreferMarginOfOptionsOverBulletsGlobal)
 {
     BroadphaseOptions options = bruteOptions();
     options.margin = btScalar(0.5);
@@ -107,7 +107,7 @@ TEST(BroadphasePairs, MarginOfTheOptionsWinsOverBulletsGlobal)
     EXPECT_EQ(updatedPairs(broadphase).size(), 0u);
 }
 
-TEST(BroadphasePairs, AllPairsOfTeleportedBodiesAreGoneAfterOneUpdate)
+TEST(BroadphasePairs, EndInOneUpdateWhenBodiesAreTeleported)
 {
     // DBVT still has 80 % of them two updates later, and keeps them permanently if no body moves.
     Broadphase broadphase(bruteOptions());
@@ -120,7 +120,7 @@ TEST(BroadphasePairs, AllPairsOfTeleportedBodiesAreGoneAfterOneUpdate)
     EXPECT_EQ(updatedPairs(broadphase).size(), 0u);
 }
 
-TEST(BroadphasePairs, LowerIdComesFirstAlsoInAReusedPlace)
+TEST(BroadphasePairs, HaveLowerIdFirstWhenProxyMemoryIsReused)
 {
     Broadphase broadphase(bruteOptions());
     btBroadphaseProxy* first = addCube(broadphase, vec(0, 0, 0));
@@ -136,7 +136,7 @@ TEST(BroadphasePairs, LowerIdComesFirstAlsoInAReusedPlace)
     EXPECT_EQ(pair.m_pProxy1, third);
 }
 
-TEST(BroadphasePairs, NewPairsAreAddedInTheOrderOfIds)
+TEST(BroadphasePairs, EnterCacheInOrderOfIds)
 {
     Broadphase broadphase(bruteOptions());
     std::vector<btBroadphaseProxy*> proxies;
@@ -153,7 +153,7 @@ TEST(BroadphasePairs, NewPairsAreAddedInTheOrderOfIds)
     }
 }
 
-TEST(BroadphasePairs, LastOfSeveralSetAabbInAFrameWins)
+TEST(BroadphasePairs, FollowLastOfSeveralSetAabbCallsBetweenUpdates)
 {
     Broadphase broadphase(bruteOptions());
     addCube(broadphase, vec(0, 0, 0));
@@ -170,7 +170,7 @@ TEST(BroadphasePairs, LastOfSeveralSetAabbInAFrameWins)
     EXPECT_EQ(updatedPairs(broadphase).size(), 1u);
 }
 
-TEST(BroadphasePairs, UpdatesMayComeTwiceOrNotAtAll)
+TEST(BroadphasePairs, StayCorrectWhenUpdatesAreRepeatedOrSkipped)
 {
     Broadphase broadphase(bruteOptions());
     addCube(broadphase, vec(0, 0, 0));
@@ -183,7 +183,7 @@ TEST(BroadphasePairs, UpdatesMayComeTwiceOrNotAtAll)
     EXPECT_EQ(updatedPairs(broadphase).size(), 0u);
 }
 
-TEST(BroadphasePairs, BodiesThatAreNotSetAgainKeepTheirPairsAndGetNewOnes)
+TEST(BroadphasePairs, PersistAndBeginForBodiesThatAreNotSetAgain)
 {
     // setForceUpdateAllAabbs(false): static and sleeping bodies are never set.
     Broadphase broadphase(bruteOptions());
@@ -202,7 +202,7 @@ TEST(BroadphasePairs, BodiesThatAreNotSetAgainKeepTheirPairsAndGetNewOnes)
     EXPECT_TRUE(hasPair(broadphase, stillToo, mover));
 }
 
-TEST(BroadphasePairs, DispatcherMayBeNullEverywhere)
+TEST(BroadphasePairs, AcceptNullDispatcherEverywhere)
 {
     Broadphase broadphase(bruteOptions());
     btBroadphaseProxy* a =
@@ -218,7 +218,7 @@ TEST(BroadphasePairs, DispatcherMayBeNullEverywhere)
     EXPECT_EQ(broadphase.stats().bodies, 0u);
 }
 
-TEST(BroadphasePairs, ClientObjectsAreNotLookedAtWithoutAGhostCallback)
+TEST(BroadphasePairs, IgnoreClientObjectsWithoutGhostCallback)
 {
     Broadphase broadphase(bruteOptions());
     // Invalid addresses: reading them would crash.
@@ -232,7 +232,7 @@ TEST(BroadphasePairs, ClientObjectsAreNotLookedAtWithoutAGhostCallback)
     EXPECT_EQ(updatedPairs(broadphase).size(), 0u);
 }
 
-TEST(BroadphasePairs, ClientObjectsAreNotLookedAtByAnOwnCallbackIfItHasNoGhosts)
+TEST(BroadphasePairs, IgnoreClientObjectsWhenGhostPairsAreNotImmediate)
 {
     struct Counting final : btOverlappingPairCallback
     {

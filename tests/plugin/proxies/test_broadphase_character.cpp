@@ -70,7 +70,7 @@ TEST(BroadphaseCharacter, StopsAtAWallWithBulletsHashedCacheToo)
     EXPECT_NEAR(walkIntoAWall(broadphase), 14.50, 0.01);
 }
 
-TEST(BroadphaseCharacter, SceneTellsImmediatePairsFromDeferredOnes)
+TEST(BroadphaseCharacter, StopsAtWallInDbvtUnlessItsPairsAreDeferred)
 {
     btDbvtBroadphase stock;
     EXPECT_NEAR(walkIntoAWall(stock), 14.50, 0.01);

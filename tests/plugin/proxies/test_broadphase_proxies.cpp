@@ -18,7 +18,7 @@ namespace cullet::test
 {
 namespace
 {
-TEST(Broadphase, HasBothPairCacheGettersAndItsOwnCacheIsNeverNull)
+TEST(Broadphase, ReturnsItsOwnPairCacheFromBothGetters)
 {
     Broadphase broadphase(bruteOptions());
     const btBroadphaseInterface& asConst = broadphase;
@@ -27,7 +27,7 @@ TEST(Broadphase, HasBothPairCacheGettersAndItsOwnCacheIsNeverNull)
     EXPECT_FALSE(broadphase.getOverlappingPairCache()->hasDeferredRemoval());
 }
 
-TEST(Broadphase, ProxyShowsItsDataAtOnce)
+TEST(Broadphase, StoresProxyDataAtOnce)
 {
     Broadphase broadphase(bruteOptions());
     int client = 0;
@@ -44,7 +44,7 @@ TEST(Broadphase, ProxyShowsItsDataAtOnce)
     EXPECT_EQ(proxy->m_aabbMax, vec(1.1, 1.2, 1.3));
 }
 
-TEST(Broadphase, GetAabbReturnsExactlyWhatWasSet)
+TEST(Broadphase, ReturnsExactlyTheAabbThatWasSet)
 {
     Broadphase broadphase(bruteOptions());
     btBroadphaseProxy* proxy = addCube(broadphase, vec(0, 0, 0));
@@ -64,7 +64,7 @@ TEST(Broadphase, GetAabbReturnsExactlyWhatWasSet)
     }
 }
 
-TEST(Broadphase, ProxiesNeverMoveInMemory)
+TEST(Broadphase, DoesNotMoveProxiesInMemory)
 {
     Broadphase broadphase(bruteOptions());
     std::map<btBroadphaseProxy*, int> idOfAddress;
@@ -88,7 +88,7 @@ TEST(Broadphase, ProxiesNeverMoveInMemory)
     EXPECT_EQ(broadphase.stats().bodies, idOfAddress.size());
 }
 
-TEST(Broadphase, FloatProxyIsOneCacheLine)
+TEST(Broadphase, PlacesEachFloatProxyInItsOwnCacheLine)
 {
     Broadphase broadphase(bruteOptions());
     std::vector<btBroadphaseProxy*> proxies;
@@ -105,7 +105,7 @@ TEST(Broadphase, FloatProxyIsOneCacheLine)
         EXPECT_EQ(reinterpret_cast<std::uintptr_t>(proxy) % 32, 0u);
 }
 
-TEST(Broadphase, UniqueIdsCountUpFromOneAndAreNotReused)
+TEST(Broadphase, CountsUniqueIdsUpFromOneWithoutReuse)
 {
     Broadphase broadphase(bruteOptions());
     for (int expected = 1; expected <= 3000; ++expected)
@@ -119,7 +119,7 @@ TEST(Broadphase, UniqueIdsCountUpFromOneAndAreNotReused)
     }
 }
 
-TEST(Broadphase, ResetPoolStartsIdsAgainOnlyWhenEmpty)
+TEST(Broadphase, RestartsIdsInResetPoolOnlyWhenEmpty)
 {
     Broadphase broadphase(bruteOptions());
     btBroadphaseProxy* a = addCube(broadphase, vec(0, 0, 0));
@@ -141,7 +141,7 @@ TEST(Broadphase, ResetPoolStartsIdsAgainOnlyWhenEmpty)
     broadphase.destroyProxy(e, nullptr);
 }
 
-TEST(Broadphase, ProxyCreatedAfterADestroyInTheSameStepGetsItsOwnPairs)
+TEST(Broadphase, GivesNewProxyItsOwnPairsAfterDestroyInSameStep)
 {
     Broadphase broadphase(bruteOptions());
     btBroadphaseProxy* a = addCube(broadphase, vec(0, 0, 0));
@@ -155,7 +155,7 @@ TEST(Broadphase, ProxyCreatedAfterADestroyInTheSameStepGetsItsOwnPairs)
     EXPECT_EQ(updatedPairs(broadphase), (Pairs{{2, 5}, {3, 4}}));
 }
 
-TEST(Broadphase, ProxyCanBeDestroyedJustCreatedJustMovedOrBetweenSetAabbAndCalculate)
+TEST(Broadphase, DestroysJustCreatedOrJustMovedProxyWithItsPairs)
 {
     Broadphase broadphase(bruteOptions());
     btBroadphaseProxy* stays = addCube(broadphase, vec(0, 0, 0));
@@ -172,7 +172,7 @@ TEST(Broadphase, ProxyCanBeDestroyedJustCreatedJustMovedOrBetweenSetAabbAndCalcu
     EXPECT_EQ(updatedPairs(broadphase), Pairs{});
 }
 
-TEST(Broadphase, PairCallbacksOfADestroyedProxySeeItIntact)
+TEST(Broadphase, KeepsDestroyedProxyIntactDuringPairCallbacks)
 {
     struct Ghosts final : btOverlappingPairCallback
     {
@@ -204,7 +204,7 @@ TEST(Broadphase, PairCallbacksOfADestroyedProxySeeItIntact)
     EXPECT_EQ(ghosts.removedCount, 1);
 }
 
-TEST(Broadphase, EmptyWorldAndSingleBodyHaveNoPairs)
+TEST(Broadphase, FindsNoPairsWithoutBodiesOrWithOne)
 {
     Broadphase broadphase(bruteOptions());
     EXPECT_EQ(updatedPairs(broadphase), Pairs{});
@@ -216,7 +216,7 @@ TEST(Broadphase, EmptyWorldAndSingleBodyHaveNoPairs)
     EXPECT_EQ(rayHits(broadphase, vec(-9, 0, 0), vec(9, 0, 0)), Ids{});
 }
 
-TEST(Broadphase, CanBeDeletedWithLivingProxies)
+TEST(Broadphase, AllowsDeletionWithLivingProxies)
 {
     auto broadphase = std::make_unique<Broadphase>(bruteOptions());
     for (int i = 0; i < 5000; ++i)
@@ -225,7 +225,7 @@ TEST(Broadphase, CanBeDeletedWithLivingProxies)
     broadphase.reset();
 }
 
-TEST(Broadphase, MayGoAfterMain)
+TEST(Broadphase, AllowsDestructionAfterMain)
 {
     // A crash in its destructor would change the exit status of this program.
     static Broadphase last(
@@ -241,7 +241,7 @@ TEST(Broadphase, MayGoAfterMain)
     EXPECT_EQ(boxHits(last, vec(-1, -1, -1), vec(0, 1, 1)), (Ids{1}));
 }
 
-TEST(Broadphase, SeveralBroadPhasesAreIndependent)
+TEST(Broadphase, SharesNoStateWithOtherBroadphases)
 {
     Broadphase one(bruteOptions());
     Broadphase other(bruteOptions());
@@ -253,7 +253,7 @@ TEST(Broadphase, SeveralBroadPhasesAreIndependent)
     EXPECT_EQ(updatedPairs(other), (Pairs{{1, 2}}));
 }
 
-TEST(Broadphase, BoundsAreTheUnionOfTheBoxesAndZeroWhenThereAreNone)
+TEST(Broadphase, ReportsUnionOfBoxesAsBoundsAndZeroWhenEmpty)
 {
     Broadphase broadphase(bruteOptions());
     btVector3 min = vec(7, 7, 7);
@@ -271,7 +271,7 @@ TEST(Broadphase, BoundsAreTheUnionOfTheBoxesAndZeroWhenThereAreNone)
     EXPECT_EQ(min, vec(4, 1, -1));
 }
 
-TEST(Broadphase, PrintStatsSaysOneLineToTheLogAndNothingToTheConsole)
+TEST(Broadphase, PrintsStatsAsOneLogLineAndNothingToStderr)
 {
     static int lineCount = 0;
     lineCount = 0;
@@ -292,7 +292,7 @@ TEST(Broadphase, PrintStatsSaysOneLineToTheLogAndNothingToTheConsole)
     EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
 
-TEST(PairSync, KeepsPairsOfIdsThatBulletTakesForNegative)
+TEST(PairSync, TracksPairsOfIdsBeyondSignedRange)
 {
     for (const std::uint32_t first : {0x7ffffffdu, 0xfffffffdu})
     {
@@ -328,7 +328,7 @@ TEST(PairSync, KeepsPairsOfIdsThatBulletTakesForNegative)
     }
 }
 
-TEST(ProxyStore, IdsBeginAgainPastTheLargestWithoutThoseThatLive)
+TEST(ProxyStore, RestartsIdsAtOneAfterLargestId)
 {
     ProxyStore store(0xffffffffu);
     const auto make = [&] {

@@ -61,7 +61,7 @@ TEST(BroadphaseQueries, SeeEveryChangeAtOnce)
     EXPECT_EQ(inBox(), Ids{});
 }
 
-TEST(BroadphaseQueries, SweptBoxGrowsTargetsByItsMirrorImage)
+TEST(BroadphaseQueries, GrowTargetsByMirrorImageOfSweptBox)
 {
     Broadphase broadphase(bruteOptions());
     addCube(broadphase, vec(0, 3, 0));
@@ -74,7 +74,7 @@ TEST(BroadphaseQueries, SweptBoxGrowsTargetsByItsMirrorImage)
               (Ids{1}));
 }
 
-TEST(BroadphaseQueries, ZeroLengthSweepReportsBoxesThatStrictlyContainThePoint)
+TEST(BroadphaseQueries, ReportBoxesThatStrictlyContainPointOfZeroLengthSweep)
 {
     Broadphase broadphase(bruteOptions());
     StockBroadphase stock;
@@ -91,7 +91,7 @@ TEST(BroadphaseQueries, ZeroLengthSweepReportsBoxesThatStrictlyContainThePoint)
     EXPECT_EQ(sweepHits(broadphase, zero, zero, vec(-3, 0, 0), vec(3, 0, 0)), (Ids{1, 2, 3}));
 }
 
-TEST(BroadphaseQueries, RayOfLengthZeroOrNanHitsNothingAndEnds)
+TEST(BroadphaseQueries, FindNothingForZeroLengthRayOrNanBox)
 {
     Broadphase broadphase(bruteOptions());
     for (int i = 0; i < 100; ++i)
@@ -101,7 +101,7 @@ TEST(BroadphaseQueries, RayOfLengthZeroOrNanHitsNothingAndEnds)
     EXPECT_EQ(boxHits(broadphase, vec(nan, 0, 0), vec(1, 1, 1)), Ids{});
 }
 
-TEST(BroadphaseQueries, ResultOfProcessIsIgnored)
+TEST(BroadphaseQueries, IgnoreResultOfProcessCallback)
 {
     Broadphase broadphase(bruteOptions());
     for (int i = 0; i < 40; ++i)
@@ -110,7 +110,7 @@ TEST(BroadphaseQueries, ResultOfProcessIsIgnored)
     EXPECT_EQ(boxHits(broadphase, vec(-9, -9, -9), vec(99, 9, 9)).size(), 40u);
 }
 
-TEST(BroadphaseQueries, SignsThatTheCallbackForgotDoNoHarm)
+TEST(BroadphaseQueries, IgnoreUninitialisedSignsOfRayCallback)
 {
     Broadphase broadphase(bruteOptions());
     addCube(broadphase, vec(0, 0, 0));
@@ -121,7 +121,7 @@ TEST(BroadphaseQueries, SignsThatTheCallbackForgotDoNoHarm)
     EXPECT_EQ(hits.ids, (Ids{1}));
 }
 
-TEST(BroadphaseQueries, CallbackMayShortenItsRayAskMoreAndDestroyProxies)
+TEST(BroadphaseQueries, TolerateCallbackThatShortensRayQueriesAndDestroysProxies)
 {
     Broadphase broadphase(bruteOptions());
     std::vector<btBroadphaseProxy*> proxies;
@@ -223,7 +223,7 @@ btVector3 endPoint(Random& random, const btVector3& from)
     }
 }
 
-TEST(BroadphaseQueries, RaysAndSweepsEqualBruteForce)
+TEST(BroadphaseQueries, EqualBruteForceForRaysAndSweeps)
 {
     Broadphase broadphase(bruteOptions());
     Random random(31);
@@ -256,7 +256,7 @@ TEST(BroadphaseQueries, RaysAndSweepsEqualBruteForce)
     EXPECT_GT(broadphase.stats().queryTreeBuildsTotal, 0u);
 }
 
-TEST(BroadphaseQueries, StockDbvtFindsNoHitThatIsMissedHere)
+TEST(BroadphaseQueries, FindSameRayHitsAsDbvt)
 {
     Broadphase broadphase(bruteOptions());
     StockBroadphase stock;
@@ -280,7 +280,7 @@ TEST(BroadphaseQueries, StockDbvtFindsNoHitThatIsMissedHere)
     EXPECT_GT(hitCount, 500u);
 }
 
-TEST(BroadphaseQueries, WorldsRayAndSweepTestsWork)
+TEST(BroadphaseQueries, AnswerRayAndSweepTestsOfWorld)
 {
     btDefaultCollisionConfiguration configuration;
     btCollisionDispatcher dispatcher(&configuration);

@@ -173,7 +173,7 @@ TEST(DebugDraw, CutsUnboundedBoxesAtTheBoundsOfTheOthersAndLeavesInvalidOnesOut)
     EXPECT_EQ(draw(broadphase, only(false, false, true)).size(), 1u);
 }
 
-TEST(DebugDraw, LineToAMuchLargerBoxEndsAtItsNearestPoint)
+TEST(DebugDraw, EndsLineToMuchLargerBoxAtItsNearestPoint)
 {
     Broadphase broadphase(bruteOptions());
     broadphase.createProxy(vec(-100, -1, -100), vec(100, 0, 100), 0, nullptr, 1, -1, nullptr);
@@ -185,7 +185,7 @@ TEST(DebugDraw, LineToAMuchLargerBoxEndsAtItsNearestPoint)
     EXPECT_EQ(pairs[0].to, vec(30, 0.25, 40));
 }
 
-TEST(DebugDraw, RowsOfTheGridCoverTheBoxesAndReachFromEndToEnd)
+TEST(DebugDraw, DrawsColumnsThatCoverBoxesAndReachFromEndToEnd)
 {
     GridOptions grid;
     grid.flatLimit = 0;
@@ -215,7 +215,7 @@ TEST(DebugDraw, RowsOfTheGridCoverTheBoxesAndReachFromEndToEnd)
     }
 }
 
-TEST(DebugDraw, CellsOfTheLecturesGridAreCubesThatCoverTheBoxes)
+TEST(DebugDraw, DrawsCubicCellsThatCoverBoxCentres)
 {
     GridOptions grid;
     grid.layout = GridLayout::Cells;
@@ -241,7 +241,7 @@ TEST(DebugDraw, CellsOfTheLecturesGridAreCubesThatCoverTheBoxes)
         ASSERT_TRUE(covers(cells, (proxy->m_aabbMin + proxy->m_aabbMax) / 2));
 }
 
-TEST(DebugDraw, BackendsWithoutCellsShowNone)
+TEST(DebugDraw, DrawsNoCellsForBackendsWithoutThem)
 {
     Broadphase brute(bruteOptions());
     addCube(brute, vec(0, 0, 0));
@@ -253,7 +253,7 @@ TEST(DebugDraw, BackendsWithoutCellsShowNone)
     EXPECT_TRUE(draw(few, only(false, true, false)).empty());
 }
 
-TEST(DebugDraw, ProxiesOfAnotherBroadPhaseInTheCacheAreNotLookedAt)
+TEST(DebugDraw, IgnoresProxiesOfAnotherBroadphaseInCache)
 {
     btHashedOverlappingPairCache cache;
     Broadphase broadphase(&cache, bruteOptions());

@@ -44,7 +44,7 @@ private:
 };
 }  // namespace
 
-TEST(HullCache, ComparisonOfPointsSeesEveryBit)
+TEST(HullCache, DetectsEveryFlippedBitWhenComparingPoints)
 {
     constexpr std::size_t kWords = 70;
     std::vector<std::uint64_t> a(kWords), b;
@@ -64,7 +64,7 @@ TEST(HullCache, ComparisonOfPointsSeesEveryBit)
     }
 }
 
-TEST(HullCache, ShapeThatIsEditedInPlaceIsNeverStale)
+TEST(HullCache, NoticesEveryEditOfShapeInPlace)
 {
     auto shape = makeHullShape(ballPoints(60, 0.5, 1));
     shape->addPoint(vec(0, -0.7, 0));
@@ -92,7 +92,7 @@ TEST(HullCache, ShapeThatIsEditedInPlaceIsNeverStale)
     EXPECT_NEAR(probe.lowest(), -0.75, 1e-3);
 }
 
-TEST(HullCache, AnotherShapeAtTheSameAddressIsNotTakenForTheOldOne)
+TEST(HullCache, DistinguishesNewShapeAtAddressOfOldOne)
 {
     alignas(64) unsigned char memory[sizeof(btConvexHullShape)];
     auto* shape = new (memory) btConvexHullShape;
@@ -108,7 +108,7 @@ TEST(HullCache, AnotherShapeAtTheSameAddressIsNotTakenForTheOldOne)
     shape->~btConvexHullShape();
 }
 
-TEST(HullCache, ShapesWithEqualPointsShareOneGraph)
+TEST(HullCache, SharesOneGraphAmongShapesWithEqualPoints)
 {
     const HullCacheStats before = hullCacheStats();
     std::vector<std::unique_ptr<btConvexHullShape>> shapes;
@@ -133,7 +133,7 @@ TEST(HullCache, ShapesWithEqualPointsShareOneGraph)
         invalidate(*shape);
 }
 
-TEST(HullCache, PreparedShapesAreNotBuiltAgain)
+TEST(HullCache, BuildsGraphOfPreparedShapeOnlyOnce)
 {
     auto shape = makeHullShape(ballPoints(200, 0.5, 1234));
     const std::uint64_t before = hullCacheStats().buildsTotal;
@@ -157,7 +157,7 @@ TEST(HullCache, ForgetsShapesThatNobodyUses)
     EXPECT_LT(hullCacheStats().shapes, 9000u);
 }
 
-TEST(HullCache, EditsDoNotPileUp)
+TEST(HullCache, BoundsNumberOfPointSetsWhenShapeIsEditedRepeatedly)
 {
     auto shape = makeHullShape(boxPoints(0.5, 0.5, 0.5));
     HullUse use;
@@ -174,7 +174,7 @@ TEST(HullCache, EditsDoNotPileUp)
     EXPECT_LT(most, 8000u);
 }
 
-TEST(HullCache, LargeGraphsThatNobodyUsesAreForgottenSooner)
+TEST(HullCache, ForgetsUnusedGraphsSoonerWhenTheyAreLarge)
 {
     trimHullCache();
     const std::uint64_t before = hullCacheStats().graphs;
@@ -191,7 +191,7 @@ TEST(HullCache, LargeGraphsThatNobodyUsesAreForgottenSooner)
     EXPECT_LT(most, 300u);
 }
 
-TEST(HullCache, InvalidateAndTrimLetGoOfWhatNobodyUses)
+TEST(HullCache, ReleasesOnlyUnusedGraphsOnInvalidateAndTrim)
 {
     trimHullCache();
     const HullCacheStats before = hullCacheStats();
@@ -316,7 +316,7 @@ TEST(HullCache, BuildsAGraphWhenScansHaveCostAsMuch)
     EXPECT_EQ(ofLarge.hullOf(*large, 0)->kind(), HullKind::Cloud);
 }
 
-TEST(HullCache, WithoutCheckingPointsOnlyInvalidateTellsOfAnEdit)
+TEST(HullCache, NoticesEditOnlyAfterInvalidateWhenPointChecksAreOff)
 {
     auto shape = makeHullShape(boxPoints(0.5, 0.5, 0.5));
     IsaGjkOptions options;
@@ -330,7 +330,7 @@ TEST(HullCache, WithoutCheckingPointsOnlyInvalidateTellsOfAnEdit)
     EXPECT_NEAR(probe.lowest(), -0.25, 1e-6);
 }
 
-TEST(HullCache, SupportOfAPosedShapeIsThatOfBulletsScan)
+TEST(HullCache, MatchesSupportOfBulletsScanForPosedShapes)
 {
     std::mt19937 engine(5);
     std::vector<std::vector<btVector3>> sets = {ballPoints(12, 0.5, 1), ballPoints(42, 0.5, 2),

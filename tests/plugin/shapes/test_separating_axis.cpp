@@ -159,7 +159,7 @@ std::uint16_t anyStart(std::mt19937& engine)
 }
 }  // namespace
 
-TEST(AxisTest, ProvesNoGapThatIsNotThereAndMissesNoneThatRoundingLeaves)
+TEST(AxisTest, ProvesOnlyRealGapsAndMissesNoneBeyondRounding)
 {
     std::vector<AxisShape> shapes = axisShapes();
     std::mt19937 engine(271);
@@ -214,7 +214,7 @@ TEST(AxisTest, ProvesNoGapThatIsNotThereAndMissesNoneThatRoundingLeaves)
     EXPECT_GT(close, 1500);
 }
 
-TEST(AxisTest, ProvesNothingOfWhatIsNotFinite)
+TEST(AxisTest, ProvesNothingWhenPoseIsNotFinite)
 {
     std::vector<AxisShape> shapes = axisShapes();
     std::mt19937 engine(272);

@@ -90,7 +90,7 @@ protected:
 };
 }  // namespace
 
-TEST_P(SaveRestore, HeapOfHullsGoesOnAsBefore)
+TEST_P(SaveRestore, RepeatsHeapOfHullsBitForBit)
 {
     SavedWorld saved(GetParam());
     saved.add(m_ground, 0, vec(0, -1, 0));
@@ -102,7 +102,7 @@ TEST_P(SaveRestore, HeapOfHullsGoesOnAsBefore)
     expectTheSameFutures(saved, GetParam(), 40);
 }
 
-TEST_P(SaveRestore, AlignedStacksOfBoxesAndHullsGoOnAsBefore)
+TEST_P(SaveRestore, RepeatsAlignedStacksOfBoxesAndHullsBitForBit)
 {
     SavedWorld saved(GetParam());
     saved.add(m_ground, 0, vec(0, -1, 0));
@@ -119,7 +119,7 @@ TEST_P(SaveRestore, AlignedStacksOfBoxesAndHullsGoOnAsBefore)
     expectTheSameFutures(saved, GetParam(), 30);
 }
 
-TEST_P(SaveRestore, CompoundsGoOnAsBefore)
+TEST_P(SaveRestore, RepeatsCompoundsBitForBit)
 {
     SavedWorld saved(GetParam());
     saved.add(m_ground, 0, vec(0, -1, 0));
@@ -134,7 +134,7 @@ TEST_P(SaveRestore, CompoundsGoOnAsBefore)
     expectTheSameFutures(saved, GetParam(), 40);
 }
 
-TEST_P(SaveRestore, HullsOnATriangleMeshGoOnAsBefore)
+TEST_P(SaveRestore, RepeatsHullsOnTriangleMeshBitForBit)
 {
     btTriangleMesh mesh;
     for (int i = 0; i < 64; ++i)
@@ -155,7 +155,7 @@ TEST_P(SaveRestore, HullsOnATriangleMeshGoOnAsBefore)
     expectTheSameFutures(saved, GetParam(), 40);
 }
 
-TEST_P(SaveRestore, RagdollsGoOnAsBefore)
+TEST_P(SaveRestore, RepeatsRagdollsBitForBit)
 {
     SavedWorld saved(GetParam());
     saved.add(m_ground, 0, vec(0, -1, 0));
@@ -179,7 +179,7 @@ TEST_P(SaveRestore, RagdollsGoOnAsBefore)
     expectTheSameFutures(saved, GetParam(), 40);
 }
 
-TEST_P(SaveRestore, MultibodiesGoOnAsBefore)
+TEST_P(SaveRestore, RepeatsMultibodiesBitForBit)
 {
     SavedWorld saved(GetParam());
     saved.add(m_ground, 0, vec(0, -1, 0));

@@ -79,7 +79,7 @@ protected:
 };
 }  // namespace
 
-TEST_P(SaveRestoreImporter, HeapOfHullsGoesOnAsBefore)
+TEST_P(SaveRestoreImporter, RepeatsHeapOfHullsBitForBit)
 {
     expectTheSameAfterLoading(
         GetParam(), 40,
@@ -96,7 +96,7 @@ TEST_P(SaveRestoreImporter, HeapOfHullsGoesOnAsBefore)
         });
 }
 
-TEST_P(SaveRestoreImporter, MultibodiesGoOnAsBefore)
+TEST_P(SaveRestoreImporter, RepeatsMultibodiesBitForBit)
 {
     expectTheSameAfterLoading(GetParam(), 40,
                               [&](SavedWorld& saved)

@@ -194,14 +194,14 @@ void leaveSleepersAlone(btCollisionWorld& world)
     world.getDispatchInfo().m_useContinuous = false;
 }
 
-TEST(ParallelWorlds, AnyNumberOfThreadsGivesTheSame)
+TEST(ParallelWorlds, GiveSameBitsOnAnyNumberOfThreads)
 {
     const auto serial = history<Discrete::Serial>(std::make_unique<Broadphase>(), 0);
     for (const int threads : {1, 2, 8})
         EXPECT_EQ(history<Discrete::Parallel>(std::make_unique<Broadphase>(), threads), serial) << threads;
 }
 
-TEST(ParallelWorlds, SettingsOfTheWorldAreFollowed)
+TEST(ParallelWorlds, FollowForceUpdateAndContinuousSettings)
 {
     const auto usual = history<Discrete::Serial>(std::make_unique<Broadphase>(), 0);
     const auto serial = history<Discrete::Serial>(std::make_unique<Broadphase>(), 0, leaveSleepersAlone);
@@ -209,7 +209,7 @@ TEST(ParallelWorlds, SettingsOfTheWorldAreFollowed)
     EXPECT_EQ(history<Discrete::Parallel>(std::make_unique<Broadphase>(), 3, leaveSleepersAlone), serial);
 }
 
-TEST(ParallelWorlds, AnyBroadPhaseGetsItsBoxesInBulletsOrder)
+TEST(ParallelWorlds, SetBoxesInBulletsOrderForAnyBroadphase)
 {
     const auto dbvt = history<Discrete::Serial>(std::make_unique<btDbvtBroadphase>(), 0);
     EXPECT_EQ(history<Discrete::Parallel>(std::make_unique<btDbvtBroadphase>(), 3), dbvt);
@@ -250,7 +250,7 @@ std::vector<std::uint64_t> historyWithGhost()
     return hashes;
 }
 
-TEST(ParallelWorlds, GhostsGetTheirPairsInTheSameOrder)
+TEST(ParallelWorlds, ReportGhostPairsInOrderOfSerialWorld)
 {
     EXPECT_EQ(historyWithGhost<Discrete::Parallel>(), historyWithGhost<Discrete::Serial>());
 }
@@ -348,7 +348,7 @@ std::vector<std::uint64_t> historyOfReplacement(int newObjects)
     return hashes;
 }
 
-TEST(ParallelWorlds, CallbackMayRemoveAndAddBodies)
+TEST(ParallelWorlds, MatchSerialWorldWhenCallbackRemovesAndAddsBodies)
 {
     using Plain = Kind<PlainStage, btCollisionWorld>;
     for (const int newObjects : {0, 3, 6, 20})
@@ -359,7 +359,7 @@ TEST(ParallelWorlds, CallbackMayRemoveAndAddBodies)
     }
 }
 
-TEST(ParallelWorlds, OversizedBodyIsTakenOutOfTheSimulation)
+TEST(ParallelWorlds, DisableSimulationOfOversizedBody)
 {
     Discrete::Parallel stage(std::make_unique<Broadphase>());
     stage.world.setUpdateThreads(2);
@@ -370,7 +370,7 @@ TEST(ParallelWorlds, OversizedBodyIsTakenOutOfTheSimulation)
     EXPECT_TRUE(stage.world.updateStats().hasParallelSets);
 }
 
-TEST(ParallelWorlds, SmallWorldTakesBulletsOwnWay)
+TEST(ParallelWorlds, ComputeBoxesSeriallyWhenWorldIsSmall)
 {
     Discrete::Parallel stage(std::make_unique<Broadphase>());
     btSphereShape shape(1);
@@ -383,7 +383,7 @@ TEST(ParallelWorlds, SmallWorldTakesBulletsOwnWay)
     stage.world.removeRigidBody(&body);
 }
 
-TEST(PureAabb, OnlyBulletsOwnClassesAreTrusted)
+TEST(PureAabb, HoldsOnlyForShapesKnownToBeThreadSafe)
 {
     const MixedShapes mixed;
     for (std::size_t i = 0; i < mixed.shapes.size(); ++i)

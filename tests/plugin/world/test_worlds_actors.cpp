@@ -74,7 +74,7 @@ std::vector<double> driveOverHills(btBroadphaseInterface& broadphase)
     return {double(at.x()), double(at.y()), double(at.z()), wheelsOnTheGround / 100};
 }
 
-TEST(WorldsActors, VehicleDrivesOverAHeightfieldAsWithDbvt)
+TEST(WorldsActors, MatchDbvtWhenVehicleDrivesOverHeightfield)
 {
     expectAsWithDbvt(driveOverHills, 1e-3);
 }
@@ -117,7 +117,7 @@ std::vector<double> climbStairs(btBroadphaseInterface& broadphase)
     return result;
 }
 
-TEST(WorldsActors, CharacterClimbsStairsAsWithDbvt)
+TEST(WorldsActors, MatchDbvtWhenCharacterClimbsStairs)
 {
     expectAsWithDbvt(climbStairs, 1e-3);
 }
@@ -139,7 +139,7 @@ double shoot(btBroadphaseInterface& broadphase, bool isContinuous)
     return double(bullet.getWorldTransform().getOrigin().x());
 }
 
-TEST(WorldsActors, ContinuousBulletIsStoppedByAThinWallAsWithDbvt)
+TEST(WorldsActors, MatchDbvtWhenThinWallStopsProjectileWithCcd)
 {
     Broadphase tunnel;
     EXPECT_GT(shoot(tunnel, false), 20.0) << "the wall stops it anyway: nothing is shown";
@@ -180,7 +180,7 @@ std::vector<double> fallThroughAZone(btBroadphaseInterface& broadphase)
     return {first, last};
 }
 
-TEST(WorldsActors, ZoneSeesABodyFallThroughAsWithDbvt)
+TEST(WorldsActors, MatchDbvtWhenGhostZoneReportsFallingBody)
 {
     // Its box leaves DBVT's enlarged leaf a little later.
     expectAsWithDbvt(fallThroughAZone, 2.0);
@@ -215,7 +215,7 @@ std::vector<double> changeMaskAtRest(btBroadphaseInterface& broadphase)
     return heights;
 }
 
-TEST(WorldsActors, MaskChangedAtRunTimeActsAsWithDbvt)
+TEST(WorldsActors, MatchDbvtWhenFilterGroupOfRestingBodyChanges)
 {
     expectAsWithDbvt(changeMaskAtRest, 1e-3);
 }
@@ -247,7 +247,7 @@ std::vector<double> changeShapeAtRest(btBroadphaseInterface& broadphase)
     return heights;
 }
 
-TEST(WorldsActors, ShapeReplacedAtRunTimeActsAsWithDbvt)
+TEST(WorldsActors, MatchDbvtWhenShapeOfRestingBodyIsReplaced)
 {
     expectAsWithDbvt(changeShapeAtRest, 1e-2);
 }

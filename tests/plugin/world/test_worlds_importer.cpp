@@ -50,7 +50,7 @@ std::vector<double> loadAndStep(std::vector<char> file, btBroadphaseInterface& b
     return heights;
 }
 
-TEST(WorldsImporter, WorldSavedWithEitherBroadPhaseGoesOnInTheOther)
+TEST(WorldsImporter, ContinuesWorldSavedWithEitherBroadphaseInTheOther)
 {
     Broadphase own;
     btDbvtBroadphase stock;

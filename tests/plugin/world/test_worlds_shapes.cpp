@@ -134,7 +134,7 @@ std::vector<double> dropOnto(btCollisionShape& ground, btBroadphaseInterface& br
     return heights;
 }
 
-TEST(WorldsShapes, CompoundsAndHullsLandOnMeshesHeightfieldsAndCompoundsAsWithDbvt)
+TEST(WorldsShapes, MatchDbvtWhenTheyLandOnMeshHeightfieldOrCompound)
 {
     Grounds grounds;
     for (btCollisionShape* ground : grounds.all())
@@ -165,7 +165,7 @@ std::vector<double> dropMovingMesh(btBroadphaseInterface& broadphase)
     return {heightOf(body)};
 }
 
-TEST(WorldsShapes, MovingMeshLandsAsWithDbvt)
+TEST(WorldsShapes, MatchDbvtWhenMovingMeshLands)
 {
     expectAsWithDbvt(dropMovingMesh, 1e-3);
 }
@@ -223,7 +223,7 @@ std::vector<double> askTheGround(btCollisionShape& ground, btBroadphaseInterface
     return answers;
 }
 
-TEST(WorldsShapes, CollisionWorldWithoutDynamicsAnswersExactlyAsWithDbvt)
+TEST(WorldsShapes, MatchDbvtExactlyInQueriesOfCollisionWorld)
 {
     Grounds grounds;
     for (btCollisionShape* ground : grounds.all())
@@ -312,7 +312,7 @@ std::vector<double> swingIntoAWall(btBroadphaseInterface& broadphase)
     return result;
 }
 
-TEST(WorldsShapes, ChainOfMultibodyLinksHitsAWallAsWithDbvt)
+TEST(WorldsShapes, MatchDbvtWhenChainOfMultibodyLinksHitsWall)
 {
     // Several links touch at once, and the solver processes them in the order of the pairs.
     expectAsWithDbvt(swingIntoAWall, 0.05);

@@ -101,7 +101,7 @@ std::vector<double> dropClothIntoCloth(btBroadphaseInterface& broadphase)
     return {meanHeight(*net), meanHeight(*cloth)};
 }
 
-TEST(WorldsSoft, ClothFallsIntoAnotherAsWithDbvt)
+TEST(WorldsSoftBodies, MatchDbvtWhenClothFallsIntoCloth)
 {
     Broadphase own;
     btDbvtBroadphase stock;
@@ -135,7 +135,7 @@ std::vector<double> hangAWeight(btBroadphaseInterface& broadphase)
     return {height, ropeHeight};
 }
 
-TEST(WorldsSoft, WeightHangsOnARopeAsWithDbvt)
+TEST(WorldsSoftBodies, MatchDbvtWhenWeightHangsOnRope)
 {
     Broadphase own;
     btDbvtBroadphase stock;
